@@ -31,16 +31,16 @@ const KEYFRAME: u8 = 0x40;
 
 /// How long a bot waits for a server of a fleet before it asks another.
 #[derive(Clone, Copy, Debug)]
-pub struct Waits {
+pub struct ServerTimeouts {
     /// For the answer to an attempt while another server was not asked yet.
     pub answer: Duration,
     /// For a snapshot.
     pub silence: Duration,
 }
 
-impl Default for Waits {
-    fn default() -> Waits {
-        Waits { answer: Duration::from_secs(2), silence: Duration::from_secs(6) }
+impl Default for ServerTimeouts {
+    fn default() -> ServerTimeouts {
+        ServerTimeouts { answer: Duration::from_secs(2), silence: Duration::from_secs(6) }
     }
 }
 
@@ -68,7 +68,7 @@ pub struct Bot {
     /// Times since the start of the measurement at which it loses its socket.
     pub losses: Vec<Duration>,
     /// How long it waits for servers.
-    pub waits: Waits,
+    pub timeouts: ServerTimeouts,
     /// The stage that it follows.
     pub stage: watch::Receiver<Stage>,
     /// Notified once it has a seat, or has failed to get one.
@@ -114,7 +114,7 @@ impl Bot {
         let mut losses = std::mem::take(&mut self.losses).into_iter();
         let mut loss_at = None;
         loop {
-            let silent_at = servers.has_others().then(|| player.heard_at + self.waits.silence);
+            let silent_at = servers.has_others().then(|| player.heard_at + self.timeouts.silence);
             let end = tokio::select! {
                 // The measurement begins and ends on time, and inputs are sent in step, however much there is to read.
                 biased;
@@ -214,7 +214,7 @@ impl Bot {
         let no_tls = || SessionEnd::Lost(format!("no way to {}", servers.current()));
         let target = self.target.at(servers.current()).ok_or_else(no_tls)?;
         if servers.has_untried() {
-            return connect_within(self.waits.answer, &target, self.appearance(), token).await;
+            return connect_within(self.timeouts.answer, &target, self.appearance(), token).await;
         }
         connect(&target, self.appearance(), token).await
     }

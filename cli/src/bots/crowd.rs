@@ -1,6 +1,6 @@
 //! Many bots that join, play and leave together.
 
-use super::client::{Bot, Stage, Waits};
+use super::client::{Bot, ServerTimeouts, Stage};
 use super::report::ClientReport;
 use super::target::Target;
 use jostle_protocol::Snapshot;
@@ -46,7 +46,7 @@ impl Crowd {
             target: plan.targets[index as usize % plan.targets.len()].clone(),
             decodes: index < plan.decoders.max(1),
             losses: plan.losses_of(index),
-            waits: Waits::default(),
+            timeouts: ServerTimeouts::default(),
             stage: followed.clone(),
             seated: seated.clone(),
             snapshots: plan.snapshots.clone().filter(|_| index == 0),

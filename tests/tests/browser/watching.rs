@@ -1,4 +1,4 @@
-//! Watching: a page without a seat, on a phone, a laptop and a large screen, and the clip of a player.
+//! Watching: a page without a seat, on a phone and a large screen, and the clip of a player.
 
 use super::hands::ensure_named;
 use super::replay::until;

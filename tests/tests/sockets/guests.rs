@@ -299,10 +299,11 @@ const HAIL: &str = "title = \"Hail\"\nsize = [60, 60]\ngroups = [\"ball\", \"wal
 async fn a_crowd_of_two_addresses_is_sent_the_guests_part_of_the_uplink() {
     const MEGABITS: u32 = 20;
     const CROWD: u8 = 120;
-    let began = Instant::now();
     let config = Config { uplink_megabits: MEGABITS, ..hospitable(GuestScenes::Private) };
     let server = Server::start_with(config).await;
     let (code, _) = open(server.address, ROUTE, HAIL).await;
+    // The budget is full now.
+    let began = Instant::now();
     let mut crowd = JoinSet::new();
     for number in 0..CROWD {
         let socket = TcpSocket::new_v4().expect("a socket");
@@ -315,21 +316,21 @@ async fn a_crowd_of_two_addresses_is_sent_the_guests_part_of_the_uplink() {
         eye.send(&ClientMessage::Hello { version, appearance, token, host_key, role }).await;
         crowd.spawn(async move {
             let mut sent = 0;
+            while sent < 1000 {
+                sent += eye.frame().await.expect("a frame").expect("a live socket").len();
+            }
             let watched = async {
                 while let Some(Ok(message)) = eye.frame().await {
                     sent += message.len();
                 }
             };
-            drop(timeout(Duration::from_secs(4), watched).await);
+            drop(timeout(Duration::from_secs(3), watched).await);
             sent
         });
     }
     let sent = crowd.join_all().await;
-    // The server's clock began later, so a busy machine only sends less.
     let seconds = began.elapsed().as_secs_f64() + f64::from(UPLINK_BURST_SECONDS);
     let most = f64::from(MEGABITS * 125_000 / GUESTS_UPLINK_SHARE) * seconds;
     let all: usize = sent.iter().sum();
-    println!("{:.2} MB/s, {most:.0} bytes at most", all as f64 / 4e6);
     assert!(all as f64 <= most, "{all} bytes in {seconds} s, {most} at most");
-    assert!(sent.iter().all(|&sent| sent > 1000), "not all see the game: {sent:?}");
 }

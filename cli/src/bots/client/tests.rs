@@ -107,7 +107,7 @@ async fn followed(nodes: Vec<Node>, until: usize) -> (Report, Vec<Vec<Option<Tok
         target: target.clone(),
         decodes: true,
         losses: Vec::new(),
-        waits: Waits { answer: LONG, silence: LONG },
+        timeouts: ServerTimeouts { answer: LONG, silence: LONG },
         stage: watched,
         seated,
         snapshots: Some(sender),
