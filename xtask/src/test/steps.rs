@@ -6,6 +6,7 @@ use crate::shell::{cargo, cargo_of_bench, run};
 use crate::workspace::USUAL_CRATES;
 use crate::{chromium, goldens, hashes, nats, python, tidy, web};
 use anyhow::{Result, bail};
+use std::thread;
 
 const BROWSER_TEST: &str = "browser";
 const SOCKET_TEST: &str = "sockets";
@@ -304,7 +305,9 @@ fn unit_tests(packages: Option<&[String]>) -> Result<()> {
     if chosen.is_empty() && packages.is_some() {
         return Ok(());
     }
-    binaries::run_all(&chosen, &[])
+    // Two programs run at a time: no more threads than processors.
+    let threads = thread::available_parallelism().map_or(1, |all| all.get() / 2).max(1);
+    binaries::run_all(&chosen, &["--test-threads", &threads.to_string()])
 }
 
 fn integration(name: &str, args: &[&str]) -> Result<()> {
