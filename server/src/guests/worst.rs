@@ -254,7 +254,7 @@ const CROWD_TICK: u32 = 120;
 /// Bytes of memory that a guest's room may take at its worst.
 #[cfg(target_os = "linux")]
 const ROOM_BYTES_MAX: usize = 10_000_000;
-/// Bytes that clips take once they are as long as they get, which needs 1500 ticks: measured with so many below.
+/// Bytes that full clips take, as measured with 1500 ticks in place of the number below.
 #[cfg(target_os = "linux")]
 const FULL_CLIPS_BYTES: usize = 1_400_000;
 

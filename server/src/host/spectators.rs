@@ -23,14 +23,15 @@ use std::time::Instant;
 pub struct Spectators {
     present: Vec<Spectator>,
     limits: Arc<ConnectionLimits>,
-    permits: ParticlePermits,
+    /// Shared with the players of the room.
+    pub(super) permits: ParticlePermits,
 }
 
 impl Spectators {
-    /// No spectators; one address may have `address_max` of the room's at most. They share `permits` with its players.
-    pub fn new(address_max: usize, permits: ParticlePermits) -> Spectators {
+    /// No spectators; one address may have `address_max` of the room's at most.
+    pub fn new(address_max: usize) -> Spectators {
         let limits = ConnectionLimits::new(limits::SPECTATORS_MAX, address_max);
-        Spectators { present: Vec::new(), limits, permits }
+        Spectators { present: Vec::new(), limits, permits: ParticlePermits::default() }
     }
 
     /// Number of spectators.

@@ -10,7 +10,7 @@ use crate::fleet::lease::RoomLease;
 use crate::guests::Share;
 use crate::host::admission::Admission;
 use crate::host::clock::Clock;
-use crate::host::delivery::{ParticlePermits, in_turn};
+use crate::host::delivery::in_turn;
 use crate::host::member::Member;
 use crate::host::outbox::Outbox;
 use crate::host::phase::Phase;
@@ -66,7 +66,6 @@ pub struct Ticker {
     /// Players with a socket.
     members: Vec<Member>,
     spectators: Spectators,
-    permits: ParticlePermits,
     admission: Admission,
     emotes: SeatRates,
     clips: SeatRates,
@@ -109,8 +108,7 @@ impl Ticker {
     pub fn new(ends: Ends, seed: u64) -> Ticker {
         let Ends { host, info, joins, commands, lease, records } = ends;
         let (members, admission) = (Vec::new(), Admission::default());
-        let permits = ParticlePermits::default();
-        let spectators = Spectators::new(host.address_spectators_max, permits.clone());
+        let spectators = Spectators::new(host.address_spectators_max);
         Ticker {
             host,
             info,
@@ -120,7 +118,6 @@ impl Ticker {
             saved: None,
             members,
             spectators,
-            permits,
             admission,
             emotes: SeatRates::new(
                 limits::EMOTE_TICKS,

@@ -59,7 +59,7 @@ impl Ticker {
                 );
                 let token = self.host.signer.seat_token(SeatClaim { room: own, claim });
                 let allowance = self.host.uplink.open(address, self.info.guest, false, now);
-                let (permits, tick) = (self.permits.clone(), room.game().tick_count());
+                let (permits, tick) = (self.spectators.permits.clone(), room.game().tick_count());
                 let feed = Delivery::new(Some(seat), join.outbox, allowance, permits, tick);
                 feed.welcome(room.welcome(Some(WelcomeSeat { seat, host, token })), now);
                 self.name_neighbours(&feed.outbox);
