@@ -1,4 +1,4 @@
-//! One scene, one seed, one list of inputs: the same game as ever. `tests/goldens/hashes.txt` holds the final state
+//! One scene, one seed, one list of inputs: always the same game. `tests/goldens/hashes.txt` holds the final state
 //! hashes. Each run is recorded too, and the replays are played again with the golden ones, by this build and by
 //! others.
 

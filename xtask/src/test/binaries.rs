@@ -143,7 +143,7 @@ pub fn run_all(binaries: &[&Binary], args: &[&str]) -> Result<()> {
     let next = || left.lock().expect("no test program panics here").next();
     let work = || {
         while let Some(binary) = next() {
-            if let Err(error) = run_one(binary, args) {
+            if let Err(error) = run_one(binary, args, binaries.len() == 1) {
                 println!("{error:#}");
                 failed.lock().expect("no test program panics here").push(binary.name.as_str());
             }
@@ -160,16 +160,25 @@ pub fn run_all(binaries: &[&Binary], args: &[&str]) -> Result<()> {
     Ok(())
 }
 
-/// Runs one, and prints what it said once it has ended.
-fn run_one(binary: &Binary, args: &[&str]) -> Result<()> {
+/// Runs one; it prints what it says itself if it is `alone`, else that is printed once it has ended.
+fn run_one(binary: &Binary, args: &[&str], alone: bool) -> Result<()> {
     let mut command = Command::new(&binary.program);
     command.args(args).current_dir(&binary.dir).env("CARGO_MANIFEST_DIR", &binary.dir);
     command.env(PROGRAM_VARIABLE, target_dir().join("debug/jostle"));
-    let output = command.output().with_context(|| format!("cannot start {}", line_of(&command)))?;
-    let said = [output.stdout, output.stderr].concat();
-    println!("\n{} of {}\n{}", binary.name, binary.package, String::from_utf8_lossy(&said));
-    if !output.status.success() {
-        bail!("`{}` failed ({})", line_of(&command), output.status);
+    let title = format!("{} of {}", binary.name, binary.package);
+    let started = if alone {
+        println!("{title}");
+        command.status()
+    } else {
+        command.output().map(|output| {
+            let said = [output.stdout, output.stderr].concat();
+            println!("\n{title}\n{}", String::from_utf8_lossy(&said));
+            output.status
+        })
+    };
+    let status = started.with_context(|| format!("cannot start {}", line_of(&command)))?;
+    if !status.success() {
+        bail!("`{}` failed ({status})", line_of(&command));
     }
     Ok(())
 }

@@ -15,8 +15,8 @@ const SKIPPED_STATUS: i32 = 77;
 
 /// Starts a program that leaves the processors to others.
 const NICE: &str = "nice";
-/// Less than the niceness that threads of guests' rooms give themselves, which has to be allowed, and than 19, above
-/// which a test of that would see nothing.
+/// Below that of threads of guests' rooms, since niceness can only be raised; well below 19, the greatest, or the test
+/// that raises it would see no change.
 const NICENESS: &str = "9";
 
 /// Read by tests that have more to do before a release.

@@ -206,6 +206,7 @@ pub const STEPS: [Step; 19] = [
     Step {
         name: "golden replays, other builds",
         from: Extent::All,
+        needs: &[HASHES],
         concerns: is_whole,
         run: |_| goldens::check_builds(),
         ..STEP
@@ -213,6 +214,7 @@ pub const STEPS: [Step; 19] = [
     Step {
         name: "golden replays, 64-bit Arm",
         from: Extent::All,
+        needs: &[HASHES],
         concerns: is_whole,
         programs: "an emulator of 64-bit Arm (qemu-aarch64)",
         run: |_| goldens::check_aarch64(),
