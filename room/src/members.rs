@@ -29,8 +29,6 @@ pub struct Member {
     pub inputs: InputQueue,
     /// Width and height of what the page shows, world units, once it reported them.
     pub view: Option<Vec2>,
-    /// Whether the socket was sent a keyframe.
-    pub subscribed: bool,
 }
 
 impl Member {
@@ -47,7 +45,6 @@ impl Member {
             intent: (Input::default(), 0),
             inputs,
             view: None,
-            subscribed: false,
         }
     }
 

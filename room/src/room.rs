@@ -472,27 +472,27 @@ impl Room {
         self.replication.subscribe(rate, &self.newest, None)
     }
 
-    /// The next keyframe of a player's client holds no live particles, even if it is its first.
-    pub fn spare_particles(&mut self, seat: Seat) {
-        if let Some(member) = self.members.seats.get_mut(&seat) {
-            member.subscribed = true;
-        }
-    }
-
     /// Subscribes a player's client, which in a world larger than its view gets what the camera can see.
     /// This ends the player's earlier subscription to an interest area.
-    ///
-    /// Only the first keyframe of a socket holds live particles, even if its link is so slow that this
-    /// keyframe is dropped before it is sent: a client that subscribes again was too slow, or no longer
-    /// is, and has most of them.
     pub fn subscribe_view(&mut self, seat: Seat, rate: Rate) -> (Subscriber, Bytes) {
+        self.subscribe_seat(seat, rate, true)
+    }
+
+    /// The same for a client that was sent the live particles before, even if its link is so slow that they were dropped
+    /// on the way: one that subscribes again was too slow, or no longer is, and has most of them.
+    pub fn subscribe_view_again(&mut self, seat: Seat, rate: Rate) -> (Subscriber, Bytes) {
+        self.subscribe_seat(seat, rate, false)
+    }
+
+    fn subscribe_seat(
+        &mut self,
+        seat: Seat,
+        rate: Rate,
+        with_particles: bool,
+    ) -> (Subscriber, Bytes) {
         let scene = self.game.scene();
-        let member = self.members.seats.get_mut(&seat);
-        let (view, is_first) = member.map_or((None, false), |member| {
-            let is_first = !std::mem::replace(&mut member.subscribed, true);
-            (view_of(scene, member.view), is_first)
-        });
-        let live = is_first.then(|| live_particles(&self.game));
+        let view = self.members.seats.get(&seat).and_then(|member| view_of(scene, member.view));
+        let live = with_particles.then(|| live_particles(&self.game));
         match view {
             None => {
                 self.replication.areas.remove(&seat);

@@ -134,9 +134,9 @@ pub const FRAMES_BYTES_KEPT: usize = 4096;
 pub const FRAMES_BYTES_MAX: usize = SERVER_MESSAGE_BYTES_MAX + READ_BUFFER_BYTES;
 /// Snapshots that wait for the socket: past half a second of them it gets a keyframe instead.
 pub const OUTBOX_SNAPSHOTS_MAX: usize = 32;
-/// First keyframes with live particles that wait for their sockets at a time in a room: 165 kB each in a guest's room,
-/// up to 0.4 MB elsewhere.
-pub const PARTICLE_KEYFRAMES_MAX: usize = 4;
+/// Live particles, some 20 bytes each, in the first keyframes that wait for their sockets at a time in a room: as many
+/// as the largest scene has, and twice those of a guest's.
+pub const WAITING_PARTICLES_MAX: usize = 20_000;
 /// Ticks for which a client has to keep up before its rate rises again.
 pub const RATE_RISE_TICKS: u32 = 600;
 /// Ticks by which a client may be further behind than at its recent best: more is not explained by the round trip.
@@ -262,7 +262,7 @@ pub const GUEST_BUDGET: Budget = Budget {
 /// What a step of a guest's scene takes at most; a room that needs more is closed. The budget of a scene counts its bodies,
 /// not where players, forces and launchers pile them up.
 pub const GUEST_STEP: StepBudget = StepBudget {
-    // Three times what a heap of all bodies has; 30 iterations over them take some 14 ms, and they some 3 MB.
+    // Three times what a heap of all bodies has; 30 iterations over them take some 14 ms, and the pairs some 3 MB.
     pairs: 10_000,
     // Some 50 ms; the largest tower that is shipped needs a fiftieth.
     work: 1_000_000,

@@ -207,7 +207,7 @@ fn fate(name: &str, text: &str, first: u32) -> Fate {
     Fate::Bounded
 }
 
-/// As many players as the scene admits join.
+/// Fills the room, and returns the number of players.
 fn crowd(room: &mut Room, scene: &Scene) -> u16 {
     let appearance = Appearance { name: "Ann".into(), color: 0 };
     let players = scene.players_max.min(CROWD);
@@ -254,7 +254,7 @@ const CROWD_TICK: u32 = 120;
 /// Bytes of memory that a guest's room may take at its worst.
 #[cfg(target_os = "linux")]
 const ROOM_BYTES_MAX: usize = 10_000_000;
-/// Bytes that full clips take, as measured with 1500 ticks in place of the number below.
+/// Bytes that full clips take, as measured with [`WORST_TICKS`] at 1500.
 #[cfg(target_os = "linux")]
 const FULL_CLIPS_BYTES: usize = 1_400_000;
 

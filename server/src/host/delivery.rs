@@ -15,14 +15,14 @@ use std::sync::Arc;
 use std::time::Instant;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
-/// Limits the first keyframes with particles that are in memory for the sockets of a room. Beyond it a newcomer gets a
+/// Limits the particles of first keyframes that are in memory for the sockets of a room. Beyond it a newcomer gets a
 /// keyframe without particles, which are only decoration: otherwise a crowd that reads nothing would fill the memory.
 #[derive(Clone, Debug)]
 pub struct ParticlePermits(Arc<Semaphore>);
 
 impl Default for ParticlePermits {
     fn default() -> ParticlePermits {
-        ParticlePermits(Arc::new(Semaphore::new(limits::PARTICLE_KEYFRAMES_MAX)))
+        ParticlePermits(Arc::new(Semaphore::new(limits::WAITING_PARTICLES_MAX)))
     }
 }
 
@@ -97,8 +97,7 @@ impl Delivery {
             let (subscriber, keyframe) = self.subscribe(room, permit.is_some());
             metrics.sent(self.rate, keyframe.len());
             self.allowance.charge(keyframe.len(), now);
-            let dropped = self.outbox.keyframe(keyframe);
-            permit.into_iter().for_each(|permit| self.outbox.keep(permit));
+            let dropped = self.outbox.keyframe(keyframe, permit);
             metrics.skipped(Skip::Lag, dropped);
             self.lag.sent(subscriber.keyframe_tick);
             self.subscriber = Some(subscriber);
@@ -127,22 +126,20 @@ impl Delivery {
         !self.held_back
     }
 
-    /// A permit for a first keyframe with particles, if there are any and not too many such keyframes wait.
+    /// A permit for the particles of a first keyframe, if there are any and not too many wait already.
     fn particle_permit(&mut self, room: &Room) -> Option<OwnedSemaphorePermit> {
         let again = std::mem::replace(&mut self.subscribed, true);
-        if again || room.game().world().particles().is_empty() {
+        let particles = room.game().world().particles();
+        if again || !particles.is_active() {
             return None;
         }
-        Arc::clone(&self.permits.0).try_acquire_owned().ok()
+        Arc::clone(&self.permits.0).try_acquire_many_owned(particles.len() as u32).ok()
     }
 
     fn subscribe(&self, room: &mut Room, particles: bool) -> (Subscriber, Bytes) {
         match self.seat {
             Some(seat) if particles => room.subscribe_view(seat, self.rate),
-            Some(seat) => {
-                room.spare_particles(seat);
-                room.subscribe_view(seat, self.rate)
-            }
+            Some(seat) => room.subscribe_view_again(seat, self.rate),
             None if particles => room.subscribe(self.rate),
             None => room.subscribe_again(self.rate),
         }

@@ -100,20 +100,15 @@ impl Outbox {
     }
 
     /// Replaces all waiting snapshots by a keyframe, and returns how many were dropped; [`Outbox::send_soon`] is the
-    /// caller's to call.
-    pub fn keyframe(&self, bytes: Bytes) -> usize {
+    /// caller's to call. Keeps the permit for its particles for as long as it is in memory.
+    pub fn keyframe(&self, bytes: Bytes, permit: Option<OwnedSemaphorePermit>) -> usize {
         let mut state = self.lock();
         state.keyframe_bytes = bytes.len();
         state.waiting_bytes = bytes.len();
-        state.permit = None;
+        state.permit = permit;
         let dropped = state.snapshots.drain(..).count();
         state.snapshots.push_back(bytes);
         dropped
-    }
-
-    /// Keeps a permit for as long as the keyframe that was just queued is in memory.
-    pub fn keep(&self, permit: OwnedSemaphorePermit) {
-        self.lock().permit = Some(permit);
     }
 
     /// An outbox for a socket, on the thread with this queue.

@@ -107,8 +107,9 @@ fn of_a_crowd_that_reads_nothing_few_are_sent_particles() {
         Next::Message(message) => message.len(),
         other => panic!("{other:?} instead of a keyframe"),
     };
+    let alive = room.game().world().particles().len();
     let crowd: Vec<_> =
-        (0..limits::PARTICLE_KEYFRAMES_MAX).map(|_| newcomer(&mut room, None)).collect();
+        (0..limits::WAITING_PARTICLES_MAX / alive).map(|_| newcomer(&mut room, None)).collect();
     let late = [None, Some(seat)].map(|seat| bytes(&newcomer(&mut room, seat)));
     let first = bytes(&crowd[0]);
     assert!(late.iter().all(|&bytes| bytes < first / 2), "{late:?} beside {first}");

@@ -15,7 +15,7 @@ fn bytes(fill: u8, count: usize) -> Bytes {
 #[test]
 fn snapshots_are_taken_in_order() {
     let outbox = Outbox::default();
-    outbox.keyframe(bytes(0, 100));
+    outbox.keyframe(bytes(0, 100), None);
     for tick in 1..4 {
         assert_eq!(outbox.snapshot(&bytes(tick, 1)), 0);
     }
@@ -30,34 +30,34 @@ fn snapshots_are_taken_in_order() {
 #[test]
 fn a_backlog_beyond_a_keyframe_is_replaced_by_one() {
     let outbox = Outbox::default();
-    outbox.keyframe(bytes(0, 100));
+    outbox.keyframe(bytes(0, 100), None);
     take(&outbox).expect("the keyframe");
     let fitted = (1..20).take_while(|&tick| outbox.snapshot(&bytes(tick, 18)) == 0).count();
     assert_eq!(fitted, 5, "five times 18 bytes are less than 100");
     assert!(outbox.is_drained(), "what cannot be used is dropped");
-    outbox.keyframe(bytes(9, 80));
+    outbox.keyframe(bytes(9, 80), None);
     assert_eq!(take(&outbox).expect("the keyframe").len(), 80);
 }
 
 #[test]
 fn many_small_snapshots_do_not_wait_for_ever_and_a_few_large_ones_may() {
     let outbox = Outbox::default();
-    outbox.keyframe(bytes(0, 10_000));
+    outbox.keyframe(bytes(0, 10_000), None);
     take(&outbox).expect("the keyframe");
     let fitted = (0..100).take_while(|&tick| outbox.snapshot(&bytes(tick, 2)) == 0).count();
     assert_eq!(fitted, OUTBOX_SNAPSHOTS_MAX);
-    assert_eq!(outbox.keyframe(bytes(0, 10)), 0, "all that waited was counted before");
+    assert_eq!(outbox.keyframe(bytes(0, 10), None), 0, "all that waited was counted before");
     take(&outbox).expect("the keyframe");
     let fitted = (0..100).take_while(|&tick| outbox.snapshot(&bytes(tick, 50)) == 0).count();
     assert_eq!(fitted, LATE_SNAPSHOTS_MIN);
     outbox.snapshot(&bytes(0, 1));
-    assert_eq!(outbox.keyframe(bytes(0, 10)), 1);
+    assert_eq!(outbox.keyframe(bytes(0, 10), None), 1);
 }
 
 #[test]
 fn control_messages_overtake_snapshots_and_are_bounded() {
     let outbox = Outbox::default();
-    outbox.keyframe(bytes(1, 1));
+    outbox.keyframe(bytes(1, 1), None);
     for _ in 0..OUTBOX_CONTROL_MAX {
         assert!(outbox.control(vec![9]));
     }
@@ -77,4 +77,34 @@ fn the_first_reason_to_end_counts_and_nothing_more_is_queued() {
     assert!(outbox.is_drained());
     assert_eq!(outbox.end_reason(), Some(Refusal::Flood));
     assert_eq!(outbox.take(), Next::End(Refusal::Flood));
+}
+
+#[test]
+fn a_permit_is_kept_as_long_as_its_keyframe() {
+    let semaphore = Arc::new(tokio::sync::Semaphore::new(1));
+    let permit = || Some(Arc::clone(&semaphore).try_acquire_owned().expect("it is free"));
+    let is_kept = || semaphore.available_permits() == 0;
+
+    let outbox = Outbox::default();
+    outbox.keyframe(bytes(0, 10), permit());
+    outbox.control(bytes(1, 1));
+    take(&outbox).expect("the control message");
+    assert!(is_kept());
+    take(&outbox).expect("the keyframe");
+    assert!(is_kept(), "the socket may have sent a part of it");
+    assert!(take(&outbox).is_none() && !is_kept());
+
+    outbox.keyframe(bytes(0, 10), permit());
+    outbox.keyframe(bytes(0, 10), None);
+    assert!(!is_kept(), "it was replaced");
+
+    outbox.keyframe(bytes(0, 10), permit());
+    while outbox.snapshot(&bytes(2, 10)) == 0 {
+        assert!(is_kept());
+    }
+    assert!(!is_kept(), "it was dropped with what waited behind it");
+
+    outbox.keyframe(bytes(0, 10), permit());
+    drop(outbox);
+    assert!(!is_kept());
 }
