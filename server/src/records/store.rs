@@ -88,7 +88,7 @@ impl Records {
 
     fn reload_here(&self) -> io::Result<()> {
         let (mut kept, mut others) = (0, 0);
-        for path in self.files()? {
+        for path in self.files(lock(&self.files))? {
             match self.read_again(&path) {
                 Ok(()) => kept += 1,
                 Err(reason) if reason.is_of_other_scene() => others += 1,
@@ -104,11 +104,10 @@ impl Records {
         Ok(())
     }
 
-    /// Files of records, those of displaced runs last. What was not complete is deleted.
-    fn files(&self) -> io::Result<Vec<PathBuf>> {
+    /// Files of records, those of displaced runs last. What was not complete is deleted: while files are `held` none is
+    /// being written.
+    fn files(&self, held: MutexGuard<'_, ()>) -> io::Result<Vec<PathBuf>> {
         let mut files = Vec::new();
-        // Held so that a file that is just being written is not taken for a leftover.
-        let _files = lock(&self.files);
         let entries = match fs::read_dir(&self.dir) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(files),
             entries => entries?,
@@ -123,6 +122,7 @@ impl Records {
         }
         files.sort_by_key(|path| (displaced_s(path), path.clone()));
         files.truncate(limits::RECORD_FILES_MAX);
+        drop(held);
         Ok(files)
     }
 
@@ -301,29 +301,4 @@ fn seconds(time: SystemTime) -> u64 {
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_run_that_comes_while_files_are_played_again_keeps_its_file() {
-        let name = format!("jostle-records-{:016x}", crate::host::random::random());
-        let dir = std::env::temp_dir().join(name);
-        fs::create_dir_all(&dir).expect("a directory");
-        let records = Records::open(dir.clone(), &[], Duration::from_secs(1));
-        let new = dir.join(format!("run.{NEW}"));
-        let reload = {
-            let _files = lock(&records.files);
-            fs::write(&new, "half").expect("a file");
-            let reload = records.reload().expect("a thread");
-            // Time for that thread to do harm; it waits for the lock.
-            std::thread::sleep(Duration::from_millis(50));
-            fs::rename(&new, dir.join("run.whole")).expect("the file is there");
-            reload
-        };
-        reload.join().expect("no panic");
-        fs::remove_dir_all(dir).expect("the directory");
-    }
 }
