@@ -29,8 +29,8 @@ const FLAGS: [&str; 23] = [
     "--ignore-gpu-blocklist",
     // Pages are put together without it: a fifth of the browser's time less.
     "--disable-gpu-compositing",
-    // Each window loads two hidden pages for the suggestions of the address bar. They take more time than a light page
-    // of the game.
+    // Each window of the whole Chromium loads two hidden pages for the suggestions of the address bar. They take more
+    // time than a light page of the game.
     "--disable-features=WebUIOmniboxPopup,WebUIOmniboxAimPopup",
     "--force-color-profile=srgb",
     "--hide-scrollbars",

@@ -182,7 +182,7 @@ impl App {
         let Some(screen) = self.edited_mut().filter(|screen| screen.origin == draft.origin) else {
             return;
         };
-        // Nothing is no draft, and nothing is lost.
+        // An empty draft is none: nothing is lost.
         if draft.text.is_none() {
             return;
         }

@@ -41,7 +41,7 @@ pub async fn a_page_follows_its_room_to_another_server(stage: Arc<Stage>) -> Res
     }
     let still = stood_still(&tab).await?;
     stage.note(format!("nodes drained: the picture stood still for {still:?} at most"));
-    // The others wait for the end of its lease, 20 s. That they do is shown without a browser each time.
+    // The other nodes wait 20 s for the lease to end; the fleet tests show this without a browser in every run.
     if is_long() {
         take_away(&mut games, &room, "KILL", &tab, &before).await?;
         let still = stood_still(&tab).await?;

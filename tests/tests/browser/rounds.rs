@@ -66,7 +66,7 @@ pub async fn a_round_is_counted_down_played_and_won(stage: Arc<Stage>) -> Result
     Ok(())
 }
 
-/// In place of the result.
+/// The highlights take the place of the result until they end.
 pub async fn the_end_of_a_round_is_watched_once_more(stage: Arc<Stage>) -> Result<()> {
     let server = dueling(1).await?;
     let ada = duelist(&stage, &server, Screen::SMALL).await?;

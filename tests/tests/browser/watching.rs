@@ -17,7 +17,7 @@ pub fn cases() -> Vec<Case> {
     vec![
         Case::new("a_room_is_watched_on_a_phone", |stage| a_room_is_watched(stage, PHONE)),
         Case::new("the_link_of_a_clip_plays_it", the_link_of_a_clip_plays_it),
-        // Not beside the one on a phone: both halls at once take long.
+        // Usually not beside the one on a phone: both halls at once take long.
         Case::new("a_room_is_watched_on_a_large_screen", |stage| {
             a_room_is_watched(stage, Screen::LARGE)
         }),
