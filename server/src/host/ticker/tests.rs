@@ -444,7 +444,7 @@ fn message(outbox: &Outbox) -> Bytes {
 
 /// The control messages in an outbox.
 fn control_messages(outbox: &Outbox) -> Vec<ServerMessage> {
-    outbox.keyframe(Bytes::new());
+    outbox.keyframe(Bytes::new(), None);
     let all = std::iter::repeat_with(|| message(outbox));
     let before = all.take_while(|bytes| !bytes.is_empty());
     before.map(|bytes| ServerMessage::decode(&bytes).expect("a message")).collect()
