@@ -52,6 +52,8 @@ pub enum Figure {
     Escaped,
     /// Deepest overlap after any step.
     DeepestEver,
+    /// Deepest overlap after a step, mean over all steps.
+    MeanDeepest,
     /// Deepest overlap after the last step.
     DeepestAtEnd,
     /// Root mean square of the speeds after the last step.
@@ -98,6 +100,7 @@ impl Figure {
             Figure::Worst => "time a step, worst, µs",
             Figure::Escaped => "outside at the end, bodies",
             Figure::DeepestEver => "deepest overlap ever, units",
+            Figure::MeanDeepest => "deepest overlap of a step, mean, units",
             Figure::DeepestAtEnd => "deepest overlap at the end, units",
             Figure::RmsAtEnd => "rms speed at the end, units/s",
             Figure::CalmAfter => "rms speed below 0.05 after, s",
@@ -146,6 +149,10 @@ impl Figure {
                 scene.dynamic().filter(is_out).count() as f64
             }
             Figure::DeepestEver => ever(|sample| sample.overlap),
+            Figure::MeanDeepest => {
+                let overlaps = run.samples[1..].iter().map(|sample| sample.overlap);
+                overlaps.sum::<f64>() / (run.samples.len() - 1) as f64
+            }
             Figure::DeepestAtEnd => last.overlap,
             Figure::RmsAtEnd => last.rms,
             Figure::CalmAfter => last_above(CALM, |sample| sample.rms),

@@ -1,8 +1,8 @@
 //! Disturbances of a pile from outside: shaking, gravity that turns, blasts, a plough, a crowd, slings,
-//! a lift, a mixer.
+//! a lift, a mixer, a pull.
 
 use super::scenes::SEEDS_APART;
-use crate::engine::Engine;
+use crate::engine::{Engine, State};
 use crate::scene::{Body, Mulberry, Scene, Shape};
 use glam::DVec2;
 
@@ -27,8 +27,13 @@ pub enum Script {
     Lift,
     /// From tick 180 on a box of 12 by 12 goes round in the pile at 60 units/s.
     Mixer,
+    /// Each tick all bodies gain 2 units/s towards a point, which jumps every 90 ticks.
+    Pull,
 }
 
+/// Speed that a pull gives in a tick, units/s, and the ticks after which its point jumps.
+const PULL_SPEED: f64 = 2.0;
+const PULL_TICKS: u32 = 90;
 /// Speed of a hero, units/s.
 const HERO_SPEED: f64 = 40.0;
 /// Bodies for each of which one is a hero.
@@ -86,6 +91,7 @@ impl Script {
 /// A script at work on one engine.
 pub struct Driver {
     script: Script,
+    seed: u32,
     draws: Mulberry,
     tick: u32,
     /// Direction of the plough, and the tick in which it turns.
@@ -96,7 +102,7 @@ impl Driver {
     /// At tick 0.
     pub fn new(script: Script, seed: u32) -> Driver {
         let draws = Mulberry(0xA917_A7ED + SEEDS_APART * seed);
-        Driver { script, draws, tick: 0, plough: (1.0, 180) }
+        Driver { script, seed, draws, tick: 0, plough: (1.0, 180) }
     }
 
     /// Acts before a tick.
@@ -121,6 +127,7 @@ impl Driver {
                 engine.set_velocity(scene.bodies.len() - 1, DVec2::new(0.0, speed));
             }
             Script::Mixer => mix(engine, scene, tick),
+            Script::Pull => self.pull(engine, scene, tick),
             _ => {}
         }
     }
@@ -163,6 +170,16 @@ impl Driver {
             let slung = bodies[draw.min(bodies.len() - 1)];
             let away = engine.state(slung).position - middle;
             engine.set_velocity(slung, away.normalize_or_zero() * SLING_SPEED);
+        }
+    }
+
+    fn pull(&self, engine: &mut dyn Engine, scene: &Scene, tick: u32) {
+        let mut draws = Mulberry(self.seed ^ (0x9E37 * (tick / PULL_TICKS) + 1));
+        let point = DVec2::new(draws.range(0.0, width(scene)), draws.range(0.0, height(scene)));
+        for body in scene.dynamic() {
+            let State { position, velocity } = engine.state(body);
+            let gain = (point - position).normalize_or_zero() * PULL_SPEED;
+            engine.set_velocity(body, velocity + gain);
         }
     }
 
