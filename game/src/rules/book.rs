@@ -1,7 +1,7 @@
 //! The state of the rules, and the order in which a tick plays them.
 
 use super::clock::{Round, RoundPhase};
-use super::memory::{Broken, Changes, Claims, Completed, SignalState, Sling, ZoneState};
+use super::memory::{Broken, Changes, Claims, Lap, SignalState, Sling, ZoneState};
 use super::notes::Notes;
 use crate::event::Event;
 use crate::rngs::Rngs;
@@ -43,7 +43,7 @@ pub(crate) struct Rules {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
     pub zones: Changes,
-    pub completed: Vec<Completed>,
+    pub laps: Vec<Lap>,
     pub claims: Claims,
     pub broken: Vec<Broken>,
     pub standings: Vec<(Side, Standing)>,

@@ -26,13 +26,15 @@ impl Rules {
         self.scratch.claims.lost.clear();
         let scene = table.scene;
         let (mut found, mut of_rule) = (Vec::new(), Vec::new());
-        let rules = (0..).zip(&scene.rules.rules);
-        for (index, rule) in rules.filter(|(_, rule)| rule.condition.all(self.levels)) {
+        let has_laps = !self.scratch.laps.is_empty();
+        let may_act = |rule: &RuleSpec| has_laps || rule.condition.all(self.levels);
+        for (index, rule) in (0..).zip(&scene.rules.rules).filter(|(_, rule)| may_act(rule)) {
             of_rule.clear();
             self.list_occurrences(rule.occasion, before, table, &mut of_rule);
             of_rule.retain(|of| {
                 let side = of.player.map(|seat| table.roster.side_of(seat));
                 rule.team.is_none_or(|team| side == Some(Side::Team(team)))
+                    && rule.condition.all(self.levels_of(of.player, table.roster))
             });
             if let Some(&Occurrence { player, by, .. }) = of_rule.first()
                 && rule.effects.say.is_some()

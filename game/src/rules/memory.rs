@@ -81,10 +81,11 @@ impl Walker {
     }
 }
 
-/// An order that somebody completed in this tick.
+/// A lap: an order of each side or player that one of them completed in this tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Completed {
+pub(super) struct Lap {
     pub signal: u8,
+    pub walker: Walker,
     pub body: BodyId,
 }
 

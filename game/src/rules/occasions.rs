@@ -1,6 +1,7 @@
 //! Occasions: what happened in a tick that rules wait for.
 
 use super::book::{Rules, Table};
+use super::memory::Lap;
 use crate::event::Event;
 use crate::input::Seat;
 use crate::scene::{Condition, Levels, Occasion};
@@ -39,11 +40,7 @@ impl Rules {
                 let left = changes.left.iter().filter(of(zones));
                 found.extend(left.map(|&(_, id)| self.about(id, table)));
             }
-            Occasion::On(condition) => {
-                if !condition.all(before) && condition.all(self.levels) {
-                    self.list_edge(condition, table, found);
-                }
-            }
+            Occasion::On(condition) => self.list_edge(condition, before, table, found),
             Occasion::Every(ticks) => {
                 if self.round.ticks.is_multiple_of(ticks) {
                     found.push(Occurrence::default());
@@ -78,15 +75,27 @@ impl Rules {
         }
     }
 
-    /// A condition came to hold: about those who completed an order that it names, else about nobody.
-    fn list_edge(&self, condition: Condition, table: &Table, found: &mut Vec<Occurrence>) {
-        let named = |signal: u8| condition.on.signals >> signal & 1 == 1;
-        let completed = self.scratch.completed.iter().filter(|of| named(of.signal));
-        let before = found.len();
-        found.extend(completed.map(|of| self.about(of.body, table)));
-        if found.len() == before {
-            found.push(Occurrence::default());
-        }
+    /// A condition came to hold. One that names a lap does so for each who completes it, whatever held for
+    /// others in the tick before; of several laps that it names, the last one counts.
+    fn list_edge(
+        &self,
+        condition: Condition,
+        before: Levels,
+        table: &Table,
+        found: &mut Vec<Occurrence>,
+    ) {
+        let named = |lap: &&Lap| condition.on.signals >> lap.signal & 1 == 1;
+        let laps = self.scratch.laps.iter().filter(named);
+        let Some(last) = laps.clone().map(|lap| lap.signal).max() else {
+            if !condition.all(before) && condition.all(self.levels) {
+                found.push(Occurrence::default());
+            }
+            return;
+        };
+        let completed =
+            laps.filter(|lap| lap.signal == last).map(|lap| self.about(lap.body, table));
+        let holds = |of: &Occurrence| condition.all(self.levels_of(of.player, table.roster));
+        found.extend(completed.filter(holds));
     }
 
     fn list_touches(&self, first: u8, second: u8, table: &Table, found: &mut Vec<Occurrence>) {

@@ -1,7 +1,9 @@
 //! Signals: levels made of zones and of signals above them.
 
 use super::book::{Rules, Table};
-use super::memory::{Completed, OrderState, RelayState, SignalState, Walker, is_off};
+use super::memory::{Lap, OrderState, RelayState, SignalState, Walker, is_off};
+use crate::input::Seat;
+use crate::roster::Roster;
 use crate::scene::{Each, Levels, OrderSpec, SignalKind, Step};
 use jostle_sim::BodyId;
 
@@ -10,7 +12,7 @@ impl Rules {
     pub(super) fn update_signals(&mut self, table: &Table) {
         let before = self.levels.signals;
         self.levels.signals = 0;
-        self.scratch.completed.clear();
+        self.scratch.laps.clear();
         for (index, spec) in table.scene.rules.signals.iter().enumerate() {
             let mut state = std::mem::replace(
                 &mut self.signals[index],
@@ -49,22 +51,42 @@ impl Rules {
         if order.each == Each::All && state.steps(Walker::All) == order.steps.len() {
             return true;
         }
-        let completed_before = self.scratch.completed.len();
+        let laps_before = self.scratch.laps.len();
         for &(zone, body) in &self.scratch.zones.entered {
             let Some(walker) = walker(order.each, body, table) else { continue };
             if state.step(order, walker, Step::Zone(zone)) && order.each != Each::All {
                 state.set(walker, 0);
-                self.scratch.completed.push(Completed { signal, body });
+                self.scratch.laps.push(Lap { signal, walker, body });
             }
         }
-        let came = self.levels.signals & !before;
-        for index in (0..64).filter(|index| came >> index & 1 == 1) {
-            state.step(order, Walker::All, Step::Signal(index));
+        for index in (0..64).filter(|index| self.levels.signals >> index & 1 == 1) {
+            let laps = self.scratch.laps.iter().filter(|lap| lap.signal == index).count();
+            let came = usize::from(before >> index & 1 == 0);
+            // Each lap is a step, also of those in one tick or in consecutive ones.
+            for _ in 0..laps.max(came) {
+                state.step(order, Walker::All, Step::Signal(index));
+            }
         }
         match order.each {
             Each::All => state.steps(Walker::All) == order.steps.len(),
-            Each::Side | Each::Player => self.scratch.completed.len() > completed_before,
+            Each::Side | Each::Player => self.scratch.laps.len() > laps_before,
         }
+    }
+}
+
+impl Rules {
+    /// The levels as a player sees them: of the laps of this tick, the player's own and those of the
+    /// player's side. Where it is about no player, anyone's.
+    pub(super) fn levels_of(&self, player: Option<Seat>, roster: &Roster) -> Levels {
+        let mut levels = self.levels;
+        let Some(seat) = player else { return levels };
+        let own = [Walker::Player(seat), Walker::Side(roster.side_of(seat))];
+        let laps = &self.scratch.laps;
+        laps.iter().for_each(|lap| levels.signals &= !(1 << lap.signal));
+        for lap in laps.iter().filter(|lap| own.contains(&lap.walker)) {
+            levels = levels.or(Levels::signal(lap.signal.into()));
+        }
+        levels
     }
 }
 
