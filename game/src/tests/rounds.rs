@@ -272,3 +272,46 @@ score = 1
     let round = game.round().expect("a round");
     assert_eq!((round.steps(1, Some(own)), round.steps(0, None)), (0, 2), "a lap starts over");
 }
+
+/// Who completes a lap when, relative to the others, does not matter: in one tick, in consecutive ones, or apart.
+#[test]
+fn every_lap_counts_however_close_the_laps_are() {
+    for (each, players, gap) in (0..40).map(|number| {
+        let each = if number % 2 == 0 { "player" } else { "side" };
+        (each, 2 + number / 2 % 5, number / 10)
+    }) {
+        let lap = format!(
+            "[[zones]]\nname = \"a\"\narea = [[200, 0], [220, 60]]\n\
+             [[zones]]\nname = \"b\"\narea = [[300, 0], [320, 60]]\n\
+             [[signals]]\nname = \"lap\"\norder = [\"a\", \"b\"]\neach = \"{each}\"\n\
+             [[rules]]\non = \"lap\"\nscore = 1\nback = true\n"
+        );
+        let mut game = round_of(&lap, players);
+        while phase(&game) != RoundPhase::Running {
+            idle(&mut game, 1);
+        }
+        let homes: Vec<Vec2> = (0..players).map(|seat| player(&game, seat).home).collect();
+        for lap in 1..=3 {
+            for tick in 0..=gap * players + 1 {
+                for seat in 0..players {
+                    let x = match tick.checked_sub(gap * seat) {
+                        Some(0) => 210.0,
+                        Some(1) => 310.0,
+                        _ => continue,
+                    };
+                    let hero = hero_of(&game, Seat(seat));
+                    game.world.set_position(hero, Vec2::new(x, 30.0));
+                }
+                idle(&mut game, 1);
+            }
+            for seat in 0..players {
+                let (score, hero) =
+                    (player(&game, seat).standing.score, hero_of(&game, Seat(seat)));
+                let facts = (score, game.world().position(hero));
+                let wanted = (lap, homes[usize::from(seat)]);
+                assert_eq!(facts, wanted, "{each}, seat {seat} of {players}, {gap} ticks apart");
+            }
+            assert_eq!(game.round().expect("a round").orders, []);
+        }
+    }
+}
