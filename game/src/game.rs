@@ -137,7 +137,10 @@ impl Game {
             Ok(_) => panic!("seat {} is taken", seat.0),
             Err(slot) => slot,
         };
-        let Game { scene, world, roster, rngs, .. } = self;
+        let Game { scene, world, roster, rngs, rules, .. } = self;
+        if let Some(rules) = rules {
+            rules.forget(seat);
+        }
         let mut player = Player::new(seat, roster.first_of(scene, Kind::Hero));
         player.team = roster.team_for(scene);
         player.standing = Standing::at_start(scene.rules.lives(), true);

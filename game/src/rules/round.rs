@@ -2,12 +2,13 @@
 
 use super::book::{Rules, Table};
 use super::clock::RoundPhase;
+use super::memory::SignalState;
 use crate::heroes;
-use crate::input::Buttons;
+use crate::input::{Buttons, Seat};
 use crate::placing;
 use crate::roster::Roster;
 use crate::scene::Scene;
-use crate::side::Standing;
+use crate::side::{Side, Standing};
 use crate::tools;
 use jostle_sim::World;
 
@@ -71,6 +72,20 @@ impl Rules {
             let player = &mut roster.players[slot];
             (player.team, player.checkpoint) = (Some(team), None);
             player.hero_wait = heroes::RESPAWN_TICKS;
+        }
+    }
+
+    /// A player who joins inherits no progress and no zone from the one who had the seat before.
+    pub fn forget(&mut self, seat: Seat) {
+        let own = Side::Player(seat);
+        for zone in &mut self.zones {
+            zone.holder.take_if(|holder| *holder == own);
+            zone.taking.take_if(|(side, _)| *side == own);
+        }
+        for signal in &mut self.signals {
+            if let SignalState::Order(order) = signal {
+                order.done.retain(|(walker, _)| walker.side() != Some(own));
+            }
         }
     }
 
