@@ -208,19 +208,20 @@ impl Rules {
         }
     }
 
-    /// The standing of a side, if it is there.
+    /// The standing of a side that is there and not out.
     pub(super) fn standing<'a>(
         &'a mut self,
         side: Side,
         table: &'a mut Table,
     ) -> Option<&'a mut Standing> {
-        match side {
+        let standing = match side {
             Side::Team(team) => self.teams.get_mut(usize::from(team)),
             Side::Player(seat) => {
                 let mut players = table.roster.players.iter_mut();
                 players.find(|player| player.seat == seat).map(|player| &mut player.standing)
             }
-        }
+        };
+        standing.filter(|standing| !standing.out)
     }
 }
 

@@ -9,24 +9,24 @@ use jostle_sim::short_sort::sort_few;
 
 impl Rules {
     /// Ends the round if something decides it: a claim, the goal, lives, then time. No order of rules or
-    /// sides matters: who decides it in the same tick shares it.
+    /// sides matters: who decides it in the same tick shares it. Sides that are out have no part in it.
     pub(super) fn judge(&mut self, table: &mut Table) {
         let Some(spec) = &table.scene.rules.round else { return };
         let mut standings = std::mem::take(&mut self.scratch.standings);
         standings.clear();
-        standings.extend(self.standings(table.roster));
+        standings.extend(self.standings(table.roster).filter(|(_, standing)| !standing.out));
         let winners = self
-            .by_claims(&standings)
+            .by_claims(spec, &standings)
             .or_else(|| by_goal(spec, &standings))
             .or_else(|| self.by_lives(spec, &standings))
             .or_else(|| self.by_time(spec, &standings));
         self.scratch.standings = standings;
-        self.take_out(spec, table);
         if let Some(winners) = winners {
             self.reward_spare_shots(&winners, table);
             self.winners = winners;
             self.round.enter(RoundPhase::Over, 0);
         }
+        self.take_out(spec, table);
     }
 
     /// Each shot that is left is worth something to who won.
@@ -54,14 +54,14 @@ impl Rules {
     }
 
     /// A win beats a loss; where somebody lost, the others won.
-    fn by_claims(&mut self, standings: &[(Side, Standing)]) -> Option<Vec<Side>> {
+    fn by_claims(&mut self, spec: &RoundSpec, standings: &[(Side, Standing)]) -> Option<Vec<Side>> {
         let claims = &mut self.scratch.claims;
         if !claims.won.is_empty() {
             sort_few(&mut claims.won, |one, other| one < other);
             claims.won.dedup();
             return Some(claims.won.clone());
         }
-        let others = standings.iter().map(|(side, _)| *side);
+        let others = alive(spec, standings).map(|(side, _)| *side);
         let others = others.filter(|side| !claims.lost.contains(side));
         (!claims.lost.is_empty()).then(|| others.collect())
     }
@@ -70,15 +70,9 @@ impl Rules {
     /// loses.
     fn by_lives(&self, spec: &RoundSpec, standings: &[(Side, Standing)]) -> Option<Vec<Side>> {
         spec.lives?;
-        let contenders = standings.iter().filter(|(_, standing)| standing.is_in());
-        let contenders: Vec<&(Side, Standing)> = contenders.collect();
-        let alive: Vec<Side> = contenders
-            .iter()
-            .filter(|(_, standing)| standing.lives > 0)
-            .map(|(side, _)| *side)
-            .collect();
+        let alive: Vec<Side> = alive(spec, standings).map(|(side, _)| *side).collect();
         match (self.contested, alive.len()) {
-            (true, 0) => Some(contenders.iter().map(|(side, _)| *side).collect()),
+            (true, 0) => Some(standings.iter().map(|(side, _)| *side).collect()),
             (true, 1) => Some(alive),
             (false, 0) => Some(Vec::new()),
             _ => None,
@@ -91,8 +85,8 @@ impl Rules {
         }
         Some(match spec.at_time {
             AtTime::Lose => Vec::new(),
-            AtTime::Win => standings.iter().map(|(side, _)| *side).collect(),
-            AtTime::Score => best(standings.iter().filter(|(_, standing)| standing.is_in())),
+            AtTime::Win => alive(spec, standings).map(|(side, _)| *side).collect(),
+            AtTime::Score => best(alive(spec, standings)),
         })
     }
 
@@ -107,6 +101,15 @@ impl Rules {
         }
         self.update_teams();
     }
+}
+
+/// The sides that have lives left at the end of this tick, where lives count.
+fn alive<'a>(
+    spec: &RoundSpec,
+    standings: &'a [(Side, Standing)],
+) -> impl Iterator<Item = &'a (Side, Standing)> + Clone {
+    let lives_count = spec.lives.is_some();
+    standings.iter().filter(move |(_, standing)| !lives_count || standing.lives > 0)
 }
 
 /// Most points at the goal; equals share.
