@@ -26,6 +26,8 @@ pub(crate) enum Rule {
         heading: Vec2,
         /// Units/s, positive.
         speed: f32,
+        /// A dye pack has pushed it off its way, to which it returns.
+        is_pushed: bool,
     },
     /// A dye pack.
     Chase {
@@ -48,9 +50,12 @@ impl Actor {
         visitor.bits(subject, "owner", self.owner.map_or(u32::MAX, |seat| u32::from(seat.0)));
         match self.rule {
             Rule::Still => {}
-            Rule::Wander { heading, speed } => {
+            Rule::Wander { heading, speed, is_pushed } => {
                 visitor.vector(subject, ["heading.x", "heading.y"], heading);
                 visitor.number(subject, "wander speed", speed);
+                if is_pushed {
+                    visitor.bits(subject, "is pushed", 1);
+                }
             }
             Rule::Chase { front, drift, driven, life } => {
                 visitor.vector(subject, ["front.x", "front.y"], front);

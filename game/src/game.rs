@@ -239,7 +239,7 @@ impl Game {
 
         impacts::report(world, scene, &mut self.hard_touches, events);
         heroes::report_departed(world, roster, events);
-        minions::turn(world, &mut roster.actors);
+        minions::turn(world, &mut roster.actors, scene.minion_recovery);
         packs::take_drift(world, &mut roster.actors, scene);
         packs::burst(world, roster, scene, prey, &mut rngs.emit, events);
         if let Some(rules) = rules {

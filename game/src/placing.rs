@@ -93,7 +93,7 @@ fn place(
     let speed = def.velocity.length();
     let rule = match kind {
         Kind::Minion if speed > 0.0 && def.motion == Motion::Dynamic => {
-            Rule::Wander { heading: def.velocity / speed, speed }
+            Rule::Wander { heading: def.velocity / speed, speed, is_pushed: false }
         }
         _ => Rule::Still,
     };

@@ -206,14 +206,15 @@ pub(crate) fn read_rng(bytes: &mut StateReader) -> Result<Rng, StateError> {
 fn save_actor(actor: &Actor, out: &mut StateWriter) {
     let rule = match actor.rule {
         Rule::Still => 0,
-        Rule::Wander { .. } => 1,
+        Rule::Wander { is_pushed: false, .. } => 1,
         Rule::Chase { .. } => 2,
+        Rule::Wander { is_pushed: true, .. } => 3,
     };
     out.byte(rule << 4 | actor.kind as u8);
     save_seat(actor.owner, out);
     match actor.rule {
         Rule::Still => {}
-        Rule::Wander { heading, speed } => {
+        Rule::Wander { heading, speed, .. } => {
             out.vector(heading);
             out.number(speed);
         }
@@ -249,9 +250,10 @@ fn read_actor(scene: &Scene, id: BodyId, bytes: &mut StateReader) -> Result<Acto
     let owner = read_seat("owner", bytes)?;
     let rule = match tag >> 4 {
         0 => Rule::Still,
-        1 => Rule::Wander {
+        tag @ (1 | 3) => Rule::Wander {
             heading: read_direction("heading", bytes)?,
             speed: bytes.plausible_number("speed")?,
+            is_pushed: tag == 3,
         },
         2 if scene.pack.is_some() => Rule::Chase {
             front: read_direction("front", bytes)?,

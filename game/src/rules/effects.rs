@@ -243,7 +243,7 @@ fn set_off(id: BodyId, note: &Note, table: &mut Table) {
     table.world.set_velocity(id, velocity);
     let speed = velocity.length();
     if let Some(actor) = &mut table.roster.actors[id.index as usize]
-        && let Rule::Wander { heading, speed: wander } = &mut actor.rule
+        && let Rule::Wander { heading, speed: wander, .. } = &mut actor.rule
         && speed > 0.0
     {
         (*heading, *wander) = (velocity / speed, speed);

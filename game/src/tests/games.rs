@@ -106,7 +106,7 @@ fn a_ball_between_two_walls_of_pong_comes_back_after_eight_seconds() {
     game.world.set_position(ball, Vec2::new(65.0, 100.0));
     game.world.set_velocity(ball, Vec2::new(0.0, 80.0));
     let actor = game.roster.actors[ball.index as usize].as_mut().expect("it heads somewhere");
-    actor.rule = Rule::Wander { heading: Vec2::Y, speed: 80.0 };
+    actor.rule = Rule::Wander { heading: Vec2::Y, speed: 80.0, is_pushed: false };
     let ticks = (1..=600).find(|_| {
         game.tick(&[]);
         game.roster.placed[0].is_none_or(|ball| (game.world().position(ball).x - 65.0).abs() > 5.0)

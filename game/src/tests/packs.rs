@@ -265,6 +265,89 @@ fn one_pack_turns_no_minion_round() {
     }
 }
 
+/// A minion at (200, 100), and a hero far to its right that does not fall.
+fn chased_past_a_minion(solver: &str, minion: &str, velocity: Vec2) -> Game {
+    let mut game = game_of(&format!(
+        "solver = \"{solver}\"\n{FLOOR}\n[[bodies]]\nkind = \"minion\"\nposition = [200, 100]\n\
+         velocity = [{}, {}]\n{minion}",
+        velocity.x, velocity.y
+    ));
+    game.join(FIRST);
+    let hero = hero_of(&game, FIRST);
+    game.world.set_gravity_scale(hero, 0.0);
+    game.world.set_position(hero, Vec2::new(380.0, 100.0));
+    game
+}
+
+/// Launches packs to the left of the minion, one above the other, and lets them push until shortly before they
+/// wear out. Returns how far the minion is from its way then.
+fn push(game: &mut Game, velocity: Vec2, packs: usize) -> f32 {
+    let minion = only(game, Kind::Minion);
+    let lowest = 100.0 - 2.0 * (packs - 1) as f32;
+    for index in 0..packs {
+        play(game, &[Buttons::FIRE], at(170.0, lowest + 4.0 * index as f32));
+        play(game, &[], None);
+    }
+    while game.tick_count() < 299 {
+        idle(game, 1);
+        assert_eq!(all(game, Kind::Pack).len(), packs, "none bursts");
+        let copy = Game::restore(Arc::clone(game.scene()), &game.save()).expect("what it saved");
+        assert_eq!((game.hash(), game.first_difference(&copy)), (copy.hash(), None));
+    }
+    let way = velocity * (game.tick_count() as f32 * jostle_sim::DT);
+    (game.world().position(minion) - Vec2::new(200.0, 100.0) - way).length()
+}
+
+#[test]
+fn one_pack_hardly_moves_a_minion_at_rest_slow_or_fast() {
+    let ways = [
+        Vec2::ZERO,
+        Vec2::new(0.2, 0.0),
+        Vec2::new(-0.2, 0.0),
+        Vec2::new(1.0, 0.0),
+        Vec2::new(-1.0, 0.0),
+        Vec2::new(0.0, 1.0),
+        Vec2::new(-2.0, 1.0),
+        Vec2::new(5.0, 0.0),
+        Vec2::new(-5.0, 0.0),
+        Vec2::new(20.0, 0.0),
+        Vec2::new(-20.0, 0.0),
+    ];
+    for solver in ["relaxation", "conjugate"] {
+        for minion in ["", "mass = 10", "size = [10, 14]", "restitution = 0"] {
+            for velocity in ways {
+                let mut game = chased_past_a_minion(solver, minion, velocity);
+                let way = push(&mut game, velocity, 1);
+                assert!(way > 0.0 && way < 2.0, "{solver}, {minion}, {velocity}: {way}");
+                idle(&mut game, 60);
+                let after = game.world().velocity(only(&game, Kind::Minion));
+                assert!((after - velocity).length() < 1e-3, "{velocity} became {after}");
+            }
+        }
+    }
+}
+
+#[test]
+fn many_packs_move_a_minion_which_then_rests_again() {
+    for solver in ["relaxation", "conjugate"] {
+        for (packs, least, most) in [(2, 0.8, 3.0), (3, 1.5, 10.0), (8, 15.0, 90.0)] {
+            let mut game = chased_past_a_minion(solver, "size = [10, 40]", Vec2::ZERO);
+            let way = push(&mut game, Vec2::ZERO, packs);
+            assert!((least..most).contains(&way), "{solver}, {packs} packs: {way}");
+            idle(&mut game, 60);
+            assert_eq!(game.world().velocity(only(&game, Kind::Minion)), Vec2::ZERO);
+        }
+    }
+}
+
+#[test]
+fn a_minion_that_starts_at_rest_and_has_weight_falls_freely() {
+    let mut game = chased_past_a_minion("relaxation", "gravity_scale = 1", Vec2::ZERO);
+    idle(&mut game, 30);
+    let velocity = game.world().velocity(only(&game, Kind::Minion));
+    assert!((velocity - Vec2::new(0.0, -25.0)).length() < 0.01, "{velocity}");
+}
+
 #[test]
 fn a_pack_that_meets_a_platform_almost_squarely_skirts_it_too() {
     for aside in [5.0, 12.0] {
