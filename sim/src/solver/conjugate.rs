@@ -54,7 +54,7 @@ pub const SWEEPS_MIN: u32 = 4;
 const BOUNCE_ROUNDS_MAX: u32 = 16;
 
 /// Scratch of a step; none of it is state.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub(crate) struct ConjugateSolver {
     pub contacts: ContactSet,
     /// By slot: number of contacts in which it is too deep in another body to have a side.
@@ -84,6 +84,21 @@ pub(crate) struct ConjugateSolver {
     work_left: u64,
     /// Whether a step needed more.
     is_over: bool,
+}
+
+/// Leaves out the scratch that no comparison of worlds within a step reads: a page that predicts clones its world.
+impl Clone for ConjugateSolver {
+    fn clone(&self) -> ConjugateSolver {
+        let constraints = self.contacts.constraints.clone();
+        ConjugateSolver {
+            contacts: ContactSet { constraints, infos: Vec::new() },
+            is_large_world: self.is_large_world,
+            sweeps: self.sweeps,
+            work: self.work,
+            is_over: self.is_over,
+            ..ConjugateSolver::default()
+        }
+    }
 }
 
 /// Limits of the work on an island.
