@@ -112,7 +112,11 @@ fn disturbed() -> Vec<Pile> {
         of("slings", "out of which bodies are slung into the walls", 1000, Slings),
         of("lift", "over a lift", 1000, Lift),
         of("mixer", "in a mixer", 1000, Mixer),
-        allow(of("plough", "that a plough stirs", 1000, Plough), Figure::MeanDeepest, 1.0),
+        allow(
+            allow(of("plough", "that a plough stirs", 1000, Plough), Figure::MeanDeepest, 1.0),
+            Figure::DeepestEver,
+            1.0,
+        ),
         bouncy(of("bouncy", "that bounces, shaken twice a second", 1000, Shaken)),
         allow(
             bouncy(of("bouncy", "that bounces, shaken twice a second", 4000, Shaken)),
@@ -134,10 +138,10 @@ fn moving(id: &str, title: &str, mut scenes: Vec<Scene>, script: Script) -> Pile
     let worst_us = if scenes[0].bodies.len() > 1100 { 16_000.0 } else { 4000.0 };
     let bounds = vec![
         (Figure::Mean, Bound::OfPeer(1.0)),
-        (Figure::Spread, Bound::Value(3.0)),
+        (Figure::Spread, Bound::Value(2.5)),
         (Figure::Worst, Bound::Value(worst_us)),
         (Figure::MeanDeepest, Bound::OfPeer(0.5)),
-        (Figure::DeepestEver, Bound::None),
+        (Figure::DeepestEver, Bound::OfPeer(0.5)),
         (Figure::Escaped, Bound::Value(0.0)),
     ];
     let (id, title) = (id.into(), title.into());
