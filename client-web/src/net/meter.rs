@@ -1,6 +1,6 @@
 //! Measurements of a connection and of drawing, over the last second.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::VecDeque;
 
 /// Time over which rates are measured, milliseconds.
 const WINDOW_MS: f64 = 1000.0;
@@ -41,7 +41,7 @@ pub struct Meter {
     /// Smoothed round trip, milliseconds.
     pub ping_ms: Option<f64>,
     /// Sections received so far, with the number of snapshots that had each.
-    pub sections: BTreeMap<&'static str, u64>,
+    pub sections: Vec<(&'static str, u64)>,
     /// Events that started emitters.
     pub emitters: u64,
 }
@@ -58,7 +58,10 @@ impl Meter {
     /// Counts a snapshot by its sections, and how many of its events started an emitter.
     pub fn snapshot(&mut self, sections: &[&'static str], emitters: usize) {
         for &section in sections {
-            *self.sections.entry(section).or_default() += 1;
+            match self.sections.iter_mut().find(|(name, _)| *name == section) {
+                Some((_, snapshots)) => *snapshots += 1,
+                None => self.sections.push((section, 1)),
+            }
         }
         self.emitters += emitters as u64;
     }

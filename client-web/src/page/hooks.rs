@@ -125,7 +125,7 @@ fn body(body: &Sample) -> JsValue {
 /// Sections received so far, with the number of snapshots that had each.
 fn sections(meter: &Meter) -> JsValue {
     let sections = js_sys::Object::new();
-    for (name, &snapshots) in &meter.sections {
+    for &(name, snapshots) in &meter.sections {
         set(&sections, name, &count(snapshots));
     }
     sections.into()

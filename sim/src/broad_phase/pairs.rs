@@ -340,7 +340,7 @@ impl PairList {
 const EMPTY_BOX: Aabb = Aabb { low: Vec2::ZERO, high: Vec2::ZERO };
 
 /// The key of a pair, by which the list is sorted.
-fn key(a: u32, b: u32) -> u64 {
+pub(crate) fn key(a: u32, b: u32) -> u64 {
     u64::from(a.min(b)) << 32 | u64::from(a.max(b))
 }
 

@@ -5,7 +5,8 @@
 //! not in a step.
 
 use glam::{DMat2, DVec2};
-use std::collections::BTreeSet;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 
 /// The pattern, and the numbers of this step; unknowns are named by their index in the order of
 /// elimination.
@@ -22,23 +23,28 @@ impl Elimination {
     /// Builds the pattern for `count` unknowns joined by these edges; returns it with the new index
     /// of each unknown.
     pub fn new(count: usize, edges: &[(u32, u32)]) -> (Elimination, Vec<u32>) {
-        let mut near: Vec<BTreeSet<u32>> = vec![BTreeSet::new(); count];
+        let mut near: Vec<Vec<u32>> = vec![Vec::new(); count];
         for &(a, b) in edges {
-            near[a as usize].insert(b);
-            near[b as usize].insert(a);
+            join(&mut near[a as usize], &[b]);
+            join(&mut near[b as usize], &[a]);
         }
-        let mut waiting: BTreeSet<(usize, u32)> =
-            (0u32..).zip(&near).map(|(node, near)| (near.len(), node)).collect();
+        // An entry whose degree is no longer the node's is passed over: a later one follows.
+        let degrees = (0u32..).zip(&near).map(|(node, near)| Reverse((near.len(), node)));
+        let mut waiting: BinaryHeap<Reverse<(usize, u32)>> = degrees.collect();
+        let mut is_done = vec![false; count];
         let mut order = Vec::new();
-        let mut columns: Vec<BTreeSet<u32>> = Vec::new();
-        while let Some((_, node)) = waiting.pop_first() {
+        let mut columns: Vec<Vec<u32>> = Vec::new();
+        while let Some(Reverse((degree, node))) = waiting.pop() {
+            if is_done[node as usize] || near[node as usize].len() != degree {
+                continue;
+            }
+            is_done[node as usize] = true;
             let later = std::mem::take(&mut near[node as usize]);
             for &one in &later {
                 let set = &mut near[one as usize];
-                waiting.remove(&(set.len(), one));
-                set.remove(&node);
-                set.extend(later.iter().filter(|&&other| other != one));
-                waiting.insert((set.len(), one));
+                join(set, &later);
+                set.retain(|&other| other != one && other != node);
+                waiting.push(Reverse((set.len(), one)));
             }
             order.push(node);
             columns.push(later);
@@ -119,6 +125,13 @@ impl Elimination {
             right[j] = self.diagonal[j] * sum;
         }
     }
+}
+
+/// Adds nodes to a sorted set.
+fn join(set: &mut Vec<u32>, more: &[u32]) {
+    set.extend(more);
+    set.sort_unstable();
+    set.dedup();
 }
 
 #[cfg(test)]

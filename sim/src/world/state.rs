@@ -8,7 +8,7 @@
 use super::{World, WorldSettings};
 use crate::bodies::Bodies;
 use crate::body::{GROUPS_MAX, Motion};
-use crate::broad_phase::pairs::{Axis, Pair};
+use crate::broad_phase::pairs::{Axis, Pair, key};
 use crate::features::Features;
 use crate::forces::Forces;
 use crate::hash::StateHasher;
@@ -156,25 +156,32 @@ impl World {
 
     /// Saves pairs that hold or touch, in (a, b) order.
     fn save_contacts(&self, out: &mut StateWriter) {
-        let mut contacts = BTreeMap::new();
-        let asleep = self.sleep.islands.iter().flat_map(|sleeping| &sleeping.pairs);
-        let pairs = self.pairs.pairs.iter().chain(asleep);
-        for pair in pairs.filter(|pair| pair.normal_impulse > 0.0) {
+        let asleep = || self.sleep.islands.iter();
+        let pairs = self.pairs.pairs.iter().chain(asleep().flat_map(|sleeping| &sleeping.pairs));
+        let pairs = || pairs.clone().filter(|pair| pair.normal_impulse > 0.0);
+        let touches = self.touches.now.iter();
+        let touches = touches.chain(asleep().flat_map(|sleeping| &sleeping.touches));
+        let touching = || touches.clone().map(|touch| key(touch.a.index, touch.b.index));
+        let mut keys: Vec<u64> = pairs().map(|pair| key(pair.a, pair.b)).chain(touching()).collect();
+        keys.sort_unstable();
+        keys.dedup();
+        let at = |key: u64| keys.binary_search(&key).expect("every key is listed");
+        let mut contacts = vec![(0, 0.0, 0.0); keys.len()];
+        for pair in pairs() {
             let flags = match pair.axis {
                 Axis::Free => 0,
                 Axis::X => ALONG_X,
                 Axis::Y => ALONG_Y,
             };
-            contacts.insert((pair.a, pair.b), (flags, pair.normal_impulse, pair.tangent_impulse));
+            contacts[at(key(pair.a, pair.b))] = (flags, pair.normal_impulse, pair.tangent_impulse);
         }
-        let asleep = self.sleep.islands.iter().flat_map(|sleeping| &sleeping.touches);
-        for touch in self.touches.now.iter().chain(asleep) {
-            contacts.entry((touch.a.index, touch.b.index)).or_insert((0, 0.0, 0.0)).0 |= TOUCHING;
+        for touch in touching() {
+            contacts[at(touch)].0 |= TOUCHING;
         }
         out.word(contacts.len() as u32);
-        for ((a, b), (flags, normal_impulse, tangent_impulse)) in contacts {
-            out.word(a);
-            out.word(b);
+        for (key, (flags, normal_impulse, tangent_impulse)) in keys.into_iter().zip(contacts) {
+            out.word((key >> 32) as u32);
+            out.word(key as u32);
             out.byte(flags);
             out.number(normal_impulse);
             out.number(tangent_impulse);
