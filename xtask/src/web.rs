@@ -9,7 +9,7 @@ use std::process::Command;
 /// The page's target, as Rust names it.
 pub const TARGET: &str = "wasm32-unknown-unknown";
 /// Every browser with WebGL2 that is still kept up has these instructions.
-const FEATURES: &str = r#"target.wasm32-unknown-unknown.rustflags=["-Ctarget-feature=+simd128"]"#;
+const FEATURES: &str = "-Ctarget-feature=+simd128";
 /// Compressed size at which a build for people fails: a phone on 2 Mbit/s waits 3 seconds for it.
 const PROGRAM_BYTES_MAX: u64 = 955_000;
 
@@ -99,9 +99,20 @@ fn compile(profile: Profile) -> Result<PathBuf> {
 /// A cargo command on libraries for the page. It has a target directory of its own: other calls of
 /// cargo may run meanwhile.
 pub fn cargo_for_page(command: &str, profile: Profile) -> Command {
-    let mut cargo = cargo(&[command, "--lib", "--target", TARGET, "--config", FEATURES]);
+    let mut cargo = cargo(&[command, "--lib", "--target", TARGET, "--config"]);
+    cargo.arg(format!("target.{TARGET}.rustflags={:?}", flags()));
     cargo.args(["--profile", profile.names()[0], "--target-dir"]).arg(target_dir());
     cargo
+}
+
+/// Flags of the compiler. Messages of panics name files of other crates without the directory that
+/// they lie in on this machine, so that the program is smaller, and the same on every machine.
+fn flags() -> Vec<String> {
+    let home = std::env::home_dir().unwrap_or_default();
+    let home = std::env::var_os("CARGO_HOME").map_or(home.join(".cargo"), PathBuf::from);
+    let sources = std::fs::read_dir(home.join("registry/src")).into_iter().flatten().flatten();
+    let short = sources.map(|entry| format!("--remap-path-prefix={}=", entry.path().display()));
+    std::iter::once(FEATURES.to_owned()).chain(short).collect()
 }
 
 fn target_dir() -> PathBuf {
