@@ -14,7 +14,7 @@ use crate::continuous::thin::is_fast;
 use crate::math::max;
 use crate::shape::shapes;
 use crate::solver::contact_constraint::{
-    ContactConstraint, ContactInfo, ContactSet, GatherStep, make_contact,
+    ContactConstraint, ContactInfo, ContactSet, GatherStep, PackedBody, make_contact,
 };
 use crate::solver::tolerances::OVERLAP;
 
@@ -29,6 +29,8 @@ pub(crate) struct LatePairs {
     /// By slot: whether it outruns its reach, or moves by more than the thinnest body's half-size. No pair of two
     /// others is late.
     may_be_late: Vec<bool>,
+    /// By slot: whether its island is in motion. Of two such bodies no pair is added: the next step sees other overlaps.
+    pub is_in_motion: Vec<bool>,
     late: ContactSet,
     /// The constraints before the merge.
     before: ContactSet,
@@ -37,6 +39,12 @@ pub(crate) struct LatePairs {
 }
 
 impl LatePairs {
+    /// Begins a step: no island is in motion.
+    pub fn begin(&mut self, slots: usize) {
+        self.is_in_motion.clear();
+        self.is_in_motion.resize(slots, false);
+    }
+
     /// Extends the reach of bodies that became faster; returns whether there are any, or any that
     /// may pass over another one.
     pub fn extend_reach(&mut self, bodies: &mut Bodies, dt: f32) -> bool {
@@ -80,7 +88,8 @@ impl LatePairs {
         for (index, pair) in (0u32..).zip(pairs) {
             let has_constraint = known.next_if_eq(&index).is_some();
             let (a, b) = (pair.a as usize, pair.b as usize);
-            if !(self.may_be_late[a] || self.may_be_late[b]) {
+            let in_motion = self.is_in_motion[a] && self.is_in_motion[b];
+            if in_motion || !(self.may_be_late[a] || self.may_be_late[b]) {
                 continue;
             }
             let outruns_reach =
@@ -93,8 +102,9 @@ impl LatePairs {
             if let Some(manifold) = manifold
                 .filter(|manifold| manifold.separation + manifold.normal.dot(path) < -OVERLAP)
             {
+                let [a, b] = [pair.a, pair.b].map(|slot| PackedBody::of(bodies, slot));
                 let (constraint, info) =
-                    make_contact::<{ shapes::BOTH }>(bodies, pair, index, manifold, step);
+                    make_contact::<{ shapes::BOTH }>([&a, &b], pair, index, manifold, step);
                 // The stored impulse of the last step was not applied in this one.
                 self.late.constraints.push(ContactConstraint {
                     normal_impulse: 0.0,
@@ -165,6 +175,7 @@ mod tests {
         let mut bodies = world.body_arrays().clone();
         let (mut late_pairs, mut paths, dt) = (LatePairs::default(), Paths::default(), 1.0 / 60.0);
         paths.impact_time.resize(2, 0.0);
+        late_pairs.begin(2);
         assert!(late_pairs.extend_reach(&mut bodies, dt));
         let pair = Pair {
             a: 0,

@@ -44,7 +44,7 @@ pub(crate) fn placed_of<const SHAPES: u8>(bodies: &Bodies, slot: u32) -> Placed 
 /// The manifold of two bodies of which b moves by `path` relative to a if nothing stops it. `kept`
 /// is the axis of the face that carried the contact in the last step. `None`: two boxes pass each
 /// other around a corner.
-#[inline]
+#[inline(always)]
 pub(crate) fn between(a: Placed, b: Placed, path: Vec2, kept: Axis) -> Option<Manifold> {
     let offset = b.center - a.center;
     let size = a.center.abs() + b.center.abs();

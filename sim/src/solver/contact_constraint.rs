@@ -8,14 +8,13 @@
 //! comparison per sweep.
 
 use crate::bodies::Bodies;
-use crate::broad_phase::pairs::{Axis, Pair, near};
+use crate::broad_phase::pairs::{Axis, Pair};
 use crate::continuous::paths::{Paths, predict_manifold};
-use crate::continuous::thin::is_fast;
 use crate::math::{max, min};
 use crate::narrow_phase::manifold::Manifold;
-use crate::narrow_phase::separation::{self, FAR};
-use crate::shape::shapes;
-use crate::solver::tolerances::{DEEP_SHARE, ROUNDING, SLIDING, SPECULATIVE};
+use crate::narrow_phase::separation::{self, FAR, Placed};
+use crate::shape::{Shape, shapes};
+use crate::solver::tolerances::{DEEP_SHARE, PUSHED_SHARE, ROUNDING, SLIDING, SPECULATIVE};
 use glam::Vec2;
 
 /// Most deep contacts of a body that are kept while its partner has as many.
@@ -78,7 +77,7 @@ pub(crate) enum Correction {
     Thorough,
     /// Its bodies move on: the next step sees other overlaps, so this one spends little on small ones.
     Light,
-    /// Its bodies slide past each other, and their masses are similar: contact by contact.
+    /// Its bodies slide past each other: contact by contact.
     Singly,
 }
 
@@ -105,6 +104,14 @@ impl ContactSet {
     }
 }
 
+/// Scratch of gathering.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct GatherScratch {
+    packed: Vec<PackedBody>,
+    /// By slot: number of contacts in which it is too deep in another body to have a side.
+    deep_contacts: Vec<u8>,
+}
+
 /// Constants of a step for its constraints.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct GatherStep {
@@ -114,6 +121,74 @@ pub(crate) struct GatherStep {
     pub fall: f32,
     /// Whether a body may move by more than the thinnest body's half-size.
     pub has_fast_bodies: bool,
+}
+
+/// What gathering reads of a body, side by side: 40 bytes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PackedBody {
+    center: Vec2,
+    velocity: Vec2,
+    half: Vec2,
+    reach: f32,
+    inv_mass: f32,
+    friction: f32,
+    is_circle: bool,
+    takes_no_part: bool,
+    /// Whether it had an impact in the step: its path is bent.
+    is_impacted: bool,
+}
+
+impl PackedBody {
+    pub fn of(bodies: &Bodies, slot: u32) -> PackedBody {
+        let slot = slot as usize;
+        PackedBody {
+            center: bodies.center[slot],
+            velocity: bodies.velocity[slot],
+            half: bodies.half[slot],
+            reach: bodies.reach[slot],
+            inv_mass: bodies.inverse_mass[slot],
+            friction: bodies.material[slot].friction,
+            is_circle: matches!(bodies.shape[slot], Shape::Circle { .. }),
+            takes_no_part: false,
+            is_impacted: false,
+        }
+    }
+
+    /// See [`Bodies::shape_of`].
+    #[inline(always)]
+    fn shape<const SHAPES: u8>(&self) -> Shape {
+        let is_circle = SHAPES == shapes::CIRCLES || SHAPES != shapes::BOXES && self.is_circle;
+        if is_circle { Shape::Circle { radius: self.half.x } } else { Shape::Box { half: self.half } }
+    }
+
+    #[inline(always)]
+    fn placed<const SHAPES: u8>(&self, slot: u32) -> Placed {
+        Placed { shape: self.shape::<SHAPES>(), center: self.center, slot }
+    }
+
+    #[inline(always)]
+    fn thickness(&self) -> f32 {
+        min(self.half.x, self.half.y)
+    }
+
+    /// The greater of its speeds along the axes.
+    #[inline(always)]
+    fn axis_speed(&self) -> f32 {
+        max(self.velocity.x.abs(), self.velocity.y.abs())
+    }
+}
+
+/// Two bodies of which a contact is made.
+type PackedPair<'a> = [&'a PackedBody; 2];
+
+/// Packs all bodies.
+fn pack(bodies: &Bodies, takes_no_part: &[bool], paths: &Paths, packed: &mut Vec<PackedBody>) {
+    packed.clear();
+    packed.extend((0..bodies.alive.len()).map(|slot| PackedBody {
+        takes_no_part: takes_no_part[slot],
+        is_impacted: paths.impact_time[slot] != 0.0,
+        ..PackedBody::of(bodies, slot as u32)
+    }));
 }
 
 /// Gathers the constraints of a step in (a, b) order, except between two bodies that [take no part],
@@ -131,102 +206,89 @@ pub(crate) fn gather<const SHAPES: u8>(
     paths: &Paths,
     step: GatherStep,
     contacts: &mut ContactSet,
-    deep_contacts: &mut Vec<u8>,
+    scratch: &mut GatherScratch,
 ) -> bool {
     let GatherStep { dt, fall, .. } = step;
     let mut has_fast = false;
     let ContactSet { constraints, infos } = contacts;
     constraints.clear();
     infos.clear();
+    let GatherScratch { packed, deep_contacts } = scratch;
+    pack(bodies, takes_no_part, paths, packed);
     deep_contacts.clear();
     deep_contacts.resize(bodies.alive.len(), 0);
     for (index, pair) in (0u32..).zip(pairs) {
-        let (a, b) = (pair.a as usize, pair.b as usize);
-        if takes_no_part[a] && takes_no_part[b] || !near(bodies, pair.a, pair.b) {
+        let [a, b] = [&packed[pair.a as usize], &packed[pair.b as usize]];
+        let apart = (b.center - a.center).abs() - a.half - b.half;
+        let reach = a.reach + b.reach;
+        if a.takes_no_part && b.takes_no_part || !(apart.x < reach && apart.y < reach) {
             continue;
         }
-        let (velocity_a, velocity_b) = (bodies.velocity[a], bodies.velocity[b]);
-        let path = (velocity_b - velocity_a) * dt;
-        let manifold = predict_manifold::<SHAPES>(bodies, paths, pair, path, dt);
+        let path = (b.velocity - a.velocity) * dt;
+        let manifold = if a.is_impacted || b.is_impacted {
+            predict_manifold::<SHAPES>(bodies, paths, pair, path, dt)
+        } else {
+            let [at_a, at_b] = [a.placed::<SHAPES>(pair.a), b.placed::<SHAPES>(pair.b)];
+            separation::between(at_a, at_b, path, pair.axis)
+        };
         let Some(manifold) = manifold else { continue };
-        // Their own velocities, not the relative one: a contact that stops one of them must not let
-        // it overlap the other, beside which it fell at the same speed.
-        let speeds = manifold.normal.dot(velocity_a).abs() + manifold.normal.dot(velocity_b).abs();
-        if manifold.separation == FAR || manifold.separation < SPECULATIVE + fall + speeds * dt {
-            let (constraint, info) = make_contact::<SHAPES>(bodies, pair, index, manifold, step);
-            if constraint.is_deep(bodies, manifold.separation) {
-                if deep_contacts[a] >= DEEP_CONTACTS_MAX && deep_contacts[b] >= DEEP_CONTACTS_MAX {
-                    continue;
-                }
-                deep_contacts[a] = deep_contacts[a].saturating_add(1);
-                deep_contacts[b] = deep_contacts[b].saturating_add(1);
-            }
-            has_fast |= info.fast;
-            constraints.push(constraint);
-            infos.push(info);
+        if manifold.separation >= SPECULATIVE + fall + closing_distance([a, b], &manifold, dt) {
+            continue;
         }
+        let (constraint, info) = make_contact::<SHAPES>([a, b], pair, index, manifold, step);
+        if constraint.is_deep(bodies, manifold.separation) {
+            let (a, b) = (pair.a as usize, pair.b as usize);
+            if deep_contacts[a] >= DEEP_CONTACTS_MAX && deep_contacts[b] >= DEEP_CONTACTS_MAX {
+                continue;
+            }
+            deep_contacts[a] = deep_contacts[a].saturating_add(1);
+            deep_contacts[b] = deep_contacts[b].saturating_add(1);
+        }
+        has_fast |= info.fast;
+        constraints.push(constraint);
+        infos.push(info);
     }
     has_fast
+}
+
+/// Distance that a pair may close in the step: by their own velocities, not the relative one, since a contact that stops
+/// one of them must not let it overlap the other, beside which it fell at the same speed; but by no more than half of a
+/// half-size beyond the relative one. Where all fly, most pairs would have a constraint that does nothing.
+#[inline(always)]
+fn closing_distance([a, b]: PackedPair, manifold: &Manifold, dt: f32) -> f32 {
+    let approach = max(-manifold.normal.dot(b.velocity - a.velocity), 0.0);
+    let speeds = manifold.normal.dot(a.velocity).abs() + manifold.normal.dot(b.velocity).abs();
+    min(speeds * dt, approach * dt + PUSHED_SHARE * min(a.thickness(), b.thickness()))
 }
 
 /// Creates the constraint of a pair.
 #[inline]
 pub(crate) fn make_contact<const SHAPES: u8>(
-    bodies: &Bodies,
+    [a, b]: PackedPair,
     pair: &Pair,
     index: u32,
     manifold: Manifold,
     GatherStep { dt, has_fast_bodies, .. }: GatherStep,
 ) -> (ContactConstraint, ContactInfo) {
-    let (a, b) = (pair.a as usize, pair.b as usize);
     let passes = manifold.separation == FAR;
-    let approach = -manifold.normal.dot(bodies.velocity[b] - bodies.velocity[a]);
-    let size = manifold.normal.abs().dot(bodies.center[a].abs() + bodies.center[b].abs());
-    let apart = manifold.separation > ROUNDING * size;
-    let min_normal_velocity = if apart { -manifold.separation / dt } else { 0.0 };
-    let mut constraint =
-        make_constraint::<SHAPES>(bodies, pair, index, manifold.normal, min_normal_velocity);
-    if passes {
-        (constraint.normal_impulse, constraint.tangent_impulse) = (0.0, 0.0);
-    }
-    let info = ContactInfo {
-        separation: manifold.separation,
-        separation_after: manifold.separation,
-        exact: false,
-        closing: max(approach, 0.0),
-        bounced: false,
-        fast: passes || has_fast_bodies && is_fast(bodies, pair, dt, 1.0),
-        slid: constraint.normal_impulse > 0.0 && !constraint.sticks(),
-        correction: Correction::Thorough,
-    };
-    (constraint, info)
-}
-
-#[inline]
-fn make_constraint<const SHAPES: u8>(
-    bodies: &Bodies,
-    pair: &Pair,
-    index: u32,
-    normal: Vec2,
-    min_normal_velocity: f32,
-) -> ContactConstraint {
-    let (a, b) = (pair.a as usize, pair.b as usize);
-    let (inv_mass_a, inv_mass_b) = (bodies.inverse_mass[a], bodies.inverse_mass[b]);
-    let friction = (bodies.material[a].friction * bodies.material[b].friction).sqrt();
+    let approach = -manifold.normal.dot(b.velocity - a.velocity);
+    let size = manifold.normal.abs().dot(a.center.abs() + b.center.abs());
+    let is_apart = manifold.separation > ROUNDING * size;
     // The impulse of a face says nothing about another face or a corner: it would push a circle on
     // that has just left a tile.
-    let turned = pair.axis != Axis::Free && pair.axis != axis_of::<SHAPES>(bodies, a, b, normal);
+    let axis = || separation::axis_of(a.shape::<SHAPES>(), b.shape::<SHAPES>(), manifold.normal);
+    let is_kept = !passes && (pair.axis == Axis::Free || pair.axis == axis());
     let (normal_impulse, tangent_impulse) =
-        if turned { (0.0, 0.0) } else { (pair.normal_impulse, pair.tangent_impulse) };
-    ContactConstraint {
+        if is_kept { (pair.normal_impulse, pair.tangent_impulse) } else { (0.0, 0.0) };
+    let constraint = ContactConstraint {
         a: pair.a,
         b: pair.b,
-        normal,
-        min_normal_velocity,
-        effective_mass: 1.0 / (inv_mass_a + inv_mass_b),
-        inv_mass_a,
-        inv_mass_b,
-        friction,
+        normal: manifold.normal,
+        min_normal_velocity: if is_apart { -manifold.separation / dt } else { 0.0 },
+        effective_mass: 1.0 / (a.inv_mass + b.inv_mass),
+        inv_mass_a: a.inv_mass,
+        inv_mass_b: b.inv_mass,
+        friction: (a.friction * b.friction).sqrt(),
         normal_impulse,
         tangent_impulse,
         normal_before: 0.0,
@@ -234,12 +296,19 @@ fn make_constraint<const SHAPES: u8>(
         normal_direction: 0.0,
         tangent_direction: 0.0,
         pair: index,
-    }
-}
-
-#[inline]
-fn axis_of<const SHAPES: u8>(bodies: &Bodies, a: usize, b: usize, normal: Vec2) -> Axis {
-    separation::axis_of(bodies.shape_of::<SHAPES>(a), bodies.shape_of::<SHAPES>(b), normal)
+    };
+    let furthest = max(a.axis_speed(), b.axis_speed()) * dt;
+    let info = ContactInfo {
+        separation: manifold.separation,
+        separation_after: manifold.separation,
+        exact: false,
+        closing: max(approach, 0.0),
+        bounced: false,
+        fast: passes || has_fast_bodies && furthest > min(a.thickness(), b.thickness()),
+        slid: constraint.normal_impulse > 0.0 && !constraint.sticks(),
+        correction: Correction::Thorough,
+    };
+    (constraint, info)
 }
 
 impl ContactConstraint {
@@ -313,8 +382,8 @@ impl ContactConstraint {
         if self.normal_impulse <= 0.0 {
             return (0.0, 0.0, Axis::Free);
         }
-        let axis =
-            axis_of::<{ shapes::BOTH }>(bodies, self.a as usize, self.b as usize, self.normal);
+        let shape = |slot: u32| bodies.shape[slot as usize];
+        let axis = separation::axis_of(shape(self.a), shape(self.b), self.normal);
         (self.normal_impulse, self.tangent_impulse, axis)
     }
 

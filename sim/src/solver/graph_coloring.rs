@@ -116,11 +116,17 @@ impl ColoredContacts {
         color
     }
 
-    /// Visits every contact once.
-    pub fn sweep<const FRICTION: bool>(&mut self, velocity: &mut [Vec2], change: &mut Change) {
+    /// Visits every contact once, and takes `factor` times the step to its solution, in (0, 2): beyond 1 that is
+    /// successive over-relaxation.
+    pub fn sweep<const FRICTION: bool>(
+        &mut self,
+        velocity: &mut [Vec2],
+        change: &mut Change,
+        factor: f32,
+    ) {
         let (mut worst, mut squared) = ([0.0; LANES], [0.0; LANES]);
         for wide in &mut self.wide {
-            wide.solve::<FRICTION>(velocity, &mut worst, &mut squared);
+            wide.solve::<FRICTION>(velocity, &mut worst, &mut squared, factor);
         }
         for lane in 0..LANES {
             change.worst = max(change.worst, worst[lane]);
@@ -179,13 +185,14 @@ impl WideContact {
         wide
     }
 
-    /// Solves every lane as `gauss_seidel::solve_contact` does, and adds its changes.
+    /// Solves every lane as `gauss_seidel::solve_contact` does, but for the factor, and adds its changes.
     #[inline]
     fn solve<const FRICTION: bool>(
         &mut self,
         velocity: &mut [Vec2],
         worst: &mut Lanes,
         squared: &mut Lanes,
+        factor: f32,
     ) {
         let (x, y) = self.relative_velocities(velocity);
         let (mut impulse_x, mut impulse_y) = ([0.0; LANES], [0.0; LANES]);
@@ -193,14 +200,14 @@ impl WideContact {
             let (normal_x, normal_y) = (self.normal_x[lane], self.normal_y[lane]);
             let excess = normal_x * x[lane] + normal_y * y[lane] - self.min_normal_velocity[lane];
             let before = self.normal_impulse[lane];
-            let normal = max(before - excess * self.effective_mass[lane], 0.0);
+            let normal = max(before - factor * excess * self.effective_mass[lane], 0.0);
             let normal_change = normal - before;
             self.normal_impulse[lane] = normal;
             let mut tangent_change = 0.0;
             if FRICTION {
                 let slide = normal_x * y[lane] - normal_y * x[lane];
                 let before = self.tangent_impulse[lane];
-                let wanted = before - slide * self.effective_mass[lane];
+                let wanted = before - factor * slide * self.effective_mass[lane];
                 let tangent = limited(wanted, self.friction[lane] * normal);
                 tangent_change = tangent - before;
                 self.tangent_impulse[lane] = tangent;

@@ -68,6 +68,44 @@ pub(crate) enum Sequence {
 /// Sweeps over contacts with immovable bodies alone: two walls that meet in a corner need no more.
 const IMMOVABLE_SWEEPS: u32 = 2;
 
+/// Factor of the steps that coloured sweeps take, with directions.
+const CALM_FACTOR: f32 = 1.5;
+/// The same of an island in motion, without directions: with 1.8 overlaps are 1.5 times as deep.
+const MOTION_FACTOR: f32 = 1.9;
+/// Sweeps of such an island that end with whole steps, which leave no impulse too large.
+const LAST_SWEEPS: u32 = 2;
+
+/// Sweeps an island in motion by colour, with over-relaxation (Young 1954); returns the number of sweeps.
+///
+/// A step by a factor in (0, 2) lowers the kinetic energy that is left of the problem just as a whole one does, so that
+/// stopping anywhere adds none.
+pub(crate) fn solve_in_motion(
+    constraints: &mut [ContactConstraint],
+    island: &[u32],
+    blocks: &mut Blocks,
+    velocity: &mut [Vec2],
+    limits: SweepLimits,
+) -> u32 {
+    let colored = &mut blocks.colored;
+    colored.color(constraints, island);
+    let sweep = match limits.friction || GENERAL_ONLY {
+        true => ColoredContacts::sweep::<true>,
+        false => ColoredContacts::sweep::<false>,
+    };
+    let mut sweeps = limits.sweeps_max;
+    for count in 1..=limits.sweeps_max {
+        let is_last = count + LAST_SWEEPS > limits.sweeps_max;
+        let mut change = Change::default();
+        sweep(colored, velocity, &mut change, if is_last { 1.0 } else { MOTION_FACTOR });
+        if change.worst < limits.tolerance {
+            sweeps = count;
+            break;
+        }
+    }
+    colored.store(constraints);
+    sweeps
+}
+
 /// Solves an island; returns the number of sweeps.
 pub(crate) fn solve(
     constraints: &mut [ContactConstraint],
@@ -106,7 +144,7 @@ fn solve_colored<const FRICTION: bool>(
     let mut squared_before = 0.0;
     for count in 1..=limits.sweeps_max {
         let mut change = chains.sweep::<FRICTION>(constraints, velocity);
-        colored.sweep::<FRICTION>(velocity, &mut change);
+        colored.sweep::<FRICTION>(velocity, &mut change, CALM_FACTOR);
         if change.worst < limits.tolerance {
             sweeps = count;
             break;

@@ -30,6 +30,9 @@ pub(crate) const OVERLAP: f32 = 1e-4;
 /// Distance within which a pair has a constraint even if neither body moves: four times the
 /// default slop, so that a resting pair never loses it.
 pub(crate) const SPECULATIVE: f32 = 0.02;
+/// Share of the thinner body's half-size by which a pair may close beyond its relative velocity and still have a
+/// constraint: what a third body pushes further is a late pair. With 0.25 a rain that lands comes apart.
+pub(crate) const PUSHED_SHARE: f32 = 0.5;
 /// Overlap on both axes below which two boxes only pass corner to corner: twice the default slop.
 /// The axis of the last step may be worse by twice as much before two boxes change it.
 pub(crate) const CORNER: f32 = 0.01;
@@ -77,14 +80,11 @@ pub(crate) const SMALL_ISLAND_SHARE: f32 = 0.001;
 pub(crate) const LARGE_ISLAND: f32 = 10_000.0;
 /// Contacts from which an island in motion is swept locally: smaller ones cost little.
 pub(crate) const LOCAL_ISLAND: usize = 64;
-/// Mass ratio beyond which an island is swept as a whole: a heavy body moves everything around it.
-pub(crate) const LOCAL_MASS_RATIO: f32 = 2000.0;
-/// Mass ratio up to which bodies of an island in motion are pushed apart one contact at a time: beside a heavy body
-/// that takes many more passes.
-pub(crate) const SIMILAR_MASSES: f32 = 50.0;
 /// Mean sliding velocity of an island's contacts, in tolerances, beyond which its bodies move past
 /// each other: a pile that lands in one piece stays below it.
 pub(crate) const AGITATED: f32 = 60.0;
+/// The same, units/s: in weak gravity a heap that comes apart is not in motion.
+pub(crate) const AGITATED_MIN: f32 = 0.12;
 /// Mean relative velocity of its contacts, in tolerances, below which they hardly move: forests pay.
 /// With 30 a heavy ball comes to rest later.
 pub(crate) const SLOW: f32 = 80.0;
