@@ -2,6 +2,7 @@
 //! miss each other. Only the conjugate solver uses it; with the relaxation `speed_max` has to be low
 //! enough.
 
+pub(crate) mod crowd;
 pub(crate) mod held_after_impact;
 pub(crate) mod impact_prediction;
 pub(crate) mod impact_queue;

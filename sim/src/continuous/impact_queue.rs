@@ -19,6 +19,7 @@
 //! lines; gravity bends it, so before each impact both bodies are checked for obstructions up to
 //! that time.
 
+use super::crowd::Crowd;
 use super::impact_prediction::{
     Hit, as_obstruction, bounces, gravity_on, predict, restitution, tunnels,
 };
@@ -78,6 +79,7 @@ pub(crate) struct ImpactQueue {
     /// Number of predictions in this step: the cost of its impacts.
     pub predictions: u64,
     pub paths: Paths,
+    pub crowd: Crowd,
     /// By slot: number of impacts in this step.
     impact_count: Vec<u32>,
     /// By slot with impacts: the first three bodies that it met.
@@ -136,13 +138,13 @@ impl ImpactQueue {
 
     /// Finds the bodies that may have an impact: those that bounce (of two that close faster than
     /// the threshold one is faster than half of it) and those that are fast. Returns whether there
-    /// are any. Their reach is extended, since a bounce may make them faster: to twice their path,
-    /// and by their own thickness. Bodies that outrun even that take another round, and meet bodies
+    /// are any. The reach of fast ones and of a gas is extended, since a bounce may make them faster: to twice their path,
+    /// and by their own thickness. Bodies that outrun it take another round, and meet bodies
     /// there that are ahead of them in time: in a crowded gas that loses a little energy.
     pub fn extend_reach(&mut self, bodies: &mut Bodies, context: &StepContext) -> bool {
         self.may_impact.clear();
         self.may_impact.resize(bodies.alive.len(), false);
-        let bounce_speed = bounce_speed(context);
+        let (bounce_speed, is_weightless) = (bounce_speed(context), context.gravity == Vec2::ZERO);
         let fast_speed = FAST * bodies.thinnest() / context.dt;
         let mut any = false;
         for index in 0..bodies.moving.len() {
@@ -152,13 +154,26 @@ impl ImpactQueue {
             let bounces = may_bounce && bodies.material[slot].restitution > 0.0;
             let thickness = bodies.thickness(slot);
             let own_fast_speed = FAST * thickness / context.dt;
-            if bounces || squared > own_fast_speed * own_fast_speed {
+            let is_elastic = bounces && is_weightless && bodies.material[slot].restitution >= 1.0;
+            if is_elastic || squared > own_fast_speed * own_fast_speed {
                 bodies.reach[slot] += 0.5 * (squared.sqrt() * context.dt + thickness);
             }
             if bounces || squared > fast_speed * fast_speed {
                 self.may_impact[slot] = true;
                 any = true;
             }
+        }
+        any
+    }
+
+    /// Leaves crowded bodies out; returns whether any other may have an impact.
+    pub fn leave_out_crowd(&mut self, bodies: &Bodies, pairs: &[Pair], context: &StepContext) -> bool {
+        self.crowd.find(bodies, pairs, context);
+        let mut any = false;
+        for &slot in &bodies.moving {
+            let may_impact = &mut self.may_impact[slot as usize];
+            *may_impact &= !self.crowd.has(slot);
+            any |= *may_impact;
         }
         any
     }
@@ -332,7 +347,8 @@ impl ImpactQueue {
     ) {
         let fast = is_fast(bodies, pair, context.dt, FAST);
         let counts = fast || restitution(bodies, pair) > 0.0;
-        if !counts || self.has_exhausted_impacts(pair) {
+        let in_crowd = self.crowd.has(pair.a) && self.crowd.has(pair.b);
+        if !counts || in_crowd || self.has_exhausted_impacts(pair) {
             return;
         }
         if let Some(hit) = predict(bodies, &self.paths, pair, context.dt, context)

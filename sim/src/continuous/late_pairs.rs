@@ -45,6 +45,15 @@ impl LatePairs {
         self.is_in_motion.resize(slots, false);
     }
 
+    /// The bodies of this island move past each other.
+    pub fn note_motion(&mut self, constraints: &[ContactConstraint], island: &[u32]) {
+        for &index in island {
+            for (slot, inv_mass) in constraints[index as usize].bodies() {
+                self.is_in_motion[slot as usize] |= inv_mass > 0.0;
+            }
+        }
+    }
+
     /// Extends the reach of bodies that became faster; returns whether there are any, or any that
     /// may pass over another one.
     pub fn extend_reach(&mut self, bodies: &mut Bodies, dt: f32) -> bool {

@@ -4,12 +4,13 @@
 //! One file for each stage, in the order of a step:
 //! 1. `impact_queue`: bounces, pair by pair, each at its time of impact;
 //! 2. `contact_constraint`: pairs that may touch within the step (`separation` predicts when and
-//!    along which normal);
+//!    along which normal); `crowd`: the bounces of bodies that lie close to others;
 //! 3. `integrate`: gravity, and other forces (see `forces`);
 //! 4. `islands`: constraints that share no movable body are solved separately, each with
 //!    - `warm_start`: the last step's impulses, as far as they cannot add energy,
-//!    - `local_sweeps`: large islands in motion, with a budget of visits for each contact, over
+//!    - `sweep::solve_in_motion`: where bodies move past each other, a few over-relaxed sweeps over
 //!      `graph_coloring`: eight contacts at a time, that share no movable body,
+//!    - `local_sweeps`: large islands, with a budget of visits for each contact,
 //!    - `sweep`: Gauss-Seidel with conjugate directions until the residual is small, over
 //!      `spanning_forest`: the contacts that carry the load, solved exactly if none begins to slide
 //!      or to separate, `chains`: along an axis, solved exactly in any case by pooling (`pava`),
@@ -22,10 +23,14 @@
 //! 6. `position_correction`: removes overlap beyond the slop;
 //! 7. `static_clamp`: no body ends inside an immovable one.
 
-use super::contact_constraint::{self, ContactConstraint, ContactSet, Correction, GatherStep};
+use super::contact_constraint::{
+    self, ContactConstraint, ContactSet, Correction, GatherScratch, GatherStep,
+};
 use super::energy_guard::EnergyGuard;
 use super::islands::Islands;
-use super::local_sweeps::{LATE_VISITS_PER_CONTACT, LocalSweeps, VISITS_PER_CONTACT, Work};
+use super::local_sweeps::{
+    Agitation, LATE_VISITS_PER_CONTACT, LocalSweeps, VISITS_PER_CONTACT, Work,
+};
 use super::position_correction::PositionCorrection;
 use super::step_context::StepContext;
 use super::sweep::{Blocks, Sequence, SweepLimits};
@@ -42,7 +47,7 @@ use crate::math::{clamp, clamp_length, max, min};
 use crate::shape::{Aabb, shapes};
 use crate::solver::tolerances::{
     GUARDED_MASS_RATIO, IMPULSE_ROUNDING, LARGE_ISLAND, LARGE_WORLD, LOCAL_ISLAND,
-    LOCAL_MASS_RATIO, SMALL_ISLAND, SMALL_ISLAND_SHARE, SPEED_ROUNDING,
+    MOTION_MIN, SMALL_ISLAND, SMALL_ISLAND_SHARE, SPEED_ROUNDING,
 };
 use crate::steady::{Steady, StepContacts};
 use crate::touches::{Found, Touch};
@@ -57,8 +62,7 @@ const BOUNCE_ROUNDS_MAX: u32 = 16;
 #[derive(Debug, Default)]
 pub(crate) struct ConjugateSolver {
     pub contacts: ContactSet,
-    /// By slot: number of contacts in which it is too deep in another body to have a side.
-    deep_contacts: Vec<u8>,
+    gather_scratch: GatherScratch,
     impact_queue: ImpactQueue,
     islands: Islands,
     blocks: Blocks,
@@ -108,8 +112,14 @@ struct IslandLimits {
     sweeps: SweepLimits,
     /// Greatest mass relative to the least.
     mass_ratio: f32,
-    /// Whether contacts are swept only where they still change.
-    is_local: bool,
+    /// How it moves, if contacts are swept only where they still change.
+    agitation: Option<Agitation>,
+}
+
+impl IslandLimits {
+    fn is_in_motion(&self) -> bool {
+        self.agitation.is_some_and(|agitation| agitation.in_motion)
+    }
 }
 
 impl ConjugateSolver {
@@ -156,13 +166,20 @@ impl ConjugateSolver {
         let may_bounce = self.reach(bodies, context, true);
         pairs.refresh(bodies, context.filter);
         if may_bounce && !pairs.is_over() {
-            self.find_impacts(bodies, pairs, context);
+            if self.impact_queue.leave_out_crowd(bodies, &pairs.pairs, context) {
+                self.find_impacts(bodies, pairs, context);
+            }
             self.reach(bodies, context, false);
             pairs.refresh(bodies, context.filter);
+        } else {
+            self.impact_queue.crowd.clear(bodies.alive.len());
         }
         let work = self.impact_queue.predictions + pairs.pairs.len() as u64;
         if self.spend(work) && !pairs.is_over() {
             self.gather(bodies, &pairs.pairs, &steady.takes_no_part, context);
+            if context.features.restitution {
+                self.impact_queue.crowd.bounce(bodies, &mut self.contacts, context);
+            }
         }
     }
 
@@ -225,7 +242,7 @@ impl ConjugateSolver {
             paths,
             step,
             &mut self.contacts,
-            &mut self.deep_contacts,
+            &mut self.gather_scratch,
         );
     }
 
@@ -284,6 +301,7 @@ impl ConjugateSolver {
         self.blocks.reserve(bodies.alive.len());
         self.local_sweeps.reserve(bodies.alive.len());
         self.islands.find(bodies.alive.len(), &self.contacts.constraints);
+        self.late_pairs.begin(bodies.alive.len());
         self.sweeps = 0;
         self.work = self.impact_queue.predictions;
         for number in 0..self.islands.count() {
@@ -389,6 +407,7 @@ impl ConjugateSolver {
                 break;
             }
             let rechecked = self.has_fast_contacts
+                && !limits.is_in_motion()
                 && recheck::recheck_island(bodies, contacts, island, pairs, paths, context.dt);
             if !(rechecked || held) {
                 break;
@@ -408,22 +427,32 @@ impl ConjugateSolver {
     ) {
         let island = &self.islands.constraints[self.islands.range(number)];
         let (constraints, velocity) = (&mut self.contacts.constraints, &mut bodies.velocity);
-        let IslandLimits { sweeps: limits, mass_ratio, is_local } = *island_limits;
+        let IslandLimits { sweeps: limits, mass_ratio, agitation } = *island_limits;
         let is_stiff = mass_ratio > GUARDED_MASS_RATIO;
         if is_stiff {
             self.energy_guard.remember(constraints, island, velocity);
         }
         let blocks = &mut self.blocks;
-        let is_solved = if is_local {
-            self.local_sweeps.solve(constraints, island, blocks, velocity, limits, work)
-        } else {
-            blocks.chains.find(constraints, island);
-            // All rounds share the sweeps of the island.
-            let sweeps_max = limits.sweeps_max.saturating_sub(work.sweeps).max(SWEEPS_MIN);
-            let limits = SweepLimits { sweeps_max, ..limits };
-            let sweeps = sweep::solve(constraints, island, blocks, velocity, limits);
-            work.add(sweeps, island.len());
-            sweeps < sweeps_max
+        let is_solved = match agitation {
+            Some(agitation) if agitation.in_motion => {
+                let limits = agitation.motion_limits(limits, island.len(), mass_ratio);
+                let sweeps = sweep::solve_in_motion(constraints, island, blocks, velocity, limits);
+                work.add(sweeps, island.len());
+                self.late_pairs.note_motion(constraints, island);
+                sweeps < limits.sweeps_max
+            }
+            Some(agitation) => self
+                .local_sweeps
+                .solve(constraints, island, blocks, velocity, limits, agitation, work),
+            None => {
+                blocks.chains.find(constraints, island);
+                // All rounds share the sweeps of the island.
+                let sweeps_max = limits.sweeps_max.saturating_sub(work.sweeps).max(SWEEPS_MIN);
+                let limits = SweepLimits { sweeps_max, ..limits };
+                let sweeps = sweep::solve(constraints, island, blocks, velocity, limits);
+                work.add(sweeps, island.len());
+                sweeps < sweeps_max
+            }
         };
         if is_stiff {
             self.energy_guard.check(constraints, island, velocity);
@@ -431,8 +460,8 @@ impl ConjugateSolver {
         if is_stiff || !is_solved {
             sweep::sweep_immovable(constraints, island, velocity);
         }
-        if is_local {
-            let correction = work.correction(is_solved, island.len(), mass_ratio);
+        if let Some(agitation) = agitation {
+            let correction = agitation.correction(is_solved, island.len());
             for &index in island {
                 self.contacts.infos[index as usize].correction = correction;
             }
@@ -444,10 +473,11 @@ impl ConjugateSolver {
         let constraints = &self.contacts.constraints;
         let island = &self.islands.constraints[self.islands.range(number)];
         let (tolerance, mass_ratio) = tolerance(constraints, island, velocity, context);
-        let is_local =
-            !self.is_large_world && island.len() >= LOCAL_ISLAND && mass_ratio <= LOCAL_MASS_RATIO;
+        let agitation = (!self.is_large_world && island.len() > MOTION_MIN)
+            .then(|| Agitation::of(constraints, island, velocity, tolerance))
+            .filter(|agitation| agitation.in_motion || island.len() >= LOCAL_ISLAND);
         let mut work_max = context.settings.work_max / island.len() as u32;
-        if !is_local {
+        if agitation.is_none() {
             // One sweep more than the step may still take: an island that needs it is over the budget, rather than solved
             // less well than without one. The visits of local sweeps are bounded by their contacts.
             let work_left = self.work_left / island.len() as u64 + 1;
@@ -457,7 +487,7 @@ impl ConjugateSolver {
         let friction = context.features.takes_friction();
         let (rounding, sequence) = (self.rounding(island, velocity, context), Sequence::Forests);
         let sweeps = SweepLimits { tolerance, rounding, sweeps_max, sequence, friction };
-        IslandLimits { sweeps, mass_ratio, is_local }
+        IslandLimits { sweeps, mass_ratio, agitation }
     }
 
     /// Change of a relative velocity that is rounding in an island that was at rest, units/s; 0 in other islands.

@@ -1,13 +1,13 @@
-//! Sweeps over large islands in motion: a few over all of it, then only where something changes.
+//! Sweeps over large islands: a few over all of it, then only where something changes.
 //!
-//! In a pile that is shaken or collapses most contacts are solved after a few sweeps, and a few
+//! In a pile that collapses most contacts are solved after a few sweeps, and a few
 //! tens of them never are: they contradict each other, or slide back and forth at their limits.
 //! Whole sweeps until the last one is solved would take hundreds. So after a few of them only the
 //! contacts that a visit would still change are swept, with those around them, round by round, until
 //! none changes or the budget of visits is spent. A contact that is not visited is one that a visit
 //! would not change: the solution is the same as that of whole sweeps, and so is its tolerance.
 //!
-//! The whole sweeps go by colour, with chains unless bodies move past each other; the rounds by colour, without
+//! The whole sweeps go by colour, with chains; the rounds by colour, without
 //! chains. Small rounds of an island whose bodies hardly move use forests instead: there the rest of the change has a
 //! long way to go.
 //!
@@ -17,7 +17,8 @@ use super::contact_constraint::{ContactConstraint, Correction};
 use super::gauss_seidel::visit_change;
 use super::layers::{self, UNREACHED, movable_ends};
 use super::sweep::{self, Blocks, Sequence, SweepLimits};
-use super::tolerances::{AGITATED, SIMILAR_MASSES, SLOW};
+use super::tolerances::{AGITATED, AGITATED_MIN, SLOW};
+use crate::math::max;
 use glam::Vec2;
 
 /// Sweeps over the whole island, by colour. One that is near its solution is swept as a whole, with
@@ -26,6 +27,13 @@ const WHOLE_SWEEPS: u32 = 4;
 /// Visits of a contact that an island may take on average: with 12 piles overlap more and are
 /// hardly faster, with 32 they take a third longer.
 pub(crate) const VISITS_PER_CONTACT: u32 = 16;
+/// Mass ratio beyond which bodies are so much heavier that twice as many visits are worth it.
+const HEAVY_MASS_RATIO: f32 = 50.0;
+/// Visits that every island in motion may take, and its most sweeps: in rain, small ones decide when it rests.
+const SMALL_VISITS: u32 = 4400;
+const SMALL_SWEEPS_MAX: u32 = 128;
+/// Change of a relative velocity at which sweeps over an island in motion end, as a share of its mean sliding velocity.
+const SLIDING_SHARE: f32 = 0.2;
 /// The same when it is solved again with late pairs, from the solution without them.
 pub(crate) const LATE_VISITS_PER_CONTACT: u32 = 6;
 /// Contacts for which every island may take visits: with 400 a rain of 4000 overlaps by ten slops when it lands.
@@ -36,13 +44,11 @@ const SWEEPS_MAX: u32 = 32;
 const ROUNDS_MAX: u32 = 30;
 /// Most contacts of a round that are solved by a spanning forest as well.
 const FOREST_MAX: usize = 600;
-/// Contacts beyond which an island that is agitated counts as one that moves on.
-const AGITATED_MIN: usize = 100;
 /// Contacts beyond which an island that its budget did not solve counts as one that moves on.
 const UNSOLVED_MIN: usize = 200;
-/// The same for an island whose bodies hardly move, such as a heap that was compressed in one place and has to come
-/// apart.
-const UNSOLVED_SLOW_MIN: usize = 600;
+/// Contacts from which an island takes a light correction of positions; a smaller one whose bodies hardly move, such as a
+/// heap that was compressed in one place and has to come apart, never does.
+const LIGHT_MIN: usize = 600;
 /// Share of the work of a visit that looking at a contact takes.
 const LOOKS_PER_VISIT: u32 = 2;
 /// Distance, in contacts, from a body of an unsolved contact within which all contacts are swept.
@@ -72,10 +78,56 @@ pub(crate) struct Work {
     pub visits: u32,
     /// Sweeps made, whole or not.
     pub sweeps: u32,
-    /// Whether its bodies moved past each other at the start.
-    pub is_agitated: bool,
-    /// Whether they hardly moved.
-    pub is_slow: bool,
+}
+
+/// How an island moved at the start of its sweeps.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Agitation {
+    /// Its residual is so small that the first sweep is likely to be the last.
+    is_near: bool,
+    /// Its bodies move past each other: the next step sees other contacts, and few loads follow a column.
+    pub in_motion: bool,
+    /// They hardly move.
+    is_slow: bool,
+    /// Mean sliding velocity of its contacts, units/s.
+    sliding: f32,
+}
+
+impl Agitation {
+    pub fn of(
+        constraints: &[ContactConstraint],
+        island: &[u32],
+        velocity: &[Vec2],
+        tolerance: f32,
+    ) -> Agitation {
+        let is_near = sweep::is_near_solution(constraints, island, velocity, tolerance);
+        let (speed, sliding) = mean_speeds(constraints, island, velocity);
+        let in_motion = !is_near && sliding > max(AGITATED * tolerance, AGITATED_MIN);
+        Agitation { is_near, in_motion, is_slow: speed < SLOW * tolerance, sliding }
+    }
+
+    /// How the positions of an island of `count` contacts are corrected after the step.
+    pub fn correction(&self, is_solved: bool, count: usize) -> Correction {
+        let moves_on = !self.is_slow && !is_solved && count > UNSOLVED_MIN;
+        if self.in_motion {
+            Correction::Singly
+        } else if moves_on || count >= LIGHT_MIN {
+            Correction::Light
+        } else {
+            Correction::Thorough
+        }
+    }
+
+    /// Limits of the sweeps over an island in motion. Bodies far heavier than others take twice as many; small islands,
+    /// which cost little, as many as solve them.
+    pub fn motion_limits(&self, limits: SweepLimits, count: usize, mass_ratio: f32) -> SweepLimits {
+        let usual =
+            if mass_ratio > HEAVY_MASS_RATIO { 2 * VISITS_PER_CONTACT } else { VISITS_PER_CONTACT };
+        let small = (SMALL_VISITS / count as u32).min(SMALL_SWEEPS_MAX);
+        let sweeps_max = usual.max(small).min(limits.sweeps_max);
+        let tolerance = max(limits.tolerance, SLIDING_SHARE * self.sliding);
+        SweepLimits { sweeps_max, tolerance, ..limits }
+    }
 }
 
 impl Work {
@@ -83,20 +135,7 @@ impl Work {
     pub fn on(count: usize, visits_per_contact: u32, sweeps_max: u32) -> Work {
         let count = count as u32;
         let budget = (count.max(CONTACTS_MIN) * visits_per_contact).min(count * sweeps_max);
-        Work { budget, visits: 0, sweeps: 0, is_agitated: false, is_slow: true }
-    }
-
-    /// How the positions of the island, of `count` contacts, are corrected after the step.
-    pub fn correction(&self, is_solved: bool, count: usize, mass_ratio: f32) -> Correction {
-        let unsolved_min = if self.is_slow { UNSOLVED_SLOW_MIN } else { UNSOLVED_MIN };
-        let is_agitated = self.is_agitated && count > AGITATED_MIN;
-        if is_agitated && mass_ratio <= SIMILAR_MASSES {
-            Correction::Singly
-        } else if is_agitated || !is_solved && count > unsolved_min {
-            Correction::Light
-        } else {
-            Correction::Thorough
-        }
+        Work { budget, visits: 0, sweeps: 0 }
     }
 
     /// Counts sweeps over `count` contacts.
@@ -124,25 +163,18 @@ impl LocalSweeps {
         blocks: &mut Blocks,
         velocity: &mut [Vec2],
         limits: SweepLimits,
+        agitation: Agitation,
         work: &mut Work,
     ) -> bool {
         let tolerance = limits.tolerance;
         if work.visits == 0 {
-            let is_near = sweep::is_near_solution(constraints, island, velocity, tolerance);
-            let (speed, sliding) = mean_speeds(constraints, island, velocity);
-            work.is_agitated = !is_near && sliding > AGITATED * tolerance;
-            work.is_slow = speed < SLOW * tolerance;
-            let (whole_sweeps, sequence) = match is_near {
+            let (whole_sweeps, sequence) = match agitation.is_near {
                 true => (VISITS_PER_CONTACT, Sequence::Forests),
                 false => (WHOLE_SWEEPS, Sequence::Colors),
             };
             let sweeps_max = whole_sweeps.min(limits.sweeps_max);
             let limits = SweepLimits { sweeps_max, sequence, ..limits };
-            // Where bodies move past each other few loads follow a column.
-            match work.is_agitated {
-                true => blocks.chains.find_none(island),
-                false => blocks.chains.find(constraints, island),
-            }
+            blocks.chains.find(constraints, island);
             let sweeps = sweep::solve(constraints, island, blocks, velocity, limits);
             work.add(sweeps, island.len());
             if sweeps < sweeps_max {
@@ -165,7 +197,7 @@ impl LocalSweeps {
             if sweeps_max < SWEEPS_MIN {
                 return false;
             }
-            let with_forests = work.is_slow && count < FOREST_MAX;
+            let with_forests = agitation.is_slow && count < FOREST_MAX;
             let sequence = if with_forests { Sequence::Forests } else { Sequence::Colors };
             match sequence {
                 Sequence::Colors => blocks.chains.find_none(&self.active),

@@ -13,7 +13,7 @@
 
 use crate::bodies::Bodies;
 use crate::broad_phase::pairs::Pair;
-use crate::math::{clamp, max};
+use crate::math::{max, min};
 use crate::narrow_phase::manifold::Manifold;
 use crate::narrow_phase::overlap::spread_manifold;
 use crate::narrow_phase::separation::{self, FAR, placed};
@@ -39,6 +39,8 @@ const LAYERS: u8 = 8;
 /// Overlap that counts as deep, in slops: a whole pass is worth its time even in an island that moves on. With 10 a heap at
 /// one point takes more than a second to come apart, and with 100 overlaps of bodies are twice as deep.
 const DEEP_SLOPS: f32 = 30.0;
+/// Rounds of pushes: with 4 a heap overlaps deeper, with 8 it takes longer and overlaps as much.
+const PUSH_ROUNDS: u32 = 6;
 /// [`LAYERS`] around other overlaps of such an island.
 const LIGHT_LAYERS: u8 = 2;
 /// Sweeps of a pass over it, by colour: with 6 a heap at one point takes more than a second.
@@ -94,6 +96,24 @@ impl Moved {
         }
     }
 
+    /// Moves the bodies of these contacts by their paths. Masses far apart may overflow here; a position that is not
+    /// finite is skipped.
+    fn apply(&mut self, bodies: &mut Bodies, constraints: &[ContactConstraint], indices: &[u32]) {
+        for &index in indices {
+            let constraint = &constraints[index as usize];
+            for slot in [constraint.a as usize, constraint.b as usize] {
+                let position = bodies.center[slot] + self.path[slot];
+                if self.ever[slot] || self.path[slot] == Vec2::ZERO {
+                } else if position.is_finite() {
+                    bodies.center[slot] = position;
+                    self.ever[slot] = true;
+                } else {
+                    self.path[slot] = Vec2::ZERO;
+                }
+            }
+        }
+    }
+
     /// The separation of a contact after this pass, along its normal.
     fn separation(&self, constraint: &ContactConstraint, info: &ContactInfo) -> f32 {
         let path = self.path[constraint.b as usize] - self.path[constraint.a as usize];
@@ -113,8 +133,8 @@ impl Moved {
 
 impl PositionCorrection {
     /// Separates overlapping bodies, island by island. Before it, `separation_after` of a contact
-    /// is measured along its tangent; contacts that take part, or overlap after their bodies were
-    /// moved, get their exact normal and separation.
+    /// is measured along its tangent; contacts that take part in a pass, or overlap after their bodies were
+    /// moved by one, get their exact normal and separation.
     pub fn separate(
         &mut self,
         bodies: &mut Bodies,
@@ -143,14 +163,15 @@ impl PositionCorrection {
         for (constraint, info) in constraints.iter_mut().zip(infos) {
             let moved =
                 self.moved.ever[constraint.a as usize] || self.moved.ever[constraint.b as usize];
-            if moved && info.separation_after < 0.0 {
+            let is_single = info.correction == Correction::Singly;
+            if moved && !is_single && info.separation_after < 0.0 {
                 find_exact(bodies, constraint, info, pairs);
             }
         }
     }
 
     /// Pushes overlapping pairs apart one by one, each by its whole overlap, in islands whose bodies slide past each
-    /// other; deep overlaps are left to the passes.
+    /// other: in a few rounds, with separations along the tangents. Deep pairs take their exact normals first.
     fn push_apart(
         &mut self,
         bodies: &mut Bodies,
@@ -159,28 +180,43 @@ impl PositionCorrection {
         settings: &Conjugate,
     ) {
         let (slop, deep) = (settings.slop, DEEP_SLOPS * settings.slop);
-        let is_single = |info: &ContactInfo| info.correction == Correction::Singly;
-        let is_shallow = |separation: f32| separation < -slop && separation >= -deep;
-        if settings.position_passes == 0 || !contacts.infos.iter().any(is_single) {
+        self.close.clear();
+        let ContactSet { constraints, infos } = contacts;
+        let mut any = false;
+        for (index, (constraint, info)) in (0u32..).zip(constraints.iter_mut().zip(infos)) {
+            if info.correction != Correction::Singly {
+                continue;
+            }
+            if info.separation_after < -deep {
+                find_exact(bodies, constraint, info, pairs);
+            }
+            if info.separation_after < settings.correction_max {
+                self.close.push(index);
+                any |= info.separation_after < -slop;
+            }
+        }
+        if settings.position_passes == 0 || !any {
             return;
         }
         self.moved.begin_pass();
-        for (constraint, info) in contacts.constraints.iter().zip(&contacts.infos) {
-            if !is_single(info) || !is_shallow(self.moved.separation(constraint, info)) {
-                continue;
+        for _ in 0..PUSH_ROUNDS {
+            let mut any = false;
+            for &index in &self.close {
+                let constraint = &contacts.constraints[index as usize];
+                let separation =
+                    self.moved.separation(constraint, &contacts.infos[index as usize]);
+                if separation < -slop {
+                    any = true;
+                    let distance = min(-separation - slop * SLOP_SHARE, settings.correction_max);
+                    let push = constraint.normal * (distance * constraint.effective_mass);
+                    constraint.apply(&mut self.moved.path, push);
+                }
             }
-            let pair = &pairs[constraint.pair as usize];
-            let Some(manifold) = current_manifold(bodies, constraint, pair) else { continue };
-            let overlap = -manifold.separation - settings.slop * SLOP_SHARE;
-            let distance = clamp(overlap, 0.0, settings.correction_max);
-            let inv_mass = constraint.inv_mass_a + constraint.inv_mass_b;
-            let displacement = manifold.normal * (distance / inv_mass);
-            for (slot, inv_mass) in
-                [(constraint.a, -constraint.inv_mass_a), (constraint.b, constraint.inv_mass_b)]
-            {
-                self.moved.displace(bodies, slot as usize, displacement * inv_mass);
+            if !any {
+                break;
             }
         }
+        self.moved.apply(bodies, &contacts.constraints, &self.close);
         self.moved.update_separations(contacts);
     }
 
@@ -265,7 +301,7 @@ impl PositionCorrection {
         for (constraint, info) in constraints.iter_mut().zip(infos) {
             let tolerated = match (info.correction, pass) {
                 (Correction::Thorough, _) | (Correction::Light, 0) => settings.slop,
-                (Correction::Light, 1) | (Correction::Singly, 0) => deep,
+                (Correction::Light, 1) => deep,
                 (Correction::Light | Correction::Singly, _) => f32::INFINITY,
             };
             if info.separation_after >= -tolerated {

@@ -78,8 +78,10 @@ pub(crate) const SMALL_ISLAND_SHARE: f32 = 0.001;
 /// constraint of a high pile leaves add up, and the pile creeps. At a four times coarser tolerance
 /// a pile of 20,000 slides for half a minute.
 pub(crate) const LARGE_ISLAND: f32 = 10_000.0;
-/// Contacts from which an island in motion is swept locally: smaller ones cost little.
+/// Contacts from which an island is swept locally: smaller ones cost little.
 pub(crate) const LOCAL_ISLAND: usize = 64;
+/// Contacts beyond which an island may count as one in motion.
+pub(crate) const MOTION_MIN: usize = 16;
 /// Mean sliding velocity of an island's contacts, in tolerances, beyond which its bodies move past
 /// each other: a pile that lands in one piece stays below it.
 pub(crate) const AGITATED: f32 = 60.0;

@@ -1,0 +1,140 @@
+//! Bounces of bodies in a crowd: velocities only, pair by pair, in the order of their times.
+//!
+//! Where bodies lie close to each other the queue of impacts takes hundreds of predictions for an impact, and paths that
+//! are bent at each of them are worth little: the contact solver decides where bodies go. There a bounce changes the two
+//! velocities before the step and nothing else: to those with which the pair leaves the place of its impact, as if it
+//! were here and now. One pair at a time keeps energy and momentum exactly.
+
+use super::impact_prediction::{gravity_on, restitution};
+use crate::bodies::Bodies;
+use crate::broad_phase::pairs::Pair;
+use crate::math::{clamp, max};
+use crate::solver::contact_constraint::{ContactConstraint, ContactInfo, ContactSet};
+use crate::solver::step_context::StepContext;
+use glam::Vec2;
+
+/// Gap between two bodies up to which they are close, as a share of a half-size.
+const CLOSE: f32 = 0.5;
+/// Times that a step looks for pairs that now bounce: a bounce brings the next ones together.
+const LOOKS: u32 = 4;
+
+/// The crowded bodies of a step, and scratch.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Crowd {
+    /// By slot: whether another body is close.
+    is_crowded: Vec<bool>,
+    /// Time of a bounce, and index of its contact.
+    bounces: Vec<u64>,
+}
+
+/// A bounce to come.
+struct Bounce {
+    /// Closing speed, units/s.
+    closing: f32,
+    /// Gain of the squared closing speed by gravity until the impact.
+    gain: f32,
+    /// Seconds into the step.
+    time: f32,
+}
+
+impl Crowd {
+    /// Finds the crowded bodies. Elastic ones without gravity never are: the contact solver would not keep their energy.
+    pub fn find(&mut self, bodies: &Bodies, pairs: &[Pair], context: &StepContext) {
+        self.is_crowded.clear();
+        self.is_crowded.resize(bodies.alive.len(), false);
+        let is_weightless = context.gravity == Vec2::ZERO;
+        for pair in pairs {
+            let (a, b) = (pair.a as usize, pair.b as usize);
+            let gap =
+                (bodies.center[b] - bodies.center[a]).abs() - bodies.half[a] - bodies.half[b];
+            let gap = max(gap.x, gap.y);
+            if is_weightless && restitution(bodies, pair) >= 1.0 {
+                continue;
+            }
+            self.is_crowded[a] |= gap < CLOSE * bodies.thickness(a);
+            self.is_crowded[b] |= gap < CLOSE * bodies.thickness(b);
+        }
+    }
+
+    /// Forgets the crowded bodies: there are none.
+    pub fn clear(&mut self, slots: usize) {
+        self.is_crowded.clear();
+        self.is_crowded.resize(slots, false);
+    }
+
+    /// Whether a body is in a crowd.
+    #[inline]
+    pub fn has(&self, slot: u32) -> bool {
+        self.is_crowded[slot as usize]
+    }
+
+    /// Bounces all pairs with a crowded body that touch within the step.
+    pub fn bounce(&mut self, bodies: &mut Bodies, contacts: &mut ContactSet, context: &StepContext) {
+        let ContactSet { constraints, infos } = contacts;
+        for _ in 0..LOOKS {
+            self.bounces.clear();
+            for (index, (constraint, info)) in (0u32..).zip(constraints.iter().zip(infos.iter())) {
+                if !self.has(constraint.a) && !self.has(constraint.b) {
+                    continue;
+                }
+                if let Some(Bounce { time, .. }) = next_bounce(bodies, constraint, info, context) {
+                    self.bounces.push(u64::from(time.to_bits()) << 32 | u64::from(index));
+                }
+            }
+            if self.bounces.is_empty() {
+                break;
+            }
+            self.bounces.sort_unstable();
+            for &entry in &self.bounces {
+                let index = entry as u32 as usize;
+                let (constraint, info) = (&constraints[index], &mut infos[index]);
+                // Another bounce may have parted the two.
+                if let Some(bounce) = next_bounce(bodies, constraint, info, context) {
+                    apply(bodies, constraint, &bounce);
+                    info.bounced = true;
+                    info.closing = max(info.closing, bounce.closing);
+                }
+            }
+        }
+    }
+}
+
+/// Restitution of a contact: the smaller of the two.
+fn restitution_of(bodies: &Bodies, constraint: &ContactConstraint) -> f32 {
+    let of = |slot: u32| bodies.material[slot as usize].restitution;
+    crate::math::min(of(constraint.a), of(constraint.b))
+}
+
+/// The bounce of a pair that closes faster than the threshold and touches within the step.
+fn next_bounce(
+    bodies: &Bodies,
+    constraint: &ContactConstraint,
+    info: &ContactInfo,
+    context: &StepContext,
+) -> Option<Bounce> {
+    if restitution_of(bodies, constraint) <= 0.0 || constraint.is_passing() {
+        return None;
+    }
+    let gravity = |slot: u32| gravity_on(bodies, slot as usize, context);
+    let pull = constraint.normal.dot(gravity(constraint.a) - gravity(constraint.b));
+    let closing = -constraint.normal.dot(constraint.relative_velocity(&bodies.velocity));
+    let furthest = (closing + pull * context.dt) * context.dt;
+    if closing <= context.settings.bounce_threshold || info.separation >= furthest {
+        return None;
+    }
+    let distance = max(info.separation, 0.0);
+    Some(Bounce { closing, gain: 2.0 * pull * distance, time: distance / closing })
+}
+
+/// Applies the impulse of a bounce. At the place of the impact the pair leaves at e times the speed w with which it came
+/// there, w^2 = c^2 + gain; so here it leaves at the speed c' with c'^2 = e^2 w^2 - gain.
+fn apply(bodies: &mut Bodies, constraint: &ContactConstraint, bounce: &Bounce) {
+    let Bounce { closing, gain, .. } = *bounce;
+    let restitution = restitution_of(bodies, constraint);
+    let leaving = restitution * restitution * (closing * closing + gain) - gain;
+    let normal = (closing + max(leaving, 0.0).sqrt()) * constraint.effective_mass;
+    let slide = constraint.normal.perp().dot(constraint.relative_velocity(&bodies.velocity));
+    let limit = constraint.friction * normal;
+    let tangent = clamp(-slide * constraint.effective_mass, -limit, limit);
+    constraint.apply(&mut bodies.velocity, constraint.impulse(normal, tangent));
+}
