@@ -117,8 +117,13 @@ pub(crate) fn move_bodies(
     for &slot in &bodies.moving {
         displacements.weight[slot as usize] = Vec2::splat(FREE);
     }
-    let pushing = constraints.iter().zip(infos.iter());
-    for (constraint, info) in pushing.filter(|(constraint, _)| constraint.normal_impulse > 0.0) {
+    // Impulses that sweeps leave between bodies which fall side by side hold neither.
+    let least = context.tolerance();
+    for (constraint, info) in constraints.iter().zip(infos.iter()) {
+        let inv_mass = constraint.inv_mass_a + constraint.inv_mass_b;
+        if constraint.normal_impulse * inv_mass <= least {
+            continue;
+        }
         limit_weight(constraint, constraint.normal, 0.0, &mut displacements.weight);
         let limit = constraint.friction * constraint.normal_impulse;
         if constraint.tangent_impulse.abs() < limit {
@@ -128,7 +133,7 @@ pub(crate) fn move_bodies(
         }
     }
     find_paths(bodies, displacements, dt);
-    if limit_overlapping(constraints, infos, displacements) {
+    if limit_overlapping(constraints, infos, least * dt, displacements) {
         find_paths(bodies, displacements, dt);
     }
     let mut is_finite = true;
@@ -197,16 +202,17 @@ fn find_paths(bodies: &Bodies, displacements: &mut Displacements, dt: f32) {
 }
 
 /// Constraints were solved for v1. Where the mean of v0 and v1 would let a pair without impulse
-/// overlap, or overlap more, both bodies take v1; returns whether there are any.
+/// overlap, or overlap more, than by `least`, both bodies take v1; returns whether there are any.
 fn limit_overlapping(
     constraints: &[ContactConstraint],
     infos: &[ContactInfo],
+    least: f32,
     displacements: &mut Displacements,
 ) -> bool {
     let mut any = false;
     for (constraint, info) in constraints.iter().zip(infos) {
         let after = separation_after(constraint, info, displacements);
-        if constraint.normal_impulse <= 0.0 && after < min(info.separation, 0.0) {
+        if constraint.normal_impulse <= 0.0 && after < min(info.separation, 0.0) - least {
             limit_weight(constraint, constraint.normal, 0.0, &mut displacements.weight);
             any = true;
         }

@@ -164,3 +164,29 @@ fn a_compressed_heap_separates_within_a_second() {
     let deepest = world.touches().iter().fold(0.0, |most, touch| max(most, touch.depth));
     assert!(deepest <= SLOP * 1.01, "{deepest} after a second");
 }
+
+#[test]
+fn a_stack_whose_floor_goes_falls_as_one_body_does() {
+    for count in 1..=10 {
+        for (size, friction) in [(2.0, 0.0), (10.0, 0.4)] {
+            let mut world = world();
+            let floor = floor(&mut world);
+            let stack: Vec<BodyId> = (0..count)
+                .map(|row| {
+                    let shape = Shape::rect(size, size);
+                    let position = Vec2::new(0.0, size * (row as f32 + 0.5));
+                    add(&mut world, BodyDef { shape, position, friction, ..crate_at(0.0, 0.0) })
+                })
+                .collect();
+            steps(&mut world, 120);
+            let before: Vec<f32> = stack.iter().map(|&id| world.position(id).y).collect();
+            world.remove(floor);
+            steps(&mut world, 60);
+            // 50 / 2 units in a second.
+            for (&id, before) in stack.iter().zip(before) {
+                let fallen = before - world.position(id).y;
+                assert!((fallen - 25.0).abs() < 1e-4, "{count} of {size}: {fallen}");
+            }
+        }
+    }
+}
