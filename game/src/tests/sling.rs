@@ -257,8 +257,9 @@ fn best_shot(game: &Game) -> Vec2 {
         score(&game) + if won { 10_000 } else { 0 }
     };
     let slopes = (0..11u8).map(|step| 0.1 + 0.12 * f32::from(step));
-    let pulls = slopes
-        .flat_map(|slope| [20.0, 17.0].map(|length| Vec2::new(-1.0, -slope).normalize() * length));
+    let pulls = slopes.flat_map(|slope| {
+        [20.0, 18.5, 17.0].map(|length| Vec2::new(-1.0, -slope).normalize() * length)
+    });
     pulls.max_by_key(|&pull| worth(pull)).expect("pulls")
 }
 

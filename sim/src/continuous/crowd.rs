@@ -45,8 +45,7 @@ impl Crowd {
         let is_weightless = context.gravity == Vec2::ZERO;
         for pair in pairs {
             let (a, b) = (pair.a as usize, pair.b as usize);
-            let gap =
-                (bodies.center[b] - bodies.center[a]).abs() - bodies.half[a] - bodies.half[b];
+            let gap = (bodies.center[b] - bodies.center[a]).abs() - bodies.half[a] - bodies.half[b];
             let gap = max(gap.x, gap.y);
             if is_weightless && restitution(bodies, pair) >= 1.0 {
                 continue;
@@ -69,7 +68,12 @@ impl Crowd {
     }
 
     /// Bounces all pairs with a crowded body that touch within the step.
-    pub fn bounce(&mut self, bodies: &mut Bodies, contacts: &mut ContactSet, context: &StepContext) {
+    pub fn bounce(
+        &mut self,
+        bodies: &mut Bodies,
+        contacts: &mut ContactSet,
+        context: &StepContext,
+    ) {
         let ContactSet { constraints, infos } = contacts;
         for _ in 0..LOOKS {
             self.bounces.clear();

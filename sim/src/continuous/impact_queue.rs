@@ -167,7 +167,12 @@ impl ImpactQueue {
     }
 
     /// Leaves crowded bodies out; returns whether any other may have an impact.
-    pub fn leave_out_crowd(&mut self, bodies: &Bodies, pairs: &[Pair], context: &StepContext) -> bool {
+    pub fn leave_out_crowd(
+        &mut self,
+        bodies: &Bodies,
+        pairs: &[Pair],
+        context: &StepContext,
+    ) -> bool {
         self.crowd.find(bodies, pairs, context);
         let mut any = false;
         for &slot in &bodies.moving {

@@ -46,8 +46,8 @@ use crate::integrate::{self, Displacements};
 use crate::math::{clamp, clamp_length, max, min};
 use crate::shape::{Aabb, shapes};
 use crate::solver::tolerances::{
-    GUARDED_MASS_RATIO, IMPULSE_ROUNDING, LARGE_ISLAND, LARGE_WORLD, LOCAL_ISLAND,
-    MOTION_MIN, SMALL_ISLAND, SMALL_ISLAND_SHARE, SPEED_ROUNDING,
+    GUARDED_MASS_RATIO, IMPULSE_ROUNDING, LARGE_ISLAND, LARGE_WORLD, LOCAL_ISLAND, MOTION_MIN,
+    SMALL_ISLAND, SMALL_ISLAND_SHARE, SPEED_ROUNDING,
 };
 use crate::steady::{Steady, StepContacts};
 use crate::touches::{Found, Touch};
@@ -441,9 +441,15 @@ impl ConjugateSolver {
                 self.late_pairs.note_motion(constraints, island);
                 sweeps < limits.sweeps_max
             }
-            Some(agitation) => self
-                .local_sweeps
-                .solve(constraints, island, blocks, velocity, limits, agitation, work),
+            Some(agitation) => self.local_sweeps.solve(
+                constraints,
+                island,
+                blocks,
+                velocity,
+                limits,
+                agitation,
+                work,
+            ),
             None => {
                 blocks.chains.find(constraints, island);
                 // All rounds share the sweeps of the island.

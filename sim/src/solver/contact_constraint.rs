@@ -158,7 +158,11 @@ impl PackedBody {
     #[inline(always)]
     fn shape<const SHAPES: u8>(&self) -> Shape {
         let is_circle = SHAPES == shapes::CIRCLES || SHAPES != shapes::BOXES && self.is_circle;
-        if is_circle { Shape::Circle { radius: self.half.x } } else { Shape::Box { half: self.half } }
+        if is_circle {
+            Shape::Circle { radius: self.half.x }
+        } else {
+            Shape::Box { half: self.half }
+        }
     }
 
     #[inline(always)]

@@ -203,8 +203,7 @@ impl PositionCorrection {
             let mut any = false;
             for &index in &self.close {
                 let constraint = &contacts.constraints[index as usize];
-                let separation =
-                    self.moved.separation(constraint, &contacts.infos[index as usize]);
+                let separation = self.moved.separation(constraint, &contacts.infos[index as usize]);
                 if separation < -slop {
                     any = true;
                     let distance = min(-separation - slop * SLOP_SHARE, settings.correction_max);
