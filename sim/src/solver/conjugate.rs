@@ -480,7 +480,7 @@ impl ConjugateSolver {
         let island = &self.islands.constraints[self.islands.range(number)];
         let (tolerance, mass_ratio) = tolerance(constraints, island, velocity, context);
         let agitation = (!self.is_large_world && island.len() > MOTION_MIN)
-            .then(|| Agitation::of(constraints, island, velocity, tolerance))
+            .then(|| Agitation::of(constraints, island, velocity, tolerance, mass_ratio))
             .filter(|agitation| agitation.in_motion || island.len() >= LOCAL_ISLAND);
         let mut work_max = context.settings.work_max / island.len() as u32;
         if agitation.is_none() {

@@ -29,6 +29,9 @@ const WHOLE_SWEEPS: u32 = 4;
 pub(crate) const VISITS_PER_CONTACT: u32 = 16;
 /// Mass ratio beyond which bodies are so much heavier that twice as many visits are worth it.
 const HEAVY_MASS_RATIO: f32 = 50.0;
+/// Sliding that counts as motion where a body is that heavy, relative to other islands: one that is hardly held sinks into
+/// its bed, which boils.
+const HEAVY_AGITATION: f32 = 8.0;
 /// Visits that every island in motion may take, and its most sweeps: in rain, small ones decide when it rests.
 const SMALL_VISITS: u32 = 4400;
 const SMALL_SWEEPS_MAX: u32 = 128;
@@ -46,9 +49,9 @@ const ROUNDS_MAX: u32 = 30;
 const FOREST_MAX: usize = 600;
 /// Contacts beyond which an island that its budget did not solve counts as one that moves on.
 const UNSOLVED_MIN: usize = 200;
-/// Contacts from which an island takes a light correction of positions; a smaller one whose bodies hardly move, such as a
-/// heap that was compressed in one place and has to come apart, never does.
-const LIGHT_MIN: usize = 600;
+/// The same for an island whose bodies hardly move, such as a heap that was compressed in one place and has to come
+/// apart.
+const UNSOLVED_SLOW_MIN: usize = 600;
 /// Share of the work of a visit that looking at a contact takes.
 const LOOKS_PER_VISIT: u32 = 2;
 /// Distance, in contacts, from a body of an unsolved contact within which all contacts are swept.
@@ -99,19 +102,22 @@ impl Agitation {
         island: &[u32],
         velocity: &[Vec2],
         tolerance: f32,
+        mass_ratio: f32,
     ) -> Agitation {
         let is_near = sweep::is_near_solution(constraints, island, velocity, tolerance);
         let (speed, sliding) = mean_speeds(constraints, island, velocity);
-        let in_motion = !is_near && sliding > max(AGITATED * tolerance, AGITATED_MIN);
+        let least = max(AGITATED * tolerance, AGITATED_MIN);
+        let least = if mass_ratio > HEAVY_MASS_RATIO { HEAVY_AGITATION * least } else { least };
+        let in_motion = !is_near && sliding > least;
         Agitation { is_near, in_motion, is_slow: speed < SLOW * tolerance, sliding }
     }
 
     /// How the positions of an island of `count` contacts are corrected after the step.
     pub fn correction(&self, is_solved: bool, count: usize) -> Correction {
-        let moves_on = !self.is_slow && !is_solved && count > UNSOLVED_MIN;
+        let unsolved_min = if self.is_slow { UNSOLVED_SLOW_MIN } else { UNSOLVED_MIN };
         if self.in_motion {
             Correction::Singly
-        } else if moves_on || count >= LIGHT_MIN {
+        } else if !is_solved && count > unsolved_min {
             Correction::Light
         } else {
             Correction::Thorough
