@@ -8,6 +8,5 @@ pub(crate) mod impact_prediction;
 pub(crate) mod impact_queue;
 pub(crate) mod late_pairs;
 pub(crate) mod paths;
-pub(crate) mod recheck;
 pub(crate) mod static_clamp;
 pub(crate) mod thin;

@@ -8,10 +8,10 @@
 
 use crate::bodies::{Bodies, REACH_MIN};
 use crate::forces::Move;
-use crate::math::{clamp, clamp_length, min};
+use crate::math::{clamp, clamp_length, max, min};
 use crate::solver::contact_constraint::{ContactConstraint, ContactInfo, ContactSet};
 use crate::solver::step_context::StepContext;
-use crate::solver::tolerances::{REST_SHARE, ROUNDING};
+use crate::solver::tolerances::{OVERLAP, REST_SHARE, ROUNDING, SPEED_ROUNDING};
 use glam::Vec2;
 
 /// Weight of v0 in free flight.
@@ -117,10 +117,11 @@ pub(crate) fn move_bodies(
     for &slot in &bodies.moving {
         displacements.weight[slot as usize] = Vec2::splat(FREE);
     }
-    // Impulses that sweeps leave between bodies which fall side by side hold neither.
-    let least = context.tolerance();
     for (constraint, info) in constraints.iter().zip(infos.iter()) {
         let inv_mass = constraint.inv_mass_a + constraint.inv_mass_b;
+        // Impulses that rounding leaves between bodies which fall side by side hold neither.
+        let velocity = bodies.velocity[constraint.a as usize].abs();
+        let least = context.rounding() + SPEED_ROUNDING * max(velocity.x, velocity.y);
         if constraint.normal_impulse * inv_mass <= least {
             continue;
         }
@@ -133,7 +134,7 @@ pub(crate) fn move_bodies(
         }
     }
     find_paths(bodies, displacements, dt);
-    if limit_overlapping(constraints, infos, least * dt, displacements) {
+    if limit_overlapping(constraints, infos, displacements) {
         find_paths(bodies, displacements, dt);
     }
     let mut is_finite = true;
@@ -202,17 +203,16 @@ fn find_paths(bodies: &Bodies, displacements: &mut Displacements, dt: f32) {
 }
 
 /// Constraints were solved for v1. Where the mean of v0 and v1 would let a pair without impulse
-/// overlap, or overlap more, than by `least`, both bodies take v1; returns whether there are any.
+/// overlap, or overlap more, by more than rounding, both bodies take v1; returns whether there are any.
 fn limit_overlapping(
     constraints: &[ContactConstraint],
     infos: &[ContactInfo],
-    least: f32,
     displacements: &mut Displacements,
 ) -> bool {
     let mut any = false;
     for (constraint, info) in constraints.iter().zip(infos) {
         let after = separation_after(constraint, info, displacements);
-        if constraint.normal_impulse <= 0.0 && after < min(info.separation, 0.0) - least {
+        if constraint.normal_impulse <= 0.0 && after < min(info.separation, 0.0) - 0.01 * OVERLAP {
             limit_weight(constraint, constraint.normal, 0.0, &mut displacements.weight);
             any = true;
         }

@@ -58,7 +58,7 @@ pub struct World {
     features: Features,
     /// Scratch of the two solvers, one of which is used, and of the particles.
     relaxation: RelaxationSolver,
-    conjugate: ConjugateSolver,
+    conjugate: Box<ConjugateSolver>,
     obstacles: Vec<Obstacle>,
 }
 
@@ -88,7 +88,7 @@ impl World {
             departed: Departed::default(),
             listed: false,
             relaxation: RelaxationSolver::default(),
-            conjugate: ConjugateSolver::default(),
+            conjugate: Box::default(),
             obstacles: Vec::new(),
         }
     }

@@ -148,7 +148,7 @@ fn cases() -> Vec<(&'static str, String, Fate)> {
                 "solver = \"conjugate\"\ngravity = [0, -900]\nspeed_max = 10000",
                 &format!("{}{FLOOR}", loose(310, 0.9)),
             ),
-            Fate::FailsTrial,
+            Fate::Bounded,
         ),
         (
             "rounds that begin again and again",

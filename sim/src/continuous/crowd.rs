@@ -116,7 +116,7 @@ fn next_bounce(
     info: &ContactInfo,
     context: &StepContext,
 ) -> Option<Bounce> {
-    if restitution_of(bodies, constraint) <= 0.0 || constraint.is_passing() {
+    if restitution_of(bodies, constraint) <= 0.0 {
         return None;
     }
     let gravity = |slot: u32| gravity_on(bodies, slot as usize, context);

@@ -10,7 +10,6 @@
 use super::impact_prediction::gravity_on;
 use super::impact_queue::ImpactQueue;
 use super::paths::Paths;
-use super::recheck;
 use crate::bodies::Bodies;
 use crate::broad_phase::pairs::Pair;
 use crate::continuous::paths::predict_manifold;
@@ -18,11 +17,13 @@ use crate::continuous::thin::{overlap_limit, thickness};
 use crate::integrate::Displacements;
 use crate::math::max;
 use crate::narrow_phase::manifold::Manifold;
-use crate::narrow_phase::separation::FAR;
-use crate::shape::shapes;
+use crate::solver::contact_constraint::FAR;
 use crate::solver::contact_constraint::{ContactConstraint, ContactInfo, ContactSet};
 use crate::solver::step_context::StepContext;
 use crate::solver::tolerances::OVERLAP;
+
+/// Times that an island may be solved in a step; what is still wrong after that stays.
+pub(crate) const ROUNDS_MAX: u32 = 5;
 
 /// Finds such bodies in an island and renews their constraints; returns whether there were any.
 pub(crate) fn resolve(
@@ -77,13 +78,21 @@ fn renew_contact(
     paths: &Paths,
     dt: f32,
 ) {
-    recheck::release(bodies, constraint);
+    release(bodies, constraint);
     let path = constraint.relative_velocity(&bodies.velocity) * dt;
-    let manifold = predict_manifold::<{ shapes::BOTH }>(bodies, paths, pair, path, dt);
+    let manifold = predict_manifold(bodies, paths, pair, path, dt);
     let manifold = manifold.unwrap_or(Manifold { normal: constraint.normal, separation: FAR });
     constraint.normal = manifold.normal;
     constraint.min_normal_velocity = -max(manifold.separation, 0.0) / dt;
     info.separation = manifold.separation;
+}
+
+/// Takes back the impulses of a constraint.
+fn release(bodies: &mut Bodies, constraint: &mut ContactConstraint) {
+    let own = constraint.accumulated::<true>();
+    constraint.apply(&mut bodies.velocity, -own);
+    constraint.normal_impulse = 0.0;
+    constraint.tangent_impulse = 0.0;
 }
 
 /// Moves a body to the position of its last impact.

@@ -38,10 +38,6 @@ use std::ops::Range;
 /// Impacts of a body per step. After this many a body stays at its last impact point; the contact
 /// solver handles the rest of the step.
 const IMPACTS_MAX: u32 = 32;
-/// The same for a body that has met more than two others. Impacts in a heap follow each other ever faster
-/// (McNamara and Young 1994, "Inelastic collapse in two dimensions"), so that the contact solver takes over earlier.
-/// Without gravity elastic bodies cannot collapse, and the contact solver would not keep their energy.
-const IMPACTS_AMONG_MANY_MAX: u32 = 6;
 /// A pair is fast if one of the two moves in a step by more than this many half-sizes of the
 /// smaller one.
 const FAST: f32 = 4.0;
@@ -49,9 +45,6 @@ const FAST: f32 = 4.0;
 const OBSTRUCTIONS_MAX: u32 = 8;
 /// Impacts that may wait at a time for each pair that a budget allows. Those that have become void wait too.
 const QUEUED_PER_PAIR: usize = 4;
-
-/// No body.
-const NONE: u32 = u32::MAX;
 
 /// An impact of this step.
 #[derive(Clone, Copy, Debug)]
@@ -82,8 +75,6 @@ pub(crate) struct ImpactQueue {
     pub crowd: Crowd,
     /// By slot: number of impacts in this step.
     impact_count: Vec<u32>,
-    /// By slot with impacts: the first three bodies that it met.
-    met: Vec<[u32; 3]>,
     /// Slots with at least one impact.
     impacted: Vec<u32>,
     /// Slots that are held after their impact: see `held_after_impact`.
@@ -122,13 +113,11 @@ impl ImpactQueue {
         for slot in self.impacted.drain(..) {
             self.paths.impact_time[slot as usize] = 0.0;
             self.impact_count[slot as usize] = 0;
-            self.met[slot as usize] = [NONE; 3];
         }
         self.paths.impact_time.resize(slots, 0.0);
         self.paths.impact_position.resize(slots, Vec2::ZERO);
         self.impact_count.resize(slots, 0);
         self.waits.resize(slots, false);
-        self.met.resize(slots, [NONE; 3]);
     }
 
     /// Whether the step had no impact.
@@ -251,15 +240,6 @@ impl ImpactQueue {
                 self.stop_at_impact(bodies, pair.a, context);
                 self.stop_at_impact(bodies, pair.b, context);
             }
-            let loses_speed = restitution(bodies, pair) < 1.0;
-            for (slot, other) in [(pair.a, pair.b), (pair.b, pair.a)] {
-                let in_heap =
-                    loses_speed || gravity_on(bodies, slot as usize, context) != Vec2::ZERO;
-                let has_met_many = self.meets(slot, other) && in_heap;
-                if has_met_many && self.impact_count[slot as usize] >= IMPACTS_AMONG_MANY_MAX {
-                    self.stop_at_impact(bodies, slot, context);
-                }
-            }
             if !last
                 && (outruns_reach(bodies, pair.a, context.dt)
                     || outruns_reach(bodies, pair.b, context.dt))
@@ -326,15 +306,6 @@ impl ImpactQueue {
             self.paths.impact_time[slot] = 0.0;
             self.impact_count[slot] = IMPACTS_MAX;
         }
-    }
-
-    /// Remembers that a body has met another one; returns whether it has met more than two.
-    fn meets(&mut self, slot: u32, other: u32) -> bool {
-        let met = &mut self.met[slot as usize];
-        if let Some(partner) = met.iter_mut().find(|partner| [NONE, other].contains(partner)) {
-            *partner = other;
-        }
-        met[2] != NONE
     }
 
     fn has_exhausted_impacts(&self, pair: &Pair) -> bool {

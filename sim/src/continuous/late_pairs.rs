@@ -90,7 +90,7 @@ impl LatePairs {
         dt: f32,
         contacts: &mut ContactSet,
     ) -> bool {
-        let step = GatherStep { dt, fall: 0.0, has_fast_bodies: true };
+        let step = GatherStep { dt, fall: 0.0 };
         self.late.constraints.clear();
         self.late.infos.clear();
         let mut known = contacts.constraints.iter().map(|constraint| constraint.pair).peekable();
@@ -107,7 +107,7 @@ impl LatePairs {
                 continue;
             }
             let path = (bodies.velocity[b] - bodies.velocity[a]) * dt;
-            let manifold = predict_manifold::<{ shapes::BOTH }>(bodies, paths, pair, path, dt);
+            let manifold = predict_manifold(bodies, paths, pair, path, dt);
             if let Some(manifold) = manifold
                 .filter(|manifold| manifold.separation + manifold.normal.dot(path) < -OVERLAP)
             {

@@ -4,7 +4,7 @@ use crate::bodies::Bodies;
 use crate::broad_phase::pairs::Pair;
 use crate::math::max;
 use crate::narrow_phase::manifold::Manifold;
-use crate::narrow_phase::separation::{self, FAR, placed_of};
+use crate::narrow_phase::separation::{self, placed};
 use glam::Vec2;
 
 /// Last impact of each body in the step, by slot.
@@ -44,16 +44,15 @@ impl Paths {
 /// Predicts the manifold of a pair of which b moves by `path` in the step relative to a. After an
 /// impact in the step the bodies are swept from then on, but the separation is measured from the
 /// start of their paths, where they may overlap.
-#[inline]
-pub(crate) fn predict_manifold<const SHAPES: u8>(
+#[inline(never)]
+pub(crate) fn predict_manifold(
     bodies: &Bodies,
     paths: &Paths,
     pair: &Pair,
     path: Vec2,
     dt: f32,
 ) -> Option<Manifold> {
-    let (mut at_a, mut at_b) =
-        (placed_of::<SHAPES>(bodies, pair.a), placed_of::<SHAPES>(bodies, pair.b));
+    let (mut at_a, mut at_b) = (placed(bodies, pair.a), placed(bodies, pair.b));
     let start = paths.start_time(pair);
     if start == 0.0 {
         return separation::between(at_a, at_b, path, pair.axis);
@@ -63,8 +62,5 @@ pub(crate) fn predict_manifold<const SHAPES: u8>(
     at_b.center = paths.position_at(bodies, pair.b, start, dt);
     let ahead = at_b.center - at_a.center - begin;
     let manifold = separation::between(at_a, at_b, path - ahead, pair.axis)?;
-    if manifold.separation == FAR {
-        return Some(manifold);
-    }
     Some(Manifold { separation: manifold.separation - manifold.normal.dot(ahead), ..manifold })
 }

@@ -5,8 +5,8 @@
 //! shape is replaced by its tangent. It is taken where the present velocities lead: at the time of
 //! impact within the step, or else at the closest approach. Bodies that pass each other are
 //! therefore unaffected, and a body cannot tunnel through another one. Pairs that move by more than
-//! their size and pass are [`FAR`]: the tangent of where they might have met says nothing about
-//! where they end if another contact stops them (see `recheck`). The sweep against a box is the
+//! their size and pass have none: the tangent of where they might have met says nothing about
+//! where they end if another contact stops them (see `late_pairs`). The sweep against a box is the
 //! slab test (Kay and Kajiya 1986) with rounded corners (Ericson 2005, section 5.5.7).
 
 use crate::bodies::Bodies;
@@ -18,9 +18,6 @@ use crate::shape::Shape;
 use crate::shape::shapes;
 use crate::solver::tolerances::{CORNER, CORNER_SHARE, ROUNDING, STRAIGHT};
 use glam::Vec2;
-
-/// The separation of a fast pair that passes: its constraint never pushes.
-pub(crate) const FAR: f32 = 1e30;
 
 /// A placed shape of a pair.
 #[derive(Clone, Copy, Debug)]
@@ -42,22 +39,23 @@ pub(crate) fn placed_of<const SHAPES: u8>(bodies: &Bodies, slot: u32) -> Placed 
 }
 
 /// The manifold of two bodies of which b moves by `path` relative to a if nothing stops it. `kept`
-/// is the axis of the face that carried the contact in the last step. `None`: two boxes pass each
-/// other around a corner.
-#[inline(always)]
+/// is the axis of the face that carried the contact in the last step. `None`: the two pass each other, two boxes
+/// around a corner, or any two on a path longer than the smaller one.
+// A call would take a fifth of the time of a pair; the page, which is downloaded, makes one.
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 pub(crate) fn between(a: Placed, b: Placed, path: Vec2, kept: Axis) -> Option<Manifold> {
     let offset = b.center - a.center;
     let size = a.center.abs() + b.center.abs();
     match (a.shape, b.shape) {
         (Shape::Circle { radius: ra }, Shape::Circle { radius: rb }) => {
-            Some(circles(offset, path, (ra, rb), (a.slot, b.slot)))
+            circles(offset, path, (ra, rb), (a.slot, b.slot))
         }
         (Shape::Box { half: ha }, Shape::Box { half: hb }) => boxes(offset, path, (ha, hb), kept),
         (Shape::Box { half }, Shape::Circle { radius }) => {
-            Some(box_circle(offset, path, half, radius, size))
+            box_circle(offset, path, half, radius, size)
         }
         (Shape::Circle { radius }, Shape::Box { half }) => {
-            Some(box_circle(-offset, -path, half, radius, size).flipped())
+            box_circle(-offset, -path, half, radius, size).map(Manifold::flipped)
         }
     }
 }
@@ -81,25 +79,23 @@ pub(crate) fn axis_of(a: Shape, b: Shape, normal: Vec2) -> Axis {
 
 /// Two circles: the tangent at the end of the line of centres.
 #[inline]
-fn circles(offset: Vec2, path: Vec2, radii: (f32, f32), ids: (u32, u32)) -> Manifold {
+fn circles(offset: Vec2, path: Vec2, radii: (f32, f32), ids: (u32, u32)) -> Option<Manifold> {
     let reach = radii.0 + radii.1;
     let along = offset.dot(path);
     let squared = offset.length_squared();
     let straight = path.length_squared() <= STRAIGHT * reach * reach;
     if straight || squared <= reach * reach {
-        return circles_at_rest(offset, squared, reach, ids);
+        return Some(circles_at_rest(offset, squared, reach, ids));
     }
     let share = match first_touch_of_circle(offset, path, reach) {
         Some(share) => share,
-        None if is_fast(path, min(radii.0, radii.1)) => {
-            return Manifold { normal: offset / squared.sqrt(), separation: FAR };
-        }
-        None if along >= 0.0 => return circles_at_rest(offset, squared, reach, ids),
+        None if is_fast(path, min(radii.0, radii.1)) => return None,
+        None if along >= 0.0 => return Some(circles_at_rest(offset, squared, reach, ids)),
         None => min(-along / path.length_squared(), 1.0),
     };
     let touching = offset + path * share;
     let distance = touching.length();
-    tangent(touching / distance, distance - reach, path * share)
+    Some(tangent(touching / distance, distance - reach, path * share))
 }
 
 /// The half-plane that touches the shape `ahead` of the start, seen from the start. Rounding must
@@ -144,11 +140,9 @@ fn boxes(offset: Vec2, path: Vec2, halves: (Vec2, Vec2), kept: Axis) -> Option<M
         // Measured on the side where it starts: on the other side it has passed.
         let ahead = reach - (offset + path) * Vec2::new(side(offset.x), side(offset.y));
         let apart = overlap.x < -corner || overlap.y < -corner;
-        if ahead.x > corner && ahead.y > corner || apart && is_fast(path, smallest) {
-            let normal = Vec2::new(0.0, side(offset.y));
-            return Some(Manifold { normal, separation: FAR });
-        }
-        if ahead.x.abs() < corner && ahead.y.abs() < corner {
+        let has_passed = ahead.x > corner && ahead.y > corner;
+        let is_at_corner = ahead.x.abs() < corner && ahead.y.abs() < corner;
+        if has_passed || is_at_corner || apart && is_fast(path, smallest) {
             return None;
         }
         least_overlap(ahead, kept, 2.0 * corner)
@@ -198,26 +192,26 @@ fn slab(offset: f32, path: f32, half: f32) -> Option<(f32, f32)> {
 /// A circle relative to a box; `size` is the magnitude of the coordinates, which limits their
 /// precision.
 #[inline]
-fn box_circle(offset: Vec2, path: Vec2, half: Vec2, radius: f32, size: Vec2) -> Manifold {
+fn box_circle(offset: Vec2, path: Vec2, half: Vec2, radius: f32, size: Vec2) -> Option<Manifold> {
     let outside = offset.abs() - half;
     let start = box_circle_at_rest(offset, outside, half, radius);
     let straight = path.length_squared() <= STRAIGHT * radius * radius;
     if straight || stays_over_face(offset, outside, path, half) {
-        return start;
+        return Some(start);
     }
     let across = path.perp().abs() / path.length();
     let graze = 2.0 * ROUNDING * (across.dot(size) + radius);
     let over_face = outside.x <= 0.0 || outside.y <= 0.0;
     if start.separation <= if over_face { graze } else { -graze } {
-        return start;
+        return Some(start);
     }
     if let Some((share, normal)) = first_touch_of_box(offset, path, half, radius, graze) {
-        return tangent(normal, 0.0, path * share);
+        return Some(tangent(normal, 0.0, path * share));
     }
     if is_fast(path, min(radius, min(half.x, half.y))) {
-        return Manifold { separation: FAR, ..start };
+        return None;
     }
-    closest_approach(offset, path, half, radius, start)
+    Some(closest_approach(offset, path, half, radius, start))
 }
 
 /// The manifold of a circle that misses the box: at its start if it leaves, else at its end or

@@ -352,7 +352,7 @@ fn sum_impulses(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::narrow_phase::separation::FAR;
+    use crate::solver::contact_constraint::FAR;
 
     /// A constraint from a lower body to a higher one.
     fn upward(

@@ -16,7 +16,6 @@
 //!      or to separate, `chains`: along an axis, solved exactly in any case by pooling (`pava`),
 //!      and the rest,
 //!    - `energy_guard`: plain sweeps, or rest, for masses so different that f32 fails,
-//!    - `recheck`: constraints of fast pairs, checked again with the solved velocities,
 //!    - `held_after_impact`: bodies that bounced and are held by another contact,
 //!    - `late_pairs`: pairs that only these velocities bring together;
 //! 5. `integrate`: the bodies move;
@@ -37,17 +36,17 @@ use super::sweep::{Blocks, Sequence, SweepLimits};
 use super::{sweep, warm_start};
 use crate::bodies::{Bodies, REACH_MIN};
 use crate::broad_phase::pairs::{Pair, PairList};
+use crate::continuous::held_after_impact;
 use crate::continuous::impact_queue::{self, ImpactQueue, Progress};
 use crate::continuous::late_pairs::{self, LatePairs};
 use crate::continuous::static_clamp::StaticClamp;
-use crate::continuous::{held_after_impact, recheck};
 use crate::forces::Move;
 use crate::integrate::{self, Displacements};
 use crate::math::{clamp, clamp_length, max, min};
 use crate::shape::{Aabb, shapes};
 use crate::solver::tolerances::{
-    GUARDED_MASS_RATIO, IMPULSE_ROUNDING, LARGE_ISLAND, LARGE_WORLD, LOCAL_ISLAND, MOTION_MIN,
-    SMALL_ISLAND, SMALL_ISLAND_SHARE, SPEED_ROUNDING,
+    IMPULSE_ROUNDING, LARGE_ISLAND, LARGE_WORLD, LOCAL_ISLAND, MOTION_MIN, SMALL_ISLAND,
+    SMALL_ISLAND_SHARE, SPEED_ROUNDING, STIFF_MASS_RATIO,
 };
 use crate::steady::{Steady, StepContacts};
 use crate::touches::{Found, Touch};
@@ -69,10 +68,6 @@ pub(crate) struct ConjugateSolver {
     local_sweeps: LocalSweeps,
     late_pairs: LatePairs,
     energy_guard: EnergyGuard,
-    /// Whether a body may move by more than the thinnest body's half-size in this step.
-    has_fast_bodies: bool,
-    /// Whether a constraint belongs to such a body.
-    has_fast_contacts: bool,
     /// Whether more than [`LARGE_WORLD`] bodies can move.
     is_large_world: bool,
     /// By constraint: whether the step changed its impulses, if islands may be left out.
@@ -114,12 +109,6 @@ struct IslandLimits {
     mass_ratio: f32,
     /// How it moves, if contacts are swept only where they still change.
     agitation: Option<Agitation>,
-}
-
-impl IslandLimits {
-    fn is_in_motion(&self) -> bool {
-        self.agitation.is_some_and(|agitation| agitation.in_motion)
-    }
 }
 
 impl ConjugateSolver {
@@ -212,8 +201,7 @@ impl ConjugateSolver {
             reach[slot] = self::reach(squared, fall, context.dt);
             fastest = max(fastest, squared);
         }
-        self.has_fast_bodies = fastest.sqrt() * context.dt > thinnest;
-        let may = context.features.restitution || self.has_fast_bodies;
+        let may = context.features.restitution || fastest.sqrt() * context.dt > thinnest;
         bounces && may && self.impact_queue.extend_reach(bodies, context)
     }
 
@@ -224,18 +212,14 @@ impl ConjugateSolver {
         takes_no_part: &[bool],
         context: &StepContext,
     ) {
-        let step = GatherStep {
-            dt: context.dt,
-            fall: context.fall_distance(),
-            has_fast_bodies: self.has_fast_bodies,
-        };
+        let step = GatherStep { dt: context.dt, fall: context.fall_distance() };
         let paths = &self.impact_queue.paths;
         let gather = match context.features.takes_shapes() {
             shapes::CIRCLES => contact_constraint::gather::<{ shapes::CIRCLES }>,
             shapes::BOXES => contact_constraint::gather::<{ shapes::BOXES }>,
             _ => contact_constraint::gather::<{ shapes::BOTH }>,
         };
-        self.has_fast_contacts = gather(
+        gather(
             bodies,
             pairs,
             takes_no_part,
@@ -264,9 +248,7 @@ impl ConjugateSolver {
     ) {
         self.solve(bodies, &pairs.pairs, moves, context);
         for _ in 0..late_pairs::ROUNDS_MAX {
-            let faster = self.late_pairs.extend_reach(bodies, context.dt);
-            self.has_fast_bodies |= faster;
-            if !faster || self.is_over {
+            if !self.late_pairs.extend_reach(bodies, context.dt) || self.is_over {
                 return;
             }
             let is_new = pairs.refresh(bodies, context.filter);
@@ -296,8 +278,6 @@ impl ConjugateSolver {
             self.contacts.drop_non_finite(bodies);
         }
         integrate::apply_moves(bodies, moves, context.dt, &mut self.displacements);
-        // Forces may swing a body out and back within the step.
-        self.has_fast_bodies |= !moves.is_empty();
         self.blocks.reserve(bodies.alive.len());
         self.local_sweeps.reserve(bodies.alive.len());
         self.islands.find(bodies.alive.len(), &self.contacts.constraints);
@@ -330,7 +310,7 @@ impl ConjugateSolver {
         let constraint = &self.contacts.constraints[index as usize];
         let since = &self.impact_queue.paths.impact_time;
         let impacted = since[constraint.a as usize] > 0.0 || since[constraint.b as usize] > 0.0;
-        !self.contacts.infos[index as usize].fast && !impacted
+        !impacted
     }
 
     /// Solves a constraint that shares its movable bodies with no other: one visit is exact, since
@@ -360,7 +340,6 @@ impl ConjugateSolver {
         if !self.late_pairs.gather(bodies, pairs, paths, context.dt, &mut self.contacts) {
             return false;
         }
-        self.has_fast_contacts = true;
         self.islands.find(bodies.alive.len(), &self.contacts.constraints);
         for number in 0..self.islands.count() {
             let island = &self.islands.constraints[self.islands.range(number)];
@@ -390,7 +369,7 @@ impl ConjugateSolver {
         let limits = self.limits(number, &bodies.velocity, context);
         let count = self.islands.range(number).len();
         let mut work = Work::on(count, visits_per_contact, limits.sweeps.sweeps_max);
-        for round in 1..=recheck::ROUNDS_MAX {
+        for _ in 0..held_after_impact::ROUNDS_MAX {
             self.sweep_island(number, bodies, &limits, &mut work);
             let island = &self.islands.constraints[self.islands.range(number)];
             let held = held_after_impact::resolve(
@@ -402,14 +381,7 @@ impl ConjugateSolver {
                 &mut self.displacements,
                 context,
             );
-            let (contacts, paths) = (&mut self.contacts, &self.impact_queue.paths);
-            if round == recheck::ROUNDS_MAX {
-                break;
-            }
-            let rechecked = self.has_fast_contacts
-                && !limits.is_in_motion()
-                && recheck::recheck_island(bodies, contacts, island, pairs, paths, context.dt);
-            if !(rechecked || held) {
+            if !held {
                 break;
             }
         }
@@ -428,7 +400,7 @@ impl ConjugateSolver {
         let island = &self.islands.constraints[self.islands.range(number)];
         let (constraints, velocity) = (&mut self.contacts.constraints, &mut bodies.velocity);
         let IslandLimits { sweeps: limits, mass_ratio, agitation } = *island_limits;
-        let is_stiff = mass_ratio > GUARDED_MASS_RATIO;
+        let is_stiff = mass_ratio > STIFF_MASS_RATIO;
         if is_stiff {
             self.energy_guard.remember(constraints, island, velocity);
         }
@@ -441,15 +413,10 @@ impl ConjugateSolver {
                 self.late_pairs.note_motion(constraints, island);
                 sweeps < limits.sweeps_max
             }
-            Some(agitation) => self.local_sweeps.solve(
-                constraints,
-                island,
-                blocks,
-                velocity,
-                limits,
-                agitation,
-                work,
-            ),
+            Some(agitation) => {
+                let limits = (limits, agitation);
+                self.local_sweeps.solve(constraints, island, blocks, velocity, limits, work)
+            }
             None => {
                 blocks.chains.find(constraints, island);
                 // All rounds share the sweeps of the island.
@@ -479,7 +446,8 @@ impl ConjugateSolver {
         let constraints = &self.contacts.constraints;
         let island = &self.islands.constraints[self.islands.range(number)];
         let (tolerance, mass_ratio) = tolerance(constraints, island, velocity, context);
-        let agitation = (!self.is_large_world && island.len() > MOTION_MIN)
+        let is_stiff = mass_ratio > STIFF_MASS_RATIO;
+        let agitation = (!self.is_large_world && !is_stiff && island.len() > MOTION_MIN)
             .then(|| Agitation::of(constraints, island, velocity, tolerance, mass_ratio))
             .filter(|agitation| agitation.in_motion || island.len() >= LOCAL_ISLAND);
         let mut work_max = context.settings.work_max / island.len() as u32;

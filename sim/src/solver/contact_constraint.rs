@@ -12,11 +12,13 @@ use crate::broad_phase::pairs::{Axis, Pair};
 use crate::continuous::paths::{Paths, predict_manifold};
 use crate::math::{max, min};
 use crate::narrow_phase::manifold::Manifold;
-use crate::narrow_phase::separation::{self, FAR, Placed};
+use crate::narrow_phase::separation::{self, Placed};
 use crate::shape::{Shape, shapes};
 use crate::solver::tolerances::{DEEP_SHARE, PUSHED_SHARE, ROUNDING, SLIDING, SPECULATIVE};
 use glam::Vec2;
 
+/// Separation of a pair that turned out to pass each other: its constraint never pushes.
+pub(crate) const FAR: f32 = 1e30;
 /// Most deep contacts of a body that are kept while its partner has as many.
 const DEEP_CONTACTS_MAX: u8 = 32;
 
@@ -62,8 +64,6 @@ pub(crate) struct ContactInfo {
     pub closing: f32,
     /// Whether the two bounced in this step.
     pub bounced: bool,
-    /// Whether one of them moves by more than the smaller one's half-size.
-    pub fast: bool,
     /// Whether the two slid on each other in the last step.
     pub slid: bool,
     /// How an overlap that is left is corrected.
@@ -119,8 +119,6 @@ pub(crate) struct GatherStep {
     pub dt: f32,
     /// Distance that a body falls in it, world units.
     pub fall: f32,
-    /// Whether a body may move by more than the thinnest body's half-size.
-    pub has_fast_bodies: bool,
 }
 
 /// What gathering reads of a body, side by side: 40 bytes.
@@ -174,12 +172,6 @@ impl PackedBody {
     fn thickness(&self) -> f32 {
         min(self.half.x, self.half.y)
     }
-
-    /// The greater of its speeds along the axes.
-    #[inline(always)]
-    fn axis_speed(&self) -> f32 {
-        max(self.velocity.x.abs(), self.velocity.y.abs())
-    }
 }
 
 /// Two bodies of which a contact is made.
@@ -198,8 +190,7 @@ fn pack(bodies: &Bodies, takes_no_part: &[bool], paths: &Paths, packed: &mut Vec
 /// Gathers the constraints of a step in (a, b) order, except between two bodies that [take no part],
 /// from the present positions and the velocities before gravity and contacts act, in a world with
 /// these [`shapes`] only. A heap at one point has as many pairs as the square of its bodies; there
-/// each body gets [`DEEP_CONTACTS_MAX`] of them, which separate first. Returns whether a constraint
-/// belongs to a fast pair.
+/// each body gets [`DEEP_CONTACTS_MAX`] of them, which separate first.
 ///
 /// [take no part]: crate::steady::Steady::takes_no_part
 /// [`shapes`]: crate::shape::shapes
@@ -211,9 +202,8 @@ pub(crate) fn gather<const SHAPES: u8>(
     step: GatherStep,
     contacts: &mut ContactSet,
     scratch: &mut GatherScratch,
-) -> bool {
+) {
     let GatherStep { dt, fall, .. } = step;
-    let mut has_fast = false;
     let ContactSet { constraints, infos } = contacts;
     constraints.clear();
     infos.clear();
@@ -230,7 +220,7 @@ pub(crate) fn gather<const SHAPES: u8>(
         }
         let path = (b.velocity - a.velocity) * dt;
         let manifold = if a.is_impacted || b.is_impacted {
-            predict_manifold::<SHAPES>(bodies, paths, pair, path, dt)
+            predict_manifold(bodies, paths, pair, path, dt)
         } else {
             let [at_a, at_b] = [a.placed::<SHAPES>(pair.a), b.placed::<SHAPES>(pair.b)];
             separation::between(at_a, at_b, path, pair.axis)
@@ -248,15 +238,13 @@ pub(crate) fn gather<const SHAPES: u8>(
             deep_contacts[a] = deep_contacts[a].saturating_add(1);
             deep_contacts[b] = deep_contacts[b].saturating_add(1);
         }
-        has_fast |= info.fast;
         constraints.push(constraint);
         infos.push(info);
     }
-    has_fast
 }
 
 /// Distance that a pair may close in the step: by their own velocities, not the relative one, since a contact that stops
-/// one of them must not let it overlap the other, beside which it fell at the same speed; but by no more than half of a
+/// one of them must not let it overlap the other, beside which it fell at the same speed; but by no more than a
 /// half-size beyond the relative one. Where all fly, most pairs would have a constraint that does nothing.
 #[inline(always)]
 fn closing_distance([a, b]: PackedPair, manifold: &Manifold, dt: f32) -> f32 {
@@ -272,16 +260,15 @@ pub(crate) fn make_contact<const SHAPES: u8>(
     pair: &Pair,
     index: u32,
     manifold: Manifold,
-    GatherStep { dt, has_fast_bodies, .. }: GatherStep,
+    GatherStep { dt, .. }: GatherStep,
 ) -> (ContactConstraint, ContactInfo) {
-    let passes = manifold.separation == FAR;
     let approach = -manifold.normal.dot(b.velocity - a.velocity);
     let size = manifold.normal.abs().dot(a.center.abs() + b.center.abs());
     let is_apart = manifold.separation > ROUNDING * size;
     // The impulse of a face says nothing about another face or a corner: it would push a circle on
     // that has just left a tile.
     let axis = || separation::axis_of(a.shape::<SHAPES>(), b.shape::<SHAPES>(), manifold.normal);
-    let is_kept = !passes && (pair.axis == Axis::Free || pair.axis == axis());
+    let is_kept = pair.axis == Axis::Free || pair.axis == axis();
     let (normal_impulse, tangent_impulse) =
         if is_kept { (pair.normal_impulse, pair.tangent_impulse) } else { (0.0, 0.0) };
     let constraint = ContactConstraint {
@@ -301,14 +288,12 @@ pub(crate) fn make_contact<const SHAPES: u8>(
         tangent_direction: 0.0,
         pair: index,
     };
-    let furthest = max(a.axis_speed(), b.axis_speed()) * dt;
     let info = ContactInfo {
         separation: manifold.separation,
         separation_after: manifold.separation,
         exact: false,
         closing: max(approach, 0.0),
         bounced: false,
-        fast: passes || has_fast_bodies && furthest > min(a.thickness(), b.thickness()),
         slid: constraint.normal_impulse > 0.0 && !constraint.sticks(),
         correction: Correction::Thorough,
     };

@@ -168,8 +168,7 @@ impl LocalSweeps {
         island: &[u32],
         blocks: &mut Blocks,
         velocity: &mut [Vec2],
-        limits: SweepLimits,
-        agitation: Agitation,
+        (limits, agitation): (SweepLimits, Agitation),
         work: &mut Work,
     ) -> bool {
         let tolerance = limits.tolerance;

@@ -16,7 +16,7 @@ use crate::broad_phase::pairs::Pair;
 use crate::math::{max, min};
 use crate::narrow_phase::manifold::Manifold;
 use crate::narrow_phase::overlap::spread_manifold;
-use crate::narrow_phase::separation::{self, FAR, placed};
+use crate::narrow_phase::separation::{self, placed};
 use crate::solver::contact_constraint::{ContactConstraint, ContactInfo, ContactSet, Correction};
 use crate::solver::islands::Islands;
 use crate::solver::layers::{self, UNREACHED};
@@ -385,7 +385,7 @@ fn find_exact(
             info.separation_after = manifold.separation;
         }
         // Two boxes that pass each other around a corner.
-        None => info.separation_after = FAR,
+        None => info.separation_after = f32::INFINITY,
     }
 }
 

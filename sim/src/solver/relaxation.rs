@@ -66,7 +66,7 @@ pub(crate) struct RelaxationConstraint {
 }
 
 /// Scratch of the relaxation.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub(crate) struct RelaxationSolver {
     /// The pairs that take part in the step, in (a, b) order.
     pub constraints: Vec<RelaxationConstraint>,
@@ -77,6 +77,14 @@ pub(crate) struct RelaxationSolver {
     start_position: Vec<Vec2>,
     /// Passes made in the last step.
     pub passes: u32,
+}
+
+/// Leaves scratch out: see the conjugate solver.
+impl Clone for RelaxationSolver {
+    fn clone(&self) -> RelaxationSolver {
+        let (constraints, passes) = (self.constraints.clone(), self.passes);
+        RelaxationSolver { constraints, passes, ..RelaxationSolver::default() }
+    }
 }
 
 impl RelaxationSolver {

@@ -11,17 +11,12 @@ pub(crate) const SPEED_ROUNDING: f32 = 1e-6;
 /// Rounding of the velocities of bodies at rest, as a share of the largest that a single impulse would give: some 4
 /// `f32::EPSILON`. The impulses on a body under a high pile cancel only up to it.
 pub(crate) const IMPULSE_ROUNDING: f32 = 5e-7;
-/// Rounding of an island's kinetic energy, as a share: squares and sums of rounded velocities.
-pub(crate) const ENERGY_ROUNDING: f64 = 1e-5;
 /// Circle centres closer than this share of the radii count as one centre: below it the squared
 /// distance loses its digits and the normal its length (C05).
 pub(crate) const SAME_CENTER: f32 = 1e-6;
 /// A path whose squared length is below this share of the squared radius counts as straight: it
 /// leaves the tangent by half of that share of the radius, which is below its rounding.
 pub(crate) const STRAIGHT: f32 = 1e-7;
-/// Mass ratio in an island from which its energy is guarded: f32 keeps 7 digits, and this leaves
-/// 3 to a light body under a heavy one.
-pub(crate) const GUARDED_MASS_RATIO: f32 = 1e4;
 
 // --- Overlap ------------------------------------------------------------------------------------
 
@@ -31,8 +26,8 @@ pub(crate) const OVERLAP: f32 = 1e-4;
 /// default slop, so that a resting pair never loses it.
 pub(crate) const SPECULATIVE: f32 = 0.02;
 /// Share of the thinner body's half-size by which a pair may close beyond its relative velocity and still have a
-/// constraint: what a third body pushes further is a late pair. With 0.25 a rain that lands comes apart.
-pub(crate) const PUSHED_SHARE: f32 = 0.5;
+/// constraint: what a third body pushes further is a late pair. With 0.5 bodies that fall side by side land in each other.
+pub(crate) const PUSHED_SHARE: f32 = 1.0;
 /// Overlap on both axes below which two boxes only pass corner to corner: twice the default slop.
 /// The axis of the last step may be worse by twice as much before two boxes change it.
 pub(crate) const CORNER: f32 = 0.01;
@@ -50,8 +45,6 @@ pub(crate) const SLOP_SHARE: f32 = 0.8;
 
 // --- Normals and friction -----------------------------------------------------------------------
 
-/// Cosine below which a rechecked normal is a different one, 8 degrees: the constraint is renewed.
-pub(crate) const SAME_NORMAL: f32 = 0.99;
 /// Cosine below which an impulse is taken back because the normal has turned, 45 degrees: a
 /// rolling contact turns by less in a step, a jump from the top of a box to its side by more.
 pub(crate) const SAME_FACE: f32 = 0.7;
@@ -80,6 +73,11 @@ pub(crate) const SMALL_ISLAND_SHARE: f32 = 0.001;
 pub(crate) const LARGE_ISLAND: f32 = 10_000.0;
 /// Contacts from which an island is swept locally: smaller ones cost little.
 pub(crate) const LOCAL_ISLAND: usize = 64;
+/// Rounding of an island's kinetic energy, as a share: squares and sums of rounded velocities.
+pub(crate) const ENERGY_ROUNDING: f64 = 1e-5;
+/// Mass ratio beyond which an island is swept as a whole, until it is solved, and its energy is guarded: a heavy body that sinks into light ones and
+/// is pushed out again would gain energy.
+pub(crate) const STIFF_MASS_RATIO: f32 = 1e4;
 /// Contacts beyond which an island may count as one in motion.
 pub(crate) const MOTION_MIN: usize = 16;
 /// Mean sliding velocity of an island's contacts, in tolerances, beyond which its bodies move past

@@ -162,7 +162,8 @@ impl World {
         let touches = self.touches.now.iter();
         let touches = touches.chain(asleep().flat_map(|sleeping| &sleeping.touches));
         let touching = || touches.clone().map(|touch| key(touch.a.index, touch.b.index));
-        let mut keys: Vec<u64> = pairs().map(|pair| key(pair.a, pair.b)).chain(touching()).collect();
+        let mut keys: Vec<u64> =
+            pairs().map(|pair| key(pair.a, pair.b)).chain(touching()).collect();
         keys.sort_unstable();
         keys.dedup();
         let at = |key: u64| keys.binary_search(&key).expect("every key is listed");
