@@ -35,19 +35,20 @@ pub(crate) struct Found {
     pub closing: f32,
 }
 
-/// The touches of the last step and of the one before.
+/// The touches of the last step.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Touches {
     /// In (a, b) order.
     pub now: Vec<Touch>,
-    before: Vec<Touch>,
+    /// Scratch: who touched in the step before.
+    before: Vec<[BodyId; 2]>,
 }
 
 impl Touches {
     /// Lists the touches of a step, and those that `stay` as they were; both come in (a, b) order.
     pub fn report(&mut self, bodies: &Bodies, found: impl Iterator<Item = Found>, stay: &[Touch]) {
-        std::mem::swap(&mut self.now, &mut self.before);
-        self.now.clear();
+        self.before.clear();
+        self.before.extend(self.now.drain(..).map(|touch| [touch.a, touch.b]));
         let mut before = self.before.iter().peekable();
         let slots = |touch: &Touch| (touch.a.index, touch.b.index);
         let mut stay = stay.iter().peekable();
@@ -56,8 +57,8 @@ impl Touches {
                 self.now.push(*touch);
             }
             let (id_a, id_b) = (bodies.id(a), bodies.id(b));
-            while before.next_if(|old| slots(old) < (a, b)).is_some() {}
-            let began = before.next_if(|old| (old.a, old.b) == (id_a, id_b)).is_none();
+            while before.next_if(|[old_a, old_b]| (old_a.index, old_b.index) < (a, b)).is_some() {}
+            let began = before.next_if_eq(&&[id_a, id_b]).is_none();
             self.now.push(Touch { a: id_a, b: id_b, normal, depth, closing, began });
         }
         self.now.extend(stay);

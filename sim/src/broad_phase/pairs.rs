@@ -111,12 +111,11 @@ pub(crate) struct PairList {
     outgrown: Vec<u32>,
     /// By slot: whether its pairs were found again.
     renewed: Vec<bool>,
-    /// Scratch: slots sorted by lower edge, their boxes in this order, those that overlap one of them, keys of the pairs found, the previous list.
+    /// Scratch: slots sorted by lower edge, their boxes in this order, those that overlap one of them, keys of the pairs found.
     order: Vec<u64>,
     sorted: Vec<Aabb>,
     found: Vec<u32>,
     keys: Vec<u64>,
-    before: Vec<Pair>,
 }
 
 impl PairList {
@@ -318,22 +317,39 @@ impl PairList {
         }
     }
 
-    /// Builds `pairs` from the sorted keys and those of the previous list of which neither body was renewed; merging
-    /// with it keeps the impulses.
+    /// Makes `pairs` those of the sorted keys, and those listed before of which neither body was renewed; who was
+    /// listed before keeps the impulses.
     fn carry_impulses(&mut self) {
-        std::mem::swap(&mut self.pairs, &mut self.before);
-        self.pairs.clear();
-        let mut keys = self.keys.iter().copied().peekable();
-        for &pair in &self.before {
-            while let Some(key) = keys.next_if(|&key| key < pair.key()) {
-                self.pairs.push(Pair::of(key));
+        let PairList { pairs, keys, renewed, .. } = self;
+        let mut found = keys.iter().copied().peekable();
+        let mut kept = 0;
+        pairs.retain(|pair| {
+            while found.next_if(|&key| key < pair.key()).is_some() {}
+            let is_found = found.next_if_eq(&pair.key()).is_some();
+            kept += usize::from(is_found);
+            is_found || !renewed[pair.a as usize] && !renewed[pair.b as usize]
+        });
+        // Merges the new ones from behind, so that each pair moves once.
+        let (mut from, mut to) = (pairs.len(), pairs.len() + keys.len() - kept);
+        reserve(pairs, to);
+        pairs.resize(to, Pair::of(0));
+        for &key in keys.iter().rev() {
+            while from > 0 && pairs[from - 1].key() > key {
+                (from, to) = (from - 1, to - 1);
+                pairs[to] = pairs[from];
             }
-            let stays = !self.renewed[pair.a as usize] && !self.renewed[pair.b as usize];
-            if keys.next_if_eq(&pair.key()).is_some() || stays {
-                self.pairs.push(pair);
+            if from == 0 || pairs[from - 1].key() != key {
+                to -= 1;
+                pairs[to] = Pair::of(key);
             }
         }
-        self.pairs.extend(keys.map(Pair::of));
+    }
+}
+
+/// Makes room for `len` items and a quarter more: what doubles holds half as much again as it needs, on average.
+pub(crate) fn reserve<T>(list: &mut Vec<T>, len: usize) {
+    if list.capacity() < len {
+        list.reserve_exact(len + len / 4 - list.len());
     }
 }
 
