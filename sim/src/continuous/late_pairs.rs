@@ -3,8 +3,10 @@
 //! Constraints are gathered for the velocities before the step. A body at rest that is hit hard may
 //! leave its reach within the same step, and a fast one may be deflected towards another. So after
 //! the velocities are solved, bodies that outran their reach, or that may jump over another body,
-//! are checked again: pairs that would touch at the new velocities get a constraint, and their
-//! islands are solved again from their present impulses.
+//! are checked again, and every one against immovable bodies: a ball that one corner of a narrow
+//! passage turns towards the other would have passed that on its path before. Pairs that would touch
+//! at the new velocities get a constraint, and their islands are solved again from their present
+//! impulses.
 
 use super::paths::Paths;
 use crate::bodies::{Bodies, REACH_MIN};
@@ -17,6 +19,7 @@ use crate::solver::contact_constraint::{
     ContactConstraint, ContactInfo, ContactSet, GatherStep, PackedBody, make_contact,
 };
 use crate::solver::tolerances::OVERLAP;
+use glam::Vec2;
 
 /// Rounds of late pairs in a step.
 pub(crate) const ROUNDS_MAX: u32 = 3;
@@ -54,8 +57,7 @@ impl LatePairs {
         }
     }
 
-    /// Extends the reach of bodies that became faster; returns whether there are any, or any that
-    /// may pass over another one.
+    /// Extends the reach of bodies that became faster; returns whether any body moves.
     pub fn extend_reach(&mut self, bodies: &mut Bodies, dt: f32) -> bool {
         self.outruns_reach.clear();
         self.outruns_reach.resize(bodies.alive.len(), false);
@@ -76,7 +78,7 @@ impl LatePairs {
             let speed = velocity[slot].abs();
             let is_fast = path > thinnest || max(speed.x, speed.y) * dt > thinnest;
             self.may_be_late[slot] = self.outruns_reach[slot] || is_fast;
-            any |= self.outruns_reach[slot] || path > thinnest;
+            any |= path > 0.0;
         }
         any
     }
@@ -97,16 +99,12 @@ impl LatePairs {
         for (index, pair) in (0u32..).zip(pairs) {
             let has_constraint = known.next_if_eq(&index).is_some();
             let (a, b) = (pair.a as usize, pair.b as usize);
-            let in_motion = self.is_in_motion[a] && self.is_in_motion[b];
-            if in_motion || !(self.may_be_late[a] || self.may_be_late[b]) {
-                continue;
-            }
-            let outruns_reach =
-                self.outruns_reach[a] || self.outruns_reach[b] || is_fast(bodies, pair, dt, 1.0);
-            if has_constraint || !outruns_reach || !near(bodies, pair.a, pair.b) {
-                continue;
-            }
             let path = (bodies.velocity[b] - bodies.velocity[a]) * dt;
+            let may_be_late =
+                self.may_be_late(bodies, pair, dt) || self.ends_in_wall(bodies, pair, path);
+            if has_constraint || !may_be_late || !near(bodies, pair.a, pair.b) {
+                continue;
+            }
             let manifold = predict_manifold(bodies, paths, pair, path, dt);
             if let Some(manifold) = manifold
                 .filter(|manifold| manifold.separation + manifold.normal.dot(path) < -OVERLAP)
@@ -128,6 +126,27 @@ impl LatePairs {
         }
         self.merge(contacts);
         true
+    }
+
+    /// Whether one of a pair outran its reach, or may have passed over the other.
+    fn may_be_late(&self, bodies: &Bodies, pair: &Pair, dt: f32) -> bool {
+        let (a, b) = (pair.a as usize, pair.b as usize);
+        (self.may_be_late[a] || self.may_be_late[b])
+            && !(self.is_in_motion[a] && self.is_in_motion[b])
+            && (self.outruns_reach[a] || self.outruns_reach[b] || is_fast(bodies, pair, dt, 1.0))
+    }
+
+    /// Whether a contact may have turned a body of no island in motion towards an immovable one: the boxes around both
+    /// meet at the end.
+    fn ends_in_wall(&self, bodies: &Bodies, pair: &Pair, path: Vec2) -> bool {
+        let (a, b) = (pair.a as usize, pair.b as usize);
+        let end = (bodies.center[b] - bodies.center[a] + path).abs();
+        let reach = bodies.half[a] + bodies.half[b];
+        let has_wall = bodies.inverse_mass[a] == 0.0 || bodies.inverse_mass[b] == 0.0;
+        let in_motion = self.is_in_motion[a] || self.is_in_motion[b];
+        // Pairs without motion may have been left out of the step.
+        let may_meet = has_wall && !in_motion && path != Vec2::ZERO;
+        may_meet && end.x < reach.x && end.y < reach.y
     }
 
     /// Merges the late constraints into the others, in (a, b) order.
@@ -170,7 +189,6 @@ mod tests {
     use crate::broad_phase::pairs::Axis;
     use crate::shape::Shape;
     use crate::world::{BodyDef, World, WorldSettings};
-    use glam::Vec2;
 
     #[test]
     fn a_late_pair_starts_without_an_impulse() {

@@ -1,5 +1,6 @@
 //! The solver on the cases that it is built for, with the accepted figures.
 
+mod gaps;
 mod islands;
 mod rooms;
 mod shaken;
