@@ -128,8 +128,7 @@ impl ImpactQueue {
     /// Finds the bodies that may have an impact: those that bounce (of two that close faster than
     /// the threshold one is faster than half of it) and those that are fast. Returns whether there
     /// are any. The reach of fast ones and of a gas is extended, since a bounce may make them faster: to twice their path,
-    /// and by their own thickness. Bodies that outrun it take another round, and meet bodies
-    /// there that are ahead of them in time: in a crowded gas that loses a little energy.
+    /// and by their own thickness. Bodies that outrun it take another round.
     pub fn extend_reach(&mut self, bodies: &mut Bodies, context: &StepContext) -> bool {
         self.may_impact.clear();
         self.may_impact.resize(bodies.alive.len(), false);
@@ -172,22 +171,20 @@ impl ImpactQueue {
         any
     }
 
-    /// Extends the reach of bodies that outran it.
-    pub fn extend_reach_of_impacted(&mut self, bodies: &mut Bodies, context: &StepContext) {
-        for &slot in &self.impacted {
-            if outruns_reach(bodies, slot, context.dt) {
-                let slot = slot as usize;
-                let path = bodies.velocity[slot].length() * context.dt;
-                let reach =
-                    REACH_MIN + context.fall_distance() + 2.0 * path + bodies.thickness(slot);
-                bodies.reach[slot] = reach;
-            }
+    /// Extends the reach of a body that outruns it, and leaves what else happens to it to the next round.
+    fn extend_reach_of_impacted(&mut self, bodies: &mut Bodies, slot: u32, context: &StepContext) {
+        if outruns_reach(bodies, slot, context.dt) {
+            let index = slot as usize;
+            let path = bodies.velocity[index].length() * context.dt;
+            let reach = REACH_MIN + context.fall_distance() + 2.0 * path + bodies.thickness(index);
+            bodies.reach[index] = reach;
+            self.let_wait(bodies, slot);
         }
     }
 
-    /// Processes impacts in the order of their times, until more than `predictions_max` were needed. Except in the `last` round, a body that gets faster than
-    /// its reach waits, since the list may lack some of its pairs, and so does every body that it meets. The next
-    /// round goes on with those.
+    /// Processes impacts in the order of their times, until more than `predictions_max` were needed. Except in the `last`
+    /// round, a body that gets faster than its reach waits, since the list may lack some of its pairs, and so does every
+    /// body within its reach: that would be ahead of it in time. The next round goes on with those.
     pub fn process(
         &mut self,
         bodies: &mut Bodies,
@@ -213,9 +210,9 @@ impl ImpactQueue {
             let time = f32::from_bits(event.time_bits);
             let obstruction = self.find_obstruction(bodies, pairs, pair, time, context);
             let stops = obstruction.as_ref().map_or(pair, |(other, _)| other);
-            if self.is_waiting(pair) || self.is_waiting(stops) {
-                self.let_wait(bodies, pair);
-                self.let_wait(bodies, stops);
+            let ends = [pair.a, pair.b, stops.a, stops.b];
+            if ends.into_iter().any(|slot| self.meets_waiting(bodies, slot)) {
+                ends.into_iter().for_each(|slot| self.let_wait(bodies, slot));
                 continue;
             }
             let (pair, hit) = match obstruction {
@@ -240,11 +237,9 @@ impl ImpactQueue {
                 self.stop_at_impact(bodies, pair.a, context);
                 self.stop_at_impact(bodies, pair.b, context);
             }
-            if !last
-                && (outruns_reach(bodies, pair.a, context.dt)
-                    || outruns_reach(bodies, pair.b, context.dt))
-            {
-                self.let_wait(bodies, pair);
+            if !last {
+                self.extend_reach_of_impacted(bodies, pair.a, context);
+                self.extend_reach_of_impacted(bodies, pair.b, context);
             }
         }
         if self.waiting.is_empty() { Progress::Done } else { Progress::BeyondReach }
@@ -278,13 +273,17 @@ impl ImpactQueue {
         self.waits[pair.a as usize] || self.waits[pair.b as usize]
     }
 
-    /// Leaves what else happens to two bodies to the next round. Those that nothing pushes need not wait.
-    fn let_wait(&mut self, bodies: &Bodies, pair: &Pair) {
-        for slot in [pair.a, pair.b] {
-            if bodies.inverse_mass[slot as usize] > 0.0 && !self.waits[slot as usize] {
-                self.waits[slot as usize] = true;
-                self.waiting.push(slot);
-            }
+    /// Whether a body waits, or is within reach of one that does: that one may yet turn towards it.
+    fn meets_waiting(&self, bodies: &Bodies, slot: u32) -> bool {
+        let may_wait = bodies.inverse_mass[slot as usize] > 0.0;
+        may_wait && self.waiting.iter().any(|&other| other == slot || near(bodies, slot, other))
+    }
+
+    /// Leaves what else happens to a body to the next round. One that nothing pushes need not wait.
+    fn let_wait(&mut self, bodies: &Bodies, slot: u32) {
+        if bodies.inverse_mass[slot as usize] > 0.0 && !self.waits[slot as usize] {
+            self.waits[slot as usize] = true;
+            self.waiting.push(slot);
         }
     }
 

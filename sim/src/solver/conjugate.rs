@@ -181,7 +181,6 @@ impl ConjugateSolver {
             if progress != Progress::BeyondReach || pairs.is_over() {
                 break;
             }
-            self.impact_queue.extend_reach_of_impacted(bodies, context);
             pairs.refresh(bodies, context.filter);
         }
     }

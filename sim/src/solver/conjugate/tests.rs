@@ -1,5 +1,6 @@
 //! The solver on the cases that it is built for, with the accepted figures.
 
+mod bounces;
 mod gaps;
 mod islands;
 mod rooms;
@@ -96,58 +97,6 @@ fn close(found: f32, expected: f32, tolerance: f32) {
 }
 
 // --- Impacts and energy -------------------------------------------------------------------------
-
-#[test]
-fn an_elastic_gas_keeps_its_energy() {
-    let mut world = bouncy_world(0.0);
-    for (center, half) in [
-        ((60.0, -10.0), (80.0, 10.0)),
-        ((60.0, 130.0), (80.0, 10.0)),
-        ((-10.0, 60.0), (10.0, 80.0)),
-        ((130.0, 60.0), (10.0, 80.0)),
-    ] {
-        fixed(&mut world, center, half, 0.0);
-    }
-    let mut rng = Rng::new(7, 0);
-    for index in 0..100 {
-        let radius = rng.range(1.0, 3.5);
-        let at = ((index % 10) as f32 * 12.0 + 6.0, (index / 10) as f32 * 12.0 + 6.0);
-        let velocity = Vec2::new(rng.range(-50.0, 50.0), rng.range(-50.0, 50.0));
-        let (shape, mass) = (Shape::circle(radius), radius * radius);
-        add(&mut world, BodyDef { shape, mass, velocity, restitution: 1.0, ..ball_at(at.0, at.1) });
-    }
-    let before = kinetic(&world);
-    steps(&mut world, 3600);
-    let share = kinetic(&world) / before;
-    assert!((share - 1.0).abs() < 1e-3, "energy times {share}");
-    let inside = |position: Vec2| position.x.abs() < 120.0 && position.y.abs() < 120.0;
-    assert!(dynamic(&world).all(|id| inside(world.position(id))));
-}
-
-/// Discs close to each other meet several others in a step.
-#[test]
-fn a_crowded_elastic_gas_keeps_its_energy() {
-    let mut world = bouncy_world(0.0);
-    for (center, half) in [
-        ((15.0, -10.0), (40.0, 10.0)),
-        ((15.0, 40.0), (40.0, 10.0)),
-        ((-10.0, 15.0), (10.0, 40.0)),
-        ((40.0, 15.0), (10.0, 40.0)),
-    ] {
-        fixed(&mut world, center, half, 0.0);
-    }
-    let mut rng = Rng::new(9, 0);
-    for index in 0..100 {
-        let at = ((index % 10) as f32 * 3.0 + 1.5, (index / 10) as f32 * 3.0 + 1.5);
-        let velocity = Vec2::new(rng.range(-30.0, 30.0), rng.range(-30.0, 30.0));
-        add(&mut world, BodyDef { velocity, restitution: 1.0, ..ball_at(at.0, at.1) });
-    }
-    let before = kinetic(&world);
-    steps(&mut world, 3600);
-    let share = kinetic(&world) / before;
-    // Of 60 s; a body that outran its reach meets others late.
-    assert!((share - 1.0).abs() < 0.02, "energy times {share}");
-}
 
 #[test]
 fn newtons_cradle_passes_the_impact_exactly() {
