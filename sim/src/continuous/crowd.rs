@@ -67,7 +67,8 @@ impl Crowd {
         self.is_crowded[slot as usize]
     }
 
-    /// Bounces all pairs with a crowded body that touch within the step.
+    /// Bounces all pairs that still close and touch within the step: those of crowded bodies, and those whose impact
+    /// gravity delays beyond its end, though their velocities then would make them touch before.
     pub fn bounce(
         &mut self,
         bodies: &mut Bodies,
@@ -78,9 +79,6 @@ impl Crowd {
         for _ in 0..LOOKS {
             self.bounces.clear();
             for (index, (constraint, info)) in (0u32..).zip(constraints.iter().zip(infos.iter())) {
-                if !self.has(constraint.a) && !self.has(constraint.b) {
-                    continue;
-                }
                 if let Some(Bounce { time, .. }) = next_bounce(bodies, constraint, info, context) {
                     self.bounces.push(u64::from(time.to_bits()) << 32 | u64::from(index));
                 }

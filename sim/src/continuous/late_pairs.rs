@@ -8,16 +8,19 @@
 //! at the new velocities get a constraint, and their islands are solved again from their present
 //! impulses.
 
+use super::impact_prediction::restitution;
 use super::paths::Paths;
 use crate::bodies::{Bodies, REACH_MIN};
 use crate::broad_phase::pairs::{Pair, near};
 use crate::continuous::paths::predict_manifold;
 use crate::continuous::thin::is_fast;
 use crate::math::max;
+use crate::narrow_phase::manifold::Manifold;
 use crate::shape::shapes;
 use crate::solver::contact_constraint::{
     ContactConstraint, ContactInfo, ContactSet, GatherStep, PackedBody, make_contact,
 };
+use crate::solver::step_context::StepContext;
 use crate::solver::tolerances::OVERLAP;
 use glam::Vec2;
 
@@ -89,9 +92,10 @@ impl LatePairs {
         bodies: &Bodies,
         pairs: &[Pair],
         paths: &Paths,
-        dt: f32,
+        context: &StepContext,
         contacts: &mut ContactSet,
     ) -> bool {
+        let (dt, threshold) = (context.dt, context.settings.bounce_threshold);
         let step = GatherStep { dt, fall: 0.0 };
         self.late.constraints.clear();
         self.late.infos.clear();
@@ -106,9 +110,14 @@ impl LatePairs {
                 continue;
             }
             let manifold = predict_manifold(bodies, paths, pair, path, dt);
-            if let Some(manifold) = manifold
-                .filter(|manifold| manifold.separation + manifold.normal.dot(path) < -OVERLAP)
-            {
+            let overlaps = |manifold: &Manifold| {
+                let along = manifold.normal.dot(path);
+                // A body in flight ends above its path at the last velocity, and bounces in the next step.
+                let bounces = -along > threshold * dt && restitution(bodies, pair) > 0.0;
+                let fallen = if bounces { context.fall_distance() } else { 0.0 };
+                manifold.separation + along < -OVERLAP - fallen
+            };
+            if let Some(manifold) = manifold.filter(overlaps) {
                 let [a, b] = [pair.a, pair.b].map(|slot| PackedBody::of(bodies, slot));
                 let (constraint, info) =
                     make_contact::<{ shapes::BOTH }>([&a, &b], pair, index, manifold, step);
@@ -187,7 +196,9 @@ pub(crate) fn reindex_pairs(constraints: &mut [ContactConstraint], pairs: &[Pair
 mod tests {
     use super::*;
     use crate::broad_phase::pairs::Axis;
+    use crate::features::Features;
     use crate::shape::Shape;
+    use crate::solver::settings::Conjugate;
     use crate::world::{BodyDef, World, WorldSettings};
 
     #[test]
@@ -212,8 +223,9 @@ mod tests {
             axis: Axis::Free,
             warm_normal: Vec2::ZERO,
         };
-        let mut contacts = ContactSet::default();
-        assert!(late_pairs.gather(&bodies, &[pair], &paths, dt, &mut contacts));
+        let (mut contacts, settings) = (ContactSet::default(), Conjugate::default());
+        let context = StepContext::new(&settings, world.settings(), Features::default());
+        assert!(late_pairs.gather(&bodies, &[pair], &paths, &context, &mut contacts));
         let constraints = &contacts.constraints;
         assert_eq!(
             (constraints.len(), constraints[0].normal_impulse, constraints[0].tangent_impulse),

@@ -142,7 +142,11 @@ fn boxes(offset: Vec2, path: Vec2, halves: (Vec2, Vec2), kept: Axis) -> Option<M
         let apart = overlap.x < -corner || overlap.y < -corner;
         let has_passed = ahead.x > corner && ahead.y > corner;
         let is_at_corner = ahead.x.abs() < corner && ahead.y.abs() < corner;
-        if has_passed || is_at_corner || apart && is_fast(path, smallest) {
+        // There its tangent holds wherever another contact stops them.
+        let end = reach - (offset + path).abs();
+        let stays_over_face =
+            overlap.x > corner && end.x > corner || overlap.y > corner && end.y > corner;
+        if has_passed || is_at_corner || apart && !stays_over_face && is_fast(path, smallest) {
             return None;
         }
         least_overlap(ahead, kept, 2.0 * corner)

@@ -336,7 +336,7 @@ impl ConjugateSolver {
         context: &StepContext,
     ) -> bool {
         let paths = &self.impact_queue.paths;
-        if !self.late_pairs.gather(bodies, pairs, paths, context.dt, &mut self.contacts) {
+        if !self.late_pairs.gather(bodies, pairs, paths, context, &mut self.contacts) {
             return false;
         }
         self.islands.find(bodies.alive.len(), &self.contacts.constraints);

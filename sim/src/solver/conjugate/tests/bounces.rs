@@ -82,3 +82,46 @@ fn a_large_gas_at_thousands_of_units_per_second_loses_little_energy() {
     let share = gas.energy_left(7, 20);
     assert!((0.98..1.0).contains(&share), "energy times {share}");
 }
+
+/// Greatest change of the energy of a body that falls on a floor for 10 s, as a share.
+fn energy_error(shape: Shape, thickness: f32, height: f32, across: bool) -> f32 {
+    let turn = |v: Vec2| if across { Vec2::new(v.y, v.x) } else { v };
+    let mut world = World::new(WorldSettings {
+        gravity: turn(Vec2::new(0.0, -50.0)),
+        solver: Some(Solver::Conjugate(Conjugate::default())),
+        ..WorldSettings::default()
+    });
+    let floor = Shape::Box { half: turn(Vec2::new(100.0, thickness / 2.0)) };
+    let fixed = BodyDef { shape: floor, motion: Motion::Static, ..BodyDef::default() };
+    add(&mut world, BodyDef { restitution: 1.0, ..fixed });
+    let rest = thickness / 2.0 + shape.half_extent().y;
+    let position = turn(Vec2::new(0.0, rest + height));
+    let def = BodyDef { shape, position, restitution: 1.0, friction: 0.0, ..BodyDef::default() };
+    let id = add(&mut world, def);
+    let mut worst = 0.0;
+    for _ in 0..600 {
+        world.step();
+        let above = turn(world.position(id)).y - rest;
+        let energy = 50.0 * above + 0.5 * world.velocity(id).length_squared();
+        worst = max(worst, (energy / (50.0 * height) - 1.0).abs());
+    }
+    worst
+}
+
+#[test]
+fn a_bounce_at_the_end_of_a_step_keeps_its_energy() {
+    for (shape, thickness) in [
+        (Shape::circle(5.0), 20.0),
+        (Shape::circle(0.5), 0.5),
+        (Shape::rect(0.4, 0.4), 0.5),
+        (Shape::rect(10.0, 10.0), 0.5),
+    ] {
+        // From 25 the fall takes a second.
+        for height in (0..160).map(|index| 9.0 + 0.1 * index as f32) {
+            for across in [false, true] {
+                let error = energy_error(shape, thickness, height, across);
+                assert!(error < 5e-6, "{shape:?} from {height}, across {across}: {error}");
+            }
+        }
+    }
+}
