@@ -22,8 +22,8 @@ use crate::forces::Move;
 use crate::integrate;
 use crate::math::{clamp, clamp_length, max, min};
 use crate::narrow_phase::manifold::Manifold;
-use crate::narrow_phase::overlap::{overlap, overlap_of, separation_along, spread_circles};
-use crate::shape::shapes;
+use crate::narrow_phase::overlap::{overlap, overlap_of, separation_along, side, spread_circles};
+use crate::shape::{Shape, shapes};
 use crate::solver::settings::Relaxation;
 use crate::solver::tolerances::{OVERLAP, RELAXED_SPEED, SAME_FACE, UNBALANCED};
 use crate::touches::Found;
@@ -73,8 +73,9 @@ pub(crate) struct RelaxationSolver {
     /// By slot: velocity of a moving body at the start of the step, and before the warm start.
     start_velocity: Vec<Vec2>,
     free_velocity: Vec<Vec2>,
-    /// By slot: position before the passes.
+    /// By slot: position before the passes, and before the bodies moved.
     start_position: Vec<Vec2>,
+    from: Vec<Vec2>,
     /// Passes made in the last step.
     pub passes: u32,
 }
@@ -106,6 +107,7 @@ impl RelaxationSolver {
         if settings.is_some_and(|settings| settings.warm_start) {
             self.warm_start(bodies, pairs);
         }
+        self.from.clone_from(&bodies.center);
     }
 
     /// Applies the last step's resting impulses to the velocities, before the bodies move.
@@ -173,6 +175,7 @@ impl RelaxationSolver {
             _ => passes_with::<{ shapes::BOTH }>(features),
         };
         if !self.constraints.is_empty() {
+            self.step_back(bodies, settings.slop);
             self.start_position.clone_from(&bodies.center);
         }
         let limits = Limits {
@@ -183,6 +186,14 @@ impl RelaxationSolver {
         self.passes = passes(bodies, &mut self.constraints, &limits);
         store(&self.constraints, pairs);
         self.find_warm_start_scales(bodies, world.gravity.length() * world.dt);
+    }
+
+    /// Takes back motion on which a body cannot have come to where it is in an immovable box.
+    fn step_back(&self, bodies: &mut Bodies, slop: f32) {
+        for constraint in self.constraints.iter().filter(|constraint| !constraint.is_free()) {
+            let (slot, wall) = constraint.ends();
+            leave_by_entry(bodies, &self.from, (slot, wall), slop);
+        }
     }
 
     /// Finds the share of each body's impulses that the next step begins with: all of it for a body
@@ -376,6 +387,11 @@ impl RelaxationConstraint {
         (separation < 0.0).then_some(Manifold { normal, separation })
     }
 
+    /// The movable body of a pair with an immovable one, and that one.
+    fn ends(&self) -> (u32, u32) {
+        if self.inv_mass_a > 0.0 { (self.a, self.b) } else { (self.b, self.a) }
+    }
+
     /// Both bodies with their inverse masses.
     fn bodies(&self) -> [(u32, f32); 2] {
         [(self.a, self.inv_mass_a), (self.b, self.inv_mass_b)]
@@ -399,6 +415,26 @@ impl RelaxationConstraint {
         bodies.velocity[self.a as usize] -= impulse * self.inv_mass_a;
         bodies.velocity[self.b as usize] += impulse * self.inv_mass_b;
     }
+}
+
+/// Moves a body whose centre came into an immovable box back to the face by which it came. At the seam of two boxes it
+/// would be pushed out of each into the other.
+fn leave_by_entry(bodies: &mut Bodies, from: &[Vec2], (slot, wall): (u32, u32), slop: f32) {
+    let (began, half) = (from[slot as usize] - from[wall as usize], bodies.half[wall as usize]);
+    let now = bodies.center[slot as usize] - bodies.center[wall as usize];
+    let (outside, inside) = (began.abs() - half, half - now.abs());
+    let is_box = matches!(bodies.shape[wall as usize], Shape::Box { .. });
+    let entered = inside.x > 0.0 && inside.y > 0.0 && (outside.x >= 0.0 || outside.y >= 0.0);
+    if !is_box || !entered {
+        return;
+    }
+    // Of both axes the one on which it came inside last.
+    let axis = usize::from(outside.y * (outside.x + inside.x) > outside.x * (outside.y + inside.y));
+    let mut face = Vec2::ZERO;
+    face[axis] = side(began[axis]);
+    let depth = -separation_along(bodies, (wall, slot), face) - slop;
+    let back = min(depth, (began - now).dot(face));
+    bodies.shift(slot as usize, face * max(back, 0.0));
 }
 
 /// Limits of the passes.

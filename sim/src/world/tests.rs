@@ -4,6 +4,7 @@
 mod as_listed;
 mod budget;
 mod contacts;
+mod gaps;
 mod quarantine;
 mod squeezed;
 
