@@ -12,7 +12,7 @@
 
 mod air;
 pub(crate) mod drag;
-mod elimination;
+pub(crate) mod elimination;
 pub(crate) mod euler;
 mod flight;
 mod network;

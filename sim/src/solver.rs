@@ -4,6 +4,7 @@ pub(crate) mod as_listed;
 pub(crate) mod chains;
 pub(crate) mod conjugate;
 pub(crate) mod contact_constraint;
+mod direct;
 mod energy_guard;
 mod gauss_seidel;
 mod graph_coloring;

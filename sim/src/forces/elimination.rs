@@ -11,7 +11,7 @@ use std::collections::BinaryHeap;
 /// The pattern, and the numbers of this step; unknowns are named by their index in the order of
 /// elimination.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Elimination {
+pub(crate) struct Elimination {
     diagonal: Vec<DMat2>,
     /// Column j has its blocks below the diagonal at `start[j]..start[j + 1]`, by ascending row.
     start: Vec<u32>,

@@ -15,6 +15,7 @@
 //!      `spanning_forest`: the contacts that carry the load, solved exactly if none begins to slide
 //!      or to separate, `chains`: along an axis, solved exactly in any case by pooling (`pava`),
 //!      and the rest,
+//!    - `direct`: elimination, for masses so different that sweeps do not converge,
 //!    - `energy_guard`: plain sweeps, or rest, for masses so different that f32 fails,
 //!    - `held_after_impact`: bodies that bounced and are held by another contact,
 //!    - `late_pairs`: pairs that only these velocities bring together;
@@ -33,7 +34,7 @@ use super::local_sweeps::{
 use super::position_correction::PositionCorrection;
 use super::step_context::StepContext;
 use super::sweep::{Blocks, Sequence, SweepLimits};
-use super::{sweep, warm_start};
+use super::{direct, sweep, warm_start};
 use crate::bodies::{Bodies, REACH_MIN};
 use crate::broad_phase::pairs::{Pair, PairList};
 use crate::continuous::held_after_impact;
@@ -404,7 +405,7 @@ impl ConjugateSolver {
             self.energy_guard.remember(constraints, island, velocity);
         }
         let blocks = &mut self.blocks;
-        let is_solved = match agitation {
+        let mut is_solved = match agitation {
             Some(agitation) if agitation.in_motion => {
                 let limits = agitation.motion_limits(limits, island.len(), mass_ratio);
                 let sweeps = sweep::solve_in_motion(constraints, island, blocks, velocity, limits);
@@ -426,6 +427,12 @@ impl ConjugateSolver {
                 sweeps < sweeps_max
             }
         };
+        let in_motion = agitation.is_some_and(|agitation| agitation.in_motion);
+        if !is_solved && direct::is_worth(island.len(), mass_ratio) && !in_motion {
+            let (solved, rounds) = direct::solve(constraints, island, velocity, limits.tolerance);
+            is_solved = solved;
+            work.visits += rounds * direct::VISITS * island.len() as u32;
+        }
         if is_stiff {
             self.energy_guard.check(constraints, island, velocity);
         }

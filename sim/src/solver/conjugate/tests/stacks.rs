@@ -190,3 +190,65 @@ fn a_stack_whose_floor_goes_falls_as_one_body_does() {
         }
     }
 }
+
+/// Balls of radius 3 in a shaft, left and right in turns so that each rests on the one below and on a wall.
+fn shaft(masses: &[f32], width: f32, friction: f32, across: bool) -> (World, Vec<BodyId>) {
+    let turn = |v: Vec2| if across { Vec2::new(v.y, v.x) } else { v };
+    let mut world = World::new(WorldSettings {
+        gravity: turn(Vec2::new(0.0, -50.0)),
+        solver: Some(Solver::Conjugate(Conjugate::default())),
+        ..WorldSettings::default()
+    });
+    for (center, half) in [
+        (Vec2::new(0.0, -10.0), Vec2::new(50.0, 10.0)),
+        (Vec2::new(-width / 2.0 - 5.0, 100.0), Vec2::new(5.0, 100.0)),
+        (Vec2::new(width / 2.0 + 5.0, 100.0), Vec2::new(5.0, 100.0)),
+    ] {
+        let (center, half) = (turn(center), turn(half));
+        fixed(&mut world, (center.x, center.y), (half.x, half.y), friction);
+    }
+    let aside = width / 2.0 - 3.0;
+    let rise = (36.0 - 4.0 * aside * aside).sqrt();
+    let ball = |(index, &mass): (usize, &f32)| {
+        let x = if index % 2 == 0 { -aside } else { aside };
+        let at = turn(Vec2::new(x, 3.0 + rise * index as f32));
+        let def = BodyDef { shape: Shape::circle(3.0), mass, friction, ..ball_at(at.x, at.y) };
+        add(&mut world, def)
+    };
+    let balls = masses.iter().enumerate().map(ball).collect();
+    (world, balls)
+}
+
+#[test]
+fn balls_in_a_shaft_carry_others_of_any_mass() {
+    let mut rng = Rng::new(4, 0);
+    for (count, heavy) in [(4, 1e6_f32), (6, 1e4), (10, 1e4), (10, 1e6), (30, 1e3), (30, 1e6)] {
+        for (width, friction, is_random) in [
+            (6.5, 0.0, false),
+            (8.0, 0.0, false),
+            (10.0, 0.0, false),
+            (8.0, 0.0, true),
+            (9.0, 0.3, true),
+        ] {
+            let across = count % 4 == 0;
+            let mass = |index: usize| match is_random {
+                true => [1.0, heavy.sqrt(), heavy][rng.below(3) as usize],
+                false => [heavy, 1.0][index % 2],
+            };
+            let masses: Vec<f32> = (0..count).map(mass).collect();
+            let (mut world, balls) = shaft(&masses, width, friction, across);
+            let before: Vec<Vec2> = balls.iter().map(|&id| world.position(id)).collect();
+            let mut worst = 0.0;
+            for _ in 0..300 {
+                world.step();
+                worst = max(worst, deepest(&world));
+            }
+            let paths = balls.iter().zip(&before).map(|(&id, &at)| world.position(id).distance(at));
+            let moved = paths.fold(0.0, max);
+            assert!(
+                worst < 0.05 && moved < 0.15,
+                "{count} balls, 1:{heavy}, shaft {width}: {worst} deep, moved by {moved}"
+            );
+        }
+    }
+}
