@@ -62,7 +62,7 @@ pub(crate) struct Forces {
     is_classified: bool,
     euler_bodies: Vec<EulerBody>,
     flights: Vec<Flight>,
-    network: Network,
+    networks: Vec<Network>,
     /// Moves of this step.
     pub moves: Vec<Move>,
 }
@@ -129,7 +129,9 @@ impl Forces {
         for flight in &mut self.flights {
             self.moves.push(flight.fly(bodies, &air));
         }
-        self.network.fly(bodies, &air, &mut self.moves);
+        for network in &mut self.networks {
+            network.fly(bodies, &air, &mut self.moves);
+        }
     }
 
     /// Sorts bodies into those that Euler's methods move, those that fly alone and those joined by springs.
@@ -163,10 +165,12 @@ impl Forces {
         let flight = |&slot: &u32| Flight::new(slot, self.drag(slot), &self.springs);
         self.flights = alone.iter().map(flight).collect();
         let drag: Vec<Drag> = tied.iter().map(|&slot| self.drag(slot)).collect();
-        self.network = Network::new(&tied, &drag, &self.springs);
+        self.networks = network::networks(&tied, &drag, &self.springs);
         self.is_classified = true;
     }
 }
 
+#[cfg(test)]
+mod energy_tests;
 #[cfg(test)]
 mod tests;

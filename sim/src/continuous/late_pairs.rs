@@ -14,6 +14,7 @@ use crate::bodies::{Bodies, REACH_MIN};
 use crate::broad_phase::pairs::{Pair, near};
 use crate::continuous::paths::predict_manifold;
 use crate::continuous::thin::is_fast;
+use crate::forces::Move;
 use crate::math::max;
 use crate::narrow_phase::manifold::Manifold;
 use crate::shape::shapes;
@@ -61,7 +62,7 @@ impl LatePairs {
     }
 
     /// Extends the reach of bodies that became faster; returns whether any body moves.
-    pub fn extend_reach(&mut self, bodies: &mut Bodies, dt: f32) -> bool {
+    pub fn extend_reach(&mut self, bodies: &mut Bodies, moves: &[Move], dt: f32) -> bool {
         self.outruns_reach.clear();
         self.outruns_reach.resize(bodies.alive.len(), false);
         self.may_be_late.clear();
@@ -82,6 +83,16 @@ impl LatePairs {
             let is_fast = path > thinnest || max(speed.x, speed.y) * dt > thinnest;
             self.may_be_late[slot] = self.outruns_reach[slot] || is_fast;
             any |= path > 0.0;
+        }
+        for found in moves {
+            // A spring may take a body further than either of its velocities would.
+            let (slot, path) = (found.slot as usize, found.path.length());
+            if path > reach[slot] - REACH_MIN * 0.5 {
+                reach[slot] = REACH_MIN + path;
+                self.outruns_reach[slot] = true;
+                self.may_be_late[slot] = true;
+                any = true;
+            }
         }
         any
     }
@@ -214,7 +225,7 @@ mod tests {
         let (mut late_pairs, mut paths, dt) = (LatePairs::default(), Paths::default(), 1.0 / 60.0);
         paths.impact_time.resize(2, 0.0);
         late_pairs.begin(2);
-        assert!(late_pairs.extend_reach(&mut bodies, dt));
+        assert!(late_pairs.extend_reach(&mut bodies, &[], dt));
         let pair = Pair {
             a: 0,
             b: 1,

@@ -6,11 +6,13 @@
 //! however stiff a spring is. Damping needs more: decay by y in a step is e^-y if t = 1 / (1 -
 //! e^-y) - 1/y (Liniger and Willoughby 1970), which never overshoots and is 1/2 + y/12 where y is
 //! small, so the order stays; it is used for springs that do not oscillate, or oscillate too fast
-//! for the step. Each connected component has one t, that of its fastest decay, and the system is
-//! symmetric.
+//! for the step. Each connected component is a network with one t, that of its fastest decay, and
+//! the system is symmetric.
 //!
-//! Newton's method finds v1; a compressed spring gets no stiffness across it, so every system is
-//! positive definite. Where springs rest the move is zero for any step: rest points are exact.
+//! A network whose fastest oscillation advances by more than [`SUBSTEP_PHASE`] in a step takes
+//! substeps, as far as their work is bounded. Newton's method finds v1; a compressed spring gets no
+//! stiffness across it, so every system is positive definite. Where springs rest the move is zero
+//! for any step: rest points are exact.
 
 use super::air::{Air, Move};
 use super::drag::Drag;
@@ -20,14 +22,21 @@ use crate::bodies::Bodies;
 use crate::math::exp_m1;
 use glam::{DMat2, DVec2};
 
-/// Most rounds of Newton's method in a step; two or three are typical.
-const ROUNDS_MAX: u32 = 8;
-/// Convergence: change of a velocity, as a share of the largest one.
-const PRECISION: f64 = 1e-5;
+/// Phase of the fastest oscillation in a substep, radians.
+const SUBSTEP_PHASE: f64 = 1.0;
+/// Most substeps of a step.
+const SUBSTEPS_MAX: usize = 100;
+/// Most springs times substeps of a network, unless it takes a single one.
+const SUBSTEP_WORK_MAX: usize = 8192;
+/// Most rounds of Newton's method in a substep; three or four are typical.
+const ROUNDS_MAX: u32 = 12;
+/// Convergence: change of a velocity, as a share of the largest one. Errors add up over the steps,
+/// and energy with them.
+const PRECISION: f64 = 1e-9;
 /// A round that leaves more than this share of the previous change triggers a new factorisation.
 const SLOW: f64 = 0.1;
 /// Final change beyond which the rounds did not converge.
-const DIVERGED: f64 = 1e-3;
+const DIVERGED: f64 = 1e-6;
 /// Smallest scale of the speeds for the two above, units/s.
 const SPEED_MIN: f64 = 1e-3;
 /// A damped spring whose phase advances by less than this in a step, in radians, uses the midpoint
@@ -41,18 +50,18 @@ const LENGTH_MIN: f64 = 1e-9;
 struct Node {
     slot: u32,
     drag: Drag,
-    /// Name of its connected component: the smallest index in it.
-    component: u32,
     /// From here on: values of this step.
     mass: f64,
-    /// Rate of drag against the wind, 1/s.
+    gravity: DVec2,
+    /// Path since the start of the step.
+    path: DVec2,
+    /// Values of this substep. Rate of drag against the wind, 1/s.
     rate: f64,
-    /// Decay in the step, y.
+    /// Decay in it, y.
     decay: f64,
     start: DVec2,
-    velocity: DVec2,
     before: DVec2,
-    gravity: DVec2,
+    velocity: DVec2,
 }
 
 /// An end of a spring.
@@ -73,7 +82,7 @@ struct Link {
     damping: f64,
 }
 
-/// All bodies and springs that are joined.
+/// A connected component: bodies and springs that are joined.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Network {
     /// In the order of elimination.
@@ -82,8 +91,8 @@ pub(super) struct Network {
     system: Elimination,
     /// Scratch: residual of the velocities, then the change that corrects it.
     residual: Vec<DVec2>,
-    /// Weight t of the end of the step, by component.
-    weight: Vec<f64>,
+    /// Weight t of the end of a substep.
+    weight: f64,
 }
 
 /// An end of a link: position at the start, velocities at start and end.
@@ -94,10 +103,32 @@ struct EndState {
     velocity: DVec2,
 }
 
+/// The networks of these slots, ascending, with their drag, and of all springs that touch them.
+pub(super) fn networks(slots: &[u32], drag: &[Drag], springs: &[Spring]) -> Vec<Network> {
+    let node_of = |slot: u32| slots.binary_search(&slot).ok().map(|at| at as u32);
+    let edge = |spring: &Spring| match spring.end {
+        SpringEnd::Body(other) => node_of(spring.body.index).zip(node_of(other.index)),
+        SpringEnd::Point(_) => None,
+    };
+    let edges: Vec<(u32, u32)> = springs.iter().filter_map(edge).collect();
+    let component = components(slots.len(), &edges);
+    let mut networks = Vec::new();
+    for root in 0..slots.len() {
+        if component[root] as usize != root {
+            continue;
+        }
+        let members = (root..slots.len()).filter(|&node| component[node] as usize == root);
+        let (slots, drag): (Vec<u32>, Vec<Drag>) =
+            members.map(|node| (slots[node], drag[node])).unzip();
+        networks.push(Network::new(&slots, &drag, springs));
+    }
+    networks
+}
+
 impl Network {
-    /// Builds the network of these slots, ascending, with their drag, and of all springs that touch
-    /// them.
-    pub fn new(slots: &[u32], drag: &[Drag], springs: &[Spring]) -> Network {
+    /// Builds the network of these slots, ascending, with their drag, and of the springs of a world
+    /// that touch them.
+    fn new(slots: &[u32], drag: &[Drag], springs: &[Spring]) -> Network {
         let node_of = |slot: u32| slots.binary_search(&slot).ok().map(|at| at as u32);
         let ends = |spring: &Spring| {
             let other = match spring.end {
@@ -113,18 +144,17 @@ impl Network {
         for (node, &at) in index_of.iter().enumerate() {
             order[at as usize] = node;
         }
-        let component = components(&index_of, &edges);
         let node = |&node: &usize| Node {
             slot: slots[node],
             drag: drag[node],
-            component: component[index_of[node] as usize],
             mass: 1.0,
+            gravity: DVec2::ZERO,
+            path: DVec2::ZERO,
             rate: 0.0,
             decay: 0.0,
             start: DVec2::ZERO,
-            velocity: DVec2::ZERO,
             before: DVec2::ZERO,
-            gravity: DVec2::ZERO,
+            velocity: DVec2::ZERO,
         };
         let end = |slot: u32| match node_of(slot) {
             Some(node) => End::Node(index_of[node as usize]),
@@ -146,49 +176,83 @@ impl Network {
             links: touching.map(link).collect(),
             system,
             residual: vec![DVec2::ZERO; slots.len()],
-            weight: vec![0.5; slots.len()],
+            weight: 0.5,
         }
     }
 
     /// Computes the moves of a step.
     pub fn fly(&mut self, bodies: &Bodies, air: &Air, moves: &mut Vec<Move>) {
-        if self.nodes.is_empty() {
-            return;
-        }
         self.read_bodies(bodies, air);
-        self.choose_weights(air.dt);
-        let change = self.solve(bodies, air);
-        // A NaN counts as diverged too.
-        if change.is_nan() || change > DIVERGED {
-            // Springs that turn over within a step: stability is enough.
-            self.weight.fill(1.0);
-            self.reset_velocities();
-            if !self.solve(bodies, air).is_finite() {
-                self.reset_velocities();
-            }
+        let substeps = self.substeps(air.dt);
+        let part = Air { dt: air.dt / substeps as f64, ..*air };
+        for index in 0..substeps {
+            self.advance(bodies, &part, index as f64 * part.dt);
         }
         for node in &self.nodes {
-            let path = path_of(node, self.weight[node.component as usize], air.dt);
-            moves.push(air.limited_move(node.slot, node.velocity, path));
+            moves.push(air.limited_move(node.slot, node.velocity, node.path));
         }
     }
 
-    /// Reads the bodies; the first guess is the present velocity.
     fn read_bodies(&mut self, bodies: &Bodies, air: &Air) {
         for node in &mut self.nodes {
             let slot = node.slot as usize;
             node.mass = 1.0 / f64::from(bodies.inverse_mass[slot]);
-            node.start = bodies.center[slot].as_dvec2();
-            node.before = bodies.velocity[slot].as_dvec2();
-            node.velocity = node.before;
             node.gravity = air.gravity * f64::from(bodies.gravity_scale[slot]);
-            let speed = (node.before - air.wind).length();
-            node.rate = f64::from(node.drag.linear) + f64::from(node.drag.quadratic) * speed;
+            node.path = DVec2::ZERO;
+            node.start = bodies.center[slot].as_dvec2();
+            node.velocity = bodies.velocity[slot].as_dvec2();
         }
     }
 
-    /// Chooses the weight of each component: that of its fastest decay.
-    fn choose_weights(&mut self, dt: f64) {
+    /// Number of substeps in `dt` seconds.
+    fn substeps(&mut self, dt: f64) -> usize {
+        let most = (SUBSTEP_WORK_MAX / self.links.len()).clamp(1, SUBSTEPS_MAX);
+        ((self.phase(dt) / SUBSTEP_PHASE).ceil() as usize).clamp(1, most)
+    }
+
+    /// Upper bound of the phase of the fastest oscillation in `dt` seconds, radians: by Gershgorin's
+    /// theorem the square of its frequency is at most the largest sum of a row of K / m.
+    fn phase(&mut self, dt: f64) -> f64 {
+        // Only scratch here.
+        self.residual.fill(DVec2::ZERO);
+        for link in &self.links {
+            let ends = [link.a.node(), link.b.node()];
+            let times = if ends[0].is_some() && ends[1].is_some() { 2.0 } else { 1.0 };
+            for node in ends.into_iter().flatten() {
+                let mass = self.nodes[node as usize].mass;
+                self.residual[node as usize].x += times * link.stiffness / mass;
+            }
+        }
+        let squared = self.residual.iter().fold(0.0, |most, row| max_or_nan(row.x, most));
+        squared.sqrt() * dt
+    }
+
+    /// Advances by a substep that begins `elapsed` seconds after the start of the step.
+    fn advance(&mut self, bodies: &Bodies, air: &Air, elapsed: f64) {
+        for node in &mut self.nodes {
+            node.before = node.velocity;
+            let speed = (node.before - air.wind).length();
+            node.rate = f64::from(node.drag.linear) + f64::from(node.drag.quadratic) * speed;
+        }
+        self.choose_weight(air.dt);
+        // A NaN counts as diverged too.
+        let is_solved = |change: f64| change <= DIVERGED;
+        if !is_solved(self.solve(bodies, air, elapsed)) {
+            // Springs that turn over within a step: stability is enough.
+            self.weight = 1.0;
+            if !self.solve(bodies, air, elapsed).is_finite() {
+                self.reset_velocities();
+            }
+        }
+        for node in &mut self.nodes {
+            let path = (node.before * (1.0 - self.weight) + node.velocity * self.weight) * air.dt;
+            node.start += path;
+            node.path += path;
+        }
+    }
+
+    /// Chooses the weight: that of the fastest decay.
+    fn choose_weight(&mut self, dt: f64) {
         for node in &mut self.nodes {
             node.decay = node.rate * dt;
         }
@@ -204,13 +268,9 @@ impl Network {
                 self.nodes[node as usize].decay += decay;
             }
         }
-        self.weight.fill(0.5);
+        self.weight = 0.5;
         for node in &self.nodes {
-            let weight = &mut self.weight[node.component as usize];
-            let with_matrix = fitted(node.decay);
-            if with_matrix > *weight {
-                *weight = with_matrix;
-            }
+            self.weight = max_or_nan(fitted(node.decay), self.weight);
         }
     }
 
@@ -219,13 +279,22 @@ impl Network {
         self.nodes.iter_mut().for_each(|node| node.velocity = node.before);
     }
 
+    /// The first guess: the present velocity or, where a spring may turn over along it, the one for
+    /// which nothing moves.
+    fn guess_velocities(&mut self, dt: f64) {
+        let rests = self.phase(dt) > SUBSTEP_PHASE;
+        let factor = if rests { 1.0 - 1.0 / self.weight } else { 1.0 };
+        self.nodes.iter_mut().for_each(|node| node.velocity = node.before * factor);
+    }
+
     /// Newton's method, keeping the factored system as long as it converges; returns the last
     /// change, as a share of the largest speed.
-    fn solve(&mut self, bodies: &Bodies, air: &Air) -> f64 {
+    fn solve(&mut self, bodies: &Bodies, air: &Air, elapsed: f64) -> f64 {
+        self.guess_velocities(air.dt);
         let mut change = f64::INFINITY;
         let mut stale = true;
         for _ in 0..ROUNDS_MAX {
-            self.assemble(bodies, air, stale);
+            self.assemble(bodies, air, elapsed, stale);
             if stale {
                 self.system.factor();
             }
@@ -241,12 +310,12 @@ impl Network {
     }
 
     /// Computes the residual of the velocities, and the system matrix if `with_matrix`.
-    fn assemble(&mut self, bodies: &Bodies, air: &Air, with_matrix: bool) {
+    fn assemble(&mut self, bodies: &Bodies, air: &Air, elapsed: f64, with_matrix: bool) {
         if with_matrix {
             self.system.clear();
         }
+        let t = self.weight;
         for (at, node) in (0u32..).zip(&self.nodes) {
-            let t = self.weight[node.component as usize];
             let through_air = node.before * (1.0 - t) + node.velocity * t - air.wind;
             let force = (node.gravity - through_air * node.rate) * air.dt;
             self.residual[at as usize] = (node.before + force - node.velocity) * node.mass;
@@ -256,7 +325,7 @@ impl Network {
             }
         }
         for index in 0..self.links.len() {
-            self.add_spring(index, bodies, air.dt, with_matrix);
+            self.add_spring(index, bodies, (air.dt, elapsed), with_matrix);
         }
     }
 
@@ -272,12 +341,18 @@ impl Network {
     }
 
     /// Adds a spring to the residual, and to the matrix if `with_matrix`.
-    fn add_spring(&mut self, index: usize, bodies: &Bodies, dt: f64, with_matrix: bool) {
+    fn add_spring(
+        &mut self,
+        index: usize,
+        bodies: &Bodies,
+        (dt, elapsed): (f64, f64),
+        with_matrix: bool,
+    ) {
         let link = &self.links[index];
-        let (a, b) = (self.end_state(link.a, bodies), self.end_state(link.b, bodies));
+        let state = |end: End| self.end_state(end, bodies, elapsed);
+        let (a, b) = (state(link.a), state(link.b));
         let (node_a, node_b) = (link.a.node(), link.b.node());
-        let Some(any) = node_a.or(node_b) else { return };
-        let t = self.weight[self.nodes[any as usize].component as usize];
+        let t = self.weight;
         let early = b.position - a.position;
         let speed = (b.before - a.before) * (1.0 - t) + (b.velocity - a.velocity) * t;
         let late = early + speed * dt;
@@ -301,7 +376,7 @@ impl Network {
         }
     }
 
-    fn end_state(&self, end: End, bodies: &Bodies) -> EndState {
+    fn end_state(&self, end: End, bodies: &Bodies, elapsed: f64) -> EndState {
         match end {
             End::Node(node) => {
                 let node = &self.nodes[node as usize];
@@ -309,7 +384,7 @@ impl Network {
             }
             End::Slot(slot) => {
                 let velocity = bodies.velocity[slot as usize].as_dvec2();
-                let position = bodies.center[slot as usize].as_dvec2();
+                let position = bodies.center[slot as usize].as_dvec2() + velocity * elapsed;
                 EndState { position, before: velocity, velocity }
             }
             End::Point(position) => {
@@ -377,10 +452,6 @@ fn unit(vector: DVec2) -> DVec2 {
     if length > LENGTH_MIN { vector / length } else { DVec2::X }
 }
 
-fn path_of(node: &Node, t: f64, dt: f64) -> DVec2 {
-    (node.before * (1.0 - t) + node.velocity * t) * dt
-}
-
 /// The weight for which a decay by `decay` in a step is exact.
 fn fitted(decay: f64) -> f64 {
     if decay < 1e-3 { 0.5 + decay / 12.0 } else { -1.0 / exp_m1(-decay) - 1.0 / decay }
@@ -391,9 +462,9 @@ fn max_or_nan(a: f64, b: f64) -> f64 {
     if a > b || a.is_nan() { a } else { b }
 }
 
-/// For each index, the smallest index of its connected component.
-fn components(index_of: &[u32], edges: &[(u32, u32)]) -> Vec<u32> {
-    let mut parent: Vec<u32> = (0..index_of.len() as u32).collect();
+/// For each node, the smallest one of its connected component.
+fn components(count: usize, edges: &[(u32, u32)]) -> Vec<u32> {
+    let mut parent: Vec<u32> = (0..count as u32).collect();
     let root = |parent: &[u32], mut at: u32| {
         while parent[at as usize] != at {
             at = parent[at as usize];
@@ -401,10 +472,8 @@ fn components(index_of: &[u32], edges: &[(u32, u32)]) -> Vec<u32> {
         at
     };
     for &(a, b) in edges {
-        let one = root(&parent, index_of[a as usize]);
-        let other = root(&parent, index_of[b as usize]);
-        let (low, high) = if one < other { (one, other) } else { (other, one) };
-        parent[high as usize] = low;
+        let (one, other) = (root(&parent, a), root(&parent, b));
+        parent[one.max(other) as usize] = one.min(other);
     }
-    (0..index_of.len() as u32).map(|at| root(&parent, at)).collect()
+    (0..count as u32).map(|at| root(&parent, at)).collect()
 }

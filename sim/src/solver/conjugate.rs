@@ -248,7 +248,7 @@ impl ConjugateSolver {
     ) {
         self.solve(bodies, &pairs.pairs, moves, context);
         for _ in 0..late_pairs::ROUNDS_MAX {
-            if !self.late_pairs.extend_reach(bodies, context.dt) || self.is_over {
+            if !self.late_pairs.extend_reach(bodies, moves, context.dt) || self.is_over {
                 return;
             }
             let is_new = pairs.refresh(bodies, context.filter);
