@@ -16,18 +16,22 @@ pub(crate) mod elimination;
 pub(crate) mod euler;
 mod flight;
 mod network;
+mod obstacles;
 pub(crate) mod springs;
 mod state;
 
-use crate::bodies::Bodies;
+use crate::bodies::{Bodies, REACH_MIN};
 use crate::body::{BodyId, Motion};
+use crate::broad_phase::pairs::Pair;
+use crate::math::max;
 use air::Air;
-pub(crate) use air::Move;
+pub(crate) use air::{Kind, Move};
 use drag::{Drag, FORCE_MAX};
 use euler::{EulerBody, EulerGroups};
 use flight::Flight;
 use glam::Vec2;
 use network::Network;
+use obstacles::Obstacles;
 use springs::{Spring, SpringEnd};
 
 /// Settings of a world with forces.
@@ -63,6 +67,9 @@ pub(crate) struct Forces {
     euler_bodies: Vec<EulerBody>,
     flights: Vec<Flight>,
     networks: Vec<Network>,
+    obstacles: Obstacles,
+    /// Slots and inverse masses of bodies that obstacles hold.
+    masses: Vec<(u32, f32)>,
     /// Moves of this step.
     pub moves: Vec<Move>,
 }
@@ -111,18 +118,20 @@ impl Forces {
         &self.springs
     }
 
-    /// Finds the moves of a step from the present positions and velocities.
-    pub fn find_moves(&mut self, bodies: &Bodies, around: Surroundings) {
+    /// Finds the moves of a step from the present positions and velocities, but for bodies that
+    /// sleep, and extends the reach of bodies on stiff springs; returns whether there are any.
+    pub fn find_moves(
+        &mut self,
+        bodies: &mut Bodies,
+        around: Surroundings,
+        sleeps: impl Fn(u32) -> bool,
+    ) -> bool {
         if !self.is_classified {
             self.classify(bodies);
         }
         self.moves.clear();
-        let air = Air {
-            gravity: around.gravity.as_dvec2(),
-            wind: self.wind.as_dvec2(),
-            dt: f64::from(around.dt),
-            speed_max: f64::from(around.speed_max),
-        };
+        self.masses.clear();
+        let air = self.air(around);
         for body in &self.euler_bodies {
             self.moves.push(body.fly(bodies, &air));
         }
@@ -131,6 +140,60 @@ impl Forces {
         }
         for network in &mut self.networks {
             network.fly(bodies, &air, &mut self.moves);
+        }
+        self.moves.retain(|found| !sleeps(found.slot));
+        let mut any = false;
+        for found in &self.moves {
+            if let Kind::Fast { implicit } = found.kind {
+                let path = max(found.path.length(), implicit.length());
+                let reach = &mut bodies.reach[found.slot as usize];
+                *reach = max(*reach, REACH_MIN + path);
+                any = true;
+            }
+        }
+        any
+    }
+
+    /// Finds the moves of bodies on stiff springs again where something is in the way.
+    pub fn meet_obstacles(&mut self, bodies: &Bodies, pairs: &[Pair], around: Surroundings) {
+        self.obstacles.find(bodies, pairs, &self.moves, around.dt);
+        if self.obstacles.is_empty() {
+            return;
+        }
+        let air = self.air(around);
+        for flight in &self.flights {
+            let obstacles = self.obstacles.of(flight.slot());
+            if let (Some(index), false) =
+                (self.obstacles.move_of(flight.slot()), obstacles.is_empty())
+            {
+                self.moves[index] = flight.hold(bodies, obstacles, &air);
+            }
+        }
+        for network in &mut self.networks {
+            if network.slots().any(|slot| !self.obstacles.of(slot).is_empty()) {
+                network.hold(bodies, &self.obstacles, &air, &mut self.moves);
+            }
+        }
+        for found in &self.moves {
+            if let Kind::Held(_) = found.kind {
+                self.masses.push((found.slot, bodies.inverse_mass[found.slot as usize]));
+            }
+        }
+    }
+
+    /// Restores the masses of bodies that obstacles held in a step.
+    pub fn restore_masses(&self, bodies: &mut Bodies) {
+        for &(slot, inverse_mass) in &self.masses {
+            bodies.inverse_mass[slot as usize] = inverse_mass;
+        }
+    }
+
+    fn air(&self, around: Surroundings) -> Air {
+        Air {
+            gravity: around.gravity.as_dvec2(),
+            wind: self.wind.as_dvec2(),
+            dt: f64::from(around.dt),
+            speed_max: f64::from(around.speed_max),
         }
     }
 

@@ -7,7 +7,7 @@
 //! (v1 + t (v0 - v1) / 2). One weight of v0 for each body and axis covers all cases.
 
 use crate::bodies::{Bodies, REACH_MIN};
-use crate::forces::Move;
+use crate::forces::{Kind, Move};
 use crate::math::{clamp, clamp_length, max, min};
 use crate::solver::contact_constraint::{ContactConstraint, ContactInfo, ContactSet};
 use crate::solver::step_context::StepContext;
@@ -26,6 +26,8 @@ pub(crate) struct Displacements {
     weight: Vec<Vec2>,
     /// The path of this step; zero between steps, and always for bodies that do not move.
     path: Vec<Vec2>,
+    /// Paths that springs give.
+    given: Vec<(u32, Vec2)>,
 }
 
 /// Saves the velocities in `start_velocity`, by slot, and adds gravity to them; returns whether all
@@ -71,6 +73,11 @@ pub(crate) fn advance(bodies: &mut Bodies, moves: &[Move], start_velocity: &[Vec
         let before = start_velocity[slot];
         let (gain, bend) = (found.velocity - before, found.path - before * dt);
         let squared = gain.length_squared();
+        if matches!(found.kind, Kind::Held(_)) {
+            center[slot] += found.path - path;
+            reach[slot] = REACH_MIN + path.length() + found.path.length();
+            continue;
+        }
         let acting = if squared > 0.0 { clamp(bend.dot(gain) / squared, 0.0, dt) } else { dt };
         let exact = found.path + (velocity[slot] - found.velocity) * acting;
         center[slot] += exact - path;
@@ -88,8 +95,37 @@ pub(crate) fn apply_moves(
 ) {
     for found in moves {
         let slot = found.slot as usize;
-        bodies.velocity[slot] = found.velocity;
-        displacements.start_velocity[slot] = found.path * (2.0 / dt) - found.velocity;
+        let velocity = match found.kind {
+            Kind::Smooth => found.velocity,
+            Kind::Fast { .. } => found.path / dt,
+            Kind::Held(hold) => hold.velocity,
+        };
+        bodies.velocity[slot] = velocity;
+        displacements.start_velocity[slot] = found.path * (2.0 / dt) - velocity;
+    }
+}
+
+/// Ends the moves of stiff springs, once contacts have acted on them: finds the paths that they
+/// give, and the velocities at the end where nothing was in the way.
+pub(crate) fn finish_moves(
+    bodies: &mut Bodies,
+    moves: &[Move],
+    dt: f32,
+    displacements: &mut Displacements,
+) {
+    displacements.given.clear();
+    for found in moves {
+        let velocity = &mut bodies.velocity[found.slot as usize];
+        let mean = found.path / dt;
+        let path = match found.kind {
+            Kind::Fast { .. } if *velocity == mean => {
+                *velocity = found.velocity;
+                found.path
+            }
+            Kind::Held(hold) => found.path + (*velocity - mean) * (hold.share * dt),
+            Kind::Smooth | Kind::Fast { .. } => continue,
+        };
+        displacements.given.push((found.slot, path));
     }
 }
 
@@ -198,6 +234,10 @@ fn find_paths(bodies: &Bodies, displacements: &mut Displacements, dt: f32) {
         let (start_velocity, after) = (displacements.start_velocity[slot], bodies.velocity[slot]);
         let path = (after + displacements.weight[slot] * (start_velocity - after)) * dt;
         // No body moves further than the reach within which its pairs were found.
+        displacements.path[slot] = clamp_length(path, bodies.reach[slot]);
+    }
+    for &(slot, path) in &displacements.given {
+        let slot = slot as usize;
         displacements.path[slot] = clamp_length(path, bodies.reach[slot]);
     }
 }

@@ -2,13 +2,40 @@
 
 use glam::{DVec2, Vec2};
 
-/// Free flight of a body through a step.
+/// Flight of a body through a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Move {
     pub slot: u32,
     /// At the end of the step.
     pub velocity: Vec2,
     pub path: Vec2,
+    pub kind: Kind,
+}
+
+/// How contacts act on a move.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Kind {
+    /// Nearly a parabola: contacts act on the velocity at its end, as they do in free fall.
+    Smooth,
+    /// By a spring that turns over within a few steps: the velocity at the end says nothing about
+    /// the path. Contacts act on the mean velocity.
+    Fast {
+        /// Path of an implicit step.
+        implicit: Vec2,
+    },
+    /// By such a spring, with something in the way: the path is that of the velocity at the end.
+    Held(Hold),
+}
+
+/// What contacts do to a held body.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Hold {
+    /// Velocity to which they add, units/s.
+    pub velocity: Vec2,
+    /// Inverse of the mass that resists them, springs included.
+    pub inverse_mass: f32,
+    /// Share of a change of velocity by which the path changes.
+    pub share: f32,
 }
 
 /// Constants of a step, in double precision.
@@ -24,9 +51,13 @@ impl Air {
     /// Limits a move to the largest speed.
     pub fn limited_move(&self, slot: u32, velocity: DVec2, path: DVec2) -> Move {
         let velocity = limited(velocity, self.speed_max).as_vec2();
-        Move { slot, velocity, path: limited(path, self.speed_max * self.dt).as_vec2() }
+        let path = limited(path, self.speed_max * self.dt).as_vec2();
+        Move { slot, velocity, path, kind: Kind::Smooth }
     }
 }
+
+/// Phase of an oscillation in a step from which it is fast, radians.
+pub(super) const FAST_PHASE: f64 = 0.5;
 
 /// A vector that is not finite becomes zero.
 fn limited(vector: DVec2, limit: f64) -> DVec2 {

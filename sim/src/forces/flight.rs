@@ -11,8 +11,9 @@
 //! path. (The substitution is the classical one for ballistics: Legendre's and Euler's.) Combined
 //! with other forces it acts in two halves, before and after their exact step (Strang 1968).
 
-use super::air::{Air, Move};
+use super::air::{Air, FAST_PHASE, Hold, Kind, Move};
 use super::drag::Drag;
+use super::obstacles::Obstacle;
 use super::springs::{Spring, SpringEnd};
 use crate::bodies::Bodies;
 use crate::math::{exp, exp_m1, ln_1p, sin_cos};
@@ -24,6 +25,9 @@ const SMOOTH: f64 = 0.5;
 /// Square of the growth rate times the step beyond which the terminal speed is reached at once, and
 /// the exponential would overflow.
 const GROWN: f64 = 1e4;
+
+/// Rounds over the obstacles of a body: in a corner one may push it into another.
+const HOLD_ROUNDS: u32 = 4;
 
 /// A body that no spring joins to another one.
 #[derive(Clone, Debug)]
@@ -38,6 +42,10 @@ pub(super) struct Flight {
 }
 
 impl Flight {
+    pub fn slot(&self) -> u32 {
+        self.slot
+    }
+
     /// Creates the flight of a body from all springs of the world.
     pub fn new(slot: u32, drag: Drag, springs: &[Spring]) -> Flight {
         let mut flight = Flight {
@@ -78,7 +86,49 @@ impl Flight {
         let slowed = slow_down(velocity, air.wind, quadratic, air.dt / 2.0);
         let (path, velocity) = self.step.take(position, slowed, force);
         let slowed = slow_down(velocity, air.wind, quadratic, air.dt / 2.0);
-        air.limited_move(self.slot, slowed, path)
+        let found = air.limited_move(self.slot, slowed, path);
+        if stiffness.sqrt() * air.dt <= FAST_PHASE {
+            return found;
+        }
+        let implicit = self.implicit_velocity(bodies, air).0 * air.dt;
+        let implicit = air.limited_move(self.slot, slowed, implicit).path;
+        Move { kind: Kind::Fast { implicit }, ..found }
+    }
+
+    /// The same by an implicit step, with obstacles.
+    pub fn hold(&self, bodies: &Bodies, obstacles: &[Obstacle], air: &Air) -> Move {
+        let (free, resistance) = self.implicit_velocity(bodies, air);
+        let mut velocity = free;
+        for _ in 0..HOLD_ROUNDS {
+            for obstacle in obstacles {
+                let short = obstacle.speed_min - obstacle.normal.dot(velocity);
+                if short > 0.0 {
+                    velocity += obstacle.normal * short;
+                }
+            }
+        }
+        let found = air.limited_move(self.slot, velocity, velocity * air.dt);
+        let velocity = air.limited_move(self.slot, free, DVec2::ZERO).velocity;
+        let inverse_mass = f64::from(bodies.inverse_mass[self.slot as usize]) / resistance;
+        let hold = Hold { velocity, inverse_mass: inverse_mass as f32, share: 1.0 };
+        Move { kind: Kind::Held(hold), ..found }
+    }
+
+    /// Velocity at the end of a step of Euler's implicit method, and the factor by which springs and
+    /// drag raise the mass in it.
+    fn implicit_velocity(&self, bodies: &Bodies, air: &Air) -> (DVec2, f64) {
+        let slot = self.slot as usize;
+        let (position, velocity) =
+            (bodies.center[slot].as_dvec2(), bodies.velocity[slot].as_dvec2());
+        let gravity = air.gravity * f64::from(bodies.gravity_scale[slot]);
+        let inverse_mass = f64::from(bodies.inverse_mass[slot]);
+        let Drag { linear, quadratic } = self.drag;
+        let rate = f64::from(linear) + f64::from(quadratic) * (velocity - air.wind).length();
+        let pull = (self.pull - position * self.stiffness) * inverse_mass;
+        let force = gravity + air.wind * rate + pull;
+        let springs = (self.damping + self.stiffness * air.dt) * inverse_mass;
+        let resistance = 1.0 + (rate + springs) * air.dt;
+        ((velocity + force * air.dt) / resistance, resistance)
     }
 }
 

@@ -14,9 +14,10 @@
 //! stiffness across it, so every system is positive definite. Where springs rest the move is zero
 //! for any step: rest points are exact.
 
-use super::air::{Air, Move};
+use super::air::{Air, FAST_PHASE, Hold, Kind, Move};
 use super::drag::Drag;
 use super::elimination::Elimination;
+use super::obstacles::Obstacles;
 use super::springs::{Spring, SpringEnd};
 use crate::bodies::Bodies;
 use crate::math::exp_m1;
@@ -42,6 +43,10 @@ const SPEED_MIN: f64 = 1e-3;
 /// A damped spring whose phase advances by less than this in a step, in radians, uses the midpoint
 /// rule; faster oscillations, which a step cannot resolve, only have to decay.
 const PHASE_MAX: f64 = 4.0;
+/// Stiffness of a plane, as a multiple of the mass that resists.
+const PLANE_STIFFNESS: f64 = 1e7;
+/// Most rounds in which nodes meet planes.
+const PLANE_ROUNDS_MAX: u32 = 4;
 /// Springs shorter than this have no direction, world units.
 const LENGTH_MIN: f64 = 1e-9;
 
@@ -82,6 +87,27 @@ struct Link {
     damping: f64,
 }
 
+/// The side of an immovable obstacle: a stiff damper holds a node that would pass it.
+#[derive(Clone, Debug)]
+struct Plane {
+    node: u32,
+    /// Unit vector towards the node.
+    normal: DVec2,
+    /// Least velocity along it, units/s.
+    speed_min: f64,
+    is_active: bool,
+    /// Impulse per unit of speed below the least.
+    stiffness: f64,
+}
+
+impl Plane {
+    /// Impulse along the normal on a node with this velocity.
+    fn impulse(&self, velocity: DVec2) -> f64 {
+        let short = self.speed_min - self.normal.dot(velocity);
+        if self.is_active { self.stiffness * short } else { 0.0 }
+    }
+}
+
 /// A connected component: bodies and springs that are joined.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Network {
@@ -93,6 +119,7 @@ pub(super) struct Network {
     residual: Vec<DVec2>,
     /// Weight t of the end of a substep.
     weight: f64,
+    planes: Vec<Plane>,
 }
 
 /// An end of a link: position at the start, velocities at start and end.
@@ -177,19 +204,110 @@ impl Network {
             system,
             residual: vec![DVec2::ZERO; slots.len()],
             weight: 0.5,
+            planes: Vec::new(),
         }
     }
 
-    /// Computes the moves of a step.
+    pub fn slots(&self) -> impl Iterator<Item = u32> + '_ {
+        self.nodes.iter().map(|node| node.slot)
+    }
+
+    /// Computes the moves of a step. Fast ones first take an implicit step, to find where that leads.
     pub fn fly(&mut self, bodies: &Bodies, air: &Air, moves: &mut Vec<Move>) {
+        let first = moves.len();
         self.read_bodies(bodies, air);
+        let is_fast = self.phase(air.dt) > FAST_PHASE;
+        self.planes.clear();
+        if is_fast {
+            self.advance_implicitly(bodies, air);
+            for node in &self.nodes {
+                let found = air.limited_move(node.slot, node.velocity, node.path);
+                moves.push(Move { kind: Kind::Fast { implicit: found.path }, ..found });
+            }
+            self.read_bodies(bodies, air);
+        }
         let substeps = self.substeps(air.dt);
         let part = Air { dt: air.dt / substeps as f64, ..*air };
         for index in 0..substeps {
             self.advance(bodies, &part, index as f64 * part.dt);
         }
-        for node in &self.nodes {
-            moves.push(air.limited_move(node.slot, node.velocity, node.path));
+        for (index, node) in self.nodes.iter().enumerate() {
+            let found = air.limited_move(node.slot, node.velocity, node.path);
+            match moves.get_mut(first + index) {
+                Some(fast) => *fast = Move { kind: fast.kind, ..found },
+                None => moves.push(found),
+            }
+        }
+    }
+
+    /// The moves of an implicit step with obstacles.
+    pub fn hold(&mut self, bodies: &Bodies, obstacles: &Obstacles, air: &Air, moves: &mut [Move]) {
+        self.read_bodies(bodies, air);
+        self.planes.clear();
+        for (at, node) in (0u32..).zip(&self.nodes) {
+            let of = obstacles.of(node.slot).iter();
+            self.planes.extend(of.filter(|found| found.speed_min.is_finite()).map(|found| Plane {
+                node: at,
+                normal: found.normal,
+                speed_min: found.speed_min,
+                is_active: false,
+                stiffness: 0.0,
+            }));
+        }
+        self.advance_implicitly(bodies, air);
+        self.find_resistances(air.dt);
+        let mut planes = self.planes.iter().peekable();
+        for (at, node) in (0u32..).zip(&self.nodes) {
+            let mut free = node.velocity;
+            while let Some(plane) = planes.next_if(|plane| plane.node == at) {
+                free -= plane.normal * (plane.impulse(node.velocity) / node.mass);
+            }
+            let found = air.limited_move(node.slot, node.velocity, node.path);
+            let velocity = air.limited_move(node.slot, free, DVec2::ZERO).velocity;
+            let share = (node.mass / self.residual[at as usize].x) as f32;
+            let inverse_mass = bodies.inverse_mass[node.slot as usize];
+            if let Some(index) = obstacles.move_of(node.slot) {
+                let hold = Hold { velocity, inverse_mass, share };
+                moves[index] = Move { kind: Kind::Held(hold), ..found };
+            }
+        }
+    }
+
+    /// Takes a step of Euler's implicit method, in which no node passes a plane.
+    fn advance_implicitly(&mut self, bodies: &Bodies, air: &Air) {
+        self.begin_substep(air);
+        self.weight = 1.0;
+        self.find_resistances(air.dt);
+        for plane in &mut self.planes {
+            plane.stiffness = PLANE_STIFFNESS * self.residual[plane.node as usize].x;
+        }
+        for _ in 0..PLANE_ROUNDS_MAX {
+            if !self.solve(bodies, air, 0.0).is_finite() {
+                self.reset_velocities();
+            }
+            let mut any = false;
+            for plane in &mut self.planes {
+                let velocity = self.nodes[plane.node as usize].velocity;
+                let passes = plane.normal.dot(velocity) < plane.speed_min;
+                any |= passes && !plane.is_active;
+                plane.is_active |= passes;
+            }
+            if !any {
+                break;
+            }
+        }
+        self.move_nodes(air.dt);
+    }
+
+    /// By node, in `residual.x`: the mass that resists a velocity if its neighbours stand still.
+    fn find_resistances(&mut self, dt: f64) {
+        for (row, node) in self.residual.iter_mut().zip(&self.nodes) {
+            *row = DVec2::splat(node.mass);
+        }
+        for link in &self.links {
+            for node in [link.a.node(), link.b.node()].into_iter().flatten() {
+                self.residual[node as usize].x += (link.stiffness * dt + link.damping) * dt;
+            }
         }
     }
 
@@ -229,11 +347,7 @@ impl Network {
 
     /// Advances by a substep that begins `elapsed` seconds after the start of the step.
     fn advance(&mut self, bodies: &Bodies, air: &Air, elapsed: f64) {
-        for node in &mut self.nodes {
-            node.before = node.velocity;
-            let speed = (node.before - air.wind).length();
-            node.rate = f64::from(node.drag.linear) + f64::from(node.drag.quadratic) * speed;
-        }
+        self.begin_substep(air);
         self.choose_weight(air.dt);
         // A NaN counts as diverged too.
         let is_solved = |change: f64| change <= DIVERGED;
@@ -244,8 +358,20 @@ impl Network {
                 self.reset_velocities();
             }
         }
+        self.move_nodes(air.dt);
+    }
+
+    fn begin_substep(&mut self, air: &Air) {
         for node in &mut self.nodes {
-            let path = (node.before * (1.0 - self.weight) + node.velocity * self.weight) * air.dt;
+            node.before = node.velocity;
+            let speed = (node.before - air.wind).length();
+            node.rate = f64::from(node.drag.linear) + f64::from(node.drag.quadratic) * speed;
+        }
+    }
+
+    fn move_nodes(&mut self, dt: f64) {
+        for node in &mut self.nodes {
+            let path = (node.before * (1.0 - self.weight) + node.velocity * self.weight) * dt;
             node.start += path;
             node.path += path;
         }
@@ -326,6 +452,14 @@ impl Network {
         }
         for index in 0..self.links.len() {
             self.add_spring(index, bodies, (air.dt, elapsed), with_matrix);
+        }
+        for plane in self.planes.iter().filter(|plane| plane.is_active) {
+            let (at, normal) = (plane.node, plane.normal);
+            self.residual[at as usize] += normal * plane.impulse(self.nodes[at as usize].velocity);
+            if with_matrix {
+                let outer = DMat2::from_cols(normal * normal.x, normal * normal.y);
+                self.system.add_diagonal(at, outer * plane.stiffness);
+            }
         }
     }
 

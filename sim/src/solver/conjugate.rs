@@ -41,7 +41,7 @@ use crate::continuous::held_after_impact;
 use crate::continuous::impact_queue::{self, ImpactQueue, Progress};
 use crate::continuous::late_pairs::{self, LatePairs};
 use crate::continuous::static_clamp::StaticClamp;
-use crate::forces::Move;
+use crate::forces::{Kind, Move};
 use crate::integrate::{self, Displacements};
 use crate::math::{clamp, clamp_length, max, min};
 use crate::shape::{Aabb, shapes};
@@ -205,6 +205,13 @@ impl ConjugateSolver {
         bounces && may && self.impact_queue.extend_reach(bodies, context)
     }
 
+    /// Makes the pair list complete after bodies got more reach.
+    pub fn refresh(&mut self, bodies: &Bodies, pairs: &mut PairList, context: &StepContext) {
+        if pairs.refresh(bodies, context.filter) && !pairs.is_over() {
+            late_pairs::reindex_pairs(&mut self.contacts.constraints, &pairs.pairs);
+        }
+    }
+
     fn gather(
         &mut self,
         bodies: &Bodies,
@@ -247,16 +254,23 @@ impl ConjugateSolver {
         context: &StepContext,
     ) {
         self.solve(bodies, &pairs.pairs, moves, context);
+        self.solve_late_pairs(bodies, pairs, moves, context);
+    }
+
+    fn solve_late_pairs(
+        &mut self,
+        bodies: &mut Bodies,
+        pairs: &mut PairList,
+        moves: &[Move],
+        context: &StepContext,
+    ) {
         for _ in 0..late_pairs::ROUNDS_MAX {
             if !self.late_pairs.extend_reach(bodies, moves, context.dt) || self.is_over {
                 return;
             }
-            let is_new = pairs.refresh(bodies, context.filter);
+            self.refresh(bodies, pairs, context);
             if pairs.is_over() {
                 return;
-            }
-            if is_new {
-                late_pairs::reindex_pairs(&mut self.contacts.constraints, &pairs.pairs);
             }
             if !self.add_late_pairs(bodies, &pairs.pairs, context) {
                 return;
@@ -278,6 +292,7 @@ impl ConjugateSolver {
             self.contacts.drop_non_finite(bodies);
         }
         integrate::apply_moves(bodies, moves, context.dt, &mut self.displacements);
+        self.set_masses(bodies, moves);
         self.blocks.reserve(bodies.alive.len());
         self.local_sweeps.reserve(bodies.alive.len());
         self.islands.find(bodies.alive.len(), &self.contacts.constraints);
@@ -301,6 +316,24 @@ impl ConjugateSolver {
             }
             if !self.spend(self.work - work_before) {
                 return;
+            }
+        }
+    }
+
+    /// Gives bodies that springs hold the mass that resists contacts, springs included.
+    fn set_masses(&mut self, bodies: &mut Bodies, moves: &[Move]) {
+        let mut any = false;
+        for found in moves {
+            if let Kind::Held(hold) = found.kind {
+                bodies.inverse_mass[found.slot as usize] = hold.inverse_mass;
+                any = true;
+            }
+        }
+        if any {
+            for constraint in &mut self.contacts.constraints {
+                constraint.inv_mass_a = bodies.inverse_mass[constraint.a as usize];
+                constraint.inv_mass_b = bodies.inverse_mass[constraint.b as usize];
+                constraint.effective_mass = 1.0 / (constraint.inv_mass_a + constraint.inv_mass_b);
             }
         }
     }
@@ -522,7 +555,14 @@ impl ConjugateSolver {
     }
 
     /// Finds the positions at the end of the step.
-    pub fn find_positions(&mut self, bodies: &mut Bodies, pairs: &[Pair], context: &StepContext) {
+    pub fn find_positions(
+        &mut self,
+        bodies: &mut Bodies,
+        pairs: &[Pair],
+        moves: &[Move],
+        context: &StepContext,
+    ) {
+        integrate::finish_moves(bodies, moves, context.dt, &mut self.displacements);
         let moved =
             integrate::move_bodies(bodies, &mut self.contacts, &mut self.displacements, context);
         if !moved.is_finite {

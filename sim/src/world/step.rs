@@ -35,7 +35,13 @@ impl World {
         settings: Option<&Relaxation>,
         watch: &mut dyn FnMut(StepPhase, &mut World),
     ) {
-        self.find_moves();
+        if self.find_moves() {
+            self.pairs.refresh(&self.bodies, self.settings.filter());
+            if self.pairs.is_over() {
+                return;
+            }
+            self.meet_obstacles();
+        }
         let moves = moves(&self.forces);
         let (bodies, pairs) = (&mut self.bodies, &mut self.pairs.pairs);
         self.relaxation.start(bodies, pairs, moves, settings, &self.settings);
@@ -105,7 +111,8 @@ impl World {
         self.conjugate.store(&self.bodies, &mut self.pairs.pairs, &self.steady);
         watch(StepPhase::Relax, self);
         let context = StepContext::new(settings, &self.settings, self.features);
-        self.conjugate.find_positions(&mut self.bodies, &self.pairs.pairs, &context);
+        let moves = moves(&self.forces);
+        self.conjugate.find_positions(&mut self.bodies, &self.pairs.pairs, moves, &context);
         watch(StepPhase::Integrate, self);
         self.report_touches(settings);
     }
@@ -116,10 +123,21 @@ impl World {
     }
 
     fn find_velocities(&mut self, settings: &Conjugate) {
-        self.find_moves();
+        let may_meet = self.find_moves();
+        let context = StepContext::new(settings, &self.settings, self.features);
+        if may_meet {
+            self.conjugate.refresh(&self.bodies, &mut self.pairs, &context);
+            if self.pairs.is_over() {
+                return;
+            }
+            self.meet_obstacles();
+        }
         let context = StepContext::new(settings, &self.settings, self.features);
         let moves = moves(&self.forces);
         self.conjugate.find_velocities(&mut self.bodies, &mut self.pairs, moves, &context);
+        if let Some(forces) = &self.forces {
+            forces.restore_masses(&mut self.bodies);
+        }
     }
 
     /// Whether steps leave steady islands out: sleep counts the steps of bodies at rest, and forces may change by
@@ -148,13 +166,25 @@ impl World {
         self.sleep.wake_touched(&mut awake, self.conjugate.contacting_pairs())
     }
 
-    /// Finds the moves of bodies under drag, wind and springs.
-    fn find_moves(&mut self) {
-        let WorldSettings { gravity, dt, speed_max, .. } = self.settings;
+    /// Finds the moves of bodies under drag, wind and springs; returns whether stiff springs among
+    /// them take bodies where obstacles may be.
+    fn find_moves(&mut self) -> bool {
+        let around = self.surroundings();
+        let Some(forces) = &mut self.forces else { return false };
+        forces.find_moves(&mut self.bodies, around, |slot| self.sleep.has(slot))
+    }
+
+    /// Finds the moves of stiff springs again where something is in the way.
+    fn meet_obstacles(&mut self) {
+        let around = self.surroundings();
         if let Some(forces) = &mut self.forces {
-            forces.find_moves(&self.bodies, Surroundings { gravity, dt, speed_max });
-            forces.moves.retain(|found| !self.sleep.has(found.slot));
+            forces.meet_obstacles(&self.bodies, &self.pairs.pairs, around);
         }
+    }
+
+    fn surroundings(&self) -> Surroundings {
+        let WorldSettings { gravity, dt, speed_max, .. } = self.settings;
+        Surroundings { gravity, dt, speed_max }
     }
 
     fn remove_departed(&mut self) {

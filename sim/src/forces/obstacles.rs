@@ -1,0 +1,108 @@
+//! Obstacles in the way of stiff springs.
+//!
+//! A spring that turns over within a few steps may take a body through a floor and back, or leave it
+//! at the end of the step with any velocity. Where such a body would end in another one, or an
+//! implicit step (Euler's) would run into one, it takes that implicit step instead, with immovable
+//! obstacles as constraints: it never leads past the point where the springs rest, and it loses
+//! energy whatever the contacts do.
+
+use super::air::{Kind, Move};
+use crate::bodies::Bodies;
+use crate::broad_phase::pairs::{Pair, near};
+use crate::math::max;
+use crate::narrow_phase::separation::{self, placed};
+use crate::solver::tolerances::OVERLAP;
+use glam::{DVec2, Vec2};
+
+/// No move.
+const NONE: u32 = u32::MAX;
+
+/// Something in the way of a body.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Obstacle {
+    pub slot: u32,
+    /// Unit vector towards the body.
+    pub normal: DVec2,
+    /// Least velocity along the normal that does not lead into it, units/s; any for one that gives
+    /// way.
+    pub speed_min: f64,
+}
+
+/// The obstacles of a step.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Obstacles {
+    /// By ascending slot.
+    all: Vec<Obstacle>,
+    /// By slot: index of its move, if a stiff spring makes it.
+    move_of: Vec<u32>,
+}
+
+impl Obstacles {
+    /// Finds what is in the way of these moves.
+    pub fn find(&mut self, bodies: &Bodies, pairs: &[Pair], moves: &[Move], dt: f32) {
+        self.move_of.clear();
+        self.move_of.resize(bodies.alive.len(), NONE);
+        for (index, found) in (0u32..).zip(moves) {
+            if let Kind::Fast { .. } = found.kind {
+                self.move_of[found.slot as usize] = index;
+            }
+        }
+        self.all.clear();
+        for pair in pairs {
+            let of = [self.move_of(pair.a), self.move_of(pair.b)];
+            if of == [None, None] || !near(bodies, pair.a, pair.b) {
+                continue;
+            }
+            let path = |slot: u32, of: Option<usize>| match of.map(|index| moves[index]) {
+                Some(Move { path, kind: Kind::Fast { implicit }, .. }) => [path, implicit],
+                _ => [bodies.velocity[slot as usize] * dt; 2],
+            };
+            let (paths_a, paths_b) = (path(pair.a, of[0]), path(pair.b, of[1]));
+            let paths = [paths_b[1] - paths_a[1], paths_b[0] - paths_a[0]];
+            let Some((normal, separation)) = touch(bodies, pair, paths) else { continue };
+            let room = max(separation, 0.0) / dt;
+            for (own, other, normal) in [(pair.a, pair.b, -normal), (pair.b, pair.a, normal)] {
+                if self.move_of(own).is_none() {
+                    continue;
+                }
+                let other = other as usize;
+                let is_immovable = bodies.inverse_mass[other] == 0.0;
+                let speed_min = if is_immovable {
+                    f64::from(normal.dot(bodies.velocity[other]) - room)
+                } else {
+                    f64::NEG_INFINITY
+                };
+                self.all.push(Obstacle { slot: own, normal: normal.as_dvec2(), speed_min });
+            }
+        }
+        self.all.sort_by_key(|obstacle| obstacle.slot);
+    }
+
+    /// Those in the way of a body.
+    pub fn of(&self, slot: u32) -> &[Obstacle] {
+        let start = self.all.partition_point(|obstacle| obstacle.slot < slot);
+        let end = self.all.partition_point(|obstacle| obstacle.slot <= slot);
+        &self.all[start..end]
+    }
+
+    /// Index of the move of a body, if a stiff spring makes it.
+    pub fn move_of(&self, slot: u32) -> Option<usize> {
+        let index = self.move_of[slot as usize];
+        (index != NONE).then_some(index as usize)
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.all.is_empty()
+    }
+}
+
+/// Normal, from a to b, and separation of a pair that touches on one of these paths of b relative to
+/// a.
+fn touch(bodies: &Bodies, pair: &Pair, paths: [Vec2; 2]) -> Option<(Vec2, f32)> {
+    paths.into_iter().find_map(|path| {
+        let (at_a, at_b) = (placed(bodies, pair.a), placed(bodies, pair.b));
+        let found = separation::between(at_a, at_b, path, pair.axis)?;
+        let touches = found.separation + found.normal.dot(path) < -OVERLAP;
+        touches.then_some((found.normal, found.separation))
+    })
+}
