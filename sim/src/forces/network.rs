@@ -256,16 +256,19 @@ impl Network {
         }
         self.advance_implicitly(bodies, air);
         self.find_resistances(air.dt);
+        let is_single = self.nodes.len() == 1;
         let mut planes = self.planes.iter().peekable();
         for (at, node) in (0u32..).zip(&self.nodes) {
+            let resistance = self.residual[at as usize].x;
+            let (mass, share) =
+                if is_single { (resistance, 1.0) } else { (node.mass, node.mass / resistance) };
             let mut free = node.velocity;
             while let Some(plane) = planes.next_if(|plane| plane.node == at) {
-                free -= plane.normal * (plane.impulse(node.velocity) / node.mass);
+                free -= plane.normal * (plane.impulse(node.velocity) / mass);
             }
             let found = air.limited_move(node.slot, node.velocity, node.path);
             let velocity = air.limited_move(node.slot, free, DVec2::ZERO).velocity;
-            let share = (node.mass / self.residual[at as usize].x) as f32;
-            let inverse_mass = bodies.inverse_mass[node.slot as usize];
+            let (inverse_mass, share) = ((1.0 / mass) as f32, share as f32);
             if let Some(index) = obstacles.move_of(node.slot) {
                 let hold = Hold { velocity, inverse_mass, share };
                 moves[index] = Move { kind: Kind::Held(hold), ..found };
