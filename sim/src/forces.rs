@@ -5,6 +5,7 @@
 //! whole step leads, and the velocity at its end. Contacts act on that. One file for each method:
 //! - `flight`: a single body, in closed form: drag, wind, springs of zero length to fixed points;
 //! - `network`: bodies joined by springs, by an implicit step, solved by `elimination`;
+//! - `obstacles`: what is in the way of stiff springs, which then take an implicit step;
 //! - `euler`: bodies of the groups that a scene names, by one of Euler's methods, for comparison.
 //!
 //! Computed in double precision, which is as exact on every target as single: a stiff spring
@@ -118,14 +119,12 @@ impl Forces {
         &self.springs
     }
 
-    /// Finds the moves of a step from the present positions and velocities, but for bodies that
-    /// sleep, and extends the reach of bodies on stiff springs; returns whether there are any.
-    pub fn find_moves(
-        &mut self,
-        bodies: &mut Bodies,
-        around: Surroundings,
-        sleeps: impl Fn(u32) -> bool,
-    ) -> bool {
+    pub fn has_springs(&self) -> bool {
+        !self.springs.is_empty()
+    }
+
+    /// Finds the moves of a step from the present positions and velocities.
+    pub fn find_moves(&mut self, bodies: &Bodies, around: Surroundings) {
         if !self.is_classified {
             self.classify(bodies);
         }
@@ -141,7 +140,10 @@ impl Forces {
         for network in &mut self.networks {
             network.fly(bodies, &air, &mut self.moves);
         }
-        self.moves.retain(|found| !sleeps(found.slot));
+    }
+
+    /// Extends the reach of bodies on stiff springs; returns whether there are any.
+    pub fn extend_reach(&self, bodies: &mut Bodies) -> bool {
         let mut any = false;
         for found in &self.moves {
             if let Kind::Fast { implicit } = found.kind {
@@ -154,8 +156,25 @@ impl Forces {
         any
     }
 
-    /// Finds the moves of bodies on stiff springs again where something is in the way.
-    pub fn meet_obstacles(&mut self, bodies: &Bodies, pairs: &[Pair], around: Surroundings) {
+    /// Finds how springs bend the path of each body, by slot: the acceleration on the parabola that ends where its move does.
+    pub fn find_sprung(&self, bodies: &Bodies, dt: f32, sprung: &mut Vec<Option<Vec2>>) {
+        sprung.clear();
+        if !self.has_springs() {
+            return;
+        }
+        sprung.resize(bodies.alive.len(), None);
+        let ends = self.springs.iter().flat_map(Spring::slots);
+        ends.for_each(|slot| sprung[slot as usize] = Some(Vec2::ZERO));
+        for found in &self.moves {
+            let slot = found.slot as usize;
+            let bend = found.path - bodies.velocity[slot] * dt;
+            sprung[slot] = sprung[slot].map(|_| bend * (2.0 / (dt * dt)));
+        }
+    }
+
+    /// Finds the moves of bodies on stiff springs again where something is in the way, and gives these
+    /// bodies the mass that resists contacts until `restore_masses`.
+    pub fn meet_obstacles(&mut self, bodies: &mut Bodies, pairs: &[Pair], around: Surroundings) {
         self.obstacles.find(bodies, pairs, &self.moves, around.dt);
         if self.obstacles.is_empty() {
             return;
@@ -175,14 +194,20 @@ impl Forces {
             }
         }
         for found in &self.moves {
-            if let Kind::Held(_) = found.kind {
-                self.masses.push((found.slot, bodies.inverse_mass[found.slot as usize]));
+            if let Kind::Held(hold) = found.kind {
+                let inverse_mass = &mut bodies.inverse_mass[found.slot as usize];
+                self.masses.push((found.slot, *inverse_mass));
+                *inverse_mass = hold.inverse_mass;
             }
         }
     }
 
-    /// Restores the masses of bodies that obstacles held in a step.
-    pub fn restore_masses(&self, bodies: &mut Bodies) {
+    /// Spreads the impulses of contacts over stiff springs, and restores the masses of bodies that
+    /// obstacles held in a step. `is_free` says whether contacts added to velocities without obstacles.
+    pub fn respond(&mut self, bodies: &mut Bodies, is_free: bool, speed_max: f32) {
+        for network in &mut self.networks {
+            network.respond(bodies, is_free, speed_max);
+        }
         for &(slot, inverse_mass) in &self.masses {
             bodies.inverse_mass[slot as usize] = inverse_mass;
         }

@@ -118,11 +118,11 @@ pub(crate) fn finish_moves(
         let velocity = &mut bodies.velocity[found.slot as usize];
         let mean = found.path / dt;
         let path = match found.kind {
-            Kind::Fast { .. } if *velocity == mean => {
+            Kind::Fast { .. } if (*velocity - mean).length() <= SPEED_ROUNDING * mean.length() => {
                 *velocity = found.velocity;
                 found.path
             }
-            Kind::Held(hold) => found.path + (*velocity - mean) * (hold.share * dt),
+            Kind::Held(_) => *velocity * dt,
             Kind::Smooth | Kind::Fast { .. } => continue,
         };
         displacements.given.push((found.slot, path));

@@ -3,11 +3,13 @@
 //! Where bodies lie close to each other the queue of impacts takes hundreds of predictions for an impact, and paths that
 //! are bent at each of them are worth little: the contact solver decides where bodies go. There a bounce changes the two
 //! velocities before the step and nothing else: to those with which the pair leaves the place of its impact, as if it
-//! were here and now. One pair at a time keeps energy and momentum exactly.
+//! were here and now. One pair at a time keeps energy and momentum exactly. So it does for bodies on springs, whose paths
+//! within a step cannot be taken back to its start: they count as crowded wherever they are.
 
 use super::impact_prediction::{gravity_on, restitution};
 use crate::bodies::Bodies;
 use crate::broad_phase::pairs::Pair;
+use crate::continuous::paths::Paths;
 use crate::math::{clamp, max};
 use crate::solver::contact_constraint::{ContactConstraint, ContactInfo, ContactSet};
 use crate::solver::step_context::StepContext;
@@ -25,6 +27,8 @@ pub(crate) struct Crowd {
     is_crowded: Vec<bool>,
     /// Time of a bounce, and index of its contact.
     bounces: Vec<u64>,
+    /// Whether this step had bounces.
+    pub has_bounced: bool,
 }
 
 /// A bounce to come.
@@ -39,9 +43,11 @@ struct Bounce {
 
 impl Crowd {
     /// Finds the crowded bodies. Elastic ones without gravity never are: the contact solver would not keep their energy.
-    pub fn find(&mut self, bodies: &Bodies, pairs: &[Pair], context: &StepContext) {
-        self.is_crowded.clear();
-        self.is_crowded.resize(bodies.alive.len(), false);
+    pub fn find(&mut self, bodies: &Bodies, pairs: &[Pair], paths: &Paths, context: &StepContext) {
+        self.clear(bodies.alive.len());
+        for &slot in &bodies.moving {
+            self.is_crowded[slot as usize] = paths.sprung_acceleration(slot).is_some();
+        }
         let is_weightless = context.gravity == Vec2::ZERO;
         for pair in pairs {
             let (a, b) = (pair.a as usize, pair.b as usize);
@@ -73,13 +79,17 @@ impl Crowd {
         &mut self,
         bodies: &mut Bodies,
         contacts: &mut ContactSet,
+        paths: &Paths,
         context: &StepContext,
     ) {
+        self.has_bounced = false;
         let ContactSet { constraints, infos } = contacts;
         for _ in 0..LOOKS {
             self.bounces.clear();
             for (index, (constraint, info)) in (0u32..).zip(constraints.iter().zip(infos.iter())) {
-                if let Some(Bounce { time, .. }) = next_bounce(bodies, constraint, info, context) {
+                if let Some(Bounce { time, .. }) =
+                    next_bounce(bodies, constraint, info, paths, context)
+                {
                     self.bounces.push(u64::from(time.to_bits()) << 32 | u64::from(index));
                 }
             }
@@ -91,7 +101,8 @@ impl Crowd {
                 let index = entry as u32 as usize;
                 let (constraint, info) = (&constraints[index], &mut infos[index]);
                 // Another bounce may have parted the two.
-                if let Some(bounce) = next_bounce(bodies, constraint, info, context) {
+                if let Some(bounce) = next_bounce(bodies, constraint, info, paths, context) {
+                    self.has_bounced = true;
                     apply(bodies, constraint, &bounce);
                     info.bounced = true;
                     info.closing = max(info.closing, bounce.closing);
@@ -112,13 +123,17 @@ fn next_bounce(
     bodies: &Bodies,
     constraint: &ContactConstraint,
     info: &ContactInfo,
+    paths: &Paths,
     context: &StepContext,
 ) -> Option<Bounce> {
     if restitution_of(bodies, constraint) <= 0.0 {
         return None;
     }
-    let gravity = |slot: u32| gravity_on(bodies, slot as usize, context);
-    let pull = constraint.normal.dot(gravity(constraint.a) - gravity(constraint.b));
+    let acceleration = |slot: u32| {
+        let sprung = paths.sprung_acceleration(slot);
+        sprung.unwrap_or_else(|| gravity_on(bodies, slot as usize, context))
+    };
+    let pull = constraint.normal.dot(acceleration(constraint.a) - acceleration(constraint.b));
     let closing = -constraint.normal.dot(constraint.relative_velocity(&bodies.velocity));
     let furthest = (closing + pull * context.dt) * context.dt;
     if closing <= context.settings.bounce_threshold || info.separation >= furthest {

@@ -26,7 +26,7 @@ pub(crate) struct Hit {
     pub depth: f32,
 }
 
-/// Predicts the next contact of a pair on its present paths, up to a time.
+/// Predicts the next contact of a pair on its present paths, up to a time. Bodies on springs have none here: see `crowd`.
 pub(crate) fn predict(
     bodies: &Bodies,
     paths: &Paths,
@@ -37,7 +37,8 @@ pub(crate) fn predict(
     let (a, b) = (pair.a as usize, pair.b as usize);
     let start = paths.start_time(pair);
     let left = until - start;
-    if left <= 0.0 {
+    let is_sprung = |slot: u32| paths.sprung_acceleration(slot).is_some();
+    if left <= 0.0 || is_sprung(pair.a) || is_sprung(pair.b) {
         return None;
     }
     let acceleration = gravity_on(bodies, b, context) - gravity_on(bodies, a, context);

@@ -161,7 +161,7 @@ impl ImpactQueue {
         pairs: &[Pair],
         context: &StepContext,
     ) -> bool {
-        self.crowd.find(bodies, pairs, context);
+        self.crowd.find(bodies, pairs, &self.paths, context);
         let mut any = false;
         for &slot in &bodies.moving {
             let may_impact = &mut self.may_impact[slot as usize];

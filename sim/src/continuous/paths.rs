@@ -14,6 +14,9 @@ pub(crate) struct Paths {
     pub impact_time: Vec<f32>,
     /// Position at that time.
     pub impact_position: Vec<Vec2>,
+    /// Acceleration on the parabola that ends where springs take a body in the step, units/s^2; empty in a world without
+    /// springs.
+    pub sprung: Vec<Option<Vec2>>,
 }
 
 impl Paths {
@@ -21,6 +24,12 @@ impl Paths {
     #[inline]
     pub fn start_time(&self, pair: &Pair) -> f32 {
         max(self.impact_time[pair.a as usize], self.impact_time[pair.b as usize])
+    }
+
+    /// Acceleration of a body on springs, units/s^2.
+    #[inline]
+    pub fn sprung_acceleration(&self, slot: u32) -> Option<Vec2> {
+        self.sprung.get(slot as usize).copied().flatten()
     }
 
     /// Position of a body at a time after its impact, on a straight line to where its present

@@ -34,8 +34,6 @@ pub(crate) struct Hold {
     pub velocity: Vec2,
     /// Inverse of the mass that resists them, springs included.
     pub inverse_mass: f32,
-    /// Share of a change of velocity by which the path changes.
-    pub share: f32,
 }
 
 /// Constants of a step, in double precision.

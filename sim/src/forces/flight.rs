@@ -110,7 +110,7 @@ impl Flight {
         let found = air.limited_move(self.slot, velocity, velocity * air.dt);
         let velocity = air.limited_move(self.slot, free, DVec2::ZERO).velocity;
         let inverse_mass = f64::from(bodies.inverse_mass[self.slot as usize]) / resistance;
-        let hold = Hold { velocity, inverse_mass: inverse_mass as f32, share: 1.0 };
+        let hold = Hold { velocity, inverse_mass: inverse_mass as f32 };
         Move { kind: Kind::Held(hold), ..found }
     }
 

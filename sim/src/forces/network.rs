@@ -13,6 +13,10 @@
 //! substeps, as far as their work is bounded. Newton's method finds v1; a compressed spring gets no
 //! stiffness across it, so every system is positive definite. Where springs rest the move is zero
 //! for any step: rest points are exact.
+//!
+//! Where something is in the way of a network with such oscillations, it takes one implicit step
+//! (Euler's) instead. Its nodes resist contacts with the mass of their response to an impulse, and
+//! the impulses that contacts gave are then spread over all nodes, so that springs pass weights on.
 
 use super::air::{Air, FAST_PHASE, Hold, Kind, Move};
 use super::drag::Drag;
@@ -20,7 +24,7 @@ use super::elimination::Elimination;
 use super::obstacles::Obstacles;
 use super::springs::{Spring, SpringEnd};
 use crate::bodies::Bodies;
-use crate::math::exp_m1;
+use crate::math::{clamp_length, exp_m1};
 use glam::{DMat2, DVec2};
 
 /// Phase of the fastest oscillation in a substep, radians.
@@ -45,6 +49,8 @@ const SPEED_MIN: f64 = 1e-3;
 const PHASE_MAX: f64 = 4.0;
 /// Stiffness of a plane, as a multiple of the mass that resists.
 const PLANE_STIFFNESS: f64 = 1e7;
+/// Most obstacles times nodes for which responses are found.
+const RESPONSES_MAX: usize = 4096;
 /// Most rounds in which nodes meet planes.
 const PLANE_ROUNDS_MAX: u32 = 4;
 /// Springs shorter than this have no direction, world units.
@@ -60,6 +66,9 @@ struct Node {
     gravity: DVec2,
     /// Path since the start of the step.
     path: DVec2,
+    /// Velocity without obstacles, and mass that resists them.
+    free: DVec2,
+    resistance: f64,
     /// Values of this substep. Rate of drag against the wind, 1/s.
     rate: f64,
     /// Decay in it, y.
@@ -117,6 +126,8 @@ pub(super) struct Network {
     system: Elimination,
     /// Scratch: residual of the velocities, then the change that corrects it.
     residual: Vec<DVec2>,
+    /// Whether contacts act on its neighbours too in this step.
+    responds: bool,
     /// Weight t of the end of a substep.
     weight: f64,
     planes: Vec<Plane>,
@@ -177,6 +188,8 @@ impl Network {
             mass: 1.0,
             gravity: DVec2::ZERO,
             path: DVec2::ZERO,
+            free: DVec2::ZERO,
+            resistance: 1.0,
             rate: 0.0,
             decay: 0.0,
             start: DVec2::ZERO,
@@ -203,6 +216,7 @@ impl Network {
             links: touching.map(link).collect(),
             system,
             residual: vec![DVec2::ZERO; slots.len()],
+            responds: false,
             weight: 0.5,
             planes: Vec::new(),
         }
@@ -216,6 +230,7 @@ impl Network {
     pub fn fly(&mut self, bodies: &Bodies, air: &Air, moves: &mut Vec<Move>) {
         let first = moves.len();
         self.read_bodies(bodies, air);
+        self.responds = false;
         let is_fast = self.phase(air.dt) > FAST_PHASE;
         self.planes.clear();
         if is_fast {
@@ -255,23 +270,80 @@ impl Network {
             }));
         }
         self.advance_implicitly(bodies, air);
+        self.find_free_velocities(bodies, air);
         self.find_resistances(air.dt);
-        let is_single = self.nodes.len() == 1;
-        let mut planes = self.planes.iter().peekable();
-        for (at, node) in (0u32..).zip(&self.nodes) {
-            let resistance = self.residual[at as usize].x;
-            let (mass, share) =
-                if is_single { (resistance, 1.0) } else { (node.mass, node.mass / resistance) };
-            let mut free = node.velocity;
-            while let Some(plane) = planes.next_if(|plane| plane.node == at) {
-                free -= plane.normal * (plane.impulse(node.velocity) / mass);
-            }
+        for (node, row) in self.nodes.iter_mut().zip(&self.residual) {
+            node.resistance = row.x;
+        }
+        self.responds = self.find_responses(obstacles);
+        for node in &self.nodes {
             let found = air.limited_move(node.slot, node.velocity, node.path);
-            let velocity = air.limited_move(node.slot, free, DVec2::ZERO).velocity;
-            let (inverse_mass, share) = ((1.0 / mass) as f32, share as f32);
+            let velocity = air.limited_move(node.slot, node.free, DVec2::ZERO).velocity;
             if let Some(index) = obstacles.move_of(node.slot) {
-                let hold = Hold { velocity, inverse_mass, share };
+                let hold = Hold { velocity, inverse_mass: (1.0 / node.resistance) as f32 };
                 moves[index] = Move { kind: Kind::Held(hold), ..found };
+            }
+        }
+    }
+
+    /// Finds the velocities that the nodes would have without the impulses of planes, and factors the
+    /// matrix without planes.
+    fn find_free_velocities(&mut self, bodies: &Bodies, air: &Air) {
+        let planes = std::mem::take(&mut self.planes);
+        self.assemble(bodies, air, 0.0, true);
+        self.system.factor();
+        self.residual.fill(DVec2::ZERO);
+        for plane in &planes {
+            let impulse = plane.impulse(self.nodes[plane.node as usize].velocity);
+            self.residual[plane.node as usize] += plane.normal * impulse;
+        }
+        self.system.solve(&mut self.residual);
+        for (node, change) in self.nodes.iter_mut().zip(&self.residual) {
+            node.free = node.velocity - *change;
+        }
+    }
+
+    /// Finds the masses with which nodes resist their obstacles, and whether these take the neighbours
+    /// along. Not where nodes touch each other: they would be pushed into each other.
+    fn find_responses(&mut self, obstacles: &Obstacles) -> bool {
+        let all = || self.nodes.iter().flat_map(|node| obstacles.of(node.slot));
+        let is_inner = |other: u32| self.nodes.iter().any(|node| node.slot == other);
+        if all().count() * self.nodes.len() > RESPONSES_MAX || all().any(|met| is_inner(met.other))
+        {
+            return false;
+        }
+        for at in 0..self.nodes.len() {
+            let mut most = 0.0;
+            for obstacle in obstacles.of(self.nodes[at].slot) {
+                self.residual.fill(DVec2::ZERO);
+                self.residual[at] = obstacle.normal;
+                self.system.solve(&mut self.residual);
+                most = max_or_nan(obstacle.normal.dot(self.residual[at]), most);
+            }
+            if most > 0.0 {
+                self.nodes[at].resistance = 1.0 / most;
+            }
+        }
+        true
+    }
+
+    /// Spreads the impulses of contacts over the springs: each node that contacts gave another velocity
+    /// than its own takes its neighbours along.
+    pub fn respond(&mut self, bodies: &mut Bodies, is_free: bool, speed_max: f32) {
+        if !std::mem::take(&mut self.responds) {
+            return;
+        }
+        for (row, node) in self.residual.iter_mut().zip(&self.nodes) {
+            let before = if is_free { node.free } else { node.velocity };
+            let change = bodies.velocity[node.slot as usize].as_dvec2() - before;
+            *row = change * node.resistance;
+        }
+        self.system.solve(&mut self.residual);
+        for (change, node) in self.residual.iter().zip(&self.nodes) {
+            let before = if is_free { node.free } else { node.velocity };
+            let velocity = clamp_length((before + *change).as_vec2(), speed_max);
+            if velocity.is_finite() {
+                bodies.velocity[node.slot as usize] = velocity;
             }
         }
     }

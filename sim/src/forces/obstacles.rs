@@ -21,6 +21,7 @@ const NONE: u32 = u32::MAX;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Obstacle {
     pub slot: u32,
+    pub other: u32,
     /// Unit vector towards the body.
     pub normal: DVec2,
     /// Least velocity along the normal that does not lead into it, units/s; any for one that gives
@@ -72,7 +73,12 @@ impl Obstacles {
                 } else {
                     f64::NEG_INFINITY
                 };
-                self.all.push(Obstacle { slot: own, normal: normal.as_dvec2(), speed_min });
+                self.all.push(Obstacle {
+                    slot: own,
+                    other: other as u32,
+                    normal: normal.as_dvec2(),
+                    speed_min,
+                });
             }
         }
         self.all.sort_by_key(|obstacle| obstacle.slot);

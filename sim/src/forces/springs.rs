@@ -45,6 +45,15 @@ impl Spring {
         Spring { body, end, rest_length: 0.0, stiffness, damping }
     }
 
+    /// Slots of its bodies.
+    pub(super) fn slots(&self) -> impl Iterator<Item = u32> {
+        let other = match self.end {
+            SpringEnd::Body(other) => Some(other.index),
+            SpringEnd::Point(_) => None,
+        };
+        std::iter::once(self.body.index).chain(other)
+    }
+
     pub(super) fn holds(&self, id: BodyId) -> bool {
         self.body == id || self.end == SpringEnd::Body(id)
     }

@@ -41,7 +41,7 @@ use crate::continuous::held_after_impact;
 use crate::continuous::impact_queue::{self, ImpactQueue, Progress};
 use crate::continuous::late_pairs::{self, LatePairs};
 use crate::continuous::static_clamp::StaticClamp;
-use crate::forces::{Kind, Move};
+use crate::forces::{Forces, Move};
 use crate::integrate::{self, Displacements};
 use crate::math::{clamp, clamp_length, max, min};
 use crate::shape::{Aabb, shapes};
@@ -148,10 +148,14 @@ impl ConjugateSolver {
         bodies: &mut Bodies,
         pairs: &mut PairList,
         steady: &Steady,
+        forces: &Option<Forces>,
         context: &StepContext,
     ) {
         self.is_large_world = is_large_world(bodies, steady);
         self.impact_queue.begin(bodies.alive.len());
+        if let Some(forces) = forces {
+            forces.find_sprung(bodies, context.dt, &mut self.impact_queue.paths.sprung);
+        }
         self.static_clamp.remember(bodies);
         let may_bounce = self.reach(bodies, context, true);
         pairs.refresh(bodies, context.filter);
@@ -168,7 +172,8 @@ impl ConjugateSolver {
         if self.spend(work) && !pairs.is_over() {
             self.gather(bodies, &pairs.pairs, &steady.takes_no_part, context);
             if context.features.restitution {
-                self.impact_queue.crowd.bounce(bodies, &mut self.contacts, context);
+                let ImpactQueue { crowd, paths, .. } = &mut self.impact_queue;
+                crowd.bounce(bodies, &mut self.contacts, paths, context);
             }
         }
     }
@@ -203,6 +208,11 @@ impl ConjugateSolver {
         }
         let may = context.features.restitution || fastest.sqrt() * context.dt > thinnest;
         bounces && may && self.impact_queue.extend_reach(bodies, context)
+    }
+
+    /// Whether the step had bounces so far.
+    pub fn has_bounced(&self) -> bool {
+        self.impact_queue.crowd.has_bounced || !self.impact_queue.is_empty()
     }
 
     /// Makes the pair list complete after bodies got more reach.
@@ -292,7 +302,9 @@ impl ConjugateSolver {
             self.contacts.drop_non_finite(bodies);
         }
         integrate::apply_moves(bodies, moves, context.dt, &mut self.displacements);
-        self.set_masses(bodies, moves);
+        if !self.impact_queue.paths.sprung.is_empty() {
+            self.set_masses(bodies);
+        }
         self.blocks.reserve(bodies.alive.len());
         self.local_sweeps.reserve(bodies.alive.len());
         self.islands.find(bodies.alive.len(), &self.contacts.constraints);
@@ -320,21 +332,12 @@ impl ConjugateSolver {
         }
     }
 
-    /// Gives bodies that springs hold the mass that resists contacts, springs included.
-    fn set_masses(&mut self, bodies: &mut Bodies, moves: &[Move]) {
-        let mut any = false;
-        for found in moves {
-            if let Kind::Held(hold) = found.kind {
-                bodies.inverse_mass[found.slot as usize] = hold.inverse_mass;
-                any = true;
-            }
-        }
-        if any {
-            for constraint in &mut self.contacts.constraints {
-                constraint.inv_mass_a = bodies.inverse_mass[constraint.a as usize];
-                constraint.inv_mass_b = bodies.inverse_mass[constraint.b as usize];
-                constraint.effective_mass = 1.0 / (constraint.inv_mass_a + constraint.inv_mass_b);
-            }
+    /// Gives constraints the masses of their bodies: springs may have raised them since.
+    fn set_masses(&mut self, bodies: &Bodies) {
+        for constraint in &mut self.contacts.constraints {
+            constraint.inv_mass_a = bodies.inverse_mass[constraint.a as usize];
+            constraint.inv_mass_b = bodies.inverse_mass[constraint.b as usize];
+            constraint.effective_mass = 1.0 / (constraint.inv_mass_a + constraint.inv_mass_b);
         }
     }
 
@@ -493,7 +496,7 @@ impl ConjugateSolver {
         if agitation.is_none() {
             // One sweep more than the step may still take: an island that needs it is over the budget, rather than solved
             // less well than without one. The visits of local sweeps are bounded by their contacts.
-            let work_left = self.work_left / island.len() as u64 + 1;
+            let work_left = (self.work_left / island.len() as u64).saturating_add(1);
             work_max = work_max.min(u32::try_from(work_left).unwrap_or(u32::MAX));
         }
         let sweeps_max = work_max.max(SWEEPS_MIN).min(context.settings.sweeps_max);

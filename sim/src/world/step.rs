@@ -35,7 +35,8 @@ impl World {
         settings: Option<&Relaxation>,
         watch: &mut dyn FnMut(StepPhase, &mut World),
     ) {
-        if self.find_moves() {
+        self.find_moves();
+        if self.extend_reach() {
             self.pairs.refresh(&self.bodies, self.settings.filter());
             if self.pairs.is_over() {
                 return;
@@ -49,12 +50,14 @@ impl World {
         watch(StepPhase::Integrate, self);
         self.pairs.refresh(&self.bodies, self.settings.filter());
         if self.pairs.is_over() {
+            self.respond(false);
             return;
         }
         self.relaxation.gather(&self.bodies, &self.pairs.pairs, self.features);
         watch(StepPhase::Pairs, self);
         let (bodies, pairs) = (&mut self.bodies, &mut self.pairs.pairs);
         self.relaxation.solve(bodies, pairs, settings, self.features, &self.settings);
+        self.respond(false);
         watch(StepPhase::Relax, self);
         self.touches.report(&self.bodies, self.relaxation.overlaps(&self.bodies), &[]);
     }
@@ -118,14 +121,20 @@ impl World {
     }
 
     fn find_contacts(&mut self, settings: &Conjugate) {
+        if self.has_springs() {
+            self.find_moves();
+        }
         let context = StepContext::new(settings, &self.settings, self.features);
-        self.conjugate.find_contacts(&mut self.bodies, &mut self.pairs, &self.steady, &context);
+        let (bodies, pairs) = (&mut self.bodies, &mut self.pairs);
+        self.conjugate.find_contacts(bodies, pairs, &self.steady, &self.forces, &context);
     }
 
     fn find_velocities(&mut self, settings: &Conjugate) {
-        let may_meet = self.find_moves();
-        let context = StepContext::new(settings, &self.settings, self.features);
-        if may_meet {
+        if !self.has_springs() || self.conjugate.has_bounced() {
+            self.find_moves();
+        }
+        if self.extend_reach() {
+            let context = StepContext::new(settings, &self.settings, self.features);
             self.conjugate.refresh(&self.bodies, &mut self.pairs, &context);
             if self.pairs.is_over() {
                 return;
@@ -135,9 +144,7 @@ impl World {
         let context = StepContext::new(settings, &self.settings, self.features);
         let moves = moves(&self.forces);
         self.conjugate.find_velocities(&mut self.bodies, &mut self.pairs, moves, &context);
-        if let Some(forces) = &self.forces {
-            forces.restore_masses(&mut self.bodies);
-        }
+        self.respond(true);
     }
 
     /// Whether steps leave steady islands out: sleep counts the steps of bodies at rest, and forces may change by
@@ -166,19 +173,36 @@ impl World {
         self.sleep.wake_touched(&mut awake, self.conjugate.contacting_pairs())
     }
 
-    /// Finds the moves of bodies under drag, wind and springs; returns whether stiff springs among
-    /// them take bodies where obstacles may be.
-    fn find_moves(&mut self) -> bool {
+    /// Finds the moves of bodies under drag, wind and springs.
+    fn find_moves(&mut self) {
         let around = self.surroundings();
-        let Some(forces) = &mut self.forces else { return false };
-        forces.find_moves(&mut self.bodies, around, |slot| self.sleep.has(slot))
+        if let Some(forces) = &mut self.forces {
+            forces.find_moves(&self.bodies, around);
+            forces.moves.retain(|found| !self.sleep.has(found.slot));
+        }
+    }
+
+    fn has_springs(&self) -> bool {
+        self.forces.as_ref().is_some_and(Forces::has_springs)
+    }
+
+    /// Extends the reach of bodies on stiff springs; returns whether there are any.
+    fn extend_reach(&mut self) -> bool {
+        self.forces.as_ref().is_some_and(|forces| forces.extend_reach(&mut self.bodies))
+    }
+
+    /// Ends the effect of contacts on bodies on stiff springs.
+    fn respond(&mut self, is_free: bool) {
+        if let Some(forces) = &mut self.forces {
+            forces.respond(&mut self.bodies, is_free, self.settings.speed_max);
+        }
     }
 
     /// Finds the moves of stiff springs again where something is in the way.
     fn meet_obstacles(&mut self) {
         let around = self.surroundings();
         if let Some(forces) = &mut self.forces {
-            forces.meet_obstacles(&self.bodies, &self.pairs.pairs, around);
+            forces.meet_obstacles(&mut self.bodies, &self.pairs.pairs, around);
         }
     }
 
