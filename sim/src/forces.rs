@@ -6,6 +6,7 @@
 //! - `flight`: a single body, in closed form: drag, wind, springs of zero length to fixed points;
 //! - `network`: bodies joined by springs, by an implicit step, solved by `elimination`;
 //! - `obstacles`: what is in the way of stiff springs, which then take an implicit step;
+//! - `energy_guard`: contacts add no energy to bodies on springs;
 //! - `euler`: bodies of the groups that a scene names, by one of Euler's methods, for comparison.
 //!
 //! Computed in double precision, which is as exact on every target as single: a stiff spring
@@ -14,6 +15,7 @@
 mod air;
 pub(crate) mod drag;
 pub(crate) mod elimination;
+mod energy_guard;
 pub(crate) mod euler;
 mod flight;
 mod network;
@@ -28,6 +30,7 @@ use crate::math::max;
 use air::Air;
 pub(crate) use air::{Kind, Move};
 use drag::{Drag, FORCE_MAX};
+use energy_guard::EnergyGuard;
 use euler::{EulerBody, EulerGroups};
 use flight::Flight;
 use glam::Vec2;
@@ -68,6 +71,7 @@ pub(crate) struct Forces {
     euler_bodies: Vec<EulerBody>,
     flights: Vec<Flight>,
     networks: Vec<Network>,
+    guard: EnergyGuard,
     obstacles: Obstacles,
     /// Slots and inverse masses of bodies that obstacles hold.
     masses: Vec<(u32, f32)>,
@@ -169,6 +173,33 @@ impl Forces {
             let slot = found.slot as usize;
             let bend = found.path - bodies.velocity[slot] * dt;
             sprung[slot] = sprung[slot].map(|_| bend * (2.0 / (dt * dt)));
+        }
+    }
+
+    /// Remembers the energy at the start of a step.
+    pub fn remember_energy(&mut self, bodies: &Bodies) {
+        if self.has_springs() {
+            self.guard.remember(bodies);
+        }
+    }
+
+    /// Takes the energy that contacts between these slots have added to bodies on springs in a step.
+    pub fn limit_energy(
+        &mut self,
+        bodies: &mut Bodies,
+        contacts: impl Iterator<Item = [u32; 2]>,
+        gravity: Vec2,
+    ) {
+        if self.has_springs() {
+            self.guard.contacts.clear();
+            self.guard.contacts.extend(contacts);
+            let (wind, dragged, euler) = (self.wind, &self.dragged, &self.euler_bodies);
+            let blown = dragged.iter().filter(|_| wind != Vec2::ZERO).map(|&(slot, _)| slot);
+            let may_gain = blown.chain(euler.iter().map(EulerBody::slot));
+            let diverged = self.networks.iter().filter(|network| network.has_diverged);
+            let held = self.masses.iter().map(|&(slot, _)| slot);
+            let unsure = held.chain(diverged.flat_map(Network::slots));
+            self.guard.limit(bodies, &self.springs, unsure, may_gain, gravity);
         }
     }
 

@@ -43,6 +43,10 @@ pub(super) struct EulerBody {
 }
 
 impl EulerBody {
+    pub fn slot(&self) -> u32 {
+        self.slot
+    }
+
     pub fn new(slot: u32, drag: Drag, is_explicit: bool, springs: &[Spring]) -> EulerBody {
         let holds = |spring: &&Spring| {
             spring.body.index == slot

@@ -128,6 +128,8 @@ pub(super) struct Network {
     residual: Vec<DVec2>,
     /// Whether contacts act on its neighbours too in this step.
     responds: bool,
+    /// Whether Newton's method found no solution in this step.
+    pub has_diverged: bool,
     /// Weight t of the end of a substep.
     weight: f64,
     planes: Vec<Plane>,
@@ -217,6 +219,7 @@ impl Network {
             system,
             residual: vec![DVec2::ZERO; slots.len()],
             responds: false,
+            has_diverged: false,
             weight: 0.5,
             planes: Vec::new(),
         }
@@ -230,6 +233,7 @@ impl Network {
     pub fn fly(&mut self, bodies: &Bodies, air: &Air, moves: &mut Vec<Move>) {
         let first = moves.len();
         self.read_bodies(bodies, air);
+        self.has_diverged = false;
         self.responds = false;
         let is_fast = self.phase(air.dt) > FAST_PHASE;
         self.planes.clear();
@@ -427,7 +431,8 @@ impl Network {
         // A NaN counts as diverged too.
         let is_solved = |change: f64| change <= DIVERGED;
         if !is_solved(self.solve(bodies, air, elapsed)) {
-            // Springs that turn over within a step: stability is enough.
+            // Springs that turn over within a step: stability is enough, and the guard sees to the energy.
+            self.has_diverged = true;
             self.weight = 1.0;
             if !self.solve(bodies, air, elapsed).is_finite() {
                 self.reset_velocities();

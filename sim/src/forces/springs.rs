@@ -2,7 +2,7 @@
 
 use super::drag::FORCE_MAX;
 use crate::body::BodyId;
-use glam::Vec2;
+use glam::{DVec2, Vec2};
 
 /// The far end of a spring.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,6 +52,17 @@ impl Spring {
             SpringEnd::Point(_) => None,
         };
         std::iter::once(self.body.index).chain(other)
+    }
+
+    /// Energy that it stores while its bodies are at these positions.
+    pub(super) fn energy(&self, mut position: impl FnMut(u32) -> DVec2) -> f64 {
+        let far = match self.end {
+            SpringEnd::Point(point) => point.as_dvec2(),
+            SpringEnd::Body(other) => position(other.index),
+        };
+        let length = position(self.body.index).distance(far);
+        let stretch = length - f64::from(self.rest_length);
+        f64::from(self.stiffness) * stretch * stretch / 2.0
     }
 
     pub(super) fn holds(&self, id: BodyId) -> bool {

@@ -252,6 +252,12 @@ impl RelaxationSolver {
         }
     }
 
+    /// Pairs that met in the step.
+    pub fn contacts(&self) -> impl Iterator<Item = [u32; 2]> {
+        let met = |found: &&RelaxationConstraint| found.closing > 0.0 || found.separation < 0.0;
+        self.constraints.iter().filter(met).map(|found| [found.a, found.b])
+    }
+
     /// Overlaps at the end of the step.
     pub fn overlaps(&mut self, bodies: &Bodies) -> impl Iterator<Item = Found> {
         self.constraints.iter_mut().filter_map(|constraint| {

@@ -36,6 +36,7 @@ impl World {
         watch: &mut dyn FnMut(StepPhase, &mut World),
     ) {
         self.find_moves();
+        self.remember_energy();
         if self.extend_reach() {
             self.pairs.refresh(&self.bodies, self.settings.filter());
             if self.pairs.is_over() {
@@ -60,6 +61,10 @@ impl World {
         self.respond(false);
         watch(StepPhase::Relax, self);
         self.touches.report(&self.bodies, self.relaxation.overlaps(&self.bodies), &[]);
+        if let Some(forces) = &mut self.forces {
+            let contacts = self.relaxation.contacts();
+            forces.limit_energy(&mut self.bodies, contacts, self.settings.gravity);
+        }
     }
 
     /// The same, as the chapter lists it.
@@ -90,6 +95,7 @@ impl World {
         watch: &mut dyn FnMut(StepPhase, &mut World),
     ) {
         self.sleep.save_step_start(&self.bodies);
+        self.remember_energy();
         let leaves_out = self.leaves_out();
         let work_max = self.settings.budget.work;
         self.conjugate.begin(&mut self.bodies, &mut self.steady, leaves_out, work_max);
@@ -156,6 +162,10 @@ impl World {
     /// Reports the touches of a step, and leaves what it has not changed out of the next one.
     fn report_touches(&mut self, settings: &Conjugate) {
         self.touches.report(&self.bodies, self.conjugate.touching(), &self.steady.touches);
+        if let Some(forces) = &mut self.forces {
+            let contacts = self.conjugate.touching().map(|found| [found.a, found.b]);
+            forces.limit_energy(&mut self.bodies, contacts, self.settings.gravity);
+        }
         if self.steady.is_on {
             let context = StepContext::new(settings, &self.settings, self.features);
             let (bodies, touches) = (&mut self.bodies, &self.touches.now);
@@ -184,6 +194,12 @@ impl World {
 
     fn has_springs(&self) -> bool {
         self.forces.as_ref().is_some_and(Forces::has_springs)
+    }
+
+    fn remember_energy(&mut self) {
+        if let Some(forces) = &mut self.forces {
+            forces.remember_energy(&self.bodies);
+        }
     }
 
     /// Extends the reach of bodies on stiff springs; returns whether there are any.
