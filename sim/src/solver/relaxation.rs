@@ -19,7 +19,7 @@ use crate::bodies::Bodies;
 use crate::body::Motion;
 use crate::broad_phase::pairs::{Axis, Pair, near};
 use crate::features::Features;
-use crate::forces::Move;
+use crate::forces::{Forces, Move};
 use crate::integrate;
 use crate::math::{clamp, clamp_length, max, min};
 use crate::narrow_phase::manifold::Manifold;
@@ -89,6 +89,8 @@ pub(crate) struct RelaxationSolver {
     from: Vec<Vec2>,
     /// Pairs with an immovable body: the slot of the other, then its slot.
     walls: Vec<u64>,
+    /// By slot: whether springs act on it; empty in a world without.
+    sprung: Vec<Option<Vec2>>,
     /// Passes made in the last step.
     pub passes: u32,
 }
@@ -168,6 +170,32 @@ impl RelaxationSolver {
             _ => gather::<{ shapes::BOTH }>,
         };
         gather(bodies, pairs, &mut self.constraints);
+    }
+
+    /// Lets bodies on springs bounce at the speeds that they had at the start of the step: what a spring adds while it presses
+    /// a body on to another would keep it hopping. Elastic ones count it, and the energy guard limits them.
+    pub fn limit_bounces(&mut self, bodies: &Bodies, forces: &Forces, dt: f32) {
+        forces.find_sprung(bodies, dt, &mut self.sprung);
+        if self.sprung.is_empty() {
+            return;
+        }
+        let is_sprung = |slot: u32| self.sprung[slot as usize].is_some();
+        let start = |slot: u32| {
+            let slot = slot as usize;
+            let is_pushed = Bodies::is_pushed(bodies.motion[slot]);
+            if is_pushed { self.start_velocity[slot] } else { bodies.velocity[slot] }
+        };
+        for constraint in &mut self.constraints {
+            let is_sprung = is_sprung(constraint.a) || is_sprung(constraint.b);
+            if !is_sprung || constraint.restitution >= 1.0 {
+                continue;
+            }
+            let before = -constraint.normal.dot(start(constraint.b) - start(constraint.a));
+            let now = -constraint.normal.dot(constraint.relative_velocity(bodies));
+            if now > 0.0 {
+                constraint.restitution *= clamp(before / now, 0.0, 1.0);
+            }
+        }
     }
 
     /// Solves the contacts, and stores their impulses for the next step.

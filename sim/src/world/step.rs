@@ -55,6 +55,9 @@ impl World {
             return;
         }
         self.relaxation.gather(&self.bodies, &self.pairs.pairs, self.features);
+        if let Some(forces) = &self.forces {
+            self.relaxation.limit_bounces(&self.bodies, forces, self.settings.dt);
+        }
         watch(StepPhase::Pairs, self);
         let (bodies, pairs) = (&mut self.bodies, &mut self.pairs.pairs);
         self.relaxation.solve(bodies, pairs, settings, self.features, &self.settings);
