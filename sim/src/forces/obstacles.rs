@@ -21,6 +21,7 @@ const NONE: u32 = u32::MAX;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Obstacle {
     pub slot: u32,
+    /// The body in its way.
     pub other: u32,
     /// Unit vector towards the body.
     pub normal: DVec2,
@@ -34,6 +35,9 @@ pub(super) struct Obstacle {
 pub(super) struct Obstacles {
     /// By ascending slot.
     all: Vec<Obstacle>,
+    /// Scratch: in the order of pairs, and the slot and index of each.
+    found: Vec<Obstacle>,
+    order: Vec<u64>,
     /// By slot: index of its move, if a stiff spring makes it.
     move_of: Vec<u32>,
 }
@@ -49,6 +53,8 @@ impl Obstacles {
             }
         }
         self.all.clear();
+        self.found.clear();
+        self.order.clear();
         for pair in pairs {
             let of = [self.move_of(pair.a), self.move_of(pair.b)];
             if of == [None, None] || !near(bodies, pair.a, pair.b) {
@@ -73,7 +79,8 @@ impl Obstacles {
                 } else {
                     f64::NEG_INFINITY
                 };
-                self.all.push(Obstacle {
+                self.order.push(u64::from(own) << 32 | self.found.len() as u64);
+                self.found.push(Obstacle {
                     slot: own,
                     other: other as u32,
                     normal: normal.as_dvec2(),
@@ -81,7 +88,9 @@ impl Obstacles {
                 });
             }
         }
-        self.all.sort_by_key(|obstacle| obstacle.slot);
+        self.order.sort_unstable();
+        let found = self.order.iter().map(|&entry| self.found[entry as u32 as usize]);
+        self.all.extend(found);
     }
 
     /// Those in the way of a body.
