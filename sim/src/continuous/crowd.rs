@@ -61,6 +61,11 @@ impl Crowd {
         }
     }
 
+    /// Counts all bodies as crowded.
+    pub fn add_all(&mut self) {
+        self.is_crowded.fill(true);
+    }
+
     /// Forgets the crowded bodies: there are none.
     pub fn clear(&mut self, slots: usize) {
         self.is_crowded.clear();
