@@ -29,7 +29,7 @@ use super::contact_constraint::{
 use super::energy_guard::EnergyGuard;
 use super::islands::Islands;
 use super::local_sweeps::{
-    Agitation, LATE_VISITS_PER_CONTACT, LocalSweeps, VISITS_PER_CONTACT, Work,
+    Agitation, LATE_VISITS_PER_CONTACT, LocalSweeps, UNSOLVED_MIN, VISITS_PER_CONTACT, Work,
 };
 use super::position_correction::PositionCorrection;
 use super::step_context::StepContext;
@@ -47,7 +47,7 @@ use crate::math::{clamp, clamp_length, max, min};
 use crate::shape::{Aabb, shapes};
 use crate::solver::tolerances::{
     IMPULSE_ROUNDING, LARGE_ISLAND, LARGE_WORLD, LOCAL_ISLAND, MOTION_MIN, SMALL_ISLAND,
-    SMALL_ISLAND_SHARE, SPEED_ROUNDING, STIFF_MASS_RATIO,
+    SMALL_ISLAND_SHARE, SPEED_ROUNDING, STIFF_MASS_RATIO, STIFF_VISITS,
 };
 use crate::steady::{Steady, StepContacts};
 use crate::touches::{Found, Touch};
@@ -402,7 +402,7 @@ impl ConjugateSolver {
         pairs: &[Pair],
         context: &StepContext,
     ) {
-        let limits = self.limits(number, &bodies.velocity, context);
+        let limits = self.limits(number, visits_per_contact, &bodies.velocity, context);
         let count = self.islands.range(number).len();
         let mut work = Work::on(count, visits_per_contact, limits.sweeps.sweeps_max);
         for _ in 0..held_after_impact::ROUNDS_MAX {
@@ -475,8 +475,14 @@ impl ConjugateSolver {
         if is_stiff || !is_solved {
             sweep::sweep_immovable(constraints, island, velocity);
         }
-        if let Some(agitation) = agitation {
-            let correction = agitation.correction(is_solved, island.len());
+        let correction = match agitation {
+            Some(agitation) => Some(agitation.correction(is_solved, island.len())),
+            None if is_stiff && !is_solved && island.len() > UNSOLVED_MIN => {
+                Some(Correction::Light)
+            }
+            None => None,
+        };
+        if let Some(correction) = correction {
             for &index in island {
                 self.contacts.infos[index as usize].correction = correction;
             }
@@ -484,20 +490,31 @@ impl ConjugateSolver {
     }
 
     /// The limits of the sweeps over an island.
-    fn limits(&self, number: usize, velocity: &[Vec2], context: &StepContext) -> IslandLimits {
+    fn limits(
+        &self,
+        number: usize,
+        visits_per_contact: u32,
+        velocity: &[Vec2],
+        context: &StepContext,
+    ) -> IslandLimits {
         let constraints = &self.contacts.constraints;
         let island = &self.islands.constraints[self.islands.range(number)];
         let (tolerance, mass_ratio) = tolerance(constraints, island, velocity, context);
         let is_stiff = mass_ratio > STIFF_MASS_RATIO;
-        let agitation = (!self.is_large_world && !is_stiff && island.len() > MOTION_MIN)
+        let local_min = if is_stiff { usize::MAX } else { LOCAL_ISLAND };
+        let agitation = (!self.is_large_world && island.len() > MOTION_MIN)
             .then(|| Agitation::of(constraints, island, velocity, tolerance, mass_ratio))
-            .filter(|agitation| agitation.in_motion || island.len() >= LOCAL_ISLAND);
+            .filter(|agitation| agitation.in_motion || island.len() >= local_min);
         let mut work_max = context.settings.work_max / island.len() as u32;
         if agitation.is_none() {
             // One sweep more than the step may still take: an island that needs it is over the budget, rather than solved
             // less well than without one. The visits of local sweeps are bounded by their contacts.
             let work_left = (self.work_left / island.len() as u64).saturating_add(1);
             work_max = work_max.min(u32::try_from(work_left).unwrap_or(u32::MAX));
+        }
+        if is_stiff {
+            let visits = STIFF_VISITS / VISITS_PER_CONTACT * visits_per_contact;
+            work_max = work_max.min(visits / island.len() as u32);
         }
         let sweeps_max = work_max.max(SWEEPS_MIN).min(context.settings.sweeps_max);
         let friction = context.features.takes_friction();

@@ -48,7 +48,7 @@ const ROUNDS_MAX: u32 = 30;
 /// Most contacts of a round that are solved by a spanning forest as well.
 const FOREST_MAX: usize = 600;
 /// Contacts beyond which an island that its budget did not solve counts as one that moves on.
-const UNSOLVED_MIN: usize = 200;
+pub(crate) const UNSOLVED_MIN: usize = 200;
 /// The same for an island whose bodies hardly move, such as a heap that was compressed in one place and has to come
 /// apart.
 const UNSOLVED_SLOW_MIN: usize = 600;
