@@ -115,22 +115,26 @@ fn scenes(results: &Results, page: &mut String) {
     page.push_str("</ul>\n");
 }
 
+/// Names of the shipped scenes that use a solver of [`SOLVERS`] with its defaults.
+pub fn scenes_with(solver: usize) -> Vec<String> {
+    let uses = |scene: &jostle_game::Scene| match scene.world.solver {
+        Some(jostle_sim::Solver::Relaxation(settings)) => {
+            solver == 0 && settings == Default::default()
+        }
+        Some(jostle_sim::Solver::Conjugate(settings)) => {
+            solver == 1 && settings == Default::default()
+        }
+        None => false,
+    };
+    jostle_game::Scene::built_in().into_iter().filter(uses).map(|scene| scene.name).collect()
+}
+
 /// The same as sentences: one per setting in use.
 pub fn scene_sentences(studies: &[Study]) -> Vec<String> {
     let scenes = jostle_game::Scene::built_in();
     let mut sentences = Vec::new();
     for (solver, method) in SOLVERS.iter().enumerate() {
-        let uses = |scene: &&jostle_game::Scene| match scene.world.solver {
-            Some(jostle_sim::Solver::Relaxation(settings)) => {
-                solver == 0 && settings == Default::default()
-            }
-            Some(jostle_sim::Solver::Conjugate(settings)) => {
-                solver == 1 && settings == Default::default()
-            }
-            None => false,
-        };
-        let names: Vec<&str> =
-            scenes.iter().filter(uses).map(|scene| scene.name.as_str()).collect();
+        let names = scenes_with(solver);
         let names = if names.is_empty() { "No scene".into() } else { names.join(", ") };
         let (on, of) = on_pareto(studies, method);
         let costs = beside_best(studies, method);

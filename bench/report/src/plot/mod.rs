@@ -4,7 +4,8 @@
 mod path;
 mod scale;
 
-use path::{Path, Spot, pixels, thinned};
+use path::{Path, thinned};
+pub(crate) use path::{Spot, pixels};
 pub use scale::{Scale, Tick, superscript};
 use std::fmt::Write;
 
@@ -246,7 +247,7 @@ fn text(x: f64, y: f64, what: &str, svg: &mut String) {
     }
 }
 
-fn stroke(style: &Style, points: &[Spot], svg: &mut String) {
+pub(crate) fn stroke(style: &Style, points: &[Spot], svg: &mut String) {
     let dash = match style.dash {
         "" => String::new(),
         dash => format!(" stroke-dasharray=\"{dash}\""),
@@ -305,7 +306,7 @@ impl Mark<'_> {
 }
 
 /// A marker around a point, as path data: its outline relative to its first corner.
-fn outline(marker: Marker, (x, y): Spot) -> String {
+pub(crate) fn outline(marker: Marker, (x, y): Spot) -> String {
     let (corner, rest) = match marker {
         Marker::None => return String::new(),
         Marker::Disc => return circle((x, y), 4.0),
@@ -317,7 +318,7 @@ fn outline(marker: Marker, (x, y): Spot) -> String {
 }
 
 /// An arc that almost returns to its start: a full one would be empty.
-fn circle((x, y): Spot, radius: f64) -> String {
+pub(crate) fn circle((x, y): Spot, radius: f64) -> String {
     format!("{}a{radius} {radius} 0 1 1 0 .1z", Path::from((x - radius, y)).data())
 }
 
