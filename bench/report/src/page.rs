@@ -2,6 +2,7 @@
 
 use crate::figures;
 use crate::findings::{seen, seen_over_time};
+use crate::glance;
 use crate::methods::Method;
 use crate::number::short;
 use crate::overview::overview;
@@ -76,6 +77,13 @@ pub const READING: [&str; 7] = [
      of what gravity gives in a step.",
 ];
 
+/// The text below the picture at the head.
+pub const GLANCE: &str = "Every point on the left is one setting of one engine: its error and its time on each problem, \
+     relative to the most precise setting of the best peer there, and the medians of both over the problems. A curve \
+     goes through the settings of one knob; filled points are defaults, and rings mark what the shipped scenes use. On the right the defaults of both \
+     solvers and of the peers on each problem. Errors below the rounding floor of f32 count as the floor; what lies \
+     beyond an axis is drawn at its edge.";
+
 /// The whole page.
 pub fn html(results: &Results) -> String {
     let mut page = String::new();
@@ -94,6 +102,9 @@ pub fn html(results: &Results) -> String {
         escape(&origin.compiler),
     );
     contents(results, &mut page);
+    if let Some(svg) = glance::svg(&results.studies, &results.methods) {
+        let _ = writeln!(page, "<figure id=\"glance\">\n{svg}</figure>\n<p>{}</p>", escape(GLANCE));
+    }
     page.push_str("<h2 id=\"reading\">How to read this, and how times were taken</h2>\n<ul>\n");
     for line in READING {
         let _ = writeln!(page, "<li>{}</li>", escape(line));

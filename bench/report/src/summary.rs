@@ -4,7 +4,7 @@ use crate::findings::{Tally, comparisons, tally};
 use crate::methods::{Family, SOLVERS};
 use crate::number::short;
 use crate::overview::{PEERS, RULE, scene_sentences, standing};
-use crate::page::{ENSEMBLES, Results, within};
+use crate::page::{ENSEMBLES, GLANCE, Results, within};
 use crate::unneeded;
 use std::fmt::Write;
 
@@ -12,8 +12,15 @@ use std::fmt::Write;
 pub fn markdown(results: &Results) -> String {
     let origin = &results.origin;
     let effort = if origin.quick { "quick run" } else { "full run" };
+    let has_peers = results.studies.iter().any(|study| study.best(Family::Peer).is_some());
+    let picture = match has_peers {
+        true => {
+            format!("![Error against time of all engines]({})\n\n{}\n\n", crate::GLANCE, GLANCE)
+        }
+        false => String::new(),
+    };
     let mut text = format!(
-        "# Error against run time, and stability\n\n{}; commit {}; {}; {}; {effort}.\n\n\
+        "# Error against run time, and stability\n\n{}; commit {}; {}; {}; {effort}.\n\n{picture}\
          ## Error against time\n\n\
          Times are microseconds of processor time a tick, best of interleaved runs.\n\n\
          | problem | error | relaxation: error | time | conjugate: error | time | best of Jostle: error | time | f32 floor | peers |\n\

@@ -47,7 +47,7 @@ use crate::math::{clamp, clamp_length, max, min};
 use crate::shape::{Aabb, shapes};
 use crate::solver::tolerances::{
     IMPULSE_ROUNDING, LARGE_ISLAND, LARGE_WORLD, LOCAL_ISLAND, MOTION_MIN, SMALL_ISLAND,
-    SMALL_ISLAND_SHARE, SPEED_ROUNDING, STIFF_MASS_RATIO, STIFF_VISITS,
+    SMALL_ISLAND_SHARE, SPEED_ROUNDING, STIFF_ISLAND, STIFF_MASS_RATIO, STIFF_VISITS,
 };
 use crate::steady::{Steady, StepContacts};
 use crate::touches::{Found, Touch};
@@ -501,8 +501,9 @@ impl ConjugateSolver {
         let island = &self.islands.constraints[self.islands.range(number)];
         let (tolerance, mass_ratio) = tolerance(constraints, island, velocity, context);
         let is_stiff = mass_ratio > STIFF_MASS_RATIO;
-        let local_min = if is_stiff { usize::MAX } else { LOCAL_ISLAND };
-        let agitation = (!self.is_large_world && island.len() > MOTION_MIN)
+        let (motion_min, local_min) =
+            if is_stiff { (STIFF_ISLAND, usize::MAX) } else { (MOTION_MIN, LOCAL_ISLAND) };
+        let agitation = (!self.is_large_world && island.len() > motion_min)
             .then(|| Agitation::of(constraints, island, velocity, tolerance, mass_ratio))
             .filter(|agitation| agitation.in_motion || island.len() >= local_min);
         let mut work_max = context.settings.work_max / island.len() as u32;
