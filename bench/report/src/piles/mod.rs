@@ -2,6 +2,7 @@
 //! process, so that a busy machine slows all equally. Both are measured: the time of a step while
 //! bodies fall and when they rest, and the quality of the result.
 
+mod hard;
 mod scenes;
 mod scripts;
 
@@ -74,6 +75,8 @@ pub enum Figure {
     Awake,
     /// Change of the total momentum, as a share of the sum of all momenta at the start.
     Momentum,
+    /// Change of the energy, as a share of that at the start.
+    EnergyError,
 }
 
 /// Root mean square of the speeds at which a pile counts as calm, units/s.
@@ -111,6 +114,7 @@ impl Figure {
             Figure::SpeedLeft => "rms speed after 4 s, share of the largest",
             Figure::Awake => "awake at the end, bodies",
             Figure::Momentum => "momentum error, share",
+            Figure::EnergyError => "energy error at the end, share",
         }
     }
 
@@ -170,6 +174,7 @@ impl Figure {
                 last / largest(early().map(|sample| sample.rms))
             }
             Figure::Awake => run.awake as f64,
+            Figure::EnergyError => (last.energy / run.samples[0].energy - 1.0).abs(),
             Figure::Momentum => {
                 let shares =
                     scene.dynamic().map(|i| scene.bodies[i].mass * run.first[i].velocity.length());

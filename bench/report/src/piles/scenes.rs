@@ -1,12 +1,13 @@
 //! The piles: rain of thousands of bodies, stacks, pyramids and loads that fall on them. Gravity is
 //! 50, boxes are 2 high, friction is 0.3.
 
+use super::hard::hard;
 use super::scripts::Script;
 use super::{Bound, Figure, Pile};
 use crate::scene::{Body, Mulberry, Scene, Shape};
 use glam::DVec2;
 
-const GRAVITY: f64 = 50.0;
+pub(super) const GRAVITY: f64 = 50.0;
 /// Gap under every box of the dropped stack, and the number of its boxes.
 const GAP: f64 = 0.05;
 const TALL: usize = 1000;
@@ -19,7 +20,7 @@ const SLOP: f64 = crate::stability::SLOP;
 const SLOP_SEEN: f64 = 1.1 * SLOP;
 
 /// Seeds of a pile of which chance decides where its bodies lie, and distance of their numbers.
-const SEEDS: u32 = 3;
+pub(super) const SEEDS: u32 = 3;
 pub(super) const SEEDS_APART: u32 = 7919;
 
 /// Figures of every pile: times relative to Box2D's.
@@ -37,6 +38,7 @@ pub fn all() -> Vec<Pile> {
     piles.extend([20, 100, TALL].map(stack));
     piles.extend([dropped(), pyramid(), capped(), thrown(), ball(), poured()]);
     piles.extend(disturbed());
+    piles.extend(hard());
     piles
 }
 
@@ -68,7 +70,7 @@ fn small_rain(count: u32) -> Pile {
     seeded(&format!("rain-{count}"), &title, rains(count, seeds), 600, &bounds)
 }
 
-fn rains(count: u32, seeds: u32) -> Vec<Scene> {
+pub(super) fn rains(count: u32, seeds: u32) -> Vec<Scene> {
     (0..seeds).map(|seed| rain(count, seed)).collect()
 }
 
@@ -133,7 +135,7 @@ fn disturbed() -> Vec<Pile> {
 }
 
 /// A pile whose bodies keep moving. The worst step of 1000 bodies takes at most 4 ms, that of 4000 at most 16.
-fn moving(id: &str, title: &str, mut scenes: Vec<Scene>, script: Script) -> Pile {
+pub(super) fn moving(id: &str, title: &str, mut scenes: Vec<Scene>, script: Script) -> Pile {
     scenes.iter_mut().for_each(|scene| script.prepare(scene));
     let worst_us = if scenes[0].bodies.len() > 1100 { 16_000.0 } else { 4000.0 };
     let bounds = vec![
@@ -187,27 +189,33 @@ fn hourglass(count: usize) -> Pile {
 
 fn sand(count: usize, seed: u32) -> Scene {
     const WIDTH: f64 = 160.0;
-    /// Height of the steps, number of a flight, and their height and width.
-    const TOP: f64 = 140.0;
-    const STEPS: u32 = 19;
-    const STEP: f64 = 4.0;
     let mut scene = Scene::new(GRAVITY);
-    scene.contain(WIDTH, TOP + STEP * count.div_ceil(40) as f64, 0.3, 0.0);
-    for step in 0..STEPS {
-        let half = STEP * f64::from(step + 1) / 2.0;
-        let y = TOP - STEP * (f64::from(step) + 0.5);
-        let shape = Shape::rect(half, STEP / 2.0);
-        scene.add(Body::fixed(shape, half, y));
-        scene.add(Body::fixed(shape, WIDTH - half, y));
-    }
+    scene.contain(WIDTH, FLIGHT_TOP + STEP * count.div_ceil(40) as f64, 0.3, 0.0);
+    add_flights(&mut scene, WIDTH);
     let mut draws = Mulberry(0x4067_1A55 ^ (SEEDS_APART * seed));
     for index in 0..count {
         let radius = 0.7 + 0.8 * draws.unit();
         let (column, row) = ((index % 40) as f64, (index / 40) as f64);
         let x = STEP * (column + 0.5) + draws.range(-0.3, 0.3);
-        scene.add(Body::new(Shape::Circle { radius }, x, TOP + 2.0 + STEP * (row + 0.5)));
+        scene.add(Body::new(Shape::Circle { radius }, x, FLIGHT_TOP + 2.0 + STEP * (row + 0.5)));
     }
     scene
+}
+
+/// Height of the steps of a funnel, and height and width of each.
+const FLIGHT_TOP: f64 = 140.0;
+const STEP: f64 = 4.0;
+
+/// Adds a flight of steps at each wall, which leave an opening of 8 in a container 160 wide.
+pub(super) fn add_flights(scene: &mut Scene, width: f64) {
+    const STEPS: u32 = 19;
+    for step in 0..STEPS {
+        let half = STEP * f64::from(step + 1) / 2.0;
+        let y = FLIGHT_TOP - STEP * (f64::from(step) + 0.5);
+        let shape = Shape::rect(half, STEP / 2.0);
+        scene.add(Body::fixed(shape, half, y));
+        scene.add(Body::fixed(shape, width - half, y));
+    }
 }
 
 fn stack(count: usize) -> Pile {

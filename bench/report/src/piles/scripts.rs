@@ -1,5 +1,5 @@
 //! Disturbances of a pile from outside: shaking, gravity that turns, blasts, a plough, a crowd, slings,
-//! a lift, a mixer, a pull.
+//! a lift, a mixer, a pull, arms in a funnel, volleys.
 
 use super::scenes::SEEDS_APART;
 use crate::engine::{Engine, State};
@@ -29,6 +29,10 @@ pub enum Script {
     Mixer,
     /// Each tick all bodies gain 2 units/s towards a point, which jumps every 90 ticks.
     Pull,
+    /// Two arms in a funnel go from side to side at 60 units/s, one against the other.
+    Sweepers,
+    /// Every 30 ticks all small bodies fly off at 300 units/s.
+    Volley,
 }
 
 /// Speed that a pull gives in a tick, units/s, and the ticks after which its point jumps.
@@ -54,6 +58,15 @@ const MIXER_RADIUS: f64 = 14.0;
 const MIXER_HEIGHT: f64 = 28.0;
 /// Speed of the mixer, units/s.
 const MIXER_SPEED: f64 = 60.0;
+/// Half-size of an arm, distance of its middle from that of the funnel, its height, and the way it goes to either side.
+const ARM: [f64; 2] = [2.0, 6.0];
+const ARM_APART: f64 = 22.0;
+const ARM_HEIGHT: f64 = 125.0;
+const ARM_REACH: f64 = 15.0;
+const ARM_SPEED: f64 = 60.0;
+/// Largest radius of a body that a volley moves, and its speed, units/s.
+const SMALL: f64 = 0.5;
+const VOLLEY_SPEED: f64 = 300.0;
 
 /// Half-size of the plough, and the distance that its centre keeps from the walls.
 const PLOUGH: [f64; 2] = [2.0, 12.0];
@@ -79,6 +92,13 @@ impl Script {
         if self == Script::Lift {
             let lift = Body::new(Shape::rect(width(scene) / 6.0, LIFT), width(scene) / 2.0, -LIFT);
             scene.add(lift.of_stuff(0.3, 0.0).kinematic());
+        }
+        if self == Script::Sweepers {
+            for side in [-1.0, 1.0] {
+                let x = width(scene) / 2.0 + side * ARM_APART;
+                let arm = Body::new(Shape::rect(ARM[0], ARM[1]), x, ARM_HEIGHT);
+                scene.add(arm.of_stuff(0.3, 0.0).kinematic());
+            }
         }
         if self == Script::Mixer {
             let (x, y) = (width(scene) / 2.0, height(scene) - MIXER - 2.0);
@@ -128,6 +148,8 @@ impl Driver {
             }
             Script::Mixer => mix(engine, scene, tick),
             Script::Pull => self.pull(engine, scene, tick),
+            Script::Sweepers => sweep(engine, scene, tick),
+            Script::Volley if tick.is_multiple_of(30) => self.volley(engine, scene),
             _ => {}
         }
     }
@@ -173,6 +195,13 @@ impl Driver {
         }
     }
 
+    fn volley(&mut self, engine: &mut dyn Engine, scene: &Scene) {
+        for body in scene.dynamic().filter(|&i| scene.bodies[i].shape.half_extent().x < SMALL) {
+            let angle = self.draws.range(0.0, std::f64::consts::TAU);
+            engine.set_velocity(body, DVec2::from_angle(angle) * VOLLEY_SPEED);
+        }
+    }
+
     fn pull(&self, engine: &mut dyn Engine, scene: &Scene, tick: u32) {
         let mut draws = Mulberry(self.seed ^ (0x9E37 * (tick / PULL_TICKS) + 1));
         let point = DVec2::new(draws.range(0.0, width(scene)), draws.range(0.0, height(scene)));
@@ -194,6 +223,17 @@ impl Driver {
             let ticks = (width(scene) - 2.0 * PLOUGH_MARGIN) / PLOUGH_SPEED / scene.tick_s;
             self.plough = (-direction, tick + ticks.round() as u32);
         }
+    }
+}
+
+/// Leads both arms to and fro, away from each other first.
+fn sweep(engine: &mut dyn Engine, scene: &Scene, tick: u32) {
+    let ticks = (ARM_REACH / ARM_SPEED / scene.tick_s).round() as u32;
+    let outward = matches!(tick / ticks % 4, 0 | 3);
+    if tick.is_multiple_of(ticks) {
+        let speed = if outward { ARM_SPEED } else { -ARM_SPEED };
+        engine.set_velocity(scene.bodies.len() - 2, DVec2::new(-speed, 0.0));
+        engine.set_velocity(scene.bodies.len() - 1, DVec2::new(speed, 0.0));
     }
 }
 
