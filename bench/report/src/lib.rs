@@ -12,6 +12,7 @@ pub mod findings;
 pub mod integrators;
 pub mod jostle;
 pub mod methods;
+pub mod motion;
 pub mod number;
 pub mod overview;
 pub mod page;
