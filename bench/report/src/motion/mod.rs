@@ -5,6 +5,7 @@
 //! at while the solver was built; these were not.
 
 mod disturbance;
+pub mod search;
 
 use crate::engine::{Engine, State};
 use crate::scene::{Body, Drag, Hook, Scene, Shape, Spring};
