@@ -9,6 +9,7 @@ pub mod engine;
 pub mod ensembles;
 pub mod figures;
 pub mod findings;
+pub mod glance;
 pub mod integrators;
 pub mod jostle;
 pub mod methods;
@@ -108,6 +109,9 @@ pub fn run(arguments: &Arguments, peers: &[Method]) -> Result<()> {
     write(&Results { origin, methods, studies, heaps, cases, ensembles, costs }, &arguments.out)
 }
 
+/// File of the picture at the head of the report.
+pub const GLANCE: &str = "glance.svg";
+
 /// Runs the stability cases on all cores, since they need no clock.
 fn judge_all(
     cases: &[Case],
@@ -146,6 +150,9 @@ fn write(results: &Results, out: &Path) -> Result<()> {
         if let Some(text) = csv::of_series(case, &solvers) {
             put(&format!("case-{}.csv", case.case.id), text)?;
         }
+    }
+    if let Some(svg) = glance::svg(&results.studies, &results.methods) {
+        put(GLANCE, svg)?;
     }
     put("summary.md", summary::markdown(results))?;
     put("index.html", page::html(results))?;
