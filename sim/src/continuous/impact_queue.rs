@@ -41,10 +41,10 @@ const IMPACTS_MAX: u32 = 32;
 /// A pair is fast if one of the two moves in a step by more than this many half-sizes of the
 /// smaller one.
 const FAST: f32 = 4.0;
-/// Predictions of a step for each body that moves, and for all of them, beyond which those that are left count as crowded:
-/// elastic bodies without gravity may be as close as any.
+/// Predictions of a step without gravity for each body that moves, and for all of them, beyond which the impacts that are
+/// left are those of a crowd: elastic bodies never count as crowded there, and may lie as close as any.
 const PREDICTIONS_PER_BODY: u64 = 40;
-const PREDICTIONS_MIN: u64 = 10_000;
+const PREDICTIONS_MIN: u64 = 40_000;
 /// Depth of the search for obstructions of obstructions.
 const OBSTRUCTIONS_MAX: u32 = 8;
 /// Impacts that may wait at a time for each pair that a budget allows. Those that have become void wait too.
@@ -203,7 +203,7 @@ impl ImpactQueue {
         }
         self.list_pairs(bodies, pairs);
         let queued_max = context.filter.pairs_max.saturating_mul(QUEUED_PER_PAIR);
-        let enough = max_predictions(bodies);
+        let enough = max_predictions(bodies, context);
         while let Some(Reverse(event)) = self.queue.pop() {
             if self.predictions > predictions_max || self.queue.len() > queued_max {
                 return Progress::OverBudget;
@@ -486,8 +486,11 @@ impl ImpactQueue {
 }
 
 /// Predictions beyond which the impacts that are left in a step are those of a crowd.
-fn max_predictions(bodies: &Bodies) -> u64 {
-    PREDICTIONS_MIN.max(PREDICTIONS_PER_BODY * bodies.moving.len() as u64)
+fn max_predictions(bodies: &Bodies, context: &StepContext) -> u64 {
+    match context.gravity == Vec2::ZERO {
+        true => PREDICTIONS_MIN.max(PREDICTIONS_PER_BODY * bodies.moving.len() as u64),
+        false => u64::MAX,
+    }
 }
 
 /// Speed from which a body may bounce: of two that close faster than the threshold one is faster than half of it, but
