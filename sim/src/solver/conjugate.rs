@@ -47,7 +47,7 @@ use crate::math::{clamp, clamp_length, max, min};
 use crate::shape::{Aabb, shapes};
 use crate::solver::tolerances::{
     IMPULSE_ROUNDING, LARGE_ISLAND, LARGE_WORLD, LOCAL_ISLAND, MOTION_MIN, SMALL_ISLAND,
-    SMALL_ISLAND_SHARE, SPEED_ROUNDING, STIFF_ISLAND, STIFF_MASS_RATIO, STIFF_VISITS,
+    SMALL_ISLAND_SHARE, SPEED_ROUNDING, STIFF_BODIES, STIFF_MASS_RATIO, STIFF_VISITS,
 };
 use crate::steady::{Steady, StepContacts};
 use crate::touches::{Found, Touch};
@@ -501,9 +501,9 @@ impl ConjugateSolver {
         let island = &self.islands.constraints[self.islands.range(number)];
         let (tolerance, mass_ratio) = tolerance(constraints, island, velocity, context);
         let is_stiff = mass_ratio > STIFF_MASS_RATIO;
-        let (motion_min, local_min) =
-            if is_stiff { (STIFF_ISLAND, usize::MAX) } else { (MOTION_MIN, LOCAL_ISLAND) };
-        let agitation = (!self.is_large_world && island.len() > motion_min)
+        let is_exact = is_stiff && has_few_bodies(constraints, island);
+        let local_min = if is_stiff { usize::MAX } else { LOCAL_ISLAND };
+        let agitation = (!self.is_large_world && !is_exact && island.len() > MOTION_MIN)
             .then(|| Agitation::of(constraints, island, velocity, tolerance, mass_ratio))
             .filter(|agitation| agitation.in_motion || island.len() >= local_min);
         let mut work_max = context.settings.work_max / island.len() as u32;
@@ -513,7 +513,7 @@ impl ConjugateSolver {
             let work_left = (self.work_left / island.len() as u64).saturating_add(1);
             work_max = work_max.min(u32::try_from(work_left).unwrap_or(u32::MAX));
         }
-        if is_stiff {
+        if is_stiff && !is_exact {
             let visits = STIFF_VISITS / VISITS_PER_CONTACT * visits_per_contact;
             work_max = work_max.min(visits / island.len() as u32);
         }
@@ -650,6 +650,25 @@ fn tolerance(
     let (few, many) = (count / SMALL_ISLAND, LARGE_ISLAND / count);
     let share = clamp(few * few, SMALL_ISLAND_SHARE, 1.0) * min(many, 1.0);
     (max(context.tolerance() * share, fastest * SPEED_ROUNDING), lightest / heaviest)
+}
+
+/// Whether an island has at most [`STIFF_BODIES`] bodies that can move.
+fn has_few_bodies(constraints: &[ContactConstraint], island: &[u32]) -> bool {
+    let mut known = [u32::MAX; STIFF_BODIES];
+    let mut count = 0;
+    for &index in island {
+        for (slot, inv_mass) in constraints[index as usize].bodies() {
+            if inv_mass == 0.0 || known[..count].contains(&slot) {
+                continue;
+            }
+            if count == STIFF_BODIES {
+                return false;
+            }
+            known[count] = slot;
+            count += 1;
+        }
+    }
+    true
 }
 
 #[cfg(test)]

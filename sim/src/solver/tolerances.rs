@@ -78,12 +78,12 @@ pub(crate) const ENERGY_ROUNDING: f64 = 1e-5;
 /// Mass ratio beyond which an island that hardly moves is swept as a whole, and the energy of any is guarded: a heavy body
 /// that sinks into light ones and is pushed out again would gain energy.
 pub(crate) const STIFF_MASS_RATIO: f32 = 1e4;
-/// Contacts up to which such an island is swept until it is solved, in motion or not: over-relaxed sweeps let rooms full of
-/// such bodies gain energy.
-pub(crate) const STIFF_ISLAND: usize = 80;
+/// Bodies up to which such an island is swept until it is solved, in motion or not: with fewer sweeps rooms full of them,
+/// in which each is about to meet every other, gain energy.
+pub(crate) const STIFF_BODIES: usize = 40;
 /// Visits that a larger one may take in a step: one that does not converge would take hundreds of sweeps with forests in
 /// each step, and be no better for them.
-pub(crate) const STIFF_VISITS: u32 = 400 * STIFF_ISLAND as u32;
+pub(crate) const STIFF_VISITS: u32 = 32_000;
 /// Contacts beyond which an island may count as one in motion.
 pub(crate) const MOTION_MIN: usize = 16;
 /// Mean sliding velocity of an island's contacts, in tolerances, beyond which its bodies move past
