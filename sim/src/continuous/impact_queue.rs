@@ -41,10 +41,11 @@ const IMPACTS_MAX: u32 = 32;
 /// A pair is fast if one of the two moves in a step by more than this many half-sizes of the
 /// smaller one.
 const FAST: f32 = 4.0;
-/// Predictions of a step without gravity for each body that moves, and for all of them, beyond which the impacts that are
-/// left are those of a crowd: elastic bodies never count as crowded there, and may lie as close as any.
+/// Predictions of a step, for each body that moves and for all of them, beyond which the impacts that are left are those of a
+/// crowd, in worlds of more moving bodies than this. In a small room a few fast ones may need more, and gain energy without.
 const PREDICTIONS_PER_BODY: u64 = 40;
 const PREDICTIONS_MIN: u64 = 40_000;
+const FEW_BODIES: usize = 64;
 /// Depth of the search for obstructions of obstructions.
 const OBSTRUCTIONS_MAX: u32 = 8;
 /// Impacts that may wait at a time for each pair that a budget allows. Those that have become void wait too.
@@ -203,7 +204,7 @@ impl ImpactQueue {
         }
         self.list_pairs(bodies, pairs);
         let queued_max = context.filter.pairs_max.saturating_mul(QUEUED_PER_PAIR);
-        let enough = max_predictions(bodies, context);
+        let enough = max_predictions(bodies);
         while let Some(Reverse(event)) = self.queue.pop() {
             if self.predictions > predictions_max || self.queue.len() > queued_max {
                 return Progress::OverBudget;
@@ -486,10 +487,10 @@ impl ImpactQueue {
 }
 
 /// Predictions beyond which the impacts that are left in a step are those of a crowd.
-fn max_predictions(bodies: &Bodies, context: &StepContext) -> u64 {
-    match context.gravity == Vec2::ZERO {
-        true => PREDICTIONS_MIN.max(PREDICTIONS_PER_BODY * bodies.moving.len() as u64),
-        false => u64::MAX,
+fn max_predictions(bodies: &Bodies) -> u64 {
+    match bodies.moving.len() {
+        0..=FEW_BODIES => u64::MAX,
+        count => PREDICTIONS_MIN.max(PREDICTIONS_PER_BODY * count as u64),
     }
 }
 

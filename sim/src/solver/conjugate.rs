@@ -501,7 +501,7 @@ impl ConjugateSolver {
         let island = &self.islands.constraints[self.islands.range(number)];
         let (tolerance, mass_ratio) = tolerance(constraints, island, velocity, context);
         let is_stiff = mass_ratio > STIFF_MASS_RATIO;
-        let is_exact = is_stiff && has_few_bodies(constraints, island);
+        let is_exact = is_stiff && is_overfull(constraints, island);
         let local_min = if is_stiff { usize::MAX } else { LOCAL_ISLAND };
         let agitation = (!self.is_large_world && !is_exact && island.len() > MOTION_MIN)
             .then(|| Agitation::of(constraints, island, velocity, tolerance, mass_ratio))
@@ -652,8 +652,9 @@ fn tolerance(
     (max(context.tolerance() * share, fastest * SPEED_ROUNDING), lightest / heaviest)
 }
 
-/// Whether an island has at most [`STIFF_BODIES`] bodies that can move.
-fn has_few_bodies(constraints: &[ContactConstraint], island: &[u32]) -> bool {
+/// Whether an island has at most [`STIFF_BODIES`] that can move, and more contacts than they can have at once, three each:
+/// they are in a room that is small beside their paths.
+fn is_overfull(constraints: &[ContactConstraint], island: &[u32]) -> bool {
     let mut known = [u32::MAX; STIFF_BODIES];
     let mut count = 0;
     for &index in island {
@@ -668,7 +669,7 @@ fn has_few_bodies(constraints: &[ContactConstraint], island: &[u32]) -> bool {
             count += 1;
         }
     }
-    true
+    island.len() > 3 * count
 }
 
 #[cfg(test)]
