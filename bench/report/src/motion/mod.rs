@@ -249,3 +249,6 @@ fn direction(rng: &mut Rng) -> DVec2 {
 fn round(value: f64) -> f64 {
     format!("{value:.2e}").parse().unwrap_or(value)
 }
+
+#[cfg(test)]
+mod tests;
