@@ -9,19 +9,19 @@
 use super::overlaps::Overlaps;
 use super::plan::{self, Bodies};
 use super::spec::Scene;
-use jostle_sim::math::{max, ordered_bits};
-use jostle_sim::{BodyDef, DT, Motion, Relaxation, Solver};
+use jostle_sim::math::{max, min};
+use jostle_sim::{DT, Motion, Relaxation, Solver};
 
 /// Microseconds of a dynamic body with the relaxation, or with contacts that are only found: 3000
 /// bodies in ten pits with 64 bots took 12.1 ms, the 250 marbles of `pile` 0.73 ms. More iterations than usual count in
 /// proportion.
 const RELAXED_BODY_US: f32 = 4.0;
-/// Microseconds of a dynamic body with the conjugate solver, where nothing bounces: the 357 of `tower` took 3.1 ms, 1000
-/// shaken ones 5.0 ms, each on a machine that was up to 1.7 times as slow at other times.
-const CONJUGATE_BODY_US: f32 = 15.0;
-/// Microseconds of one that bounces: each bounce is found at its own time of impact, up to six times a body in a heap. 254 stirred
-/// marbles of restitution 0.4 took 1.9 ms, 1000 shaken bodies of 0.8 took 10 ms.
-const BOUNCING_BODY_US: f32 = 25.0;
+/// With the conjugate solver, by how many times the heaviest dynamic body is as heavy as the lightest: that number, then
+/// microseconds of a tick with any body, and of each. Of a thousand random heaps of 200 to 1000 bodies and a thousand of 20 to 800
+/// the worst ticks took 12.8, 17.3 and 27.1 us a body, the last for 48 of them; half of them a sixth of that. Bounces cost nothing
+/// beside that.
+const CONJUGATE_US: [(f32, f32, f32); 3] =
+    [(0.0, 0.0, 15.0), (100.0, 300.0, 18.0), (10_000.0, 1000.0, 24.0)];
 /// Microseconds of a particle: the 4096 of `emitters` took 0.33 ms with all else in that scene.
 const PARTICLE_US: f32 = 0.08;
 
@@ -47,20 +47,13 @@ impl WorstTick {
     /// The worst tick of this scene.
     pub fn of(scene: &Scene) -> WorstTick {
         let movers = movers(scene);
-        let cost = |alike: &Bodies| body_us(scene, &movers, &alike.def);
-        let keys = movers.iter().zip(0u64..);
-        let keys = keys.map(|(alike, index)| u64::from(!ordered_bits(cost(alike))) << 32 | index);
-        let mut order: Vec<u64> = keys.collect();
-        // Beyond the limit of bodies the cheap ones are left out.
-        order.sort_unstable();
-        let dearest = order.first().map_or(0.0, |&key| cost(&movers[key as u32 as usize]));
+        let (any_us, body_us) = costs(scene, &movers);
         let mut room = scene.world.bodies_max as u32;
         let mut shares: Vec<Share> = Vec::new();
-        for key in order {
-            let alike = &movers[key as u32 as usize];
+        for alike in &movers {
             let count = alike.total(scene.players_max).min(room);
             room -= count;
-            let (us, field) = (cost(alike) * count as f32, alike.count_field());
+            let (us, field) = (body_us * count as f32, alike.count_field());
             match shares.iter_mut().find(|share| share.field == field) {
                 Some(share) => share.us += us,
                 None => shares.push(Share { us, field }),
@@ -70,14 +63,14 @@ impl WorstTick {
         let overlaps = Overlaps::at_start(scene);
         let beyond = overlaps.count.saturating_sub(CONTACTS_PER_BODY * moving);
         if beyond > 0 {
-            let us = dearest / CONTACTS_PER_BODY as f32 * beyond as f32;
+            let us = body_us / CONTACTS_PER_BODY as f32 * beyond as f32;
             shares.push(Share { us, field: overlaps.field });
         }
         if emits(scene) {
             let us = PARTICLE_US * scene.world.particles_max as f32;
             shares.push(Share { us, field: "limits.particles".to_owned() });
         }
-        let us: f32 = shares.iter().map(|share| share.us).sum();
+        let us = any_us + shares.iter().map(|share| share.us).sum::<f32>();
         let largest = shares.into_iter().max_by(|a, b| a.us.total_cmp(&b.us));
         WorstTick { ms: us / 1000.0, field: largest.map_or_else(String::new, |share| share.field) }
     }
@@ -102,17 +95,29 @@ impl WorstTick {
     }
 }
 
-/// Microseconds of one body in the worst tick.
-fn body_us(scene: &Scene, movers: &[Bodies], def: &BodyDef) -> f32 {
+/// Microseconds of the worst tick with any body that moves, and of each of them.
+fn costs(scene: &Scene, movers: &[Bodies]) -> (f32, f32) {
     match scene.world.solver {
-        None => RELAXED_BODY_US,
+        _ if movers.is_empty() => (0.0, 0.0),
+        None => (0.0, RELAXED_BODY_US),
         Some(Solver::Relaxation(settings)) => {
             let usual = Relaxation::default().iterations as f32;
-            RELAXED_BODY_US * max(settings.iterations as f32 / usual, 1.0)
+            (0.0, RELAXED_BODY_US * max(settings.iterations as f32 / usual, 1.0))
         }
-        Some(Solver::Conjugate(_)) if bounces(scene, movers, def) => BOUNCING_BODY_US,
-        Some(Solver::Conjugate(_)) => CONJUGATE_BODY_US,
+        Some(Solver::Conjugate(_)) => {
+            let ratio = mass_ratio(movers);
+            let known = CONJUGATE_US.iter().rev().find(|(least, ..)| ratio >= *least);
+            let (_, any_us, body_us) = known.expect("the first class is that of all");
+            (*any_us, *body_us)
+        }
     }
+}
+
+/// The greatest mass relative to the least.
+fn mass_ratio(movers: &[Bodies]) -> f32 {
+    let masses = || movers.iter().map(|alike| alike.def.mass);
+    let (heaviest, lightest) = (masses().fold(0.0, max), masses().fold(f32::INFINITY, min));
+    heaviest / lightest
 }
 
 /// All dynamic bodies that the scene can bring.
@@ -120,15 +125,6 @@ fn movers(scene: &Scene) -> Vec<Bodies> {
     let mut movers = plan::sources(scene);
     movers.retain(|alike| alike.def.motion == Motion::Dynamic);
     movers
-}
-
-/// Whether a body bounces off any other: both have restitution.
-fn bounces(scene: &Scene, movers: &[Bodies], def: &BodyDef) -> bool {
-    let placed = scene.bodies.iter().map(|body| &body.def);
-    let moving = movers.iter().map(|alike| &alike.def);
-    let meets =
-        |other: &BodyDef| other.restitution > 0.0 && scene.groups_meet(def.group, other.group);
-    def.restitution > 0.0 && placed.chain(moving).any(meets)
 }
 
 /// Whether anything in the scene emits particles.
@@ -157,11 +153,18 @@ mod tests {
     }
 
     #[test]
-    fn a_body_costs_by_its_solver_and_by_whether_it_bounces() {
+    fn a_body_costs_by_its_solver_and_by_how_unequal_masses_are() {
         let conjugate = "solver = \"conjugate\"";
         assert_eq!(ms("", ""), 4.0);
         assert_eq!(ms(conjugate, "restitution = 0"), 15.0);
-        assert_eq!(ms(conjugate, "restitution = 0.2"), 25.0);
+        assert_eq!(ms(conjugate, "restitution = 0.2"), 15.0);
+        let heavier = |mass: &str| {
+            let one = "\n[[layouts]]\nkind = \"block\"\ncount = 1\narea = [[5, 5], [95, 95]]\nradius = 1\nmass = ";
+            ms(conjugate, &format!("mass = 1{one}{mass}"))
+        };
+        assert!((heavier("99") - 1001.0 * 0.015).abs() < 1e-4);
+        assert!((heavier("100") - (0.3 + 1001.0 * 0.018)).abs() < 1e-4);
+        assert!((heavier("10000") - (1.0 + 1001.0 * 0.024)).abs() < 1e-4);
         assert_eq!(ms(conjugate, "motion = \"kinematic\""), 0.0);
         assert_eq!(ms("relaxation = { iterations = 60 }", ""), 16.0);
     }
