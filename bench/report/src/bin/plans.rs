@@ -1,0 +1,188 @@
+//! The worst tick that a scene's plan promises beside the worst that was measured: for the shipped scenes, and for
+//! random ones whose bodies are stirred: `--count 1000 --seed 1`.
+//!
+//! Every game is played twice, and a tick counts with the shorter of its two times: the same tick does the same work.
+
+use clap::Parser;
+use jostle_game::scene::WorstTick;
+use jostle_game::{Buttons, Game, Input, Scene, Seat};
+use jostle_report::study::thread_time_us;
+use jostle_sim::{Motion, Rng, Vec2, World};
+use std::sync::Arc;
+
+/// Ticks of a shipped scene, and of a random one.
+const TICKS: u32 = 3600;
+const RANDOM_TICKS: u32 = 400;
+/// Ticks between two stirs of a random scene, and the largest change of a velocity in x and y, units/s.
+const STIR_TICKS: u32 = 40;
+const STIR_SPEED: f32 = 60.0;
+
+#[derive(Parser)]
+struct Arguments {
+    /// Random scenes after the shipped ones
+    #[arg(long, default_value_t = 0)]
+    count: u64,
+    /// Number of the first one
+    #[arg(long, default_value_t = 0)]
+    from: u64,
+    /// Seed of the random scenes and of all games
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Leave the shipped scenes out
+    #[arg(long)]
+    random_only: bool,
+}
+
+/// Times of the ticks of a game, ms.
+struct Played {
+    mean: f64,
+    worst: f64,
+}
+
+fn main() {
+    let arguments = Arguments::parse();
+    println!("scene,bodies,plan_ms,mean_ms,worst_ms,plan_over_worst,about");
+    let scenes = if arguments.random_only { Vec::new() } else { Scene::built_in() };
+    for scene in scenes {
+        let scene = Arc::new(scene);
+        report(&scene, "", &play(&scene, arguments.seed, TICKS, None));
+    }
+    for number in arguments.from..arguments.from + arguments.count {
+        let text = random(arguments.seed, number);
+        let about = text.lines().next().unwrap_or_default().replace(',', ";");
+        let scene = Scene::parse(&format!("random-{number}.toml"), &text)
+            .unwrap_or_else(|error| panic!("{error}\n{text}"));
+        let scene = Arc::new(scene);
+        report(&scene, &about, &play(&scene, arguments.seed, RANDOM_TICKS, Some(number)));
+    }
+}
+
+fn report(scene: &Scene, about: &str, played: &Played) {
+    let plan = f64::from(WorstTick::of(scene).ms);
+    let (name, bodies) = (&scene.name, scene.world.bodies_max);
+    let Played { mean, worst } = played;
+    println!("{name},{bodies},{plan:.3},{mean:.4},{worst:.4},{:.2},{about}", plan / worst);
+}
+
+/// Plays with as many bots as the scene allows; stirs the bodies of a random scene.
+fn play(scene: &Arc<Scene>, seed: u64, ticks: u32, random: Option<u64>) -> Played {
+    let mut games = [0, 1].map(|_| Game::new(scene.clone(), seed));
+    let mut hands: Vec<Hand> = Vec::new();
+    for seat in 0..scene.players_max {
+        games.iter_mut().for_each(|game| game.join(Seat(seat)));
+        hands.push(Hand::new(Rng::new(seed, u64::from(seat))));
+    }
+    let (mut sum, mut worst) = (0.0, 0.0f64);
+    for tick in 1..=ticks {
+        let inputs: Vec<(Seat, Input)> = (0u16..)
+            .zip(&mut hands)
+            .map(|(seat, hand)| (Seat(seat), hand.next(scene.size)))
+            .collect();
+        let stirred = random.filter(|_| tick.is_multiple_of(STIR_TICKS));
+        let times = games.each_mut().map(|game| {
+            let mut rng = stirred.map(|number| Rng::new(number, u64::from(tick)));
+            let began = thread_time_us();
+            match &mut rng {
+                None => game.tick(&inputs),
+                Some(_) => game.tick_watched(&inputs, &mut |_, world| {
+                    if let Some(mut rng) = rng.take() {
+                        stir(world, &mut rng);
+                    }
+                }),
+            }
+            thread_time_us() - began
+        });
+        let time = times[0].min(times[1]) / 1000.0;
+        sum += time;
+        worst = worst.max(time);
+    }
+    Played { mean: sum / f64::from(ticks), worst }
+}
+
+fn stir(world: &mut World, rng: &mut Rng) {
+    let movable = |&id: &_| world.motion(id) == Motion::Dynamic;
+    let bodies: Vec<_> = world.ids().filter(movable).collect();
+    for id in bodies {
+        let mut draw = || rng.range(-STIR_SPEED, STIR_SPEED);
+        let change = Vec2::new(draw(), draw());
+        world.set_velocity(id, world.velocity(id) + change);
+    }
+}
+
+/// Holds buttons and a pointer for some ticks, then others.
+struct Hand {
+    rng: Rng,
+    input: Input,
+    ticks: u32,
+}
+
+impl Hand {
+    fn new(rng: Rng) -> Hand {
+        Hand { rng, input: Input::default(), ticks: 0 }
+    }
+
+    fn next(&mut self, size: Vec2) -> Input {
+        if self.ticks == 0 {
+            let rng = &mut self.rng;
+            let mut buttons = rng.next_u32() as u16 & Buttons::ALL.0 & !Buttons::TEAM.0;
+            if rng.below(10) > 0 {
+                buttons &= !Buttons::CLEAR.0;
+            }
+            let pointer = Vec2::new(rng.range(0.0, size.x), rng.range(0.0, size.y));
+            self.input = Input { buttons: Buttons(buttons), pointer: Some(pointer) };
+            self.ticks = 2 + rng.below(30);
+        }
+        self.ticks -= 1;
+        self.input
+    }
+}
+
+/// A scene with up to four layouts of blocks in a closed world. Its first line says what is in it.
+fn random(seed: u64, number: u64) -> String {
+    let rng = &mut Rng::new(seed, number);
+    let solver = if rng.below(3) == 0 { "relaxation" } else { "conjugate" };
+    let gravity = [-50.0, -50.0, -10.0, 0.0][rng.below(4) as usize];
+    let (layouts, count) = (1 + rng.below(4), 10 + rng.below(190));
+    let largest = rng.range(0.8, 3.0);
+    let mut listed = String::new();
+    let (mut area, mut heaviest, mut lightest, mut bounce) = (0.0, 0f32, f32::INFINITY, 0f32);
+    for _ in 0..layouts {
+        let radius = rng.range(0.3, 1.0) * largest;
+        let shape = match rng.below(2) {
+            0 => format!("radius = {radius:.2}"),
+            _ => format!("size = [{:.2}, {:.2}]", 2.0 * radius, rng.range(0.6, 2.0) * radius),
+        };
+        let restitution: f32 = [0.0, 0.0, 0.4, 0.9][rng.below(4) as usize];
+        let mass = 10f32.powf(rng.range(-1.0, 1.0) * rng.below(4) as f32);
+        let friction = [0.0, 0.3, 0.8][rng.below(3) as usize];
+        (heaviest, lightest) = (heaviest.max(mass), lightest.min(mass));
+        bounce = bounce.max(restitution);
+        area += 4.0 * radius * radius * count as f32;
+        listed += &format!(
+            "[[layouts]]\nkind = \"block\"\ncount = {count}\narea = [[4, 4], [SIDE, SIDE]]\n{shape}\n\
+             restitution = {restitution}\nmass = {mass:.3}\nfriction = {friction}\n"
+        );
+    }
+    let side = (area / rng.range(0.1, 0.45)).sqrt().max(30.0) + 8.0;
+    let (fill, ratio) = (area / (side - 8.0).powi(2), heaviest / lightest);
+    let (middle, inner) = (side / 2.0, format!("{:.1}", side - 4.0));
+    let mut text = format!(
+        "# {} bodies, {solver}, gravity {gravity}, fill {fill:.2}, masses to 1 : {ratio:.0}, restitution to {bounce}\n\
+         title = \"Random\"\nsize = [{side:.1}, {side:.1}]\n\
+         solver = \"{solver}\"\ngravity = [0, {gravity}]\ngroups = [\"platform\", \"block\"]\n\
+         pairs = [[\"block\", \"platform\"], [\"block\", \"block\"]]\n",
+        layouts * count
+    );
+    let (far, long) = (side + 6.0, side + 40.0);
+    for (x, y, w, h) in [
+        (middle, -6.0, long, 20.0),
+        (middle, far, long, 20.0),
+        (-6.0, middle, 20.0, long),
+        (far, middle, 20.0, long),
+    ] {
+        text += &format!(
+            "[[bodies]]\nkind = \"wall\"\nposition = [{x:.1}, {y:.1}]\nsize = [{w:.1}, {h:.1}]\n"
+        );
+    }
+    text + &listed.replace("SIDE", &inner)
+}
