@@ -155,8 +155,8 @@ impl Panel {
     /// Names beside the panel, each with a thin line to the last point of its curve, in the order of these points.
     fn labels(&self, trails: &[Trail], svg: &mut String) {
         let end = |trail: &Trail| {
-            let spots = trail.medians.iter().map(|(_, ratio)| self.at(*ratio));
-            spots.last().unwrap_or((self.right, self.bottom))
+            let mut spots = trail.medians.iter().map(|(_, ratio)| self.at(*ratio));
+            spots.next_back().unwrap_or((self.right, self.bottom))
         };
         let mut order: Vec<(&Trail, (f64, f64))> = trails.iter().map(|t| (t, end(t))).collect();
         order.sort_by(|a, b| a.1.1.total_cmp(&b.1.1));
@@ -213,7 +213,7 @@ fn by_problem(rows: &[Row], bottom: f64, svg: &mut String) {
         pixels(x(1.0) - left),
         pixels(bottom - TOP)
     );
-    for tick in ROW_ERRORS.ticks().iter().filter(|tick| tick.label != "") {
+    for tick in ROW_ERRORS.ticks().iter().filter(|tick| !tick.label.is_empty()) {
         rule((x(tick.value), TOP), (x(tick.value), bottom), tick.value == 1.0, svg);
         text(x(tick.value), bottom + 17.0, MIDDLE, &times(tick.value), svg);
     }
