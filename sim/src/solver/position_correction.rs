@@ -13,7 +13,7 @@
 
 use crate::bodies::Bodies;
 use crate::broad_phase::pairs::Pair;
-use crate::math::{max, min};
+use crate::math::{clamp_length, max, min};
 use crate::narrow_phase::manifold::Manifold;
 use crate::narrow_phase::overlap::spread_manifold;
 use crate::narrow_phase::separation::{self, placed};
@@ -45,6 +45,9 @@ const PUSH_ROUNDS: u32 = 6;
 const LIGHT_LAYERS: u8 = 2;
 /// Sweeps of a pass over it, by colour: with 6 a heap at one point takes more than a second.
 const LIGHT_SWEEPS: u32 = 12;
+/// Furthest that pushes move a body in a step, as a share of its half-size: they see no wall that is out of its reach, and
+/// small ones among large ones were pushed through one.
+const PUSH_SHARE: f32 = 1.0;
 
 /// Scratch.
 #[derive(Clone, Debug, Default)]
@@ -96,15 +99,19 @@ impl Moved {
         }
     }
 
-    /// Moves the bodies of these contacts by their paths. Masses far apart may overflow here; a position that is not
+    /// Moves the bodies of these contacts by their paths, each by at most [`PUSH_SHARE`] of its half-size. Masses far apart may overflow here; a position that is not
     /// finite is skipped.
     fn apply(&mut self, bodies: &mut Bodies, constraints: &[ContactConstraint], indices: &[u32]) {
         for &index in indices {
             let constraint = &constraints[index as usize];
             for slot in [constraint.a as usize, constraint.b as usize] {
-                let position = bodies.center[slot] + self.path[slot];
                 if self.ever[slot] || self.path[slot] == Vec2::ZERO {
-                } else if position.is_finite() {
+                    continue;
+                }
+                let furthest = PUSH_SHARE * bodies.thickness(slot);
+                self.path[slot] = clamp_length(self.path[slot], furthest);
+                let position = bodies.center[slot] + self.path[slot];
+                if position.is_finite() {
                     bodies.center[slot] = position;
                     self.ever[slot] = true;
                 } else {
