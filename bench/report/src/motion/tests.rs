@@ -2,29 +2,18 @@ use super::{STEPS, Setting};
 use crate::engine::{Engine, State};
 use crate::methods::{METHODS, SOLVERS};
 
-/// Numbers of scenes with seed 1, and the visits and predictions that a step of each may take, a quarter above what was
-/// seen: the ten whose slowest step was longest beside Box2D's mean, of a thousand, and three that took up to 125 ms a
-/// step before very unequal masses had a limit.
-const SLOWEST: [(u64, u64); 13] = [
-    (912, 55_000),
-    (238, 80_000),
-    (370, 141_000),
-    (957, 393_000),
-    (398, 168_000),
-    (444, 166_000),
-    (345, 80_000),
-    (213, 80_000),
-    (60, 151_000),
-    (732, 16_000),
-    (1, 285_000),
-    (26, 137_000),
-    (616, 139_000),
-];
+/// Numbers of scenes with seed 1: of a thousand the ten whose slowest step was longest beside Box2D's mean, three that took
+/// up to 125 ms a step before very unequal masses had a limit, and five in which pushes moved a body through a wall.
+const HARDEST: [u64; 18] =
+    [912, 238, 370, 957, 398, 444, 345, 213, 60, 732, 1, 26, 616, 129, 175, 373, 547, 666];
+/// Visits and predictions that a step may take. Up to 350,000 are seen; without the limits of unequal masses and of
+/// predictions up to several millions were.
+const VISITS_MAX: u64 = 500_000;
 
 #[test]
-fn the_slowest_scenes_take_bounded_work_and_keep_their_bodies() {
+fn the_hardest_scenes_take_bounded_work_and_keep_their_bodies() {
     let method = METHODS.iter().find(|method| method.name == SOLVERS[1]).expect("in the table");
-    for (number, most) in SLOWEST {
+    for number in HARDEST {
         let setting = Setting::new(1, number);
         let mut engine = (method.build)(&setting.scene, 1.0).expect("a scene can be played");
         let mut driver = setting.driver();
@@ -39,7 +28,7 @@ fn the_slowest_scenes_take_bounded_work_and_keep_their_bodies() {
             let states = states(engine.as_ref(), setting.scene.bodies.len());
             assert_eq!(setting.outside(&states), 0, "scene {number}, step {step}");
         }
-        assert!(seen <= most, "scene {number}: {seen} visits in a step");
+        assert!(seen <= VISITS_MAX, "scene {number}: {seen} visits in a step");
     }
 }
 
