@@ -45,7 +45,7 @@ const FAST: f32 = 4.0;
 /// crowd, in worlds of more moving bodies than this. In a small room a few fast ones may need more, and gain energy without.
 const PREDICTIONS_PER_BODY: u64 = 40;
 const PREDICTIONS_MIN: u64 = 40_000;
-const FEW_BODIES: usize = 64;
+const FEW_BODIES: usize = 128;
 /// Depth of the search for obstructions of obstructions.
 const OBSTRUCTIONS_MAX: u32 = 8;
 /// Impacts that may wait at a time for each pair that a budget allows. Those that have become void wait too.

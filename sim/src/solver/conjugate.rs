@@ -501,7 +501,8 @@ impl ConjugateSolver {
         let island = &self.islands.constraints[self.islands.range(number)];
         let (tolerance, mass_ratio) = tolerance(constraints, island, velocity, context);
         let is_stiff = mass_ratio > STIFF_MASS_RATIO;
-        let is_exact = is_stiff && is_overfull(constraints, island);
+        let is_exact = is_stiff
+            && (direct::is_worth(island.len(), mass_ratio) || is_overfull(constraints, island));
         let local_min = if is_stiff { usize::MAX } else { LOCAL_ISLAND };
         let agitation = (!self.is_large_world && !is_exact && island.len() > MOTION_MIN)
             .then(|| Agitation::of(constraints, island, velocity, tolerance, mass_ratio))
