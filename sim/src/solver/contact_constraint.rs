@@ -75,9 +75,10 @@ pub(crate) struct ContactInfo {
 pub(crate) enum Correction {
     /// In several passes, until only the slop is left.
     Thorough,
-    /// Its bodies move on: the next step sees other overlaps, so this one spends little on small ones.
+    /// Its bodies move on: the next step sees other overlaps, so this one spends little on small ones. What is left is
+    /// pushed apart contact by contact.
     Light,
-    /// Its bodies slide past each other: contact by contact.
+    /// Its bodies slide past each other: contact by contact alone.
     Singly,
 }
 

@@ -39,8 +39,10 @@ const LAYERS: u8 = 8;
 /// Overlap that counts as deep, in slops: a whole pass is worth its time even in an island that moves on. With 10 a heap at
 /// one point takes more than a second to come apart, and with 100 overlaps of bodies are twice as deep.
 const DEEP_SLOPS: f32 = 30.0;
-/// Rounds of pushes: with 4 a heap overlaps deeper, with 8 it takes longer and overlaps as much.
+/// Rounds of pushes: with more, a heap that was compressed takes longer to come apart.
 const PUSH_ROUNDS: u32 = 6;
+/// Share of the slop to which a push reduces an overlap. With less, bodies packed closely push each other to and fro.
+const PUSHED_SLOP: f32 = 0.98;
 /// [`LAYERS`] around other overlaps of such an island.
 const LIGHT_LAYERS: u8 = 2;
 /// Sweeps of a pass over it, by colour: with 6 a heap at one point takes more than a second.
@@ -99,24 +101,19 @@ impl Moved {
         }
     }
 
-    /// Moves the bodies of these contacts by their paths, each by at most [`PUSH_SHARE`] of its half-size. Masses far apart may overflow here; a position that is not
-    /// finite is skipped.
-    fn apply(&mut self, bodies: &mut Bodies, constraints: &[ContactConstraint], indices: &[u32]) {
-        for &index in indices {
-            let constraint = &constraints[index as usize];
-            for slot in [constraint.a as usize, constraint.b as usize] {
-                if self.ever[slot] || self.path[slot] == Vec2::ZERO {
-                    continue;
-                }
-                let furthest = PUSH_SHARE * bodies.thickness(slot);
-                self.path[slot] = clamp_length(self.path[slot], furthest);
-                let position = bodies.center[slot] + self.path[slot];
-                if position.is_finite() {
-                    bodies.center[slot] = position;
-                    self.ever[slot] = true;
-                } else {
-                    self.path[slot] = Vec2::ZERO;
-                }
+    /// Moves all bodies by their paths, each by at most [`PUSH_SHARE`] of its half-size. Masses far apart may
+    /// overflow here; a position that is not finite is skipped.
+    fn apply(&mut self, bodies: &mut Bodies) {
+        for (slot, path) in
+            self.path.iter_mut().enumerate().filter(|(_, path)| **path != Vec2::ZERO)
+        {
+            *path = clamp_length(*path, PUSH_SHARE * bodies.thickness(slot));
+            let position = bodies.center[slot] + *path;
+            if position.is_finite() {
+                bodies.center[slot] = position;
+                self.ever[slot] = true;
+            } else {
+                *path = Vec2::ZERO;
             }
         }
     }
@@ -153,7 +150,6 @@ impl PositionCorrection {
         let slots = bodies.alive.len();
         self.displacement.resize(slots, Vec2::ZERO);
         self.moved.begin(slots);
-        self.push_apart(bodies, contacts, pairs, settings);
         for pass in 0..settings.position_passes {
             if !self.find_overlaps(pass, bodies, contacts, pairs, settings) {
                 break;
@@ -166,6 +162,7 @@ impl PositionCorrection {
             }
             self.moved.update_separations(contacts);
         }
+        self.push_apart(bodies, contacts, pairs, settings);
         let ContactSet { constraints, infos } = contacts;
         for (constraint, info) in constraints.iter_mut().zip(infos) {
             let moved =
@@ -177,8 +174,8 @@ impl PositionCorrection {
         }
     }
 
-    /// Pushes overlapping pairs apart one by one, each by its whole overlap, in islands whose bodies slide past each
-    /// other: in a few rounds, with separations along the tangents. Deep pairs take their exact normals first.
+    /// Pushes overlapping pairs apart one by one, each by its whole overlap, in islands that the passes leave
+    /// unsolved: in a few rounds, along the normals of where they are now.
     fn push_apart(
         &mut self,
         bodies: &mut Bodies,
@@ -186,15 +183,15 @@ impl PositionCorrection {
         pairs: &[Pair],
         settings: &Conjugate,
     ) {
-        let (slop, deep) = (settings.slop, DEEP_SLOPS * settings.slop);
+        let slop = settings.slop;
         self.close.clear();
         let ContactSet { constraints, infos } = contacts;
         let mut any = false;
         for (index, (constraint, info)) in (0u32..).zip(constraints.iter_mut().zip(infos)) {
-            if info.correction != Correction::Singly {
+            if info.correction == Correction::Thorough {
                 continue;
             }
-            if info.separation_after < -deep {
+            if info.separation_after < -slop {
                 find_exact(bodies, constraint, info, pairs);
             }
             if info.separation_after < settings.correction_max {
@@ -213,7 +210,7 @@ impl PositionCorrection {
                 let separation = self.moved.separation(constraint, &contacts.infos[index as usize]);
                 if separation < -slop {
                     any = true;
-                    let distance = min(-separation - slop * SLOP_SHARE, settings.correction_max);
+                    let distance = min(-separation - slop * PUSHED_SLOP, settings.correction_max);
                     let push = constraint.normal * (distance * constraint.effective_mass);
                     constraint.apply(&mut self.moved.path, push);
                 }
@@ -222,7 +219,7 @@ impl PositionCorrection {
                 break;
             }
         }
-        self.moved.apply(bodies, &contacts.constraints, &self.close);
+        self.moved.apply(bodies);
         self.moved.update_separations(contacts);
     }
 
