@@ -1,7 +1,7 @@
 //! The browser outside of the document: window, timers, storage, console.
 
 use std::cell::Cell;
-use std::collections::BTreeMap;
+use litemap::LiteMap;
 use wasm_bindgen::closure::Closure;
 use wasm_bindgen::prelude::wasm_bindgen;
 use wasm_bindgen::{JsCast, JsValue};
@@ -51,8 +51,8 @@ pub fn session_storage() -> Option<Storage> {
     window().session_storage().ok().flatten()
 }
 
-pub fn stored(storage: Option<&Storage>) -> BTreeMap<String, String> {
-    let Some(storage) = storage else { return BTreeMap::new() };
+pub fn stored(storage: Option<&Storage>) -> LiteMap<String, String> {
+    let Some(storage) = storage else { return LiteMap::new() };
     let count = storage.length().unwrap_or(0);
     let keys = (0..count).filter_map(|index| storage.key(index).ok().flatten());
     keys.filter_map(|key| Some((storage.get_item(&key).ok()??, key)))

@@ -5,7 +5,7 @@ use jostle_game::{Input, PlayerInfo, Seat};
 use jostle_protocol::limits::COLORS;
 use jostle_protocol::{Appearance, PlayerState};
 use jostle_sim::Vec2;
-use std::collections::BTreeMap;
+use litemap::LiteMap;
 
 /// A player with a seat, with or without a socket.
 #[derive(Clone, Debug)]
@@ -91,13 +91,13 @@ pub struct Members {
     /// Number of seats, taken or free.
     count: u16,
     /// Those that are taken.
-    pub seats: BTreeMap<Seat, Member>,
+    pub seats: LiteMap<Seat, Member>,
 }
 
 impl Members {
     /// Creates `count` free seats.
     pub fn new(count: u16) -> Members {
-        Members { count, seats: BTreeMap::new() }
+        Members { count, seats: LiteMap::new() }
     }
 
     /// The lowest free seat.
@@ -214,7 +214,7 @@ mod tests {
     fn players_who_all_come_back_keep_their_colours() {
         // All chose colour 6.
         let mut seated = members(&[(0, "A", 6), (1, "B", 7), (2, "C", 0)]);
-        for member in seated.seats.values_mut() {
+        for (_, member) in seated.seats.iter_mut() {
             member.lost_tick = Some(0);
         }
         for (seat, color) in [(2, 0), (1, 7), (0, 6)] {

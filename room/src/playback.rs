@@ -5,7 +5,7 @@ use jostle_game::{Game, Phase, Scene, SceneError, Seat};
 use jostle_protocol::replay::{Block, Change, Keyframe, Replay};
 use jostle_protocol::{Appearance, Snapshot};
 use jostle_sim::{StateError, World};
-use std::collections::BTreeMap;
+use litemap::LiteMap;
 use std::sync::Arc;
 
 /// Most states that one playback keeps, besides the keyframes of the file.
@@ -60,7 +60,7 @@ pub struct Playback {
     /// The block that was played last.
     block: Option<Block>,
     /// Kept states by tick: seeking back starts at one of them.
-    marks: BTreeMap<u32, Keyframe>,
+    marks: LiteMap<u32, Keyframe>,
 }
 
 /// The game at one tick, with its members.
@@ -69,14 +69,14 @@ pub struct Moment {
     /// The game.
     pub game: Game,
     /// Names and colours by seat.
-    pub members: BTreeMap<u16, Appearance>,
+    pub members: LiteMap<u16, Appearance>,
 }
 
 impl Moment {
     /// The state before the first tick of a replay.
     fn first(replay: &Replay, scene: Arc<Scene>) -> Result<Moment, PlaybackError> {
         let game = Game::new(scene, replay.start().seed);
-        let moment = Moment { game, members: BTreeMap::new() };
+        let moment = Moment { game, members: LiteMap::new() };
         match keyframe_before(replay, replay.first_tick())? {
             Some(keyframe) => moment.at(&keyframe),
             None => Ok(moment),
@@ -140,7 +140,7 @@ impl Playback {
     /// The same with the replay's scene, which was parsed before, and perhaps given a budget.
     pub fn of_scene(replay: Arc<Replay>, scene: Arc<Scene>) -> Result<Playback, PlaybackError> {
         let moment = Moment::first(&replay, scene)?;
-        Ok(Playback { replay, moment, block: None, marks: BTreeMap::new() })
+        Ok(Playback { replay, moment, block: None, marks: LiteMap::new() })
     }
 
     /// The replay.
@@ -198,7 +198,7 @@ impl Playback {
     /// plays the rest. Stays where it is if that is closest.
     pub fn jump(&mut self, tick: u32) -> Result<(), PlaybackError> {
         let tick = tick.clamp(self.replay.first_tick(), self.replay.last_tick());
-        let mark = self.marks.range(..=tick).next_back().map(|(_, mark)| mark);
+        let mark = self.marks.iter().rev().find(|(at, _)| **at <= tick).map(|(_, mark)| mark);
         let mark_tick = mark.map(|mark| mark.tick);
         let keyframe_tick = last_keyframe_tick(&self.replay, tick);
         let now = Some(self.tick()).filter(|&now| now <= tick);
@@ -252,7 +252,7 @@ fn keyframe_before(replay: &Replay, tick: u32) -> Result<Option<Keyframe>, Playb
 }
 
 /// Keeps the state of a moment if its tick is one to keep.
-fn remember(marks: &mut BTreeMap<u32, Keyframe>, replay: &Replay, moment: &Moment) {
+fn remember(marks: &mut LiteMap<u32, Keyframe>, replay: &Replay, moment: &Moment) {
     let Moment { game, members } = moment;
     let tick = game.tick_count();
     let apart = MARK_TICKS_MIN.max(replay.last_tick() / MARKS_MAX);

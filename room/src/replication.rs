@@ -14,7 +14,7 @@ use bytes::Bytes;
 use jostle_game::{Game, Scene, Seat};
 use jostle_protocol::{Snapshot, TimedEvent};
 use jostle_sim::Vec2;
-use std::collections::BTreeMap;
+use litemap::LiteMap;
 use std::sync::Arc;
 
 /// Everything that a room sends after its ticks.
@@ -23,7 +23,7 @@ pub struct Replication {
     /// By rate, each from its first subscription on.
     channels: [Option<SnapshotChannel>; Rate::ALL.len()],
     /// Of the players who see a part of the world.
-    pub areas: BTreeMap<Seat, InterestArea>,
+    pub areas: LiteMap<Seat, InterestArea>,
     buffers: BufferPool,
     /// Events of the newest tick.
     events: Vec<TimedEvent>,
@@ -40,7 +40,7 @@ impl Replication {
         for channel in channels.iter_mut().flatten() {
             channel.push(newest, events, particles, buffers);
         }
-        for area in areas.values_mut() {
+        for (_, area) in areas.iter_mut() {
             area.push(newest, events, particles, buffers);
         }
     }

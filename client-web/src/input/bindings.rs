@@ -2,7 +2,7 @@
 
 use crate::input::action::{Action, LETTERS, PLACES, usual};
 use jostle_game::Buttons;
-use std::collections::BTreeMap;
+use litemap::LiteMap;
 
 /// Keys of the player's own. An action with one has no other key; the rest have their usual ones.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -92,7 +92,7 @@ impl Bindings {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Layout {
     /// Labels by place.
-    labels: BTreeMap<String, String>,
+    labels: LiteMap<String, String>,
 }
 
 impl Layout {

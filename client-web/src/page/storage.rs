@@ -6,7 +6,7 @@ use crate::page::drafts::{self, Draft};
 use crate::page::event::Effect;
 use jostle_game::scene::SCENE_BYTES_MAX;
 use jostle_protocol::Token;
-use std::collections::BTreeMap;
+use litemap::LiteMap;
 
 /// Keys of settings and of the player.
 pub const LANGUAGE: &str = "jostle.language";
@@ -33,9 +33,9 @@ pub enum Secret {
 #[derive(Debug, Default)]
 pub struct Storage {
     /// Of all tabs and visits.
-    pub local: BTreeMap<String, String>,
+    pub local: LiteMap<String, String>,
     /// Of this tab.
-    pub session: BTreeMap<String, String>,
+    pub session: LiteMap<String, String>,
     /// Values to be written.
     pub writes: Vec<Effect>,
 }

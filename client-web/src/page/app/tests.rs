@@ -6,7 +6,7 @@ use crate::page::event::{Focus, Key};
 use jostle_game::Buttons;
 use jostle_protocol::{ClientMessage, ServerMessage};
 use std::cell::RefCell;
-use std::collections::BTreeMap;
+use litemap::LiteMap;
 use std::rc::Rc;
 
 mod alone;
@@ -33,11 +33,11 @@ struct Browser {
     store: Shared,
 }
 
-type Shared = Rc<RefCell<BTreeMap<String, String>>>;
+type Shared = Rc<RefCell<LiteMap<String, String>>>;
 
-impl Store for BTreeMap<String, String> {
+impl Store for LiteMap<String, String> {
     fn read(&self, key: &str) -> Option<String> {
-        BTreeMap::get(self, key).cloned()
+        LiteMap::get(self, key).cloned()
     }
 
     fn write(&mut self, key: &str, value: Option<&str>) -> bool {
@@ -62,7 +62,7 @@ impl Browser {
     fn open(path: &str, query: &str) -> Browser {
         let local = [("jostle.name", "Ann"), ("jostle.color", "3")];
         let local = local.map(|(key, value)| (key.to_owned(), value.to_owned()));
-        Browser::open_with(path, query, Storage { local: local.into(), ..Default::default() })
+        Browser::open_with(path, query, Storage { local: local.into_iter().collect(), ..Default::default() })
     }
 
     fn open_with(path: &str, query: &str, storage: Storage) -> Browser {

@@ -7,7 +7,7 @@ use crate::view::frame::View;
 use crate::world::replica::News;
 use jostle_protocol::{Refusal, Token};
 use jostle_sim::Vec2;
-use std::collections::BTreeMap;
+use litemap::LiteMap;
 
 #[test]
 fn joining_says_hello_and_remembers_the_seat() {
@@ -50,7 +50,7 @@ fn the_page_wears_the_colour_of_its_team() {
 #[test]
 fn a_seat_is_reclaimed_after_a_reload() {
     let token = Token([7; limits::TOKEN_BYTES]);
-    let session = BTreeMap::from([("jostle.seat.arena".to_owned(), token.text())]);
+    let session = LiteMap::from_iter([("jostle.seat.arena".to_owned(), token.text())]);
     let mut browser = Browser::open_with("/arena", "", Storage { session, ..Default::default() });
     browser.accept("arena");
     assert!(matches!(&browser.sent[0], ClientMessage::Hello { token: Some(t), .. } if *t == token));
@@ -67,7 +67,7 @@ fn a_seat_of_a_closed_tab_is_taken_by_the_next_one_and_by_no_third() {
     assert!(has(&done, "Disconnect { leaving: false }"), "{done:?}");
     assert_eq!(browser.app.state(), "reconnecting", "in case the browser shows the page again");
 
-    let local = BTreeMap::from([(key.clone(), token.clone())]);
+    let local = LiteMap::from_iter([(key.clone(), token.clone())]);
     let mut browser = Browser::open_with("/arena", "", Storage { local, ..Default::default() });
     browser.accept("arena");
     let claims = |message: &ClientMessage| matches!(message, ClientMessage::Hello { token: Some(claim), .. } if claim.text() == token);
@@ -75,7 +75,7 @@ fn a_seat_of_a_closed_tab_is_taken_by_the_next_one_and_by_no_third() {
     // With the welcome.
     assert!(browser.effects.contains(&Effect::StoreLocal(key.clone(), None)));
     // Neither does a tab that was open all the while.
-    let local = BTreeMap::from([(key.clone(), token.clone())]);
+    let local = LiteMap::from_iter([(key.clone(), token.clone())]);
     let mut open = Browser::open_with("/", "", Storage { local, ..Default::default() });
     open.say(Event::StoredElsewhere(key, None));
     open.say(Event::Clicked("go".into(), "arena".into()));

@@ -158,7 +158,7 @@ fn volume_mute_and_captions_are_remembered() {
     let desk = &next.app.sound;
     assert_eq!((desk.volume, desk.muted, desk.captioned), (70, true, true));
 
-    let nonsense = [("jostle.volume".to_owned(), "200".to_owned())].into();
+    let nonsense = [("jostle.volume".to_owned(), "200".to_owned())].into_iter().collect();
     let next = Browser::open_with("/", "", Storage { local: nonsense, ..Default::default() });
     assert_eq!((next.app.sound.volume, next.app.sound.muted), (40, false));
 }
