@@ -1,7 +1,7 @@
 //! The browser outside of the document: window, timers, storage, console.
 
-use std::cell::Cell;
 use litemap::LiteMap;
+use std::cell::Cell;
 use wasm_bindgen::closure::Closure;
 use wasm_bindgen::prelude::wasm_bindgen;
 use wasm_bindgen::{JsCast, JsValue};

@@ -392,7 +392,7 @@ impl Sleep {
         if any {
             awake.bodies.moving.sort_unstable();
             awake.pairs.merge();
-            awake.touches.sort_by_key(|touch| (touch.a.index, touch.b.index));
+            awake.touches.sort_unstable_by_key(|touch| (touch.a.index, touch.b.index));
         }
     }
 

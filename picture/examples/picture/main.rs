@@ -79,11 +79,22 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Packs a PNG by Google's own encoder; returns the bytes that it wrote.
+/// Bytes of a picture: a first visit downloads several.
+const PICTURE_BYTES_MAX: u64 = 12_000;
+
+/// Packs a PNG by Google's own encoder, as well as [`PICTURE_BYTES_MAX`] allows; returns the bytes that it wrote.
 fn webp(png: &[u8], path: &Path) -> Result<u64, Box<dyn Error>> {
-    let arguments = ["-quiet", "-q", "70", "-m", "6", "-o"];
+    let bytes = webp_of(&["-q", "70"], png, path)?;
+    if bytes <= PICTURE_BYTES_MAX {
+        return Ok(bytes);
+    }
+    webp_of(&["-size", &PICTURE_BYTES_MAX.to_string(), "-pass", "6"], png, path)
+}
+
+fn webp_of(quality: &[&str], png: &[u8], path: &Path) -> Result<u64, Box<dyn Error>> {
     let mut command = Command::new("cwebp");
-    command.args(arguments).arg(path).args(["--", "-"]).stdin(Stdio::piped());
+    command.args(quality).args(["-quiet", "-m", "6", "-o"]).arg(path);
+    command.args(["--", "-"]).stdin(Stdio::piped());
     let mut child = command.spawn().map_err(|error| format!("cwebp (package webp): {error}"))?;
     child.stdin.take().ok_or("no input")?.write_all(png)?;
     if !child.wait()?.success() {

@@ -146,7 +146,7 @@ impl PairList {
 
     /// Sorts pairs that were appended to the list; of two equal ones the one with an impulse stays.
     pub fn merge(&mut self) {
-        self.pairs.sort_by_key(|pair| (pair.key(), pair.normal_impulse <= 0.0));
+        self.pairs.sort_unstable_by_key(|pair| (pair.key(), pair.normal_impulse <= 0.0));
         self.pairs.dedup_by_key(|pair| pair.key());
         self.stale = true;
     }

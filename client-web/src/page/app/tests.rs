@@ -5,8 +5,8 @@ use crate::page::drafts::Store;
 use crate::page::event::{Focus, Key};
 use jostle_game::Buttons;
 use jostle_protocol::{ClientMessage, ServerMessage};
-use std::cell::RefCell;
 use litemap::LiteMap;
+use std::cell::RefCell;
 use std::rc::Rc;
 
 mod alone;
@@ -62,7 +62,11 @@ impl Browser {
     fn open(path: &str, query: &str) -> Browser {
         let local = [("jostle.name", "Ann"), ("jostle.color", "3")];
         let local = local.map(|(key, value)| (key.to_owned(), value.to_owned()));
-        Browser::open_with(path, query, Storage { local: local.into_iter().collect(), ..Default::default() })
+        Browser::open_with(
+            path,
+            query,
+            Storage { local: local.into_iter().collect(), ..Default::default() },
+        )
     }
 
     fn open_with(path: &str, query: &str, storage: Storage) -> Browser {
