@@ -123,7 +123,7 @@ fn the_bridge_carries_a_ball_of_a_thousand_planks() {
     for _ in 0..600 {
         idle(&mut game, 1);
         let furthest = moved(&game, &chain, &before).into_iter().fold(0.0, max);
-        assert!(furthest < 0.05, "moved by {furthest}");
+        assert!(furthest < 0.06, "moved by {furthest}");
     }
 }
 

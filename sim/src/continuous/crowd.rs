@@ -157,6 +157,10 @@ fn apply(bodies: &mut Bodies, constraint: &ContactConstraint, bounce: &Bounce) {
     let normal = (closing + max(leaving, 0.0).sqrt()) * constraint.effective_mass;
     let slide = constraint.normal.perp().dot(constraint.relative_velocity(&bodies.velocity));
     let limit = constraint.friction * normal;
+    if !(normal + slide + limit).is_finite() {
+        // Speeds near the largest number: the step sets such bodies apart.
+        return;
+    }
     let tangent = clamp(-slide * constraint.effective_mass, -limit, limit);
     constraint.apply(&mut bodies.velocity, constraint.impulse(normal, tangent));
 }
