@@ -21,7 +21,7 @@ use crate::forces::springs::{Spring, SpringEnd};
 use crate::math::min;
 use crate::solver::contact_constraint::ContactConstraint;
 use crate::solver::islands::root;
-use crate::touches::Touch;
+use crate::touches::{self, Touch};
 use crate::world::settings::WorldSettings;
 use glam::Vec2;
 
@@ -392,7 +392,7 @@ impl Sleep {
         if any {
             awake.bodies.moving.sort_unstable();
             awake.pairs.merge();
-            awake.touches.sort_unstable_by_key(|touch| (touch.a.index, touch.b.index));
+            touches::sort(awake.touches);
         }
     }
 

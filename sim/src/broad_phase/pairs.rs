@@ -146,8 +146,18 @@ impl PairList {
 
     /// Sorts pairs that were appended to the list; of two equal ones the one with an impulse stays.
     pub fn merge(&mut self) {
-        self.pairs.sort_unstable_by_key(|pair| (pair.key(), pair.normal_impulse <= 0.0));
-        self.pairs.dedup_by_key(|pair| pair.key());
+        // Plain numbers are sorted: a sort of its own would take 3 kB of the page's program.
+        let mut keys: Vec<u64> = self.pairs.iter().map(Pair::key).collect();
+        keys.sort_unstable();
+        keys.dedup();
+        let mut sorted: Vec<Pair> = keys.iter().map(|&key| Pair::of(key)).collect();
+        for pair in &self.pairs {
+            let place = &mut sorted[keys.binary_search(&pair.key()).expect("every key is listed")];
+            if place.normal_impulse <= 0.0 {
+                *place = *pair;
+            }
+        }
+        self.pairs = sorted;
         self.stale = true;
     }
 
