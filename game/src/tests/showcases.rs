@@ -109,7 +109,8 @@ fn the_bridge_carries_a_ball_of_a_thousand_planks() {
     let (ball, planks) = chain.split_first().expect("a ball and planks");
     let ratio = game.world().inverse_mass(planks[0]) / game.world().inverse_mass(*ball);
     assert!((ratio - 1000.0).abs() < 0.1, "{ratio}");
-    for tick in 0..3600 {
+    // It swings for longer than a minute: its springs lose no more than their damping takes.
+    for tick in 0..6000 {
         idle(&mut game, 1);
         let most = stretches(&game).into_iter().fold(0.0, max);
         assert!(most < 1.13, "tick {tick}: a spring of {most} times its length");
@@ -123,7 +124,7 @@ fn the_bridge_carries_a_ball_of_a_thousand_planks() {
     for _ in 0..600 {
         idle(&mut game, 1);
         let furthest = moved(&game, &chain, &before).into_iter().fold(0.0, max);
-        assert!(furthest < 0.06, "moved by {furthest}");
+        assert!(furthest < 0.05, "moved by {furthest}");
     }
 }
 
