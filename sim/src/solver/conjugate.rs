@@ -464,7 +464,8 @@ impl ConjugateSolver {
             }
         };
         let in_motion = agitation.is_some_and(|agitation| agitation.in_motion);
-        if !is_solved && direct::is_worth(island.len(), mass_ratio) && !in_motion {
+        let is_affordable = !in_motion && self.work < direct::STEP_VISITS;
+        if !is_solved && is_affordable && direct::is_worth(island.len(), mass_ratio) {
             let (solved, rounds) = direct::solve(constraints, island, velocity, limits.tolerance);
             is_solved = solved;
             work.visits += rounds * direct::VISITS * island.len() as u32;
@@ -514,7 +515,9 @@ impl ConjugateSolver {
             let work_left = (self.work_left / island.len() as u64).saturating_add(1);
             work_max = work_max.min(u32::try_from(work_left).unwrap_or(u32::MAX));
         }
-        if is_stiff && !is_exact {
+        if is_stiff && direct::is_worth(island.len(), mass_ratio) {
+            work_max = work_max.min(direct::SWEEPS_BEFORE);
+        } else if is_stiff && !is_exact {
             let visits = STIFF_VISITS / VISITS_PER_CONTACT * visits_per_contact;
             work_max = work_max.min(visits / island.len() as u32);
         }

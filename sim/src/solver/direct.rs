@@ -14,6 +14,10 @@ const MASS_RATIO: f32 = 20.0;
 const CONTACTS_MAX: usize = 128;
 /// Visits of sweeps that take as long as a round does for a contact.
 pub(crate) const VISITS: u32 = 16;
+/// Most sweeps over a very stiff island before it is solved here.
+pub(crate) const SWEEPS_BEFORE: u32 = 64;
+/// Visits of a step after which no island is solved here any more: in a heap that collapses several would fail in each.
+pub(crate) const STEP_VISITS: u64 = 100_000;
 /// Most rounds.
 const ROUNDS_MAX: u32 = 80;
 /// Rounds that go the whole way.
