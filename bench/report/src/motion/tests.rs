@@ -6,7 +6,7 @@ use crate::methods::{METHODS, SOLVERS};
 /// up to 125 ms a step before very unequal masses had a limit, and five in which pushes moved a body through a wall.
 const HARDEST: [u64; 18] =
     [912, 238, 370, 957, 398, 444, 345, 213, 60, 732, 1, 26, 616, 129, 175, 373, 547, 666];
-/// Visits and predictions that a step may take. Up to 350,000 are seen; without the limits of unequal masses and of
+/// Visits and predictions that a step may take. Up to 520,000 are seen; without the limits of unequal masses and of
 /// predictions up to several millions were.
 const VISITS_MAX: u64 = 600_000;
 
