@@ -80,7 +80,6 @@ pub(crate) fn is_worth(contacts: usize, mass_ratio: f32) -> bool {
 }
 
 /// Solves an island from its present impulses, or leaves it as it is; returns whether it did, and its rounds.
-#[cold]
 #[inline(never)]
 pub(crate) fn solve(
     constraints: &mut [ContactConstraint],
