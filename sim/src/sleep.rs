@@ -20,7 +20,7 @@ use crate::broad_phase::pairs::{Pair, PairList};
 use crate::forces::springs::{Spring, SpringEnd};
 use crate::math::min;
 use crate::solver::contact_constraint::ContactConstraint;
-use crate::solver::islands::root;
+use crate::solver::islands::{self, root};
 use crate::touches::{self, Touch};
 use crate::world::settings::WorldSettings;
 use glam::Vec2;
@@ -123,8 +123,7 @@ impl Sleep {
 
     /// Merges two islands.
     fn join(&mut self, a: u32, b: u32) {
-        let (a, b) = (root(&mut self.parent, a), root(&mut self.parent, b));
-        self.parent[a.max(b) as usize] = a.min(b);
+        islands::join(&mut self.parent, a, b);
     }
 }
 

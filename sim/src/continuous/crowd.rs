@@ -6,7 +6,7 @@
 //! were here and now. One pair at a time keeps energy and momentum exactly. So it does for bodies on springs, whose paths
 //! within a step cannot be taken back to its start: they count as crowded wherever they are.
 
-use super::impact_prediction::{gravity_on, restitution};
+use super::impact_prediction::{gravity_on, restitution, restitution_of};
 use crate::bodies::Bodies;
 use crate::broad_phase::pairs::Pair;
 use crate::continuous::paths::Paths;
@@ -117,12 +117,6 @@ impl Crowd {
     }
 }
 
-/// Restitution of a contact: the smaller of the two.
-fn restitution_of(bodies: &Bodies, constraint: &ContactConstraint) -> f32 {
-    let of = |slot: u32| bodies.material[slot as usize].restitution;
-    crate::math::min(of(constraint.a), of(constraint.b))
-}
-
 /// The bounce of a pair that closes faster than the threshold and touches within the step.
 fn next_bounce(
     bodies: &Bodies,
@@ -131,7 +125,7 @@ fn next_bounce(
     paths: &Paths,
     context: &StepContext,
 ) -> Option<Bounce> {
-    if restitution_of(bodies, constraint) <= 0.0 {
+    if restitution_of(bodies, constraint.a, constraint.b) <= 0.0 {
         return None;
     }
     let acceleration = |slot: u32| {
@@ -152,7 +146,7 @@ fn next_bounce(
 /// there, w^2 = c^2 + gain; so here it leaves at the speed c' with c'^2 = e^2 w^2 - gain.
 fn apply(bodies: &mut Bodies, constraint: &ContactConstraint, bounce: &Bounce) {
     let Bounce { closing, gain, .. } = *bounce;
-    let restitution = restitution_of(bodies, constraint);
+    let restitution = restitution_of(bodies, constraint.a, constraint.b);
     let leaving = restitution * restitution * (closing * closing + gain) - gain;
     let normal = (closing + max(leaving, 0.0).sqrt()) * constraint.effective_mass;
     let slide = constraint.normal.perp().dot(constraint.relative_velocity(&bodies.velocity));

@@ -72,11 +72,17 @@ pub(crate) fn predict(
     (after <= left).then_some(hit)
 }
 
-/// Restitution of a pair: the smaller of the two.
+/// Restitution of a pair.
 #[inline]
 pub(crate) fn restitution(bodies: &Bodies, pair: &Pair) -> f32 {
+    restitution_of(bodies, pair.a, pair.b)
+}
+
+/// Restitution between two bodies: the smaller of the two.
+#[inline]
+pub(crate) fn restitution_of(bodies: &Bodies, a: u32, b: u32) -> f32 {
     let of = |slot: u32| bodies.material[slot as usize].restitution;
-    min(of(pair.a), of(pair.b))
+    min(of(a), of(b))
 }
 
 /// Whether a contact bounces.

@@ -46,6 +46,8 @@ const FAST: f32 = 4.0;
 const PREDICTIONS_PER_BODY: u64 = 40;
 const PREDICTIONS_MIN: u64 = 40_000;
 const FEW_BODIES: usize = 128;
+/// Bodies that wait, of which a search takes as long as a prediction: every impact searches them.
+const WAITING_PER_PREDICTION: u64 = 8;
 /// Depth of the search for obstructions of obstructions.
 const OBSTRUCTIONS_MAX: u32 = 8;
 /// Impacts that may wait at a time for each pair that a budget allows. Those that have become void wait too.
@@ -206,6 +208,7 @@ impl ImpactQueue {
         let queued_max = context.filter.pairs_max.saturating_mul(QUEUED_PER_PAIR);
         let enough = max_predictions(bodies);
         while let Some(Reverse(event)) = self.queue.pop() {
+            self.predictions += self.waiting.len() as u64 / WAITING_PER_PREDICTION;
             if self.predictions > predictions_max || self.queue.len() > queued_max {
                 return Progress::OverBudget;
             }

@@ -9,6 +9,7 @@
 
 use super::springs::{Spring, SpringEnd};
 use crate::bodies::Bodies;
+use crate::solver::islands;
 use glam::{DVec2, Vec2};
 
 /// Bisections of a path.
@@ -128,8 +129,7 @@ impl EnergyGuard {
         let contacts = std::mem::take(&mut self.contacts);
         let pairs = by_springs.chain(contacts.iter().copied());
         for [a, b] in pairs.clone().filter(|pair| pair.iter().all(|&slot| pushed(slot))) {
-            let (a, b) = (self.root(a), self.root(b));
-            self.parent[a.max(b) as usize] = a.min(b);
+            islands::join(&mut self.parent, a, b);
         }
         for [a, b] in pairs {
             for [own, other] in [[a, b], [b, a]] {
@@ -147,17 +147,8 @@ impl EnergyGuard {
         self.contacts = contacts;
     }
 
-    fn root(&mut self, mut slot: u32) -> u32 {
-        while self.parent[slot as usize] != slot {
-            let above = self.parent[slot as usize];
-            self.parent[slot as usize] = self.parent[above as usize];
-            slot = above;
-        }
-        slot
-    }
-
     fn group(&mut self, slot: u32) -> &mut Group {
-        let root = self.root(slot);
+        let root = islands::root(&mut self.parent, slot);
         &mut self.groups[root as usize]
     }
 

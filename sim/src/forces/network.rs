@@ -14,18 +14,23 @@
 //! stiffness across it, so every system is positive definite. Where springs rest the move is zero
 //! for any step: rest points are exact.
 //!
-//! Where something is in the way of a network with such oscillations, it takes one implicit step
-//! (Euler's) instead. Its nodes resist contacts with the mass of their response to an impulse, and
-//! the impulses that contacts gave are then spread over all nodes, so that springs pass weights on.
+//! Where something is in the way of a network with such oscillations, it takes another step instead
+//! (see `held`).
 
-use super::air::{Air, FAST_PHASE, Hold, Kind, Move};
+mod held;
+mod link;
+mod plane;
+
+use super::air::{Air, FAST_PHASE, Kind, Move};
 use super::drag::Drag;
 use super::elimination::Elimination;
-use super::obstacles::Obstacles;
 use super::springs::{Spring, SpringEnd};
 use crate::bodies::Bodies;
-use crate::math::{clamp_length, exp_m1};
+use crate::math::exp_m1;
+use crate::solver::islands;
 use glam::{DMat2, DVec2};
+use link::{End, Link, max_or_nan};
+use plane::Plane;
 
 /// Phase of the fastest oscillation in a substep, radians.
 const SUBSTEP_PHASE: f64 = 1.0;
@@ -47,14 +52,6 @@ const SPEED_MIN: f64 = 1e-3;
 /// A damped spring whose phase advances by less than this in a step, in radians, uses the midpoint
 /// rule; faster oscillations, which a step cannot resolve, only have to decay.
 const PHASE_MAX: f64 = 4.0;
-/// Stiffness of a plane, as a multiple of the mass that resists.
-const PLANE_STIFFNESS: f64 = 1e7;
-/// Most obstacles times nodes for which responses are found.
-const RESPONSES_MAX: usize = 4096;
-/// Most rounds in which nodes meet planes.
-const PLANE_ROUNDS_MAX: u32 = 4;
-/// Springs shorter than this have no direction, world units.
-const LENGTH_MIN: f64 = 1e-9;
 
 /// A body of the network.
 #[derive(Clone, Debug)]
@@ -76,45 +73,6 @@ struct Node {
     start: DVec2,
     before: DVec2,
     velocity: DVec2,
-}
-
-/// An end of a spring.
-#[derive(Clone, Copy, Debug)]
-enum End {
-    Node(u32),
-    /// A body that forces do not move.
-    Slot(u32),
-    Point(DVec2),
-}
-
-#[derive(Clone, Debug)]
-struct Link {
-    a: End,
-    b: End,
-    rest_length: f64,
-    stiffness: f64,
-    damping: f64,
-}
-
-/// The side of an immovable obstacle: a stiff damper holds a node that would pass it.
-#[derive(Clone, Debug)]
-struct Plane {
-    node: u32,
-    /// Unit vector towards the node.
-    normal: DVec2,
-    /// Least velocity along it, units/s.
-    speed_min: f64,
-    is_active: bool,
-    /// Impulse per unit of speed below the least.
-    stiffness: f64,
-}
-
-impl Plane {
-    /// Impulse along the normal on a node with this velocity.
-    fn impulse(&self, velocity: DVec2) -> f64 {
-        let short = self.speed_min - self.normal.dot(velocity);
-        if self.is_active { self.stiffness * short } else { 0.0 }
-    }
 }
 
 /// A connected component: bodies and springs that are joined.
@@ -255,137 +213,6 @@ impl Network {
             match moves.get_mut(first + index) {
                 Some(fast) => *fast = Move { kind: fast.kind, ..found },
                 None => moves.push(found),
-            }
-        }
-    }
-
-    /// The moves of an implicit step with obstacles.
-    pub fn hold(&mut self, bodies: &Bodies, obstacles: &Obstacles, air: &Air, moves: &mut [Move]) {
-        self.read_bodies(bodies, air);
-        self.planes.clear();
-        for (at, node) in (0u32..).zip(&self.nodes) {
-            let of = obstacles.of(node.slot).iter();
-            self.planes.extend(of.filter(|found| found.speed_min.is_finite()).map(|found| Plane {
-                node: at,
-                normal: found.normal,
-                speed_min: found.speed_min,
-                is_active: false,
-                stiffness: 0.0,
-            }));
-        }
-        self.advance_implicitly(bodies, air);
-        self.find_free_velocities(bodies, air);
-        self.find_resistances(air.dt);
-        for (node, row) in self.nodes.iter_mut().zip(&self.residual) {
-            node.resistance = row.x;
-        }
-        self.responds = self.find_responses(obstacles);
-        for node in &self.nodes {
-            let found = air.limited_move(node.slot, node.velocity, node.path);
-            let velocity = air.limited_move(node.slot, node.free, DVec2::ZERO).velocity;
-            if let Some(index) = obstacles.move_of(node.slot) {
-                let hold = Hold { velocity, inverse_mass: (1.0 / node.resistance) as f32 };
-                moves[index] = Move { kind: Kind::Held(hold), ..found };
-            }
-        }
-    }
-
-    /// Finds the velocities that the nodes would have without the impulses of planes, and factors the
-    /// matrix without planes.
-    fn find_free_velocities(&mut self, bodies: &Bodies, air: &Air) {
-        let planes = std::mem::take(&mut self.planes);
-        self.assemble(bodies, air, 0.0, true);
-        self.system.factor();
-        self.residual.fill(DVec2::ZERO);
-        for plane in &planes {
-            let impulse = plane.impulse(self.nodes[plane.node as usize].velocity);
-            self.residual[plane.node as usize] += plane.normal * impulse;
-        }
-        self.system.solve(&mut self.residual);
-        for (node, change) in self.nodes.iter_mut().zip(&self.residual) {
-            node.free = node.velocity - *change;
-        }
-    }
-
-    /// Finds the masses with which nodes resist their obstacles, and whether these take the neighbours
-    /// along. Not where nodes touch each other: they would be pushed into each other.
-    fn find_responses(&mut self, obstacles: &Obstacles) -> bool {
-        let all = || self.nodes.iter().flat_map(|node| obstacles.of(node.slot));
-        let is_inner = |other: u32| self.nodes.iter().any(|node| node.slot == other);
-        if all().count() * self.nodes.len() > RESPONSES_MAX || all().any(|met| is_inner(met.other))
-        {
-            return false;
-        }
-        for at in 0..self.nodes.len() {
-            let mut most = 0.0;
-            for obstacle in obstacles.of(self.nodes[at].slot) {
-                self.residual.fill(DVec2::ZERO);
-                self.residual[at] = obstacle.normal;
-                self.system.solve(&mut self.residual);
-                most = max_or_nan(obstacle.normal.dot(self.residual[at]), most);
-            }
-            if most > 0.0 {
-                self.nodes[at].resistance = 1.0 / most;
-            }
-        }
-        true
-    }
-
-    /// Spreads the impulses of contacts over the springs: each node that contacts gave another velocity
-    /// than its own takes its neighbours along.
-    pub fn respond(&mut self, bodies: &mut Bodies, is_free: bool, speed_max: f32) {
-        if !std::mem::take(&mut self.responds) {
-            return;
-        }
-        for (row, node) in self.residual.iter_mut().zip(&self.nodes) {
-            let before = if is_free { node.free } else { node.velocity };
-            let change = bodies.velocity[node.slot as usize].as_dvec2() - before;
-            *row = change * node.resistance;
-        }
-        self.system.solve(&mut self.residual);
-        for (change, node) in self.residual.iter().zip(&self.nodes) {
-            let before = if is_free { node.free } else { node.velocity };
-            let velocity = clamp_length((before + *change).as_vec2(), speed_max);
-            if velocity.is_finite() {
-                bodies.velocity[node.slot as usize] = velocity;
-            }
-        }
-    }
-
-    /// Takes a step of Euler's implicit method, in which no node passes a plane.
-    fn advance_implicitly(&mut self, bodies: &Bodies, air: &Air) {
-        self.begin_substep(air);
-        self.weight = 1.0;
-        self.find_resistances(air.dt);
-        for plane in &mut self.planes {
-            plane.stiffness = PLANE_STIFFNESS * self.residual[plane.node as usize].x;
-        }
-        for _ in 0..PLANE_ROUNDS_MAX {
-            if !self.solve(bodies, air, 0.0).is_finite() {
-                self.reset_velocities();
-            }
-            let mut any = false;
-            for plane in &mut self.planes {
-                let velocity = self.nodes[plane.node as usize].velocity;
-                let passes = plane.normal.dot(velocity) < plane.speed_min;
-                any |= passes && !plane.is_active;
-                plane.is_active |= passes;
-            }
-            if !any {
-                break;
-            }
-        }
-        self.move_nodes(air.dt);
-    }
-
-    /// By node, in `residual.x`: the mass that resists a velocity if its neighbours stand still.
-    fn find_resistances(&mut self, dt: f64) {
-        for (row, node) in self.residual.iter_mut().zip(&self.nodes) {
-            *row = DVec2::splat(node.mass);
-        }
-        for link in &self.links {
-            for node in [link.a.node(), link.b.node()].into_iter().flatten() {
-                self.residual[node as usize].x += (link.stiffness * dt + link.damping) * dt;
             }
         }
     }
@@ -608,86 +435,14 @@ impl Network {
     }
 }
 
-/// Force of a spring.
-struct Pull {
-    /// On its far end.
-    force: DVec2,
-    direction: DVec2,
-    /// Transverse stiffness: tension over length, where it pulls.
-    across: f64,
-}
-
-impl End {
-    fn node(self) -> Option<u32> {
-        match self {
-            End::Node(node) => Some(node),
-            End::Slot(_) | End::Point(_) => None,
-        }
-    }
-}
-
-impl Link {
-    fn pull(&self, early: DVec2, late: DVec2, speed: DVec2, t: f64) -> Pull {
-        let mean = early * (1.0 - t) + late * t;
-        if self.rest_length == 0.0 {
-            let force = -mean * self.stiffness - speed * self.damping;
-            return Pull { force, direction: DVec2::X, across: 0.0 };
-        }
-        let length = early.length() * (1.0 - t) + late.length() * t;
-        let direction = unit(mean);
-        let tension = self.stiffness * (length - self.rest_length);
-        let (slant, across) = if length > LENGTH_MIN {
-            (mean / length, max_or_nan(tension, 0.0) / length)
-        } else {
-            (direction, 0.0)
-        };
-        let damped = direction * (self.damping * direction.dot(speed));
-        Pull { force: -slant * tension - damped, direction, across }
-    }
-}
-
-impl Pull {
-    /// Derivative of the impulse by the velocity at the end of the step.
-    fn stiffness(&self, link: &Link, t: f64, dt: f64) -> DMat2 {
-        let along = dt * t * (link.stiffness * t * dt + link.damping);
-        if link.rest_length == 0.0 {
-            return DMat2::IDENTITY * along;
-        }
-        let across = dt * t * self.across * t * dt;
-        let direction = self.direction;
-        let outer = DMat2::from_cols(direction * direction.x, direction * direction.y);
-        outer * (along - across) + DMat2::IDENTITY * across
-    }
-}
-
-/// Unit vector; the x axis for a vector without direction.
-fn unit(vector: DVec2) -> DVec2 {
-    let length = vector.length();
-    if length > LENGTH_MIN { vector / length } else { DVec2::X }
-}
-
 /// The weight for which a decay by `decay` in a step is exact.
 fn fitted(decay: f64) -> f64 {
     if decay < 1e-3 { 0.5 + decay / 12.0 } else { -1.0 / exp_m1(-decay) - 1.0 / decay }
 }
 
-/// The larger one, or NaN if `a` is.
-fn max_or_nan(a: f64, b: f64) -> f64 {
-    if a > b || a.is_nan() { a } else { b }
-}
-
 /// For each node, the smallest one of its connected component.
 fn components(count: usize, edges: &[(u32, u32)]) -> Vec<u32> {
     let mut parent: Vec<u32> = (0..count as u32).collect();
-    let root = |parent: &[u32], mut at: u32| {
-        while parent[at as usize] != at {
-            at = parent[at as usize];
-        }
-        at
-    };
-    for &(a, b) in edges {
-        let (one, other) = (root(&parent, a), root(&parent, b));
-        parent[one.max(other) as usize] = one.min(other);
-    }
-    (0..count as u32).map(|at| root(&parent, at)).collect()
+    edges.iter().for_each(|&(a, b)| islands::join(&mut parent, a, b));
+    (0..count as u32).map(|at| islands::root(&mut parent, at)).collect()
 }

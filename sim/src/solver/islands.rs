@@ -5,7 +5,8 @@
 //! Union-find over the constraints between movable bodies, with path halving (Tarjan and van
 //! Leeuwen 1984). Islands are in the order of their first constraint, and constraints keep their
 //! order, so that the result in an island does not depend on the rest of the world, except by the number of
-//! moving bodies (see `tolerances::LARGE_WORLD`).
+//! moving bodies (see `tolerances::LARGE_WORLD`) and where the islands before it have used up the eliminations of a
+//! step (see `direct::STEP_VISITS`).
 
 use crate::solver::contact_constraint::ContactConstraint;
 
@@ -49,14 +50,7 @@ impl Islands {
             }
         }
         for constraint in constraints.iter().filter(|constraint| constraint.is_free()) {
-            let (a, b) =
-                (root(&mut self.parent, constraint.a), root(&mut self.parent, constraint.b));
-            // The lower slot becomes the root.
-            if a < b {
-                self.parent[b as usize] = a;
-            } else {
-                self.parent[a as usize] = b;
-            }
+            join(&mut self.parent, constraint.a, constraint.b);
         }
         self.count_constraints(constraints);
         self.sort_constraints();
@@ -108,4 +102,10 @@ pub(crate) fn root(parent: &mut [u32], mut slot: u32) -> u32 {
         slot = grand;
     }
     slot
+}
+
+/// Joins the sets of two slots; the lower root stays one.
+pub(crate) fn join(parent: &mut [u32], a: u32, b: u32) {
+    let (a, b) = (root(parent, a), root(parent, b));
+    parent[a.max(b) as usize] = a.min(b);
 }

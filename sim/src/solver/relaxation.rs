@@ -15,31 +15,23 @@
 //! The passes are compiled for each set of shapes, with and without friction and restitution:
 //! features that no body has are not even tested. All of them give the same bits.
 
+mod step_back;
+
 use crate::bodies::Bodies;
 use crate::body::Motion;
-use crate::broad_phase::pairs::{Axis, Pair, near};
+use crate::broad_phase::pairs::{Pair, near};
 use crate::features::Features;
 use crate::forces::{Forces, Move};
 use crate::integrate;
 use crate::math::{clamp, clamp_length, max, min};
 use crate::narrow_phase::manifold::Manifold;
-use crate::narrow_phase::overlap::{overlap, overlap_of, separation_along, side, spread_circles};
-use crate::narrow_phase::separation::{self, Placed, placed};
-use crate::shape::{Shape, shapes};
+use crate::narrow_phase::overlap::{overlap, overlap_of, separation_along, spread_circles};
+use crate::shape::shapes;
 use crate::solver::settings::Relaxation;
 use crate::solver::tolerances::{OVERLAP, RELAXED_SPEED, SAME_FACE, UNBALANCED};
 use crate::touches::Found;
 use crate::world::settings::WorldSettings;
 use glam::Vec2;
-
-/// Others with which an immovable body that is near a movable one is looked at as a gap: bounds the time on floors of tiles.
-const WALLS_MAX: usize = 16;
-/// What a gap may be narrower than a body. Rounding may double it while both move.
-const NARROW: f32 = 2.0 * OVERLAP;
-/// Most places on a path at which a gap is looked for, one for each half-size of the body.
-const LOOKS_MAX: f32 = 16.0;
-/// Halvings of the path between two of them to find where it becomes too narrow.
-const GAP_HALVINGS: u32 = 12;
 
 /// A pair that takes part in a step.
 #[derive(Clone, Copy, Debug)]
@@ -227,25 +219,6 @@ impl RelaxationSolver {
         self.passes = passes(bodies, &mut self.constraints, &limits);
         store(&self.constraints, pairs);
         self.find_warm_start_scales(bodies, world.gravity.length() * world.dt);
-    }
-
-    /// Takes back motion on which a body cannot have come to where it is in immovable ones: through a side of a box, though
-    /// it was above the top, or into a gap that is narrower than it.
-    fn step_back(&mut self, bodies: &mut Bodies, slop: f32) {
-        self.walls.clear();
-        for constraint in self.constraints.iter().filter(|constraint| !constraint.is_free()) {
-            let (slot, wall) = constraint.ends();
-            leave_by_entry(bodies, &self.from, (slot, wall), slop);
-            self.walls.push(u64::from(slot) << 32 | u64::from(wall));
-        }
-        self.walls.sort_unstable();
-        for (at, &one) in self.walls.iter().enumerate() {
-            let slot = one >> 32;
-            let others = self.walls[at + 1..].iter().take_while(|&&other| other >> 32 == slot);
-            for &other in others.take(WALLS_MAX) {
-                leave_gap(bodies, &self.from, (slot as u32, [one as u32, other as u32]));
-            }
-        }
     }
 
     /// Finds the share of each body's impulses that the next step begins with: all of it for a body
@@ -472,61 +445,6 @@ impl RelaxationConstraint {
     fn apply(&self, bodies: &mut Bodies, impulse: Vec2) {
         bodies.velocity[self.a as usize] -= impulse * self.inv_mass_a;
         bodies.velocity[self.b as usize] += impulse * self.inv_mass_b;
-    }
-}
-
-/// Moves a body whose centre came into an immovable box back to the face by which it came. At the seam of two boxes it
-/// would be pushed out of each into the other.
-fn leave_by_entry(bodies: &mut Bodies, from: &[Vec2], (slot, wall): (u32, u32), slop: f32) {
-    let (began, half) = (from[slot as usize] - from[wall as usize], bodies.half[wall as usize]);
-    let now = bodies.center[slot as usize] - bodies.center[wall as usize];
-    let (outside, inside) = (began.abs() - half, half - now.abs());
-    let is_box = matches!(bodies.shape[wall as usize], Shape::Box { .. });
-    let entered = inside.x > 0.0 && inside.y > 0.0 && (outside.x >= 0.0 || outside.y >= 0.0);
-    if !is_box || !entered {
-        return;
-    }
-    // Of both axes the one on which it came inside last.
-    let axis = usize::from(outside.y * (outside.x + inside.x) > outside.x * (outside.y + inside.y));
-    let mut face = Vec2::ZERO;
-    face[axis] = side(began[axis]);
-    let depth = -separation_along(bodies, (wall, slot), face) - slop;
-    let back = min(depth, (began - now).dot(face));
-    bodies.shift(slot as usize, face * max(back, 0.0));
-}
-
-/// Moves a body that two immovable ones push towards each other back on its path between them to where they did not, and
-/// stops it if it could not move at all. If they did so from the start they squeeze it.
-fn leave_gap(bodies: &mut Bodies, from: &[Vec2], (slot, walls): (u32, [u32; 2])) {
-    let end = bodies.center[slot as usize];
-    // Where it comes from, as the walls stand now.
-    let moved = |wall: u32| bodies.center[wall as usize] - from[wall as usize];
-    let starts = walls.map(|wall| from[slot as usize] + moved(wall));
-    let is_free_at = |share: f32, tolerated: f32| {
-        let manifold = |index: usize| {
-            let center = starts[index] + (end - starts[index]) * share;
-            let at = Placed { center, ..placed(bodies, slot) };
-            separation::between(placed(bodies, walls[index]), at, Vec2::ZERO, Axis::Free)
-        };
-        let (Some(one), Some(other)) = (manifold(0), manifold(1)) else { return true };
-        let are_opposed = one.normal.dot(other.normal) < -SAME_FACE;
-        !are_opposed || one.separation + other.separation >= -tolerated
-    };
-    let back = (starts[0] + starts[1]) * 0.5 - end;
-    // A long path may lead through the gap and out of it.
-    let looks = clamp(back.length() / bodies.thickness(slot as usize), 0.0, LOOKS_MAX).ceil();
-    let blocked =
-        (1..=looks as u32).map(|look| look as f32 / looks).find(|&at| !is_free_at(at, NARROW));
-    let Some(mut blocked) = blocked.filter(|_| is_free_at(0.0, 2.0 * NARROW)) else { return };
-    let mut free = blocked - 1.0 / looks;
-    for _ in 0..GAP_HALVINGS {
-        let middle = 0.5 * (free + blocked);
-        if is_free_at(middle, NARROW) { free = middle } else { blocked = middle }
-    }
-    bodies.shift(slot as usize, back * (1.0 - free));
-    if free == 0.0 {
-        let [one, other] = walls.map(|wall| bodies.velocity[wall as usize]);
-        bodies.velocity[slot as usize] = (one + other) * 0.5;
     }
 }
 

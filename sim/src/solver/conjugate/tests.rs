@@ -7,6 +7,7 @@ mod rooms;
 mod shaken;
 mod stacks;
 
+use super::solve_island::SWEEPS_MIN;
 use super::*;
 use crate::Conjugate;
 use crate::rng::Rng;

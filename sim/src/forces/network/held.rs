@@ -1,0 +1,152 @@
+//! A network with something in the way: it takes one implicit step (Euler's), in which no node passes an obstacle. Its
+//! nodes resist contacts with the mass of their response to an impulse, and the impulses that contacts gave are then
+//! spread over all nodes, so that springs pass weights on.
+
+use super::Network;
+use super::link::max_or_nan;
+use super::plane::Plane;
+use crate::bodies::Bodies;
+use crate::forces::air::{Air, Hold, Kind, Move};
+use crate::forces::obstacles::Obstacles;
+use crate::math::clamp_length;
+use glam::DVec2;
+
+/// Stiffness of a plane, as a multiple of the mass that resists.
+const PLANE_STIFFNESS: f64 = 1e7;
+/// Most obstacles times nodes for which responses are found.
+const RESPONSES_MAX: usize = 4096;
+/// Most rounds in which nodes meet planes.
+const PLANE_ROUNDS_MAX: u32 = 4;
+
+impl Network {
+    /// The moves of an implicit step with obstacles.
+    pub fn hold(&mut self, bodies: &Bodies, obstacles: &Obstacles, air: &Air, moves: &mut [Move]) {
+        self.read_bodies(bodies, air);
+        self.planes.clear();
+        for (at, node) in (0u32..).zip(&self.nodes) {
+            let of = obstacles.of(node.slot).iter();
+            self.planes.extend(of.filter(|found| found.speed_min.is_finite()).map(|found| Plane {
+                node: at,
+                normal: found.normal,
+                speed_min: found.speed_min,
+                is_active: false,
+                stiffness: 0.0,
+            }));
+        }
+        self.advance_implicitly(bodies, air);
+        self.find_free_velocities(bodies, air);
+        self.find_resistances(air.dt);
+        for (node, row) in self.nodes.iter_mut().zip(&self.residual) {
+            node.resistance = row.x;
+        }
+        self.responds = self.find_responses(obstacles);
+        for node in &self.nodes {
+            let found = air.limited_move(node.slot, node.velocity, node.path);
+            let velocity = air.limited_move(node.slot, node.free, DVec2::ZERO).velocity;
+            if let Some(index) = obstacles.move_of(node.slot) {
+                let hold = Hold { velocity, inverse_mass: (1.0 / node.resistance) as f32 };
+                moves[index] = Move { kind: Kind::Held(hold), ..found };
+            }
+        }
+    }
+
+    /// Finds the velocities that the nodes would have without the impulses of planes, and factors the
+    /// matrix without planes.
+    fn find_free_velocities(&mut self, bodies: &Bodies, air: &Air) {
+        let planes = std::mem::take(&mut self.planes);
+        self.assemble(bodies, air, 0.0, true);
+        self.system.factor();
+        self.residual.fill(DVec2::ZERO);
+        for plane in &planes {
+            let impulse = plane.impulse(self.nodes[plane.node as usize].velocity);
+            self.residual[plane.node as usize] += plane.normal * impulse;
+        }
+        self.system.solve(&mut self.residual);
+        for (node, change) in self.nodes.iter_mut().zip(&self.residual) {
+            node.free = node.velocity - *change;
+        }
+    }
+
+    /// Finds the masses with which nodes resist their obstacles, and whether these take the neighbours
+    /// along. Not where nodes touch each other: they would be pushed into each other.
+    fn find_responses(&mut self, obstacles: &Obstacles) -> bool {
+        let all = || self.nodes.iter().flat_map(|node| obstacles.of(node.slot));
+        let is_inner = |other: u32| self.nodes.iter().any(|node| node.slot == other);
+        if all().count() * self.nodes.len() > RESPONSES_MAX || all().any(|met| is_inner(met.other))
+        {
+            return false;
+        }
+        for at in 0..self.nodes.len() {
+            let mut most = 0.0;
+            for obstacle in obstacles.of(self.nodes[at].slot) {
+                self.residual.fill(DVec2::ZERO);
+                self.residual[at] = obstacle.normal;
+                self.system.solve(&mut self.residual);
+                most = max_or_nan(obstacle.normal.dot(self.residual[at]), most);
+            }
+            if most > 0.0 {
+                self.nodes[at].resistance = 1.0 / most;
+            }
+        }
+        true
+    }
+
+    /// Spreads the impulses of contacts over the springs: each node that contacts gave another velocity
+    /// than its own takes its neighbours along.
+    pub fn respond(&mut self, bodies: &mut Bodies, is_free: bool, speed_max: f32) {
+        if !std::mem::take(&mut self.responds) {
+            return;
+        }
+        for (row, node) in self.residual.iter_mut().zip(&self.nodes) {
+            let before = if is_free { node.free } else { node.velocity };
+            let change = bodies.velocity[node.slot as usize].as_dvec2() - before;
+            *row = change * node.resistance;
+        }
+        self.system.solve(&mut self.residual);
+        for (change, node) in self.residual.iter().zip(&self.nodes) {
+            let before = if is_free { node.free } else { node.velocity };
+            let velocity = clamp_length((before + *change).as_vec2(), speed_max);
+            if velocity.is_finite() {
+                bodies.velocity[node.slot as usize] = velocity;
+            }
+        }
+    }
+
+    /// Takes a step of Euler's implicit method, in which no node passes a plane.
+    pub(super) fn advance_implicitly(&mut self, bodies: &Bodies, air: &Air) {
+        self.begin_substep(air);
+        self.weight = 1.0;
+        self.find_resistances(air.dt);
+        for plane in &mut self.planes {
+            plane.stiffness = PLANE_STIFFNESS * self.residual[plane.node as usize].x;
+        }
+        for _ in 0..PLANE_ROUNDS_MAX {
+            if !self.solve(bodies, air, 0.0).is_finite() {
+                self.reset_velocities();
+            }
+            let mut any = false;
+            for plane in &mut self.planes {
+                let velocity = self.nodes[plane.node as usize].velocity;
+                let passes = plane.normal.dot(velocity) < plane.speed_min;
+                any |= passes && !plane.is_active;
+                plane.is_active |= passes;
+            }
+            if !any {
+                break;
+            }
+        }
+        self.move_nodes(air.dt);
+    }
+
+    /// By node, in `residual.x`: the mass that resists a velocity if its neighbours stand still.
+    fn find_resistances(&mut self, dt: f64) {
+        for (row, node) in self.residual.iter_mut().zip(&self.nodes) {
+            *row = DVec2::splat(node.mass);
+        }
+        for link in &self.links {
+            for node in [link.a.node(), link.b.node()].into_iter().flatten() {
+                self.residual[node as usize].x += (link.stiffness * dt + link.damping) * dt;
+            }
+        }
+    }
+}

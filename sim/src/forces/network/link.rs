@@ -1,0 +1,88 @@
+//! The force of a spring over a substep, and its derivative.
+
+use glam::{DMat2, DVec2};
+
+/// Springs shorter than this have no direction, world units.
+const LENGTH_MIN: f64 = 1e-9;
+
+/// An end of a spring.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum End {
+    Node(u32),
+    /// A body that forces do not move.
+    Slot(u32),
+    Point(DVec2),
+}
+
+/// A spring of the network.
+#[derive(Clone, Debug)]
+pub(super) struct Link {
+    pub a: End,
+    pub b: End,
+    pub rest_length: f64,
+    pub stiffness: f64,
+    pub damping: f64,
+}
+
+/// Force of a spring.
+pub(super) struct Pull {
+    /// On its far end.
+    pub force: DVec2,
+    direction: DVec2,
+    /// Transverse stiffness: tension over length, where it pulls.
+    across: f64,
+}
+
+impl End {
+    pub fn node(self) -> Option<u32> {
+        match self {
+            End::Node(node) => Some(node),
+            End::Slot(_) | End::Point(_) => None,
+        }
+    }
+}
+
+impl Link {
+    pub fn pull(&self, early: DVec2, late: DVec2, speed: DVec2, t: f64) -> Pull {
+        let mean = early * (1.0 - t) + late * t;
+        if self.rest_length == 0.0 {
+            let force = -mean * self.stiffness - speed * self.damping;
+            return Pull { force, direction: DVec2::X, across: 0.0 };
+        }
+        let length = early.length() * (1.0 - t) + late.length() * t;
+        let direction = unit(mean);
+        let tension = self.stiffness * (length - self.rest_length);
+        let (slant, across) = if length > LENGTH_MIN {
+            (mean / length, max_or_nan(tension, 0.0) / length)
+        } else {
+            (direction, 0.0)
+        };
+        let damped = direction * (self.damping * direction.dot(speed));
+        Pull { force: -slant * tension - damped, direction, across }
+    }
+}
+
+impl Pull {
+    /// Derivative of the impulse by the velocity at the end of the step.
+    pub fn stiffness(&self, link: &Link, t: f64, dt: f64) -> DMat2 {
+        let along = dt * t * (link.stiffness * t * dt + link.damping);
+        if link.rest_length == 0.0 {
+            return DMat2::IDENTITY * along;
+        }
+        let across = dt * t * self.across * t * dt;
+        let direction = self.direction;
+        let outer = DMat2::from_cols(direction * direction.x, direction * direction.y);
+        outer * (along - across) + DMat2::IDENTITY * across
+    }
+}
+
+/// Unit vector; the x axis for a vector without direction.
+fn unit(vector: DVec2) -> DVec2 {
+    let length = vector.length();
+    if length > LENGTH_MIN { vector / length } else { DVec2::X }
+}
+
+/// The larger one, or NaN if `a` is.
+pub(super) fn max_or_nan(a: f64, b: f64) -> f64 {
+    if a > b || a.is_nan() { a } else { b }
+}

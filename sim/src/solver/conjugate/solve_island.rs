@@ -1,0 +1,247 @@
+//! Solves an island: one constraint by a visit, others by sweeps within limits that fit their masses and motion.
+
+use super::ConjugateSolver;
+use crate::bodies::Bodies;
+use crate::broad_phase::pairs::Pair;
+use crate::continuous::held_after_impact;
+use crate::math::{clamp, max, min};
+use crate::solver::contact_constraint::{ContactConstraint, Correction};
+use crate::solver::direct;
+use crate::solver::local_sweeps::{Agitation, UNSOLVED_MIN, VISITS_PER_CONTACT, Work};
+use crate::solver::step_context::StepContext;
+use crate::solver::sweep::{self, Sequence, SweepLimits};
+use crate::solver::tolerances::{
+    IMPULSE_ROUNDING, LARGE_ISLAND, LOCAL_ISLAND, MOTION_MIN, SMALL_ISLAND, SMALL_ISLAND_SHARE,
+    SPEED_ROUNDING, STIFF_BODIES, STIFF_MASS_RATIO, STIFF_VISITS,
+};
+use glam::Vec2;
+/// Fewest sweeps of an island, however many constraints it has.
+pub(super) const SWEEPS_MIN: u32 = 4;
+
+/// Limits of the work on an island.
+#[derive(Clone, Copy, Debug)]
+struct IslandLimits {
+    /// Limits of its sweeps.
+    sweeps: SweepLimits,
+    /// Greatest mass relative to the least.
+    mass_ratio: f32,
+    /// How it moves, if contacts are swept only where they still change.
+    agitation: Option<Agitation>,
+}
+
+impl ConjugateSolver {
+    /// Solves a constraint that shares its movable bodies with no other: one visit is exact, since
+    /// both impulses act on the same masses; a second one removes the rounding of the first.
+    pub(super) fn solve_single(&mut self, index: u32, bodies: &mut Bodies, context: &StepContext) {
+        const VISITS: u32 = 2;
+        let rounding = self.rounding(&[index], &bodies.velocity, context);
+        let (constraint, velocity) =
+            (&mut self.contacts.constraints[index as usize], &mut bodies.velocity);
+        let visits = match context.features.takes_friction() {
+            true => sweep::solve_single::<true>(constraint, velocity, VISITS, rounding),
+            false => sweep::solve_single::<false>(constraint, velocity, VISITS, rounding),
+        };
+        self.work += u64::from(visits);
+        self.sweeps = self.sweeps.max(visits);
+    }
+
+    /// Solves the constraints of an island from their present impulses and velocities.
+    pub(super) fn solve_island(
+        &mut self,
+        number: usize,
+        visits_per_contact: u32,
+        bodies: &mut Bodies,
+        pairs: &[Pair],
+        context: &StepContext,
+    ) {
+        let limits = self.limits(number, visits_per_contact, &bodies.velocity, context);
+        let count = self.islands.range(number).len();
+        let mut work = Work::on(count, visits_per_contact, limits.sweeps.sweeps_max);
+        for _ in 0..held_after_impact::ROUNDS_MAX {
+            self.sweep_island(number, bodies, &limits, &mut work);
+            let island = &self.islands.constraints[self.islands.range(number)];
+            let held = held_after_impact::resolve(
+                bodies,
+                &mut self.contacts,
+                island,
+                pairs,
+                &mut self.impact_queue,
+                &mut self.displacements,
+                context,
+            );
+            if !held {
+                break;
+            }
+        }
+        self.work += u64::from(work.visits);
+        self.sweeps = self.sweeps.max(work.sweeps);
+    }
+
+    /// Sweeps an island until it is solved or its limits are reached.
+    fn sweep_island(
+        &mut self,
+        number: usize,
+        bodies: &mut Bodies,
+        island_limits: &IslandLimits,
+        work: &mut Work,
+    ) {
+        let island = &self.islands.constraints[self.islands.range(number)];
+        let (constraints, velocity) = (&mut self.contacts.constraints, &mut bodies.velocity);
+        let IslandLimits { sweeps: limits, mass_ratio, agitation } = *island_limits;
+        let is_stiff = mass_ratio > STIFF_MASS_RATIO;
+        if is_stiff {
+            self.energy_guard.remember(constraints, island, velocity);
+        }
+        let blocks = &mut self.blocks;
+        let mut is_solved = match agitation {
+            Some(agitation) if agitation.in_motion => {
+                let limits = agitation.motion_limits(limits, island.len(), mass_ratio);
+                let sweeps = sweep::solve_in_motion(constraints, island, blocks, velocity, limits);
+                work.add(sweeps, island.len());
+                self.late_pairs.note_motion(constraints, island);
+                sweeps < limits.sweeps_max
+            }
+            Some(agitation) => {
+                let limits = (limits, agitation);
+                self.local_sweeps.solve(constraints, island, blocks, velocity, limits, work)
+            }
+            None => {
+                blocks.chains.find(constraints, island);
+                // All rounds share the sweeps of the island.
+                let sweeps_max = limits.sweeps_max.saturating_sub(work.sweeps).max(SWEEPS_MIN);
+                let limits = SweepLimits { sweeps_max, ..limits };
+                let sweeps = sweep::solve(constraints, island, blocks, velocity, limits);
+                work.add(sweeps, island.len());
+                sweeps < sweeps_max
+            }
+        };
+        let in_motion = agitation.is_some_and(|agitation| agitation.in_motion);
+        let is_affordable = !in_motion && self.work < direct::STEP_VISITS;
+        if !is_solved && is_affordable && direct::is_worth(island.len(), mass_ratio) {
+            let (solved, rounds) = direct::solve(constraints, island, velocity, limits.tolerance);
+            is_solved = solved;
+            work.visits += rounds * direct::VISITS * island.len() as u32;
+        }
+        if is_stiff {
+            self.energy_guard.check(constraints, island, velocity);
+        }
+        if is_stiff || !is_solved {
+            sweep::sweep_immovable(constraints, island, velocity);
+        }
+        let correction = match agitation {
+            Some(agitation) => Some(agitation.correction(is_solved, island.len())),
+            None if is_stiff && !is_solved && island.len() > UNSOLVED_MIN => {
+                Some(Correction::Light)
+            }
+            None => None,
+        };
+        if let Some(correction) = correction {
+            for &index in island {
+                self.contacts.infos[index as usize].correction = correction;
+            }
+        }
+    }
+
+    /// The limits of the sweeps over an island.
+    fn limits(
+        &self,
+        number: usize,
+        visits_per_contact: u32,
+        velocity: &[Vec2],
+        context: &StepContext,
+    ) -> IslandLimits {
+        let constraints = &self.contacts.constraints;
+        let island = &self.islands.constraints[self.islands.range(number)];
+        let (tolerance, mass_ratio) = tolerance(constraints, island, velocity, context);
+        let is_stiff = mass_ratio > STIFF_MASS_RATIO;
+        let is_exact = is_stiff
+            && (direct::is_worth(island.len(), mass_ratio) || is_overfull(constraints, island));
+        let local_min = if is_stiff { usize::MAX } else { LOCAL_ISLAND };
+        let agitation = (!self.is_large_world && !is_exact && island.len() > MOTION_MIN)
+            .then(|| Agitation::of(constraints, island, velocity, tolerance, mass_ratio))
+            .filter(|agitation| agitation.in_motion || island.len() >= local_min);
+        let mut work_max = context.settings.work_max / island.len() as u32;
+        if agitation.is_none() {
+            // One sweep more than the step may still take: an island that needs it is over the budget, rather than solved
+            // less well than without one. The visits of local sweeps are bounded by their contacts.
+            let work_left = (self.work_left / island.len() as u64).saturating_add(1);
+            work_max = work_max.min(u32::try_from(work_left).unwrap_or(u32::MAX));
+        }
+        if is_stiff && direct::is_worth(island.len(), mass_ratio) {
+            work_max = work_max.min(direct::SWEEPS_BEFORE);
+        } else if is_stiff && !is_exact {
+            let visits = STIFF_VISITS / VISITS_PER_CONTACT * visits_per_contact;
+            work_max = work_max.min(visits / island.len() as u32);
+        }
+        let sweeps_max = work_max.max(SWEEPS_MIN).min(context.settings.sweeps_max);
+        let friction = context.features.takes_friction();
+        let (rounding, sequence) = (self.rounding(island, velocity, context), Sequence::Forests);
+        let sweeps = SweepLimits { tolerance, rounding, sweeps_max, sequence, friction };
+        IslandLimits { sweeps, mass_ratio, agitation }
+    }
+
+    /// Change of a relative velocity that is rounding in an island that was at rest, units/s; 0 in other islands.
+    fn rounding(&self, island: &[u32], velocity: &[Vec2], context: &StepContext) -> f32 {
+        let start_velocity = &self.displacements.start_velocity;
+        let was_at_rest = |&index: &u32| {
+            let bodies = self.contacts.constraints[index as usize].bodies();
+            bodies.into_iter().all(|(slot, inv_mass)| {
+                let before = if inv_mass > 0.0 { start_velocity } else { velocity };
+                before[slot as usize] == Vec2::ZERO
+            })
+        };
+        if !island.iter().all(was_at_rest) {
+            return 0.0;
+        }
+        let strongest = island.iter().fold(0.0, |strongest, &index| {
+            let constraint = &self.contacts.constraints[index as usize];
+            let inv_mass = constraint.inv_mass_a + constraint.inv_mass_b;
+            max(strongest, constraint.normal_impulse * inv_mass)
+        });
+        max(context.rounding(), IMPULSE_ROUNDING * strongest)
+    }
+}
+
+/// The change of a relative velocity at which the sweeps over an island end, units/s, and its
+/// greatest mass relative to the least.
+fn tolerance(
+    constraints: &[ContactConstraint],
+    island: &[u32],
+    velocity: &[Vec2],
+    context: &StepContext,
+) -> (f32, f32) {
+    let (mut fastest, mut lightest, mut heaviest) = (0.0, 0.0, f32::INFINITY);
+    for &index in island {
+        let constraint = &constraints[index as usize];
+        for (body, inv_mass) in constraint.bodies() {
+            let speed = velocity[body as usize].abs();
+            fastest = max(fastest, max(speed.x, speed.y));
+            lightest = max(lightest, inv_mass);
+            heaviest = if inv_mass > 0.0 { min(heaviest, inv_mass) } else { heaviest };
+        }
+    }
+    let count = island.len() as f32;
+    let (few, many) = (count / SMALL_ISLAND, LARGE_ISLAND / count);
+    let share = clamp(few * few, SMALL_ISLAND_SHARE, 1.0) * min(many, 1.0);
+    (max(context.tolerance() * share, fastest * SPEED_ROUNDING), lightest / heaviest)
+}
+
+/// Whether an island has at most [`STIFF_BODIES`] that can move, and more contacts than they can have at once, three each:
+/// they are in a room that is small beside their paths.
+fn is_overfull(constraints: &[ContactConstraint], island: &[u32]) -> bool {
+    let mut known = [u32::MAX; STIFF_BODIES];
+    let mut count = 0;
+    for &index in island {
+        for (slot, inv_mass) in constraints[index as usize].bodies() {
+            if inv_mass == 0.0 || known[..count].contains(&slot) {
+                continue;
+            }
+            if count == STIFF_BODIES {
+                return false;
+            }
+            known[count] = slot;
+            count += 1;
+        }
+    }
+    island.len() > 3 * count
+}
