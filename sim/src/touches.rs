@@ -44,7 +44,7 @@ pub(crate) struct Touches {
     before: Vec<[BodyId; 2]>,
 }
 
-/// Sorts touches by (a, b): plain numbers, since a sort of its own would take 3 kB of the page's program.
+/// Sorts touches by (a, b): plain numbers, since a sort for this type would take 3 kB of the page's program.
 pub(crate) fn sort(touches: &mut Vec<Touch>) {
     let key = |touch: &Touch| u64::from(touch.a.index) << 32 | u64::from(touch.b.index);
     let mut keys: Vec<u64> = touches.iter().map(key).collect();

@@ -318,7 +318,8 @@ fn one_pack_hardly_moves_a_minion_at_rest_slow_or_fast() {
             for velocity in ways {
                 let mut game = chased_past_a_minion(solver, minion, velocity);
                 let way = push(&mut game, velocity, 1);
-                assert!(way > 0.0 && way < 2.5, "{solver}, {minion}, {velocity}: {way}");
+                let most = if solver == "relaxation" { 2.0 } else { 2.5 };
+                assert!(way > 0.0 && way < most, "{solver}, {minion}, {velocity}: {way}");
                 idle(&mut game, 60);
                 let after = game.world().velocity(only(&game, Kind::Minion));
                 assert!((after - velocity).length() < 1e-3, "{velocity} became {after}");

@@ -146,7 +146,7 @@ impl PairList {
 
     /// Sorts pairs that were appended to the list; of two equal ones the one with an impulse stays.
     pub fn merge(&mut self) {
-        // Plain numbers are sorted: a sort of its own would take 3 kB of the page's program.
+        // Sorts plain numbers: a sort for this type would take 3 kB of the page's program.
         let mut keys: Vec<u64> = self.pairs.iter().map(Pair::key).collect();
         keys.sort_unstable();
         keys.dedup();
@@ -327,8 +327,8 @@ impl PairList {
         }
     }
 
-    /// Makes `pairs` those of the sorted keys, and those listed before of which neither body was renewed; who was
-    /// listed before keeps the impulses.
+    /// Sets `pairs` to those of the sorted keys, and to listed ones of which neither body was renewed. Listed pairs keep
+    /// their impulses.
     fn carry_impulses(&mut self) {
         let PairList { pairs, keys, renewed, .. } = self;
         let mut found = keys.iter().copied().peekable();
@@ -356,8 +356,8 @@ impl PairList {
     }
 }
 
-/// Makes room for `len` items and a quarter more: what doubles holds half as much again as it needs, on average.
-pub(crate) fn reserve<T>(list: &mut Vec<T>, len: usize) {
+/// Makes room for `len` items and a quarter more: a list that doubles has room for half as many again, on average.
+fn reserve<T>(list: &mut Vec<T>, len: usize) {
     if list.capacity() < len {
         list.reserve_exact(len + len / 4 - list.len());
     }

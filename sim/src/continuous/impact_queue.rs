@@ -191,7 +191,7 @@ impl ImpactQueue {
 
     /// Processes impacts in the order of their times, until more than `predictions_max` were needed. Except in the `last`
     /// round, a body that gets faster than its reach waits, since the list may lack some of its pairs, and so does every
-    /// body within its reach: that would be ahead of it in time. The next round goes on with those.
+    /// body within its reach: that would be ahead of it in time. The next round continues with those.
     pub fn process(
         &mut self,
         bodies: &mut Bodies,

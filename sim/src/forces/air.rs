@@ -27,7 +27,7 @@ pub(crate) enum Kind {
     Held(Hold),
 }
 
-/// What contacts do to a held body.
+/// A held body as contacts see it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Hold {
     /// Velocity to which they add, units/s.

@@ -57,7 +57,7 @@ fn energy(world: &World, height: f64) -> f64 {
     of_bodies.sum::<f64>() + of_springs.sum::<f64>()
 }
 
-/// The least and the most energy in so many steps, as shares of that at the start.
+/// The least and the most energy in this many steps, as shares of that at the start.
 fn extremes(world: &mut World, height: f64, steps: u32) -> (f64, f64) {
     let start = energy(world, height);
     let (mut least, mut most) = (1.0f64, 1.0f64);

@@ -9,7 +9,7 @@ use crate::broad_phase::pairs::Pair;
 use crate::math::{clamp_length, max, min};
 use crate::narrow_phase::manifold::Manifold;
 use crate::shape::Shape;
-use crate::solver::relaxation::RelaxationConstraint;
+use crate::solver::relaxation::constraint::RelaxationConstraint;
 use crate::solver::settings::Relaxation;
 use glam::Vec2;
 

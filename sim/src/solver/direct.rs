@@ -2,7 +2,7 @@
 //!
 //! An augmented Lagrangian with an active set (Hestenes 1969; Hintermueller, Ito and Kunisch 2002): contacts that hold are
 //! stiff springs whose forces become impulses in each round; a round solves one sparse system with a 2 by 2 block for each
-//! body and each contact. Where whole steps do not end, the island is solved anew with steps to the lowest point on the way
+//! body and each contact. Where whole steps do not converge, the solution starts again with steps to the lowest point on the way
 //! (Newton's method for a convex function), and impulses are renewed only when the contacts that hold are known.
 
 use crate::forces::elimination::Elimination;

@@ -15,6 +15,7 @@
 //! The passes are compiled for each set of shapes, with and without friction and restitution:
 //! features that no body has are not even tested. All of them give the same bits.
 
+pub(crate) mod constraint;
 mod step_back;
 
 use crate::bodies::Bodies;
@@ -25,48 +26,14 @@ use crate::forces::{Forces, Move};
 use crate::integrate;
 use crate::math::{clamp, clamp_length, max, min};
 use crate::narrow_phase::manifold::Manifold;
-use crate::narrow_phase::overlap::{overlap, overlap_of, separation_along, spread_circles};
+use crate::narrow_phase::overlap::overlap;
 use crate::shape::shapes;
 use crate::solver::settings::Relaxation;
-use crate::solver::tolerances::{OVERLAP, RELAXED_SPEED, SAME_FACE, UNBALANCED};
+use crate::solver::tolerances::{OVERLAP, RELAXED_SPEED, UNBALANCED};
 use crate::touches::Found;
 use crate::world::settings::WorldSettings;
+use constraint::RelaxationConstraint;
 use glam::Vec2;
-
-/// A pair that takes part in a step.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct RelaxationConstraint {
-    pub a: u32,
-    pub b: u32,
-    /// Index in the pair list.
-    pair: u32,
-    /// Values of [`Bodies::moves`] for which `normal` and `separation` hold.
-    moves_a: u32,
-    moves_b: u32,
-    /// Inverse masses of the two.
-    inv_mass_a: f32,
-    inv_mass_b: f32,
-    /// Effective mass: 1 / (sum of the inverse masses).
-    effective_mass: f32,
-    /// Coulomb coefficient of the pair: geometric mean.
-    friction: f32,
-    /// Restitution of the pair: the smaller one.
-    restitution: f32,
-    /// Normal of the last contact or, before it, of the warm start; from a to b.
-    normal: Vec2,
-    /// Normal along which the impulses were applied.
-    impulse_normal: Vec2,
-    /// Negative while the two overlap, world units; 0 while they are apart.
-    separation: f32,
-    /// Largest closing speed so far in this step, units/s; not negative.
-    pub closing: f32,
-    /// Normal impulse that holds the pair apart; later passes may reduce it to 0.
-    normal_impulse: f32,
-    /// Normal impulse spent on bounces; final.
-    bounce_impulse: f32,
-    /// Friction impulse along the normal turned left.
-    tangent_impulse: f32,
-}
 
 /// Scratch of the relaxation.
 #[derive(Debug, Default)]
@@ -313,138 +280,6 @@ fn gather<const SHAPES: u8>(
         if near(bodies, pair.a, pair.b) {
             constraints.push(RelaxationConstraint::new::<SHAPES>(bodies, pair, index));
         }
-    }
-}
-
-impl RelaxationConstraint {
-    #[inline]
-    fn new<const SHAPES: u8>(bodies: &Bodies, pair: &Pair, index: u32) -> RelaxationConstraint {
-        let (a, b) = (pair.a as usize, pair.b as usize);
-        let (material_a, material_b) = (bodies.material[a], bodies.material[b]);
-        let (inv_mass_a, inv_mass_b) = (bodies.inverse_mass[a], bodies.inverse_mass[b]);
-        let mut constraint = RelaxationConstraint {
-            a: pair.a,
-            b: pair.b,
-            pair: index,
-            moves_a: 0,
-            moves_b: 0,
-            inv_mass_a,
-            inv_mass_b,
-            effective_mass: 1.0 / (inv_mass_a + inv_mass_b),
-            friction: (material_a.friction * material_b.friction).sqrt(),
-            restitution: min(material_a.restitution, material_b.restitution),
-            normal: pair.warm_normal,
-            impulse_normal: pair.warm_normal,
-            separation: 0.0,
-            closing: 0.0,
-            normal_impulse: pair.normal_impulse,
-            bounce_impulse: 0.0,
-            tangent_impulse: pair.tangent_impulse,
-        };
-        constraint.update_manifold::<SHAPES>(bodies, &bodies.center);
-        constraint
-    }
-
-    /// Finds the manifold at the present positions, of bodies that began the passes at `start`.
-    #[inline]
-    fn update_manifold<const SHAPES: u8>(&mut self, bodies: &Bodies, start: &[Vec2]) {
-        self.moves_a = bodies.moves[self.a as usize];
-        self.moves_b = bodies.moves[self.b as usize];
-        self.separation = 0.0;
-        if let Some(manifold) = overlap_of::<SHAPES>(bodies, self.a, self.b) {
-            let manifold = if self.is_free() {
-                spread_circles(bodies, (self.a, self.b), manifold)
-            } else {
-                self.on_its_side(bodies, start, manifold)
-            };
-            self.normal = manifold.normal;
-            self.separation = manifold.separation;
-        }
-    }
-
-    /// The manifold of a body and an immovable one on the side where the passes began: others may
-    /// have pushed the body past the middle of a wall, but it does not leave on the far side.
-    #[cold]
-    fn on_its_side(&self, bodies: &Bodies, start: &[Vec2], manifold: Manifold) -> Manifold {
-        let began = start[self.b as usize] - start[self.a as usize];
-        if manifold.normal.dot(began) >= 0.0 {
-            return manifold;
-        }
-        let normal = -manifold.normal;
-        Manifold { normal, separation: separation_along(bodies, (self.a, self.b), normal) }
-    }
-
-    /// The same, unless neither body has moved since: the manifold is a pure function of the two
-    /// positions, and in a settled pile nothing moves.
-    #[inline]
-    fn refresh_manifold<const SHAPES: u8>(&mut self, bodies: &Bodies, start: &[Vec2]) {
-        let moved_a = bodies.moves[self.a as usize] != self.moves_a;
-        let moved_b = bodies.moves[self.b as usize] != self.moves_b;
-        if moved_a || moved_b {
-            self.update_manifold::<SHAPES>(bodies, start);
-        }
-    }
-
-    /// Takes back impulses that were applied along another normal: where the contact of two boxes
-    /// jumps from a top to a side, the load that it held must not become a push along the new
-    /// normal. The two then close no faster than they did before: what else the impulse was spent on
-    /// is another contact's to take back.
-    #[inline]
-    fn undo_if_turned(&mut self, bodies: &mut Bodies) {
-        let holds = self.normal_impulse > 0.0 || self.tangent_impulse != 0.0;
-        if holds && self.impulse_normal.dot(self.normal) < SAME_FACE {
-            self.undo(bodies);
-        }
-        self.impulse_normal = self.normal;
-    }
-
-    /// Takes the impulses back, as described there.
-    #[cold]
-    fn undo(&mut self, bodies: &mut Bodies) {
-        let leaving = self.relative_velocity(bodies).dot(self.impulse_normal);
-        let most = max(leaving + self.closing, 0.0) * self.effective_mass;
-        let share = if self.normal_impulse > most { most / self.normal_impulse } else { 1.0 };
-        let applied = self.impulse_normal * self.normal_impulse
-            + self.impulse_normal.perp() * self.tangent_impulse;
-        self.apply(bodies, applied * -share);
-        self.normal_impulse = 0.0;
-        self.tangent_impulse = 0.0;
-    }
-
-    /// Returns the manifold at the end of the step, if the two overlap.
-    pub fn manifold(&mut self, bodies: &Bodies) -> Option<Manifold> {
-        self.refresh_manifold::<{ shapes::BOTH }>(bodies, &bodies.center);
-        let &mut RelaxationConstraint { normal, separation, .. } = self;
-        (separation < 0.0).then_some(Manifold { normal, separation })
-    }
-
-    /// The movable body of a pair with an immovable one, and that one.
-    fn ends(&self) -> (u32, u32) {
-        if self.inv_mass_a > 0.0 { (self.a, self.b) } else { (self.b, self.a) }
-    }
-
-    /// Both bodies with their inverse masses.
-    fn bodies(&self) -> [(u32, f32); 2] {
-        [(self.a, self.inv_mass_a), (self.b, self.inv_mass_b)]
-    }
-
-    /// Whether both bodies can be pushed.
-    #[inline]
-    fn is_free(&self) -> bool {
-        self.inv_mass_a > 0.0 && self.inv_mass_b > 0.0
-    }
-
-    /// Velocity of b relative to a.
-    #[inline]
-    fn relative_velocity(&self, bodies: &Bodies) -> Vec2 {
-        bodies.velocity[self.b as usize] - bodies.velocity[self.a as usize]
-    }
-
-    /// Applies an impulse to b and its opposite to a.
-    #[inline]
-    fn apply(&self, bodies: &mut Bodies, impulse: Vec2) {
-        bodies.velocity[self.a as usize] -= impulse * self.inv_mass_a;
-        bodies.velocity[self.b as usize] += impulse * self.inv_mass_b;
     }
 }
 

@@ -256,7 +256,7 @@ fn by_problem(rows: &[Row], bottom: f64, svg: &mut String) {
     }
 }
 
-/// What the markers of the rows are, above them.
+/// The legend of the markers, above the rows.
 fn legend(rows: &[Row], left: f64, svg: &mut String) {
     let Some(full) = rows.iter().max_by_key(|row| row.marks.len()) else { return };
     let mut x = left - NAMES + 6.0;

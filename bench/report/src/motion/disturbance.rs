@@ -6,7 +6,7 @@ use crate::scene::{Body, Scene, Shape};
 use glam::DVec2;
 use jostle_sim::Rng;
 
-/// A disturbance that comes every so many ticks.
+/// A disturbance that comes at regular ticks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Disturbance {
     /// Each velocity changes by up to this, units/s.

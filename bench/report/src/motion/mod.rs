@@ -25,7 +25,7 @@ pub struct Setting {
     pub scene: Scene,
     /// Size of the container, whose lower left corner is at 0.
     pub size: DVec2,
-    /// What chance decided, in short.
+    /// The choices of chance, in short.
     pub traits: Vec<String>,
     disturbances: Vec<Disturbance>,
     platforms: Vec<Platform>,
@@ -152,7 +152,7 @@ struct Stuff {
     few_large: u32,
     /// Share of circles, of ten.
     circles: u32,
-    /// One in this many is heavier, by this factor; if 0, each by a factor of its own up to this.
+    /// One in this many is heavier, by this factor; if 0, each by a random factor up to this.
     heavy: (u32, f64),
     friction: f64,
     restitution: (f64, f64),

@@ -17,7 +17,7 @@ const TURN: u32 = 10;
 /// Steps from one look at the overlaps to the next.
 const LOOK: u32 = 5;
 
-/// What a run of one engine showed.
+/// Figures of a run of one engine.
 #[derive(Clone, Debug, Default)]
 pub struct Run {
     /// Time of each step, the shorter of two.
@@ -141,7 +141,7 @@ pub struct Finding {
     pub number: u64,
     /// Bodies that move.
     pub bodies: usize,
-    /// What chance decided.
+    /// The choices of chance.
     pub traits: String,
     /// Jostle's run, then its peer's.
     pub runs: [Run; 2],

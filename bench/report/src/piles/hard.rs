@@ -51,7 +51,7 @@ fn cradle(seed: u32) -> Scene {
     scene
 }
 
-/// Discs above two flights of steps, as in the hourglass, each with a mass of its own.
+/// Discs above two flights of steps, as in the hourglass, each with another mass.
 fn funnel(seed: u32) -> Scene {
     const COUNT: usize = 1000;
     const WIDTH: f64 = 160.0;
