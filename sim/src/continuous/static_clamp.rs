@@ -11,6 +11,7 @@
 
 use super::paths::Paths;
 use crate::bodies::Bodies;
+use crate::body::Motion;
 use crate::broad_phase::pairs::Pair;
 use crate::continuous::thin::{overlap_limit, thickness};
 use crate::math::{max, ordered_bits};
@@ -19,7 +20,8 @@ use crate::narrow_phase::separation;
 use crate::narrow_phase::separation::placed;
 use glam::Vec2;
 
-/// Rounds: in a corner a body that leaves one wall may end in the other.
+/// Rounds: in a corner a body that leaves one wall may end in the other. The last one sees only what stands still: a body
+/// between a platform and the ground stays above the ground.
 const ROUNDS: u32 = 4;
 
 /// Scratch.
@@ -53,9 +55,12 @@ impl StaticClamp {
 
     /// Moves bodies that passed a wall back to its surface.
     pub fn resolve(&mut self, bodies: &mut Bodies, pairs: &[Pair], paths: &Paths, slop: f32) {
-        for _ in 0..ROUNDS {
+        for round in 1..=ROUNDS {
             self.penetrating.clear();
             for (index, pair) in (0u32..).zip(pairs) {
+                if round == ROUNDS && !is_fixed(bodies, pair) {
+                    continue;
+                }
                 if let Some((_, depth)) = self.penetration(bodies, pair, paths, slop) {
                     let shallowness = !ordered_bits(depth);
                     self.penetrating.push(u64::from(shallowness) << 32 | u64::from(index));
@@ -127,6 +132,11 @@ impl StaticClamp {
         let manifold = separation::between(at_a, at_b, path, pair.axis)?;
         Some((manifold, -manifold.separation - manifold.normal.dot(path)))
     }
+}
+
+/// Whether one side of a pair stands still for ever.
+fn is_fixed(bodies: &Bodies, pair: &Pair) -> bool {
+    [pair.a, pair.b].iter().any(|&slot| bodies.motion[slot as usize] == Motion::Static)
 }
 
 /// Moves the body of a pair to the surface of its wall, and removes its velocity towards it.

@@ -1,6 +1,7 @@
 //! Bodies that the relaxation cannot satisfy: squeezed, pressed into walls, piled on one point.
 
 use super::*;
+use crate::Conjugate;
 use crate::math::{max, min};
 
 /// A wall or lift.
@@ -24,8 +25,9 @@ fn step_within_limits(world: &mut World) {
 }
 
 /// A lift that rises under a ceiling, with bodies between; returns the highest of them at any time.
-fn squeeze(settings: Relaxation, lift_speed: f32, thickness: f32, bodies: &[BodyDef]) -> f32 {
-    let mut world = world(settings, 50.0);
+fn squeeze(solver: Solver, lift_speed: f32, thickness: f32, bodies: &[BodyDef]) -> f32 {
+    let mut world = world(Relaxation::default(), 50.0);
+    world.settings.solver = Some(solver);
     slab(&mut world, Motion::Static, Vec2::new(0.0, thickness / 2.0), Vec2::new(60.0, thickness));
     let lift = slab(&mut world, Motion::Kinematic, Vec2::new(0.0, -31.5), Vec2::new(24.0, 3.0));
     let ids: Vec<BodyId> = bodies.iter().map(|&body| add(&mut world, body)).collect();
@@ -41,12 +43,17 @@ fn squeeze(settings: Relaxation, lift_speed: f32, thickness: f32, bodies: &[Body
 
 #[test]
 fn a_lift_shoots_nothing_through_a_ceiling() {
-    let passes = |iterations| Relaxation { iterations, ..Relaxation::default() };
-    for (settings, lift_speed, thickness) in [
+    let passes =
+        |iterations| Solver::Relaxation(Relaxation { iterations, ..Relaxation::default() });
+    let conjugate = Solver::Conjugate(Conjugate::default());
+    for (solver, lift_speed, thickness) in [
         (passes(15), 20.0, 3.0),
         (passes(15), 30.0, 10.0),
         (passes(60), 5.0, 3.0),
         (passes(240), 1.0, 3.0),
+        (conjugate, 20.0, 3.0),
+        (conjugate, 100.0, 10.0),
+        (conjugate, 1.0, 3.0),
     ] {
         for size in [8.0, 9.0] {
             let at = |x: f32, y: f32| BodyDef {
@@ -61,7 +68,7 @@ fn a_lift_shoots_nothing_through_a_ceiling() {
                 &[ball(-4.5, 0.0), at(4.5, 0.0), ball(-2.0, size)],
                 &[at(14.0, 0.0)],
             ] {
-                let highest = squeeze(settings, lift_speed, thickness, bodies);
+                let highest = squeeze(solver, lift_speed, thickness, bodies);
                 assert!(highest < 0.0, "{lift_speed} units/s, {bodies:?}: up to {highest}");
             }
         }
