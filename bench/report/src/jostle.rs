@@ -11,8 +11,9 @@ use jostle_sim::{
 };
 
 /// A World of the scene, stepped `steps` times per tick.
+#[derive(Clone)]
 pub struct Jostle {
-    world: World,
+    pub world: World,
     ids: Vec<Option<BodyId>>,
     drag: jostle_sim::Drag,
     steps: u32,
