@@ -14,8 +14,10 @@ use crate::solver::sweep;
 use crate::solver::tolerances::ENERGY_ROUNDING;
 use glam::Vec2;
 
-/// Number of plain sweeps.
-const SWEEPS: u32 = 60;
+/// Most and fewest plain sweeps, and the visits that they take of a large island.
+const SWEEPS_MAX: usize = 60;
+const SWEEPS_MIN: usize = 8;
+const VISITS: usize = 16_000;
 
 /// A body of an island.
 #[derive(Clone, Copy, Debug)]
@@ -93,7 +95,7 @@ impl EnergyGuard {
             return;
         }
         self.reset(constraints, island, velocity, |member| member.free);
-        for _ in 0..SWEEPS {
+        for _ in 0..(VISITS / island.len()).clamp(SWEEPS_MIN, SWEEPS_MAX) {
             sweep::plain_sweep(constraints, island, velocity);
         }
         if !self.is_within(velocity, allowed) {
