@@ -23,7 +23,7 @@ const ROUNDS_MAX: u32 = 80;
 /// Rounds that go the whole way.
 const WHOLE_ROUNDS: u32 = 40;
 /// Halvings of the way to the solution of a round, to find where it is lowest.
-const HALVINGS: u32 = 40;
+const HALVINGS: u32 = 10;
 /// Stiffness of a contact, in masses of the heaviest body.
 const STIFFNESS: f64 = 1e5;
 
