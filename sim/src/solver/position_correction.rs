@@ -43,6 +43,9 @@ const LAYERS: u8 = 8;
 const DEEP_SLOPS: f32 = 30.0;
 /// Rounds of pushes: with more, a heap that was compressed takes longer to come apart.
 const PUSH_ROUNDS: u32 = 6;
+/// The same where no overlap is deeper than so many slops: a crowd that comes to rest then keeps within the slop.
+const SHALLOW_ROUNDS: u32 = 30;
+const SHALLOW_SLOPS: f32 = 3.0;
 /// Share of the slop to which a push reduces an overlap. With less, bodies packed closely push each other to and fro.
 const PUSHED_SLOP: f32 = 0.98;
 /// [`LAYERS`] around other overlaps of such an island.
@@ -191,7 +194,7 @@ impl PositionCorrection {
         let slop = settings.slop;
         self.close.clear();
         let ContactSet { constraints, infos } = contacts;
-        let mut any = false;
+        let mut deepest = 0.0;
         for (index, (constraint, info)) in (0u32..).zip(constraints.iter_mut().zip(infos)) {
             if info.correction == Correction::Thorough {
                 continue;
@@ -201,14 +204,15 @@ impl PositionCorrection {
             }
             if info.separation_after < settings.correction_max {
                 self.close.push(index);
-                any |= info.separation_after < -slop;
+                deepest = max(deepest, -info.separation_after);
             }
         }
-        if settings.position_passes == 0 || !any {
+        if settings.position_passes == 0 || deepest <= slop {
             return;
         }
         self.moved.begin_pass();
-        for _ in 0..PUSH_ROUNDS {
+        let is_shallow = deepest < SHALLOW_SLOPS * slop;
+        for _ in 0..if is_shallow { SHALLOW_ROUNDS } else { PUSH_ROUNDS } {
             let mut any = false;
             for &index in &self.close {
                 let constraint = &contacts.constraints[index as usize];
