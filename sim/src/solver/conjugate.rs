@@ -17,7 +17,6 @@
 //!      and the rest,
 //!    - `direct`: elimination, for masses so different that sweeps do not converge,
 //!    - `energy_guard`: plain sweeps, or rest, for masses so different that f32 fails,
-//!    - `held_after_impact`: bodies that bounced and are held by another contact,
 //!    - `late_pairs`: pairs that only these velocities bring together;
 //! 5. `integrate`: the bodies move;
 //! 6. `position_correction`: removes overlap beyond the slop;
@@ -244,7 +243,7 @@ impl ConjugateSolver {
         moves: &[Move],
         context: &StepContext,
     ) {
-        self.solve(bodies, &pairs.pairs, moves, context);
+        self.solve(bodies, moves, context);
         self.solve_late_pairs(bodies, pairs, moves, context);
     }
 
@@ -269,13 +268,7 @@ impl ConjugateSolver {
         }
     }
 
-    fn solve(
-        &mut self,
-        bodies: &mut Bodies,
-        pairs: &[Pair],
-        moves: &[Move],
-        context: &StepContext,
-    ) {
+    fn solve(&mut self, bodies: &mut Bodies, moves: &[Move], context: &StepContext) {
         impact_queue::mark_bounced(&self.impact_queue.impacts, &mut self.contacts);
         let gain = context.gravity * context.dt;
         let start_velocity = &mut self.displacements.start_velocity;
@@ -296,7 +289,7 @@ impl ConjugateSolver {
             let work_before = self.work;
             let island = &self.islands.constraints[self.islands.range(number)];
             match *island {
-                [index] if self.is_single(index) => self.solve_single(index, bodies, context),
+                [index] => self.solve_single(index, bodies, context),
                 _ => {
                     let (constraints, velocity) =
                         (&mut self.contacts.constraints, &mut bodies.velocity);
@@ -304,7 +297,7 @@ impl ConjugateSolver {
                         true => warm_start::start::<true>(constraints, island, velocity),
                         false => warm_start::start::<false>(constraints, island, velocity),
                     }
-                    self.solve_island(number, VISITS_PER_CONTACT, bodies, pairs, context);
+                    self.solve_island(number, VISITS_PER_CONTACT, bodies, context);
                 }
             }
             if !self.spend(self.work - work_before) {
@@ -320,14 +313,6 @@ impl ConjugateSolver {
             constraint.inv_mass_b = bodies.inverse_mass[constraint.b as usize];
             constraint.effective_mass = 1.0 / (constraint.inv_mass_a + constraint.inv_mass_b);
         }
-    }
-
-    /// Whether an island of this one constraint needs nothing but its own impulses.
-    fn is_single(&self, index: u32) -> bool {
-        let constraint = &self.contacts.constraints[index as usize];
-        let since = &self.impact_queue.paths.impact_time;
-        let impacted = since[constraint.a as usize] > 0.0 || since[constraint.b as usize] > 0.0;
-        !impacted
     }
 
     /// Adds pairs that these velocities bring together, and solves their islands; returns whether
@@ -350,7 +335,7 @@ impl ConjugateSolver {
                     self.contacts.infos[index as usize].correction = Correction::Thorough;
                 }
                 let work_before = self.work;
-                self.solve_island(number, LATE_VISITS_PER_CONTACT, bodies, pairs, context);
+                self.solve_island(number, LATE_VISITS_PER_CONTACT, bodies, context);
                 if !self.spend(self.work - work_before) {
                     return false;
                 }

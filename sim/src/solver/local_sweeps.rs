@@ -172,19 +172,17 @@ impl LocalSweeps {
         work: &mut Work,
     ) -> bool {
         let tolerance = limits.tolerance;
-        if work.visits == 0 {
-            let (whole_sweeps, sequence) = match agitation.is_near {
-                true => (VISITS_PER_CONTACT, Sequence::Forests),
-                false => (WHOLE_SWEEPS, Sequence::Colors),
-            };
-            let sweeps_max = whole_sweeps.min(limits.sweeps_max);
-            let limits = SweepLimits { sweeps_max, sequence, ..limits };
-            blocks.chains.find(constraints, island);
-            let sweeps = sweep::solve(constraints, island, blocks, velocity, limits);
-            work.add(sweeps, island.len());
-            if sweeps < sweeps_max {
-                return true;
-            }
+        let (whole_sweeps, sequence) = match agitation.is_near {
+            true => (VISITS_PER_CONTACT, Sequence::Forests),
+            false => (WHOLE_SWEEPS, Sequence::Colors),
+        };
+        let sweeps_max = whole_sweeps.min(limits.sweeps_max);
+        let whole = SweepLimits { sweeps_max, sequence, ..limits };
+        blocks.chains.find(constraints, island);
+        let sweeps = sweep::solve(constraints, island, blocks, velocity, whole);
+        work.add(sweeps, island.len());
+        if sweeps < sweeps_max {
+            return true;
         }
         self.ends.clear();
         self.ends.extend(island.iter().map(|&index| movable_ends(&constraints[index as usize])));

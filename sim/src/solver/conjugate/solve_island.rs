@@ -2,8 +2,6 @@
 
 use super::ConjugateSolver;
 use crate::bodies::Bodies;
-use crate::broad_phase::pairs::Pair;
-use crate::continuous::held_after_impact;
 use crate::math::{clamp, max, min};
 use crate::solver::contact_constraint::{ContactConstraint, Correction};
 use crate::solver::direct;
@@ -51,28 +49,12 @@ impl ConjugateSolver {
         number: usize,
         visits_per_contact: u32,
         bodies: &mut Bodies,
-        pairs: &[Pair],
         context: &StepContext,
     ) {
         let limits = self.limits(number, visits_per_contact, &bodies.velocity, context);
         let count = self.islands.range(number).len();
         let mut work = Work::on(count, visits_per_contact, limits.sweeps.sweeps_max);
-        for _ in 0..held_after_impact::ROUNDS_MAX {
-            self.sweep_island(number, bodies, &limits, &mut work);
-            let island = &self.islands.constraints[self.islands.range(number)];
-            let held = held_after_impact::resolve(
-                bodies,
-                &mut self.contacts,
-                island,
-                pairs,
-                &mut self.impact_queue,
-                &mut self.displacements,
-                context,
-            );
-            if !held {
-                break;
-            }
-        }
+        self.sweep_island(number, bodies, &limits, &mut work);
         self.work += u64::from(work.visits);
         self.sweeps = self.sweeps.max(work.sweeps);
     }
@@ -107,12 +89,9 @@ impl ConjugateSolver {
             }
             None => {
                 blocks.chains.find(constraints, island);
-                // All rounds share the sweeps of the island.
-                let sweeps_max = limits.sweeps_max.saturating_sub(work.sweeps).max(SWEEPS_MIN);
-                let limits = SweepLimits { sweeps_max, ..limits };
                 let sweeps = sweep::solve(constraints, island, blocks, velocity, limits);
                 work.add(sweeps, island.len());
-                sweeps < sweeps_max
+                sweeps < limits.sweeps_max
             }
         };
         let in_motion = agitation.is_some_and(|agitation| agitation.in_motion);
