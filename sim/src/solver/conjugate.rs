@@ -6,11 +6,10 @@
 //! 2. `contact_constraint`: pairs that may touch within the step (`separation` predicts when and
 //!    along which normal); `crowd`: the bounces of bodies that lie close to others;
 //! 3. `integrate`: gravity, and other forces (see `forces`);
-//! 4. `islands`: constraints that share no movable body are solved separately, each with
+//! 4. `islands`: constraints that share no movable body are solved separately, for as long as its `agitation` asks, with
 //!    - `warm_start`: the last step's impulses, as far as they cannot add energy,
 //!    - `sweep::solve_in_motion`: where bodies move past each other, a few over-relaxed sweeps over
 //!      `graph_coloring`: eight contacts at a time, that share no movable body,
-//!    - `local_sweeps`: large islands, with a budget of visits for each contact,
 //!    - `sweep`: Gauss-Seidel with conjugate directions until the residual is small, over
 //!      `spanning_forest`: the contacts that carry the load, solved exactly if none begins to slide
 //!      or to separate, `chains`: along an axis, solved exactly in any case by pooling (`pava`),
@@ -27,7 +26,6 @@ mod solve_island;
 use super::contact_constraint::{self, ContactSet, Correction, GatherScratch, GatherStep};
 use super::energy_guard::EnergyGuard;
 use super::islands::Islands;
-use super::local_sweeps::{LATE_VISITS_PER_CONTACT, LocalSweeps, VISITS_PER_CONTACT};
 use super::position_correction::PositionCorrection;
 use super::step_context::StepContext;
 use super::sweep::Blocks;
@@ -57,7 +55,6 @@ pub(crate) struct ConjugateSolver {
     impact_queue: ImpactQueue,
     islands: Islands,
     blocks: Blocks,
-    local_sweeps: LocalSweeps,
     late_pairs: LatePairs,
     energy_guard: EnergyGuard,
     /// Whether more than [`LARGE_WORLD`] bodies can move.
@@ -280,7 +277,6 @@ impl ConjugateSolver {
             self.set_masses(bodies);
         }
         self.blocks.reserve(bodies.alive.len());
-        self.local_sweeps.reserve(bodies.alive.len());
         self.islands.find(bodies.alive.len(), &self.contacts.constraints);
         self.late_pairs.begin(bodies.alive.len());
         self.sweeps = 0;
@@ -297,7 +293,7 @@ impl ConjugateSolver {
                         true => warm_start::start::<true>(constraints, island, velocity),
                         false => warm_start::start::<false>(constraints, island, velocity),
                     }
-                    self.solve_island(number, VISITS_PER_CONTACT, bodies, context);
+                    self.solve_island(number, bodies, context);
                 }
             }
             if !self.spend(self.work - work_before) {
@@ -335,7 +331,7 @@ impl ConjugateSolver {
                     self.contacts.infos[index as usize].correction = Correction::Thorough;
                 }
                 let work_before = self.work;
-                self.solve_island(number, LATE_VISITS_PER_CONTACT, bodies, context);
+                self.solve_island(number, bodies, context);
                 if !self.spend(self.work - work_before) {
                     return false;
                 }
