@@ -6,7 +6,6 @@
 use crate::body::{BodyDef, BodyId, GROUPS_MAX, Motion};
 use crate::material::Material;
 use crate::math::min;
-use crate::shape::shapes;
 use crate::shape::{Aabb, Shape};
 use glam::Vec2;
 
@@ -108,22 +107,6 @@ impl Bodies {
         let slots = (0u32..).zip(&self.alive).filter_map(|(slot, &alive)| (!alive).then_some(slot));
         self.free = slots.collect();
         self.free.reverse();
-    }
-
-    /// Shape of a body in a world that has these [`shapes`] only; with one kind of shape the stored
-    /// one is never read.
-    ///
-    /// [`shapes`]: crate::shape::shapes
-    #[inline]
-    pub fn shape_of<const SHAPES: u8>(&self, index: usize) -> Shape {
-        let half = self.half[index];
-        if SHAPES == shapes::BOXES {
-            Shape::Box { half }
-        } else if SHAPES == shapes::CIRCLES {
-            Shape::Circle { radius: half.x }
-        } else {
-            self.shape[index]
-        }
     }
 
     /// Smaller half-size of the body in a slot, world units.

@@ -3,7 +3,6 @@
 //! enough.
 
 pub(crate) mod crowd;
-pub(crate) mod held_after_impact;
 pub(crate) mod impact_prediction;
 pub(crate) mod impact_queue;
 pub(crate) mod late_pairs;

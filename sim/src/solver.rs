@@ -1,5 +1,6 @@
 //! Solvers of the contacts of a world.
 
+mod agitation;
 pub(crate) mod as_listed;
 pub(crate) mod chains;
 pub(crate) mod conjugate;
@@ -10,8 +11,6 @@ mod gauss_seidel;
 mod graph_coloring;
 pub(crate) mod islands;
 mod layers;
-
-mod local_sweeps;
 mod pava;
 mod position_correction;
 pub(crate) mod relaxation;

@@ -84,8 +84,6 @@ pub(crate) struct ImpactQueue {
     impact_count: Vec<u32>,
     /// Slots with at least one impact.
     impacted: Vec<u32>,
-    /// Slots that are held after their impact: see `held_after_impact`.
-    pub held: Vec<u32>,
     /// By slot: whether it may have an impact.
     may_impact: Vec<bool>,
     /// By slot: whether it waits for the next round.

@@ -15,7 +15,6 @@ use crate::math::{clamp, max, min};
 use crate::narrow_phase::manifold::Manifold;
 use crate::narrow_phase::overlap::{box_circle_at_rest, circles_at_rest, corner_normal, side};
 use crate::shape::Shape;
-use crate::shape::shapes;
 use crate::solver::tolerances::{CORNER, CORNER_SHARE, ROUNDING, STRAIGHT};
 use glam::Vec2;
 
@@ -29,13 +28,8 @@ pub(crate) struct Placed {
 
 #[inline]
 pub(crate) fn placed(bodies: &Bodies, slot: u32) -> Placed {
-    placed_of::<{ shapes::BOTH }>(bodies, slot)
-}
-
-#[inline]
-pub(crate) fn placed_of<const SHAPES: u8>(bodies: &Bodies, slot: u32) -> Placed {
     let index = slot as usize;
-    Placed { shape: bodies.shape_of::<SHAPES>(index), center: bodies.center[index], slot }
+    Placed { shape: bodies.shape[index], center: bodies.center[index], slot }
 }
 
 /// The manifold of two bodies of which b moves by `path` relative to a if nothing stops it. `kept`

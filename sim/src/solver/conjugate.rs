@@ -6,18 +6,16 @@
 //! 2. `contact_constraint`: pairs that may touch within the step (`separation` predicts when and
 //!    along which normal); `crowd`: the bounces of bodies that lie close to others;
 //! 3. `integrate`: gravity, and other forces (see `forces`);
-//! 4. `islands`: constraints that share no movable body are solved separately, each with
+//! 4. `islands`: constraints that share no movable body are solved separately, for as long as its `agitation` asks, with
 //!    - `warm_start`: the last step's impulses, as far as they cannot add energy,
 //!    - `sweep::solve_in_motion`: where bodies move past each other, a few over-relaxed sweeps over
 //!      `graph_coloring`: eight contacts at a time, that share no movable body,
-//!    - `local_sweeps`: large islands, with a budget of visits for each contact,
 //!    - `sweep`: Gauss-Seidel with conjugate directions until the residual is small, over
 //!      `spanning_forest`: the contacts that carry the load, solved exactly if none begins to slide
 //!      or to separate, `chains`: along an axis, solved exactly in any case by pooling (`pava`),
 //!      and the rest,
 //!    - `direct`: elimination, for masses so different that sweeps do not converge,
 //!    - `energy_guard`: plain sweeps, or rest, for masses so different that f32 fails,
-//!    - `held_after_impact`: bodies that bounced and are held by another contact,
 //!    - `late_pairs`: pairs that only these velocities bring together;
 //! 5. `integrate`: the bodies move;
 //! 6. `position_correction`: removes overlap beyond the slop;
@@ -28,7 +26,6 @@ mod solve_island;
 use super::contact_constraint::{self, ContactSet, Correction, GatherScratch, GatherStep};
 use super::energy_guard::EnergyGuard;
 use super::islands::Islands;
-use super::local_sweeps::{LATE_VISITS_PER_CONTACT, LocalSweeps, VISITS_PER_CONTACT};
 use super::position_correction::PositionCorrection;
 use super::step_context::StepContext;
 use super::sweep::Blocks;
@@ -58,7 +55,6 @@ pub(crate) struct ConjugateSolver {
     impact_queue: ImpactQueue,
     islands: Islands,
     blocks: Blocks,
-    local_sweeps: LocalSweeps,
     late_pairs: LatePairs,
     energy_guard: EnergyGuard,
     /// Whether more than [`LARGE_WORLD`] bodies can move.
@@ -244,7 +240,7 @@ impl ConjugateSolver {
         moves: &[Move],
         context: &StepContext,
     ) {
-        self.solve(bodies, &pairs.pairs, moves, context);
+        self.solve(bodies, moves, context);
         self.solve_late_pairs(bodies, pairs, moves, context);
     }
 
@@ -269,13 +265,7 @@ impl ConjugateSolver {
         }
     }
 
-    fn solve(
-        &mut self,
-        bodies: &mut Bodies,
-        pairs: &[Pair],
-        moves: &[Move],
-        context: &StepContext,
-    ) {
+    fn solve(&mut self, bodies: &mut Bodies, moves: &[Move], context: &StepContext) {
         impact_queue::mark_bounced(&self.impact_queue.impacts, &mut self.contacts);
         let gain = context.gravity * context.dt;
         let start_velocity = &mut self.displacements.start_velocity;
@@ -287,7 +277,6 @@ impl ConjugateSolver {
             self.set_masses(bodies);
         }
         self.blocks.reserve(bodies.alive.len());
-        self.local_sweeps.reserve(bodies.alive.len());
         self.islands.find(bodies.alive.len(), &self.contacts.constraints);
         self.late_pairs.begin(bodies.alive.len());
         self.sweeps = 0;
@@ -296,7 +285,7 @@ impl ConjugateSolver {
             let work_before = self.work;
             let island = &self.islands.constraints[self.islands.range(number)];
             match *island {
-                [index] if self.is_single(index) => self.solve_single(index, bodies, context),
+                [index] => self.solve_single(index, bodies, context),
                 _ => {
                     let (constraints, velocity) =
                         (&mut self.contacts.constraints, &mut bodies.velocity);
@@ -304,7 +293,7 @@ impl ConjugateSolver {
                         true => warm_start::start::<true>(constraints, island, velocity),
                         false => warm_start::start::<false>(constraints, island, velocity),
                     }
-                    self.solve_island(number, VISITS_PER_CONTACT, bodies, pairs, context);
+                    self.solve_island(number, bodies, context);
                 }
             }
             if !self.spend(self.work - work_before) {
@@ -320,14 +309,6 @@ impl ConjugateSolver {
             constraint.inv_mass_b = bodies.inverse_mass[constraint.b as usize];
             constraint.effective_mass = 1.0 / (constraint.inv_mass_a + constraint.inv_mass_b);
         }
-    }
-
-    /// Whether an island of this one constraint needs nothing but its own impulses.
-    fn is_single(&self, index: u32) -> bool {
-        let constraint = &self.contacts.constraints[index as usize];
-        let since = &self.impact_queue.paths.impact_time;
-        let impacted = since[constraint.a as usize] > 0.0 || since[constraint.b as usize] > 0.0;
-        !impacted
     }
 
     /// Adds pairs that these velocities bring together, and solves their islands; returns whether
@@ -350,7 +331,7 @@ impl ConjugateSolver {
                     self.contacts.infos[index as usize].correction = Correction::Thorough;
                 }
                 let work_before = self.work;
-                self.solve_island(number, LATE_VISITS_PER_CONTACT, bodies, pairs, context);
+                self.solve_island(number, bodies, context);
                 if !self.spend(self.work - work_before) {
                     return false;
                 }

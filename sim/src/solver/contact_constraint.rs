@@ -153,7 +153,7 @@ impl PackedBody {
         }
     }
 
-    /// See [`Bodies::shape_of`].
+    /// Its shape in a world that has these [`shapes`] only: with one kind it is not looked up.
     #[inline(always)]
     fn shape<const SHAPES: u8>(&self) -> Shape {
         let is_circle = SHAPES == shapes::CIRCLES || SHAPES != shapes::BOXES && self.is_circle;

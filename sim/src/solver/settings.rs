@@ -45,9 +45,8 @@ pub struct Conjugate {
     /// that gravity adds in a step, in (0, 1]. Default 0.005.
     pub tolerance: f32,
     /// Sweeps over an island per step, 1..=1000. Islands of 64 constraints and more in worlds of up to
-    /// 6000 moving bodies, with mass ratios up to 2000, take at most 16 visits of each constraint (or
-    /// 8800 in all), and 6 more (or 3300) when they are solved again with pairs that were found late,
-    /// within this limit and `work_max`. Default 400.
+    /// 6000 moving bodies, with mass ratios up to 10^4, take at most 16 (or 8800 visits in all) within
+    /// this limit and `work_max`. Default 400.
     pub sweeps_max: u32,
     /// Visits of contact constraints by the sweeps over an island, 1000..=1e9: bounds the time of
     /// the worst step. Every island gets four sweeps in any case. The budget is per island, so that

@@ -71,8 +71,8 @@ pub(crate) const SMALL_ISLAND_SHARE: f32 = 0.001;
 /// constraint of a high pile leaves add up, and the pile creeps. At a four times coarser tolerance
 /// a pile of 20,000 slides for half a minute.
 pub(crate) const LARGE_ISLAND: f32 = 10_000.0;
-/// Contacts from which an island is swept locally: smaller ones cost little.
-pub(crate) const LOCAL_ISLAND: usize = 64;
+/// Contacts from which the motion of an island limits its sweeps: smaller ones cost little.
+pub(crate) const CALM_MIN: usize = 64;
 /// Rounding of an island's kinetic energy, as a share: squares and sums of rounded velocities.
 pub(crate) const ENERGY_ROUNDING: f64 = 1e-5;
 /// Mass ratio beyond which an island that hardly moves is swept as a whole, and the energy of any is guarded: a heavy body

@@ -2,16 +2,14 @@
 
 use super::ConjugateSolver;
 use crate::bodies::Bodies;
-use crate::broad_phase::pairs::Pair;
-use crate::continuous::held_after_impact;
 use crate::math::{clamp, max, min};
+use crate::solver::agitation::{Agitation, UNSOLVED_MIN};
 use crate::solver::contact_constraint::{ContactConstraint, Correction};
 use crate::solver::direct;
-use crate::solver::local_sweeps::{Agitation, UNSOLVED_MIN, VISITS_PER_CONTACT, Work};
 use crate::solver::step_context::StepContext;
 use crate::solver::sweep::{self, Sequence, SweepLimits};
 use crate::solver::tolerances::{
-    IMPULSE_ROUNDING, LARGE_ISLAND, LOCAL_ISLAND, MOTION_MIN, SMALL_ISLAND, SMALL_ISLAND_SHARE,
+    CALM_MIN, IMPULSE_ROUNDING, LARGE_ISLAND, MOTION_MIN, SMALL_ISLAND, SMALL_ISLAND_SHARE,
     SPEED_ROUNDING, STIFF_BODIES, STIFF_MASS_RATIO, STIFF_VISITS,
 };
 use glam::Vec2;
@@ -25,7 +23,7 @@ struct IslandLimits {
     sweeps: SweepLimits,
     /// Greatest mass relative to the least.
     mass_ratio: f32,
-    /// How it moves, if contacts are swept only where they still change.
+    /// How it moves, if that limits its sweeps.
     agitation: Option<Agitation>,
 }
 
@@ -45,82 +43,37 @@ impl ConjugateSolver {
         self.sweeps = self.sweeps.max(visits);
     }
 
-    /// Solves the constraints of an island from their present impulses and velocities.
+    /// Solves the constraints of an island from their present impulses and velocities, or sweeps it until its limits are
+    /// reached.
     pub(super) fn solve_island(
         &mut self,
         number: usize,
-        visits_per_contact: u32,
         bodies: &mut Bodies,
-        pairs: &[Pair],
         context: &StepContext,
     ) {
-        let limits = self.limits(number, visits_per_contact, &bodies.velocity, context);
-        let count = self.islands.range(number).len();
-        let mut work = Work::on(count, visits_per_contact, limits.sweeps.sweeps_max);
-        for _ in 0..held_after_impact::ROUNDS_MAX {
-            self.sweep_island(number, bodies, &limits, &mut work);
-            let island = &self.islands.constraints[self.islands.range(number)];
-            let held = held_after_impact::resolve(
-                bodies,
-                &mut self.contacts,
-                island,
-                pairs,
-                &mut self.impact_queue,
-                &mut self.displacements,
-                context,
-            );
-            if !held {
-                break;
-            }
-        }
-        self.work += u64::from(work.visits);
-        self.sweeps = self.sweeps.max(work.sweeps);
-    }
-
-    /// Sweeps an island until it is solved or its limits are reached.
-    fn sweep_island(
-        &mut self,
-        number: usize,
-        bodies: &mut Bodies,
-        island_limits: &IslandLimits,
-        work: &mut Work,
-    ) {
+        let IslandLimits { sweeps: limits, mass_ratio, agitation } =
+            self.limits(number, &bodies.velocity, context);
         let island = &self.islands.constraints[self.islands.range(number)];
         let (constraints, velocity) = (&mut self.contacts.constraints, &mut bodies.velocity);
-        let IslandLimits { sweeps: limits, mass_ratio, agitation } = *island_limits;
         let is_stiff = mass_ratio > STIFF_MASS_RATIO;
         if is_stiff {
             self.energy_guard.remember(constraints, island, velocity);
         }
-        let blocks = &mut self.blocks;
-        let mut is_solved = match agitation {
-            Some(agitation) if agitation.in_motion => {
-                let limits = agitation.motion_limits(limits, island.len(), mass_ratio);
-                let sweeps = sweep::solve_in_motion(constraints, island, blocks, velocity, limits);
-                work.add(sweeps, island.len());
-                self.late_pairs.note_motion(constraints, island);
-                sweeps < limits.sweeps_max
-            }
-            Some(agitation) => {
-                let limits = (limits, agitation);
-                self.local_sweeps.solve(constraints, island, blocks, velocity, limits, work)
-            }
-            None => {
-                blocks.chains.find(constraints, island);
-                // All rounds share the sweeps of the island.
-                let sweeps_max = limits.sweeps_max.saturating_sub(work.sweeps).max(SWEEPS_MIN);
-                let limits = SweepLimits { sweeps_max, ..limits };
-                let sweeps = sweep::solve(constraints, island, blocks, velocity, limits);
-                work.add(sweeps, island.len());
-                sweeps < sweeps_max
-            }
-        };
         let in_motion = agitation.is_some_and(|agitation| agitation.in_motion);
-        let is_affordable = !in_motion && self.work < direct::STEP_VISITS;
+        let sweeps = if in_motion {
+            self.late_pairs.note_motion(constraints, island);
+            sweep::solve_in_motion(constraints, island, &mut self.blocks, velocity, limits)
+        } else {
+            self.blocks.chains.find(constraints, island);
+            sweep::solve(constraints, island, &mut self.blocks, velocity, limits)
+        };
+        let mut is_solved = sweeps < limits.sweeps_max;
+        let mut visits = sweeps * island.len() as u32;
+        let is_affordable = agitation.is_none() && self.work < direct::STEP_VISITS;
         if !is_solved && is_affordable && direct::is_worth(island.len(), mass_ratio) {
             let (solved, rounds) = direct::solve(constraints, island, velocity, limits.tolerance);
             is_solved = solved;
-            work.visits += rounds * direct::VISITS * island.len() as u32;
+            visits += rounds * direct::VISITS * island.len() as u32;
         }
         if is_stiff {
             self.energy_guard.check(constraints, island, velocity);
@@ -140,43 +93,42 @@ impl ConjugateSolver {
                 self.contacts.infos[index as usize].correction = correction;
             }
         }
+        self.work += u64::from(visits);
+        self.sweeps = self.sweeps.max(sweeps);
     }
 
     /// The limits of the sweeps over an island.
-    fn limits(
-        &self,
-        number: usize,
-        visits_per_contact: u32,
-        velocity: &[Vec2],
-        context: &StepContext,
-    ) -> IslandLimits {
+    fn limits(&self, number: usize, velocity: &[Vec2], context: &StepContext) -> IslandLimits {
         let constraints = &self.contacts.constraints;
         let island = &self.islands.constraints[self.islands.range(number)];
         let (tolerance, mass_ratio) = tolerance(constraints, island, velocity, context);
         let is_stiff = mass_ratio > STIFF_MASS_RATIO;
         let is_exact = is_stiff
             && (direct::is_worth(island.len(), mass_ratio) || is_overfull(constraints, island));
-        let local_min = if is_stiff { usize::MAX } else { LOCAL_ISLAND };
+        let calm_min = if is_stiff { usize::MAX } else { CALM_MIN };
         let agitation = (!self.is_large_world && !is_exact && island.len() > MOTION_MIN)
             .then(|| Agitation::of(constraints, island, velocity, tolerance, mass_ratio))
-            .filter(|agitation| agitation.in_motion || island.len() >= local_min);
+            .filter(|agitation| agitation.in_motion || island.len() >= calm_min);
         let mut work_max = context.settings.work_max / island.len() as u32;
         if agitation.is_none() {
             // One sweep more than the step may still take: an island that needs it is over the budget, rather than solved
-            // less well than without one. The visits of local sweeps are bounded by their contacts.
+            // less well than without one. Those of an island with an agitation are few.
             let work_left = (self.work_left / island.len() as u64).saturating_add(1);
             work_max = work_max.min(u32::try_from(work_left).unwrap_or(u32::MAX));
         }
         if is_stiff && direct::is_worth(island.len(), mass_ratio) {
             work_max = work_max.min(direct::SWEEPS_BEFORE);
         } else if is_stiff && !is_exact {
-            let visits = STIFF_VISITS / VISITS_PER_CONTACT * visits_per_contact;
-            work_max = work_max.min(visits / island.len() as u32);
+            work_max = work_max.min(STIFF_VISITS / island.len() as u32);
         }
         let sweeps_max = work_max.max(SWEEPS_MIN).min(context.settings.sweeps_max);
         let friction = context.features.takes_friction();
         let (rounding, sequence) = (self.rounding(island, velocity, context), Sequence::Forests);
         let sweeps = SweepLimits { tolerance, rounding, sweeps_max, sequence, friction };
+        let sweeps = match agitation {
+            Some(agitation) => agitation.limits(sweeps, island.len(), mass_ratio),
+            None => sweeps,
+        };
         IslandLimits { sweeps, mass_ratio, agitation }
     }
 
