@@ -12,6 +12,7 @@
 use super::static_grid::StaticGrid;
 use crate::bodies::Bodies;
 use crate::body::GROUPS_MAX;
+use crate::growth::reserve;
 use crate::math::{max, min, ordered_bits};
 use crate::shape::Aabb;
 use glam::{Vec2, Vec2Swizzles};
@@ -353,13 +354,6 @@ impl PairList {
                 pairs[to] = Pair::of(key);
             }
         }
-    }
-}
-
-/// Makes room for `len` items and a quarter more: a list that doubles has room for half as many again, on average.
-fn reserve<T>(list: &mut Vec<T>, len: usize) {
-    if list.capacity() < len {
-        list.reserve_exact(len + len / 4 - list.len());
     }
 }
 
