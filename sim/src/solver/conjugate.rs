@@ -288,7 +288,7 @@ impl ConjugateSolver {
         }
         self.blocks.reserve(bodies.alive.len());
         self.local_sweeps.reserve(bodies.alive.len());
-        self.islands.find(bodies.alive.len(), &self.contacts.constraints);
+        self.islands.find(bodies.alive.len(), &self.contacts.constraints, None);
         self.late_pairs.begin(bodies.alive.len());
         self.sweeps = 0;
         self.work = self.impact_queue.predictions;
@@ -342,7 +342,7 @@ impl ConjugateSolver {
         if !self.late_pairs.gather(bodies, pairs, paths, context, &mut self.contacts) {
             return false;
         }
-        self.islands.find(bodies.alive.len(), &self.contacts.constraints);
+        self.islands.find(bodies.alive.len(), &self.contacts.constraints, None);
         for number in 0..self.islands.count() {
             let island = &self.islands.constraints[self.islands.range(number)];
             if island.iter().any(|&index| self.late_pairs.is_new[index as usize]) {

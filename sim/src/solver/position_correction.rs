@@ -59,10 +59,9 @@ pub(crate) struct PositionCorrection {
     ends: Vec<[u32; 2]>,
     /// By slot: distance of a movable body from an overlap in contacts, if at most [`LAYERS`].
     layer: Vec<u8>,
-    /// Copies of the constraints that take part, with displacements for velocities, and the index of
-    /// the contact of each.
-    constraints: Vec<ContactConstraint>,
-    contact_of: Vec<u32>,
+    /// The contacts that take part, and the numbers of each that displacements take the place of.
+    taken: Vec<u32>,
+    solved: Vec<Solved>,
     islands: Islands,
     /// By slot: the solution of the sweeps.
     displacement: Vec<Vec2>,
@@ -156,9 +155,12 @@ impl PositionCorrection {
             }
             self.gather(bodies, contacts, pairs, settings);
             self.moved.begin_pass();
-            self.islands.find(slots, &self.constraints);
+            self.islands.find(slots, &contacts.constraints, Some(&self.taken));
             for island in 0..self.islands.count() {
                 self.separate_island(island, bodies, contacts, blocks, settings);
+            }
+            for (&index, solved) in self.taken.iter().zip(&self.solved) {
+                solved.restore(&mut contacts.constraints[index as usize]);
             }
             self.moved.update_separations(contacts);
         }
@@ -228,31 +230,31 @@ impl PositionCorrection {
         &mut self,
         island: usize,
         bodies: &mut Bodies,
-        contacts: &ContactSet,
+        contacts: &mut ContactSet,
         blocks: &mut Blocks,
         settings: &Conjugate,
     ) {
-        let constraints = &self.islands.constraints[self.islands.range(island)];
-        let contact = self.contact_of[constraints[0] as usize];
-        let (sweeps_limit, sequence) = match contacts.infos[contact as usize].correction {
+        let ContactSet { constraints, infos } = contacts;
+        let indices = &self.islands.constraints[self.islands.range(island)];
+        let (sweeps_limit, sequence) = match infos[indices[0] as usize].correction {
             Correction::Thorough => (SWEEPS_MAX, Sequence::Forests),
             Correction::Light | Correction::Singly => (LIGHT_SWEEPS, Sequence::Colors),
         };
         let visits = settings.work_max / WORK_SHARE / settings.position_passes;
-        let sweeps_max = (visits / constraints.len() as u32).clamp(SWEEPS_MIN, sweeps_limit);
+        let sweeps_max = (visits / indices.len() as u32).clamp(SWEEPS_MIN, sweeps_limit);
         let tolerance = max(POSITION_SHARE * settings.slop, POSITION_MIN);
         match sequence {
-            Sequence::Colors => blocks.chains.find_none(constraints),
-            Sequence::Forests => blocks.chains.find(&self.constraints, constraints),
+            Sequence::Colors => blocks.chains.find_none(indices),
+            Sequence::Forests => blocks.chains.find(constraints, indices),
         }
         let limits =
             SweepLimits { tolerance, rounding: 0.0, sweeps_max, sequence, friction: false };
-        sweep::solve(&mut self.constraints, constraints, blocks, &mut self.displacement, limits);
-        sweep::sweep_immovable(&mut self.constraints, constraints, &mut self.displacement);
-        self.apply_displacements(island, bodies, settings.correction_max);
+        sweep::solve(constraints, indices, blocks, &mut self.displacement, limits);
+        sweep::sweep_immovable(constraints, indices, &mut self.displacement);
+        self.apply_displacements(island, bodies, constraints, settings.correction_max);
     }
 
-    /// Gathers the constraints that are few contacts away from an overlap.
+    /// Gathers the constraints that are few contacts away from an overlap, with displacements for velocities.
     fn gather(
         &mut self,
         bodies: &Bodies,
@@ -270,8 +272,8 @@ impl PositionCorrection {
             }
         }
         layers::spread(&mut self.layer, &self.ends, LAYERS);
-        self.constraints.clear();
-        self.contact_of.clear();
+        self.taken.clear();
+        self.solved.clear();
         for (&index, &[a, b]) in self.close.iter().zip(&self.ends) {
             let nearest = self.layer[a as usize].min(self.layer[b as usize]);
             if nearest < LAYERS || nearest == LAYERS && a == b {
@@ -279,8 +281,8 @@ impl PositionCorrection {
                     (&mut constraints[index as usize], &mut infos[index as usize]);
                 find_exact(bodies, constraint, info, pairs);
                 if info.separation_after < settings.correction_max {
-                    self.constraints.push(displacement_constraint(constraint, info, settings));
-                    self.contact_of.push(index);
+                    self.taken.push(index);
+                    self.solved.push(Solved::replace(constraint, info, settings));
                 }
             }
         }
@@ -327,10 +329,16 @@ impl PositionCorrection {
 
     /// Moves the bodies of an island, none by more than `limit`: tangents say nothing about
     /// positions further away.
-    fn apply_displacements(&mut self, island: usize, bodies: &mut Bodies, limit: f32) {
-        let constraints = &self.islands.constraints[self.islands.range(island)];
-        let slots = constraints.iter().flat_map(|&constraint| {
-            let constraint = &self.constraints[constraint as usize];
+    fn apply_displacements(
+        &mut self,
+        island: usize,
+        bodies: &mut Bodies,
+        constraints: &[ContactConstraint],
+        limit: f32,
+    ) {
+        let indices = &self.islands.constraints[self.islands.range(island)];
+        let slots = indices.iter().flat_map(|&index| {
+            let constraint = &constraints[index as usize];
             [constraint.a as usize, constraint.b as usize]
         });
         let furthest =
@@ -343,21 +351,46 @@ impl PositionCorrection {
     }
 }
 
-/// A constraint that separates its bodies, or lets them close, by the distance that is allowed in a
-/// pass.
-fn displacement_constraint(
-    constraint: &ContactConstraint,
-    info: &ContactInfo,
-    settings: &Conjugate,
-) -> ContactConstraint {
-    ContactConstraint {
-        min_normal_velocity: -allowed_closing(info.separation_after, settings),
-        friction: 0.0,
-        normal_impulse: 0.0,
-        tangent_impulse: 0.0,
-        normal_direction: 0.0,
-        tangent_direction: 0.0,
-        ..*constraint
+/// Numbers of a solved constraint that a pass replaces.
+#[derive(Clone, Copy, Debug)]
+struct Solved {
+    min_normal_velocity: f32,
+    friction: f32,
+    normal_impulse: f32,
+    tangent_impulse: f32,
+}
+
+impl Solved {
+    /// Turns a constraint into one that separates its bodies, or lets them close, by the distance that is allowed in a
+    /// pass.
+    fn replace(
+        constraint: &mut ContactConstraint,
+        info: &ContactInfo,
+        settings: &Conjugate,
+    ) -> Solved {
+        let ContactConstraint { min_normal_velocity, friction, .. } = *constraint;
+        let ContactConstraint { normal_impulse, tangent_impulse, .. } = *constraint;
+        *constraint = ContactConstraint {
+            min_normal_velocity: -allowed_closing(info.separation_after, settings),
+            friction: 0.0,
+            normal_impulse: 0.0,
+            tangent_impulse: 0.0,
+            normal_direction: 0.0,
+            tangent_direction: 0.0,
+            ..*constraint
+        };
+        Solved { min_normal_velocity, friction, normal_impulse, tangent_impulse }
+    }
+
+    fn restore(&self, constraint: &mut ContactConstraint) {
+        let Solved { min_normal_velocity, friction, normal_impulse, tangent_impulse } = *self;
+        *constraint = ContactConstraint {
+            min_normal_velocity,
+            friction,
+            normal_impulse,
+            tangent_impulse,
+            ..*constraint
+        };
     }
 }
 
