@@ -407,8 +407,14 @@ impl ConjugateSolver {
         let far = self.static_clamp.may_tunnel(bodies, moved.separation_min, slop);
         let overlaps = moved.separation_min < -slop;
         if overlaps {
-            let (contacts, blocks) = (&mut self.contacts, &mut self.blocks);
-            self.position_correction.separate(bodies, contacts, pairs, blocks, context.settings);
+            self.position_correction.separate(
+                bodies,
+                &mut self.contacts,
+                pairs,
+                &mut self.blocks,
+                &mut self.displacements,
+                context.settings,
+            );
         }
         if overlaps || far {
             self.static_clamp.resolve(bodies, pairs, &self.impact_queue.paths, slop);

@@ -13,6 +13,7 @@
 
 use crate::bodies::Bodies;
 use crate::broad_phase::pairs::Pair;
+use crate::integrate::Displacements;
 use crate::math::{clamp_length, max, min};
 use crate::narrow_phase::manifold::Manifold;
 use crate::narrow_phase::overlap::spread_manifold;
@@ -63,31 +64,22 @@ pub(crate) struct PositionCorrection {
     taken: Vec<u32>,
     solved: Vec<Solved>,
     islands: Islands,
-    /// By slot: the solution of the sweeps.
-    displacement: Vec<Vec2>,
-    moved: Moved,
+    /// By slot: whether any pass moved a body.
+    has_moved: Vec<bool>,
 }
 
 /// By slot: how the corrections moved a body.
-#[derive(Clone, Debug, Default)]
-struct Moved {
+struct Moved<'a> {
     /// Path in the last pass.
-    path: Vec<Vec2>,
+    path: &'a mut [Vec2],
     /// Whether any pass moved it.
-    ever: Vec<bool>,
+    ever: &'a mut [bool],
 }
 
-impl Moved {
-    /// Begins a step.
-    fn begin(&mut self, slots: usize) {
-        self.ever.clear();
-        self.ever.resize(slots, false);
-    }
-
+impl Moved<'_> {
     /// Begins a pass.
     fn begin_pass(&mut self) {
-        self.path.clear();
-        self.path.resize(self.ever.len(), Vec2::ZERO);
+        self.path.fill(Vec2::ZERO);
     }
 
     /// Moves a body. Masses far apart may overflow here; a position that is not finite is skipped.
@@ -144,36 +136,50 @@ impl PositionCorrection {
         contacts: &mut ContactSet,
         pairs: &[Pair],
         blocks: &mut Blocks,
+        displacements: &mut Displacements,
         settings: &Conjugate,
     ) {
         let slots = bodies.alive.len();
-        self.displacement.resize(slots, Vec2::ZERO);
-        self.moved.begin(slots);
+        let Displacements { weight: displacement, path, .. } = displacements;
+        displacement.fill(Vec2::ZERO);
+        let mut has_moved = std::mem::take(&mut self.has_moved);
+        has_moved.clear();
+        has_moved.resize(slots, false);
+        let mut moved = Moved { path, ever: &mut has_moved };
         for pass in 0..settings.position_passes {
             if !self.find_overlaps(pass, bodies, contacts, pairs, settings) {
                 break;
             }
             self.gather(bodies, contacts, pairs, settings);
-            self.moved.begin_pass();
+            moved.begin_pass();
             self.islands.find(slots, &contacts.constraints, Some(&self.taken));
             for island in 0..self.islands.count() {
-                self.separate_island(island, bodies, contacts, blocks, settings);
+                self.separate_island(island, contacts, blocks, displacement, settings);
+                self.apply_displacements(
+                    island,
+                    bodies,
+                    contacts,
+                    displacement,
+                    &mut moved,
+                    settings,
+                );
             }
             for (&index, solved) in self.taken.iter().zip(&self.solved) {
                 solved.restore(&mut contacts.constraints[index as usize]);
             }
-            self.moved.update_separations(contacts);
+            moved.update_separations(contacts);
         }
-        self.push_apart(bodies, contacts, pairs, settings);
+        self.push_apart(bodies, contacts, pairs, &mut moved, settings);
         let ContactSet { constraints, infos } = contacts;
         for (constraint, info) in constraints.iter_mut().zip(infos) {
-            let moved =
-                self.moved.ever[constraint.a as usize] || self.moved.ever[constraint.b as usize];
+            let has_moved = moved.ever[constraint.a as usize] || moved.ever[constraint.b as usize];
             let is_single = info.correction == Correction::Singly;
-            if moved && !is_single && info.separation_after < 0.0 {
+            if has_moved && !is_single && info.separation_after < 0.0 {
                 find_exact(bodies, constraint, info, pairs);
             }
         }
+        moved.begin_pass();
+        self.has_moved = has_moved;
     }
 
     /// Pushes overlapping pairs apart one by one, each by its whole overlap, in islands that the passes leave
@@ -183,6 +189,7 @@ impl PositionCorrection {
         bodies: &mut Bodies,
         contacts: &mut ContactSet,
         pairs: &[Pair],
+        moved: &mut Moved,
         settings: &Conjugate,
     ) {
         let slop = settings.slop;
@@ -204,34 +211,34 @@ impl PositionCorrection {
         if settings.position_passes == 0 || !any {
             return;
         }
-        self.moved.begin_pass();
+        moved.begin_pass();
         for _ in 0..PUSH_ROUNDS {
             let mut any = false;
             for &index in &self.close {
                 let constraint = &contacts.constraints[index as usize];
-                let separation = self.moved.separation(constraint, &contacts.infos[index as usize]);
+                let separation = moved.separation(constraint, &contacts.infos[index as usize]);
                 if separation < -slop {
                     any = true;
                     let distance = min(-separation - slop * PUSHED_SLOP, settings.correction_max);
                     let push = constraint.normal * (distance * constraint.effective_mass);
-                    constraint.apply(&mut self.moved.path, push);
+                    constraint.apply(moved.path, push);
                 }
             }
             if !any {
                 break;
             }
         }
-        self.moved.apply(bodies);
-        self.moved.update_separations(contacts);
+        moved.apply(bodies);
+        moved.update_separations(contacts);
     }
 
-    /// Makes one pass over an island.
+    /// Finds the displacements of a pass over an island.
     fn separate_island(
-        &mut self,
+        &self,
         island: usize,
-        bodies: &mut Bodies,
         contacts: &mut ContactSet,
         blocks: &mut Blocks,
+        displacement: &mut [Vec2],
         settings: &Conjugate,
     ) {
         let ContactSet { constraints, infos } = contacts;
@@ -249,9 +256,8 @@ impl PositionCorrection {
         }
         let limits =
             SweepLimits { tolerance, rounding: 0.0, sweeps_max, sequence, friction: false };
-        sweep::solve(constraints, indices, blocks, &mut self.displacement, limits);
-        sweep::sweep_immovable(constraints, indices, &mut self.displacement);
-        self.apply_displacements(island, bodies, constraints, settings.correction_max);
+        sweep::solve(constraints, indices, blocks, displacement, limits);
+        sweep::sweep_immovable(constraints, indices, displacement);
     }
 
     /// Gathers the constraints that are few contacts away from an overlap, with displacements for velocities.
@@ -327,26 +333,29 @@ impl PositionCorrection {
         any
     }
 
-    /// Moves the bodies of an island, none by more than `limit`: tangents say nothing about
+    /// Moves the bodies of an island, none by more than the limit: tangents say nothing about
     /// positions further away.
     fn apply_displacements(
-        &mut self,
+        &self,
         island: usize,
         bodies: &mut Bodies,
-        constraints: &[ContactConstraint],
-        limit: f32,
+        contacts: &ContactSet,
+        displacement: &mut [Vec2],
+        moved: &mut Moved,
+        settings: &Conjugate,
     ) {
+        let limit = settings.correction_max;
         let indices = &self.islands.constraints[self.islands.range(island)];
         let slots = indices.iter().flat_map(|&index| {
-            let constraint = &constraints[index as usize];
+            let constraint = &contacts.constraints[index as usize];
             [constraint.a as usize, constraint.b as usize]
         });
         let furthest =
-            slots.clone().fold(0.0, |limit, slot| max(limit, self.displacement[slot].length()));
+            slots.clone().fold(0.0, |limit, slot| max(limit, displacement[slot].length()));
         let share = if furthest > limit { limit / furthest } else { 1.0 };
         for slot in slots {
-            self.moved.displace(bodies, slot, self.displacement[slot] * share);
-            self.displacement[slot] = Vec2::ZERO;
+            moved.displace(bodies, slot, displacement[slot] * share);
+            displacement[slot] = Vec2::ZERO;
         }
     }
 }
