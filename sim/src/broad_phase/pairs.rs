@@ -46,8 +46,6 @@ pub(crate) struct Pair {
     pub tangent_impulse: f32,
     /// Meaningful where `normal_impulse` is positive, else free.
     pub axis: Axis,
-    /// Normal of this step's warm start; scratch, not state.
-    pub warm_normal: Vec2,
 }
 
 impl Pair {
@@ -58,7 +56,6 @@ impl Pair {
             normal_impulse: 0.0,
             tangent_impulse: 0.0,
             axis: Axis::Free,
-            warm_normal: Vec2::ZERO,
         }
     }
 

@@ -219,14 +219,7 @@ mod tests {
         paths.impact_time.resize(2, 0.0);
         late_pairs.begin(2);
         assert!(late_pairs.extend_reach(&mut bodies, &[], dt));
-        let pair = Pair {
-            a: 0,
-            b: 1,
-            normal_impulse: 5.0,
-            tangent_impulse: 1.0,
-            axis: Axis::Free,
-            warm_normal: Vec2::ZERO,
-        };
+        let pair = Pair { a: 0, b: 1, normal_impulse: 5.0, tangent_impulse: 1.0, axis: Axis::Free };
         let (mut contacts, settings) = (ContactSet::default(), Conjugate::default());
         let context = StepContext::new(&settings, world.settings(), Features::default());
         assert!(late_pairs.gather(&bodies, &[pair], &paths, &context, &mut contacts));
