@@ -44,7 +44,7 @@ use crate::math::{clamp_length, max};
 use crate::shape::{Aabb, shapes};
 use crate::solver::tolerances::LARGE_WORLD;
 use crate::steady::{Steady, StepContacts};
-use crate::touches::{Found, Touch};
+use crate::touches::Found;
 use glam::Vec2;
 
 /// Times that a step may find that bounces sped bodies up beyond their reach.
@@ -368,12 +368,11 @@ impl ConjugateSolver {
         contact_constraint::store(bodies, constraints, pairs, &steady.takes_no_part);
     }
 
-    /// Leaves out of the next step what this one has not changed; `touches` are those of this step.
+    /// Leaves out of the next step what this one has not changed.
     pub fn leave_out(
         &self,
         bodies: &mut Bodies,
         steady: &mut Steady,
-        touches: &[Touch],
         kill_zone: &Aabb,
         context: &StepContext,
     ) {
@@ -385,7 +384,7 @@ impl ConjugateSolver {
             let reach = |velocity: Vec2| reach(velocity.length_squared(), fall, context.dt);
             let contacts =
                 StepContacts { constraints, islands: &self.islands, is_changed: &self.is_changed };
-            steady.leave_out(bodies, contacts, touches, kill_zone, reach);
+            steady.leave_out(bodies, contacts, kill_zone, reach);
         }
     }
 
@@ -422,7 +421,7 @@ impl ConjugateSolver {
     }
 
     /// Pairs that have an impulse, bounced or overlap at the end of the step.
-    pub fn touching(&self) -> impl Iterator<Item = Found> {
+    pub fn touching(&self) -> impl DoubleEndedIterator<Item = Found> + Clone {
         let constraints = self.contacts.constraints.iter().zip(&self.contacts.infos);
         constraints
             .filter(|(constraint, info)| {

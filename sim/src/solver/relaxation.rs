@@ -238,16 +238,17 @@ impl RelaxationSolver {
     }
 
     /// Overlaps at the end of the step.
-    pub fn overlaps(&mut self, bodies: &Bodies) -> impl Iterator<Item = Found> {
-        self.constraints.iter_mut().filter_map(|constraint| {
-            let Manifold { normal, separation } = constraint.manifold(bodies)?;
-            Some(Found {
-                a: constraint.a,
-                b: constraint.b,
-                normal,
-                depth: -separation,
-                closing: constraint.closing,
-            })
+    pub fn overlaps(&mut self, bodies: &Bodies) -> impl DoubleEndedIterator<Item = Found> + Clone {
+        for constraint in &mut self.constraints {
+            constraint.finish(bodies);
+        }
+        let overlapping = self.constraints.iter().filter(|constraint| constraint.separation < 0.0);
+        overlapping.map(|constraint| Found {
+            a: constraint.a,
+            b: constraint.b,
+            normal: constraint.normal,
+            depth: -constraint.separation,
+            closing: constraint.closing,
         })
     }
 }

@@ -144,11 +144,9 @@ impl RelaxationConstraint {
         self.tangent_impulse = 0.0;
     }
 
-    /// Returns the manifold at the end of the step, if the two overlap.
-    pub fn manifold(&mut self, bodies: &Bodies) -> Option<Manifold> {
+    /// Finds the manifold at the end of the step.
+    pub fn finish(&mut self, bodies: &Bodies) {
         self.refresh_manifold::<{ shapes::BOTH }>(bodies, &bodies.center);
-        let &mut RelaxationConstraint { normal, separation, .. } = self;
-        (separation < 0.0).then_some(Manifold { normal, separation })
     }
 
     /// The movable body of a pair with an immovable one, and that one.
