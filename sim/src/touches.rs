@@ -69,6 +69,12 @@ pub(crate) fn sort(touches: &mut Vec<Touch>) {
 }
 
 impl Touches {
+    /// Releases memory that the present touches do not need.
+    pub fn release(&mut self) {
+        self.now.shrink_to_fit();
+        self.before = Vec::new();
+    }
+
     /// Lists the touches of a step, found in (a, b) order; those of steady bodies stay as they were.
     pub fn report(
         &mut self,

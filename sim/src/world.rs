@@ -24,6 +24,7 @@ use crate::solver::relaxation::RelaxationSolver;
 use crate::steady::Steady;
 use crate::touches::{Touch, Touches};
 use glam::Vec2;
+use step::ScratchUse;
 
 /// The phases of a step after which [`World::step_watched`] calls back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,6 +60,7 @@ pub struct World {
     /// Scratch of the two solvers, one of which is used, and of the particles.
     relaxation: RelaxationSolver,
     conjugate: Box<ConjugateSolver>,
+    scratch_use: ScratchUse,
     obstacles: Vec<Obstacle>,
 }
 
@@ -89,6 +91,7 @@ impl World {
             listed: false,
             relaxation: RelaxationSolver::default(),
             conjugate: Box::default(),
+            scratch_use: ScratchUse::default(),
             obstacles: Vec::new(),
         }
     }

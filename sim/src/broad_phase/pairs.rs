@@ -25,6 +25,9 @@ const STATIC_MARGIN: f32 = 0.1;
 /// Bodies that are compared with every other one; where more have outgrown their boxes, sorting all is faster.
 const RENEWED_MAX: usize = 32;
 
+/// Steps without a search after which its scratch is released.
+const IDLE_STEPS_MAX: u32 = 128;
+
 /// The axis of the box face that carried the contact in the last step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Axis {
@@ -109,6 +112,8 @@ pub(crate) struct PairList {
     outgrown: Vec<u32>,
     /// By slot: whether its pairs were found again.
     renewed: Vec<bool>,
+    /// Steps since all pairs were last searched for.
+    idle_steps: u32,
     /// Scratch: slots sorted by lower edge, their boxes in this order, those that overlap one of them, keys of the pairs found.
     order: Vec<u64>,
     sorted: Vec<Aabb>,
@@ -195,12 +200,25 @@ impl PairList {
         }
         match self.outgrown.len() {
             _ if self.stale => self.rebuild(bodies, filter),
-            0 => return false,
+            0 => {
+                self.idle_steps += 1;
+                if self.idle_steps == IDLE_STEPS_MAX {
+                    self.release_scratch();
+                }
+                return false;
+            }
             1..=RENEWED_MAX => self.renew(bodies, filter),
             _ => self.rebuild(bodies, filter),
         }
         self.is_over |= self.pairs.len() > filter.pairs_max;
         true
+    }
+
+    /// Releases the memory that only a search needs.
+    fn release_scratch(&mut self) {
+        self.pairs.shrink_to_fit();
+        (self.order, self.sorted) = (Vec::new(), Vec::new());
+        (self.found, self.keys) = (Vec::new(), Vec::new());
     }
 
     /// Finds bodies whose reach has left the box for which the list is complete.
@@ -218,6 +236,7 @@ impl PairList {
 
     /// Sorts and sweeps along the axis on which the bodies are spread out further.
     fn rebuild(&mut self, bodies: &Bodies, filter: Filter) {
+        self.idle_steps = 0;
         let is_upright = is_upright(bodies);
         self.fat.resize(bodies.alive.len(), EMPTY_BOX);
         for slot in swept(bodies, self.static_grid.is_some()) {

@@ -82,8 +82,14 @@ pub(crate) struct ConjugateSolver {
 impl Clone for ConjugateSolver {
     fn clone(&self) -> ConjugateSolver {
         let constraints = self.contacts.constraints.clone();
+        let contacts = ContactSet { constraints, infos: Vec::new() };
+        ConjugateSolver { contacts, ..self.without_scratch() }
+    }
+}
+
+impl ConjugateSolver {
+    fn without_scratch(&self) -> ConjugateSolver {
         ConjugateSolver {
-            contacts: ContactSet { constraints, infos: Vec::new() },
             is_large_world: self.is_large_world,
             sweeps: self.sweeps,
             work: self.work,
@@ -91,9 +97,12 @@ impl Clone for ConjugateSolver {
             ..ConjugateSolver::default()
         }
     }
-}
 
-impl ConjugateSolver {
+    /// Releases all scratch, between two steps.
+    pub fn release(&mut self) {
+        *self = self.without_scratch();
+    }
+
     /// Begins a step.
     pub fn begin(
         &mut self,
@@ -210,6 +219,10 @@ impl ConjugateSolver {
         takes_no_part: &[bool],
         context: &StepContext,
     ) {
+        if bodies.moving.is_empty() {
+            self.contacts.clear();
+            return;
+        }
         let step = GatherStep { dt: context.dt, fall: context.fall_distance() };
         let paths = &self.impact_queue.paths;
         let gather = match context.features.takes_shapes() {
@@ -286,9 +299,7 @@ impl ConjugateSolver {
         if !self.impact_queue.paths.sprung.is_empty() {
             self.set_masses(bodies);
         }
-        self.blocks.reserve(bodies.alive.len());
-        self.local_sweeps.reserve(bodies.alive.len());
-        self.islands.find(bodies.alive.len(), &self.contacts.constraints, None);
+        self.find_islands(bodies.alive.len());
         self.late_pairs.begin(bodies.alive.len());
         self.sweeps = 0;
         self.work = self.impact_queue.predictions;
@@ -310,6 +321,15 @@ impl ConjugateSolver {
             if !self.spend(self.work - work_before) {
                 return;
             }
+        }
+    }
+
+    /// Finds the islands of the constraints among `slots` bodies, and makes room to solve them.
+    fn find_islands(&mut self, slots: usize) {
+        self.islands.find(slots, &self.contacts.constraints, None);
+        if self.islands.count() > 0 {
+            self.blocks.reserve(slots);
+            self.local_sweeps.reserve(slots);
         }
     }
 
@@ -342,7 +362,7 @@ impl ConjugateSolver {
         if !self.late_pairs.gather(bodies, pairs, paths, context, &mut self.contacts) {
             return false;
         }
-        self.islands.find(bodies.alive.len(), &self.contacts.constraints, None);
+        self.find_islands(bodies.alive.len());
         for number in 0..self.islands.count() {
             let island = &self.islands.constraints[self.islands.range(number)];
             if island.iter().any(|&index| self.late_pairs.is_new[index as usize]) {

@@ -73,6 +73,11 @@ impl Clone for RelaxationSolver {
 }
 
 impl RelaxationSolver {
+    /// Releases all scratch.
+    pub fn release(&mut self) {
+        *self = RelaxationSolver { passes: self.passes, ..RelaxationSolver::default() };
+    }
+
     /// Integrates the velocities (symplectic Euler, first half), and applies the last step's
     /// resting impulses.
     pub fn start(

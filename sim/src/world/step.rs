@@ -7,8 +7,23 @@ use crate::solver::step_context::StepContext;
 use crate::solver::{Solver, as_listed};
 use crate::world::settings::WorldSettings;
 
+/// Steps after which scratch is released that they did not need, how many times what they needed, and the constraints
+/// that are not worth it.
+const RELEASE_STEPS: u32 = 128;
+const RELEASE_FACTOR: usize = 4;
+const RELEASE_MIN: usize = 256;
+
+/// Use of the solvers' scratch since it was last looked at; not state.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct ScratchUse {
+    steps: u32,
+    /// Most constraints of a step.
+    constraints: usize,
+}
+
 impl World {
     pub(super) fn advance(&mut self, watch: &mut dyn FnMut(StepPhase, &mut World)) {
+        self.release_scratch();
         match self.settings.solver {
             _ if self.is_over_budget() => {}
             Some(Solver::Conjugate(settings)) => self.step_conjugate(&settings, watch),
@@ -26,6 +41,26 @@ impl World {
             let springs = self.forces.as_ref().map_or(&[][..], Forces::springs);
             self.sleep.fall_asleep(&mut awake, constraints, springs, &self.settings);
         }
+    }
+
+    /// Releases the scratch of the solvers where it is far larger than the last steps needed: a heap that came apart or
+    /// to rest once had many constraints.
+    fn release_scratch(&mut self) {
+        let (relaxed, solved) =
+            (&self.relaxation.constraints, &self.conjugate.contacts.constraints);
+        let (count, capacity) =
+            (relaxed.len() + solved.len(), relaxed.capacity() + solved.capacity());
+        let ScratchUse { steps, constraints } = &mut self.scratch_use;
+        (*steps, *constraints) = (*steps + 1, count.max(*constraints));
+        if *steps < RELEASE_STEPS {
+            return;
+        }
+        if capacity > RELEASE_FACTOR * *constraints + RELEASE_MIN {
+            self.relaxation.release();
+            self.conjugate.release();
+            self.touches.release();
+        }
+        self.scratch_use = ScratchUse::default();
     }
 
     /// Symplectic Euler, then passes over all overlapping pairs; without settings contacts are only
