@@ -84,6 +84,7 @@ impl Touches {
     ) {
         let Touches { now, before } = self;
         before.clear();
+        reserve(before, now.len());
         before.extend(now.iter().map(slots));
         now.retain_mut(|touch| {
             touch.began = false;

@@ -12,7 +12,7 @@
 use super::static_grid::StaticGrid;
 use crate::bodies::Bodies;
 use crate::body::GROUPS_MAX;
-use crate::growth::reserve;
+use crate::growth::{push, reserve};
 use crate::math::{max, min, ordered_bits};
 use crate::shape::Aabb;
 use glam::{Vec2, Vec2Swizzles};
@@ -315,7 +315,7 @@ impl PairList {
             }
             for &b in &found[..count] {
                 if filter.takes(bodies, a as u32, b) {
-                    keys.push(key(a as u32, b));
+                    push(keys, key(a as u32, b));
                 }
             }
             if keys.len() > filter.pairs_max {

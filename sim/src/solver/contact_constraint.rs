@@ -10,7 +10,7 @@
 use crate::bodies::Bodies;
 use crate::broad_phase::pairs::{Axis, Pair};
 use crate::continuous::paths::{Paths, predict_manifold};
-use crate::growth::reserve;
+use crate::growth::{push, reserve};
 use crate::math::{max, min};
 use crate::narrow_phase::manifold::Manifold;
 use crate::narrow_phase::separation::{self, Placed};
@@ -100,15 +100,11 @@ impl ContactSet {
 
     #[inline]
     pub fn push(&mut self, constraint: ContactConstraint, info: ContactInfo) {
-        if self.constraints.len() == self.constraints.capacity() {
-            self.reserve(self.constraints.len() + 1);
-        }
-        self.constraints.push(constraint);
-        self.infos.push(info);
+        push(&mut self.constraints, constraint);
+        push(&mut self.infos, info);
     }
 
     /// Makes room for `len` constraints.
-    #[cold]
     pub fn reserve(&mut self, len: usize) {
         reserve(&mut self.constraints, len);
         reserve(&mut self.infos, len);

@@ -13,6 +13,7 @@
 
 use crate::bodies::Bodies;
 use crate::broad_phase::pairs::Pair;
+use crate::growth::push;
 use crate::integrate::Displacements;
 use crate::math::{clamp_length, max, min};
 use crate::narrow_phase::manifold::Manifold;
@@ -288,7 +289,7 @@ impl PositionCorrection {
                 find_exact(bodies, constraint, info, pairs);
                 if info.separation_after < settings.correction_max {
                     self.taken.push(index);
-                    self.solved.push(Solved::replace(constraint, info, settings));
+                    push(&mut self.solved, Solved::replace(constraint, info, settings));
                 }
             }
         }

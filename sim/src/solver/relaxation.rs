@@ -23,7 +23,7 @@ use crate::body::Motion;
 use crate::broad_phase::pairs::{Pair, near};
 use crate::features::Features;
 use crate::forces::{Forces, Move};
-use crate::growth::reserve;
+use crate::growth::push;
 use crate::integrate;
 use crate::math::{clamp, clamp_length, max, min};
 use crate::narrow_phase::overlap::overlap;
@@ -299,10 +299,8 @@ fn gather<const SHAPES: u8>(
         let of_pair = |warm: &&WarmNormal| (warm.a, warm.b) == (pair.a, pair.b);
         let normal = warm_normals.next_if(of_pair).map_or(Vec2::ZERO, |warm| warm.normal);
         if near(bodies, pair.a, pair.b) {
-            if constraints.len() == constraints.capacity() {
-                reserve(constraints, constraints.len() + 1);
-            }
-            constraints.push(RelaxationConstraint::new::<SHAPES>(bodies, pair, index, normal));
+            let constraint = RelaxationConstraint::new::<SHAPES>(bodies, pair, index, normal);
+            push(constraints, constraint);
         }
     }
 }
