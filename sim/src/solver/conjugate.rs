@@ -26,6 +26,7 @@
 mod solve_island;
 
 use super::contact_constraint::{self, ContactSet, Correction, GatherScratch, GatherStep};
+use super::direct::DirectSolver;
 use super::energy_guard::EnergyGuard;
 use super::islands::Islands;
 use super::local_sweeps::{LATE_VISITS_PER_CONTACT, LocalSweeps, VISITS_PER_CONTACT};
@@ -61,6 +62,7 @@ pub(crate) struct ConjugateSolver {
     local_sweeps: LocalSweeps,
     late_pairs: LatePairs,
     energy_guard: EnergyGuard,
+    direct: DirectSolver,
     /// Whether more than [`LARGE_WORLD`] bodies can move.
     is_large_world: bool,
     /// By constraint: whether the step changed its impulses, if islands may be left out.

@@ -118,7 +118,8 @@ impl ConjugateSolver {
         let in_motion = agitation.is_some_and(|agitation| agitation.in_motion);
         let is_affordable = !in_motion && self.work < direct::STEP_VISITS;
         if !is_solved && is_affordable && direct::is_worth(island.len(), mass_ratio) {
-            let (solved, rounds) = direct::solve(constraints, island, velocity, limits.tolerance);
+            let (solved, rounds) =
+                self.direct.solve(constraints, island, velocity, limits.tolerance);
             is_solved = solved;
             work.visits += rounds * direct::VISITS * island.len() as u32;
         }
