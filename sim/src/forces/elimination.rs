@@ -1,7 +1,7 @@
 //! A sparse symmetric system with one 2 by 2 block for each body and for each pair joined by a
 //! spring, solved by block elimination: L D L^T without square roots. Bodies are eliminated in the
 //! order of least degree (Tinney and Walker 1967), so that ropes and trees cost one block for each
-//! spring and only meshes fill in. Order and fill are computed when springs are added or removed,
+//! spring and only meshes fill in. EliminationOrder and fill are computed when springs are added or removed,
 //! not in a step.
 
 use glam::{DMat2, DVec2};
@@ -21,7 +21,7 @@ pub(crate) struct Elimination {
 
 /// The order of elimination of a pattern, and scratch.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Order {
+pub(crate) struct EliminationOrder {
     /// The new index of each unknown.
     pub index_of: Vec<u32>,
     /// Unknowns in the order of elimination.
@@ -32,10 +32,10 @@ pub(crate) struct Order {
     is_done: Vec<bool>,
 }
 
-impl Order {
+impl EliminationOrder {
     /// Finds the order for `count` unknowns joined by these edges.
     fn find(&mut self, count: usize, edges: &[(u32, u32)]) {
-        let Order { index_of, nodes, near, waiting, is_done } = self;
+        let EliminationOrder { index_of, nodes, near, waiting, is_done } = self;
         near.iter_mut().for_each(Vec::clear);
         near.resize_with(near.len().max(count), Vec::new);
         for &(a, b) in edges {
@@ -71,7 +71,7 @@ impl Order {
 
 impl Elimination {
     /// Builds the pattern for `count` unknowns joined by these edges, with the new index of each unknown in `order`.
-    pub fn build(&mut self, count: usize, edges: &[(u32, u32)], order: &mut Order) {
+    pub fn build(&mut self, count: usize, edges: &[(u32, u32)], order: &mut EliminationOrder) {
         order.find(count, edges);
         let Elimination { diagonal, start, row, block } = self;
         start.clear();
@@ -160,7 +160,7 @@ fn join(set: &mut Vec<u32>, more: &[u32]) {
 
 #[cfg(test)]
 mod tests {
-    use super::{Elimination, Order};
+    use super::{Elimination, EliminationOrder};
     use crate::rng::Rng;
     use glam::{DMat2, DVec2};
 
@@ -178,7 +178,7 @@ mod tests {
         }
         let mut rng = Rng::new(1, 1);
         let mut unit = move || f64::from(rng.unit()) - 0.5;
-        let (mut system, mut order) = (Elimination::default(), Order::default());
+        let (mut system, mut order) = (Elimination::default(), EliminationOrder::default());
         system.build(18, &edges, &mut order);
         let index_of = order.index_of;
         let mut full = vec![vec![DMat2::ZERO; 18]; 18];

@@ -5,7 +5,7 @@
 //! body and each contact. Where whole steps do not converge, the solution starts again with steps to the lowest point on the way
 //! (Newton's method for a convex function), and impulses are renewed only when the contacts that hold are known.
 
-use crate::forces::elimination::{Elimination, Order};
+use crate::forces::elimination::{Elimination, EliminationOrder};
 use crate::solver::contact_constraint::ContactConstraint;
 use glam::{DMat2, DVec2, Vec2};
 
@@ -87,7 +87,7 @@ pub(crate) struct DirectSolver {
     slots: Vec<u32>,
     edges: Vec<(u32, u32)>,
     system: Elimination,
-    order: Order,
+    order: EliminationOrder,
     /// By body, in the order of elimination: mass, velocity, and momentum without the impulses.
     masses: Vec<f64>,
     speed: Vec<DVec2>,
