@@ -15,6 +15,7 @@ use crate::features::Features;
 use crate::forces::Forces;
 use crate::forces::drag::Drag;
 use crate::forces::springs::{Spring, SpringEnd};
+use crate::growth::ScratchUse;
 use crate::particles::{EmitterDef, Obstacle, Particles, dequantise, quantise};
 use crate::shape::Shape;
 use crate::sleep::{Awake, Sleep};
@@ -24,7 +25,6 @@ use crate::solver::relaxation::RelaxationSolver;
 use crate::steady::Steady;
 use crate::touches::{Touch, Touches};
 use glam::Vec2;
-use step::ScratchUse;
 
 /// The phases of a step after which [`World::step_watched`] calls back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

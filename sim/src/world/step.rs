@@ -7,20 +7,6 @@ use crate::solver::step_context::StepContext;
 use crate::solver::{Solver, as_listed};
 use crate::world::settings::WorldSettings;
 
-/// Steps after which scratch is released that they did not need, how many times what they needed, and the constraints
-/// that are not worth it.
-const RELEASE_STEPS: u32 = 128;
-const RELEASE_FACTOR: usize = 4;
-const RELEASE_MIN: usize = 256;
-
-/// Use of the solvers' scratch since it was last looked at; not state.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct ScratchUse {
-    steps: u32,
-    /// Most constraints of a step.
-    constraints: usize,
-}
-
 impl World {
     pub(super) fn advance(&mut self, watch: &mut dyn FnMut(StepPhase, &mut World)) {
         self.release_scratch();
@@ -48,19 +34,12 @@ impl World {
     fn release_scratch(&mut self) {
         let (relaxed, solved) =
             (&self.relaxation.constraints, &self.conjugate.contacts.constraints);
-        let (count, capacity) =
-            (relaxed.len() + solved.len(), relaxed.capacity() + solved.capacity());
-        let ScratchUse { steps, constraints } = &mut self.scratch_use;
-        (*steps, *constraints) = (*steps + 1, count.max(*constraints));
-        if *steps < RELEASE_STEPS {
-            return;
-        }
-        if capacity > RELEASE_FACTOR * *constraints + RELEASE_MIN {
+        let capacity = relaxed.capacity() + solved.capacity();
+        if self.scratch_use.is_small(relaxed.len() + solved.len(), capacity) {
             self.relaxation.release();
             self.conjugate.release();
             self.touches.release();
         }
-        self.scratch_use = ScratchUse::default();
     }
 
     /// Symplectic Euler, then passes over all overlapping pairs; without settings contacts are only
