@@ -82,18 +82,9 @@ impl Touches {
         found: impl DoubleEndedIterator<Item = Found> + Clone,
         steady: &Steady,
     ) {
-        let Touches { now, before } = self;
-        before.clear();
-        reserve(before, now.len());
-        before.extend(now.iter().map(slots));
-        now.retain_mut(|touch| {
-            touch.began = false;
-            steady.has(touch.a.index) || steady.has(touch.b.index)
-        });
+        let (mut from, mut to) = self.begin(found.clone().count(), steady);
         // Merges the found ones from behind, so that each touch moves once.
-        let (mut from, mut to) = (now.len(), now.len() + found.clone().count());
-        reserve(now, to);
-        now.resize(to, NO_TOUCH);
+        let Touches { now, before } = self;
         let mut before = before.iter().rev().peekable();
         for Found { a, b, normal, depth, closing } in found.rev() {
             while from > 0 && slots(&now[from - 1]) > [a, b] {
@@ -105,6 +96,23 @@ impl Touches {
             to -= 1;
             now[to] = Touch { a: bodies.id(a), b: bodies.id(b), normal, depth, closing, began };
         }
+    }
+
+    /// Lists the touches that stay, and makes room for others; returns the numbers of them, and of all.
+    #[inline(never)]
+    fn begin(&mut self, found: usize, steady: &Steady) -> (usize, usize) {
+        let Touches { now, before } = self;
+        before.clear();
+        reserve(before, now.len());
+        before.extend(now.iter().map(slots));
+        now.retain_mut(|touch| {
+            touch.began = false;
+            steady.has(touch.a.index) || steady.has(touch.b.index)
+        });
+        let (staying, all) = (now.len(), now.len() + found);
+        reserve(now, all);
+        now.resize(all, NO_TOUCH);
+        (staying, all)
     }
 }
 

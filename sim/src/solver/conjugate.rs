@@ -84,14 +84,8 @@ pub(crate) struct ConjugateSolver {
 impl Clone for ConjugateSolver {
     fn clone(&self) -> ConjugateSolver {
         let constraints = self.contacts.constraints.clone();
-        let contacts = ContactSet { constraints, infos: Vec::new() };
-        ConjugateSolver { contacts, ..self.without_scratch() }
-    }
-}
-
-impl ConjugateSolver {
-    fn without_scratch(&self) -> ConjugateSolver {
         ConjugateSolver {
+            contacts: ContactSet { constraints, infos: Vec::new() },
             is_large_world: self.is_large_world,
             sweeps: self.sweeps,
             work: self.work,
@@ -99,10 +93,13 @@ impl ConjugateSolver {
             ..ConjugateSolver::default()
         }
     }
+}
 
+impl ConjugateSolver {
     /// Releases all scratch, between two steps.
     pub fn release(&mut self) {
-        *self = self.without_scratch();
+        self.contacts.clear();
+        *self = self.clone();
     }
 
     /// Begins a step.

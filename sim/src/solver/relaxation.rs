@@ -75,7 +75,8 @@ impl Clone for RelaxationSolver {
 impl RelaxationSolver {
     /// Releases all scratch.
     pub fn release(&mut self) {
-        *self = RelaxationSolver { passes: self.passes, ..RelaxationSolver::default() };
+        self.constraints.clear();
+        *self = self.clone();
     }
 
     /// Integrates the velocities (symplectic Euler, first half), and applies the last step's
