@@ -22,10 +22,10 @@ const FREE: f32 = 0.5;
 pub(crate) struct Displacements {
     /// Velocity before gravity.
     pub start_velocity: Vec<Vec2>,
-    /// Weights of v0 in the path, in [0, 0.5].
-    weight: Vec<Vec2>,
-    /// The path of this step; zero between steps, and always for bodies that do not move.
-    path: Vec<Vec2>,
+    /// Weights of v0 in the path, in [0, 0.5]; once the bodies have moved, the displacements of a position pass.
+    pub weight: Vec<Vec2>,
+    /// The path of this step, then of a position pass; zero between steps, and always for bodies that do not move.
+    pub path: Vec<Vec2>,
     /// Paths that springs give.
     given: Vec<(u32, Vec2)>,
 }

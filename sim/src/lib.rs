@@ -10,6 +10,7 @@ mod broad_phase;
 mod continuous;
 mod features;
 mod forces;
+mod growth;
 mod hash;
 mod integrate;
 mod material;

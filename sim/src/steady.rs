@@ -3,7 +3,7 @@
 //! A pile at rest comes to a fixed point of the conjugate solver: no position, velocity or impulse changes any
 //! more. A step is a function of its inputs. As long as nothing that it reads for an island changes, it would
 //! compute the same again, so such an island leaves the list of moving bodies; its impulses stay in the pair
-//! list and its touches here. Unlike sleep this is not state: there is no threshold, nothing is set to zero, and a
+//! list and its touches in theirs. Unlike sleep this is not state: there is no threshold, nothing is set to zero, and a
 //! world that leaves nothing out has the same bits in every step.
 //!
 //! An island is readmitted when something that is not steady meets it, by a constraint or an impact: the step is then
@@ -15,7 +15,6 @@ use crate::body::Motion;
 use crate::shape::Aabb;
 use crate::solver::contact_constraint::ContactConstraint;
 use crate::solver::islands::Islands;
-use crate::touches::Touch;
 use glam::Vec2;
 
 /// In place of an island: none.
@@ -31,8 +30,6 @@ pub(crate) struct Steady {
     /// By slot: whether the body is steady, or nothing pushes it and it does not move. Pairs of two such bodies take no
     /// part in a step.
     pub takes_no_part: Vec<bool>,
-    /// Their touches, in (a, b) order.
-    pub touches: Vec<Touch>,
     /// By slot: positions and velocities at the start of the step.
     center: Vec<Vec2>,
     velocity: Vec<Vec2>,
@@ -58,6 +55,12 @@ impl Steady {
     /// Number of steady bodies.
     pub fn count(&self) -> usize {
         self.bodies.len()
+    }
+
+    /// Whether a body is steady.
+    #[inline]
+    pub fn has(&self, slot: u32) -> bool {
+        self.island.get(slot as usize).is_some_and(|&island| island != NONE)
     }
 
     /// Begins a step. Saves its start if it may leave islands out of the next.
@@ -124,7 +127,7 @@ impl Steady {
     }
 
     fn readmit_pending(&mut self, bodies: &mut Bodies) {
-        let Steady { bodies: steady, island, to_readmit, touches, .. } = self;
+        let Steady { bodies: steady, island, to_readmit, .. } = self;
         to_readmit.sort_unstable();
         to_readmit.dedup();
         for &slot in steady.iter() {
@@ -136,17 +139,15 @@ impl Steady {
         }
         to_readmit.clear();
         steady.retain(|&slot| island[slot as usize] != NONE);
-        touches.retain(|touch| is_of(island, touch));
         bodies.moving.sort_unstable();
     }
 
     /// Leaves the islands out that the step has not changed, and of which no body departs. `reach` gives the reach with
-    /// which a step begins for a body of some velocity; `touches` are those of the step.
+    /// which a step begins for a body of some velocity.
     pub fn leave_out(
         &mut self,
         bodies: &mut Bodies,
         contacts: StepContacts,
-        touches: &[Touch],
         kill_zone: &Aabb,
         reach: impl Fn(Vec2) -> f32,
     ) {
@@ -185,9 +186,6 @@ impl Steady {
         let island = &self.island;
         self.bodies.sort_unstable();
         bodies.moving.retain(|&slot| island[slot as usize] == NONE);
-        self.touches.clear();
-        let kept = touches.iter().filter(|touch| is_of(island, touch));
-        self.touches.extend(kept.map(|touch| Touch { began: false, ..*touch }));
     }
 
     /// Whether the step changed no bit of a body, and the next one begins with the same.
@@ -200,11 +198,6 @@ impl Steady {
         bits(bodies.center[index]) == bits(self.center[index])
             && bits(bodies.velocity[index]) == bits(self.velocity[index])
     }
-}
-
-/// Whether a touch is one of a steady body.
-fn is_of(island: &[u32], touch: &Touch) -> bool {
-    [touch.a, touch.b].iter().any(|id| island[id.index as usize] != NONE)
 }
 
 #[cfg(test)]

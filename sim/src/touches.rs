@@ -2,6 +2,8 @@
 
 use crate::bodies::Bodies;
 use crate::body::BodyId;
+use crate::growth::reserve;
+use crate::steady::Steady;
 use glam::Vec2;
 
 /// Two bodies that overlap at the end of a step.
@@ -40,9 +42,19 @@ pub(crate) struct Found {
 pub(crate) struct Touches {
     /// In (a, b) order.
     pub now: Vec<Touch>,
-    /// Scratch: who touched in the step before.
-    before: Vec<[BodyId; 2]>,
+    /// Scratch: slots that touched in the step before.
+    before: Vec<[u32; 2]>,
 }
+
+/// Fills the list of touches while it grows.
+const NO_TOUCH: Touch = Touch {
+    a: BodyId { index: 0, generation: 0 },
+    b: BodyId { index: 0, generation: 0 },
+    normal: Vec2::ZERO,
+    depth: 0.0,
+    closing: 0.0,
+    began: false,
+};
 
 /// Sorts touches by (a, b): plain numbers, since a sort for this type would take 3 kB of the page's program.
 pub(crate) fn sort(touches: &mut Vec<Touch>) {
@@ -57,22 +69,54 @@ pub(crate) fn sort(touches: &mut Vec<Touch>) {
 }
 
 impl Touches {
-    /// Lists the touches of a step, and those that `stay` as they were; both come in (a, b) order.
-    pub fn report(&mut self, bodies: &Bodies, found: impl Iterator<Item = Found>, stay: &[Touch]) {
-        self.before.clear();
-        self.before.extend(self.now.drain(..).map(|touch| [touch.a, touch.b]));
-        let mut before = self.before.iter().peekable();
-        let slots = |touch: &Touch| (touch.a.index, touch.b.index);
-        let mut stay = stay.iter().peekable();
-        for Found { a, b, normal, depth, closing } in found {
-            while let Some(touch) = stay.next_if(|touch| slots(touch) < (a, b)) {
-                self.now.push(*touch);
-            }
-            let (id_a, id_b) = (bodies.id(a), bodies.id(b));
-            while before.next_if(|[old_a, old_b]| (old_a.index, old_b.index) < (a, b)).is_some() {}
-            let began = before.next_if_eq(&&[id_a, id_b]).is_none();
-            self.now.push(Touch { a: id_a, b: id_b, normal, depth, closing, began });
-        }
-        self.now.extend(stay);
+    /// Releases memory that the present touches do not need.
+    pub fn release(&mut self) {
+        self.now.shrink_to_fit();
+        self.before = Vec::new();
     }
+
+    /// Lists the touches of a step, found in (a, b) order; those of steady bodies stay as they were.
+    pub fn report(
+        &mut self,
+        bodies: &Bodies,
+        found: impl DoubleEndedIterator<Item = Found> + Clone,
+        steady: &Steady,
+    ) {
+        let (mut from, mut to) = self.begin(found.clone().count(), steady);
+        // Merges the found ones from behind, so that each touch moves once.
+        let Touches { now, before } = self;
+        let mut before = before.iter().rev().peekable();
+        for Found { a, b, normal, depth, closing } in found.rev() {
+            while from > 0 && slots(&now[from - 1]) > [a, b] {
+                (from, to) = (from - 1, to - 1);
+                now[to] = now[from];
+            }
+            while before.next_if(|&&old| old > [a, b]).is_some() {}
+            let began = before.next_if_eq(&&[a, b]).is_none();
+            to -= 1;
+            now[to] = Touch { a: bodies.id(a), b: bodies.id(b), normal, depth, closing, began };
+        }
+    }
+
+    /// Lists the touches that stay, and makes room for others; returns the numbers of them, and of all.
+    #[inline(never)]
+    fn begin(&mut self, found: usize, steady: &Steady) -> (usize, usize) {
+        let Touches { now, before } = self;
+        before.clear();
+        reserve(before, now.len());
+        before.extend(now.iter().map(slots));
+        now.retain_mut(|touch| {
+            touch.began = false;
+            steady.has(touch.a.index) || steady.has(touch.b.index)
+        });
+        let (staying, all) = (now.len(), now.len() + found);
+        reserve(now, all);
+        now.resize(all, NO_TOUCH);
+        (staying, all)
+    }
+}
+
+/// The slots of both bodies. A removed body takes its touches with it, so that no other body inherits them.
+fn slots(touch: &Touch) -> [u32; 2] {
+    [touch.a.index, touch.b.index]
 }

@@ -15,6 +15,7 @@ use crate::features::Features;
 use crate::forces::Forces;
 use crate::forces::drag::Drag;
 use crate::forces::springs::{Spring, SpringEnd};
+use crate::growth::ScratchUse;
 use crate::particles::{EmitterDef, Obstacle, Particles, dequantise, quantise};
 use crate::shape::Shape;
 use crate::sleep::{Awake, Sleep};
@@ -59,6 +60,7 @@ pub struct World {
     /// Scratch of the two solvers, one of which is used, and of the particles.
     relaxation: RelaxationSolver,
     conjugate: Box<ConjugateSolver>,
+    scratch_use: ScratchUse,
     obstacles: Vec<Obstacle>,
 }
 
@@ -89,6 +91,7 @@ impl World {
             listed: false,
             relaxation: RelaxationSolver::default(),
             conjugate: Box::default(),
+            scratch_use: ScratchUse::default(),
             obstacles: Vec::new(),
         }
     }

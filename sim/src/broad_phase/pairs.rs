@@ -12,6 +12,7 @@
 use super::static_grid::StaticGrid;
 use crate::bodies::Bodies;
 use crate::body::GROUPS_MAX;
+use crate::growth::{push, reserve};
 use crate::math::{max, min, ordered_bits};
 use crate::shape::Aabb;
 use glam::{Vec2, Vec2Swizzles};
@@ -23,6 +24,9 @@ const STATIC_MARGIN: f32 = 0.1;
 
 /// Bodies that are compared with every other one; where more have outgrown their boxes, sorting all is faster.
 const RENEWED_MAX: usize = 32;
+
+/// Steps without a search after which its scratch is released.
+const IDLE_STEPS_MAX: u32 = 128;
 
 /// The axis of the box face that carried the contact in the last step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -45,8 +49,6 @@ pub(crate) struct Pair {
     pub tangent_impulse: f32,
     /// Meaningful where `normal_impulse` is positive, else free.
     pub axis: Axis,
-    /// Normal of this step's warm start; scratch, not state.
-    pub warm_normal: Vec2,
 }
 
 impl Pair {
@@ -57,7 +59,6 @@ impl Pair {
             normal_impulse: 0.0,
             tangent_impulse: 0.0,
             axis: Axis::Free,
-            warm_normal: Vec2::ZERO,
         }
     }
 
@@ -111,6 +112,8 @@ pub(crate) struct PairList {
     outgrown: Vec<u32>,
     /// By slot: whether its pairs were found again.
     renewed: Vec<bool>,
+    /// Steps since all pairs were last searched for.
+    idle_steps: u32,
     /// Scratch: slots sorted by lower edge, their boxes in this order, those that overlap one of them, keys of the pairs found.
     order: Vec<u64>,
     sorted: Vec<Aabb>,
@@ -197,12 +200,25 @@ impl PairList {
         }
         match self.outgrown.len() {
             _ if self.stale => self.rebuild(bodies, filter),
-            0 => return false,
+            0 => {
+                self.idle_steps += 1;
+                if self.idle_steps == IDLE_STEPS_MAX {
+                    self.release_scratch();
+                }
+                return false;
+            }
             1..=RENEWED_MAX => self.renew(bodies, filter),
             _ => self.rebuild(bodies, filter),
         }
         self.is_over |= self.pairs.len() > filter.pairs_max;
         true
+    }
+
+    /// Releases the memory that only a search needs.
+    fn release_scratch(&mut self) {
+        self.pairs.shrink_to_fit();
+        (self.order, self.sorted) = (Vec::new(), Vec::new());
+        (self.found, self.keys) = (Vec::new(), Vec::new());
     }
 
     /// Finds bodies whose reach has left the box for which the list is complete.
@@ -220,6 +236,7 @@ impl PairList {
 
     /// Sorts and sweeps along the axis on which the bodies are spread out further.
     fn rebuild(&mut self, bodies: &Bodies, filter: Filter) {
+        self.idle_steps = 0;
         let is_upright = is_upright(bodies);
         self.fat.resize(bodies.alive.len(), EMPTY_BOX);
         for slot in swept(bodies, self.static_grid.is_some()) {
@@ -298,7 +315,7 @@ impl PairList {
             }
             for &b in &found[..count] {
                 if filter.takes(bodies, a as u32, b) {
-                    keys.push(key(a as u32, b));
+                    push(keys, key(a as u32, b));
                 }
             }
             if keys.len() > filter.pairs_max {
@@ -353,13 +370,6 @@ impl PairList {
                 pairs[to] = Pair::of(key);
             }
         }
-    }
-}
-
-/// Makes room for `len` items and a quarter more: a list that doubles has room for half as many again, on average.
-fn reserve<T>(list: &mut Vec<T>, len: usize) {
-    if list.capacity() < len {
-        list.reserve_exact(len + len / 4 - list.len());
     }
 }
 

@@ -120,7 +120,6 @@ impl ImpactQueue {
             self.impact_count[slot as usize] = 0;
         }
         self.paths.impact_time.resize(slots, 0.0);
-        self.paths.impact_position.resize(slots, Vec2::ZERO);
         self.impact_count.resize(slots, 0);
         self.waits.resize(slots, false);
     }
@@ -203,6 +202,7 @@ impl ImpactQueue {
             return Progress::Done;
         }
         self.list_pairs(bodies, pairs);
+        self.paths.impact_position.resize(bodies.alive.len(), Vec2::ZERO);
         let queued_max = context.filter.pairs_max.saturating_mul(QUEUED_PER_PAIR);
         let enough = max_predictions(bodies);
         while let Some(Reverse(event)) = self.queue.pop() {

@@ -19,7 +19,7 @@ use crate::math::max;
 use crate::narrow_phase::manifold::Manifold;
 use crate::shape::shapes;
 use crate::solver::contact_constraint::{
-    ContactConstraint, ContactInfo, ContactSet, GatherStep, PackedBody, make_contact,
+    ContactConstraint, ContactSet, GatherStep, PackedBody, make_contact,
 };
 use crate::solver::step_context::StepContext;
 use crate::solver::tolerances::OVERLAP;
@@ -39,8 +39,6 @@ pub(crate) struct LatePairs {
     /// By slot: whether its island is in motion. Of two such bodies no pair is added: the next step sees other overlaps.
     pub is_in_motion: Vec<bool>,
     late: ContactSet,
-    /// The constraints before the merge.
-    before: ContactSet,
     /// By constraint: whether it is new. Islands with a new constraint are solved again.
     pub is_new: Vec<bool>,
 }
@@ -109,8 +107,7 @@ impl LatePairs {
     ) -> bool {
         let (dt, threshold) = (context.dt, context.settings.bounce_threshold);
         let step = GatherStep { dt, fall: 0.0 };
-        self.late.constraints.clear();
-        self.late.infos.clear();
+        self.late.clear();
         let mut known = contacts.constraints.iter().map(|constraint| constraint.pair).peekable();
         for (index, pair) in (0u32..).zip(pairs) {
             let has_constraint = known.next_if_eq(&index).is_some();
@@ -134,12 +131,9 @@ impl LatePairs {
                 let (constraint, info) =
                     make_contact::<{ shapes::BOTH }>([&a, &b], pair, index, manifold, step);
                 // The stored impulse of the last step was not applied in this one.
-                self.late.constraints.push(ContactConstraint {
-                    normal_impulse: 0.0,
-                    tangent_impulse: 0.0,
-                    ..constraint
-                });
-                self.late.infos.push(info);
+                let constraint =
+                    ContactConstraint { normal_impulse: 0.0, tangent_impulse: 0.0, ..constraint };
+                self.late.push(constraint, info);
             }
         }
         if self.late.constraints.is_empty() {
@@ -170,26 +164,24 @@ impl LatePairs {
         may_meet && end.x < reach.x && end.y < reach.y
     }
 
-    /// Merges the late constraints into the others, in (a, b) order.
+    /// Merges the late constraints into the others, in (a, b) order, from behind.
     fn merge(&mut self, contacts: &mut ContactSet) {
-        std::mem::swap(contacts, &mut self.before);
-        contacts.constraints.clear();
-        contacts.infos.clear();
+        let mut from = contacts.constraints.len();
+        let mut to = from + self.late.constraints.len();
+        contacts.reserve(to);
+        let ContactSet { constraints, infos } = contacts;
+        constraints.extend_from_slice(&self.late.constraints);
+        infos.extend_from_slice(&self.late.infos);
         self.is_new.clear();
-        let mut push = |constraint: &ContactConstraint, info: &ContactInfo, is_new: bool| {
-            contacts.constraints.push(*constraint);
-            contacts.infos.push(*info);
-            self.is_new.push(is_new);
-        };
-        let mut late = self.late.constraints.iter().zip(&self.late.infos).peekable();
-        for (constraint, info) in self.before.constraints.iter().zip(&self.before.infos) {
-            while let Some((new, new_info)) = late.next_if(|(late, _)| late.pair < constraint.pair)
-            {
-                push(new, new_info, true);
+        self.is_new.resize(to, false);
+        for (late, info) in self.late.constraints.iter().zip(&self.late.infos).rev() {
+            while from > 0 && constraints[from - 1].pair > late.pair {
+                (from, to) = (from - 1, to - 1);
+                (constraints[to], infos[to]) = (constraints[from], infos[from]);
             }
-            push(constraint, info, false);
+            to -= 1;
+            (constraints[to], infos[to], self.is_new[to]) = (*late, *info, true);
         }
-        late.for_each(|(constraint, info)| push(constraint, info, true));
     }
 }
 
@@ -227,14 +219,7 @@ mod tests {
         paths.impact_time.resize(2, 0.0);
         late_pairs.begin(2);
         assert!(late_pairs.extend_reach(&mut bodies, &[], dt));
-        let pair = Pair {
-            a: 0,
-            b: 1,
-            normal_impulse: 5.0,
-            tangent_impulse: 1.0,
-            axis: Axis::Free,
-            warm_normal: Vec2::ZERO,
-        };
+        let pair = Pair { a: 0, b: 1, normal_impulse: 5.0, tangent_impulse: 1.0, axis: Axis::Free };
         let (mut contacts, settings) = (ContactSet::default(), Conjugate::default());
         let context = StepContext::new(&settings, world.settings(), Features::default());
         assert!(late_pairs.gather(&bodies, &[pair], &paths, &context, &mut contacts));

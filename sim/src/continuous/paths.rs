@@ -12,7 +12,7 @@ use glam::Vec2;
 pub(crate) struct Paths {
     /// Seconds into the step; 0 without an impact.
     pub impact_time: Vec<f32>,
-    /// Position at that time.
+    /// Position at that time; empty in a world that never had an impact.
     pub impact_position: Vec<Vec2>,
     /// Acceleration on the parabola that ends where springs take a body in the step, units/s^2; empty in a world without
     /// springs.

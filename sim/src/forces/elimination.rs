@@ -1,7 +1,7 @@
 //! A sparse symmetric system with one 2 by 2 block for each body and for each pair joined by a
 //! spring, solved by block elimination: L D L^T without square roots. Bodies are eliminated in the
 //! order of least degree (Tinney and Walker 1967), so that ropes and trees cost one block for each
-//! spring and only meshes fill in. Order and fill are computed when springs are added or removed,
+//! spring and only meshes fill in. EliminationOrder and fill are computed when springs are added or removed,
 //! not in a step.
 
 use glam::{DMat2, DVec2};
@@ -19,21 +19,37 @@ pub(crate) struct Elimination {
     block: Vec<DMat2>,
 }
 
-impl Elimination {
-    /// Builds the pattern for `count` unknowns joined by these edges; returns it with the new index
-    /// of each unknown.
-    pub fn new(count: usize, edges: &[(u32, u32)]) -> (Elimination, Vec<u32>) {
-        let mut near: Vec<Vec<u32>> = vec![Vec::new(); count];
+/// The order of elimination of a pattern, and scratch.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct EliminationOrder {
+    /// The new index of each unknown.
+    pub index_of: Vec<u32>,
+    /// Unknowns in the order of elimination.
+    nodes: Vec<u32>,
+    /// By unknown: those that it shares a block with; once it is eliminated, those that were left then.
+    near: Vec<Vec<u32>>,
+    waiting: BinaryHeap<Reverse<(usize, u32)>>,
+    is_done: Vec<bool>,
+}
+
+impl EliminationOrder {
+    /// Finds the order for `count` unknowns joined by these edges.
+    fn find(&mut self, count: usize, edges: &[(u32, u32)]) {
+        let EliminationOrder { index_of, nodes, near, waiting, is_done } = self;
+        near.iter_mut().for_each(Vec::clear);
+        near.resize_with(near.len().max(count), Vec::new);
         for &(a, b) in edges {
             join(&mut near[a as usize], &[b]);
             join(&mut near[b as usize], &[a]);
         }
         // An entry whose degree is no longer the node's is passed over: a later one follows.
-        let degrees = (0u32..).zip(&near).map(|(node, near)| Reverse((near.len(), node)));
-        let mut waiting: BinaryHeap<Reverse<(usize, u32)>> = degrees.collect();
-        let mut is_done = vec![false; count];
-        let mut order = Vec::new();
-        let mut columns: Vec<Vec<u32>> = Vec::new();
+        let degrees = (0u32..).zip(&near[..count]).map(|(node, near)| Reverse((near.len(), node)));
+        waiting.extend(degrees);
+        is_done.clear();
+        is_done.resize(count, false);
+        nodes.clear();
+        index_of.clear();
+        index_of.resize(count, 0);
         while let Some(Reverse((degree, node))) = waiting.pop() {
             if is_done[node as usize] || near[node as usize].len() != degree {
                 continue;
@@ -46,23 +62,31 @@ impl Elimination {
                 set.retain(|&other| other != one && other != node);
                 waiting.push(Reverse((set.len(), one)));
             }
-            order.push(node);
-            columns.push(later);
+            near[node as usize] = later;
+            index_of[node as usize] = nodes.len() as u32;
+            nodes.push(node);
         }
-        let mut index_of = vec![0u32; count];
-        for (at, &node) in (0u32..).zip(&order) {
-            index_of[node as usize] = at;
+    }
+}
+
+impl Elimination {
+    /// Builds the pattern for `count` unknowns joined by these edges, with the new index of each unknown in `order`.
+    pub fn build(&mut self, count: usize, edges: &[(u32, u32)], order: &mut EliminationOrder) {
+        order.find(count, edges);
+        let Elimination { diagonal, start, row, block } = self;
+        start.clear();
+        row.clear();
+        start.push(0);
+        for &node in &order.nodes {
+            let first = row.len();
+            let later = order.near[node as usize].iter();
+            row.extend(later.map(|&node| order.index_of[node as usize]));
+            row[first..].sort_unstable();
+            start.push(row.len() as u32);
         }
-        let mut elimination = Elimination { start: vec![0], ..Elimination::default() };
-        for column in columns {
-            let mut rows: Vec<u32> = column.iter().map(|&node| index_of[node as usize]).collect();
-            rows.sort_unstable();
-            elimination.row.extend(rows);
-            elimination.start.push(elimination.row.len() as u32);
-        }
-        elimination.diagonal = vec![DMat2::ZERO; count];
-        elimination.block = vec![DMat2::ZERO; elimination.row.len()];
-        (elimination, index_of)
+        diagonal.resize(count, DMat2::ZERO);
+        block.resize(row.len(), DMat2::ZERO);
+        self.clear();
     }
 
     pub fn clear(&mut self) {
@@ -136,7 +160,7 @@ fn join(set: &mut Vec<u32>, more: &[u32]) {
 
 #[cfg(test)]
 mod tests {
-    use super::Elimination;
+    use super::{Elimination, EliminationOrder};
     use crate::rng::Rng;
     use glam::{DMat2, DVec2};
 
@@ -154,7 +178,9 @@ mod tests {
         }
         let mut rng = Rng::new(1, 1);
         let mut unit = move || f64::from(rng.unit()) - 0.5;
-        let (mut system, index_of) = Elimination::new(18, &edges);
+        let (mut system, mut order) = (Elimination::default(), EliminationOrder::default());
+        system.build(18, &edges, &mut order);
+        let index_of = order.index_of;
         let mut full = vec![vec![DMat2::ZERO; 18]; 18];
         for node in 0..18 {
             full[node][node] = DMat2::IDENTITY;

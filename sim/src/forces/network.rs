@@ -23,7 +23,7 @@ mod plane;
 
 use super::air::{Air, FAST_PHASE, Kind, Move};
 use super::drag::Drag;
-use super::elimination::Elimination;
+use super::elimination::{Elimination, EliminationOrder};
 use super::springs::{Spring, SpringEnd};
 use crate::bodies::Bodies;
 use crate::math::exp_m1;
@@ -137,7 +137,9 @@ impl Network {
         };
         let edges: Vec<(u32, u32)> =
             springs.iter().filter_map(|s| ends(s).0.zip(ends(s).1)).collect();
-        let (system, index_of) = Elimination::new(slots.len(), &edges);
+        let (mut system, mut order) = (Elimination::default(), EliminationOrder::default());
+        system.build(slots.len(), &edges, &mut order);
+        let index_of = order.index_of;
         let mut order = vec![0; slots.len()];
         for (node, &at) in index_of.iter().enumerate() {
             order[at as usize] = node;

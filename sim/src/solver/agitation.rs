@@ -86,7 +86,7 @@ impl Agitation {
             return SweepLimits { sweeps_max: within(usual.max(small)), tolerance, ..limits };
         }
         let sweeps_max = within(SWEEPS.max(CALM_VISITS / count));
-        let sequence = if self.is_near { Sequence::Forests } else { Sequence::Colors };
+        let sequence = if self.is_near || self.is_slow { Sequence::Forests } else { Sequence::Colors };
         SweepLimits { sweeps_max, sequence, ..limits }
     }
 }

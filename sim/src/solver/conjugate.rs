@@ -24,6 +24,7 @@
 mod solve_island;
 
 use super::contact_constraint::{self, ContactSet, Correction, GatherScratch, GatherStep};
+use super::direct::DirectSolver;
 use super::energy_guard::EnergyGuard;
 use super::islands::Islands;
 use super::position_correction::PositionCorrection;
@@ -41,7 +42,7 @@ use crate::math::{clamp_length, max};
 use crate::shape::{Aabb, shapes};
 use crate::solver::tolerances::LARGE_WORLD;
 use crate::steady::{Steady, StepContacts};
-use crate::touches::{Found, Touch};
+use crate::touches::Found;
 use glam::Vec2;
 
 /// Times that a step may find that bounces sped bodies up beyond their reach.
@@ -57,6 +58,7 @@ pub(crate) struct ConjugateSolver {
     blocks: Blocks,
     late_pairs: LatePairs,
     energy_guard: EnergyGuard,
+    direct: DirectSolver,
     /// Whether more than [`LARGE_WORLD`] bodies can move.
     is_large_world: bool,
     /// By constraint: whether the step changed its impulses, if islands may be left out.
@@ -90,6 +92,12 @@ impl Clone for ConjugateSolver {
 }
 
 impl ConjugateSolver {
+    /// Releases all scratch, between two steps.
+    pub fn release(&mut self) {
+        self.contacts.clear();
+        *self = self.clone();
+    }
+
     /// Begins a step.
     pub fn begin(
         &mut self,
@@ -206,6 +214,10 @@ impl ConjugateSolver {
         takes_no_part: &[bool],
         context: &StepContext,
     ) {
+        if bodies.moving.is_empty() {
+            self.contacts.clear();
+            return;
+        }
         let step = GatherStep { dt: context.dt, fall: context.fall_distance() };
         let paths = &self.impact_queue.paths;
         let gather = match context.features.takes_shapes() {
@@ -276,8 +288,7 @@ impl ConjugateSolver {
         if !self.impact_queue.paths.sprung.is_empty() {
             self.set_masses(bodies);
         }
-        self.blocks.reserve(bodies.alive.len());
-        self.islands.find(bodies.alive.len(), &self.contacts.constraints);
+        self.find_islands(bodies.alive.len());
         self.late_pairs.begin(bodies.alive.len());
         self.sweeps = 0;
         self.work = self.impact_queue.predictions;
@@ -302,6 +313,14 @@ impl ConjugateSolver {
         }
     }
 
+    /// Finds the islands of the constraints among `slots` bodies, and makes room to solve them.
+    fn find_islands(&mut self, slots: usize) {
+        self.islands.find(slots, &self.contacts.constraints, None);
+        if self.islands.count() > 0 {
+            self.blocks.reserve(slots);
+        }
+    }
+
     /// Gives constraints the masses of their bodies: springs may have raised them since.
     fn set_masses(&mut self, bodies: &Bodies) {
         for constraint in &mut self.contacts.constraints {
@@ -323,7 +342,7 @@ impl ConjugateSolver {
         if !self.late_pairs.gather(bodies, pairs, paths, context, &mut self.contacts) {
             return false;
         }
-        self.islands.find(bodies.alive.len(), &self.contacts.constraints);
+        self.find_islands(bodies.alive.len());
         for number in 0..self.islands.count() {
             let island = &self.islands.constraints[self.islands.range(number)];
             if island.iter().any(|&index| self.late_pairs.is_new[index as usize]) {
@@ -349,12 +368,11 @@ impl ConjugateSolver {
         contact_constraint::store(bodies, constraints, pairs, &steady.takes_no_part);
     }
 
-    /// Leaves out of the next step what this one has not changed; `touches` are those of this step.
+    /// Leaves out of the next step what this one has not changed.
     pub fn leave_out(
         &self,
         bodies: &mut Bodies,
         steady: &mut Steady,
-        touches: &[Touch],
         kill_zone: &Aabb,
         context: &StepContext,
     ) {
@@ -366,7 +384,7 @@ impl ConjugateSolver {
             let reach = |velocity: Vec2| reach(velocity.length_squared(), fall, context.dt);
             let contacts =
                 StepContacts { constraints, islands: &self.islands, is_changed: &self.is_changed };
-            steady.leave_out(bodies, contacts, touches, kill_zone, reach);
+            steady.leave_out(bodies, contacts, kill_zone, reach);
         }
     }
 
@@ -388,8 +406,14 @@ impl ConjugateSolver {
         let far = self.static_clamp.may_tunnel(bodies, moved.separation_min, slop);
         let overlaps = moved.separation_min < -slop;
         if overlaps {
-            let (contacts, blocks) = (&mut self.contacts, &mut self.blocks);
-            self.position_correction.separate(bodies, contacts, pairs, blocks, context.settings);
+            self.position_correction.separate(
+                bodies,
+                &mut self.contacts,
+                pairs,
+                &mut self.blocks,
+                &mut self.displacements,
+                context.settings,
+            );
         }
         if overlaps || far {
             self.static_clamp.resolve(bodies, pairs, &self.impact_queue.paths, slop);
@@ -397,7 +421,7 @@ impl ConjugateSolver {
     }
 
     /// Pairs that have an impulse, bounced or overlap at the end of the step.
-    pub fn touching(&self) -> impl Iterator<Item = Found> {
+    pub fn touching(&self) -> impl DoubleEndedIterator<Item = Found> + Clone {
         let constraints = self.contacts.constraints.iter().zip(&self.contacts.infos);
         constraints
             .filter(|(constraint, info)| {

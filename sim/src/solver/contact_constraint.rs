@@ -10,6 +10,7 @@
 use crate::bodies::Bodies;
 use crate::broad_phase::pairs::{Axis, Pair};
 use crate::continuous::paths::{Paths, predict_manifold};
+use crate::growth::{push, reserve};
 use crate::math::{max, min};
 use crate::narrow_phase::manifold::Manifold;
 use crate::narrow_phase::separation::{self, Placed};
@@ -92,6 +93,23 @@ pub(crate) struct ContactSet {
 }
 
 impl ContactSet {
+    pub fn clear(&mut self) {
+        self.constraints.clear();
+        self.infos.clear();
+    }
+
+    #[inline]
+    pub fn push(&mut self, constraint: ContactConstraint, info: ContactInfo) {
+        push(&mut self.constraints, constraint);
+        push(&mut self.infos, info);
+    }
+
+    /// Makes room for `len` constraints.
+    pub fn reserve(&mut self, len: usize) {
+        reserve(&mut self.constraints, len);
+        reserve(&mut self.infos, len);
+    }
+
     /// Drops the constraints of bodies whose position or velocity is not finite: they have no
     /// contacts any more, and leave the world at the end of the step.
     #[cold]
@@ -205,9 +223,7 @@ pub(crate) fn gather<const SHAPES: u8>(
     scratch: &mut GatherScratch,
 ) {
     let GatherStep { dt, fall, .. } = step;
-    let ContactSet { constraints, infos } = contacts;
-    constraints.clear();
-    infos.clear();
+    contacts.clear();
     let GatherScratch { packed, deep_contacts } = scratch;
     pack(bodies, takes_no_part, paths, packed);
     deep_contacts.clear();
@@ -239,8 +255,7 @@ pub(crate) fn gather<const SHAPES: u8>(
             deep_contacts[a] = deep_contacts[a].saturating_add(1);
             deep_contacts[b] = deep_contacts[b].saturating_add(1);
         }
-        constraints.push(constraint);
-        infos.push(info);
+        contacts.push(constraint, info);
     }
 }
 

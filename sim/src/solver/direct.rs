@@ -5,7 +5,7 @@
 //! body and each contact. Where whole steps do not converge, the solution starts again with steps to the lowest point on the way
 //! (Newton's method for a convex function), and impulses are renewed only when the contacts that hold are known.
 
-use crate::forces::elimination::Elimination;
+use crate::forces::elimination::{Elimination, EliminationOrder};
 use crate::solver::contact_constraint::ContactConstraint;
 use glam::{DMat2, DVec2, Vec2};
 
@@ -28,6 +28,7 @@ const HALVINGS: u32 = 10;
 const STIFFNESS: f64 = 1e5;
 
 /// A contact of the island.
+#[derive(Clone, Debug)]
 struct Contact {
     index: u32,
     /// The unknowns of both bodies; none for an immovable one.
@@ -79,170 +80,217 @@ pub(crate) fn is_worth(contacts: usize, mass_ratio: f32) -> bool {
     contacts <= CONTACTS_MAX && mass_ratio > MASS_RATIO
 }
 
-/// Solves an island from its present impulses, or leaves it as it is; returns whether it did, and its rounds.
-#[inline(never)]
-pub(crate) fn solve(
-    constraints: &mut [ContactConstraint],
-    island: &[u32],
-    velocity: &mut [Vec2],
-    tolerance: f32,
-) -> (bool, u32) {
-    let bodies = || island.iter().flat_map(|&index| constraints[index as usize].bodies());
-    let movable = bodies().filter(|&(_, inv_mass)| inv_mass > 0.0);
-    let mut slots: Vec<u32> = movable.map(|(slot, _)| slot).collect();
-    slots.sort_unstable();
-    slots.dedup();
-    let unknown = |(slot, inv_mass): (u32, f32)| {
-        (inv_mass > 0.0).then(|| slots.binary_search(&slot).expect("listed") as u32)
-    };
-    let mut edges = Vec::new();
-    for &index in island {
-        if let [Some(a), Some(b)] = constraints[index as usize].bodies().map(unknown) {
-            edges.push((a, b));
-        }
-    }
-    let (mut system, order) = Elimination::new(slots.len(), &edges);
-    let place = |end: u32| order[end as usize];
-    let mut masses = vec![0.0; slots.len()];
-    let mut speed: Vec<DVec2> = vec![DVec2::ZERO; slots.len()];
-    let mut momentum = speed.clone();
-    let mut contacts: Vec<Contact> = Vec::new();
-    for &index in island {
-        let constraint = &constraints[index as usize];
-        let [a, b] = constraint.bodies();
-        let ends = [a, b].map(|body| unknown(body).map(place));
-        for (end, (slot, inv_mass)) in ends.into_iter().zip([a, b]) {
-            if let Some(end) = end {
-                masses[end as usize] = 1.0 / f64::from(inv_mass);
-                speed[end as usize] = velocity[slot as usize].as_dvec2();
-            }
-        }
-        let still = |end: Option<u32>, slot: u32| match end {
-            Some(_) => DVec2::ZERO,
-            None => velocity[slot as usize].as_dvec2(),
+/// Scratch.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct DirectSolver {
+    /// The movable bodies of the island, ascending, and pairs of their indices that have a contact.
+    slots: Vec<u32>,
+    edges: Vec<(u32, u32)>,
+    system: Elimination,
+    order: EliminationOrder,
+    /// By body, in the order of elimination: mass, velocity, and momentum without the impulses.
+    masses: Vec<f64>,
+    speed: Vec<DVec2>,
+    momentum: Vec<DVec2>,
+    contacts: Vec<Contact>,
+    /// Velocities at the start, and those that a round finds.
+    start: Vec<DVec2>,
+    target: Vec<DVec2>,
+    /// The way of a round, and velocities on it.
+    change: Vec<DVec2>,
+    next: Vec<DVec2>,
+    /// By contact: whether it holds along the normal and across it.
+    holding: Vec<[bool; 2]>,
+}
+
+impl DirectSolver {
+    /// Solves an island from its present impulses, or leaves it as it is; returns whether it did, and its rounds.
+    #[inline(never)]
+    pub fn solve(
+        &mut self,
+        constraints: &mut [ContactConstraint],
+        island: &[u32],
+        velocity: &mut [Vec2],
+        tolerance: f32,
+    ) -> (bool, u32) {
+        let DirectSolver {
+            slots,
+            edges,
+            system,
+            order,
+            masses,
+            speed,
+            momentum,
+            contacts,
+            start,
+            target,
+            change,
+            next,
+            holding,
+        } = self;
+        let bodies = || island.iter().flat_map(|&index| constraints[index as usize].bodies());
+        let movable = bodies().filter(|&(_, inv_mass)| inv_mass > 0.0);
+        slots.clear();
+        slots.extend(movable.map(|(slot, _)| slot));
+        slots.sort_unstable();
+        slots.dedup();
+        let unknown = |(slot, inv_mass): (u32, f32)| {
+            (inv_mass > 0.0).then(|| slots.binary_search(&slot).expect("listed") as u32)
         };
-        contacts.push(Contact {
-            index,
-            ends,
-            normal: constraint.normal.as_dvec2(),
-            impulse: Vec2::new(constraint.normal_impulse, constraint.tangent_impulse).as_dvec2(),
-            driven: still(ends[1], b.0) - still(ends[0], a.0),
-            min: f64::from(constraint.min_normal_velocity),
-            friction: f64::from(constraint.friction),
-            limit: f64::from(constraint.friction * constraint.normal_impulse),
-        });
-    }
-    // Momentum without the impulses.
-    for ((momentum, &speed), &mass) in momentum.iter_mut().zip(&speed).zip(&masses) {
-        *momentum = speed * mass;
-    }
-    for contact in &contacts {
-        let impulse =
-            contact.normal * contact.impulse.x + contact.normal.perp() * contact.impulse.y;
-        push(&mut momentum, contact.ends, -impulse);
-    }
-    let heaviest = masses.iter().fold(0.0, |most, &mass| if mass > most { mass } else { most });
-    let stiffness = STIFFNESS * heaviest;
-    // Slope along a change of the velocities of what a round minimizes, which is convex.
-    let slope = |speed: &[DVec2], change: &[DVec2], contacts: &[Contact]| {
-        let mut sum = 0.0;
-        for (((&speed, &momentum), &mass), change) in
-            speed.iter().zip(&momentum).zip(&masses).zip(change)
-        {
-            sum += (speed * mass - momentum).dot(*change);
-        }
-        for contact in contacts {
-            let (springs, _) = contact.springs(speed, stiffness);
-            let impulse = contact.normal * springs.x + contact.normal.perp() * springs.y;
-            sum -= impulse.dot(contact.relative(change) - contact.driven);
-        }
-        sum
-    };
-    let start = speed.clone();
-    for round in 0..ROUNDS_MAX {
-        if round == WHOLE_ROUNDS {
-            speed.clone_from(&start);
-            for contact in &mut contacts {
-                let constraint = &constraints[contact.index as usize];
-                contact.reset(constraint);
+        edges.clear();
+        for &index in island {
+            if let [Some(a), Some(b)] = constraints[index as usize].bodies().map(unknown) {
+                edges.push((a, b));
             }
         }
-        system.clear();
-        let mut target = momentum.clone();
-        for (end, &mass) in (0u32..).zip(&masses) {
-            system.add_diagonal(end, DMat2::from_diagonal(DVec2::splat(mass)));
-        }
-        let mut holding = Vec::new();
-        for contact in &contacts {
-            let (springs, holds) = contact.springs(&speed, stiffness);
-            let mut block = DMat2::ZERO;
-            let mut impulse = contact.normal * springs.x + contact.normal.perp() * springs.y;
-            for (holds, axis) in holds.into_iter().zip([contact.normal, contact.normal.perp()]) {
-                if holds {
-                    block += DMat2::from_cols(axis * axis.x, axis * axis.y) * stiffness;
-                    impulse +=
-                        axis * (axis.dot(contact.relative(&speed) - contact.driven) * stiffness);
+        system.build(slots.len(), edges, order);
+        let place = |end: u32| order.index_of[end as usize];
+        masses.clear();
+        masses.resize(slots.len(), 0.0);
+        speed.clear();
+        speed.resize(slots.len(), DVec2::ZERO);
+        contacts.clear();
+        for &index in island {
+            let constraint = &constraints[index as usize];
+            let [a, b] = constraint.bodies();
+            let ends = [a, b].map(|body| unknown(body).map(place));
+            for (end, (slot, inv_mass)) in ends.into_iter().zip([a, b]) {
+                if let Some(end) = end {
+                    masses[end as usize] = 1.0 / f64::from(inv_mass);
+                    speed[end as usize] = velocity[slot as usize].as_dvec2();
                 }
             }
-            push(&mut target, contact.ends, impulse);
-            for end in contact.ends.into_iter().flatten() {
-                system.add_diagonal(end, block);
-            }
-            if let [Some(a), Some(b)] = contact.ends {
-                system.add(a, b, -block);
-            }
-            holding.push(holds);
+            let still = |end: Option<u32>, slot: u32| match end {
+                Some(_) => DVec2::ZERO,
+                None => velocity[slot as usize].as_dvec2(),
+            };
+            contacts.push(Contact {
+                index,
+                ends,
+                normal: constraint.normal.as_dvec2(),
+                impulse: Vec2::new(constraint.normal_impulse, constraint.tangent_impulse)
+                    .as_dvec2(),
+                driven: still(ends[1], b.0) - still(ends[0], a.0),
+                min: f64::from(constraint.min_normal_velocity),
+                friction: f64::from(constraint.friction),
+                limit: f64::from(constraint.friction * constraint.normal_impulse),
+            });
         }
-        system.factor();
-        system.solve(&mut target);
-        let same = |(contact, holds): (&Contact, &[bool; 2])| {
-            contact.springs(&target, stiffness).1 == *holds
+        // Momentum without the impulses.
+        momentum.clear();
+        momentum.extend(speed.iter().zip(&*masses).map(|(&speed, &mass)| speed * mass));
+        for contact in &*contacts {
+            let impulse =
+                contact.normal * contact.impulse.x + contact.normal.perp() * contact.impulse.y;
+            push(momentum, contact.ends, -impulse);
+        }
+        let heaviest = masses.iter().fold(0.0, |most, &mass| if mass > most { mass } else { most });
+        let stiffness = STIFFNESS * heaviest;
+        // Slope along a change of the velocities of what a round minimizes, which is convex.
+        let slope = |speed: &[DVec2], change: &[DVec2], contacts: &[Contact]| {
+            let mut sum = 0.0;
+            for (((&speed, &momentum), &mass), change) in
+                speed.iter().zip(&*momentum).zip(&*masses).zip(change)
+            {
+                sum += (speed * mass - momentum).dot(*change);
+            }
+            for contact in contacts {
+                let (springs, _) = contact.springs(speed, stiffness);
+                let impulse = contact.normal * springs.x + contact.normal.perp() * springs.y;
+                sum -= impulse.dot(contact.relative(change) - contact.driven);
+            }
+            sum
         };
-        let is_same = contacts.iter().zip(&holding).all(same);
-        if !is_same && round >= WHOLE_ROUNDS {
-            let change: Vec<DVec2> =
-                target.iter().zip(&speed).map(|(&to, &from)| to - from).collect();
-            let (mut low, mut high) = (0.0, 1.0);
-            for _ in 0..HALVINGS {
-                let share = 0.5 * (low + high);
-                let at = |(&from, &change): (&DVec2, &DVec2)| from + change * share;
-                let next: Vec<DVec2> = speed.iter().zip(&change).map(at).collect();
-                if slope(&next, &change, &contacts) < 0.0 { low = share } else { high = share }
+        start.clone_from(speed);
+        for round in 0..ROUNDS_MAX {
+            if round == WHOLE_ROUNDS {
+                speed.clone_from(start);
+                for contact in &mut *contacts {
+                    let constraint = &constraints[contact.index as usize];
+                    contact.reset(constraint);
+                }
             }
-            for (speed, change) in speed.iter_mut().zip(&change) {
-                *speed += *change * high;
+            system.clear();
+            target.clone_from(momentum);
+            for (end, &mass) in (0u32..).zip(&*masses) {
+                system.add_diagonal(end, DMat2::from_diagonal(DVec2::splat(mass)));
             }
-            continue;
+            holding.clear();
+            for contact in &*contacts {
+                let (springs, holds) = contact.springs(speed, stiffness);
+                let mut block = DMat2::ZERO;
+                let mut impulse = contact.normal * springs.x + contact.normal.perp() * springs.y;
+                for (holds, axis) in holds.into_iter().zip([contact.normal, contact.normal.perp()])
+                {
+                    if holds {
+                        block += DMat2::from_cols(axis * axis.x, axis * axis.y) * stiffness;
+                        impulse +=
+                            axis * (axis.dot(contact.relative(speed) - contact.driven) * stiffness);
+                    }
+                }
+                push(target, contact.ends, impulse);
+                for end in contact.ends.into_iter().flatten() {
+                    system.add_diagonal(end, block);
+                }
+                if let [Some(a), Some(b)] = contact.ends {
+                    system.add(a, b, -block);
+                }
+                holding.push(holds);
+            }
+            system.factor();
+            system.solve(target);
+            let same = |(contact, holds): (&Contact, &[bool; 2])| {
+                contact.springs(target, stiffness).1 == *holds
+            };
+            let is_same = contacts.iter().zip(&*holding).all(same);
+            if !is_same && round >= WHOLE_ROUNDS {
+                change.clear();
+                change.extend(target.iter().zip(&*speed).map(|(&to, &from)| to - from));
+                let (mut low, mut high) = (0.0, 1.0);
+                for _ in 0..HALVINGS {
+                    let share = 0.5 * (low + high);
+                    let at = |(&from, &change): (&DVec2, &DVec2)| from + change * share;
+                    next.clear();
+                    next.extend(speed.iter().zip(&*change).map(at));
+                    if slope(next, change, contacts) < 0.0 { low = share } else { high = share }
+                }
+                for (speed, change) in speed.iter_mut().zip(&*change) {
+                    *speed += *change * high;
+                }
+                continue;
+            }
+            std::mem::swap(speed, target);
+            let mut worst = if is_same { 0.0 } else { f64::INFINITY };
+            for (contact, holds) in contacts.iter_mut().zip(&*holding) {
+                let errors = contact.errors(speed);
+                let free = contact.impulse - errors * stiffness;
+                let across = if holds[1] { free.y } else { contact.limit.copysign(free.y) };
+                contact.impulse = if holds[0] { DVec2::new(free.x, across) } else { DVec2::ZERO };
+                let limit = contact.friction * if free.x > 0.0 { contact.impulse.x } else { 0.0 };
+                let off = [
+                    if holds[0] { errors.x.abs() } else { -errors.x },
+                    if holds[1] { errors.y.abs() } else { 0.0 },
+                    (limit - contact.limit).abs() / heaviest,
+                ];
+                worst =
+                    off.into_iter().fold(worst, |worst, off| if off > worst { off } else { worst });
+                contact.limit = limit;
+            }
+            if worst < f64::from(tolerance) && speed.iter().all(|speed| speed.is_finite()) {
+                for (end, &slot) in (0u32..).zip(&*slots) {
+                    velocity[slot as usize] = speed[place(end) as usize].as_vec2();
+                }
+                for contact in &*contacts {
+                    let constraint = &mut constraints[contact.index as usize];
+                    let impulse = contact.impulse.as_vec2();
+                    (constraint.normal_impulse, constraint.tangent_impulse) =
+                        (impulse.x, impulse.y);
+                }
+                return (true, round + 1);
+            }
         }
-        speed = target;
-        let mut worst = if is_same { 0.0 } else { f64::INFINITY };
-        for (contact, holds) in contacts.iter_mut().zip(&holding) {
-            let errors = contact.errors(&speed);
-            let free = contact.impulse - errors * stiffness;
-            let across = if holds[1] { free.y } else { contact.limit.copysign(free.y) };
-            contact.impulse = if holds[0] { DVec2::new(free.x, across) } else { DVec2::ZERO };
-            let limit = contact.friction * if free.x > 0.0 { contact.impulse.x } else { 0.0 };
-            let off = [
-                if holds[0] { errors.x.abs() } else { -errors.x },
-                if holds[1] { errors.y.abs() } else { 0.0 },
-                (limit - contact.limit).abs() / heaviest,
-            ];
-            worst = off.into_iter().fold(worst, |worst, off| if off > worst { off } else { worst });
-            contact.limit = limit;
-        }
-        if worst < f64::from(tolerance) && speed.iter().all(|speed| speed.is_finite()) {
-            for (end, &slot) in (0u32..).zip(&slots) {
-                velocity[slot as usize] = speed[place(end) as usize].as_vec2();
-            }
-            for contact in &contacts {
-                let constraint = &mut constraints[contact.index as usize];
-                let impulse = contact.impulse.as_vec2();
-                (constraint.normal_impulse, constraint.tangent_impulse) = (impulse.x, impulse.y);
-            }
-            return (true, round + 1);
-        }
+        (false, ROUNDS_MAX)
     }
-    (false, ROUNDS_MAX)
 }
 
 /// Adds an impulse to the second of two bodies, and its opposite to the first.

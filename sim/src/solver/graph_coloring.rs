@@ -11,6 +11,7 @@
 
 use super::contact_constraint::ContactConstraint;
 use super::gauss_seidel::{Change, limited};
+use crate::growth::push;
 use crate::math::max;
 use glam::Vec2;
 
@@ -94,7 +95,7 @@ impl ColoredContacts {
         for (color, &end) in ends.iter().enumerate() {
             let width = if color == COLORS_MAX { 1 } else { LANES };
             for members in self.order[start..end].chunks(width) {
-                self.wide.push(WideContact::new(constraints, members));
+                push(&mut self.wide, WideContact::new(constraints, members));
             }
             start = end;
         }

@@ -38,43 +38,49 @@ impl Islands {
         self.starts[island] as usize..self.starts[island + 1] as usize
     }
 
-    /// Finds the islands of the constraints among `slots` bodies.
+    /// Finds the islands of these constraints, or of some of them, among `slots` bodies.
     #[inline(never)]
-    pub fn find(&mut self, slots: usize, constraints: &[ContactConstraint]) {
+    pub fn find(&mut self, slots: usize, constraints: &[ContactConstraint], some: Option<&[u32]>) {
         self.parent.resize(slots, 0);
         self.number.resize(slots, NONE);
-        for constraint in constraints {
+        let index_at = |at: usize| some.map_or(at, |indices| indices[at] as usize);
+        let count = some.map_or(constraints.len(), <[u32]>::len);
+        for constraint in (0..count).map(|at| &constraints[index_at(at)]) {
             for slot in [constraint.a, constraint.b] {
                 self.parent[slot as usize] = slot;
                 self.number[slot as usize] = NONE;
             }
         }
-        for constraint in constraints.iter().filter(|constraint| constraint.is_free()) {
-            join(&mut self.parent, constraint.a, constraint.b);
+        for constraint in (0..count).map(|at| &constraints[index_at(at)]) {
+            if constraint.is_free() {
+                join(&mut self.parent, constraint.a, constraint.b);
+            }
         }
-        self.count_constraints(constraints);
-        self.sort_constraints();
-    }
-
-    /// Numbers the islands and counts their constraints into `starts`.
-    fn count_constraints(&mut self, constraints: &[ContactConstraint]) {
         self.of_constraint.clear();
         self.starts.clear();
-        for constraint in constraints {
-            let movable = if constraint.inv_mass_a > 0.0 { constraint.a } else { constraint.b };
-            let root = root(&mut self.parent, movable);
-            let number = &mut self.number[root as usize];
-            if *number == NONE {
-                *number = self.starts.len() as u32;
-                self.starts.push(0);
-            }
-            self.starts[*number as usize] += 1;
-            self.of_constraint.push(*number);
+        for constraint in (0..count).map(|at| &constraints[index_at(at)]) {
+            let number = self.count_constraint(constraint);
+            self.of_constraint.push(number);
         }
+        self.sort_constraints(some);
+    }
+
+    /// Counts a constraint of an island into `starts`; returns its number.
+    #[inline]
+    fn count_constraint(&mut self, constraint: &ContactConstraint) -> u32 {
+        let movable = if constraint.inv_mass_a > 0.0 { constraint.a } else { constraint.b };
+        let root = root(&mut self.parent, movable);
+        let number = &mut self.number[root as usize];
+        if *number == NONE {
+            *number = self.starts.len() as u32;
+            self.starts.push(0);
+        }
+        self.starts[*number as usize] += 1;
+        *number
     }
 
     /// Sorts the constraints by island, by counting.
-    fn sort_constraints(&mut self) {
+    fn sort_constraints(&mut self, some: Option<&[u32]>) {
         let mut sum = 0;
         for start in &mut self.starts {
             let count = *start;
@@ -83,9 +89,9 @@ impl Islands {
         }
         self.constraints.clear();
         self.constraints.resize(self.of_constraint.len(), 0);
-        for (constraint, &island) in (0u32..).zip(&self.of_constraint) {
+        for (at, &island) in self.of_constraint.iter().enumerate() {
             let next = &mut self.starts[island as usize];
-            self.constraints[*next as usize] = constraint;
+            self.constraints[*next as usize] = some.map_or(at as u32, |indices| indices[at]);
             *next += 1;
         }
         // Each start has moved to that of the next island.

@@ -13,6 +13,8 @@
 
 use crate::bodies::Bodies;
 use crate::broad_phase::pairs::Pair;
+use crate::growth::push;
+use crate::integrate::Displacements;
 use crate::math::{clamp_length, max, min};
 use crate::narrow_phase::manifold::Manifold;
 use crate::narrow_phase::overlap::spread_manifold;
@@ -31,10 +33,10 @@ mod tests;
 /// Sweeps of a pass.
 const SWEEPS_MIN: u32 = 2;
 const SWEEPS_MAX: u32 = 20;
-/// Visits of constraints after which all passes of a step take the fewest sweeps, and the share of the step's budget that
-/// they are at most: in a tower of 1000 that fell all of them would take three times as many.
-const VISITS_MAX: u32 = 40_000;
-const WORK_SHARE: u32 = 4;
+/// Most visits of an island's constraints in the first pass, and the share of the step's budget that they are at most; each
+/// further pass takes half of them. In a tower of 1000 that fell, whole passes would take five times as many.
+const VISITS_MAX: u32 = 20_000;
+const WORK_SHARE: u32 = 8;
 /// Distance from an overlap, in contacts, within which bodies still give way: so few sweeps reach
 /// no further, and a pile with one deep overlap need not be handled as a whole.
 const LAYERS: u8 = 8;
@@ -43,7 +45,8 @@ const LAYERS: u8 = 8;
 const DEEP_SLOPS: f32 = 30.0;
 /// Rounds of pushes: with more, a heap that was compressed takes longer to come apart.
 const PUSH_ROUNDS: u32 = 6;
-/// The same where no overlap is deeper than so many slops: a crowd that comes to rest then keeps within the slop.
+/// Rounds of those in calm islands that are not deeper than so many slops: a crowd that comes to rest then keeps within
+/// the slop.
 const SHALLOW_ROUNDS: u32 = 30;
 const SHALLOW_SLOPS: f32 = 3.0;
 /// Share of the slop to which a push reduces an overlap. With less, bodies packed closely push each other to and fro.
@@ -64,38 +67,26 @@ pub(crate) struct PositionCorrection {
     ends: Vec<[u32; 2]>,
     /// By slot: distance of a movable body from an overlap in contacts, if at most [`LAYERS`].
     layer: Vec<u8>,
-    /// Copies of the constraints that take part, with displacements for velocities, and the index of
-    /// the contact of each.
-    constraints: Vec<ContactConstraint>,
-    contact_of: Vec<u32>,
+    /// The contacts that take part, and the numbers of each that displacements take the place of.
+    taken: Vec<u32>,
+    solved: Vec<Solved>,
     islands: Islands,
-    /// By slot: the solution of the sweeps.
-    displacement: Vec<Vec2>,
-    moved: Moved,
-    /// Visits that the passes of this step may still take.
-    visits_left: u32,
+    /// By slot: whether any pass moved a body.
+    has_moved: Vec<bool>,
 }
 
 /// By slot: how the corrections moved a body.
-#[derive(Clone, Debug, Default)]
-struct Moved {
+struct Moved<'a> {
     /// Path in the last pass.
-    path: Vec<Vec2>,
+    path: &'a mut [Vec2],
     /// Whether any pass moved it.
-    ever: Vec<bool>,
+    ever: &'a mut [bool],
 }
 
-impl Moved {
-    /// Begins a step.
-    fn begin(&mut self, slots: usize) {
-        self.ever.clear();
-        self.ever.resize(slots, false);
-    }
-
+impl Moved<'_> {
     /// Begins a pass.
     fn begin_pass(&mut self) {
-        self.path.clear();
-        self.path.resize(self.ever.len(), Vec2::ZERO);
+        self.path.fill(Vec2::ZERO);
     }
 
     /// Moves a body. Masses far apart may overflow here; a position that is not finite is skipped.
@@ -152,34 +143,50 @@ impl PositionCorrection {
         contacts: &mut ContactSet,
         pairs: &[Pair],
         blocks: &mut Blocks,
+        displacements: &mut Displacements,
         settings: &Conjugate,
     ) {
         let slots = bodies.alive.len();
-        self.displacement.resize(slots, Vec2::ZERO);
-        self.moved.begin(slots);
-        self.visits_left = VISITS_MAX.min(settings.work_max / WORK_SHARE);
+        let Displacements { weight: displacement, path, .. } = displacements;
+        displacement.fill(Vec2::ZERO);
+        let mut has_moved = std::mem::take(&mut self.has_moved);
+        has_moved.clear();
+        has_moved.resize(slots, false);
+        let mut moved = Moved { path, ever: &mut has_moved };
         for pass in 0..settings.position_passes {
             if !self.find_overlaps(pass, bodies, contacts, pairs, settings) {
                 break;
             }
             self.gather(bodies, contacts, pairs, settings);
-            self.moved.begin_pass();
-            self.islands.find(slots, &self.constraints);
+            moved.begin_pass();
+            self.islands.find(slots, &contacts.constraints, Some(&self.taken));
             for island in 0..self.islands.count() {
-                self.separate_island(island, bodies, contacts, blocks, settings);
+                self.separate_island(island, pass, contacts, blocks, displacement, settings);
+                self.apply_displacements(
+                    island,
+                    bodies,
+                    contacts,
+                    displacement,
+                    &mut moved,
+                    settings,
+                );
             }
-            self.moved.update_separations(contacts);
+            for (&index, solved) in self.taken.iter().zip(&self.solved) {
+                solved.restore(&mut contacts.constraints[index as usize]);
+            }
+            moved.update_separations(contacts);
         }
-        self.push_apart(bodies, contacts, pairs, settings);
+        self.push_apart(bodies, contacts, pairs, &mut moved, settings);
         let ContactSet { constraints, infos } = contacts;
         for (constraint, info) in constraints.iter_mut().zip(infos) {
-            let moved =
-                self.moved.ever[constraint.a as usize] || self.moved.ever[constraint.b as usize];
+            let has_moved = moved.ever[constraint.a as usize] || moved.ever[constraint.b as usize];
             let is_single = info.correction == Correction::Singly;
-            if moved && !is_single && info.separation_after < 0.0 {
+            if has_moved && !is_single && info.separation_after < 0.0 {
                 find_exact(bodies, constraint, info, pairs);
             }
         }
+        moved.begin_pass();
+        self.has_moved = has_moved;
     }
 
     /// Pushes overlapping pairs apart one by one, each by its whole overlap, in islands that the passes leave
@@ -189,13 +196,16 @@ impl PositionCorrection {
         bodies: &mut Bodies,
         contacts: &mut ContactSet,
         pairs: &[Pair],
+        moved: &mut Moved,
         settings: &Conjugate,
     ) {
         let slop = settings.slop;
         self.close.clear();
         let ContactSet { constraints, infos } = contacts;
-        let mut deepest = 0.0;
-        for (index, (constraint, info)) in (0u32..).zip(constraints.iter_mut().zip(infos)) {
+        let mut any = false;
+        for (index, (constraint, info)) in
+            (0u32..).zip(constraints.iter_mut().zip(infos.iter_mut()))
+        {
             if info.correction == Correction::Thorough {
                 continue;
             }
@@ -204,66 +214,70 @@ impl PositionCorrection {
             }
             if info.separation_after < settings.correction_max {
                 self.close.push(index);
-                deepest = max(deepest, -info.separation_after);
+                any |= info.separation_after < -slop;
             }
         }
-        if settings.position_passes == 0 || deepest <= slop {
+        if settings.position_passes == 0 || !any {
             return;
         }
-        self.moved.begin_pass();
-        let is_shallow = deepest < SHALLOW_SLOPS * slop;
-        for _ in 0..if is_shallow { SHALLOW_ROUNDS } else { PUSH_ROUNDS } {
+        moved.begin_pass();
+        for round in 0..SHALLOW_ROUNDS {
+            let mut deepest = f32::INFINITY;
+            if round >= PUSH_ROUNDS {
+                deepest = SHALLOW_SLOPS * slop;
+            }
+            if round == PUSH_ROUNDS {
+                self.close.retain(|&index| infos[index as usize].correction == Correction::Light);
+            }
             let mut any = false;
             for &index in &self.close {
-                let constraint = &contacts.constraints[index as usize];
-                let separation = self.moved.separation(constraint, &contacts.infos[index as usize]);
-                if separation < -slop {
+                let constraint = &constraints[index as usize];
+                let separation = moved.separation(constraint, &infos[index as usize]);
+                if separation < -slop && separation > -deepest {
                     any = true;
                     let distance = min(-separation - slop * PUSHED_SLOP, settings.correction_max);
                     let push = constraint.normal * (distance * constraint.effective_mass);
-                    constraint.apply(&mut self.moved.path, push);
+                    constraint.apply(moved.path, push);
                 }
             }
             if !any {
                 break;
             }
         }
-        self.moved.apply(bodies);
-        self.moved.update_separations(contacts);
+        moved.apply(bodies);
+        moved.update_separations(contacts);
     }
 
-    /// Makes one pass over an island.
+    /// Finds the displacements of a pass over an island.
     fn separate_island(
-        &mut self,
+        &self,
         island: usize,
-        bodies: &mut Bodies,
-        contacts: &ContactSet,
+        pass: u32,
+        contacts: &mut ContactSet,
         blocks: &mut Blocks,
+        displacement: &mut [Vec2],
         settings: &Conjugate,
     ) {
-        let constraints = &self.islands.constraints[self.islands.range(island)];
-        let contact = self.contact_of[constraints[0] as usize];
-        let (sweeps_limit, sequence) = match contacts.infos[contact as usize].correction {
+        let ContactSet { constraints, infos } = contacts;
+        let indices = &self.islands.constraints[self.islands.range(island)];
+        let (sweeps_limit, sequence) = match infos[indices[0] as usize].correction {
             Correction::Thorough => (SWEEPS_MAX, Sequence::Forests),
             Correction::Light | Correction::Singly => (LIGHT_SWEEPS, Sequence::Colors),
         };
-        let count = constraints.len() as u32;
-        let sweeps_max = (self.visits_left / count).clamp(SWEEPS_MIN, sweeps_limit);
+        let visits = (settings.work_max / WORK_SHARE).min(VISITS_MAX) >> pass.min(31);
+        let sweeps_max = (visits / indices.len() as u32).clamp(SWEEPS_MIN, sweeps_limit);
         let tolerance = max(POSITION_SHARE * settings.slop, POSITION_MIN);
         match sequence {
-            Sequence::Colors => blocks.chains.find_none(constraints),
-            Sequence::Forests => blocks.chains.find(&self.constraints, constraints),
+            Sequence::Colors => blocks.chains.find_none(indices),
+            Sequence::Forests => blocks.chains.find(constraints, indices),
         }
         let limits =
             SweepLimits { tolerance, rounding: 0.0, sweeps_max, sequence, friction: false };
-        let displacement = &mut self.displacement;
-        let sweeps = sweep::solve(&mut self.constraints, constraints, blocks, displacement, limits);
-        self.visits_left = self.visits_left.saturating_sub(sweeps * count);
-        sweep::sweep_immovable(&mut self.constraints, constraints, displacement);
-        self.apply_displacements(island, bodies, settings.correction_max);
+        sweep::solve(constraints, indices, blocks, displacement, limits);
+        sweep::sweep_immovable(constraints, indices, displacement);
     }
 
-    /// Gathers the constraints that are few contacts away from an overlap.
+    /// Gathers the constraints that are few contacts away from an overlap, with displacements for velocities.
     fn gather(
         &mut self,
         bodies: &Bodies,
@@ -281,8 +295,8 @@ impl PositionCorrection {
             }
         }
         layers::spread(&mut self.layer, &self.ends, LAYERS);
-        self.constraints.clear();
-        self.contact_of.clear();
+        self.taken.clear();
+        self.solved.clear();
         for (&index, &[a, b]) in self.close.iter().zip(&self.ends) {
             let nearest = self.layer[a as usize].min(self.layer[b as usize]);
             if nearest < LAYERS || nearest == LAYERS && a == b {
@@ -290,8 +304,8 @@ impl PositionCorrection {
                     (&mut constraints[index as usize], &mut infos[index as usize]);
                 find_exact(bodies, constraint, info, pairs);
                 if info.separation_after < settings.correction_max {
-                    self.constraints.push(displacement_constraint(constraint, info, settings));
-                    self.contact_of.push(index);
+                    self.taken.push(index);
+                    push(&mut self.solved, Solved::replace(constraint, info, settings));
                 }
             }
         }
@@ -336,39 +350,73 @@ impl PositionCorrection {
         any
     }
 
-    /// Moves the bodies of an island, none by more than `limit`: tangents say nothing about
+    /// Moves the bodies of an island, none by more than the limit: tangents say nothing about
     /// positions further away.
-    fn apply_displacements(&mut self, island: usize, bodies: &mut Bodies, limit: f32) {
-        let constraints = &self.islands.constraints[self.islands.range(island)];
-        let slots = constraints.iter().flat_map(|&constraint| {
-            let constraint = &self.constraints[constraint as usize];
+    fn apply_displacements(
+        &self,
+        island: usize,
+        bodies: &mut Bodies,
+        contacts: &ContactSet,
+        displacement: &mut [Vec2],
+        moved: &mut Moved,
+        settings: &Conjugate,
+    ) {
+        let limit = settings.correction_max;
+        let indices = &self.islands.constraints[self.islands.range(island)];
+        let slots = indices.iter().flat_map(|&index| {
+            let constraint = &contacts.constraints[index as usize];
             [constraint.a as usize, constraint.b as usize]
         });
         let furthest =
-            slots.clone().fold(0.0, |limit, slot| max(limit, self.displacement[slot].length()));
+            slots.clone().fold(0.0, |limit, slot| max(limit, displacement[slot].length()));
         let share = if furthest > limit { limit / furthest } else { 1.0 };
         for slot in slots {
-            self.moved.displace(bodies, slot, self.displacement[slot] * share);
-            self.displacement[slot] = Vec2::ZERO;
+            moved.displace(bodies, slot, displacement[slot] * share);
+            displacement[slot] = Vec2::ZERO;
         }
     }
 }
 
-/// A constraint that separates its bodies, or lets them close, by the distance that is allowed in a
-/// pass.
-fn displacement_constraint(
-    constraint: &ContactConstraint,
-    info: &ContactInfo,
-    settings: &Conjugate,
-) -> ContactConstraint {
-    ContactConstraint {
-        min_normal_velocity: -allowed_closing(info.separation_after, settings),
-        friction: 0.0,
-        normal_impulse: 0.0,
-        tangent_impulse: 0.0,
-        normal_direction: 0.0,
-        tangent_direction: 0.0,
-        ..*constraint
+/// Numbers of a solved constraint that a pass replaces.
+#[derive(Clone, Copy, Debug)]
+struct Solved {
+    min_normal_velocity: f32,
+    friction: f32,
+    normal_impulse: f32,
+    tangent_impulse: f32,
+}
+
+impl Solved {
+    /// Turns a constraint into one that separates its bodies, or lets them close, by the distance that is allowed in a
+    /// pass.
+    fn replace(
+        constraint: &mut ContactConstraint,
+        info: &ContactInfo,
+        settings: &Conjugate,
+    ) -> Solved {
+        let ContactConstraint { min_normal_velocity, friction, .. } = *constraint;
+        let ContactConstraint { normal_impulse, tangent_impulse, .. } = *constraint;
+        *constraint = ContactConstraint {
+            min_normal_velocity: -allowed_closing(info.separation_after, settings),
+            friction: 0.0,
+            normal_impulse: 0.0,
+            tangent_impulse: 0.0,
+            normal_direction: 0.0,
+            tangent_direction: 0.0,
+            ..*constraint
+        };
+        Solved { min_normal_velocity, friction, normal_impulse, tangent_impulse }
+    }
+
+    fn restore(&self, constraint: &mut ContactConstraint) {
+        let Solved { min_normal_velocity, friction, normal_impulse, tangent_impulse } = *self;
+        *constraint = ContactConstraint {
+            min_normal_velocity,
+            friction,
+            normal_impulse,
+            tangent_impulse,
+            ..*constraint
+        };
     }
 }
 

@@ -23,9 +23,9 @@ use crate::body::Motion;
 use crate::broad_phase::pairs::{Pair, near};
 use crate::features::Features;
 use crate::forces::{Forces, Move};
+use crate::growth::push;
 use crate::integrate;
 use crate::math::{clamp, clamp_length, max, min};
-use crate::narrow_phase::manifold::Manifold;
 use crate::narrow_phase::overlap::overlap;
 use crate::shape::shapes;
 use crate::solver::settings::Relaxation;
@@ -40,6 +40,8 @@ use glam::Vec2;
 pub(crate) struct RelaxationSolver {
     /// The pairs that take part in the step, in (a, b) order.
     pub constraints: Vec<RelaxationConstraint>,
+    /// Normals of this step's warm start, in (a, b) order.
+    warm_normals: Vec<WarmNormal>,
     /// By slot: velocity of a moving body at the start of the step, and before the warm start.
     start_velocity: Vec<Vec2>,
     free_velocity: Vec<Vec2>,
@@ -54,6 +56,14 @@ pub(crate) struct RelaxationSolver {
     pub passes: u32,
 }
 
+/// The normal along which a pair's stored impulse was applied.
+#[derive(Clone, Copy, Debug)]
+struct WarmNormal {
+    a: u32,
+    b: u32,
+    normal: Vec2,
+}
+
 /// Leaves scratch out: see the conjugate solver.
 impl Clone for RelaxationSolver {
     fn clone(&self) -> RelaxationSolver {
@@ -63,6 +73,12 @@ impl Clone for RelaxationSolver {
 }
 
 impl RelaxationSolver {
+    /// Releases all scratch.
+    pub fn release(&mut self) {
+        self.constraints.clear();
+        *self = self.clone();
+    }
+
     /// Integrates the velocities (symplectic Euler, first half), and applies the last step's
     /// resting impulses.
     pub fn start(
@@ -78,6 +94,7 @@ impl RelaxationSolver {
         for found in moves {
             bodies.velocity[found.slot as usize] = found.velocity;
         }
+        self.warm_normals.clear();
         if settings.is_some_and(|settings| settings.warm_start) {
             self.warm_start(bodies, pairs);
         }
@@ -94,7 +111,7 @@ impl RelaxationSolver {
             return;
         }
         self.free_velocity.clone_from(&bodies.velocity);
-        apply_stored(bodies, pairs);
+        apply_stored(bodies, pairs, &mut self.warm_normals);
         let Bodies { moving, velocity, warm_start_scale, .. } = bodies;
         let mut any = false;
         for &slot in moving.iter() {
@@ -128,7 +145,7 @@ impl RelaxationSolver {
             shapes::BOXES => gather::<{ shapes::BOXES }>,
             _ => gather::<{ shapes::BOTH }>,
         };
-        gather(bodies, pairs, &mut self.constraints);
+        gather(bodies, pairs, &self.warm_normals, &mut self.constraints);
     }
 
     /// Lets bodies on springs bounce at the speeds that they had at the start of the step: what a spring adds while it presses
@@ -227,16 +244,17 @@ impl RelaxationSolver {
     }
 
     /// Overlaps at the end of the step.
-    pub fn overlaps(&mut self, bodies: &Bodies) -> impl Iterator<Item = Found> {
-        self.constraints.iter_mut().filter_map(|constraint| {
-            let Manifold { normal, separation } = constraint.manifold(bodies)?;
-            Some(Found {
-                a: constraint.a,
-                b: constraint.b,
-                normal,
-                depth: -separation,
-                closing: constraint.closing,
-            })
+    pub fn overlaps(&mut self, bodies: &Bodies) -> impl DoubleEndedIterator<Item = Found> + Clone {
+        for constraint in &mut self.constraints {
+            constraint.finish(bodies);
+        }
+        let overlapping = self.constraints.iter().filter(|constraint| constraint.separation < 0.0);
+        overlapping.map(|constraint| Found {
+            a: constraint.a,
+            b: constraint.b,
+            normal: constraint.normal,
+            depth: -constraint.separation,
+            closing: constraint.closing,
         })
     }
 }
@@ -245,7 +263,7 @@ impl RelaxationSolver {
 ///
 /// An impulse is scaled by the smaller `warm_start_scale` of its two bodies: the impulse that
 /// stopped an impact must not be applied again (it would add energy).
-fn apply_stored(bodies: &mut Bodies, pairs: &mut [Pair]) {
+fn apply_stored(bodies: &mut Bodies, pairs: &mut [Pair], warm_normals: &mut Vec<WarmNormal>) {
     for pair in pairs.iter_mut().filter(|pair| pair.normal_impulse > 0.0) {
         let Some(manifold) = overlap(bodies, pair.a, pair.b) else {
             pair.normal_impulse = 0.0;
@@ -253,7 +271,7 @@ fn apply_stored(bodies: &mut Bodies, pairs: &mut [Pair]) {
             continue;
         };
         scale_stored(bodies, pair);
-        pair.warm_normal = manifold.normal;
+        warm_normals.push(WarmNormal { a: pair.a, b: pair.b, normal: manifold.normal });
         let impulse =
             manifold.normal * pair.normal_impulse + manifold.normal.perp() * pair.tangent_impulse;
         let (a, b) = (pair.a as usize, pair.b as usize);
@@ -273,12 +291,17 @@ fn scale_stored(bodies: &Bodies, pair: &mut Pair) {
 fn gather<const SHAPES: u8>(
     bodies: &Bodies,
     pairs: &[Pair],
+    warm_normals: &[WarmNormal],
     constraints: &mut Vec<RelaxationConstraint>,
 ) {
     constraints.clear();
+    let mut warm_normals = warm_normals.iter().peekable();
     for (index, pair) in (0u32..).zip(pairs) {
+        let of_pair = |warm: &&WarmNormal| (warm.a, warm.b) == (pair.a, pair.b);
+        let normal = warm_normals.next_if(of_pair).map_or(Vec2::ZERO, |warm| warm.normal);
         if near(bodies, pair.a, pair.b) {
-            constraints.push(RelaxationConstraint::new::<SHAPES>(bodies, pair, index));
+            let constraint = RelaxationConstraint::new::<SHAPES>(bodies, pair, index, normal);
+            push(constraints, constraint);
         }
     }
 }

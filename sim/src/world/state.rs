@@ -247,8 +247,7 @@ impl World {
             let tangent_impulse = bytes.number("tangent impulse")?;
             bytes.check(tangent_impulse.abs() < IMPULSE_MAX, "tangent impulse")?;
             if normal_impulse > 0.0 {
-                let warm_normal = Vec2::ZERO;
-                let pair = Pair { a, b, normal_impulse, tangent_impulse, axis, warm_normal };
+                let pair = Pair { a, b, normal_impulse, tangent_impulse, axis };
                 match self.sleep.island_of(&self.bodies, a, b) {
                     Some(sleeping) => sleeping.pairs.push(pair),
                     None => self.pairs.pairs.push(pair),

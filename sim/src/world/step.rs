@@ -9,6 +9,7 @@ use crate::world::settings::WorldSettings;
 
 impl World {
     pub(super) fn advance(&mut self, watch: &mut dyn FnMut(StepPhase, &mut World)) {
+        self.release_scratch();
         match self.settings.solver {
             _ if self.is_over_budget() => {}
             Some(Solver::Conjugate(settings)) => self.step_conjugate(&settings, watch),
@@ -25,6 +26,19 @@ impl World {
             let constraints = &self.conjugate.contacts.constraints;
             let springs = self.forces.as_ref().map_or(&[][..], Forces::springs);
             self.sleep.fall_asleep(&mut awake, constraints, springs, &self.settings);
+        }
+    }
+
+    /// Releases the scratch of the solvers where it is far larger than the last steps needed: a heap that came apart or
+    /// to rest once had many constraints.
+    fn release_scratch(&mut self) {
+        let (relaxed, solved) =
+            (&self.relaxation.constraints, &self.conjugate.contacts.constraints);
+        let capacity = relaxed.capacity() + solved.capacity();
+        if self.scratch_use.is_small(relaxed.len() + solved.len(), capacity) {
+            self.relaxation.release();
+            self.conjugate.release();
+            self.touches.release();
         }
     }
 
@@ -63,7 +77,7 @@ impl World {
         self.relaxation.solve(bodies, pairs, settings, self.features, &self.settings);
         self.respond(false);
         watch(StepPhase::Relax, self);
-        self.touches.report(&self.bodies, self.relaxation.overlaps(&self.bodies), &[]);
+        self.touches.report(&self.bodies, self.relaxation.overlaps(&self.bodies), &self.steady);
         if let Some(forces) = &mut self.forces {
             let contacts = self.relaxation.contacts();
             forces.limit_energy(&mut self.bodies, contacts, self.settings.gravity);
@@ -88,7 +102,7 @@ impl World {
         let (constraints, pairs) = (&mut self.relaxation.constraints, &mut self.pairs.pairs);
         self.relaxation.passes = as_listed::solve(&mut self.bodies, constraints, pairs, settings);
         watch(StepPhase::Relax, self);
-        self.touches.report(&self.bodies, self.relaxation.overlaps(&self.bodies), &[]);
+        self.touches.report(&self.bodies, self.relaxation.overlaps(&self.bodies), &self.steady);
     }
 
     /// Impacts in the order of their times, velocities that satisfy all contacts, then positions.
@@ -164,16 +178,16 @@ impl World {
 
     /// Reports the touches of a step, and leaves what it has not changed out of the next one.
     fn report_touches(&mut self, settings: &Conjugate) {
-        self.touches.report(&self.bodies, self.conjugate.touching(), &self.steady.touches);
+        self.touches.report(&self.bodies, self.conjugate.touching(), &self.steady);
         if let Some(forces) = &mut self.forces {
             let contacts = self.conjugate.touching().map(|found| [found.a, found.b]);
             forces.limit_energy(&mut self.bodies, contacts, self.settings.gravity);
         }
         if self.steady.is_on {
             let context = StepContext::new(settings, &self.settings, self.features);
-            let (bodies, touches) = (&mut self.bodies, &self.touches.now);
             let kill_zone = &self.settings.kill_zone;
-            self.conjugate.leave_out(bodies, &mut self.steady, touches, kill_zone, &context);
+            let (bodies, steady) = (&mut self.bodies, &mut self.steady);
+            self.conjugate.leave_out(bodies, steady, kill_zone, &context);
         }
     }
 

@@ -5,6 +5,7 @@ mod as_listed;
 mod budget;
 mod contacts;
 mod gaps;
+mod memory;
 mod quarantine;
 mod squeezed;
 

@@ -71,7 +71,8 @@ impl ConjugateSolver {
         let mut visits = sweeps * island.len() as u32;
         let is_affordable = agitation.is_none() && self.work < direct::STEP_VISITS;
         if !is_solved && is_affordable && direct::is_worth(island.len(), mass_ratio) {
-            let (solved, rounds) = direct::solve(constraints, island, velocity, limits.tolerance);
+            let (solved, rounds) =
+                self.direct.solve(constraints, island, velocity, limits.tolerance);
             is_solved = solved;
             visits += rounds * direct::VISITS * island.len() as u32;
         }

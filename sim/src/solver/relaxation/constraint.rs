@@ -46,7 +46,12 @@ pub(crate) struct RelaxationConstraint {
 
 impl RelaxationConstraint {
     #[inline]
-    pub fn new<const SHAPES: u8>(bodies: &Bodies, pair: &Pair, index: u32) -> RelaxationConstraint {
+    pub fn new<const SHAPES: u8>(
+        bodies: &Bodies,
+        pair: &Pair,
+        index: u32,
+        warm_normal: Vec2,
+    ) -> RelaxationConstraint {
         let (a, b) = (pair.a as usize, pair.b as usize);
         let (material_a, material_b) = (bodies.material[a], bodies.material[b]);
         let (inv_mass_a, inv_mass_b) = (bodies.inverse_mass[a], bodies.inverse_mass[b]);
@@ -61,8 +66,8 @@ impl RelaxationConstraint {
             effective_mass: 1.0 / (inv_mass_a + inv_mass_b),
             friction: (material_a.friction * material_b.friction).sqrt(),
             restitution: min(material_a.restitution, material_b.restitution),
-            normal: pair.warm_normal,
-            impulse_normal: pair.warm_normal,
+            normal: warm_normal,
+            impulse_normal: warm_normal,
             separation: 0.0,
             closing: 0.0,
             normal_impulse: pair.normal_impulse,
@@ -139,11 +144,9 @@ impl RelaxationConstraint {
         self.tangent_impulse = 0.0;
     }
 
-    /// Returns the manifold at the end of the step, if the two overlap.
-    pub fn manifold(&mut self, bodies: &Bodies) -> Option<Manifold> {
+    /// Finds the manifold at the end of the step.
+    pub fn finish(&mut self, bodies: &Bodies) {
         self.refresh_manifold::<{ shapes::BOTH }>(bodies, &bodies.center);
-        let &mut RelaxationConstraint { normal, separation, .. } = self;
-        (separation < 0.0).then_some(Manifold { normal, separation })
     }
 
     /// The movable body of a pair with an immovable one, and that one.
