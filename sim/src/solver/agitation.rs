@@ -25,6 +25,8 @@ const SMALL_VISITS: u32 = 4400;
 const SMALL_SWEEPS_MAX: u32 = 128;
 /// Visits that every other island may take: with 6400 a rain of 4000 overlaps by ten slops when it lands.
 const CALM_VISITS: u32 = 8800;
+/// Part of the sweeps over an island that it takes to solve it again with late pairs.
+const LATE_PART: u32 = 2;
 /// Change of a relative velocity at which sweeps over an island in motion end, as a share of its mean sliding velocity.
 const SLIDING_SHARE: f32 = 0.2;
 /// Contacts beyond which an island that its sweeps did not solve counts as one that moves on.
@@ -41,7 +43,7 @@ pub(crate) struct Agitation {
     /// Its bodies move past each other: the next step sees other contacts, and few loads follow a column.
     pub in_motion: bool,
     /// They hardly move.
-    is_slow: bool,
+    pub is_slow: bool,
     /// Mean sliding velocity of its contacts, units/s.
     sliding: f32,
 }
@@ -75,18 +77,29 @@ impl Agitation {
     }
 
     /// Limits of the sweeps over an island of `count` contacts. In motion, bodies far heavier than others take twice as
-    /// many, and small islands, which cost little, as many as solve them.
-    pub fn limits(&self, limits: SweepLimits, count: usize, mass_ratio: f32) -> SweepLimits {
+    /// many, and small islands, which cost little, as many as solve them. Islands that are solved again with late pairs
+    /// begin near their solution.
+    pub fn limits(
+        &self,
+        limits: SweepLimits,
+        count: usize,
+        mass_ratio: f32,
+        is_late: bool,
+    ) -> SweepLimits {
         let count = count as u32;
-        let within = |most: u32| most.min(limits.sweeps_max);
+        let within = |most: u32| {
+            let most = if is_late { most / LATE_PART } else { most };
+            most.min(limits.sweeps_max)
+        };
         if self.in_motion {
             let usual = if mass_ratio > HEAVY_MASS_RATIO { 2 * SWEEPS } else { SWEEPS };
             let small = (SMALL_VISITS / count).min(SMALL_SWEEPS_MAX);
             let tolerance = max(limits.tolerance, SLIDING_SHARE * self.sliding);
             return SweepLimits { sweeps_max: within(usual.max(small)), tolerance, ..limits };
         }
-        let sweeps_max = within(SWEEPS.max(CALM_VISITS / count));
-        let sequence = if self.is_near || self.is_slow { Sequence::Forests } else { Sequence::Colors };
+        let sweeps = SWEEPS.max(CALM_VISITS / count);
+        let sweeps_max = within(sweeps);
+        let sequence = if self.is_near { Sequence::Forests } else { Sequence::Colors };
         SweepLimits { sweeps_max, sequence, ..limits }
     }
 }

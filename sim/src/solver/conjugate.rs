@@ -304,7 +304,7 @@ impl ConjugateSolver {
                         true => warm_start::start::<true>(constraints, island, velocity),
                         false => warm_start::start::<false>(constraints, island, velocity),
                     }
-                    self.solve_island(number, bodies, context);
+                    self.solve_island(number, false, bodies, context);
                 }
             }
             if !self.spend(self.work - work_before) {
@@ -350,7 +350,7 @@ impl ConjugateSolver {
                     self.contacts.infos[index as usize].correction = Correction::Thorough;
                 }
                 let work_before = self.work;
-                self.solve_island(number, bodies, context);
+                self.solve_island(number, true, bodies, context);
                 if !self.spend(self.work - work_before) {
                     return false;
                 }

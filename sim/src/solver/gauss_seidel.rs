@@ -2,7 +2,7 @@
 //! closing too fast, then friction, whose limit is then known (Moreau 1988; Jean 1999).
 
 use super::contact_constraint::ContactConstraint;
-use crate::math::{clamp, max};
+use crate::math::{clamp, max, without_dust};
 use glam::Vec2;
 
 /// Changes made by a sweep.
@@ -53,7 +53,7 @@ pub(crate) fn visit_change(constraint: &ContactConstraint, velocity: &[Vec2]) ->
     let relative = constraint.relative_velocity(velocity);
     let excess = constraint.normal.dot(relative) - constraint.min_normal_velocity;
     let normal = max(constraint.normal_impulse - excess * constraint.effective_mass, 0.0);
-    let slide = constraint.normal.perp().dot(relative);
+    let slide = without_dust(constraint.normal.perp().dot(relative));
     let wanted = constraint.tangent_impulse - slide * constraint.effective_mass;
     let tangent = limited(wanted, constraint.friction * normal);
     let normal_change = (normal - constraint.normal_impulse).abs();
@@ -77,7 +77,7 @@ pub(crate) fn solve_friction(constraint: &mut ContactConstraint, velocity: &mut 
 #[inline]
 fn apply_friction(constraint: &mut ContactConstraint, relative: Vec2) -> f32 {
     let limit = constraint.friction * constraint.normal_impulse;
-    let slide = constraint.normal.perp().dot(relative);
+    let slide = without_dust(constraint.normal.perp().dot(relative));
     let tangent = limited(constraint.tangent_impulse - slide * constraint.effective_mass, limit);
     let change = tangent - constraint.tangent_impulse;
     constraint.tangent_impulse = tangent;

@@ -12,7 +12,7 @@
 use super::contact_constraint::ContactConstraint;
 use super::gauss_seidel::{Change, limited};
 use crate::growth::push;
-use crate::math::max;
+use crate::math::{max, without_dust};
 use glam::Vec2;
 
 /// Contacts that are solved side by side.
@@ -206,7 +206,7 @@ impl WideContact {
             self.normal_impulse[lane] = normal;
             let mut tangent_change = 0.0;
             if FRICTION {
-                let slide = normal_x * y[lane] - normal_y * x[lane];
+                let slide = without_dust(normal_x * y[lane] - normal_y * x[lane]);
                 let before = self.tangent_impulse[lane];
                 let wanted = before - factor * slide * self.effective_mass[lane];
                 let tangent = limited(wanted, self.friction[lane] * normal);

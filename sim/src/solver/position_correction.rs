@@ -45,10 +45,9 @@ const LAYERS: u8 = 8;
 const DEEP_SLOPS: f32 = 30.0;
 /// Rounds of pushes: with more, a heap that was compressed takes longer to come apart.
 const PUSH_ROUNDS: u32 = 6;
-/// Rounds of those in calm islands that are not deeper than so many slops: a crowd that comes to rest then keeps within
-/// the slop.
-const SHALLOW_ROUNDS: u32 = 30;
-const SHALLOW_SLOPS: f32 = 3.0;
+/// Rounds of those that are not deeper than so many slops: a crowd that comes to rest then keeps within the slop.
+const SHALLOW_ROUNDS: u32 = 24;
+const SHALLOW_SLOPS: f32 = 4.0;
 /// Share of the slop to which a push reduces an overlap. With less, bodies packed closely push each other to and fro.
 const PUSHED_SLOP: f32 = 0.98;
 /// [`LAYERS`] around other overlaps of such an island.
@@ -222,18 +221,18 @@ impl PositionCorrection {
         }
         moved.begin_pass();
         for round in 0..SHALLOW_ROUNDS {
-            let mut deepest = f32::INFINITY;
-            if round >= PUSH_ROUNDS {
-                deepest = SHALLOW_SLOPS * slop;
-            }
             if round == PUSH_ROUNDS {
-                self.close.retain(|&index| infos[index as usize].correction == Correction::Light);
+                let shallow = SHALLOW_SLOPS * slop;
+                self.close.retain(|&index| {
+                    let (constraint, info) = (&constraints[index as usize], &infos[index as usize]);
+                    moved.separation(constraint, info).abs() < shallow
+                });
             }
             let mut any = false;
             for &index in &self.close {
                 let constraint = &constraints[index as usize];
                 let separation = moved.separation(constraint, &infos[index as usize]);
-                if separation < -slop && separation > -deepest {
+                if separation < -slop {
                     any = true;
                     let distance = min(-separation - slop * PUSHED_SLOP, settings.correction_max);
                     let push = constraint.normal * (distance * constraint.effective_mass);

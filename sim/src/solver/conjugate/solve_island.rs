@@ -48,11 +48,12 @@ impl ConjugateSolver {
     pub(super) fn solve_island(
         &mut self,
         number: usize,
+        is_late: bool,
         bodies: &mut Bodies,
         context: &StepContext,
     ) {
-        let IslandLimits { sweeps: limits, mass_ratio, agitation } =
-            self.limits(number, &bodies.velocity, context);
+        let IslandLimits { sweeps: mut limits, mass_ratio, agitation } =
+            self.limits(number, is_late, &bodies.velocity, context);
         let island = &self.islands.constraints[self.islands.range(number)];
         let (constraints, velocity) = (&mut self.contacts.constraints, &mut bodies.velocity);
         let is_stiff = mass_ratio > STIFF_MASS_RATIO;
@@ -64,7 +65,14 @@ impl ConjugateSolver {
             self.late_pairs.note_motion(constraints, island);
             sweep::solve_in_motion(constraints, island, &mut self.blocks, velocity, limits)
         } else {
-            self.blocks.chains.find(constraints, island);
+            let chains = &mut self.blocks.chains;
+            chains.find(constraints, island);
+            if agitation.is_some_and(|agitation| agitation.is_slow)
+                && 2 * chains.links().len() > island.len()
+            {
+                // A fallen tower: its columns lean on each other, and sweeps by colour let it creep on.
+                limits.sequence = Sequence::Forests;
+            }
             sweep::solve(constraints, island, &mut self.blocks, velocity, limits)
         };
         let mut is_solved = sweeps < limits.sweeps_max;
@@ -99,7 +107,13 @@ impl ConjugateSolver {
     }
 
     /// The limits of the sweeps over an island.
-    fn limits(&self, number: usize, velocity: &[Vec2], context: &StepContext) -> IslandLimits {
+    fn limits(
+        &self,
+        number: usize,
+        is_late: bool,
+        velocity: &[Vec2],
+        context: &StepContext,
+    ) -> IslandLimits {
         let constraints = &self.contacts.constraints;
         let island = &self.islands.constraints[self.islands.range(number)];
         let (tolerance, mass_ratio) = tolerance(constraints, island, velocity, context);
@@ -127,7 +141,7 @@ impl ConjugateSolver {
         let (rounding, sequence) = (self.rounding(island, velocity, context), Sequence::Forests);
         let sweeps = SweepLimits { tolerance, rounding, sweeps_max, sequence, friction };
         let sweeps = match agitation {
-            Some(agitation) => agitation.limits(sweeps, island.len(), mass_ratio),
+            Some(agitation) => agitation.limits(sweeps, island.len(), mass_ratio, is_late),
             None => sweeps,
         };
         IslandLimits { sweeps, mass_ratio, agitation }
