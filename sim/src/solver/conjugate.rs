@@ -72,6 +72,11 @@ pub(crate) struct ConjugateSolver {
     pub sweeps: u32,
     /// Visits of constraints by sweeps, and predictions of impacts.
     pub work: u64,
+    /// Those of them by sweeps that go on until an island is solved, and those that stand for elimination.
+    pub thorough: u64,
+    pub eliminated: u64,
+    /// Visits of constraints by the passes over positions.
+    pub corrections: u64,
     /// Work that the step may still take.
     work_left: u64,
     /// Whether a step needed more.
@@ -108,6 +113,11 @@ impl ConjugateSolver {
             steady.readmit_all(bodies);
         }
         steady.begin(bodies, leaves_out);
+    }
+
+    /// Predictions of impacts in the step.
+    pub fn predictions(&self) -> u64 {
+        self.impact_queue.predictions
     }
 
     /// Whether a step needed more work than it may take.
@@ -292,6 +302,7 @@ impl ConjugateSolver {
         self.late_pairs.begin(bodies.alive.len());
         self.sweeps = 0;
         self.work = self.impact_queue.predictions;
+        (self.thorough, self.eliminated) = (0, 0);
         for number in 0..self.islands.count() {
             let work_before = self.work;
             let island = &self.islands.constraints[self.islands.range(number)];
@@ -406,9 +417,11 @@ impl ConjugateSolver {
         let slop = context.settings.slop;
         let far = self.static_clamp.may_tunnel(bodies, moved.separation_min, slop);
         let overlaps = moved.separation_min < -slop;
+        self.corrections = 0;
         if overlaps {
             let (contacts, blocks) = (&mut self.contacts, &mut self.blocks);
-            self.position_correction.separate(bodies, contacts, pairs, blocks, context.settings);
+            let (correction, settings) = (&mut self.position_correction, context.settings);
+            self.corrections = correction.separate(bodies, contacts, pairs, blocks, settings);
         }
         if overlaps || far {
             self.static_clamp.resolve(bodies, pairs, &self.impact_queue.paths, slop);

@@ -138,7 +138,7 @@ impl Moved {
 impl PositionCorrection {
     /// Separates overlapping bodies, island by island. Before it, `separation_after` of a contact
     /// is measured along its tangent; contacts that take part in a pass, or overlap after their bodies were
-    /// moved by one, get their exact normal and separation.
+    /// moved by one, get their exact normal and separation. Returns the visits of contacts by sweeps.
     pub fn separate(
         &mut self,
         bodies: &mut Bodies,
@@ -146,8 +146,9 @@ impl PositionCorrection {
         pairs: &[Pair],
         blocks: &mut Blocks,
         settings: &Conjugate,
-    ) {
+    ) -> u64 {
         let slots = bodies.alive.len();
+        let mut visits = 0;
         self.displacement.resize(slots, Vec2::ZERO);
         self.moved.begin(slots);
         for pass in 0..settings.position_passes {
@@ -158,7 +159,7 @@ impl PositionCorrection {
             self.moved.begin_pass();
             self.islands.find(slots, &self.constraints);
             for island in 0..self.islands.count() {
-                self.separate_island(island, bodies, contacts, blocks, settings);
+                visits += self.separate_island(island, bodies, contacts, blocks, settings);
             }
             self.moved.update_separations(contacts);
         }
@@ -172,6 +173,7 @@ impl PositionCorrection {
                 find_exact(bodies, constraint, info, pairs);
             }
         }
+        visits
     }
 
     /// Pushes overlapping pairs apart one by one, each by its whole overlap, in islands that the passes leave
@@ -223,7 +225,7 @@ impl PositionCorrection {
         self.moved.update_separations(contacts);
     }
 
-    /// Makes one pass over an island.
+    /// Makes one pass over an island. Returns the visits of its constraints.
     fn separate_island(
         &mut self,
         island: usize,
@@ -231,7 +233,7 @@ impl PositionCorrection {
         contacts: &ContactSet,
         blocks: &mut Blocks,
         settings: &Conjugate,
-    ) {
+    ) -> u64 {
         let constraints = &self.islands.constraints[self.islands.range(island)];
         let contact = self.contact_of[constraints[0] as usize];
         let (sweeps_limit, sequence) = match contacts.infos[contact as usize].correction {
@@ -247,9 +249,13 @@ impl PositionCorrection {
         }
         let limits =
             SweepLimits { tolerance, rounding: 0.0, sweeps_max, sequence, friction: false };
-        sweep::solve(&mut self.constraints, constraints, blocks, &mut self.displacement, limits);
+        let solve = sweep::solve;
+        let sweeps =
+            solve(&mut self.constraints, constraints, blocks, &mut self.displacement, limits);
+        let visits = u64::from(sweeps) * constraints.len() as u64;
         sweep::sweep_immovable(&mut self.constraints, constraints, &mut self.displacement);
         self.apply_displacements(island, bodies, settings.correction_max);
+        visits
     }
 
     /// Gathers the constraints that are few contacts away from an overlap.

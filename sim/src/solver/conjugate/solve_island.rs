@@ -93,6 +93,7 @@ impl ConjugateSolver {
             self.energy_guard.remember(constraints, island, velocity);
         }
         let blocks = &mut self.blocks;
+        let visits_before = work.visits;
         let mut is_solved = match agitation {
             Some(agitation) if agitation.in_motion => {
                 let limits = agitation.motion_limits(limits, island.len(), mass_ratio);
@@ -116,11 +117,16 @@ impl ConjugateSolver {
             }
         };
         let in_motion = agitation.is_some_and(|agitation| agitation.in_motion);
+        if agitation.is_none() {
+            self.thorough += u64::from(work.visits - visits_before);
+        }
         let is_affordable = !in_motion && self.work < direct::STEP_VISITS;
         if !is_solved && is_affordable && direct::is_worth(island.len(), mass_ratio) {
             let (solved, rounds) = direct::solve(constraints, island, velocity, limits.tolerance);
             is_solved = solved;
-            work.visits += rounds * direct::VISITS * island.len() as u32;
+            let visits = rounds * direct::VISITS * island.len() as u32;
+            self.eliminated += u64::from(visits);
+            work.visits += visits;
         }
         if is_stiff {
             self.energy_guard.check(constraints, island, velocity);
