@@ -2,13 +2,17 @@
 //! field decides.
 
 use jostle_game::scene::{Bodies, Per, Plan, WorstTick};
+use jostle_game::trial::worst_tick;
 use jostle_game::{Scene, Tools};
 use jostle_sim::{Motion, Solver};
 use serde_json::{Value, json};
 
 /// The plan as a JSON object. Lengths are world units; a scene without a solver has `null` for it.
 pub fn as_json(scene: &Scene) -> Value {
-    let (plan, worst) = (Plan::of(scene), WorstTick::of(scene));
+    let plan = Plan::of(scene);
+    let ticks = [worst_tick(scene), WorstTick::of(scene)]
+        .map(|tick| json!({ "ms": decimal(tick.ms), "rooms_per_core": tick.rooms_per_core() }));
+    let [worst, by_limits] = ticks;
     let bodies = plan.bodies.iter().map(|bodies| {
         json!({
             "kind": bodies.kind.name(),
@@ -43,10 +47,8 @@ pub fn as_json(scene: &Scene) -> Value {
             "bodies": scene.world.bodies_max,
             "particles": scene.world.particles_max,
         },
-        "worst_tick": {
-            "ms": decimal(worst.ms),
-            "rooms_per_core": worst.rooms_per_core(),
-        },
+        "worst_tick": worst,
+        "worst_tick_by_limits": by_limits,
     })
 }
 
@@ -75,7 +77,8 @@ pub fn as_text(scene: &Scene) -> String {
     lines.push(format!("pairs        {}", listed(&pairs)));
     lines.push(format!("tools        {}", listed(&tools(scene))));
     lines.push(format!("limits       {players} players, {bodies} bodies, {particles} particles"));
-    lines.push(format!("worst tick   {}", WorstTick::of(scene).sentence()));
+    lines.push(format!("worst tick   {}", worst_tick(scene).sentence()));
+    lines.push(format!("by limits    {}", WorstTick::of(scene).sentence()));
     lines.push(String::new());
     for (heading, used) in [("in", true), ("left out", false)] {
         let parts = plan.parts.iter().filter(|part| part.used == used);
@@ -188,9 +191,12 @@ mod tests {
             assert_eq!(list("tools").is_empty(), scene.tools == Tools::default(), "{name}");
             let text = as_text(&scene);
             assert!(text.starts_with(name));
-            let worst = WorstTick::of(&scene);
-            assert!(text.contains(&format!("\nworst tick   {}\n", worst.sentence())), "{name}");
-            assert_eq!(plan["worst_tick"]["rooms_per_core"], worst.rooms_per_core(), "{name}");
+            let limits = WorstTick::of(&scene);
+            assert!(text.contains("\nworst tick   "), "{name}");
+            assert!(text.contains(&format!("\nby limits    {}\n", limits.sentence())), "{name}");
+            let [tried, by_limits] = ["worst_tick", "worst_tick_by_limits"].map(|key| &plan[key]);
+            assert!(tried["ms"].as_f64() > Some(0.0), "{name}");
+            assert_eq!(by_limits["rooms_per_core"], limits.rooms_per_core(), "{name}");
             for part in Plan::of(&scene).parts {
                 let said = if part.used { "in" } else { "left out" };
                 let line = format!("\n{said:<9} {:<21} {}", part.name, part.why);
