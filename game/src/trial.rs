@@ -261,14 +261,14 @@ impl Hand {
 mod tests {
     use super::*;
 
-    /// Blocks in a closed square.
+    /// Blocks in a closed square without gravity.
     fn blocks(side: u32, count: u32, block: &str) -> Scene {
         let (middle, far, long) = (side / 2, side + 5, side + 40);
         let wall = |x: u32, y: u32, w: u32, h: u32| {
             format!("[[bodies]]\nkind = \"wall\"\nposition = [{x}, {y}]\nsize = [{w}, {h}]\n")
         };
         let text = format!(
-            "title = \"Blocks\"\nsize = [{side}, {side}]\nsolver = \"conjugate\"\n\
+            "title = \"Blocks\"\nsize = [{side}, {side}]\nsolver = \"conjugate\"\ngravity = [0, 0]\n\
              groups = [\"platform\", \"block\"]\n\
              pairs = [[\"block\", \"platform\"], [\"block\", \"block\"]]\n{}{}{}{}\
              [[layouts]]\nkind = \"block\"\ncount = {count}\n{block}\n",
@@ -294,7 +294,7 @@ mod tests {
         let dense = blocks(30, 60, "area = [[8, 8], [26, 26]]\nradius = 1");
         let sparse = blocks(300, 60, "area = [[8, 8], [290, 290]]\nradius = 1");
         let ms = [&dense, &sparse].map(|scene| worst_tick(scene).ms);
-        assert!(ms[1] < 0.6 * ms[0], "{ms:?}");
+        assert!(ms[1] < 0.7 * ms[0], "{ms:?}");
         assert_eq!(WorstTick::of(&dense), WorstTick::of(&sparse), "by their limits");
     }
 
