@@ -1,6 +1,6 @@
 //! The World: bodies as plain vectors by id, their contacts, particles, and one `step`.
 
-mod counts;
+pub(crate) mod counts;
 #[cfg(test)]
 mod inspect;
 pub(crate) mod settings;
@@ -8,7 +8,6 @@ mod state;
 mod step;
 
 pub use crate::body::{BodyDef, BodyId, Motion};
-pub use counts::StepCounts;
 pub use settings::{StepBudget, WorldSettings};
 
 use crate::bodies::Bodies;
