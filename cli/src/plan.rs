@@ -6,9 +6,12 @@ use jostle_game::{Scene, Tools};
 use jostle_sim::{Motion, Solver};
 use serde_json::{Value, json};
 
-/// The plan as a JSON object. Lengths are world units; a scene without a solver has `null` for it.
-pub fn as_json(scene: &Scene) -> Value {
-    let (plan, worst) = (Plan::of(scene), WorstTick::of(scene));
+/// The plan as a JSON object, with the worst tick of a trial. Lengths are world units; a scene without a solver has `null`
+/// for it.
+pub fn as_json(scene: &Scene, tried: &WorstTick) -> Value {
+    let plan = Plan::of(scene);
+    let [worst, by_limits] = [tried, &WorstTick::of(scene)]
+        .map(|tick| json!({ "ms": decimal(tick.ms), "rooms_per_core": tick.rooms_per_core() }));
     let bodies = plan.bodies.iter().map(|bodies| {
         json!({
             "kind": bodies.kind.name(),
@@ -43,15 +46,13 @@ pub fn as_json(scene: &Scene) -> Value {
             "bodies": scene.world.bodies_max,
             "particles": scene.world.particles_max,
         },
-        "worst_tick": {
-            "ms": decimal(worst.ms),
-            "rooms_per_core": worst.rooms_per_core(),
-        },
+        "worst_tick": worst,
+        "worst_tick_by_limits": by_limits,
     })
 }
 
 /// The plan as people read it.
-pub fn as_text(scene: &Scene) -> String {
+pub fn as_text(scene: &Scene, tried: &WorstTick) -> String {
     let plan = Plan::of(scene);
     let ([width, height], [x, y]) = (scene.size.to_array(), scene.world.gravity.to_array());
     let mut lines = vec![
@@ -75,7 +76,8 @@ pub fn as_text(scene: &Scene) -> String {
     lines.push(format!("pairs        {}", listed(&pairs)));
     lines.push(format!("tools        {}", listed(&tools(scene))));
     lines.push(format!("limits       {players} players, {bodies} bodies, {particles} particles"));
-    lines.push(format!("worst tick   {}", WorstTick::of(scene).sentence()));
+    lines.push(format!("worst tick   {}", tried.sentence()));
+    lines.push(format!("by limits    {}", WorstTick::of(scene).sentence()));
     lines.push(String::new());
     for (heading, used) in [("in", true), ("left out", false)] {
         let parts = plan.parts.iter().filter(|part| part.used == used);
@@ -182,15 +184,19 @@ mod tests {
     #[test]
     fn every_built_in_scene_has_a_plan() {
         for scene in Scene::built_in() {
-            let (name, plan) = (&scene.name, as_json(&scene));
+            let limits = WorstTick::of(&scene);
+            let tried = WorstTick { ms: 0.5 * limits.ms, ..limits.clone() };
+            let (name, plan) = (&scene.name, as_json(&scene, &tried));
             let list = |field: &str| plan[field].as_array().expect("a list").clone();
             assert!(!list("bodies").is_empty(), "{name}");
             assert_eq!(list("tools").is_empty(), scene.tools == Tools::default(), "{name}");
-            let text = as_text(&scene);
+            let text = as_text(&scene, &tried);
             assert!(text.starts_with(name));
-            let worst = WorstTick::of(&scene);
-            assert!(text.contains(&format!("\nworst tick   {}\n", worst.sentence())), "{name}");
-            assert_eq!(plan["worst_tick"]["rooms_per_core"], worst.rooms_per_core(), "{name}");
+            assert!(text.contains(&format!("\nworst tick   {}\n", tried.sentence())), "{name}");
+            assert!(text.contains(&format!("\nby limits    {}\n", limits.sentence())), "{name}");
+            for (field, tick) in [("worst_tick", &tried), ("worst_tick_by_limits", &limits)] {
+                assert_eq!(plan[field]["rooms_per_core"], tick.rooms_per_core(), "{name}");
+            }
             for part in Plan::of(&scene).parts {
                 let said = if part.used { "in" } else { "left out" };
                 let line = format!("\n{said:<9} {:<21} {}", part.name, part.why);

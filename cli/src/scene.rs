@@ -5,6 +5,7 @@ use crate::output::{Failure, OrFail, say};
 use crate::scenes::{scene_file, scene_named};
 use crate::tiled;
 use jostle_game::Scene;
+use jostle_game::trial::worst_tick;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -53,7 +54,11 @@ impl SceneCommand {
             SceneCommand::Import { map, out } => import(&map, out.as_deref()),
             SceneCommand::Plan { scene, json: as_json } => {
                 let scene = scene_named(&scene)?;
-                if as_json { say(plan::as_json(&scene)) } else { say(plan::as_text(&scene)) }
+                let tried = worst_tick(&scene);
+                match as_json {
+                    true => say(plan::as_json(&scene, &tried)),
+                    false => say(plan::as_text(&scene, &tried)),
+                }
             }
         }
     }

@@ -24,6 +24,7 @@ pub mod scene;
 mod side;
 mod state;
 mod tools;
+pub mod trial;
 mod walk;
 
 #[cfg(test)]

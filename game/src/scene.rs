@@ -37,7 +37,7 @@ mod traits;
 mod tests;
 
 pub use budget::Budget;
-pub use cost::WorstTick;
+pub use cost::{WorstTick, made_max};
 pub use error::SceneError;
 pub use field::{FieldForm, FieldInfo};
 pub use kind::Kind;

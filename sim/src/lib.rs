@@ -47,4 +47,5 @@ pub use state::bytes::StateError;
 pub use state::{Difference, Subject};
 pub use time::{DT, STEP_MAX, TICKS_PER_SECOND};
 pub use touches::Touch;
+pub use world::counts::StepCounts;
 pub use world::{StepBudget, StepPhase, World, WorldSettings};

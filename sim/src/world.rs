@@ -1,5 +1,6 @@
 //! The World: bodies as plain vectors by id, their contacts, particles, and one `step`.
 
+pub(crate) mod counts;
 #[cfg(test)]
 mod inspect;
 pub(crate) mod settings;

@@ -7,7 +7,7 @@
 //! 64 bots. Sending snapshots comes on top.
 
 use super::overlaps::Overlaps;
-use super::plan::{self, Bodies};
+use super::plan::{self, Bodies, Per};
 use super::spec::Scene;
 use jostle_sim::math::{max, min};
 use jostle_sim::{DT, Motion, Relaxation, Solver};
@@ -83,13 +83,12 @@ impl WorstTick {
     /// The estimate as people read it.
     pub fn sentence(&self) -> String {
         let (ms, share) = (self.ms, self.ms / (1000.0 * DT));
+        let digits = if ms < 1.0 { 2 } else { 1 };
         match self.rooms_per_core() {
-            0 => format!(
-                "{ms:.1} ms by its limits ({share:.1} ticks: late if all of it moves at once)"
-            ),
-            1 => format!("{ms:.1} ms by its limits ({share:.2} of a tick; 1 room fits a core)"),
+            0 => format!("{ms:.digits$} ms ({share:.1} ticks: late if all of it moves at once)"),
+            1 => format!("{ms:.digits$} ms ({share:.2} of a tick; 1 room fits a core)"),
             rooms => {
-                format!("{ms:.1} ms by its limits ({share:.2} of a tick; {rooms} rooms fit a core)")
+                format!("{ms:.digits$} ms ({share:.2} of a tick; {rooms} rooms fit a core)")
             }
         }
     }
@@ -118,6 +117,13 @@ fn mass_ratio(movers: &[Bodies]) -> f32 {
     let masses = || movers.iter().map(|alike| alike.def.mass);
     let (heaviest, lightest) = (masses().fold(0.0, max), masses().fold(f32::INFINITY, min));
     heaviest / lightest
+}
+
+/// Most bodies that tools and launchers may make.
+pub fn made_max(scene: &Scene) -> u32 {
+    let made = movers(scene).into_iter().filter(|alike| alike.per == Per::Tool);
+    let total: u32 = made.map(|alike| alike.count).sum();
+    total.min(scene.world.bodies_max as u32)
 }
 
 /// All dynamic bodies that the scene can bring.
@@ -215,11 +221,9 @@ mod tests {
     #[test]
     fn the_sentence_says_how_many_rooms_fit_a_core() {
         let says = |ms| WorstTick { ms, field: String::new() }.sentence();
-        assert_eq!(says(2.6), "2.6 ms by its limits (0.16 of a tick; 6 rooms fit a core)");
-        assert_eq!(says(9.7), "9.7 ms by its limits (0.58 of a tick; 1 room fits a core)");
-        assert_eq!(
-            says(50.0),
-            "50.0 ms by its limits (3.0 ticks: late if all of it moves at once)"
-        );
+        assert_eq!(says(0.25), "0.25 ms (0.01 of a tick; 66 rooms fit a core)");
+        assert_eq!(says(2.6), "2.6 ms (0.16 of a tick; 6 rooms fit a core)");
+        assert_eq!(says(9.7), "9.7 ms (0.58 of a tick; 1 room fits a core)");
+        assert_eq!(says(50.0), "50.0 ms (3.0 ticks: late if all of it moves at once)");
     }
 }

@@ -70,6 +70,11 @@ pub(crate) struct ConjugateSolver {
     pub sweeps: u32,
     /// Visits of constraints by sweeps, and predictions of impacts.
     pub work: u64,
+    /// Those of them by sweeps that go on until an island is solved, and those that stand for elimination.
+    pub thorough: u64,
+    pub eliminated: u64,
+    /// Visits of constraints by the passes over positions.
+    pub corrections: u64,
     /// Work that the step may still take.
     work_left: u64,
     /// Whether a step needed more.
@@ -112,6 +117,11 @@ impl ConjugateSolver {
             steady.readmit_all(bodies);
         }
         steady.begin(bodies, leaves_out);
+    }
+
+    /// Predictions of impacts in the step.
+    pub fn predictions(&self) -> u64 {
+        self.impact_queue.predictions
     }
 
     /// Whether a step needed more work than it may take.
@@ -292,6 +302,7 @@ impl ConjugateSolver {
         self.late_pairs.begin(bodies.alive.len());
         self.sweeps = 0;
         self.work = self.impact_queue.predictions;
+        (self.thorough, self.eliminated) = (0, 0);
         for number in 0..self.islands.count() {
             let work_before = self.work;
             let island = &self.islands.constraints[self.islands.range(number)];
@@ -405,8 +416,9 @@ impl ConjugateSolver {
         let slop = context.settings.slop;
         let far = self.static_clamp.may_tunnel(bodies, moved.separation_min, slop);
         let overlaps = moved.separation_min < -slop;
+        self.corrections = 0;
         if overlaps {
-            self.position_correction.separate(
+            self.corrections = self.position_correction.separate(
                 bodies,
                 &mut self.contacts,
                 pairs,

@@ -135,7 +135,7 @@ impl Moved<'_> {
 impl PositionCorrection {
     /// Separates overlapping bodies, island by island. Before it, `separation_after` of a contact
     /// is measured along its tangent; contacts that take part in a pass, or overlap after their bodies were
-    /// moved by one, get their exact normal and separation.
+    /// moved by one, get their exact normal and separation. Returns the visits of contacts by sweeps.
     pub fn separate(
         &mut self,
         bodies: &mut Bodies,
@@ -144,7 +144,7 @@ impl PositionCorrection {
         blocks: &mut Blocks,
         displacements: &mut Displacements,
         settings: &Conjugate,
-    ) {
+    ) -> u64 {
         let slots = bodies.alive.len();
         let Displacements { weight: displacement, path, .. } = displacements;
         displacement.fill(Vec2::ZERO);
@@ -152,6 +152,7 @@ impl PositionCorrection {
         has_moved.clear();
         has_moved.resize(slots, false);
         let mut moved = Moved { path, ever: &mut has_moved };
+        let mut visits = 0;
         for pass in 0..settings.position_passes {
             if !self.find_overlaps(pass, bodies, contacts, pairs, settings) {
                 break;
@@ -160,7 +161,8 @@ impl PositionCorrection {
             moved.begin_pass();
             self.islands.find(slots, &contacts.constraints, Some(&self.taken));
             for island in 0..self.islands.count() {
-                self.separate_island(island, pass, contacts, blocks, displacement, settings);
+                visits +=
+                    self.separate_island(island, pass, contacts, blocks, displacement, settings);
                 self.apply_displacements(
                     island,
                     bodies,
@@ -186,6 +188,7 @@ impl PositionCorrection {
         }
         moved.begin_pass();
         self.has_moved = has_moved;
+        visits
     }
 
     /// Pushes overlapping pairs apart one by one, each by its whole overlap, in islands that the passes leave
@@ -247,7 +250,7 @@ impl PositionCorrection {
         moved.update_separations(contacts);
     }
 
-    /// Finds the displacements of a pass over an island.
+    /// Finds the displacements of a pass over an island. Returns the visits of its constraints.
     fn separate_island(
         &self,
         island: usize,
@@ -256,7 +259,7 @@ impl PositionCorrection {
         blocks: &mut Blocks,
         displacement: &mut [Vec2],
         settings: &Conjugate,
-    ) {
+    ) -> u64 {
         let ContactSet { constraints, infos } = contacts;
         let indices = &self.islands.constraints[self.islands.range(island)];
         let (sweeps_limit, sequence) = match infos[indices[0] as usize].correction {
@@ -272,8 +275,9 @@ impl PositionCorrection {
         }
         let limits =
             SweepLimits { tolerance, rounding: 0.0, sweeps_max, sequence, friction: false };
-        sweep::solve(constraints, indices, blocks, displacement, limits);
+        let sweeps = sweep::solve(constraints, indices, blocks, displacement, limits);
         sweep::sweep_immovable(constraints, indices, displacement);
+        u64::from(sweeps) * indices.len() as u64
     }
 
     /// Gathers the constraints that are few contacts away from an overlap, with displacements for velocities.

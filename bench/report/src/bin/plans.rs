@@ -5,9 +5,10 @@
 
 use clap::Parser;
 use jostle_game::scene::WorstTick;
+use jostle_game::trial::worst_tick;
 use jostle_game::{Buttons, Game, Input, Scene, Seat};
 use jostle_report::study::thread_time_us;
-use jostle_sim::{Motion, Rng, Vec2, World};
+use jostle_sim::{Motion, Rng, Solver, Vec2, World};
 use std::sync::Arc;
 
 /// Ticks of a shipped scene, and of a random one.
@@ -16,6 +17,9 @@ const RANDOM_TICKS: u32 = 400;
 /// Ticks between two stirs of a random scene, and the largest change of a velocity in x and y, units/s.
 const STIR_TICKS: u32 = 40;
 const STIR_SPEED: f32 = 60.0;
+
+/// Ratio of the plan's worst tick to that measured above which a plan says too much.
+const RATIO_MAX: f64 = 4.0;
 
 #[derive(Parser)]
 struct Arguments {
@@ -41,27 +45,62 @@ struct Played {
 
 fn main() {
     let arguments = Arguments::parse();
-    println!("scene,bodies,plan_ms,mean_ms,worst_ms,plan_over_worst,about");
+    println!("scene,bodies,plan_ms,limits_ms,mean_ms,worst_ms,plan_over_worst,about");
+    let mut shipped = Vec::new();
     let scenes = if arguments.random_only { Vec::new() } else { Scene::built_in() };
     for scene in scenes {
         let scene = Arc::new(scene);
-        report(&scene, "", &play(&scene, arguments.seed, TICKS, None));
+        shipped.push(report(&scene, "", &play(&scene, arguments.seed, TICKS, None)));
     }
+    let mut by_solver = [Vec::new(), Vec::new()];
     for number in arguments.from..arguments.from + arguments.count {
         let text = random(arguments.seed, number);
         let about = text.lines().next().unwrap_or_default().replace(',', ";");
         let scene = Scene::parse(&format!("random-{number}.toml"), &text)
             .unwrap_or_else(|error| panic!("{error}\n{text}"));
         let scene = Arc::new(scene);
-        report(&scene, &about, &play(&scene, arguments.seed, RANDOM_TICKS, Some(number)));
+        let played = play(&scene, arguments.seed, RANDOM_TICKS, Some(number));
+        let is_conjugate = matches!(scene.world.solver, Some(Solver::Conjugate(_)));
+        by_solver[usize::from(is_conjugate)].push(report(&scene, &about, &played));
     }
+    summarise("shipped", &shipped);
+    let [relaxation, conjugate] = by_solver;
+    summarise("random, relaxation", &relaxation);
+    summarise("random, conjugate", &conjugate);
+    summarise("random", &[relaxation, conjugate].concat());
 }
 
-fn report(scene: &Scene, about: &str, played: &Played) {
-    let plan = f64::from(WorstTick::of(scene).ms);
+/// Prints how the plan's worst ticks compare with those measured: the first divided by the second.
+fn summarise(scenes: &str, ratios: &[f64]) {
+    if ratios.is_empty() {
+        return;
+    }
+    let mut sorted = ratios.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let count = sorted.len();
+    let of = |share: usize| sorted[(count - 1) * share / 100];
+    let below = sorted.iter().filter(|&&ratio| ratio < 1.0).count();
+    let above = sorted.iter().filter(|&&ratio| ratio > RATIO_MAX).count();
+    println!(
+        "# {scenes}: {count} scenes, least {:.2}, median {:.2}, p90 {:.2}, worst {:.2}, {below} below 1, \
+         {above} above {RATIO_MAX} ({:.1} %)",
+        of(0),
+        of(50),
+        of(90),
+        of(100),
+        100.0 * above as f64 / count as f64
+    );
+}
+
+/// Prints the row of a scene; returns the plan's worst tick divided by that measured.
+fn report(scene: &Scene, about: &str, played: &Played) -> f64 {
+    let plan = f64::from(worst_tick(scene).ms);
+    let limits = WorstTick::of(scene).ms;
     let (name, bodies) = (&scene.name, scene.world.bodies_max);
     let Played { mean, worst } = played;
-    println!("{name},{bodies},{plan:.3},{mean:.4},{worst:.4},{:.2},{about}", plan / worst);
+    let ratio = plan / worst;
+    println!("{name},{bodies},{plan:.3},{limits:.3},{mean:.4},{worst:.4},{ratio:.2},{about}");
+    ratio
 }
 
 /// Plays with as many bots as the scene allows; stirs the bodies of a random scene.

@@ -77,12 +77,17 @@ impl ConjugateSolver {
         };
         let mut is_solved = sweeps < limits.sweeps_max;
         let mut visits = sweeps * island.len() as u32;
+        if agitation.is_none() {
+            self.thorough += u64::from(visits);
+        }
         let is_affordable = agitation.is_none() && self.work < direct::STEP_VISITS;
         if !is_solved && is_affordable && direct::is_worth(island.len(), mass_ratio) {
             let (solved, rounds) =
                 self.direct.solve(constraints, island, velocity, limits.tolerance);
             is_solved = solved;
-            visits += rounds * direct::VISITS * island.len() as u32;
+            let elimination = rounds * direct::VISITS * island.len() as u32;
+            self.eliminated += u64::from(elimination);
+            visits += elimination;
         }
         if is_stiff {
             self.energy_guard.check(constraints, island, velocity);

@@ -1,0 +1,330 @@
+//! A trial of a scene: it is played for some seconds, and what each tick has to do is counted. The counts say how long a
+//! busy tick takes, without a clock: a trial has the same result on every machine and under any load.
+//!
+//! Players press all keys. First the scene is left to them, then all its bodies are stirred again and again, which is harder
+//! than what players do. Each of the two parts ends early once its counts stand for [`PART_US`].
+
+use crate::scene::{WorstTick, made_max};
+use crate::{Buttons, Game, Input, Kind, Phase, Scene, Seat, Tools};
+use glam::Vec2;
+use jostle_sim::math::max;
+use jostle_sim::{Motion, Rng, Solver, StepBudget, StepCounts, World};
+use std::sync::Arc;
+
+/// Seed of the game, of its players' keys and of the stirs.
+const SEED: u64 = 7;
+/// Ticks between two stirs. Of each such period the worst tick counts.
+const PERIOD_TICKS: u32 = 40;
+/// Most periods in which the scene is left to its players, and in which it is stirred; fewer of the first where players
+/// can do nothing.
+const PERIODS: [u32; 2] = [90, 80];
+const IDLE_PERIODS: u32 = 10;
+/// Time for which the counts of each part may stand, microseconds.
+const PART_US: [f32; 2] = [400_000.0, 250_000.0];
+/// Largest change of a velocity by a stir in x and y, units/s.
+const STIR_SPEED: f32 = 60.0;
+/// The most that a step of a trial does; a scene that needs more is not tried any further.
+const STEP: StepBudget = StepBudget { pairs: 50_000, work: 4_000_000, obstacle_cells: 1_000_000 };
+
+/// Microseconds of each count of a step, in the order of [`counts`]: fitted to the slowest ticks of a thousand random scenes of
+/// 10 to 800 bodies that were stirred, release builds on one virtual core of an Intel Xeon server, shared with other work.
+/// The counts of a tick give its time within a third in most of these scenes, and within a factor of two in all.
+const CONJUGATE_US: [f32; 9] = [0.38, 0.10, 0.034, 0.0082, 0.0188, 0.010, 0.07, 0.029, 0.035];
+const RELAXATION_US: [f32; 9] = [0.03, 0.03, 0.0, 0.010, 0.028, 0.0, 0.0, 0.0, 0.035];
+/// Of each body for each player and zone: tools and rules look at all bodies.
+const LOOK_US: f32 = 0.003;
+
+/// What any tick may take, microseconds: the first ticks of a game, and memory that is not in the cache.
+const ANY_TICK_US: f32 = 12.0;
+/// The worst tick promised is this many times as long as the worst that a trial has to expect by its counts: games have worse
+/// moments than a trial, and ticks take longer than others with the same counts. Where players can do nothing, what
+/// happens without stirs is what happened in the trial, and counts as it is. The sweeps of the conjugate solver vary more.
+const RELAXATION_MARGIN: f32 = 1.7;
+const CONJUGATE_MARGIN: f32 = 2.0;
+/// Standard deviations by which the worst tick of stirred periods is above their mean. Their maximum would depend on a
+/// single rare moment, which few games have.
+const DEVIATIONS: f32 = 1.5;
+/// Stirred periods from which this holds; of fewer the worst counts.
+const STIRRED_MIN: usize = 8;
+
+/// What a trial found.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Trial {
+    /// Ticks that were played.
+    pub ticks: u32,
+    /// Whether no step needed more than one of a trial may. Else the trial ended there.
+    pub is_complete: bool,
+    /// Time for which the counts of all ticks stand, microseconds.
+    pub total_us: f32,
+    /// Time of the worst tick in each period of a part by its counts, microseconds.
+    peaks_us: [Vec<f32>; 2],
+    /// Whether players can do anything.
+    has_actors: bool,
+    is_conjugate: bool,
+    /// Most bodies at a time, and most of those that tools and launchers made.
+    bodies: u32,
+    made: u32,
+    /// Most bodies that tools and launchers may make.
+    made_max: u32,
+}
+
+/// The worst tick of a busy game of this scene. Where a trial is cut short by a step that takes too much, it is that of
+/// the scene's limits, or more.
+pub fn worst_tick(scene: &Scene) -> WorstTick {
+    let (limits, trial) = (WorstTick::of(scene), Trial::of(scene));
+    let ms = trial.worst_ms();
+    WorstTick { ms: if trial.is_complete { ms } else { max(ms, limits.ms) }, ..limits }
+}
+
+impl Trial {
+    /// Plays a scene.
+    pub fn of(scene: &Scene) -> Trial {
+        let mut trier = Trier::new(scene);
+        let idle = if trier.found.has_actors { PERIODS[0] } else { IDLE_PERIODS };
+        let periods = [idle, PERIODS[1]];
+        trier.found.is_complete = (0..periods.len()).all(|part| trier.play_part(part, periods));
+        trier.found
+    }
+
+    /// The worst tick of a busy game, milliseconds.
+    pub fn worst_ms(&self) -> f32 {
+        let [played, stirred] = &self.peaks_us;
+        let margin = if self.is_conjugate { CONJUGATE_MARGIN } else { RELAXATION_MARGIN };
+        let played_margin = if self.has_actors { margin } else { 1.0 };
+        let us = max(played_margin * worst(played), margin * spread(stirred));
+        (ANY_TICK_US + us * self.growth()) / 1000.0
+    }
+
+    /// By how many times there may be more bodies than the trial had: tools and launchers may not have made all of theirs.
+    fn growth(&self) -> f32 {
+        let missing = self.made_max.saturating_sub(self.made);
+        (self.bodies + missing) as f32 / self.bodies.max(1) as f32
+    }
+}
+
+fn worst(peaks: &[f32]) -> f32 {
+    peaks.iter().copied().fold(0.0, max)
+}
+
+/// What the worst tick of a period seldom exceeds.
+fn spread(peaks: &[f32]) -> f32 {
+    if peaks.len() < STIRRED_MIN {
+        return worst(peaks);
+    }
+    let count = peaks.len() as f32;
+    let mean = peaks.iter().sum::<f32>() / count;
+    let variance = peaks.iter().map(|peak| (peak - mean) * (peak - mean)).sum::<f32>() / count;
+    mean + DEVIATIONS * variance.sqrt()
+}
+
+/// A game under trial.
+struct Trier {
+    game: Game,
+    hands: Vec<Hand>,
+    inputs: Vec<(Seat, Input)>,
+    rng: Rng,
+    found: Trial,
+}
+
+impl Trier {
+    fn new(scene: &Scene) -> Trier {
+        let has_actors =
+            scene.hero.is_some() || scene.sling.is_some() || scene.tools != Tools::default();
+        let is_conjugate = matches!(scene.world.solver, Some(Solver::Conjugate(_)));
+        let made_max = made_max(scene);
+        let found = Trial { has_actors, is_conjugate, made_max, ..Trial::default() };
+        let mut scene = without_waits(scene);
+        scene.world.budget = STEP;
+        let players = scene.players_max;
+        let mut game = Game::new(Arc::new(scene), SEED);
+        (0..players).for_each(|seat| game.join(Seat(seat)));
+        let hands = (0..players).map(|seat| Hand::new(u64::from(seat))).collect();
+        Trier { game, hands, inputs: Vec::new(), rng: Rng::new(SEED, u64::MAX), found }
+    }
+
+    /// Plays a part; returns whether its steps stayed within their bounds.
+    fn play_part(&mut self, part: usize, periods: [u32; 2]) -> bool {
+        let end_us = self.found.total_us + PART_US[part];
+        for _ in 0..periods[part] {
+            let mut peak_us = 0.0;
+            for tick in 0..PERIOD_TICKS {
+                if self.found.total_us > end_us {
+                    break;
+                }
+                self.play(part > 0 && tick == 0);
+                if self.game.is_over_budget() {
+                    return false;
+                }
+                let us = self.tick_us();
+                peak_us = max(peak_us, us);
+                self.found.total_us += us;
+                self.found.ticks += 1;
+            }
+            self.found.peaks_us[part].push(peak_us);
+            self.count_bodies();
+            if self.found.total_us > end_us {
+                break;
+            }
+        }
+        true
+    }
+
+    fn play(&mut self, is_stirred: bool) {
+        let size = self.game.scene().size;
+        self.inputs.clear();
+        for (seat, hand) in (0u16..).zip(&mut self.hands) {
+            self.inputs.push((Seat(seat), hand.next(size)));
+        }
+        let rng = &mut self.rng;
+        self.game.tick_watched(&self.inputs, &mut |phase, world| {
+            if is_stirred && phase == Phase::Inputs {
+                stir(world, rng);
+            }
+        });
+    }
+
+    /// Time of the last tick by its counts, microseconds.
+    fn tick_us(&self) -> f32 {
+        let (world, zones) = (self.game.world(), self.game.scene().rules.zones.len());
+        let us = if self.found.is_conjugate { CONJUGATE_US } else { RELAXATION_US };
+        let step_us: f32 =
+            counts(world.step_counts()).iter().zip(us).map(|(&count, us)| count as f32 * us).sum();
+        let looks = (self.hands.len() + zones) * world.body_count();
+        step_us + LOOK_US * looks as f32
+    }
+
+    fn count_bodies(&mut self) {
+        let is_made = |kind: Kind, owner: Option<Seat>| {
+            kind == Kind::Marble || kind == Kind::Pack && owner.is_none()
+        };
+        let made = self.game.bodies().filter(|body| is_made(body.kind, body.owner)).count() as u32;
+        let bodies = self.game.world().body_count() as u32;
+        self.found.made = self.found.made.max(made);
+        self.found.bodies = self.found.bodies.max(bodies);
+    }
+}
+
+fn counts(of: StepCounts) -> [u64; 9] {
+    let StepCounts { moving, pairs, contacts, visits, thorough, eliminated, .. } = of;
+    let StepCounts { predictions, corrections, particles, .. } = of;
+    [moving, pairs, contacts, visits, thorough, eliminated, predictions, corrections, particles]
+}
+
+/// The scene with rounds that begin at once: nothing moves until they begin.
+fn without_waits(scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    if let Some(round) = &mut scene.rules.round {
+        (round.countdown, round.players_min) = (0, 1);
+    }
+    scene
+}
+
+/// Changes the velocities of all bodies that can be pushed.
+fn stir(world: &mut World, rng: &mut Rng) {
+    let movable = |&id: &_| world.motion(id) == Motion::Dynamic;
+    let bodies: Vec<_> = world.ids().filter(movable).collect();
+    for id in bodies {
+        let mut draw = || rng.range(-STIR_SPEED, STIR_SPEED);
+        let change = Vec2::new(draw(), draw());
+        world.set_velocity(id, world.velocity(id) + change);
+    }
+}
+
+/// A player who holds keys and a pointer for some ticks, then others.
+struct Hand {
+    rng: Rng,
+    input: Input,
+    ticks: u32,
+}
+
+impl Hand {
+    fn new(number: u64) -> Hand {
+        Hand { rng: Rng::new(SEED, number), input: Input::default(), ticks: 0 }
+    }
+
+    /// All keys but those that clear the world and change the team.
+    fn next(&mut self, size: Vec2) -> Input {
+        if self.ticks == 0 {
+            let rng = &mut self.rng;
+            let without = Buttons::TEAM.0 | Buttons::CLEAR.0;
+            let buttons = Buttons(rng.next_u32() as u16 & Buttons::ALL.0 & !without);
+            let pointer = Vec2::new(rng.range(0.0, size.x), rng.range(0.0, size.y));
+            self.input = Input { buttons, pointer: Some(pointer) };
+            self.ticks = 2 + rng.below(30);
+        }
+        self.ticks -= 1;
+        self.input
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Blocks in a closed square without gravity.
+    fn blocks(side: u32, count: u32, block: &str) -> Scene {
+        let (middle, far, long) = (side / 2, side + 5, side + 40);
+        let wall = |x: u32, y: u32, w: u32, h: u32| {
+            format!("[[bodies]]\nkind = \"wall\"\nposition = [{x}, {y}]\nsize = [{w}, {h}]\n")
+        };
+        let text = format!(
+            "title = \"Blocks\"\nsize = [{side}, {side}]\nsolver = \"conjugate\"\ngravity = [0, 0]\n\
+             groups = [\"platform\", \"block\"]\n\
+             pairs = [[\"block\", \"platform\"], [\"block\", \"block\"]]\n{}{}{}{}\
+             [[layouts]]\nkind = \"block\"\ncount = {count}\n{block}\n",
+            wall(middle, 0, long, 10),
+            wall(middle, far, long, 10),
+            wall(0, middle, 10, long),
+            wall(far, middle, 10, long),
+        );
+        Scene::parse("blocks.toml", &text).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    #[test]
+    fn a_trial_is_repeatable() {
+        let scene = blocks(40, 30, "area = [[8, 8], [36, 36]]\nradius = 1");
+        let trial = Trial::of(&scene);
+        assert!(trial.is_complete);
+        assert_eq!(trial.ticks, PERIOD_TICKS * (IDLE_PERIODS + PERIODS[1]));
+        assert_eq!(trial, Trial::of(&scene));
+    }
+
+    #[test]
+    fn a_sparse_scene_takes_less_than_a_dense_one() {
+        let dense = blocks(30, 60, "area = [[8, 8], [26, 26]]\nradius = 1");
+        let sparse = blocks(300, 60, "area = [[8, 8], [290, 290]]\nradius = 1");
+        let ms = [&dense, &sparse].map(|scene| worst_tick(scene).ms);
+        assert!(ms[1] < 0.7 * ms[0], "{ms:?}");
+        assert_eq!(WorstTick::of(&dense), WorstTick::of(&sparse), "by their limits");
+    }
+
+    #[test]
+    fn a_trial_of_a_hostile_scene_ends_in_time() {
+        let exact = "area = [[14, 14], [16, 16]]\nexact = true\ngrid = [40, 10]";
+        let heap = blocks(30, 400, &format!("{exact}\nradius = 3"));
+        let trial = Trial::of(&heap);
+        assert!(!trial.is_complete && trial.ticks == 0, "{} pairs", 400 * 399 / 2);
+        assert!(worst_tick(&heap).ms >= WorstTick::of(&heap).ms);
+        let crowd = blocks(30, 200, &format!("{exact}\nradius = 1").replace("10]", "5]"));
+        let trial = Trial::of(&crowd);
+        let step_us = STEP.work as f32 * CONJUGATE_US[4] + STEP.pairs as f32;
+        let most_us = PART_US.iter().sum::<f32>() + 2.0 * step_us;
+        assert!(trial.total_us < most_us, "{} us in {} ticks", trial.total_us, trial.ticks);
+    }
+
+    #[test]
+    fn bodies_that_the_trial_did_not_see_count_too() {
+        let trial = |made| Trial { bodies: 20, made, made_max: 100, ..Trial::default() };
+        assert_eq!(trial(100).growth(), 1.0);
+        assert_eq!(trial(60).growth(), 3.0);
+    }
+
+    #[test]
+    fn a_single_rare_moment_does_not_decide() {
+        let mut peaks = vec![100.0; 39];
+        assert_eq!(spread(&peaks), 100.0);
+        peaks.push(1000.0);
+        assert!((300.0..400.0).contains(&spread(&peaks)), "{}", spread(&peaks));
+        assert_eq!(spread(&peaks[36..]), 1000.0, "of few periods the worst");
+    }
+}

@@ -1,0 +1,60 @@
+//! What a step had to do, counted: a measure of its time that no machine changes.
+
+use super::World;
+use crate::solver::Solver;
+
+/// Counts of the last step, each of something that takes about the same time whenever it is done.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StepCounts {
+    /// Bodies that are awake and may move.
+    pub moving: u64,
+    /// Pairs of bodies near each other.
+    pub pairs: u64,
+    /// Pairs that touch, or may within the step.
+    pub contacts: u64,
+    /// Visits of contacts by passes, or by sweeps over bodies that move past each other.
+    pub visits: u64,
+    /// Visits of contacts by sweeps that go on until an island is solved; with the relaxation, of
+    /// pairs that still touch at the end of the step.
+    pub thorough: u64,
+    /// Visits that stand for the elimination of islands that sweeps do not solve.
+    pub eliminated: u64,
+    /// Predictions of impacts.
+    pub predictions: u64,
+    /// Visits of contacts while the conjugate solver removes overlap.
+    pub corrections: u64,
+    /// Particles.
+    pub particles: u64,
+}
+
+impl World {
+    /// What the last step had to do. A step of the conjugate solver that began again, because it woke
+    /// bodies, counts with its last attempt.
+    pub fn step_counts(&self) -> StepCounts {
+        let (moving, pairs) = (self.bodies.moving.len(), self.pairs.pairs.len());
+        let is_conjugate = matches!(self.settings.solver, Some(Solver::Conjugate(_)));
+        let common = StepCounts {
+            moving: moving as u64,
+            pairs: pairs as u64,
+            particles: self.particles.len() as u64,
+            ..StepCounts::default()
+        };
+        if !is_conjugate {
+            let contacts = self.relaxation.constraints.len() as u64;
+            let thorough = u64::from(self.relaxation.passes) * self.touches.now.len() as u64;
+            return StepCounts { contacts, visits: self.pair_solves(), thorough, ..common };
+        }
+        let solver = &self.conjugate;
+        let (thorough, eliminated, predictions) =
+            (solver.thorough, solver.eliminated, solver.predictions());
+        StepCounts {
+            contacts: solver.contacts.constraints.len() as u64,
+            visits: solver.work.saturating_sub(thorough + eliminated + predictions),
+            thorough,
+            eliminated,
+            predictions,
+            corrections: solver.corrections,
+            ..common
+        }
+    }
+}
