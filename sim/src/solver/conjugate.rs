@@ -27,7 +27,7 @@ use super::contact_constraint::{self, ContactSet, Correction, GatherScratch, Gat
 use super::direct::DirectSolver;
 use super::energy_guard::EnergyGuard;
 use super::islands::Islands;
-use super::position_correction::PositionCorrection;
+use super::position_correction::{PUSHED_FROM, PositionCorrection};
 use super::step_context::StepContext;
 use super::sweep::Blocks;
 use super::warm_start;
@@ -415,7 +415,7 @@ impl ConjugateSolver {
         }
         let slop = context.settings.slop;
         let far = self.static_clamp.may_tunnel(bodies, moved.separation_min, slop);
-        let overlaps = moved.separation_min < -slop;
+        let overlaps = moved.separation_min < -slop * PUSHED_FROM;
         self.corrections = 0;
         if overlaps {
             self.corrections = self.position_correction.separate(

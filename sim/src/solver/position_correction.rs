@@ -48,6 +48,8 @@ const PUSH_ROUNDS: u32 = 6;
 /// Rounds of those that are not deeper than so many slops: a crowd that comes to rest then keeps within the slop.
 const SHALLOW_ROUNDS: u32 = 24;
 const SHALLOW_SLOPS: f32 = 4.0;
+/// Share of the slop beyond which overlaps are pushed: what rounding leaves is within it.
+pub(crate) const PUSHED_FROM: f32 = 0.999;
 /// Share of the slop to which a push reduces an overlap. With less, bodies packed closely push each other to and fro.
 const PUSHED_SLOP: f32 = 0.98;
 /// [`LAYERS`] around other overlaps of such an island.
@@ -201,7 +203,7 @@ impl PositionCorrection {
         moved: &mut Moved,
         settings: &Conjugate,
     ) {
-        let slop = settings.slop;
+        let slop = settings.slop * PUSHED_FROM;
         self.close.clear();
         let ContactSet { constraints, infos } = contacts;
         let mut any = false;
