@@ -11,9 +11,8 @@ use jostle_sim::{
 };
 
 /// A World of the scene, stepped `steps` times per tick.
-#[derive(Clone)]
 pub struct Jostle {
-    pub world: World,
+    world: World,
     ids: Vec<Option<BodyId>>,
     drag: jostle_sim::Drag,
     steps: u32,

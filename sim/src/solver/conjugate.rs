@@ -424,7 +424,7 @@ impl ConjugateSolver {
                 pairs,
                 &mut self.blocks,
                 &mut self.displacements,
-                context.settings,
+                context,
             );
         }
         if overlaps || far {

@@ -23,6 +23,7 @@ use crate::solver::contact_constraint::{ContactConstraint, ContactInfo, ContactS
 use crate::solver::islands::Islands;
 use crate::solver::layers::{self, UNREACHED};
 use crate::solver::settings::Conjugate;
+use crate::solver::step_context::StepContext;
 use crate::solver::sweep::{self, Blocks, Sequence, SweepLimits};
 use crate::solver::tolerances::{POSITION_MIN, POSITION_SHARE, SLOP_SHARE};
 use glam::Vec2;
@@ -45,13 +46,14 @@ const LAYERS: u8 = 8;
 const DEEP_SLOPS: f32 = 30.0;
 /// Rounds of pushes: with more, a heap that was compressed takes longer to come apart.
 const PUSH_ROUNDS: u32 = 6;
-/// Rounds of those that are not deeper than so many slops: a crowd that comes to rest then keeps within the slop.
-const SHALLOW_ROUNDS: u32 = 24;
+/// Rounds of those that are not deeper than so many slops, of bodies that move past each other by no more in a step: a crowd
+/// that comes to rest then keeps within the slop.
+const SHALLOW_ROUNDS: u32 = 40;
 const SHALLOW_SLOPS: f32 = 4.0;
 /// Share of the slop beyond which overlaps are pushed: what rounding leaves is within it.
 pub(crate) const PUSHED_FROM: f32 = 0.999;
 /// Share of the slop to which a push reduces an overlap. With less, bodies packed closely push each other to and fro.
-const PUSHED_SLOP: f32 = 0.98;
+const PUSHED_SLOP: f32 = 0.95;
 /// [`LAYERS`] around other overlaps of such an island.
 const LIGHT_LAYERS: u8 = 2;
 /// Sweeps of a pass over it, by colour: with 6 a heap at one point takes more than a second.
@@ -145,8 +147,9 @@ impl PositionCorrection {
         pairs: &[Pair],
         blocks: &mut Blocks,
         displacements: &mut Displacements,
-        settings: &Conjugate,
+        context: &StepContext,
     ) -> u64 {
+        let settings = context.settings;
         let slots = bodies.alive.len();
         let Displacements { weight: displacement, path, .. } = displacements;
         displacement.fill(Vec2::ZERO);
@@ -179,7 +182,7 @@ impl PositionCorrection {
             }
             moved.update_separations(contacts);
         }
-        self.push_apart(bodies, contacts, pairs, &mut moved, settings);
+        self.push_apart(bodies, contacts, pairs, &mut moved, context);
         let ContactSet { constraints, infos } = contacts;
         for (constraint, info) in constraints.iter_mut().zip(infos) {
             let has_moved = moved.ever[constraint.a as usize] || moved.ever[constraint.b as usize];
@@ -201,8 +204,9 @@ impl PositionCorrection {
         contacts: &mut ContactSet,
         pairs: &[Pair],
         moved: &mut Moved,
-        settings: &Conjugate,
+        context: &StepContext,
     ) {
+        let settings = context.settings;
         let slop = settings.slop * PUSHED_FROM;
         self.close.clear();
         let ContactSet { constraints, infos } = contacts;
@@ -231,6 +235,8 @@ impl PositionCorrection {
                 self.close.retain(|&index| {
                     let (constraint, info) = (&constraints[index as usize], &infos[index as usize]);
                     moved.separation(constraint, info).abs() < shallow
+                        && constraint.relative_velocity(&bodies.velocity).length() * context.dt
+                            < shallow
                 });
             }
             let mut any = false;

@@ -4,7 +4,7 @@
 
 mod hard;
 mod scenes;
-pub mod scripts;
+mod scripts;
 
 use crate::engine::{Engine, State};
 use crate::methods::{Family, Method};
