@@ -3,6 +3,7 @@
 mod bounces;
 mod gaps;
 mod islands;
+mod masses;
 mod rooms;
 mod shaken;
 mod stacks;
