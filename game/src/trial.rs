@@ -14,7 +14,7 @@ use std::sync::Arc;
 /// Seed of the game, of its players' keys and of the stirs.
 const SEED: u64 = 7;
 /// Ticks between two stirs. Of each such period the worst tick counts.
-const PERIOD_TICKS: u32 = 40;
+pub const STIR_TICKS: u32 = 40;
 /// Most periods in which the scene is left to its players, and in which it is stirred; fewer of the first where players
 /// can do nothing.
 const PERIODS: [u32; 2] = [90, 80];
@@ -35,7 +35,7 @@ const RELAXATION_US: [f32; 9] = [0.03, 0.03, 0.0, 0.010, 0.028, 0.0, 0.0, 0.0, 0
 const LOOK_US: f32 = 0.003;
 
 /// What any tick may take, microseconds: the first ticks of a game, and memory that is not in the cache.
-const ANY_TICK_US: f32 = 12.0;
+const ANY_TICK_US: f32 = 4.0;
 /// The worst tick promised is this many times as long as the worst that a trial has to expect by its counts: games have worse
 /// moments than a trial, and ticks take longer than others with the same counts. Where players can do nothing, what
 /// happens without stirs is what happened in the trial, and counts as it is. The sweeps of the conjugate solver vary more.
@@ -147,7 +147,7 @@ impl Trier {
         let end_us = self.found.total_us + PART_US[part];
         for _ in 0..periods[part] {
             let mut peak_us = 0.0;
-            for tick in 0..PERIOD_TICKS {
+            for tick in 0..STIR_TICKS {
                 if self.found.total_us > end_us {
                     break;
                 }
@@ -219,8 +219,8 @@ fn without_waits(scene: &Scene) -> Scene {
     scene
 }
 
-/// Changes the velocities of all bodies that can be pushed.
-fn stir(world: &mut World, rng: &mut Rng) {
+/// Changes the velocities of all bodies that can be pushed, each by up to 60 units/s in x and in y.
+pub fn stir(world: &mut World, rng: &mut Rng) {
     let movable = |&id: &_| world.motion(id) == Motion::Dynamic;
     let bodies: Vec<_> = world.ids().filter(movable).collect();
     for id in bodies {
@@ -285,7 +285,7 @@ mod tests {
         let scene = blocks(40, 30, "area = [[8, 8], [36, 36]]\nradius = 1");
         let trial = Trial::of(&scene);
         assert!(trial.is_complete);
-        assert_eq!(trial.ticks, PERIOD_TICKS * (IDLE_PERIODS + PERIODS[1]));
+        assert_eq!(trial.ticks, STIR_TICKS * (IDLE_PERIODS + PERIODS[1]));
         assert_eq!(trial, Trial::of(&scene));
     }
 

@@ -190,7 +190,8 @@ impl Forces {
         contacts: impl Iterator<Item = [u32; 2]>,
         gravity: Vec2,
     ) {
-        if self.has_springs() {
+        // All of them rest where none has a move.
+        if self.has_springs() && !self.moves.is_empty() {
             self.guard.contacts.clear();
             self.guard.contacts.extend(contacts);
             let (wind, dragged, euler) = (self.wind, &self.dragged, &self.euler_bodies);

@@ -136,6 +136,8 @@ pub(crate) struct Moved {
     pub is_finite: bool,
     /// Smallest separation after the move, world units.
     pub separation_min: f32,
+    /// Whether a pair overlaps by more than is tolerated.
+    pub overlaps: bool,
 }
 
 /// Moves the bodies, and updates the separation of every constraint.
@@ -186,15 +188,16 @@ pub(crate) fn move_bodies(
         *center += displacements.path[slot];
         is_finite &= (center.x + center.y).is_finite();
     }
-    let mut separation_min = f32::INFINITY;
+    let (mut separation_min, mut overlaps) = (f32::INFINITY, false);
     for (constraint, info) in constraints.iter().zip(infos) {
         info.separation_after = separation_after(constraint, info, displacements);
         separation_min = min(separation_min, info.separation_after);
+        overlaps |= info.separation_after < -info.tolerated(context.settings.slop);
     }
     for &slot in &bodies.moving {
         displacements.path[slot as usize] = Vec2::ZERO;
     }
-    Moved { is_finite, separation_min }
+    Moved { is_finite, separation_min, overlaps }
 }
 
 /// Whether a body that contacts hold is so slow that its path is lost in the rounding of its position, or of its size.

@@ -2,6 +2,7 @@
 
 use crate::bodies::Bodies;
 use crate::body::BodyId;
+use crate::broad_phase::pairs;
 use crate::growth::reserve;
 use crate::steady::Steady;
 use glam::Vec2;
@@ -58,7 +59,7 @@ const NO_TOUCH: Touch = Touch {
 
 /// Sorts touches by (a, b): plain numbers, since a sort for this type would take 3 kB of the page's program.
 pub(crate) fn sort(touches: &mut Vec<Touch>) {
-    let key = |touch: &Touch| u64::from(touch.a.index) << 32 | u64::from(touch.b.index);
+    let key = |touch: &Touch| pairs::key(touch.a.index, touch.b.index);
     let mut keys: Vec<u64> = touches.iter().map(key).collect();
     keys.sort_unstable();
     let mut sorted = touches.clone();

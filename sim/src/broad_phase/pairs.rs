@@ -25,8 +25,8 @@ const STATIC_MARGIN: f32 = 0.1;
 /// Bodies that are compared with every other one; where more have outgrown their boxes, sorting all is faster.
 const RENEWED_MAX: usize = 32;
 
-/// Steps without a search after which its scratch is released.
-const IDLE_STEPS_MAX: u32 = 128;
+/// Refreshes without a search after which its scratch is released.
+const IDLE_REFRESHES_MAX: u32 = 128;
 
 /// The axis of the box face that carried the contact in the last step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -112,8 +112,8 @@ pub(crate) struct PairList {
     outgrown: Vec<u32>,
     /// By slot: whether its pairs were found again.
     renewed: Vec<bool>,
-    /// Steps since all pairs were last searched for.
-    idle_steps: u32,
+    /// Refreshes since pairs were last searched for.
+    idle_refreshes: u32,
     /// Scratch: slots sorted by lower edge, their boxes in this order, those that overlap one of them, keys of the pairs found.
     order: Vec<u64>,
     sorted: Vec<Aabb>,
@@ -201,8 +201,8 @@ impl PairList {
         match self.outgrown.len() {
             _ if self.stale => self.rebuild(bodies, filter),
             0 => {
-                self.idle_steps += 1;
-                if self.idle_steps == IDLE_STEPS_MAX {
+                self.idle_refreshes = self.idle_refreshes.saturating_add(1);
+                if self.idle_refreshes == IDLE_REFRESHES_MAX {
                     self.release_scratch();
                 }
                 return false;
@@ -236,7 +236,7 @@ impl PairList {
 
     /// Sorts and sweeps along the axis on which the bodies are spread out further.
     fn rebuild(&mut self, bodies: &Bodies, filter: Filter) {
-        self.idle_steps = 0;
+        self.idle_refreshes = 0;
         let is_upright = is_upright(bodies);
         self.fat.resize(bodies.alive.len(), EMPTY_BOX);
         for slot in swept(bodies, self.static_grid.is_some()) {
@@ -254,6 +254,7 @@ impl PairList {
 
     /// Finds the pairs of the bodies that have outgrown their boxes.
     fn renew(&mut self, bodies: &Bodies, filter: Filter) {
+        self.idle_refreshes = 0;
         let outgrown = std::mem::take(&mut self.outgrown);
         self.renewed.clear();
         self.renewed.resize(bodies.alive.len(), false);

@@ -46,6 +46,7 @@ const FAST: f32 = 4.0;
 const PREDICTIONS_PER_BODY: u64 = 40;
 const PREDICTIONS_MIN: u64 = 40_000;
 const FEW_BODIES: usize = 128;
+const PREDICTIONS_FEW_MAX: u64 = 2_000_000;
 /// Bodies that wait, of which a search takes as long as a prediction: every impact searches them.
 const WAITING_PER_PREDICTION: u64 = 8;
 /// Depth of the search for obstructions of obstructions.
@@ -78,6 +79,8 @@ pub(crate) struct ImpactQueue {
     pub impacts: Vec<Impact>,
     /// Number of predictions in this step: the cost of its impacts.
     pub predictions: u64,
+    /// Bodies that can move, in steady islands too.
+    movable: usize,
     pub paths: Paths,
     pub crowd: Crowd,
     /// By slot: number of impacts in this step.
@@ -111,8 +114,14 @@ pub(crate) enum Progress {
 }
 
 impl ImpactQueue {
-    /// Clears the impacts of the last step.
-    pub fn begin(&mut self, slots: usize) {
+    /// A queue without impacts that has counted as many predictions.
+    pub fn counts(&self) -> ImpactQueue {
+        ImpactQueue { predictions: self.predictions, ..ImpactQueue::default() }
+    }
+
+    /// Begins a step of a world of so many slots and movable bodies.
+    pub fn begin(&mut self, slots: usize, movable: usize) {
+        self.movable = movable;
         self.impacts.clear();
         self.predictions = 0;
         for slot in self.impacted.drain(..) {
@@ -204,7 +213,7 @@ impl ImpactQueue {
         self.list_pairs(bodies, pairs);
         self.paths.impact_position.resize(bodies.alive.len(), Vec2::ZERO);
         let queued_max = context.filter.pairs_max.saturating_mul(QUEUED_PER_PAIR);
-        let enough = max_predictions(bodies);
+        let enough = max_predictions(self.movable);
         while let Some(Reverse(event)) = self.queue.pop() {
             self.predictions += self.waiting.len() as u64 / WAITING_PER_PREDICTION;
             if self.predictions > predictions_max || self.queue.len() > queued_max {
@@ -487,10 +496,10 @@ impl ImpactQueue {
     }
 }
 
-/// Predictions beyond which the impacts that are left in a step are those of a crowd.
-fn max_predictions(bodies: &Bodies) -> u64 {
-    match bodies.moving.len() {
-        0..=FEW_BODIES => u64::MAX,
+/// Predictions beyond which the impacts that are left in a step are those of a crowd, in a world of so many movable bodies.
+fn max_predictions(movable: usize) -> u64 {
+    match movable {
+        0..=FEW_BODIES => PREDICTIONS_FEW_MAX,
         count => PREDICTIONS_MIN.max(PREDICTIONS_PER_BODY * count as u64),
     }
 }

@@ -110,12 +110,14 @@ impl LatePairs {
         self.late.clear();
         let mut known = contacts.constraints.iter().map(|constraint| constraint.pair).peekable();
         for (index, pair) in (0u32..).zip(pairs) {
-            let has_constraint = known.next_if_eq(&index).is_some();
+            if known.next_if_eq(&index).is_some() {
+                continue;
+            }
             let (a, b) = (pair.a as usize, pair.b as usize);
             let path = (bodies.velocity[b] - bodies.velocity[a]) * dt;
             let may_be_late =
                 self.may_be_late(bodies, pair, dt) || self.ends_in_wall(bodies, pair, path);
-            if has_constraint || !may_be_late || !near(bodies, pair.a, pair.b) {
+            if !may_be_late || !near(bodies, pair.a, pair.b) {
                 continue;
             }
             let manifold = predict_manifold(bodies, paths, pair, path, dt);

@@ -1,8 +1,8 @@
 //! A sparse symmetric system with one 2 by 2 block for each body and for each pair joined by a
-//! spring, solved by block elimination: L D L^T without square roots. Bodies are eliminated in the
+//! spring or a contact, solved by block elimination: L D L^T without square roots. Bodies are eliminated in the
 //! order of least degree (Tinney and Walker 1967), so that ropes and trees cost one block for each
-//! spring and only meshes fill in. EliminationOrder and fill are computed when springs are added or removed,
-//! not in a step.
+//! spring and only meshes fill in. The order and the fill of a network of springs are found when
+//! springs change; for an island of contacts (`solver::direct`) in the step.
 
 use glam::{DMat2, DVec2};
 use std::cmp::Reverse;

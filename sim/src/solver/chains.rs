@@ -41,8 +41,7 @@ pub(crate) struct Chains {
     masses: Vec<f32>,
     links: Vec<u32>,
     /// Constraints of the island in no chain; faces before slanted normals: a body that moves from
-    /// face to face is carried by them, and the edge in between has nothing left to push. Pairs
-    /// that pass each other are in neither: they carry nothing.
+    /// face to face is carried by them, and the edge in between has nothing left to push.
     pub others: Vec<u32>,
     edges: Vec<Edge>,
     /// By slot: last edge up from it, number of unused edges down from it, and the last path
@@ -89,7 +88,7 @@ impl Chains {
             self.find_along(axis, constraints, island);
         }
         let slanted = |constraint: &ContactConstraint| {
-            constraint.normal.x != 0.0 && constraint.normal.y != 0.0 && !constraint.is_passing()
+            constraint.normal.x != 0.0 && constraint.normal.y != 0.0
         };
         self.others.extend(island.iter().filter(|&&index| slanted(&constraints[index as usize])));
     }
@@ -133,7 +132,7 @@ impl Chains {
         self.edges.clear();
         for &index in island {
             let constraint = &constraints[index as usize];
-            if constraint.normal[1 - axis] != 0.0 || constraint.is_passing() {
+            if constraint.normal[1 - axis] != 0.0 {
                 continue;
             }
             let upward = constraint.normal[axis] > 0.0;
@@ -346,53 +345,5 @@ fn sum_impulses(
             change += nodes[index].mass * nodes[index].speed;
             changes[index - 1] = change;
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::solver::contact_constraint::FAR;
-
-    /// A constraint from a lower body to a higher one.
-    fn upward(
-        (a, inv_mass_a): (u32, f32),
-        (b, inv_mass_b): (u32, f32),
-        min_normal_velocity: f32,
-    ) -> ContactConstraint {
-        ContactConstraint {
-            a,
-            b,
-            normal: Vec2::Y,
-            min_normal_velocity,
-            effective_mass: 1.0 / (inv_mass_a + inv_mass_b),
-            inv_mass_a,
-            inv_mass_b,
-            friction: 0.0,
-            normal_impulse: 0.0,
-            tangent_impulse: 0.0,
-            normal_before: 0.0,
-            tangent_before: 0.0,
-            normal_direction: 0.0,
-            tangent_direction: 0.0,
-            pair: 0,
-        }
-    }
-
-    #[test]
-    fn a_chain_follows_contacts_that_carry_and_not_passing_pairs() {
-        let (ground, light, passing, heavy) = ((0, 0.0), (1, 1e4), (2, 1.0), (3, 1e-4));
-        let mut constraints = [
-            upward(ground, light, 0.0),
-            upward(light, passing, -FAR / 0.02),
-            upward(light, heavy, 0.0),
-        ];
-        let mut chains = Chains::default();
-        chains.reserve(4);
-        chains.find(&constraints, &[0, 1, 2]);
-        assert!(chains.others.is_empty(), "{:?}", chains.others);
-        let mut velocity = [0.0, 0.0, -30.0, -3.0].map(|speed| Vec2::new(0.0, speed));
-        chains.sweep::<true>(&mut constraints, &mut velocity);
-        assert_eq!(velocity.map(|v| v.y), [0.0, 0.0, -30.0, 0.0]);
     }
 }

@@ -6,7 +6,8 @@
 //! 2. `contact_constraint`: pairs that may touch within the step (`separation` predicts when and
 //!    along which normal); `crowd`: the bounces of bodies that lie close to others;
 //! 3. `integrate`: gravity, and other forces (see `forces`);
-//! 4. `islands`: constraints that share no movable body are solved separately, for as long as its `agitation` asks, with
+//! 4. `islands`: constraints that share no movable body are solved separately (`solve_island`); how an island
+//!    moves (`agitation`) decides how:
 //!    - `warm_start`: the last step's impulses, as far as they cannot add energy,
 //!    - `sweep::solve_in_motion`: where bodies move past each other, a few over-relaxed sweeps over
 //!      `graph_coloring`: eight contacts at a time, that share no movable body,
@@ -14,9 +15,10 @@
 //!      `spanning_forest`: the contacts that carry the load, solved exactly if none begins to slide
 //!      or to separate, `chains`: along an axis, solved exactly in any case by pooling (`pava`),
 //!      and the rest,
-//!    - `direct`: elimination, for masses so different that sweeps do not converge,
-//!    - `energy_guard`: plain sweeps, or rest, for masses so different that f32 fails,
-//!    - `late_pairs`: pairs that only these velocities bring together;
+//!    - `direct`: elimination of up to 128 contacts, for masses so different that sweeps do not converge,
+//!    - `energy_guard`: plain sweeps, or rest, for masses so different that f32 fails;
+//!
+//!    then once more with `late_pairs`, that only these velocities bring together;
 //! 5. `integrate`: the bodies move;
 //! 6. `position_correction`: removes overlap beyond the slop;
 //! 7. `static_clamp`: no body ends inside an immovable one.
@@ -27,7 +29,7 @@ use super::contact_constraint::{self, ContactSet, Correction, GatherScratch, Gat
 use super::direct::DirectSolver;
 use super::energy_guard::EnergyGuard;
 use super::islands::Islands;
-use super::position_correction::{PUSHED_FROM, PositionCorrection};
+use super::position_correction::PositionCorrection;
 use super::step_context::StepContext;
 use super::sweep::Blocks;
 use super::warm_start;
@@ -88,8 +90,12 @@ impl Clone for ConjugateSolver {
         ConjugateSolver {
             contacts: ContactSet { constraints, infos: Vec::new() },
             is_large_world: self.is_large_world,
+            impact_queue: self.impact_queue.counts(),
             sweeps: self.sweeps,
             work: self.work,
+            thorough: self.thorough,
+            eliminated: self.eliminated,
+            corrections: self.corrections,
             is_over: self.is_over,
             ..ConjugateSolver::default()
         }
@@ -147,7 +153,7 @@ impl ConjugateSolver {
         context: &StepContext,
     ) {
         self.is_large_world = is_large_world(bodies, steady);
-        self.impact_queue.begin(bodies.alive.len());
+        self.impact_queue.begin(bodies.alive.len(), movable(bodies, steady));
         if let Some(forces) = forces {
             forces.find_sprung(bodies, context.dt, &mut self.impact_queue.paths.sprung);
         }
@@ -388,8 +394,9 @@ impl ConjugateSolver {
         context: &StepContext,
     ) {
         let constraints = &self.contacts.constraints;
-        // Constraints of bodies that are not finite were dropped: the islands are others.
-        let is_complete = constraints.len() == self.is_changed.len();
+        // Constraints of bodies that are not finite were dropped: the islands are others. What was eliminated counts towards a
+        // bound of all islands.
+        let is_complete = constraints.len() == self.is_changed.len() && self.eliminated == 0;
         if is_complete && !impact_queue::still_bodies_may_impact(context) {
             let fall = context.fall_distance();
             let reach = |velocity: Vec2| reach(velocity.length_squared(), fall, context.dt);
@@ -415,9 +422,8 @@ impl ConjugateSolver {
         }
         let slop = context.settings.slop;
         let far = self.static_clamp.may_tunnel(bodies, moved.separation_min, slop);
-        let overlaps = moved.separation_min < -slop * PUSHED_FROM;
         self.corrections = 0;
-        if overlaps {
+        if moved.overlaps {
             self.corrections = self.position_correction.separate(
                 bodies,
                 &mut self.contacts,
@@ -427,7 +433,7 @@ impl ConjugateSolver {
                 context,
             );
         }
-        if overlaps || far {
+        if moved.overlaps || far {
             self.static_clamp.resolve(bodies, pairs, &self.impact_queue.paths, slop);
         }
     }
@@ -451,7 +457,12 @@ impl ConjugateSolver {
 
 /// Whether more than [`LARGE_WORLD`] bodies can move.
 fn is_large_world(bodies: &Bodies, steady: &Steady) -> bool {
-    bodies.moving.len() + steady.count() > LARGE_WORLD
+    movable(bodies, steady) > LARGE_WORLD
+}
+
+/// Bodies that can move, whether the step leaves them out or not.
+fn movable(bodies: &Bodies, steady: &Steady) -> usize {
+    bodies.moving.len() + steady.count()
 }
 
 /// The reach of a body with the square of its speed, which falls by `fall` in a step.

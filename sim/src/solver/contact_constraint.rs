@@ -18,8 +18,6 @@ use crate::shape::{Shape, shapes};
 use crate::solver::tolerances::{DEEP_SHARE, PUSHED_SHARE, ROUNDING, SLIDING, SPECULATIVE};
 use glam::Vec2;
 
-/// Separation of a pair that turned out to pass each other: its constraint never pushes.
-pub(crate) const FAR: f32 = 1e30;
 /// Most deep contacts of a body that are kept while its partner has as many.
 const DEEP_CONTACTS_MAX: u8 = 32;
 
@@ -69,6 +67,19 @@ pub(crate) struct ContactInfo {
     pub slid: bool,
     /// How an overlap that is left is corrected.
     pub correction: Correction,
+}
+
+/// Share of the slop beyond which overlaps are pushed: what rounding leaves is within it.
+pub(crate) const PUSHED_FROM: f32 = 0.999;
+
+impl ContactInfo {
+    /// The overlap that may stay. Bodies that rest are not pushed, and may rest at the slop itself.
+    pub fn tolerated(&self, slop: f32) -> f32 {
+        match self.correction {
+            Correction::Thorough => slop,
+            Correction::Light | Correction::Singly => slop * PUSHED_FROM,
+        }
+    }
 }
 
 /// How the positions of an island are corrected; see `position_correction`.
@@ -364,12 +375,6 @@ impl ContactConstraint {
     #[inline]
     pub fn sticks(&self) -> bool {
         self.tangent_impulse.abs() < SLIDING * self.friction * self.normal_impulse
-    }
-
-    /// Whether the pair passes each other: it never needs an impulse.
-    #[inline]
-    pub fn is_passing(&self) -> bool {
-        self.min_normal_velocity <= -FAR
     }
 
     /// Whether both bodies are movable and so deep in each other that the normal is arbitrary.

@@ -16,7 +16,8 @@ const CONTACTS_MAX: usize = 128;
 pub(crate) const VISITS: u32 = 16;
 /// Most sweeps over a very stiff island before it is solved here.
 pub(crate) const SWEEPS_BEFORE: u32 = 64;
-/// Visits of a step after which no island is solved here any more: in a heap that collapses several would fail in each.
+/// Visits that stand for eliminations, in a step, after which no island is solved here any more: in a heap that collapses
+/// several would fail in each.
 pub(crate) const STEP_VISITS: u64 = 100_000;
 /// Most rounds.
 const ROUNDS_MAX: u32 = 80;
@@ -96,7 +97,7 @@ pub(crate) struct DirectSolver {
     /// Velocities at the start, and those that a round finds.
     start: Vec<DVec2>,
     target: Vec<DVec2>,
-    /// The way of a round, and velocities on it.
+    /// Change of the velocities in a round, and the velocities after a part of it.
     change: Vec<DVec2>,
     next: Vec<DVec2>,
     /// By contact: whether it holds along the normal and across it.
@@ -239,6 +240,9 @@ impl DirectSolver {
             }
             system.factor();
             system.solve(target);
+            if !target.iter().all(|speed| speed.is_finite()) {
+                return (false, round + 1);
+            }
             let same = |(contact, holds): (&Contact, &[bool; 2])| {
                 contact.springs(target, stiffness).1 == *holds
             };

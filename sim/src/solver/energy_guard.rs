@@ -83,24 +83,26 @@ impl EnergyGuard {
         }
     }
 
-    /// Checks the energy of the solved island, and solves it again if it grew.
+    /// Checks the energy of the solved island, and solves it again if it grew. Returns the visits of its constraints.
     pub fn check(
         &self,
         constraints: &mut [ContactConstraint],
         island: &[u32],
         velocity: &mut [Vec2],
-    ) {
+    ) -> u32 {
         let allowed = self.energy(|member| member.free) * (1.0 + ENERGY_ROUNDING);
         if self.is_within(velocity, allowed) {
-            return;
+            return 0;
         }
         self.reset(constraints, island, velocity, |member| member.free);
-        for _ in 0..(VISITS / island.len()).clamp(SWEEPS_MIN, SWEEPS_MAX) {
+        let sweeps = (VISITS / island.len()).clamp(SWEEPS_MIN, SWEEPS_MAX);
+        for _ in 0..sweeps {
             sweep::plain_sweep(constraints, island, velocity);
         }
         if !self.is_within(velocity, allowed) {
             self.reset(constraints, island, velocity, |_| Vec2::ZERO);
         }
+        (sweeps * island.len()) as u32
     }
 
     fn is_within(&self, velocity: &[Vec2], allowed: f64) -> bool {

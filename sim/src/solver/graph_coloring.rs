@@ -2,9 +2,9 @@
 //! by side, in the lanes of vector registers.
 //!
 //! Colours are greedy, in the order of the contacts: each takes the lowest colour that neither of
-//! its movable bodies has (Catto 2024, "SIMD Matters"). The arithmetic of a lane is that of
-//! [`solve_contact`], operation by operation, so only the order of the visits differs from that of
-//! one contact after another. Nothing is summed across lanes but the changes, from the first lane to
+//! its movable bodies has (Catto 2024, "SIMD Matters"). A lane computes what
+//! [`solve_contact`] does, operation by operation, but for the factor on its step; with factor 1 only the
+//! order of the visits differs from that of one contact after another. Nothing is summed across lanes but the changes, from the first lane to
 //! the last: every machine computes the same bits.
 //!
 //! [`solve_contact`]: super::gauss_seidel::solve_contact

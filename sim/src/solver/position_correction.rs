@@ -19,7 +19,9 @@ use crate::math::{clamp_length, max, min};
 use crate::narrow_phase::manifold::Manifold;
 use crate::narrow_phase::overlap::spread_manifold;
 use crate::narrow_phase::separation::{self, placed};
-use crate::solver::contact_constraint::{ContactConstraint, ContactInfo, ContactSet, Correction};
+use crate::solver::contact_constraint::{
+    ContactConstraint, ContactInfo, ContactSet, Correction, PUSHED_FROM,
+};
 use crate::solver::islands::Islands;
 use crate::solver::layers::{self, UNREACHED};
 use crate::solver::settings::Conjugate;
@@ -46,12 +48,12 @@ const LAYERS: u8 = 8;
 const DEEP_SLOPS: f32 = 30.0;
 /// Rounds of pushes: with more, a heap that was compressed takes longer to come apart.
 const PUSH_ROUNDS: u32 = 6;
-/// Rounds of those that are not deeper than so many slops, of bodies that move past each other by no more in a step: a crowd
-/// that comes to rest then keeps within the slop.
+/// Rounds of pushes for overlaps of at most [`SHALLOW_SLOPS`] slops between bodies that move past each other by at most as
+/// much in a step: a crowd that comes to rest then keeps within the slop.
 const SHALLOW_ROUNDS: u32 = 40;
 const SHALLOW_SLOPS: f32 = 4.0;
-/// Share of the slop beyond which overlaps are pushed: what rounding leaves is within it.
-pub(crate) const PUSHED_FROM: f32 = 0.999;
+/// Pushes that take as long as a visit of a pass.
+const PUSHES_PER_VISIT: u64 = 8;
 /// Share of the slop to which a push reduces an overlap. With less, bodies packed closely push each other to and fro.
 const PUSHED_SLOP: f32 = 0.95;
 /// [`LAYERS`] around other overlaps of such an island.
@@ -182,7 +184,7 @@ impl PositionCorrection {
             }
             moved.update_separations(contacts);
         }
-        self.push_apart(bodies, contacts, pairs, &mut moved, context);
+        visits += self.push_apart(bodies, contacts, pairs, &mut moved, context);
         let ContactSet { constraints, infos } = contacts;
         for (constraint, info) in constraints.iter_mut().zip(infos) {
             let has_moved = moved.ever[constraint.a as usize] || moved.ever[constraint.b as usize];
@@ -197,7 +199,7 @@ impl PositionCorrection {
     }
 
     /// Pushes overlapping pairs apart one by one, each by its whole overlap, in islands that the passes leave
-    /// unsolved: in a few rounds, along the normals of where they are now.
+    /// unsolved: in a few rounds, along the normals of where they are now. Returns the visits that take as long.
     fn push_apart(
         &mut self,
         bodies: &mut Bodies,
@@ -205,8 +207,11 @@ impl PositionCorrection {
         pairs: &[Pair],
         moved: &mut Moved,
         context: &StepContext,
-    ) {
+    ) -> u64 {
         let settings = context.settings;
+        if settings.position_passes == 0 {
+            return 0;
+        }
         let slop = settings.slop * PUSHED_FROM;
         self.close.clear();
         let ContactSet { constraints, infos } = contacts;
@@ -225,10 +230,11 @@ impl PositionCorrection {
                 any |= info.separation_after < -slop;
             }
         }
-        if settings.position_passes == 0 || !any {
-            return;
+        if !any {
+            return 0;
         }
         moved.begin_pass();
+        let mut pushes = 0;
         for round in 0..SHALLOW_ROUNDS {
             if round == PUSH_ROUNDS {
                 let shallow = SHALLOW_SLOPS * slop;
@@ -240,6 +246,7 @@ impl PositionCorrection {
                 });
             }
             let mut any = false;
+            pushes += self.close.len() as u64;
             for &index in &self.close {
                 let constraint = &constraints[index as usize];
                 let separation = moved.separation(constraint, &infos[index as usize]);
@@ -256,6 +263,7 @@ impl PositionCorrection {
         }
         moved.apply(bodies);
         moved.update_separations(contacts);
+        pushes / PUSHES_PER_VISIT
     }
 
     /// Finds the displacements of a pass over an island. Returns the visits of its constraints.

@@ -44,13 +44,14 @@ pub struct Conjugate {
     /// Sweeps end when none changes a relative velocity by more than this share of the velocity
     /// that gravity adds in a step, in (0, 1]. Default 0.005.
     pub tolerance: f32,
-    /// Sweeps over an island per step, 1..=1000. Islands of 64 constraints and more in worlds of up to
-    /// 6000 moving bodies, with mass ratios up to 10^4, take at most 16 (or 8800 visits in all) within
-    /// this limit and `work_max`. Default 400.
+    /// Most sweeps over an island per step, 1..=1000. Within it and `work_max`, islands of more than 16
+    /// contacts that are in motion take 16 to 128 sweeps, calm ones of 64 contacts and more at most 16
+    /// (or 8800 visits in all); not in worlds of more than 6000 moving bodies, nor, for calm ones, with
+    /// mass ratios beyond 10^4. Default 400.
     pub sweeps_max: u32,
     /// Visits of contact constraints by the sweeps over an island, 1000..=1e9: bounds the time of
-    /// the worst step. Every island gets four sweeps in any case. The budget is per island, so that
-    /// an island depends on nothing outside of it. Default 2e6: with less a pile of 20,000 comes to
+    /// the worst step. Every island gets four sweeps in any case. The budget is per island.
+    /// Default 2e6: with less a pile of 20,000 comes to
     /// rest late or never, and then takes more time than one that does.
     pub work_max: u32,
     /// Closing speed below which nothing bounces, units/s, 0..=100. Default 2.

@@ -9,6 +9,9 @@
 //! interactive contact force problems"). The last step is always a sweep: the one in which no
 //! constraint changes a relative velocity by more than the tolerance. `FRICTION` is false where
 //! nothing has friction: its zeros are then not computed.
+//!
+//! `solve_in_motion` and `Sequence::Colors` do without forests: they visit contacts colour by colour and over-relax each
+//! visit, the first without directions.
 
 use super::gauss_seidel::{Change, limited, solve_contact, visit_change};
 use super::graph_coloring::ColoredContacts;

@@ -71,7 +71,7 @@ pub(crate) const SMALL_ISLAND_SHARE: f32 = 0.001;
 /// constraint of a high pile leaves add up, and the pile creeps. At a four times coarser tolerance
 /// a pile of 20,000 slides for half a minute.
 pub(crate) const LARGE_ISLAND: f32 = 10_000.0;
-/// Contacts from which the motion of an island limits its sweeps: smaller ones cost little.
+/// Contacts from which the sweeps over an island that is not in motion are limited too: smaller ones cost little.
 pub(crate) const CALM_MIN: usize = 64;
 /// Rounding of an island's kinetic energy, as a share: squares and sums of rounded velocities.
 pub(crate) const ENERGY_ROUNDING: f64 = 1e-5;
@@ -95,8 +95,8 @@ pub(crate) const AGITATED_MIN: f32 = 0.12;
 /// With 30 a heavy ball comes to rest later.
 pub(crate) const SLOW: f32 = 80.0;
 /// Moving bodies beyond which all islands are swept as a whole. A rain of this size is full of shafts
-/// and arches when it lands; one that is not solved to the end goes on collapsing. Nothing else makes
-/// an island depend on the rest of the world.
+/// and arches when it lands; one that is not solved to the end goes on collapsing. See `islands` for what
+/// else makes an island depend on the rest of the world.
 pub(crate) const LARGE_WORLD: usize = 6000;
 /// Residual of the warm start, in tolerances, below which the first sweep does without a forest.
 pub(crate) const NEAR_SOLUTION: f32 = 10.0;

@@ -298,3 +298,47 @@ fn friction_at_its_limit_ends_with_the_pull_that_needed_it() {
         }
     }
 }
+
+#[test]
+fn a_gas_beside_bodies_at_rest_takes_as_many_predictions_as_with_them() {
+    let mut world = world();
+    for index in 0..40 {
+        for row in 0..3 {
+            add(&mut world, box_at(-38.0 + 1.9 * index as f32, 0.5 + row as f32, 1.0, 1.0));
+        }
+    }
+    for _ in 0..60 {
+        world.step();
+    }
+    let (mut rng, side, y) = (Rng::new(9, 0), 24.0, 60.0);
+    for (x, y, width, height) in [
+        (0.0, y - 14.0, 32.0, 4.0),
+        (0.0, y + 14.0, 32.0, 4.0),
+        (-14.0, y, 4.0, 24.0),
+        (14.0, y, 4.0, 24.0),
+    ] {
+        let wall = box_at(x, y, width, height);
+        add(
+            &mut world,
+            BodyDef { motion: Motion::Static, restitution: 1.0, friction: 0.0, ..wall },
+        );
+    }
+    for index in 0..64 {
+        let (column, row) = ((index % 8) as f32 - 3.5, (index / 8) as f32 - 3.5);
+        let disc = BodyDef {
+            shape: Shape::circle(0.6),
+            position: Vec2::new(column, row) * (side / 8.5) + Vec2::new(0.0, y),
+            velocity: Vec2::new(rng.range(-1500.0, 1500.0), rng.range(-1500.0, 1500.0)),
+            restitution: 1.0,
+            friction: 0.0,
+            gravity_scale: 0.0,
+            ..BodyDef::default()
+        };
+        add(&mut world, disc);
+    }
+    let work = |world: &World| world.step_counts().predictions;
+    let most = std::cell::Cell::new(0);
+    let left_out = compare(world, 20, &|world, _, _| most.set(most.get().max(work(world))));
+    assert!(most.get() > 40_000, "{} predictions", most.get());
+    assert_eq!(left_out, 120);
+}

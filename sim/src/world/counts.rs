@@ -12,7 +12,7 @@ pub struct StepCounts {
     pub pairs: u64,
     /// Pairs that touch, or may within the step.
     pub contacts: u64,
-    /// Visits of contacts by passes, or by sweeps over bodies that move past each other.
+    /// Visits of contacts by passes, by the limited sweeps over large islands or islands in motion, and of single contacts.
     pub visits: u64,
     /// Visits of contacts by sweeps that go on until an island is solved; with the relaxation, of
     /// pairs that still touch at the end of the step.

@@ -57,7 +57,8 @@ pub struct StepBudget {
     /// that. What a step holds in memory for contacts, and what a pass of the relaxation visits.
     pub pairs: usize,
     /// Work of a step of the conjugate solver: visits of contacts by its sweeps, predictions of impacts, and each
-    /// visit of a pair. The last island may exceed it, by a sweep or by the visits that local sweeps have for each contact.
+    /// visit of a pair. The last island may exceed it, by a sweep, by the few that every island in motion
+    /// gets, or by an elimination.
     pub work: u64,
     /// Cells of the grid in which particles find obstacles, counted for each obstacle that touches them.
     pub obstacle_cells: usize,

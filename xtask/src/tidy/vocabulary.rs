@@ -5,7 +5,7 @@ use super::source::Source;
 use proc_macro2::{TokenStream, TokenTree};
 
 /// Old names of modules, then of types and the modules of the same name; and the words for them.
-const WORDS: [(&str, &str); 53] = [
+const WORDS: [(&str, &str); 51] = [
     ("ask", "confirm"),
     ("words", "strings"),
     ("told", "encode"),
@@ -17,9 +17,7 @@ const WORDS: [(&str, &str); 53] = [
     ("places", "position_correction"),
     ("walls", "static_clamp"),
     ("guard", "energy_guard"),
-    ("doubts", "ccd_recheck"),
     ("strays", "late_pairs"),
-    ("squeezes", "held_after_impact"),
     ("gap", "separation"),
     ("Sight", "InterestArea"),
     ("Feed", "SnapshotChannel"),

@@ -5,21 +5,15 @@
 
 use clap::Parser;
 use jostle_game::scene::WorstTick;
-use jostle_game::trial::worst_tick;
+use jostle_game::trial::{STIR_TICKS, stir, worst_tick};
 use jostle_game::{Buttons, Game, Input, Scene, Seat};
 use jostle_report::study::thread_time_us;
-use jostle_sim::{Motion, Rng, Solver, Vec2, World};
+use jostle_sim::{Rng, Solver, Vec2};
 use std::sync::Arc;
 
 /// Ticks of a shipped scene, and of a random one.
 const TICKS: u32 = 3600;
 const RANDOM_TICKS: u32 = 400;
-/// Ticks between two stirs of a random scene, and the largest change of a velocity in x and y, units/s.
-const STIR_TICKS: u32 = 40;
-const STIR_SPEED: f32 = 60.0;
-
-/// Ratio of the plan's worst tick to that measured above which a plan says too much.
-const RATIO_MAX: f64 = 4.0;
 
 #[derive(Parser)]
 struct Arguments {
@@ -136,16 +130,6 @@ fn play(scene: &Arc<Scene>, seed: u64, ticks: u32, random: Option<u64>) -> Playe
         worst = worst.max(time);
     }
     Played { mean: sum / f64::from(ticks), worst }
-}
-
-fn stir(world: &mut World, rng: &mut Rng) {
-    let movable = |&id: &_| world.motion(id) == Motion::Dynamic;
-    let bodies: Vec<_> = world.ids().filter(movable).collect();
-    for id in bodies {
-        let mut draw = || rng.range(-STIR_SPEED, STIR_SPEED);
-        let change = Vec2::new(draw(), draw());
-        world.set_velocity(id, world.velocity(id) + change);
-    }
 }
 
 /// Holds buttons and a pointer for some ticks, then others.

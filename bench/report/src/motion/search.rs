@@ -24,7 +24,7 @@ pub struct Run {
     pub times_us: Vec<f64>,
     /// Pair solves of each step, if the engine counts them.
     pub visits: Vec<u64>,
-    /// Deepest overlap, and mean of the deepest of the steps that were looked at.
+    /// Deepest overlap of the steps that were looked at.
     pub deepest: f64,
     /// Mean of the deepest overlaps.
     pub deepest_mean: f64,
@@ -236,6 +236,9 @@ pub fn csv(findings: &[Finding]) -> String {
 
 /// Quantiles of the findings, and the slowest of them.
 pub fn summary(findings: &[Finding]) -> String {
+    if findings.is_empty() {
+        return String::new();
+    }
     let mut text =
         String::from("figure                               p50     p90     p99   worst\n");
     let mut line = |name: &str, of: &dyn Fn(&Finding) -> f64| {

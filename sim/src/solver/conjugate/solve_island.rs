@@ -80,7 +80,7 @@ impl ConjugateSolver {
         if agitation.is_none() {
             self.thorough += u64::from(visits);
         }
-        let is_affordable = agitation.is_none() && self.work < direct::STEP_VISITS;
+        let is_affordable = agitation.is_none() && self.eliminated < direct::STEP_VISITS;
         if !is_solved && is_affordable && direct::is_worth(island.len(), mass_ratio) {
             let (solved, rounds) =
                 self.direct.solve(constraints, island, velocity, limits.tolerance);
@@ -90,7 +90,7 @@ impl ConjugateSolver {
             visits += elimination;
         }
         if is_stiff {
-            self.energy_guard.check(constraints, island, velocity);
+            visits += self.energy_guard.check(constraints, island, velocity);
         }
         if is_stiff || !is_solved {
             sweep::sweep_immovable(constraints, island, velocity);

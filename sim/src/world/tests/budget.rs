@@ -94,7 +94,7 @@ fn columns(height: u32, columns: u32, work: u64) -> World {
 
 #[test]
 fn an_island_that_needs_more_than_the_budget_is_over_and_never_solved_less_well() {
-    // A column, and a heap that is solved by local sweeps.
+    // A column, and a calm heap.
     for (height, count) in [(20, 1), (12, 10)] {
         let mut free = columns(height, count, u64::MAX);
         free.step();
