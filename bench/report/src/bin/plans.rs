@@ -14,6 +14,8 @@ use std::sync::Arc;
 /// Ticks of a shipped scene, and of a random one.
 const TICKS: u32 = 3600;
 const RANDOM_TICKS: u32 = 400;
+/// An estimate of more than this many times the worst tick is counted as too high.
+const RATIO_MAX: f64 = 4.0;
 
 #[derive(Parser)]
 struct Arguments {
