@@ -52,15 +52,20 @@ impl Contact {
         self.limit = self.friction * self.impulse.x;
     }
 
-    /// Velocity of b relative to a.
+    /// Velocity of b relative to a, as far as unknowns decide it.
     fn relative(&self, velocity: &[DVec2]) -> DVec2 {
         let of = |end: Option<u32>| end.map_or(DVec2::ZERO, |end| velocity[end as usize]);
-        of(self.ends[1]) - of(self.ends[0]) + self.driven
+        of(self.ends[1]) - of(self.ends[0])
+    }
+
+    /// The vector with these parts along the normal and across it.
+    fn vector(&self, parts: DVec2) -> DVec2 {
+        self.normal * parts.x + self.normal.perp() * parts.y
     }
 
     /// Speeds beyond the least one along the normal, and across it.
     fn errors(&self, velocity: &[DVec2]) -> DVec2 {
-        let relative = self.relative(velocity);
+        let relative = self.relative(velocity) + self.driven;
         DVec2::new(self.normal.dot(relative) - self.min, self.normal.perp().dot(relative))
     }
 
@@ -73,6 +78,23 @@ impl Contact {
         let sticks = free.y.abs() < self.limit;
         let across = if sticks { free.y } else { self.limit.copysign(free.y) };
         (DVec2::new(free.x, across), [true, sticks])
+    }
+
+    /// Takes the impulses of its springs at these velocities, of which it is known whether they hold; returns the largest
+    /// error that is left, units/s.
+    fn renew(&mut self, velocity: &[DVec2], holds: [bool; 2], stiffness: f64) -> f64 {
+        let errors = self.errors(velocity);
+        let free = self.impulse - errors * stiffness;
+        let across = if holds[1] { free.y } else { self.limit.copysign(free.y) };
+        self.impulse = if holds[0] { DVec2::new(free.x, across) } else { DVec2::ZERO };
+        let limit = self.friction * if free.x > 0.0 { self.impulse.x } else { 0.0 };
+        let before = std::mem::replace(&mut self.limit, limit);
+        let off = [
+            if holds[0] { errors.x.abs() } else { -errors.x },
+            if holds[1] { errors.y.abs() } else { 0.0 },
+            (limit - before).abs() / (stiffness / STIFFNESS),
+        ];
+        off.into_iter().fold(0.0, |worst, off| if off > worst { off } else { worst })
     }
 }
 
@@ -102,6 +124,8 @@ pub(crate) struct DirectSolver {
     next: Vec<DVec2>,
     /// By contact: whether it holds along the normal and across it.
     holding: Vec<[bool; 2]>,
+    /// Stiffness of the contacts.
+    stiffness: f64,
 }
 
 impl DirectSolver {
@@ -114,21 +138,46 @@ impl DirectSolver {
         velocity: &mut [Vec2],
         tolerance: f32,
     ) -> (bool, u32) {
-        let DirectSolver {
-            slots,
-            edges,
-            system,
-            order,
-            masses,
-            speed,
-            momentum,
-            contacts,
-            start,
-            target,
-            change,
-            next,
-            holding,
-        } = self;
+        self.read(constraints, island, velocity);
+        for round in 0..ROUNDS_MAX {
+            let steps_whole = round < WHOLE_ROUNDS;
+            if round == WHOLE_ROUNDS {
+                self.speed.clone_from(&self.start);
+                for contact in &mut self.contacts {
+                    contact.reset(&constraints[contact.index as usize]);
+                }
+            }
+            self.assemble();
+            self.system.factor();
+            self.system.solve(&mut self.target);
+            if !self.target.iter().all(|speed| speed.is_finite()) {
+                return (false, round + 1);
+            }
+            let same = |(contact, holds): (&Contact, &[bool; 2])| {
+                contact.springs(&self.target, self.stiffness).1 == *holds
+            };
+            let is_same = self.contacts.iter().zip(&self.holding).all(same);
+            if !is_same && !steps_whole {
+                self.step_to_lowest();
+                continue;
+            }
+            std::mem::swap(&mut self.speed, &mut self.target);
+            let mut worst = if is_same { 0.0 } else { f64::INFINITY };
+            for (contact, &holds) in self.contacts.iter_mut().zip(&self.holding) {
+                let off = contact.renew(&self.speed, holds, self.stiffness);
+                worst = if off > worst { off } else { worst };
+            }
+            if worst < f64::from(tolerance) {
+                self.write(constraints, velocity);
+                return (true, round + 1);
+            }
+        }
+        (false, ROUNDS_MAX)
+    }
+
+    /// Reads the bodies and contacts of an island.
+    fn read(&mut self, constraints: &[ContactConstraint], island: &[u32], velocity: &[Vec2]) {
+        let DirectSolver { slots, edges, order, masses, speed, momentum, contacts, .. } = self;
         let bodies = || island.iter().flat_map(|&index| constraints[index as usize].bodies());
         let movable = bodies().filter(|&(_, inv_mass)| inv_mass > 0.0);
         slots.clear();
@@ -144,8 +193,7 @@ impl DirectSolver {
                 edges.push((a, b));
             }
         }
-        system.build(slots.len(), edges, order);
-        let place = |end: u32| order.index_of[end as usize];
+        self.system.build(slots.len(), edges, order);
         masses.clear();
         masses.resize(slots.len(), 0.0);
         speed.clear();
@@ -153,147 +201,115 @@ impl DirectSolver {
         contacts.clear();
         for &index in island {
             let constraint = &constraints[index as usize];
-            let [a, b] = constraint.bodies();
-            let ends = [a, b].map(|body| unknown(body).map(place));
-            for (end, (slot, inv_mass)) in ends.into_iter().zip([a, b]) {
-                if let Some(end) = end {
-                    masses[end as usize] = 1.0 / f64::from(inv_mass);
-                    speed[end as usize] = velocity[slot as usize].as_dvec2();
+            let place = |body| unknown(body).map(|end| order.index_of[end as usize]);
+            let ends = constraint.bodies().map(place);
+            // Velocities of immovable bodies.
+            let mut driven = [DVec2::ZERO; 2];
+            for (side, (slot, inv_mass)) in constraint.bodies().into_iter().enumerate() {
+                let of_body = velocity[slot as usize].as_dvec2();
+                match ends[side] {
+                    Some(end) => {
+                        masses[end as usize] = 1.0 / f64::from(inv_mass);
+                        speed[end as usize] = of_body;
+                    }
+                    None => driven[side] = of_body,
                 }
             }
-            let still = |end: Option<u32>, slot: u32| match end {
-                Some(_) => DVec2::ZERO,
-                None => velocity[slot as usize].as_dvec2(),
-            };
-            contacts.push(Contact {
+            let mut contact = Contact {
                 index,
                 ends,
                 normal: constraint.normal.as_dvec2(),
-                impulse: Vec2::new(constraint.normal_impulse, constraint.tangent_impulse)
-                    .as_dvec2(),
-                driven: still(ends[1], b.0) - still(ends[0], a.0),
+                impulse: DVec2::ZERO,
+                driven: driven[1] - driven[0],
                 min: f64::from(constraint.min_normal_velocity),
                 friction: f64::from(constraint.friction),
-                limit: f64::from(constraint.friction * constraint.normal_impulse),
-            });
+                limit: 0.0,
+            };
+            contact.reset(constraint);
+            contacts.push(contact);
         }
-        // Momentum without the impulses.
         momentum.clear();
         momentum.extend(speed.iter().zip(&*masses).map(|(&speed, &mass)| speed * mass));
         for contact in &*contacts {
-            let impulse =
-                contact.normal * contact.impulse.x + contact.normal.perp() * contact.impulse.y;
-            push(momentum, contact.ends, -impulse);
+            push(momentum, contact.ends, -contact.vector(contact.impulse));
         }
         let heaviest = masses.iter().fold(0.0, |most, &mass| if mass > most { mass } else { most });
-        let stiffness = STIFFNESS * heaviest;
-        // Slope along a change of the velocities of what a round minimizes, which is convex.
-        let slope = |speed: &[DVec2], change: &[DVec2], contacts: &[Contact]| {
-            let mut sum = 0.0;
-            for (((&speed, &momentum), &mass), change) in
-                speed.iter().zip(&*momentum).zip(&*masses).zip(change)
-            {
-                sum += (speed * mass - momentum).dot(*change);
-            }
-            for contact in contacts {
-                let (springs, _) = contact.springs(speed, stiffness);
-                let impulse = contact.normal * springs.x + contact.normal.perp() * springs.y;
-                sum -= impulse.dot(contact.relative(change) - contact.driven);
-            }
-            sum
-        };
-        start.clone_from(speed);
-        for round in 0..ROUNDS_MAX {
-            if round == WHOLE_ROUNDS {
-                speed.clone_from(start);
-                for contact in &mut *contacts {
-                    let constraint = &constraints[contact.index as usize];
-                    contact.reset(constraint);
-                }
-            }
-            system.clear();
-            target.clone_from(momentum);
-            for (end, &mass) in (0u32..).zip(&*masses) {
-                system.add_diagonal(end, DMat2::from_diagonal(DVec2::splat(mass)));
-            }
-            holding.clear();
-            for contact in &*contacts {
-                let (springs, holds) = contact.springs(speed, stiffness);
-                let mut block = DMat2::ZERO;
-                let mut impulse = contact.normal * springs.x + contact.normal.perp() * springs.y;
-                for (holds, axis) in holds.into_iter().zip([contact.normal, contact.normal.perp()])
-                {
-                    if holds {
-                        block += DMat2::from_cols(axis * axis.x, axis * axis.y) * stiffness;
-                        impulse +=
-                            axis * (axis.dot(contact.relative(speed) - contact.driven) * stiffness);
-                    }
-                }
-                push(target, contact.ends, impulse);
-                for end in contact.ends.into_iter().flatten() {
-                    system.add_diagonal(end, block);
-                }
-                if let [Some(a), Some(b)] = contact.ends {
-                    system.add(a, b, -block);
-                }
-                holding.push(holds);
-            }
-            system.factor();
-            system.solve(target);
-            if !target.iter().all(|speed| speed.is_finite()) {
-                return (false, round + 1);
-            }
-            let same = |(contact, holds): (&Contact, &[bool; 2])| {
-                contact.springs(target, stiffness).1 == *holds
-            };
-            let is_same = contacts.iter().zip(&*holding).all(same);
-            if !is_same && round >= WHOLE_ROUNDS {
-                change.clear();
-                change.extend(target.iter().zip(&*speed).map(|(&to, &from)| to - from));
-                let (mut low, mut high) = (0.0, 1.0);
-                for _ in 0..HALVINGS {
-                    let share = 0.5 * (low + high);
-                    let at = |(&from, &change): (&DVec2, &DVec2)| from + change * share;
-                    next.clear();
-                    next.extend(speed.iter().zip(&*change).map(at));
-                    if slope(next, change, contacts) < 0.0 { low = share } else { high = share }
-                }
-                for (speed, change) in speed.iter_mut().zip(&*change) {
-                    *speed += *change * high;
-                }
-                continue;
-            }
-            std::mem::swap(speed, target);
-            let mut worst = if is_same { 0.0 } else { f64::INFINITY };
-            for (contact, holds) in contacts.iter_mut().zip(&*holding) {
-                let errors = contact.errors(speed);
-                let free = contact.impulse - errors * stiffness;
-                let across = if holds[1] { free.y } else { contact.limit.copysign(free.y) };
-                contact.impulse = if holds[0] { DVec2::new(free.x, across) } else { DVec2::ZERO };
-                let limit = contact.friction * if free.x > 0.0 { contact.impulse.x } else { 0.0 };
-                let off = [
-                    if holds[0] { errors.x.abs() } else { -errors.x },
-                    if holds[1] { errors.y.abs() } else { 0.0 },
-                    (limit - contact.limit).abs() / heaviest,
-                ];
-                worst =
-                    off.into_iter().fold(worst, |worst, off| if off > worst { off } else { worst });
-                contact.limit = limit;
-            }
-            if worst < f64::from(tolerance) && speed.iter().all(|speed| speed.is_finite()) {
-                for (end, &slot) in (0u32..).zip(&*slots) {
-                    velocity[slot as usize] = speed[place(end) as usize].as_vec2();
-                }
-                for contact in &*contacts {
-                    let constraint = &mut constraints[contact.index as usize];
-                    let impulse = contact.impulse.as_vec2();
-                    (constraint.normal_impulse, constraint.tangent_impulse) =
-                        (impulse.x, impulse.y);
-                }
-                return (true, round + 1);
-            }
+        self.stiffness = STIFFNESS * heaviest;
+        self.start.clone_from(&self.speed);
+    }
+
+    /// Sets up the system of a round, with the contacts that hold at the present velocities.
+    fn assemble(&mut self) {
+        let DirectSolver { system, speed, target, holding, stiffness, .. } = self;
+        system.clear();
+        target.clone_from(&self.momentum);
+        for (end, &mass) in (0u32..).zip(&self.masses) {
+            system.add_diagonal(end, DMat2::from_diagonal(DVec2::splat(mass)));
         }
-        (false, ROUNDS_MAX)
+        holding.clear();
+        for contact in &self.contacts {
+            let (springs, holds) = contact.springs(speed, *stiffness);
+            let relative = contact.relative(speed);
+            let (mut block, mut impulse) = (DMat2::ZERO, contact.vector(springs));
+            for (holds, axis) in holds.into_iter().zip([contact.normal, contact.normal.perp()]) {
+                if holds {
+                    block += DMat2::from_cols(axis * axis.x, axis * axis.y) * *stiffness;
+                    impulse += axis * (axis.dot(relative) * *stiffness);
+                }
+            }
+            push(target, contact.ends, impulse);
+            for end in contact.ends.into_iter().flatten() {
+                system.add_diagonal(end, block);
+            }
+            if let [Some(a), Some(b)] = contact.ends {
+                system.add(a, b, -block);
+            }
+            holding.push(holds);
+        }
+    }
+
+    /// Goes to the lowest point on the way to the solution of a round.
+    fn step_to_lowest(&mut self) {
+        self.change.clear();
+        let ways = self.target.iter().zip(&self.speed).map(|(&to, &from)| to - from);
+        self.change.extend(ways);
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..HALVINGS {
+            let share = 0.5 * (low + high);
+            let at = |(&from, &change): (&DVec2, &DVec2)| from + change * share;
+            self.next.clear();
+            self.next.extend(self.speed.iter().zip(&self.change).map(at));
+            *(if self.slope() < 0.0 { &mut low } else { &mut high }) = share;
+        }
+        for (speed, change) in self.speed.iter_mut().zip(&self.change) {
+            *speed += *change * high;
+        }
+    }
+
+    /// Slope along the change, at the next velocities, of what a round minimizes, which is convex.
+    fn slope(&self) -> f64 {
+        let mut sum = 0.0;
+        let bodies = self.next.iter().zip(&self.momentum).zip(&self.masses).zip(&self.change);
+        for (((&speed, &momentum), &mass), &change) in bodies {
+            sum += (speed * mass - momentum).dot(change);
+        }
+        for contact in &self.contacts {
+            let (springs, _) = contact.springs(&self.next, self.stiffness);
+            sum -= contact.vector(springs).dot(contact.relative(&self.change));
+        }
+        sum
+    }
+
+    /// Writes velocities and impulses back.
+    fn write(&self, constraints: &mut [ContactConstraint], velocity: &mut [Vec2]) {
+        for (&slot, &end) in self.slots.iter().zip(&self.order.index_of) {
+            velocity[slot as usize] = self.speed[end as usize].as_vec2();
+        }
+        for contact in &self.contacts {
+            let constraint = &mut constraints[contact.index as usize];
+            let impulse = contact.impulse.as_vec2();
+            (constraint.normal_impulse, constraint.tangent_impulse) = (impulse.x, impulse.y);
+        }
     }
 }
 
