@@ -11,7 +11,7 @@
 //! from its free end: the change of each is that of the momentum beyond it.
 
 use super::gauss_seidel::{Change, solve_friction};
-use crate::math::max;
+use crate::math::{max, without_dust};
 use crate::solver::contact_constraint::ContactConstraint;
 use crate::solver::pava::{Node, Pool, pool};
 use glam::Vec2;
@@ -276,7 +276,7 @@ impl Chains {
             let above = link.map_or(0.0, |constraint| constraint.normal_impulse);
             let closing_max = link.map_or(0.0, |constraint| -constraint.min_normal_velocity);
             // Without the chain's own impulses.
-            let speed = velocity[body as usize][axis] + (above - below) / mass;
+            let speed = without_dust(velocity[body as usize][axis] + (above - below) / mass);
             self.nodes.push(Node { speed, mass, closing_max });
             below = above;
         }

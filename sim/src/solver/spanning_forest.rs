@@ -14,7 +14,7 @@
 //! rises, and the rest of the sweep corrects the contacts in no tree.
 
 use super::gauss_seidel::limited;
-use crate::math::{clamp, max};
+use crate::math::{clamp, max, without_dust};
 use crate::solver::contact_constraint::ContactConstraint;
 use crate::solver::tolerances::{FOREST_SHARE_MIN, OVERSHOOT};
 use glam::Vec2;
@@ -366,7 +366,8 @@ fn classify<const FRICTION: bool>(
 fn stick_change(node: &Node, constraint: &ContactConstraint, velocity: &[Vec2]) -> Vec2 {
     let relative = constraint.relative_velocity(velocity);
     let relative = if node.slot == constraint.b { relative } else { -relative };
-    node.normal * constraint.min_normal_velocity - relative
+    let change = node.normal * constraint.min_normal_velocity - relative;
+    Vec2::new(without_dust(change.x), without_dust(change.y))
 }
 
 /// The apparent mass and the impulse that a node passes to its carrier.

@@ -16,7 +16,7 @@
 use super::gauss_seidel::{Change, limited, solve_contact, visit_change};
 use super::graph_coloring::ColoredContacts;
 use crate::features::GENERAL_ONLY;
-use crate::math::max;
+use crate::math::{max, without_dust};
 use crate::solver::chains::Chains;
 use crate::solver::contact_constraint::ContactConstraint;
 use crate::solver::spanning_forest::SpanningForest;
@@ -338,16 +338,20 @@ fn extrapolate<const FRICTION: bool>(
 ) {
     if let Some(beta) = beta {
         let normal = max(constraint.normal_impulse + beta * constraint.normal_direction, 0.0);
-        constraint.normal_direction = beta * constraint.normal_direction
-            + (constraint.normal_impulse - constraint.normal_before);
+        constraint.normal_direction = without_dust(
+            beta * constraint.normal_direction
+                + (constraint.normal_impulse - constraint.normal_before),
+        );
         let normal_change = normal - constraint.normal_impulse;
         let mut tangent_change = 0.0;
         if FRICTION {
             let limit = constraint.friction * normal;
             let tangent =
                 limited(constraint.tangent_impulse + beta * constraint.tangent_direction, limit);
-            constraint.tangent_direction = beta * constraint.tangent_direction
-                + (constraint.tangent_impulse - constraint.tangent_before);
+            constraint.tangent_direction = without_dust(
+                beta * constraint.tangent_direction
+                    + (constraint.tangent_impulse - constraint.tangent_before),
+            );
             tangent_change = tangent - constraint.tangent_impulse;
             constraint.tangent_impulse = tangent;
         }
