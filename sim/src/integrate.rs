@@ -8,7 +8,7 @@
 
 use crate::bodies::{Bodies, REACH_MIN};
 use crate::forces::{Kind, Move};
-use crate::math::{clamp, clamp_length, max, min, without_dust};
+use crate::math::{clamp, clamp_length, max, min};
 use crate::solver::contact_constraint::{ContactConstraint, ContactInfo, ContactSet};
 use crate::solver::step_context::StepContext;
 use crate::solver::tolerances::{OVERLAP, REST_SHARE, ROUNDING, SPEED_ROUNDING};
@@ -50,9 +50,7 @@ pub(crate) fn accelerate(
         start_velocity[slot] = speed;
         is_finite &= (position.x + speed.x + position.y + speed.y).is_finite();
         if Bodies::is_pushed(motion[slot]) {
-            let faster = speed + gain * gravity_scale[slot];
-            let clean = Vec2::new(without_dust(faster.x), without_dust(faster.y));
-            velocity[slot] = clamp_length(clean, speed_max);
+            velocity[slot] = clamp_length(speed + gain * gravity_scale[slot], speed_max);
         }
     }
     is_finite
