@@ -34,7 +34,7 @@ const RELAXATION_US: [f32; 9] = [0.03, 0.03, 0.0, 0.010, 0.028, 0.0, 0.0, 0.0, 0
 /// Of each body for each player and zone: tools and rules look at all bodies.
 const LOOK_US: f32 = 0.003;
 
-/// What any tick may take, microseconds: the first ticks of a game, and memory that is not in the cache.
+/// Time added to every estimate, microseconds: for the first ticks of a game, and for memory that is not in the cache.
 const ANY_TICK_US: f32 = 4.0;
 /// The worst tick promised is this many times as long as the worst that a trial has to expect by its counts: games have worse
 /// moments than a trial, and ticks take longer than others with the same counts. Where players can do nothing, what
@@ -47,7 +47,7 @@ const DEVIATIONS: f32 = 1.5;
 /// Stirred periods from which this holds; of fewer the worst counts.
 const STIRRED_MIN: usize = 8;
 
-/// What a trial found.
+/// Findings of a trial.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Trial {
     /// Ticks that were played.
@@ -106,7 +106,7 @@ fn worst(peaks: &[f32]) -> f32 {
     peaks.iter().copied().fold(0.0, max)
 }
 
-/// What the worst tick of a period seldom exceeds.
+/// Time that the worst tick of a period seldom exceeds, microseconds.
 fn spread(peaks: &[f32]) -> f32 {
     if peaks.len() < STIRRED_MIN {
         return worst(peaks);
@@ -294,7 +294,7 @@ mod tests {
         let dense = blocks(30, 60, "area = [[8, 8], [26, 26]]\nradius = 1");
         let sparse = blocks(300, 60, "area = [[8, 8], [290, 290]]\nradius = 1");
         let ms = [&dense, &sparse].map(|scene| worst_tick(scene).ms);
-        assert!(ms[1] < 0.8 * ms[0], "{ms:?}");
+        assert!(ms[1] < 0.7 * ms[0], "{ms:?}");
         assert_eq!(WorstTick::of(&dense), WorstTick::of(&sparse), "by their limits");
     }
 

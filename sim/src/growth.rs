@@ -1,7 +1,7 @@
-//! Growth of long lists: by a quarter, where a `Vec` would double; and when scratch is worth its memory no more.
+//! Growth of long lists, by a quarter where a `Vec` would double, and when to release scratch.
 
-/// Steps in which the use of scratch is looked at, how many times as large as that is far too large, and the items that are
-/// not worth it.
+/// Steps over which the use of scratch is watched. It is released if there is room for more than [`FAR_TOO_LARGE`] times the
+/// items that were used, and [`ITEMS_MIN`] more.
 const WATCHED_STEPS: u32 = 128;
 const FAR_TOO_LARGE: usize = 4;
 const ITEMS_MIN: usize = 256;

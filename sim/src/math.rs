@@ -91,8 +91,8 @@ pub fn sin_cos(angle: f64) -> (f64, f64) {
     (libm::sin(angle), libm::cos(angle))
 }
 
-/// The number without what is left below some 1e-19 of it: friction passes an ever smaller share of a speed from row to row
-/// of a tower, and arithmetic on subnormal numbers takes a hundred times as long.
+/// Rounds a number below 1e-12 to a multiple of some 1e-19, and hardly changes others. Friction passes an ever smaller share of
+/// a speed from row to row of a tower; once speeds are subnormal a step takes five times as long.
 #[inline]
 pub(crate) fn without_dust(number: f32) -> f32 {
     const DUST: f32 = 1e-12;

@@ -41,8 +41,9 @@ const IMPACTS_MAX: u32 = 32;
 /// A pair is fast if one of the two moves in a step by more than this many half-sizes of the
 /// smaller one.
 const FAST: f32 = 4.0;
-/// Predictions of a step, for each body that moves and for all of them, beyond which the impacts that are left are those of a
-/// crowd, in worlds of more moving bodies than this. In a small room a few fast ones may need more, and gain energy without.
+/// Predictions of a step, for each body that can move and for all of them, beyond which the impacts that are left are those of
+/// a crowd, in worlds of more such bodies than [`FEW_BODIES`]. In a small room a few fast ones may need more, and gain energy
+/// without: there [`PREDICTIONS_FEW_MAX`] bounds the step.
 const PREDICTIONS_PER_BODY: u64 = 40;
 const PREDICTIONS_MIN: u64 = 40_000;
 const FEW_BODIES: usize = 128;
@@ -119,7 +120,7 @@ impl ImpactQueue {
         ImpactQueue { predictions: self.predictions, ..ImpactQueue::default() }
     }
 
-    /// Begins a step of a world of so many slots and movable bodies.
+    /// Begins a step of a world with this number of slots and of movable bodies.
     pub fn begin(&mut self, slots: usize, movable: usize) {
         self.movable = movable;
         self.impacts.clear();
@@ -496,7 +497,8 @@ impl ImpactQueue {
     }
 }
 
-/// Predictions beyond which the impacts that are left in a step are those of a crowd, in a world of so many movable bodies.
+/// Predictions beyond which the impacts that are left in a step are those of a crowd, in a world of `movable` bodies that can
+/// move.
 fn max_predictions(movable: usize) -> u64 {
     match movable {
         0..=FEW_BODIES => PREDICTIONS_FEW_MAX,

@@ -20,7 +20,7 @@ use crate::narrow_phase::separation;
 use crate::narrow_phase::separation::placed;
 use glam::Vec2;
 
-/// Rounds: in a corner a body that leaves one wall may end in the other. The last one sees only what stands still: a body
+/// Rounds: in a corner a body that leaves one wall may end in the other. The last one sees only static bodies: what is
 /// between a platform and the ground stays above the ground.
 const ROUNDS: u32 = 4;
 
@@ -134,7 +134,7 @@ impl StaticClamp {
     }
 }
 
-/// Whether one side of a pair stands still for ever.
+/// Whether one side of a pair is static.
 fn is_fixed(bodies: &Bodies, pair: &Pair) -> bool {
     [pair.a, pair.b].iter().any(|&slot| bodies.motion[slot as usize] == Motion::Static)
 }

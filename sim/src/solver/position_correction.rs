@@ -54,7 +54,7 @@ const SHALLOW_ROUNDS: u32 = 40;
 const SHALLOW_SLOPS: f32 = 4.0;
 /// Pushes that take as long as a visit of a pass.
 const PUSHES_PER_VISIT: u64 = 8;
-/// Share of the slop to which a push reduces an overlap. With less, bodies packed closely push each other to and fro.
+/// Share of the slop to which a push reduces an overlap. With 0.9 or 0.98 more crowds that were crushed end beyond the slop.
 const PUSHED_SLOP: f32 = 0.95;
 /// [`LAYERS`] around other overlaps of such an island.
 const LIGHT_LAYERS: u8 = 2;

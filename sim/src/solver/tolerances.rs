@@ -95,7 +95,7 @@ pub(crate) const AGITATED_MIN: f32 = 0.12;
 /// With 30 a heavy ball comes to rest later.
 pub(crate) const SLOW: f32 = 80.0;
 /// Moving bodies beyond which all islands are swept as a whole. A rain of this size is full of shafts
-/// and arches when it lands; one that is not solved to the end goes on collapsing. See `islands` for what
+/// and arches when it lands; one that is not solved to the end continues to collapse. See `islands` for what
 /// else makes an island depend on the rest of the world.
 pub(crate) const LARGE_WORLD: usize = 6000;
 /// Residual of the warm start, in tolerances, below which the first sweep does without a forest.

@@ -1,4 +1,4 @@
-//! What a step had to do, counted: a measure of its time that no machine changes.
+//! Counts of the work of a step: a measure of its time that is the same on every machine.
 
 use super::World;
 use crate::solver::Solver;
@@ -28,7 +28,7 @@ pub struct StepCounts {
 }
 
 impl World {
-    /// What the last step had to do. A step of the conjugate solver that began again, because it woke
+    /// Counts of the last step. A step of the conjugate solver that began again, because it woke
     /// bodies, counts with its last attempt.
     pub fn step_counts(&self) -> StepCounts {
         let (moving, pairs) = (self.bodies.moving.len(), self.pairs.pairs.len());

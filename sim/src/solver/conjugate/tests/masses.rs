@@ -22,7 +22,7 @@ fn heaps_of_any_masses_throw_nothing_far_up() {
     }
 }
 
-/// `count` discs and boxes of masses that differ by up to so many decades, between two walls.
+/// `count` discs and boxes between two walls, whose masses differ by up to this number of decades.
 fn heap(rng: &mut Rng, count: usize, decades: f32) -> World {
     let mut world = World::new(WorldSettings {
         gravity: Vec2::new(0.0, -50.0),
