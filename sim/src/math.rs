@@ -91,10 +91,12 @@ pub fn sin_cos(angle: f64) -> (f64, f64) {
     (libm::sin(angle), libm::cos(angle))
 }
 
+/// See [`without_dust`].
+pub(crate) const DUST: f32 = 1e-12;
+
 /// Rounds a number below 1e-12 to a multiple of some 1e-19, and hardly changes others. Friction passes an ever smaller share of
 /// a speed from row to row of a tower; once speeds are subnormal a step takes five times as long.
 #[inline]
 pub(crate) fn without_dust(number: f32) -> f32 {
-    const DUST: f32 = 1e-12;
     (number + DUST) - DUST
 }

@@ -1,4 +1,4 @@
-//! Graph colouring: contacts of one colour share no movable body, so eight of them are solved side
+//! Graph colouring: contacts of one colour share no movable body, so four of them are solved side
 //! by side, in the lanes of vector registers.
 //!
 //! Colours are greedy, in the order of the contacts: each takes the lowest colour that neither of
@@ -10,39 +10,38 @@
 //! [`solve_contact`]: super::gauss_seidel::solve_contact
 
 use super::contact_constraint::ContactConstraint;
-use super::gauss_seidel::{Change, limited};
+use super::gauss_seidel::Change;
 use crate::growth::push;
-use crate::math::{max, without_dust};
-use glam::Vec2;
+use crate::math::{DUST, max};
+use glam::{Vec2, Vec4};
 
 /// Contacts that are solved side by side.
-const LANES: usize = 8;
+const LANES: usize = 4;
+/// In place of a constraint's index.
+const EMPTY: u32 = u32::MAX;
 /// Colours; a contact for which none is left has lanes of its own.
 const COLORS_MAX: usize = 64;
 
-/// A number of each contact.
-type Lanes = [f32; LANES];
-
-/// Contacts of one colour. Lanes from `count` on are empty: they change nothing.
+/// Contacts of one colour. Empty lanes change nothing.
 #[derive(Clone, Debug, Default)]
 struct WideContact {
-    count: usize,
+    /// Indices of the constraints; [`EMPTY`] where there is none.
     constraints: [u32; LANES],
     a: [u32; LANES],
     b: [u32; LANES],
-    normal_x: Lanes,
-    normal_y: Lanes,
-    min_normal_velocity: Lanes,
-    effective_mass: Lanes,
-    inv_mass_a: Lanes,
-    inv_mass_b: Lanes,
-    friction: Lanes,
-    normal_impulse: Lanes,
-    tangent_impulse: Lanes,
-    normal_before: Lanes,
-    tangent_before: Lanes,
-    normal_direction: Lanes,
-    tangent_direction: Lanes,
+    normal_x: Vec4,
+    normal_y: Vec4,
+    min_normal_velocity: Vec4,
+    effective_mass: Vec4,
+    inv_mass_a: Vec4,
+    inv_mass_b: Vec4,
+    friction: Vec4,
+    normal_impulse: Vec4,
+    tangent_impulse: Vec4,
+    normal_before: Vec4,
+    tangent_before: Vec4,
+    normal_direction: Vec4,
+    tangent_direction: Vec4,
 }
 
 /// The contacts of an island by colour, and scratch.
@@ -70,7 +69,7 @@ impl ColoredContacts {
         for &index in indices {
             let constraint = &constraints[index as usize];
             let color = self.next_color(constraint);
-            self.color_of.push(color as u8);
+            push(&mut self.color_of, color as u8);
             ends[color] += 1;
         }
         for &index in indices {
@@ -125,7 +124,7 @@ impl ColoredContacts {
         change: &mut Change,
         factor: f32,
     ) {
-        let (mut worst, mut squared) = ([0.0; LANES], [0.0; LANES]);
+        let (mut worst, mut squared) = (Vec4::ZERO, Vec4::ZERO);
         for wide in &mut self.wide {
             wide.solve::<FRICTION>(velocity, &mut worst, &mut squared, factor);
         }
@@ -145,7 +144,8 @@ impl ColoredContacts {
     /// Copies the impulses back.
     pub fn store(&self, constraints: &mut [ContactConstraint]) {
         for wide in &self.wide {
-            for lane in 0..wide.count {
+            let lanes = (0..LANES).filter(|&lane| wide.constraints[lane] != EMPTY);
+            for lane in lanes {
                 let constraint = &mut constraints[wide.constraints[lane] as usize];
                 constraint.normal_impulse = wide.normal_impulse[lane];
                 constraint.tangent_impulse = wide.tangent_impulse[lane];
@@ -159,7 +159,7 @@ impl WideContact {
         let first = &constraints[members[0] as usize];
         // Empty lanes read velocities of the first contact's bodies.
         let mut wide = WideContact {
-            count: members.len(),
+            constraints: [EMPTY; LANES],
             a: [first.a; LANES],
             b: [first.b; LANES],
             ..WideContact::default()
@@ -191,93 +191,96 @@ impl WideContact {
     fn solve<const FRICTION: bool>(
         &mut self,
         velocity: &mut [Vec2],
-        worst: &mut Lanes,
-        squared: &mut Lanes,
+        worst: &mut Vec4,
+        squared: &mut Vec4,
         factor: f32,
     ) {
         let (x, y) = self.relative_velocities(velocity);
-        let (mut impulse_x, mut impulse_y) = ([0.0; LANES], [0.0; LANES]);
-        for lane in 0..LANES {
-            let (normal_x, normal_y) = (self.normal_x[lane], self.normal_y[lane]);
-            let excess = normal_x * x[lane] + normal_y * y[lane] - self.min_normal_velocity[lane];
-            let before = self.normal_impulse[lane];
-            let normal = max(before - factor * excess * self.effective_mass[lane], 0.0);
-            let normal_change = normal - before;
-            self.normal_impulse[lane] = normal;
-            let mut tangent_change = 0.0;
-            if FRICTION {
-                let slide = without_dust(normal_x * y[lane] - normal_y * x[lane]);
-                let before = self.tangent_impulse[lane];
-                let wanted = before - factor * slide * self.effective_mass[lane];
-                let tangent = limited(wanted, self.friction[lane] * normal);
-                tangent_change = tangent - before;
-                self.tangent_impulse[lane] = tangent;
-            }
-            impulse_x[lane] = normal_x * normal_change - normal_y * tangent_change;
-            impulse_y[lane] = normal_y * normal_change + normal_x * tangent_change;
-            let inv_mass = self.inv_mass_a[lane] + self.inv_mass_b[lane];
-            let off = max(normal_change.abs(), tangent_change.abs()) * inv_mass;
-            worst[lane] = max(worst[lane], off);
-            let normal_off = normal - self.normal_before[lane];
-            let tangent_off = self.tangent_impulse[lane] - self.tangent_before[lane];
-            squared[lane] += (normal_off * normal_off + tangent_off * tangent_off) * inv_mass;
+        let excess = self.normal_x * x + self.normal_y * y - self.min_normal_velocity;
+        let before = self.normal_impulse;
+        let normal = greater(before - factor * excess * self.effective_mass, Vec4::ZERO);
+        let normal_change = normal - before;
+        self.normal_impulse = normal;
+        let mut tangent_change = Vec4::ZERO;
+        if FRICTION {
+            let slide = (self.normal_x * y - self.normal_y * x + DUST) - DUST;
+            let before = self.tangent_impulse;
+            let wanted = before - factor * slide * self.effective_mass;
+            self.tangent_impulse = limited(wanted, self.friction * normal);
+            tangent_change = self.tangent_impulse - before;
         }
-        self.apply(velocity, &impulse_x, &impulse_y);
+        let inv_mass = self.inv_mass_a + self.inv_mass_b;
+        *worst = greater(*worst, greater(normal_change.abs(), tangent_change.abs()) * inv_mass);
+        let normal_off = normal - self.normal_before;
+        let tangent_off = self.tangent_impulse - self.tangent_before;
+        *squared += (normal_off * normal_off + tangent_off * tangent_off) * inv_mass;
+        self.apply(velocity, normal_change, tangent_change);
     }
 
     #[inline]
     fn extrapolate<const FRICTION: bool>(&mut self, velocity: &mut [Vec2], beta: Option<f32>) {
         let Some(beta) = beta else {
-            self.normal_direction = [0.0; LANES];
-            self.tangent_direction = [0.0; LANES];
+            self.normal_direction = Vec4::ZERO;
+            self.tangent_direction = Vec4::ZERO;
             self.normal_before = self.normal_impulse;
             self.tangent_before = self.tangent_impulse;
             return;
         };
-        let (mut impulse_x, mut impulse_y) = ([0.0; LANES], [0.0; LANES]);
-        for lane in 0..LANES {
-            let before = self.normal_impulse[lane];
-            let direction = beta * self.normal_direction[lane];
-            let normal = max(before + direction, 0.0);
-            self.normal_direction[lane] = direction + (before - self.normal_before[lane]);
-            self.normal_impulse[lane] = normal;
-            self.normal_before[lane] = normal;
-            let normal_change = normal - before;
-            let mut tangent_change = 0.0;
-            if FRICTION {
-                let before = self.tangent_impulse[lane];
-                let direction = beta * self.tangent_direction[lane];
-                let tangent = limited(before + direction, self.friction[lane] * normal);
-                self.tangent_direction[lane] = direction + (before - self.tangent_before[lane]);
-                self.tangent_impulse[lane] = tangent;
-                self.tangent_before[lane] = tangent;
-                tangent_change = tangent - before;
-            }
-            let (normal_x, normal_y) = (self.normal_x[lane], self.normal_y[lane]);
-            impulse_x[lane] = normal_x * normal_change - normal_y * tangent_change;
-            impulse_y[lane] = normal_y * normal_change + normal_x * tangent_change;
+        let before = self.normal_impulse;
+        let direction = beta * self.normal_direction;
+        let normal = greater(before + direction, Vec4::ZERO);
+        self.normal_direction = direction + (before - self.normal_before);
+        self.normal_impulse = normal;
+        self.normal_before = normal;
+        let normal_change = normal - before;
+        let mut tangent_change = Vec4::ZERO;
+        if FRICTION {
+            let before = self.tangent_impulse;
+            let direction = beta * self.tangent_direction;
+            let tangent = limited(before + direction, self.friction * normal);
+            self.tangent_direction = direction + (before - self.tangent_before);
+            self.tangent_impulse = tangent;
+            self.tangent_before = tangent;
+            tangent_change = tangent - before;
         }
-        self.apply(velocity, &impulse_x, &impulse_y);
+        self.apply(velocity, normal_change, tangent_change);
     }
 
     /// Velocities of b relative to a.
-    #[inline]
-    fn relative_velocities(&self, velocity: &[Vec2]) -> (Lanes, Lanes) {
-        let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
-        for lane in 0..LANES {
-            let relative = velocity[self.b[lane] as usize] - velocity[self.a[lane] as usize];
-            (x[lane], y[lane]) = (relative.x, relative.y);
-        }
-        (x, y)
+    #[inline(always)]
+    fn relative_velocities(&self, velocity: &[Vec2]) -> (Vec4, Vec4) {
+        let of = |lane: usize| velocity[self.b[lane] as usize] - velocity[self.a[lane] as usize];
+        let [first, second, third, fourth] = [of(0), of(1), of(2), of(3)];
+        (
+            Vec4::new(first.x, second.x, third.x, fourth.x),
+            Vec4::new(first.y, second.y, third.y, fourth.y),
+        )
     }
 
-    /// Applies an impulse to each b and its opposite to a.
-    #[inline]
-    fn apply(&self, velocity: &mut [Vec2], impulse_x: &Lanes, impulse_y: &Lanes) {
-        for lane in 0..self.count.min(LANES) {
-            let impulse = Vec2::new(impulse_x[lane], impulse_y[lane]);
-            velocity[self.a[lane] as usize] -= impulse * self.inv_mass_a[lane];
-            velocity[self.b[lane] as usize] += impulse * self.inv_mass_b[lane];
+    /// Applies impulses to each b and their opposites to a.
+    #[inline(always)]
+    fn apply(&self, velocity: &mut [Vec2], normal: Vec4, tangent: Vec4) {
+        let x = (self.normal_x * normal - self.normal_y * tangent).to_array();
+        let y = (self.normal_y * normal + self.normal_x * tangent).to_array();
+        let (inv_mass_a, inv_mass_b) = (self.inv_mass_a.to_array(), self.inv_mass_b.to_array());
+        for lane in 0..LANES {
+            let impulse = Vec2::new(x[lane], y[lane]);
+            velocity[self.a[lane] as usize] -= impulse * inv_mass_a[lane];
+            velocity[self.b[lane] as usize] += impulse * inv_mass_b[lane];
         }
     }
+}
+
+/// See `math::max`: `Vec4::max` differs between machines where a number is not one.
+#[inline(always)]
+fn greater(a: Vec4, b: Vec4) -> Vec4 {
+    Vec4::select(a.cmpgt(b), a, b)
+}
+
+/// See `gauss_seidel::limited`.
+#[inline(always)]
+fn limited(tangent: Vec4, limit: Vec4) -> Vec4 {
+    let low = Vec4::select(tangent.cmplt(-limit), -limit, tangent);
+    let within = Vec4::select(low.cmpgt(limit), limit, low) + Vec4::ZERO;
+    Vec4::select(limit.cmpgt(Vec4::ZERO), within, Vec4::ZERO)
 }

@@ -64,7 +64,7 @@ pub(crate) struct SweepLimits {
 pub(crate) enum Sequence {
     /// One after another, with forests.
     Forests,
-    /// By colour, eight at a time: less than half of the time, for sweeps that end early anyway.
+    /// By colour, four at a time: less than half of the time, for sweeps that end early anyway.
     Colors,
 }
 
