@@ -15,7 +15,7 @@ use crate::bodies::Bodies;
 use crate::broad_phase::pairs::Pair;
 use crate::growth::push;
 use crate::integrate::Displacements;
-use crate::math::{clamp_length, max, min};
+use crate::math::{clamp_length, max};
 use crate::narrow_phase::manifold::Manifold;
 use crate::narrow_phase::overlap::spread_manifold;
 use crate::narrow_phase::separation::{self, placed};
@@ -29,7 +29,9 @@ use crate::solver::step_context::StepContext;
 use crate::solver::sweep::{self, Blocks, Sequence, SweepLimits};
 use crate::solver::tolerances::{POSITION_MIN, POSITION_SHARE, SLOP_SHARE};
 use glam::Vec2;
+use pushes::{PushLimits, Pushes};
 
+mod pushes;
 #[cfg(test)]
 mod tests;
 
@@ -46,16 +48,6 @@ const LAYERS: u8 = 8;
 /// Overlap that counts as deep, in slops: a whole pass is worth its time even in an island that moves on. With 10 a heap at
 /// one point takes more than a second to come apart, and with 100 overlaps of bodies are twice as deep.
 const DEEP_SLOPS: f32 = 30.0;
-/// Rounds of pushes: with more, a heap that was compressed takes longer to come apart.
-const PUSH_ROUNDS: u32 = 6;
-/// Rounds of pushes for overlaps of at most [`SHALLOW_SLOPS`] slops between bodies that move past each other by at most as
-/// much in a step: a crowd that comes to rest then keeps within the slop.
-const SHALLOW_ROUNDS: u32 = 40;
-const SHALLOW_SLOPS: f32 = 4.0;
-/// Pushes that take as long as a visit of a pass.
-const PUSHES_PER_VISIT: u64 = 8;
-/// Share of the slop to which a push reduces an overlap. With 0.9 or 0.98 more crowds that were crushed end beyond the slop.
-const PUSHED_SLOP: f32 = 0.95;
 /// [`LAYERS`] around other overlaps of such an island.
 const LIGHT_LAYERS: u8 = 2;
 /// Sweeps of a pass over it, by colour: with 6 a heap at one point takes more than a second.
@@ -76,6 +68,7 @@ pub(crate) struct PositionCorrection {
     taken: Vec<u32>,
     solved: Vec<Solved>,
     islands: Islands,
+    pushes: Pushes,
     /// By slot: whether any pass moved a body.
     has_moved: Vec<bool>,
 }
@@ -213,12 +206,10 @@ impl PositionCorrection {
             return 0;
         }
         let slop = settings.slop * PUSHED_FROM;
-        self.close.clear();
+        self.pushes.clear();
         let ContactSet { constraints, infos } = contacts;
         let mut any = false;
-        for (index, (constraint, info)) in
-            (0u32..).zip(constraints.iter_mut().zip(infos.iter_mut()))
-        {
+        for (constraint, info) in constraints.iter_mut().zip(infos.iter_mut()) {
             if info.correction == Correction::Thorough {
                 continue;
             }
@@ -226,7 +217,7 @@ impl PositionCorrection {
                 find_exact(bodies, constraint, info, pairs);
             }
             if info.separation_after < settings.correction_max {
-                self.close.push(index);
+                self.pushes.add(constraint, info);
                 any |= info.separation_after < -slop;
             }
         }
@@ -234,36 +225,11 @@ impl PositionCorrection {
             return 0;
         }
         moved.begin_pass();
-        let mut pushes = 0;
-        for round in 0..SHALLOW_ROUNDS {
-            if round == PUSH_ROUNDS {
-                let shallow = SHALLOW_SLOPS * slop;
-                self.close.retain(|&index| {
-                    let (constraint, info) = (&constraints[index as usize], &infos[index as usize]);
-                    moved.separation(constraint, info).abs() < shallow
-                        && constraint.relative_velocity(&bodies.velocity).length() * context.dt
-                            < shallow
-                });
-            }
-            let mut any = false;
-            pushes += self.close.len() as u64;
-            for &index in &self.close {
-                let constraint = &constraints[index as usize];
-                let separation = moved.separation(constraint, &infos[index as usize]);
-                if separation < -slop {
-                    any = true;
-                    let distance = min(-separation - slop * PUSHED_SLOP, settings.correction_max);
-                    let push = constraint.normal * (distance * constraint.effective_mass);
-                    constraint.apply(moved.path, push);
-                }
-            }
-            if !any {
-                break;
-            }
-        }
+        let limits = PushLimits { slop, distance_max: settings.correction_max };
+        let visits = self.pushes.find_paths(moved.path, bodies, context.dt, limits);
         moved.apply(bodies);
         moved.update_separations(contacts);
-        pushes / PUSHES_PER_VISIT
+        visits
     }
 
     /// Finds the displacements of a pass over an island. Returns the visits of its constraints.
@@ -309,8 +275,8 @@ impl PositionCorrection {
         self.ends.clear();
         for (index, (constraint, info)) in (0u32..).zip(constraints.iter().zip(infos.iter())) {
             if info.separation_after < settings.correction_max {
-                self.close.push(index);
-                self.ends.push(layers::movable_ends(constraint));
+                push(&mut self.close, index);
+                push(&mut self.ends, layers::movable_ends(constraint));
             }
         }
         layers::spread(&mut self.layer, &self.ends, LAYERS);
@@ -323,7 +289,7 @@ impl PositionCorrection {
                     (&mut constraints[index as usize], &mut infos[index as usize]);
                 find_exact(bodies, constraint, info, pairs);
                 if info.separation_after < settings.correction_max {
-                    self.taken.push(index);
+                    push(&mut self.taken, index);
                     push(&mut self.solved, Solved::replace(constraint, info, settings));
                 }
             }
