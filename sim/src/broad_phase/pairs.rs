@@ -22,8 +22,15 @@ const MARGIN: f32 = 0.25;
 /// Margin of the fat box of a body that does not move, beyond its reach, world units.
 const STATIC_MARGIN: f32 = 0.1;
 
-/// Bodies that are compared with every other one; where more have outgrown their boxes, sorting all is faster.
+/// Bodies that are compared with every other one, at least, and for each pair of a body; where more have outgrown their boxes,
+/// sorting all is faster.
 const RENEWED_MAX: usize = 32;
+const RENEWED_PER_PAIR: usize = 4;
+
+/// Margins of a box, left, right, below and above, relative to its body's reach, beyond which it is too large; those of a new
+/// one are at most 5.4. Where more than one in [`LARGE_BOXES_PART`] is, the list is built again.
+const LARGE_BOX: f32 = 12.0;
+const LARGE_BOXES_PART: usize = 16;
 
 /// Refreshes without a search after which its scratch is released.
 const IDLE_REFRESHES_MAX: u32 = 128;
@@ -108,7 +115,7 @@ pub(crate) struct PairList {
     is_over: bool,
     /// In a world that sleeps, all bodies outside the moving list.
     static_grid: Option<StaticGrid>,
-    /// Slots that have outgrown their boxes; one more than [`RENEWED_MAX`] stands for any number.
+    /// Slots that have outgrown their boxes, up to one more than are renewed.
     outgrown: Vec<u32>,
     /// By slot: whether its pairs were found again.
     renewed: Vec<bool>,
@@ -195,8 +202,10 @@ impl PairList {
     /// Makes the list complete for the present positions; returns whether it was changed. It is not complete where
     /// there are too many pairs.
     pub fn refresh(&mut self, bodies: &Bodies, filter: Filter) -> bool {
+        let pairs_a_body = self.pairs.len() / bodies.moving.len().max(1);
+        let renewed_max = RENEWED_MAX.max(RENEWED_PER_PAIR * pairs_a_body);
         if !self.stale {
-            self.find_outgrown(bodies);
+            self.find_outgrown(bodies, renewed_max + 1);
         }
         match self.outgrown.len() {
             _ if self.stale => self.rebuild(bodies, filter),
@@ -207,11 +216,27 @@ impl PairList {
                 }
                 return false;
             }
-            1..=RENEWED_MAX => self.renew(bodies, filter),
+            outgrown if outgrown <= renewed_max => self.renew(bodies, filter),
             _ => self.rebuild(bodies, filter),
         }
         self.is_over |= self.pairs.len() > filter.pairs_max;
         true
+    }
+
+    /// Marks the list as outdated where many bodies have slowed down so far that their boxes are much too large: most of its
+    /// pairs are then far apart. To be called where the reach of bodies is the largest of a step.
+    pub fn drop_large_boxes(&mut self, bodies: &Bodies) {
+        if self.stale {
+            return;
+        }
+        let fat = &self.fat;
+        let is_large = |&&slot: &&u32| {
+            let index = slot as usize;
+            let margins = fat[index].high - fat[index].low - 2.0 * bodies.half[index];
+            margins.x + margins.y > LARGE_BOX * (bodies.reach[index] + MARGIN)
+        };
+        let large = bodies.moving.iter().filter(is_large).count();
+        self.stale = large > bodies.moving.len() / LARGE_BOXES_PART;
     }
 
     /// Releases the memory that only a search needs.
@@ -221,8 +246,8 @@ impl PairList {
         (self.found, self.keys) = (Vec::new(), Vec::new());
     }
 
-    /// Finds bodies whose reach has left the box for which the list is complete.
-    fn find_outgrown(&mut self, bodies: &Bodies) {
+    /// Finds bodies whose reach has left the box for which the list is complete, `most` of them.
+    fn find_outgrown(&mut self, bodies: &Bodies, most: usize) {
         let fat = &self.fat;
         let outgrown = |&slot: &u32| {
             let index = slot as usize;
@@ -231,7 +256,7 @@ impl PairList {
         };
         self.outgrown.clear();
         let found = bodies.moving.iter().copied().filter(outgrown);
-        self.outgrown.extend(found.take(RENEWED_MAX + 1));
+        self.outgrown.extend(found.take(most));
     }
 
     /// Sorts and sweeps along the axis on which the bodies are spread out further.

@@ -10,6 +10,7 @@ use super::impact_prediction::{gravity_on, restitution, restitution_of};
 use crate::bodies::Bodies;
 use crate::broad_phase::pairs::Pair;
 use crate::continuous::paths::Paths;
+use crate::growth::push;
 use crate::math::{clamp, max};
 use crate::solver::contact_constraint::{ContactConstraint, ContactInfo, ContactSet};
 use crate::solver::step_context::StepContext;
@@ -53,6 +54,10 @@ impl Crowd {
             let (a, b) = (pair.a as usize, pair.b as usize);
             let gap = (bodies.center[b] - bodies.center[a]).abs() - bodies.half[a] - bodies.half[b];
             let gap = max(gap.x, gap.y);
+            if gap >= bodies.reach[a] + bodies.reach[b] {
+                // Which pairs are listed beyond their reach depends on when the list was built.
+                continue;
+            }
             if is_weightless && restitution(bodies, pair) >= 1.0 {
                 continue;
             }
@@ -95,7 +100,7 @@ impl Crowd {
                 if let Some(Bounce { time, .. }) =
                     next_bounce(bodies, constraint, info, paths, context)
                 {
-                    self.bounces.push(u64::from(time.to_bits()) << 32 | u64::from(index));
+                    push(&mut self.bounces, u64::from(time.to_bits()) << 32 | u64::from(index));
                 }
             }
             if self.bounces.is_empty() {

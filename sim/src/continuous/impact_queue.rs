@@ -141,46 +141,51 @@ impl ImpactQueue {
 
     /// Finds the bodies that may have an impact: those that bounce (of two that close faster than
     /// the threshold one is faster than half of it) and those that are fast. Returns whether there
-    /// are any. The reach of fast ones and of a gas is extended, since a bounce may make them faster: to twice their path,
-    /// and by their own thickness. Bodies that outrun it take another round.
-    pub fn extend_reach(&mut self, bodies: &mut Bodies, context: &StepContext) -> bool {
+    /// are any.
+    pub fn find_candidates(&mut self, bodies: &mut Bodies, context: &StepContext) -> bool {
         self.may_impact.clear();
         self.may_impact.resize(bodies.alive.len(), false);
-        let (bounce_speed, is_weightless) = (bounce_speed(context), context.gravity == Vec2::ZERO);
+        let bounce_speed = bounce_speed(context);
         let fast_speed = FAST * bodies.thinnest() / context.dt;
         let mut any = false;
-        for index in 0..bodies.moving.len() {
-            let slot = bodies.moving[index] as usize;
+        for &slot in &bodies.moving {
+            let slot = slot as usize;
             let squared = bodies.velocity[slot].length_squared();
             let may_bounce = bounce_speed < 0.0 || squared > bounce_speed * bounce_speed;
             let bounces = may_bounce && bodies.material[slot].restitution > 0.0;
-            let thickness = bodies.thickness(slot);
-            let own_fast_speed = FAST * thickness / context.dt;
-            let is_elastic = bounces && is_weightless && bodies.material[slot].restitution >= 1.0;
-            if is_elastic || squared > own_fast_speed * own_fast_speed {
-                bodies.reach[slot] += 0.5 * (squared.sqrt() * context.dt + thickness);
-            }
-            if bounces || squared > fast_speed * fast_speed {
-                self.may_impact[slot] = true;
-                any = true;
-            }
+            self.may_impact[slot] = bounces || squared > fast_speed * fast_speed;
+            any |= self.may_impact[slot];
         }
         any
     }
 
-    /// Leaves crowded bodies out; returns whether any other may have an impact.
+    /// Leaves crowded bodies out; returns whether any other may have an impact. The reach of fast ones and of a gas is extended,
+    /// since a bounce may make them faster: to twice their path, and by their own thickness. Bodies that outrun it take
+    /// another round.
     pub fn leave_out_crowd(
         &mut self,
-        bodies: &Bodies,
+        bodies: &mut Bodies,
         pairs: &[Pair],
         context: &StepContext,
     ) -> bool {
         self.crowd.find(bodies, pairs, &self.paths, context);
+        let is_weightless = context.gravity == Vec2::ZERO;
         let mut any = false;
-        for &slot in &bodies.moving {
+        for index in 0..bodies.moving.len() {
+            let slot = bodies.moving[index];
             let may_impact = &mut self.may_impact[slot as usize];
             *may_impact &= !self.crowd.has(slot);
-            any |= *may_impact;
+            if !*may_impact {
+                continue;
+            }
+            any = true;
+            let slot = slot as usize;
+            let (thickness, path) =
+                (bodies.thickness(slot), bodies.velocity[slot].length() * context.dt);
+            let is_elastic = is_weightless && bodies.material[slot].restitution >= 1.0;
+            if is_elastic || path > FAST * thickness {
+                bodies.reach[slot] += 0.5 * (path + thickness);
+            }
         }
         any
     }

@@ -10,7 +10,7 @@
 //!    moves (`agitation`) decides how:
 //!    - `warm_start`: the last step's impulses, as far as they cannot add energy,
 //!    - `sweep::solve_in_motion`: where bodies move past each other, a few over-relaxed sweeps over
-//!      `graph_coloring`: eight contacts at a time, that share no movable body,
+//!      `graph_coloring`: four contacts at a time, that share no movable body,
 //!    - `sweep`: Gauss-Seidel with conjugate directions until the residual is small, over
 //!      `spanning_forest`: the contacts that carry the load, solved exactly if none begins to slide
 //!      or to separate, `chains`: along an axis, solved exactly in any case by pooling (`pava`),
@@ -158,14 +158,17 @@ impl ConjugateSolver {
             forces.find_sprung(bodies, context.dt, &mut self.impact_queue.paths.sprung);
         }
         self.static_clamp.remember(bodies);
-        let may_bounce = self.reach(bodies, context, true);
+        let may_bounce =
+            self.reach(bodies, context) && self.impact_queue.find_candidates(bodies, context);
+        pairs.drop_large_boxes(bodies);
         pairs.refresh(bodies, context.filter);
         if may_bounce && !pairs.is_over() {
             if self.impact_queue.leave_out_crowd(bodies, &pairs.pairs, context) {
+                pairs.refresh(bodies, context.filter);
                 self.find_impacts(bodies, pairs, context);
+                self.reach(bodies, context);
+                pairs.refresh(bodies, context.filter);
             }
-            self.reach(bodies, context, false);
-            pairs.refresh(bodies, context.filter);
         } else {
             self.impact_queue.crowd.clear(bodies.alive.len());
         }
@@ -192,9 +195,8 @@ impl ConjugateSolver {
         }
     }
 
-    /// Sets the reach of each moving body; before bounces also for bodies that it may yet meet.
-    /// Returns whether there may be bounces.
-    fn reach(&mut self, bodies: &mut Bodies, context: &StepContext, bounces: bool) -> bool {
+    /// Sets the reach of each moving body. Returns whether one may bounce, or pass another within the step.
+    fn reach(&self, bodies: &mut Bodies, context: &StepContext) -> bool {
         let (fall, mut fastest) = (context.fall_distance(), 0.0);
         let thinnest = bodies.thinnest();
         let Bodies { moving, motion, velocity, reach, .. } = bodies;
@@ -207,8 +209,7 @@ impl ConjugateSolver {
             reach[slot] = self::reach(squared, fall, context.dt);
             fastest = max(fastest, squared);
         }
-        let may = context.features.restitution || fastest.sqrt() * context.dt > thinnest;
-        bounces && may && self.impact_queue.extend_reach(bodies, context)
+        context.features.restitution || fastest.sqrt() * context.dt > thinnest
     }
 
     /// Whether the step had bounces so far.
