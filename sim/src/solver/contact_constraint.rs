@@ -250,6 +250,12 @@ pub(crate) fn gather<const SHAPES: u8>(
         let manifold = if a.is_impacted || b.is_impacted {
             predict_manifold(bodies, paths, pair, path, dt)
         } else {
+            // Their boxes stay apart by more than any constraint looks ahead.
+            let thinnest = a.half.min(b.half).min_element();
+            let near = path.abs() + Vec2::splat(SPECULATIVE + fall + PUSHED_SHARE * thinnest);
+            if apart.x >= near.x || apart.y >= near.y {
+                continue;
+            }
             let [at_a, at_b] = [a.placed::<SHAPES>(pair.a), b.placed::<SHAPES>(pair.b)];
             separation::between(at_a, at_b, path, pair.axis)
         };
