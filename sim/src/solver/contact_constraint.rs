@@ -251,7 +251,7 @@ pub(crate) fn gather<const SHAPES: u8>(
             predict_manifold(bodies, paths, pair, path, dt)
         } else {
             // Their boxes stay apart by more than any constraint looks ahead.
-            let thinnest = a.half.min(b.half).min_element();
+            let thinnest = min(a.thickness(), b.thickness());
             let near = path.abs() + Vec2::splat(SPECULATIVE + fall + PUSHED_SHARE * thinnest);
             if apart.x >= near.x || apart.y >= near.y {
                 continue;
