@@ -30,7 +30,7 @@ use crate::math::max;
 use air::Air;
 pub(crate) use air::{Kind, Move};
 use drag::{Drag, FORCE_MAX};
-use energy_guard::EnergyGuard;
+use energy_guard::SpringGuard;
 use euler::{EulerBody, EulerGroups};
 use flight::Flight;
 use glam::Vec2;
@@ -71,7 +71,7 @@ pub(crate) struct Forces {
     euler_bodies: Vec<EulerBody>,
     flights: Vec<Flight>,
     networks: Vec<Network>,
-    guard: EnergyGuard,
+    guard: SpringGuard,
     obstacles: Obstacles,
     /// Slots and inverse masses of bodies that obstacles hold.
     masses: Vec<(u32, f32)>,

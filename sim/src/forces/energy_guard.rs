@@ -46,7 +46,7 @@ impl Group {
 
 /// The bodies at the start of a step, and their groups at its end.
 #[derive(Clone, Debug, Default)]
-pub(super) struct EnergyGuard {
+pub(super) struct SpringGuard {
     center: Vec<Vec2>,
     velocity: Vec<Vec2>,
     /// Pairs of slots that contacts acted on.
@@ -57,7 +57,7 @@ pub(super) struct EnergyGuard {
     groups: Vec<Group>,
 }
 
-impl EnergyGuard {
+impl SpringGuard {
     pub fn remember(&mut self, bodies: &Bodies) {
         self.center.clone_from(&bodies.center);
         self.velocity.clone_from(&bodies.velocity);

@@ -74,14 +74,14 @@ pub(crate) struct PositionCorrection {
 }
 
 /// By slot: how the corrections moved a body.
-struct Moved<'a> {
+struct Corrections<'a> {
     /// Path in the last pass.
     path: &'a mut [Vec2],
     /// Whether any pass moved it.
     ever: &'a mut [bool],
 }
 
-impl Moved<'_> {
+impl Corrections<'_> {
     /// Begins a pass.
     fn begin_pass(&mut self) {
         self.path.fill(Vec2::ZERO);
@@ -151,7 +151,7 @@ impl PositionCorrection {
         let mut has_moved = std::mem::take(&mut self.has_moved);
         has_moved.clear();
         has_moved.resize(slots, false);
-        let mut moved = Moved { path, ever: &mut has_moved };
+        let mut moved = Corrections { path, ever: &mut has_moved };
         let mut visits = 0;
         for pass in 0..settings.position_passes {
             if !self.find_overlaps(pass, bodies, contacts, pairs, settings) {
@@ -198,7 +198,7 @@ impl PositionCorrection {
         bodies: &mut Bodies,
         contacts: &mut ContactSet,
         pairs: &[Pair],
-        moved: &mut Moved,
+        moved: &mut Corrections,
         context: &StepContext,
     ) -> u64 {
         let settings = context.settings;
@@ -343,7 +343,7 @@ impl PositionCorrection {
         bodies: &mut Bodies,
         contacts: &ContactSet,
         displacement: &mut [Vec2],
-        moved: &mut Moved,
+        moved: &mut Corrections,
         settings: &Conjugate,
     ) {
         let limit = settings.correction_max;
