@@ -224,11 +224,9 @@ impl PairList {
     }
 
     /// Marks the list as outdated where many bodies have slowed down so far that their boxes are much too large: most of its
-    /// pairs are then far apart. To be called where the reach of bodies is the largest of a step.
-    pub fn drop_large_boxes(&mut self, bodies: &Bodies) {
-        if self.stale {
-            return;
-        }
+    /// pairs are then far apart. Returns whether it is. To be called between a refresh and the first impact, where reach
+    /// is extended for impacts already: a box that they need in every step is not too large.
+    pub fn drop_large_boxes(&mut self, bodies: &Bodies) -> bool {
         let fat = &self.fat;
         let is_large = |&&slot: &&u32| {
             let index = slot as usize;
@@ -236,7 +234,8 @@ impl PairList {
             margins.x + margins.y > LARGE_BOX * (bodies.reach[index] + MARGIN)
         };
         let large = bodies.moving.iter().filter(is_large).count();
-        self.stale = large > bodies.moving.len() / LARGE_BOXES_PART;
+        self.stale |= large > bodies.moving.len() / LARGE_BOXES_PART;
+        self.stale
     }
 
     /// Releases the memory that only a search needs.

@@ -8,7 +8,7 @@
 
 use super::impact_prediction::{gravity_on, restitution, restitution_of};
 use crate::bodies::Bodies;
-use crate::broad_phase::pairs::Pair;
+use crate::broad_phase::pairs::{Pair, near};
 use crate::continuous::paths::Paths;
 use crate::growth::push;
 use crate::math::{clamp, max};
@@ -54,7 +54,7 @@ impl Crowd {
             let (a, b) = (pair.a as usize, pair.b as usize);
             let gap = (bodies.center[b] - bodies.center[a]).abs() - bodies.half[a] - bodies.half[b];
             let gap = max(gap.x, gap.y);
-            if gap >= bodies.reach[a] + bodies.reach[b] {
+            if !near(bodies, pair.a, pair.b) {
                 // Which pairs are listed beyond their reach depends on when the list was built.
                 continue;
             }

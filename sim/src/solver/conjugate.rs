@@ -160,17 +160,20 @@ impl ConjugateSolver {
         self.static_clamp.remember(bodies);
         let may_bounce =
             self.reach(bodies, context) && self.impact_queue.find_candidates(bodies, context);
-        pairs.drop_large_boxes(bodies);
         pairs.refresh(bodies, context.filter);
+        let mut may_impact = false;
         if may_bounce && !pairs.is_over() {
-            if self.impact_queue.leave_out_crowd(bodies, &pairs.pairs, context) {
-                pairs.refresh(bodies, context.filter);
-                self.find_impacts(bodies, pairs, context);
-                self.reach(bodies, context);
-                pairs.refresh(bodies, context.filter);
-            }
+            may_impact = self.impact_queue.leave_out_crowd(bodies, &pairs.pairs, context);
         } else {
             self.impact_queue.crowd.clear(bodies.alive.len());
+        }
+        if pairs.drop_large_boxes(bodies) || may_impact {
+            pairs.refresh(bodies, context.filter);
+        }
+        if may_impact {
+            self.find_impacts(bodies, pairs, context);
+            self.reach(bodies, context);
+            pairs.refresh(bodies, context.filter);
         }
         let work = self.impact_queue.predictions + pairs.pairs.len() as u64;
         if self.spend(work) && !pairs.is_over() {

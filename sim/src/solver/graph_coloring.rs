@@ -25,7 +25,7 @@ const COLORS_MAX: usize = 64;
 /// Contacts of one colour. Empty lanes change nothing.
 #[derive(Clone, Debug, Default)]
 struct WideContact {
-    /// Indices of the constraints; [`EMPTY`] where there is none.
+    /// Indices of the constraints; [`EMPTY`] in an empty lane.
     constraints: [u32; LANES],
     a: [u32; LANES],
     b: [u32; LANES],

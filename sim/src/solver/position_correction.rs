@@ -9,7 +9,7 @@
 //! zero.
 //!
 //! Where bodies slide past each other the next step sees other overlaps, and least displacements are not worth
-//! their time: there each overlapping pair is pushed apart by itself (see [`Correction`]).
+//! their time: there overlapping pairs are pushed apart one by one (see `pushes` and [`Correction`]).
 
 use crate::bodies::Bodies;
 use crate::broad_phase::pairs::Pair;

@@ -20,7 +20,7 @@ const SLOP_LEFT: f32 = 0.95;
 /// Pushes that take as long as a visit of a pass.
 const PER_VISIT: u64 = 8;
 
-/// What pushes read of a contact, side by side: 28 bytes.
+/// A contact as pushes read it: 28 bytes.
 #[derive(Clone, Copy, Debug)]
 struct Push {
     a: u32,
