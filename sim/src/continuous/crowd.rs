@@ -24,7 +24,7 @@ const LOOKS: u32 = 4;
 /// The crowded bodies of a step, and scratch.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Crowd {
-    /// By slot: whether another body is close.
+    /// By slot: whether another body that can move is close.
     is_crowded: Vec<bool>,
     /// Time of a bounce, and index of its contact.
     bounces: Vec<u64>,
@@ -43,15 +43,21 @@ struct Bounce {
 }
 
 impl Crowd {
-    /// Finds the crowded bodies. Elastic ones without gravity never are: the contact solver would not keep their energy.
+    /// Finds the crowded bodies: those close to another one that can move. Elastic ones without gravity never are: the contact
+    /// solver would not keep their energy.
     pub fn find(&mut self, bodies: &Bodies, pairs: &[Pair], paths: &Paths, context: &StepContext) {
-        self.clear(bodies.alive.len());
+        self.is_crowded.clear();
+        self.is_crowded.resize(bodies.alive.len(), false);
         for &slot in &bodies.moving {
             self.is_crowded[slot as usize] = paths.sprung_acceleration(slot).is_some();
         }
         let is_weightless = context.gravity == Vec2::ZERO;
         for pair in pairs {
             let (a, b) = (pair.a as usize, pair.b as usize);
+            if bodies.inverse_mass[a] == 0.0 || bodies.inverse_mass[b] == 0.0 {
+                // A ball alone bounces off a floor on its exact path.
+                continue;
+            }
             let gap = (bodies.center[b] - bodies.center[a]).abs() - bodies.half[a] - bodies.half[b];
             let gap = max(gap.x, gap.y);
             if !near(bodies, pair.a, pair.b) {
@@ -64,17 +70,6 @@ impl Crowd {
             self.is_crowded[a] |= gap < CLOSE * bodies.thickness(a);
             self.is_crowded[b] |= gap < CLOSE * bodies.thickness(b);
         }
-    }
-
-    /// Counts all bodies as crowded.
-    pub fn add_all(&mut self) {
-        self.is_crowded.fill(true);
-    }
-
-    /// Forgets the crowded bodies: there are none.
-    pub fn clear(&mut self, slots: usize) {
-        self.is_crowded.clear();
-        self.is_crowded.resize(slots, false);
     }
 
     /// Whether a body is in a crowd.

@@ -226,7 +226,6 @@ impl ImpactQueue {
                 return Progress::OverBudget;
             }
             if self.predictions > enough {
-                self.crowd.add_all();
                 self.waiting.drain(..).for_each(|slot| self.waits[slot as usize] = false);
                 return Progress::Done;
             }
@@ -276,13 +275,13 @@ impl ImpactQueue {
     fn fill_queue(&mut self, bodies: &Bodies, pairs: &[Pair], context: &StepContext) {
         self.queue.clear();
         self.near.clear();
-        let goes_on = !self.waiting.is_empty();
+        let continues = !self.waiting.is_empty();
         for (index, pair) in (0u32..).zip(pairs) {
             if !near(bodies, pair.a, pair.b) {
                 continue;
             }
             self.near.push(index);
-            let counts = match goes_on {
+            let counts = match continues {
                 true => self.is_waiting(pair),
                 false => self.can_impact(pair.a) || self.can_impact(pair.b),
             };

@@ -164,8 +164,6 @@ impl ConjugateSolver {
         let mut may_impact = false;
         if may_bounce && !pairs.is_over() {
             may_impact = self.impact_queue.leave_out_crowd(bodies, &pairs.pairs, context);
-        } else {
-            self.impact_queue.crowd.clear(bodies.alive.len());
         }
         if pairs.drop_large_boxes(bodies) || may_impact {
             pairs.refresh(bodies, context.filter);

@@ -125,3 +125,33 @@ fn a_bounce_at_the_end_of_a_step_keeps_its_energy() {
         }
     }
 }
+
+/// A ball alone keeps the exact times of its bounces: it falls from a height, leaves at e times the speed, and so on.
+#[test]
+fn a_ball_alone_bounces_at_the_exact_times() {
+    let (restitution, gravity, drop) = (0.9, 50.0, 20.0);
+    let mut world = bouncy_world(gravity);
+    let ground =
+        BodyDef { shape: Shape::rect(40.0, 2.0), motion: Motion::Static, ..ball_at(0.0, -1.0) };
+    add(&mut world, BodyDef { restitution, ..ground });
+    let ball = BodyDef { shape: Shape::circle(1.0), ..ball_at(0.0, 1.0 + drop) };
+    let ball = add(&mut world, BodyDef { restitution, ..ball });
+    // Where the present flight began, how high and how fast.
+    let (mut begin, mut speed) =
+        ((2.0 * drop / gravity).sqrt(), (2.0 * gravity * drop).sqrt() * restitution);
+    for step in 1..=300 {
+        world.step();
+        let time = step as f32 / 60.0;
+        while time - begin > 2.0 * speed / gravity {
+            begin += 2.0 * speed / gravity;
+            speed *= restitution;
+        }
+        let flown = time - begin;
+        let height = match step {
+            ..=53 => drop - 0.5 * gravity * time * time,
+            _ => speed * flown - 0.5 * gravity * flown * flown,
+        };
+        let error = (world.position(ball).y - 1.0 - height).abs();
+        assert!(error < 1e-3, "step {step}: {error} from {height}");
+    }
+}
