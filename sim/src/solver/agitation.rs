@@ -82,25 +82,27 @@ impl Agitation {
 
     /// Limits of the sweeps over an island of `count` contacts. In motion, bodies far heavier than others take twice as
     /// many, and small islands, which cost little, as many as solve them. Islands that are solved again with late pairs
-    /// begin near their solution.
+    /// begin near their solution. Where the settings ask for a finer tolerance than the default, all take as many times
+    /// more: `precision`.
     pub fn limits(
         &self,
         limits: SweepLimits,
         count: usize,
         mass_ratio: f32,
         is_late: bool,
+        precision: f32,
     ) -> SweepLimits {
         let count = count as u32;
         let within = |most: u32| {
             let most = if is_late { most / LATE_PART } else { most };
-            most.min(limits.sweeps_max)
+            ((most as f32 * precision) as u32).min(limits.sweeps_max)
         };
         if self.in_motion {
             let usual = (SWEEPS_PER_ROOT * (count as f32).sqrt()) as u32;
             let usual = usual.clamp(SWEEPS, SWEEPS_MAX);
             let usual = if mass_ratio > HEAVY_MASS_RATIO { 2 * usual } else { usual };
             let small = (SMALL_VISITS / count).min(SMALL_SWEEPS_MAX);
-            let tolerance = max(limits.tolerance, SLIDING_SHARE * self.sliding);
+            let tolerance = max(limits.tolerance, SLIDING_SHARE * self.sliding / precision);
             return SweepLimits { sweeps_max: within(usual.max(small)), tolerance, ..limits };
         }
         let sweeps = SWEEPS.max(CALM_VISITS / count);

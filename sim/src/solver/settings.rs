@@ -38,11 +38,15 @@ impl Relaxation {
     }
 }
 
+/// Default of [`Conjugate::tolerance`].
+pub(crate) const TOLERANCE: f32 = 0.005;
+
 /// Settings of the conjugate solver. It is meant for mass ratios up to 10^6.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conjugate {
     /// Sweeps end when none changes a relative velocity by more than this share of the velocity
-    /// that gravity adds in a step, in (0, 1]. Default 0.005.
+    /// that gravity adds in a step, in (0, 1]. Default 0.005. Islands that take a limited number of
+    /// sweeps (see `sweeps_max`) take more in proportion where it is less.
     pub tolerance: f32,
     /// Most sweeps over an island per step, 1..=1000. Within it and `work_max`, islands of more than 16
     /// contacts that are in motion take 16 to 128 sweeps, calm ones of 64 contacts and more at most 16
@@ -70,7 +74,7 @@ pub struct Conjugate {
 impl Default for Conjugate {
     fn default() -> Conjugate {
         Conjugate {
-            tolerance: 0.005,
+            tolerance: TOLERANCE,
             sweeps_max: 400,
             work_max: 2_000_000,
             bounce_threshold: 2.0,

@@ -6,6 +6,7 @@ use crate::math::{clamp, max, min};
 use crate::solver::agitation::{Agitation, UNSOLVED_MIN};
 use crate::solver::contact_constraint::{ContactConstraint, Correction};
 use crate::solver::direct;
+use crate::solver::settings::TOLERANCE;
 use crate::solver::step_context::StepContext;
 use crate::solver::sweep::{self, Sequence, SweepLimits};
 use crate::solver::tolerances::{
@@ -13,6 +14,7 @@ use crate::solver::tolerances::{
     SPEED_ROUNDING, STIFF_BODIES, STIFF_MASS_RATIO, STIFF_VISITS,
 };
 use glam::Vec2;
+
 /// Fewest sweeps of an island, however many constraints it has.
 pub(super) const SWEEPS_MIN: u32 = 4;
 
@@ -146,7 +148,10 @@ impl ConjugateSolver {
         let (rounding, sequence) = (self.rounding(island, velocity, context), Sequence::Forests);
         let sweeps = SweepLimits { tolerance, rounding, sweeps_max, sequence, friction };
         let sweeps = match agitation {
-            Some(agitation) => agitation.limits(sweeps, island.len(), mass_ratio, is_late),
+            Some(agitation) => {
+                let precision = max(TOLERANCE / context.settings.tolerance, 1.0);
+                agitation.limits(sweeps, island.len(), mass_ratio, is_late, precision)
+            }
             None => sweeps,
         };
         IslandLimits { sweeps, mass_ratio, agitation }

@@ -156,3 +156,22 @@ fn a_shaken_pile_that_was_saved_continues_by_the_same_bits() {
         }
     }
 }
+
+/// A finer tolerance asks for more sweeps, where islands in motion take few.
+#[test]
+fn a_finer_tolerance_takes_more_sweeps() {
+    let visits = |tolerance: f32| {
+        let mut world = world_with(Conjugate { tolerance, ..Conjugate::default() }, 50.0);
+        floor(&mut world);
+        for index in 0..60 {
+            let (column, row) = ((index % 8) as f32, (index / 8) as f32);
+            let velocity = Vec2::new(20.0 * (index % 3) as f32 - 20.0, 0.0);
+            let at = ball_at(2.05 * column + 0.3 * (row % 2.0), 1.0 + 2.02 * row);
+            add(&mut world, BodyDef { velocity, ..at });
+        }
+        steps(&mut world, 12);
+        world.step_counts().visits
+    };
+    let (few, many) = (visits(0.005), visits(0.0005));
+    assert!(2 * many > 3 * few, "{few} and {many} visits");
+}
