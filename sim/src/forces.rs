@@ -24,7 +24,7 @@ pub(crate) mod springs;
 mod state;
 
 use crate::bodies::{Bodies, REACH_MIN};
-use crate::body::{BodyId, Motion};
+use crate::body::{BodyId, GROUPS_MAX, Motion};
 use crate::broad_phase::pairs::Pair;
 use crate::math::max;
 use air::Air;
@@ -55,6 +55,8 @@ pub(crate) struct Surroundings {
     pub gravity: Vec2,
     pub dt: f32,
     pub speed_max: f32,
+    /// For each group, the groups that it collides with.
+    pub meets: [u32; GROUPS_MAX],
 }
 
 /// Drag and springs of a world.
@@ -142,7 +144,9 @@ impl Forces {
             self.moves.push(flight.fly(bodies, &air));
         }
         for network in &mut self.networks {
-            network.fly(bodies, &air, &mut self.moves);
+            let meets = |slot: u32| around.meets[usize::from(bodies.group[slot as usize])] != 0;
+            let may_touch = network.slots().any(meets);
+            network.fly(bodies, &air, may_touch, &mut self.moves);
         }
     }
 

@@ -240,8 +240,8 @@ impl World {
     }
 
     fn surroundings(&self) -> Surroundings {
-        let WorldSettings { gravity, dt, speed_max, .. } = self.settings;
-        Surroundings { gravity, dt, speed_max }
+        let WorldSettings { gravity, dt, speed_max, meets, .. } = self.settings;
+        Surroundings { gravity, dt, speed_max, meets }
     }
 
     fn remove_departed(&mut self) {
