@@ -56,6 +56,14 @@ pub(crate) fn accelerate(
     is_finite
 }
 
+/// Sets the reach of each moving body to its path at its present velocity.
+pub(crate) fn reach_paths(bodies: &mut Bodies, dt: f32) {
+    let Bodies { moving, velocity, reach, .. } = bodies;
+    for &slot in moving.iter() {
+        reach[slot as usize] = REACH_MIN + velocity[slot as usize].length() * dt;
+    }
+}
+
 /// Symplectic Euler, second half: positions from the new velocities. `start_velocity` holds those
 /// at the start of the step, by slot.
 pub(crate) fn advance(bodies: &mut Bodies, moves: &[Move], start_velocity: &[Vec2], dt: f32) {

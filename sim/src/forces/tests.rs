@@ -280,6 +280,29 @@ fn a_restored_world_continues_as_if_it_had_never_stopped() {
     }
 }
 
+/// What a stiff spring finds in its way depends on how fast that is, which a restored world knows as well.
+#[test]
+fn a_restored_spring_meets_what_flies_past() {
+    for solver in solvers() {
+        let mut world = World::new(settings(0.0, Vec2::ZERO, solver));
+        let held = add(&mut world, ball(0.0, 0.0));
+        world.add_spring(Spring::tuned(held, SpringEnd::Point(Vec2::new(0.0, 0.5)), 8.0, 0.0, 1.0));
+        for index in 0..8 {
+            let velocity = Vec2::new(-40.0 - 5.0 * index as f32, 3.0 * index as f32 - 9.0);
+            add(&mut world, BodyDef { velocity, ..ball(6.0 + 4.0 * index as f32, 2.2) });
+        }
+        for _ in 0..60 {
+            let mut out = StateWriter::default();
+            world.save(&mut out);
+            let mut bytes = StateReader::new(&out.0);
+            let mut copy = World::restore(world.settings().clone(), &mut bytes).expect("own bytes");
+            copy.step();
+            world.step();
+            assert_eq!(copy.hash(), world.hash(), "{solver:?}");
+        }
+    }
+}
+
 #[test]
 fn the_hash_covers_drag_and_springs_only_where_there_are_some() {
     let solver = Solver::default();

@@ -2,6 +2,7 @@
 
 use super::{Departed, StepPhase, World, awake};
 use crate::forces::{Forces, Move, Surroundings};
+use crate::integrate;
 use crate::solver::settings::{Conjugate, Relaxation};
 use crate::solver::step_context::StepContext;
 use crate::solver::{Solver, as_listed};
@@ -51,6 +52,10 @@ impl World {
     ) {
         self.find_moves();
         self.remember_energy();
+        if self.has_springs() {
+            // The reach of the last step is not state.
+            integrate::reach_paths(&mut self.bodies, self.settings.dt);
+        }
         if self.extend_reach() {
             self.pairs.refresh(&self.bodies, self.settings.filter());
             if self.pairs.is_over() {
