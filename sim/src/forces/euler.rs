@@ -6,12 +6,9 @@
 
 use super::air::{Air, Move};
 use super::drag::Drag;
-use super::springs::{Spring, SpringEnd};
+use super::springs::{LENGTH_MIN, Spring, SpringEnd};
 use crate::bodies::Bodies;
 use glam::DVec2;
-
-/// Springs shorter than this have no direction, world units.
-const LENGTH_MIN: f64 = 1e-9;
 
 /// Groups whose dynamic bodies move by one of Euler's methods, one bit each. Such a method is unstable
 /// where forces are stiff: speeds are bounded by the world's limit alone.

@@ -4,6 +4,9 @@ use super::drag::FORCE_MAX;
 use crate::body::BodyId;
 use glam::{DVec2, Vec2};
 
+/// Springs shorter than this have no direction, world units.
+pub(super) const LENGTH_MIN: f64 = 1e-9;
+
 /// The far end of a spring.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SpringEnd {

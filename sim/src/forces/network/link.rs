@@ -1,9 +1,7 @@
 //! The force of a spring over a substep, and its derivative.
 
+use crate::forces::springs::LENGTH_MIN;
 use glam::{DMat2, DVec2};
-
-/// Springs shorter than this have no direction, world units.
-const LENGTH_MIN: f64 = 1e-9;
 
 /// An end of a spring.
 #[derive(Clone, Copy, Debug)]
