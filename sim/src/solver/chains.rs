@@ -155,6 +155,10 @@ impl Chains {
     /// Follows the load upwards from an edge, and keeps the path if it is long enough for a chain.
     fn follow_load(&mut self, first: usize, axis: usize, constraints: &[ContactConstraint]) {
         self.path = self.path.wrapping_add(1);
+        if self.path == 0 {
+            self.visited_by.fill(0);
+            self.path = 1;
+        }
         let (bodies, links) = (self.bodies.len(), self.links.len());
         self.push_body(self.edges[first].low, &constraints[self.edges[first].constraint as usize]);
         let mut next = Some(first);
