@@ -59,7 +59,7 @@ pub(crate) struct Pair {
 }
 
 impl Pair {
-    fn of(key: u64) -> Pair {
+    pub fn of(key: u64) -> Pair {
         Pair {
             a: (key >> 32) as u32,
             b: key as u32,
@@ -69,7 +69,7 @@ impl Pair {
         }
     }
 
-    fn key(&self) -> u64 {
+    pub fn key(&self) -> u64 {
         u64::from(self.a) << 32 | u64::from(self.b)
     }
 
@@ -95,7 +95,7 @@ pub(crate) struct Filter<'a> {
 impl Filter<'_> {
     /// Whether two bodies may pair.
     #[inline]
-    fn takes(&self, bodies: &Bodies, a: u32, b: u32) -> bool {
+    pub fn takes(&self, bodies: &Bodies, a: u32, b: u32) -> bool {
         let (a, b) = (a as usize, b as usize);
         let meets = self.meets[usize::from(bodies.group[a])] >> bodies.group[b] & 1 == 1;
         meets && (self.immovable || bodies.inverse_mass[a] > 0.0 || bodies.inverse_mass[b] > 0.0)

@@ -18,9 +18,7 @@ use crate::forces::{Kind, Move};
 use crate::math::max;
 use crate::narrow_phase::manifold::Manifold;
 use crate::shape::shapes;
-use crate::solver::contact_constraint::{
-    ContactConstraint, ContactSet, GatherStep, PackedBody, make_contact,
-};
+use crate::solver::contact_constraint::{ContactConstraint, ContactSet, PackedBody, make_contact};
 use crate::solver::step_context::StepContext;
 use crate::solver::tolerances::OVERLAP;
 use glam::Vec2;
@@ -33,11 +31,13 @@ pub(crate) const ROUNDS_MAX: u32 = 3;
 pub(crate) struct LatePairs {
     /// By slot.
     outruns_reach: Vec<bool>,
-    /// By slot: whether it outruns its reach, or moves by more than the thinnest body's half-size. No pair of two
-    /// others is late.
-    may_be_late: Vec<bool>,
+    /// By slot: whether it outruns its reach, or moves by more than the thinnest body's half-size: no pair of two others is
+    /// late. None for bodies that the step does not move, which it may have left out.
+    may_be_late: Vec<Option<bool>>,
+    /// Whether any island is in motion.
+    pub any_in_motion: bool,
     /// By slot: whether its island is in motion. Of two such bodies no pair is added: the next step sees other overlaps.
-    pub is_in_motion: Vec<bool>,
+    is_in_motion: Vec<bool>,
     late: ContactSet,
     /// By constraint: whether it is new. Islands with a new constraint are solved again.
     pub is_new: Vec<bool>,
@@ -46,12 +46,14 @@ pub(crate) struct LatePairs {
 impl LatePairs {
     /// Begins a step: no island is in motion.
     pub fn begin(&mut self, slots: usize) {
+        self.any_in_motion = false;
         self.is_in_motion.clear();
         self.is_in_motion.resize(slots, false);
     }
 
     /// The bodies of this island move past each other.
     pub fn note_motion(&mut self, constraints: &[ContactConstraint], island: &[u32]) {
+        self.any_in_motion = true;
         for &index in island {
             for (slot, inv_mass) in constraints[index as usize].bodies() {
                 self.is_in_motion[slot as usize] |= inv_mass > 0.0;
@@ -64,7 +66,7 @@ impl LatePairs {
         self.outruns_reach.clear();
         self.outruns_reach.resize(bodies.alive.len(), false);
         self.may_be_late.clear();
-        self.may_be_late.resize(bodies.alive.len(), false);
+        self.may_be_late.resize(bodies.alive.len(), None);
         let thinnest = bodies.thinnest();
         let Bodies { moving, velocity, reach, .. } = bodies;
         let mut any = false;
@@ -79,7 +81,7 @@ impl LatePairs {
             // The length of a vector may be rounded below its longest component.
             let speed = velocity[slot].abs();
             let is_fast = path > thinnest || max(speed.x, speed.y) * dt > thinnest;
-            self.may_be_late[slot] = self.outruns_reach[slot] || is_fast;
+            self.may_be_late[slot] = Some(self.outruns_reach[slot] || is_fast);
             any |= path > 0.0;
         }
         for found in moves {
@@ -89,7 +91,7 @@ impl LatePairs {
             if is_far || !matches!(found.kind, Kind::Smooth) {
                 reach[slot] = max(reach[slot], REACH_MIN + path);
                 self.outruns_reach[slot] = true;
-                self.may_be_late[slot] = true;
+                self.may_be_late[slot] = Some(true);
                 any = true;
             }
         }
@@ -106,7 +108,6 @@ impl LatePairs {
         contacts: &mut ContactSet,
     ) -> bool {
         let (dt, threshold) = (context.dt, context.settings.bounce_threshold);
-        let step = GatherStep { dt, fall: 0.0 };
         self.late.clear();
         let mut known = contacts.constraints.iter().map(|constraint| constraint.pair).peekable();
         for (index, pair) in (0u32..).zip(pairs) {
@@ -131,7 +132,7 @@ impl LatePairs {
             if let Some(manifold) = manifold.filter(overlaps) {
                 let [a, b] = [pair.a, pair.b].map(|slot| PackedBody::of(bodies, slot));
                 let (constraint, info) =
-                    make_contact::<{ shapes::BOTH }>([&a, &b], pair, index, manifold, step);
+                    make_contact::<{ shapes::BOTH }>([&a, &b], pair, index, manifold, dt);
                 // The stored impulse of the last step was not applied in this one.
                 let constraint =
                     ContactConstraint { normal_impulse: 0.0, tangent_impulse: 0.0, ..constraint };
@@ -148,7 +149,7 @@ impl LatePairs {
     /// Whether one of a pair outran its reach, or may have passed over the other.
     fn may_be_late(&self, bodies: &Bodies, pair: &Pair, dt: f32) -> bool {
         let (a, b) = (pair.a as usize, pair.b as usize);
-        (self.may_be_late[a] || self.may_be_late[b])
+        (self.may_be_late[a] == Some(true) || self.may_be_late[b] == Some(true))
             && !(self.is_in_motion[a] && self.is_in_motion[b])
             && (self.outruns_reach[a] || self.outruns_reach[b] || is_fast(bodies, pair, dt, 1.0))
     }
@@ -161,8 +162,8 @@ impl LatePairs {
         let reach = bodies.half[a] + bodies.half[b];
         let has_wall = bodies.inverse_mass[a] == 0.0 || bodies.inverse_mass[b] == 0.0;
         let in_motion = self.is_in_motion[a] || self.is_in_motion[b];
-        // Pairs without motion may have been left out of the step.
-        let may_meet = has_wall && !in_motion && path != Vec2::ZERO;
+        let moves = self.may_be_late[a].or(self.may_be_late[b]).is_some() && path != Vec2::ZERO;
+        let may_meet = has_wall && moves && !in_motion;
         may_meet && end.x < reach.x && end.y < reach.y
     }
 

@@ -2,9 +2,9 @@
 //!
 //! Sweeps end when their budget does, a solved velocity may bring a body to a wall without a
 //! constraint, and overlapping bodies are moved apart by displacements of their own. None of that
-//! may take a body through a wall. So after a step in which a body moved by more than the thinnest
-//! body's half-size or overlapped another, every pair with an immovable side is swept once more,
-//! from its last impact in the step to its end: n.d >= -max(-s, slop), with the separation s and
+//! may take a body through a wall. So after a step in which a body moved by more than half of the thinnest
+//! body's half-size, overlapped another, or may have met a wall without a constraint, every pair with an immovable side
+//! is swept once more, in up to four rounds, from its last impact in the step to its end: n.d >= -max(-s, slop), with the separation s and
 //! the normal n of the manifold. Where that does not hold the body ends on the wall, the deepest
 //! first, and its velocity towards the wall is removed, as by an impulse of the wall: no energy is
 //! gained, and an overlap that this causes is corrected in the next step.
@@ -12,12 +12,13 @@
 use super::paths::Paths;
 use crate::bodies::Bodies;
 use crate::body::Motion;
-use crate::broad_phase::pairs::Pair;
+use crate::broad_phase::pairs::{Pair, key, near};
 use crate::continuous::thin::{overlap_limit, thickness};
 use crate::math::{max, ordered_bits};
 use crate::narrow_phase::manifold::Manifold;
 use crate::narrow_phase::separation;
 use crate::narrow_phase::separation::placed;
+use crate::solver::step_context::StepContext;
 use glam::Vec2;
 
 /// Rounds: in a corner a body that leaves one wall may end in the other. The last one sees only static bodies: what is
@@ -29,6 +30,12 @@ const ROUNDS: u32 = 4;
 pub(crate) struct StaticClamp {
     /// By slot: position at the start of the step.
     start: Vec<Vec2>,
+    /// Pairs with an immovable side that the step may have brought together.
+    pairs: Vec<Pair>,
+    /// Bodies that moved beyond their reach, immovable ones if there are any of these, and keys of pairs of both.
+    outran: Vec<u32>,
+    immovable: Vec<u32>,
+    keys: Vec<u64>,
     /// Penetrating pairs, the deepest first: the inverse bits of the depth, then the index of the pair.
     penetrating: Vec<u64>,
 }
@@ -41,8 +48,14 @@ impl StaticClamp {
 
     /// Whether a body moved so far, or is so deep in another one, that a wall may have been passed:
     /// `separation_min` is the smallest separation at the end of the step. Never false where
-    /// `resolve` would act.
-    pub fn may_tunnel(&self, bodies: &mut Bodies, separation_min: f32, slop: f32) -> bool {
+    /// `resolve` would act; `is_unsure` if bodies may touch a wall without a constraint.
+    pub fn may_tunnel(
+        &self,
+        bodies: &mut Bodies,
+        separation_min: f32,
+        slop: f32,
+        is_unsure: bool,
+    ) -> bool {
         let thickness_min = bodies.thinnest();
         // A wall may come half of the way.
         let half = 0.5 * thickness_min;
@@ -50,11 +63,68 @@ impl StaticClamp {
             let slot = *slot as usize;
             (bodies.center[slot] - self.start[slot]).length_squared() > half * half
         };
-        separation_min < -overlap_limit(thickness_min, slop) || bodies.moving.iter().any(far)
+        is_unsure
+            || separation_min < -overlap_limit(thickness_min, slop)
+            || bodies.moving.iter().any(far)
     }
 
     /// Moves bodies that passed a wall back to its surface.
-    pub fn resolve(&mut self, bodies: &mut Bodies, pairs: &[Pair], paths: &Paths, slop: f32) {
+    pub fn resolve(
+        &mut self,
+        bodies: &mut Bodies,
+        pairs: &[Pair],
+        paths: &Paths,
+        context: &StepContext,
+    ) {
+        let slop = context.settings.slop;
+        self.find_pairs(bodies, pairs, context);
+        let pairs = std::mem::take(&mut self.pairs);
+        self.clamp(bodies, &pairs, paths, slop);
+        self.pairs = pairs;
+    }
+
+    /// Finds the pairs with an immovable side within reach of each other. The list is complete only for bodies that stayed
+    /// within theirs; overlaps and late pairs may take others further.
+    fn find_pairs(&mut self, bodies: &mut Bodies, listed: &[Pair], context: &StepContext) {
+        self.outran.clear();
+        for index in 0..bodies.moving.len() {
+            let slot = bodies.moving[index] as usize;
+            let path = (bodies.center[slot] - self.start[slot]).length();
+            if path > bodies.reach[slot] {
+                bodies.reach[slot] = path;
+                self.outran.push(bodies.moving[index]);
+            }
+        }
+        self.pairs.clear();
+        let has_wall = |pair: &Pair| {
+            let inv_masses = [pair.a, pair.b].map(|slot| bodies.inverse_mass[slot as usize]);
+            (inv_masses[0] > 0.0) != (inv_masses[1] > 0.0)
+        };
+        let within = listed.iter().filter(|pair| has_wall(pair) && near(bodies, pair.a, pair.b));
+        self.pairs.extend(within);
+        if self.outran.is_empty() {
+            return;
+        }
+        self.immovable.clear();
+        self.immovable
+            .extend(bodies.slots().filter(|&slot| bodies.inverse_mass[slot as usize] == 0.0));
+        self.keys.clear();
+        for &slot in &self.outran {
+            for &wall in &self.immovable {
+                if near(bodies, slot, wall) && context.filter.takes(bodies, slot, wall) {
+                    self.keys.push(key(slot, wall));
+                }
+            }
+        }
+        self.keys.sort_unstable();
+        for &key in &self.keys {
+            if listed.binary_search_by_key(&key, Pair::key).is_err() {
+                self.pairs.push(Pair::of(key));
+            }
+        }
+    }
+
+    fn clamp(&mut self, bodies: &mut Bodies, pairs: &[Pair], paths: &Paths, slop: f32) {
         for round in 1..=ROUNDS {
             self.penetrating.clear();
             for (index, pair) in (0u32..).zip(pairs) {
@@ -79,7 +149,7 @@ impl StaticClamp {
         }
     }
 
-    /// Normal and depth of the penetration of a pair with an immovable side.
+    /// Normal and depth of the penetration of a pair.
     fn penetration(
         &self,
         bodies: &Bodies,
@@ -88,10 +158,6 @@ impl StaticClamp {
         slop: f32,
     ) -> Option<(Vec2, f32)> {
         let (a, b) = (pair.a as usize, pair.b as usize);
-        let free = [bodies.inverse_mass[a] > 0.0, bodies.inverse_mass[b] > 0.0];
-        if free[0] == free[1] {
-            return None;
-        }
         let reach = bodies.half[a] + bodies.half[b];
         let thin = thickness(bodies, pair);
         let slop = overlap_limit(thin, slop);

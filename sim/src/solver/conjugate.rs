@@ -423,7 +423,10 @@ impl ConjugateSolver {
             self.contacts.drop_non_finite(bodies);
         }
         let slop = context.settings.slop;
-        let far = self.static_clamp.may_tunnel(bodies, moved.separation_min, slop);
+        // Late pairs leave out bodies in motion, and those that fall a little into a wall before they bounce.
+        let is_unsure = self.late_pairs.any_in_motion || context.features.restitution;
+        let may_tunnel =
+            self.static_clamp.may_tunnel(bodies, moved.separation_min, slop, is_unsure);
         self.corrections = 0;
         if moved.overlaps {
             self.corrections = self.position_correction.separate(
@@ -435,8 +438,8 @@ impl ConjugateSolver {
                 context,
             );
         }
-        if moved.overlaps || far {
-            self.static_clamp.resolve(bodies, pairs, &self.impact_queue.paths, slop);
+        if moved.overlaps || may_tunnel {
+            self.static_clamp.resolve(bodies, pairs, &self.impact_queue.paths, context);
         }
     }
 

@@ -15,7 +15,7 @@ use crate::math::{max, min};
 use crate::narrow_phase::manifold::Manifold;
 use crate::narrow_phase::separation::{self, Placed};
 use crate::shape::{Shape, shapes};
-use crate::solver::tolerances::{DEEP_SHARE, PUSHED_SHARE, ROUNDING, SLIDING, SPECULATIVE};
+use crate::solver::tolerances::{DEEP_SHARE, ROUNDING, SLIDING, SPECULATIVE};
 use glam::Vec2;
 
 /// Most deep contacts of a body that are kept while its partner has as many.
@@ -233,7 +233,7 @@ pub(crate) fn gather<const SHAPES: u8>(
     contacts: &mut ContactSet,
     scratch: &mut GatherScratch,
 ) {
-    let GatherStep { dt, fall, .. } = step;
+    let GatherStep { dt, fall } = step;
     contacts.clear();
     let GatherScratch { packed, deep_contacts } = scratch;
     pack(bodies, takes_no_part, paths, packed);
@@ -252,7 +252,7 @@ pub(crate) fn gather<const SHAPES: u8>(
         } else {
             // Their boxes stay apart by more than any constraint looks ahead.
             let thinnest = min(a.thickness(), b.thickness());
-            let near = path.abs() + Vec2::splat(SPECULATIVE + fall + PUSHED_SHARE * thinnest);
+            let near = path.abs() + Vec2::splat(SPECULATIVE + fall + thinnest);
             if apart.x >= near.x || apart.y >= near.y {
                 continue;
             }
@@ -263,7 +263,7 @@ pub(crate) fn gather<const SHAPES: u8>(
         if manifold.separation >= SPECULATIVE + fall + closing_distance([a, b], &manifold, dt) {
             continue;
         }
-        let (constraint, info) = make_contact::<SHAPES>([a, b], pair, index, manifold, step);
+        let (constraint, info) = make_contact::<SHAPES>([a, b], pair, index, manifold, dt);
         if constraint.is_deep(bodies, manifold.separation) {
             let (a, b) = (pair.a as usize, pair.b as usize);
             if deep_contacts[a] >= DEEP_CONTACTS_MAX && deep_contacts[b] >= DEEP_CONTACTS_MAX {
@@ -278,12 +278,13 @@ pub(crate) fn gather<const SHAPES: u8>(
 
 /// Distance that a pair may close in the step: by their own velocities, not the relative one, since a contact that stops
 /// one of them must not let it overlap the other, beside which it fell at the same speed; but by no more than a
-/// half-size beyond the relative one. Where all fly, most pairs would have a constraint that does nothing.
+/// half-size beyond the relative one: what a third body pushes further is a late pair. With half of that, bodies that fall side
+/// by side land in each other; without the bound most pairs that fly would have a constraint that does nothing.
 #[inline(always)]
 fn closing_distance([a, b]: PackedPair, manifold: &Manifold, dt: f32) -> f32 {
     let approach = max(-manifold.normal.dot(b.velocity - a.velocity), 0.0);
     let speeds = manifold.normal.dot(a.velocity).abs() + manifold.normal.dot(b.velocity).abs();
-    min(speeds * dt, approach * dt + PUSHED_SHARE * min(a.thickness(), b.thickness()))
+    min(speeds * dt, approach * dt + min(a.thickness(), b.thickness()))
 }
 
 /// Creates the constraint of a pair.
@@ -293,7 +294,7 @@ pub(crate) fn make_contact<const SHAPES: u8>(
     pair: &Pair,
     index: u32,
     manifold: Manifold,
-    GatherStep { dt, .. }: GatherStep,
+    dt: f32,
 ) -> (ContactConstraint, ContactInfo) {
     let approach = -manifold.normal.dot(b.velocity - a.velocity);
     let size = manifold.normal.abs().dot(a.center.abs() + b.center.abs());

@@ -52,9 +52,6 @@ const DEEP_SLOPS: f32 = 30.0;
 const LIGHT_LAYERS: u8 = 2;
 /// Sweeps of a pass over it, by colour: with 6 a heap at one point takes more than a second.
 const LIGHT_SWEEPS: u32 = 12;
-/// Furthest that pushes move a body in a step, as a share of its half-size: they see no wall that is out of its reach, and
-/// small ones among large ones were pushed through one.
-const PUSH_SHARE: f32 = 1.0;
 
 /// Scratch.
 #[derive(Clone, Debug, Default)]
@@ -97,13 +94,14 @@ impl Corrections<'_> {
         }
     }
 
-    /// Moves all bodies by their paths, each by at most [`PUSH_SHARE`] of its half-size. Masses far apart may
-    /// overflow here; a position that is not finite is skipped.
+    /// Moves all bodies by their paths, each by at most its half-size: pushes see no wall that is out of a body's
+    /// reach, and small ones among large ones were pushed through one. Masses far apart may overflow here; a position that is
+    /// not finite is skipped.
     fn apply(&mut self, bodies: &mut Bodies) {
         for (slot, path) in
             self.path.iter_mut().enumerate().filter(|(_, path)| **path != Vec2::ZERO)
         {
-            *path = clamp_length(*path, PUSH_SHARE * bodies.thickness(slot));
+            *path = clamp_length(*path, bodies.thickness(slot));
             let position = bodies.center[slot] + *path;
             if position.is_finite() {
                 bodies.center[slot] = position;

@@ -25,9 +25,6 @@ pub(crate) const OVERLAP: f32 = 1e-4;
 /// Distance within which a pair has a constraint even if neither body moves: four times the
 /// default slop, so that a resting pair never loses it.
 pub(crate) const SPECULATIVE: f32 = 0.02;
-/// Share of the thinner body's half-size by which a pair may close beyond its relative velocity and still have a
-/// constraint: what a third body pushes further is a late pair. With 0.5 bodies that fall side by side land in each other.
-pub(crate) const PUSHED_SHARE: f32 = 1.0;
 /// Overlap on both axes below which two boxes only pass corner to corner: 1.4 times the default slop.
 /// The axis of the last step may be worse by twice as much before two boxes change it.
 pub(crate) const CORNER: f32 = 0.007;
