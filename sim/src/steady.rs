@@ -19,6 +19,8 @@ use glam::Vec2;
 
 /// In place of an island: none.
 const NONE: u32 = u32::MAX;
+/// Times that a step may be repeated for the islands that were met; then all are readmitted.
+const REPEATS_MAX: u32 = 2;
 
 /// The steady islands of a world.
 #[derive(Clone, Debug, Default)]
@@ -37,6 +39,8 @@ pub(crate) struct Steady {
     to_readmit: Vec<u32>,
     /// Whether this step may leave islands out of the next.
     pub is_on: bool,
+    /// Times that the step was repeated.
+    repeats: u32,
     /// Leaves nothing out, to compare the bits.
     #[cfg(test)]
     pub is_off: bool,
@@ -66,6 +70,7 @@ impl Steady {
     /// Begins a step. Saves its start if it may leave islands out of the next.
     pub fn begin(&mut self, bodies: &Bodies, is_on: bool) {
         self.is_on = is_on;
+        self.repeats = 0;
         #[cfg(test)]
         {
             self.is_on &= !self.is_off;
@@ -104,7 +109,13 @@ impl Steady {
         if self.to_readmit.is_empty() {
             return false;
         }
-        self.readmit_pending(bodies);
+        self.repeats += 1;
+        if self.repeats > REPEATS_MAX {
+            self.to_readmit.clear();
+            self.readmit_all(bodies);
+        } else {
+            self.readmit_pending(bodies);
+        }
         bodies.center.clone_from(&self.center);
         bodies.velocity.clone_from(&self.velocity);
         self.find_parts(bodies);

@@ -47,7 +47,7 @@ const FAST: f32 = 4.0;
 const PREDICTIONS_PER_BODY: u64 = 40;
 const PREDICTIONS_MIN: u64 = 40_000;
 const FEW_BODIES: usize = 128;
-const PREDICTIONS_FEW_MAX: u64 = 2_000_000;
+const PREDICTIONS_FEW_MAX: u64 = 700_000;
 /// Bodies that wait, of which a search takes as long as a prediction: every impact searches them.
 const WAITING_PER_PREDICTION: u64 = 8;
 /// Depth of the search for obstructions of obstructions.
