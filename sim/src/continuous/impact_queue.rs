@@ -50,6 +50,8 @@ const FEW_BODIES: usize = 128;
 const PREDICTIONS_FEW_MAX: u64 = 700_000;
 /// Bodies that wait, of which a search takes as long as a prediction: every impact searches them.
 const WAITING_PER_PREDICTION: u64 = 8;
+/// Listed pairs that a round looks through while a prediction takes place.
+const PAIRS_PER_PREDICTION: u64 = 8;
 /// Depth of the search for obstructions of obstructions.
 const OBSTRUCTIONS_MAX: u32 = 8;
 /// Impacts that may wait at a time for each pair that a budget allows. Those that have become void wait too.
@@ -212,6 +214,7 @@ impl ImpactQueue {
         last: bool,
         predictions_max: u64,
     ) -> Progress {
+        self.predictions += pairs.len() as u64 / PAIRS_PER_PREDICTION;
         self.fill_queue(bodies, pairs, context);
         if self.queue.is_empty() {
             return Progress::Done;
