@@ -49,12 +49,13 @@ pub struct Conjugate {
     /// sweeps (see `sweeps_max`) take more in proportion where it is less.
     pub tolerance: f32,
     /// Most sweeps over an island per step, 1..=1000. Within it and `work_max`, islands of more than 16
-    /// contacts that are in motion take 16 to 128 sweeps, calm ones of 64 contacts and more at most 16
-    /// (or 8800 visits in all); not in worlds of more than 6000 moving bodies, nor, for calm ones, with
-    /// mass ratios beyond 10^4. Default 400.
+    /// contacts that are in motion take at most 16 to 128 sweeps, slower ones of 64 contacts and more at most 16
+    /// (or 8800 visits in all), and half of these where they are solved again; not in worlds of more than 6000 moving
+    /// bodies. With mass ratios beyond 10^4 slower ones take 32,000 visits, and 64 sweeps before an elimination.
+    /// Default 400.
     pub sweeps_max: u32,
     /// Visits of contact constraints by the sweeps over an island, 1000..=1e9: bounds the time of
-    /// the worst step. Every island gets four sweeps in any case. The budget is per island.
+    /// each. Every island gets four sweeps in any case.
     /// Default 2e6: with less a pile of 20,000 comes to
     /// rest late or never, and then takes more time than one that does.
     pub work_max: u32,
