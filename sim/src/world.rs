@@ -405,8 +405,8 @@ impl World {
     }
 
     /// Whether a step needed more than its [`StepBudget`]: it was broken off, and the world stands still from then on.
-    /// Its game cannot go on. What a step needs depends on when the list of pairs was built, so that a restored world
-    /// may exceed its budget some steps earlier or later.
+    /// Its game cannot go on. What a step needs depends on when the list of pairs was built and on which islands were left
+    /// out, so that a restored world may exceed its budget some steps earlier or later.
     pub fn is_over_budget(&self) -> bool {
         self.pairs.is_over() || self.conjugate.is_over() || self.particles.is_over()
     }

@@ -17,7 +17,7 @@ const SWEEPS: u32 = 16;
 /// Sweeps over an island in motion, relative to the square root of its contacts: what happens at one end of it is felt at the
 /// other after that many over-relaxed ones. With 16 a crowd of 4000 that is pulled together overlaps twice as deeply.
 const SWEEPS_PER_ROOT: f32 = 0.35;
-/// Most sweeps of such an island, if no body is heavy.
+/// Most sweeps of such an island, if it is large and no body is heavy; small ones take [`SMALL_SWEEPS_MAX`].
 const SWEEPS_MAX: u32 = 40;
 /// Mass ratio beyond which bodies are so much heavier that twice as many visits are worth it.
 const HEAVY_MASS_RATIO: f32 = 50.0;
@@ -29,7 +29,7 @@ const SMALL_VISITS: u32 = 4400;
 const SMALL_SWEEPS_MAX: u32 = 128;
 /// Visits that every other island may take: with 6400 a rain of 4000 overlaps by ten slops when it lands.
 const CALM_VISITS: u32 = 8800;
-/// Part of the sweeps over an island that it takes to solve it again with late pairs.
+/// Divides the most sweeps over an island that is solved again with late pairs.
 const LATE_PART: u32 = 2;
 /// Change of a relative velocity at which sweeps over an island in motion end, as a share of its mean sliding velocity.
 const SLIDING_SHARE: f32 = 0.2;

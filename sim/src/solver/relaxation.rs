@@ -50,7 +50,7 @@ pub(crate) struct RelaxationSolver {
     from: Vec<Vec2>,
     /// Pairs with an immovable body: the slot of the other, then its slot.
     walls: Vec<u64>,
-    /// By slot: something if springs act on it; empty in a world without springs; empty in a world without.
+    /// By slot: something if springs act on it; empty in a world without springs.
     sprung: Vec<Option<Vec2>>,
     /// Passes made in the last step.
     pub passes: u32,

@@ -75,10 +75,10 @@ pub(crate) const ENERGY_ROUNDING: f64 = 1e-5;
 /// Mass ratio beyond which an island that hardly moves is swept as a whole, and the energy of any is guarded: a heavy body
 /// that sinks into light ones and is pushed out again would gain energy.
 pub(crate) const STIFF_MASS_RATIO: f32 = 1e4;
-/// Bodies up to which such an island is swept until it is solved, in motion or not, if each is about to meet every other:
-/// with fewer sweeps they gain energy.
+/// Bodies up to which such an island is swept until it is solved, in motion or not, if they have more than three
+/// contacts each: with fewer sweeps they gain energy.
 pub(crate) const STIFF_BODIES: usize = 40;
-/// Visits that another one may take in a step: one that does not converge would take hundreds of sweeps with forests in
+/// Visits that a larger island of such masses may take in a step: one that does not converge would take hundreds of sweeps with forests in
 /// each step, and be no better for them.
 pub(crate) const STIFF_VISITS: u32 = 32_000;
 /// Contacts beyond which an island may count as one in motion.

@@ -2,7 +2,7 @@
 //!
 //! Only what the next step depends on is saved: the pair list as the pairs that hold or touch,
 //! since it is only an accelerator, and properties shared by many bodies (size, mass, material)
-//! once in a palette. A body takes 26 bytes of its own and 28 in the palette at worst, and 6 more
+//! once in a palette. A body takes 26 bytes of its own and 27 in the palette at worst, and 6 more
 //! in a world that sleeps; a contact 17.
 
 use super::{World, WorldSettings};
