@@ -175,9 +175,13 @@ impl Trier {
         for (seat, hand) in (0u16..).zip(&mut self.hands) {
             self.inputs.push((Seat(seat), hand.next(size)));
         }
+        if !is_stirred {
+            self.game.tick(&self.inputs);
+            return;
+        }
         let rng = &mut self.rng;
         self.game.tick_watched(&self.inputs, &mut |phase, world| {
-            if is_stirred && phase == Phase::Inputs {
+            if phase == Phase::Inputs {
                 stir(world, rng);
             }
         });
