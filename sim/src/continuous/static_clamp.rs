@@ -32,10 +32,9 @@ pub(crate) struct StaticClamp {
     start: Vec<Vec2>,
     /// Pairs with an immovable side that the step may have brought together.
     pairs: Vec<Pair>,
-    /// Bodies that moved beyond their reach, immovable ones if there are any of these, and keys of pairs of both.
+    /// Bodies that moved beyond their reach, and immovable ones if there are any of these.
     outran: Vec<u32>,
     immovable: Vec<u32>,
-    keys: Vec<u64>,
     /// Penetrating pairs, the deepest first: the inverse bits of the depth, then the index of the pair.
     penetrating: Vec<u64>,
 }
@@ -108,18 +107,14 @@ impl StaticClamp {
         self.immovable.clear();
         self.immovable
             .extend(bodies.slots().filter(|&slot| bodies.inverse_mass[slot as usize] == 0.0));
-        self.keys.clear();
         for &slot in &self.outran {
             for &wall in &self.immovable {
                 if near(bodies, slot, wall) && context.filter.takes(bodies, slot, wall) {
-                    self.keys.push(key(slot, wall));
+                    let key = key(slot, wall);
+                    if listed.binary_search_by_key(&key, Pair::key).is_err() {
+                        self.pairs.push(Pair::of(key));
+                    }
                 }
-            }
-        }
-        self.keys.sort_unstable();
-        for &key in &self.keys {
-            if listed.binary_search_by_key(&key, Pair::key).is_err() {
-                self.pairs.push(Pair::of(key));
             }
         }
     }

@@ -108,6 +108,7 @@ struct EndState {
 }
 
 /// The nodes of a link, and their inverse masses; 0 where an end is none.
+#[inline(never)]
 fn inverse_masses(link: &Link, nodes: &[Node]) -> ([Option<u32>; 2], [f64; 2]) {
     let ends = [link.a.node(), link.b.node()];
     (ends, ends.map(|end| end.map_or(0.0, |node| 1.0 / nodes[node as usize].mass)))
