@@ -50,7 +50,7 @@ const FEW_BODIES: usize = 128;
 const PREDICTIONS_FEW_MAX: u64 = 700_000;
 /// Bodies that wait, of which a search takes as long as a prediction: every impact searches them.
 const WAITING_PER_PREDICTION: u64 = 8;
-/// Listed pairs that a round looks through while a prediction takes place.
+/// Pairs within reach that a round looks through in the time of a prediction.
 const PAIRS_PER_PREDICTION: u64 = 8;
 /// Depth of the search for obstructions of obstructions.
 const OBSTRUCTIONS_MAX: u32 = 8;
@@ -214,8 +214,9 @@ impl ImpactQueue {
         last: bool,
         predictions_max: u64,
     ) -> Progress {
-        self.predictions += pairs.len() as u64 / PAIRS_PER_PREDICTION;
         self.fill_queue(bodies, pairs, context);
+        // Not those beyond reach: how many are listed depends on when the list was built.
+        self.predictions += self.near.len() as u64 / PAIRS_PER_PREDICTION;
         if self.queue.is_empty() {
             return Progress::Done;
         }

@@ -10,9 +10,9 @@
 //! the system is symmetric.
 //!
 //! A network whose fastest oscillation advances by more than [`SUBSTEP_PHASE`] in a step takes
-//! substeps, as far as their work is bounded; one that damping ends within a few steps needs none. Newton's method finds v1; a compressed spring gets no
-//! stiffness across it, so every system is positive definite. Where springs rest the move is zero
-//! for any step: rest points are exact.
+//! substeps, as far as their work is bounded; oscillations that damping ends within a few steps need
+//! none. Newton's method finds v1; a compressed spring gets no stiffness across it, so every system is
+//! positive definite. Where springs rest the move is zero for any step: rest points are exact.
 //!
 //! Where something is in the way of a network with such oscillations, it takes another step instead
 //! (see `held`).

@@ -280,7 +280,7 @@ fn a_restored_world_continues_as_if_it_had_never_stopped() {
     }
 }
 
-/// What a stiff spring finds in its way depends on how fast that is, which a restored world knows as well.
+/// A fast body is in the way of a stiff spring from further off than a slow one, in a restored world as well.
 #[test]
 fn a_restored_spring_meets_what_flies_past() {
     for solver in solvers() {
