@@ -58,12 +58,12 @@ impl Crowd {
                 // A ball alone bounces off a floor on its exact path.
                 continue;
             }
-            // Which pairs are listed beyond their reach depends on when the list was built.
-            if !near(bodies, pair.a, pair.b) {
-                continue;
-            }
             let gap = (bodies.center[b] - bodies.center[a]).abs() - bodies.half[a] - bodies.half[b];
             let gap = max(gap.x, gap.y);
+            if !near(bodies, pair.a, pair.b) {
+                // Which pairs are listed beyond their reach depends on when the list was built.
+                continue;
+            }
             if is_weightless && restitution(bodies, pair) >= 1.0 {
                 continue;
             }
