@@ -249,26 +249,49 @@ impl WideContact {
     /// Velocities of b relative to a.
     #[inline(always)]
     fn relative_velocities(&self, velocity: &[Vec2]) -> (Vec4, Vec4) {
-        let of = |lane: usize| velocity[self.b[lane] as usize] - velocity[self.a[lane] as usize];
-        let [first, second, third, fourth] = [of(0), of(1), of(2), of(3)];
-        (
-            Vec4::new(first.x, second.x, third.x, fourth.x),
-            Vec4::new(first.y, second.y, third.y, fourth.y),
-        )
+        let [a_low, a_high] = load(velocity, self.a);
+        let [b_low, b_high] = load(velocity, self.b);
+        let (low, high) = (b_low - a_low, b_high - a_high);
+        (Vec4::new(low.x, low.z, high.x, high.z), Vec4::new(low.y, low.w, high.y, high.w))
     }
 
     /// Applies impulses to each b and their opposites to a.
     #[inline(always)]
     fn apply(&self, velocity: &mut [Vec2], normal: Vec4, tangent: Vec4) {
-        let x = (self.normal_x * normal - self.normal_y * tangent).to_array();
-        let y = (self.normal_y * normal + self.normal_x * tangent).to_array();
-        let (inv_mass_a, inv_mass_b) = (self.inv_mass_a.to_array(), self.inv_mass_b.to_array());
-        for lane in 0..LANES {
-            let impulse = Vec2::new(x[lane], y[lane]);
-            velocity[self.a[lane] as usize] -= impulse * inv_mass_a[lane];
-            velocity[self.b[lane] as usize] += impulse * inv_mass_b[lane];
-        }
+        let x = self.normal_x * normal - self.normal_y * tangent;
+        let y = self.normal_y * normal + self.normal_x * tangent;
+        let [low, high] = load(velocity, self.a);
+        let [low_change, high_change] = paired(x * self.inv_mass_a, y * self.inv_mass_a);
+        store(velocity, self.a, [low - low_change, high - high_change]);
+        let [low, high] = load(velocity, self.b);
+        let [low_change, high_change] = paired(x * self.inv_mass_b, y * self.inv_mass_b);
+        store(velocity, self.b, [low + low_change, high + high_change]);
     }
+}
+
+/// The velocities of four bodies, two to a register: half of the instructions of one at a time.
+#[inline(always)]
+fn load(velocity: &[Vec2], slots: [u32; LANES]) -> [Vec4; 2] {
+    let [first, second, third, fourth] = slots.map(|slot| velocity[slot as usize]);
+    [
+        Vec4::new(first.x, first.y, second.x, second.y),
+        Vec4::new(third.x, third.y, fourth.x, fourth.y),
+    ]
+}
+
+/// The inverse of [`load`]. The first lane is stored last: empty ones name its bodies too.
+#[inline(always)]
+fn store(velocity: &mut [Vec2], slots: [u32; LANES], [low, high]: [Vec4; 2]) {
+    velocity[slots[3] as usize] = Vec2::new(high.z, high.w);
+    velocity[slots[2] as usize] = Vec2::new(high.x, high.y);
+    velocity[slots[1] as usize] = Vec2::new(low.z, low.w);
+    velocity[slots[0] as usize] = Vec2::new(low.x, low.y);
+}
+
+/// Four vectors with these components, two to a register.
+#[inline(always)]
+fn paired(x: Vec4, y: Vec4) -> [Vec4; 2] {
+    [Vec4::new(x.x, y.x, x.y, y.y), Vec4::new(x.z, y.z, x.w, y.w)]
 }
 
 /// See `math::max`: `Vec4::max` differs between machines where a number is not one.
