@@ -35,9 +35,6 @@ const LATE_PART: u32 = 2;
 const SLIDING_SHARE: f32 = 0.2;
 /// Contacts beyond which an island that its sweeps did not solve counts as one that moves on.
 pub(crate) const UNSOLVED_MIN: usize = 200;
-/// The same for an island whose bodies hardly move, such as a heap that was compressed in one place and has to come
-/// apart.
-const UNSOLVED_SLOW_MIN: usize = 600;
 
 /// How an island moved at the start of its sweeps.
 #[derive(Clone, Copy, Debug)]
@@ -70,10 +67,9 @@ impl Agitation {
 
     /// How the positions of an island of `count` contacts are corrected after the step.
     pub fn correction(&self, is_solved: bool, count: usize) -> Correction {
-        let unsolved_min = if self.is_slow { UNSOLVED_SLOW_MIN } else { UNSOLVED_MIN };
         if self.in_motion {
             Correction::Singly
-        } else if !is_solved && count > unsolved_min {
+        } else if !is_solved && count > UNSOLVED_MIN {
             Correction::Light
         } else {
             Correction::Thorough
