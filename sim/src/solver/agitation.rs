@@ -28,7 +28,7 @@ const HEAVY_AGITATION: f32 = 8.0;
 const SMALL_VISITS: u32 = 4400;
 const SMALL_SWEEPS_MAX: u32 = 128;
 /// Visits that every other island may take: with 6400 a rain of 4000 overlaps by ten slops when it lands.
-const CALM_VISITS: u32 = 8800;
+pub(crate) const CALM_VISITS: u32 = 8800;
 /// Divides the most sweeps over an island that is solved again with late pairs.
 const LATE_PART: u32 = 2;
 /// Change of a relative velocity at which sweeps over an island in motion end, as a share of its mean sliding velocity.

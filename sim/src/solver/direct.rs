@@ -16,13 +16,10 @@ const CONTACTS_MAX: usize = 128;
 pub(crate) const VISITS: u32 = 16;
 /// Most sweeps over a very stiff island before it is solved here.
 pub(crate) const SWEEPS_BEFORE: u32 = 64;
-/// Visits that stand for eliminations, in a step, after which no island is solved here any more: in a heap that collapses
-/// several would fail in each.
-pub(crate) const STEP_VISITS: u64 = 100_000;
-/// Most rounds.
+/// Most visits that stand for eliminations in a step: in a heap that collapses several islands would fail in each.
+const STEP_VISITS: u64 = 100_000;
+/// Most rounds. The first half of them goes the whole way.
 const ROUNDS_MAX: u32 = 80;
-/// Rounds that go the whole way.
-const WHOLE_ROUNDS: u32 = 40;
 /// Halvings of the way to the solution of a round, to find where it is lowest.
 const HALVINGS: u32 = 10;
 /// Stiffness of a contact, in masses of the heaviest body.
@@ -103,6 +100,12 @@ pub(crate) fn is_worth(contacts: usize, mass_ratio: f32) -> bool {
     contacts <= CONTACTS_MAX && mass_ratio > MASS_RATIO
 }
 
+/// Rounds that an island of so many contacts may take in a step that took `visits` for others.
+pub(crate) fn rounds_left(contacts: usize, visits: u64) -> u32 {
+    let left = STEP_VISITS.saturating_sub(visits) / (u64::from(VISITS) * contacts as u64);
+    ROUNDS_MAX.min(left as u32)
+}
+
 /// Scratch.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct DirectSolver {
@@ -129,7 +132,8 @@ pub(crate) struct DirectSolver {
 }
 
 impl DirectSolver {
-    /// Solves an island from its present impulses, or leaves it as it is; returns whether it did, and its rounds.
+    /// Solves an island from its present impulses within so many rounds, or leaves it as it is; returns whether it did, and
+    /// its rounds.
     #[inline(never)]
     pub fn solve(
         &mut self,
@@ -137,11 +141,13 @@ impl DirectSolver {
         island: &[u32],
         velocity: &mut [Vec2],
         tolerance: f32,
+        rounds_max: u32,
     ) -> (bool, u32) {
         self.read(constraints, island, velocity);
-        for round in 0..ROUNDS_MAX {
-            let steps_whole = round < WHOLE_ROUNDS;
-            if round == WHOLE_ROUNDS {
+        let whole_rounds = rounds_max.div_ceil(2);
+        for round in 0..rounds_max {
+            let steps_whole = round < whole_rounds;
+            if round == whole_rounds {
                 self.speed.clone_from(&self.start);
                 for contact in &mut self.contacts {
                     contact.reset(&constraints[contact.index as usize]);
@@ -172,7 +178,7 @@ impl DirectSolver {
                 return (true, round + 1);
             }
         }
-        (false, ROUNDS_MAX)
+        (false, rounds_max)
     }
 
     /// Reads the bodies and contacts of an island.

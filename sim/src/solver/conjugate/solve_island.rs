@@ -3,7 +3,7 @@
 use super::ConjugateSolver;
 use crate::bodies::Bodies;
 use crate::math::{clamp, max, min};
-use crate::solver::agitation::{Agitation, UNSOLVED_MIN};
+use crate::solver::agitation::{Agitation, CALM_VISITS, UNSOLVED_MIN};
 use crate::solver::contact_constraint::{ContactConstraint, Correction};
 use crate::solver::direct;
 use crate::solver::settings::TOLERANCE;
@@ -82,10 +82,11 @@ impl ConjugateSolver {
         if agitation.is_none() {
             self.thorough += u64::from(visits);
         }
-        let is_affordable = agitation.is_none() && self.eliminated < direct::STEP_VISITS;
-        if !is_solved && is_affordable && direct::is_worth(island.len(), mass_ratio) {
+        let rounds_max = direct::rounds_left(island.len(), self.eliminated);
+        let is_worth = agitation.is_none() && direct::is_worth(island.len(), mass_ratio);
+        if !is_solved && is_worth && rounds_max > 0 {
             let (solved, rounds) =
-                self.direct.solve(constraints, island, velocity, limits.tolerance);
+                self.direct.solve(constraints, island, velocity, limits.tolerance, rounds_max);
             is_solved = solved;
             let elimination = rounds * direct::VISITS * island.len() as u32;
             self.eliminated += u64::from(elimination);
@@ -138,6 +139,12 @@ impl ConjugateSolver {
             let work_left = (self.work_left / island.len() as u64).saturating_add(1);
             work_max = work_max.min(u32::try_from(work_left).unwrap_or(u32::MAX));
         }
+        let precision = max(TOLERANCE / context.settings.tolerance, 1.0);
+        if agitation.is_none() && !is_stiff && !self.is_large_world {
+            // What a hundred sweeps do not solve, such as a contact that slides to and fro at its limit, four hundred do
+            // not either; they would be the longest moments of a small scene.
+            work_max = work_max.min((CALM_VISITS as f32 * precision) as u32 / island.len() as u32);
+        }
         if is_stiff && direct::is_worth(island.len(), mass_ratio) {
             work_max = work_max.min(direct::SWEEPS_BEFORE);
         } else if is_stiff && !is_exact {
@@ -149,7 +156,6 @@ impl ConjugateSolver {
         let sweeps = SweepLimits { tolerance, rounding, sweeps_max, sequence, friction };
         let sweeps = match agitation {
             Some(agitation) => {
-                let precision = max(TOLERANCE / context.settings.tolerance, 1.0);
                 agitation.limits(sweeps, island.len(), mass_ratio, is_late, precision)
             }
             None => sweeps,
