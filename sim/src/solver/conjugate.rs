@@ -72,7 +72,7 @@ pub(crate) struct ConjugateSolver {
     pub sweeps: u32,
     /// Visits of constraints by sweeps, and predictions of impacts.
     pub work: u64,
-    /// Those of them by sweeps that go on until an island is solved, and those that stand for elimination.
+    /// Those of them by sweeps with forests, and those that stand for elimination.
     pub thorough: u64,
     pub eliminated: u64,
     /// Visits of constraints by the passes over positions.

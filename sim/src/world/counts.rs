@@ -12,10 +12,9 @@ pub struct StepCounts {
     pub pairs: u64,
     /// Pairs that touch, or may within the step.
     pub contacts: u64,
-    /// Visits of contacts by passes, by the limited sweeps over large islands or islands in motion, and of single contacts.
+    /// Visits of contacts by passes, by sweeps without forests, and of single contacts.
     pub visits: u64,
-    /// Visits of contacts by sweeps that go on until an island is solved; with the relaxation, of
-    /// pairs that still touch at the end of the step.
+    /// Visits of contacts by sweeps with forests; with the relaxation, of pairs that still touch at the end of the step.
     pub thorough: u64,
     /// Visits that stand for the elimination of islands that sweeps do not solve.
     pub eliminated: u64,

@@ -79,7 +79,7 @@ impl ConjugateSolver {
         };
         let mut is_solved = sweeps < limits.sweeps_max;
         let mut visits = sweeps * island.len() as u32;
-        if agitation.is_none() {
+        if !in_motion && limits.sequence == Sequence::Forests {
             self.thorough += u64::from(visits);
         }
         let rounds_max = direct::rounds_left(island.len(), self.eliminated);
