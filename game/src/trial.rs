@@ -26,21 +26,22 @@ const STIR_SPEED: f32 = 60.0;
 /// The most that a step of a trial does; a scene that needs more is not tried any further.
 const STEP: StepBudget = StepBudget { pairs: 50_000, work: 4_000_000, obstacle_cells: 1_000_000 };
 
-/// Microseconds of each count of a step, in the order of [`counts`]: fitted to the slowest ticks of a thousand random scenes of
-/// 10 to 800 bodies that were stirred, release builds on one virtual core of an Intel Xeon server, shared with other work.
-/// The counts of a tick give its time within a third in most of these scenes, and within a factor of two in all.
-const CONJUGATE_US: [f32; 9] = [0.38, 0.10, 0.034, 0.0082, 0.0188, 0.010, 0.07, 0.029, 0.035];
-const RELAXATION_US: [f32; 9] = [0.03, 0.03, 0.0, 0.010, 0.028, 0.0, 0.0, 0.0, 0.035];
+/// Microseconds of each count of a step, in the order of [`counts`]: fitted to the slowest ticks of 154 scenes, the shipped
+/// ones and random ones of 10 to 800 bodies that were stirred, release builds on one virtual core of an Intel Xeon server,
+/// shared with other work. The counts of such a tick give its time within a third in nine of ten, and within a factor of
+/// two in all but a few.
+const CONJUGATE_US: [f32; 9] = [0.57, 0.10, 0.0, 0.0082, 0.0244, 0.004, 0.061, 0.038, 0.035];
+const RELAXATION_US: [f32; 9] = [0.01, 0.01, 0.0, 0.010, 0.042, 0.0, 0.0, 0.0, 0.025];
 /// Of each body for each player and zone: tools and rules look at all bodies.
-const LOOK_US: f32 = 0.003;
+const LOOK_US: f32 = 0.0095;
 
 /// Time added to every estimate, microseconds: for the first ticks of a game, and for memory that is not in the cache.
-const ANY_TICK_US: f32 = 4.0;
+const ANY_TICK_US: f32 = 1.0;
 /// The worst tick promised is this many times as long as the worst that a trial has to expect by its counts: games have worse
 /// moments than a trial, and ticks take longer than others with the same counts. Where players can do nothing, what
 /// happens without stirs is what happened in the trial, and counts as it is. The sweeps of the conjugate solver vary more.
-const RELAXATION_MARGIN: f32 = 1.8;
-const CONJUGATE_MARGIN: f32 = 2.2;
+const RELAXATION_MARGIN: f32 = 1.7;
+const CONJUGATE_MARGIN: f32 = 1.85;
 /// The worst stirred periods whose mean counts: a single rare moment, which few games have, would decide otherwise.
 const WORST_PERIODS: usize = 3;
 
@@ -149,7 +150,7 @@ impl Trier {
                 if self.game.is_over_budget() {
                     return false;
                 }
-                let us = self.tick_us();
+                let us = tick_us(&self.game);
                 peak_us = max(peak_us, us);
                 self.found.total_us += us;
                 self.found.ticks += 1;
@@ -181,16 +182,6 @@ impl Trier {
         });
     }
 
-    /// Time of the last tick by its counts, microseconds.
-    fn tick_us(&self) -> f32 {
-        let (world, zones) = (self.game.world(), self.game.scene().rules.zones.len());
-        let us = if self.found.is_conjugate { CONJUGATE_US } else { RELAXATION_US };
-        let step_us: f32 =
-            counts(world.step_counts()).iter().zip(us).map(|(&count, us)| count as f32 * us).sum();
-        let looks = (self.hands.len() + zones) * world.body_count();
-        step_us + LOOK_US * looks as f32
-    }
-
     fn count_bodies(&mut self) {
         let is_made = |kind: Kind, owner: Option<Seat>| {
             kind == Kind::Marble || kind == Kind::Pack && owner.is_none()
@@ -200,6 +191,19 @@ impl Trier {
         self.found.made = self.found.made.max(made);
         self.found.bodies = self.found.bodies.max(bodies);
     }
+}
+
+/// Time of a game's last tick by its counts, microseconds of the machine on which their times were fitted.
+pub fn tick_us(game: &Game) -> f32 {
+    let (scene, world) = (game.scene(), game.world());
+    let us = match scene.world.solver {
+        Some(Solver::Conjugate(_)) => CONJUGATE_US,
+        _ => RELAXATION_US,
+    };
+    let step_us: f32 =
+        counts(world.step_counts()).iter().zip(us).map(|(&count, us)| count as f32 * us).sum();
+    let looks = (usize::from(scene.players_max) + scene.rules.zones.len()) * world.body_count();
+    step_us + LOOK_US * looks as f32
 }
 
 fn counts(of: StepCounts) -> [u64; 9] {
