@@ -2,10 +2,14 @@
 //! random ones whose bodies are stirred: `--count 1000 --seed 1`.
 //!
 //! Every game is played three times, and a tick counts with the shortest of its times: the same tick does the same work.
+//!
+//! A plan's milliseconds are those of the machine on which the times of its counts were fitted. How many times as long this
+//! machine takes is the median over all scenes of the time of the worst tick relative to that by the counts of this very
+//! tick; plans are multiplied by it.
 
 use clap::Parser;
 use jostle_game::scene::WorstTick;
-use jostle_game::trial::{STIR_TICKS, stir, worst_tick};
+use jostle_game::trial::{STIR_TICKS, stir, tick_us, worst_tick};
 use jostle_game::{Buttons, Game, Input, Scene, Seat};
 use jostle_report::study::thread_time_us;
 use jostle_sim::{Rng, Solver, Vec2};
@@ -38,11 +42,24 @@ struct Arguments {
 struct Played {
     mean: f64,
     worst: f64,
+    /// The worst one by its counts.
+    by_counts: f64,
+}
+
+/// A scene's figures.
+#[derive(Clone, Copy)]
+struct Row {
+    /// The plan's worst tick relative to that measured.
+    ratio: f64,
+    /// Time of the worst tick relative to that by its counts.
+    slowness: f64,
 }
 
 fn main() {
     let arguments = Arguments::parse();
-    println!("scene,bodies,plan_ms,limits_ms,mean_ms,worst_ms,plan_over_worst,about");
+    println!(
+        "scene,bodies,plan_ms,limits_ms,mean_ms,worst_ms,worst_by_counts_ms,plan_over_worst,about"
+    );
     let mut shipped = Vec::new();
     let scenes = if arguments.random_only { Vec::new() } else { Scene::built_in() };
     for scene in scenes {
@@ -60,19 +77,27 @@ fn main() {
         let is_conjugate = matches!(scene.world.solver, Some(Solver::Conjugate(_)));
         by_solver[usize::from(is_conjugate)].push(report(&scene, &about, &played));
     }
-    summarise("shipped", &shipped);
     let [relaxation, conjugate] = by_solver;
-    summarise("random, relaxation", &relaxation);
-    summarise("random, conjugate", &conjugate);
-    summarise("random", &[relaxation, conjugate].concat());
+    let random = [relaxation.as_slice(), &conjugate].concat();
+    let slowness = median([shipped.as_slice(), &random].concat().iter().map(|row| row.slowness));
+    println!("# this machine takes {slowness:.2} times as long as the plans' does");
+    for (scenes, rows) in [
+        ("shipped", &shipped),
+        ("random, relaxation", &relaxation),
+        ("random, conjugate", &conjugate),
+        ("random", &random),
+    ] {
+        summarise(scenes, rows, slowness);
+    }
 }
 
-/// Prints how the plan's worst ticks compare with those measured: the first divided by the second.
-fn summarise(scenes: &str, ratios: &[f64]) {
-    if ratios.is_empty() {
+/// Prints how the plan's worst ticks on a machine that takes `slowness` times as long compare with those measured: the first
+/// divided by the second.
+fn summarise(scenes: &str, rows: &[Row], slowness: f64) {
+    if rows.is_empty() {
         return;
     }
-    let mut sorted = ratios.to_vec();
+    let mut sorted: Vec<f64> = rows.iter().map(|row| row.ratio * slowness).collect();
     sorted.sort_by(f64::total_cmp);
     let count = sorted.len();
     let of = |share: usize| sorted[(count - 1) * share / 100];
@@ -89,21 +114,30 @@ fn summarise(scenes: &str, ratios: &[f64]) {
     );
 }
 
-/// Prints the row of a scene; returns the plan's worst tick divided by that measured.
-fn report(scene: &Scene, about: &str, played: &Played) -> f64 {
+fn median(figures: impl Iterator<Item = f64>) -> f64 {
+    let mut sorted: Vec<f64> = figures.collect();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied().unwrap_or(1.0)
+}
+
+/// Prints the row of a scene; returns its figures.
+fn report(scene: &Scene, about: &str, played: &Played) -> Row {
     let plan = f64::from(worst_tick(scene).ms);
     let limits = WorstTick::of(scene).ms;
     let (name, bodies) = (&scene.name, scene.world.bodies_max);
-    let Played { mean, worst } = played;
+    let Played { mean, worst, by_counts } = played;
     let ratio = plan / worst;
-    println!("{name},{bodies},{plan:.3},{limits:.3},{mean:.4},{worst:.4},{ratio:.2},{about}");
-    ratio
+    println!(
+        "{name},{bodies},{plan:.3},{limits:.3},{mean:.4},{worst:.4},{by_counts:.4},{ratio:.2},{about}"
+    );
+    Row { ratio, slowness: worst / by_counts }
 }
 
 /// Plays with as many bots as the scene allows; stirs the bodies of a random scene. The games come one after another: what
 /// else the machine does for a moment slows down another tick of each.
 fn play(scene: &Arc<Scene>, seed: u64, random: Option<u64>) -> Played {
     let mut times = [f64::INFINITY; TICKS as usize];
+    let mut by_counts = [0.0; TICKS as usize];
     for _ in 0..PLAYS {
         let mut game = Game::new(scene.clone(), seed);
         let mut hands: Vec<Hand> = Vec::new();
@@ -111,7 +145,7 @@ fn play(scene: &Arc<Scene>, seed: u64, random: Option<u64>) -> Played {
             game.join(Seat(seat));
             hands.push(Hand::new(Rng::new(seed, u64::from(seat))));
         }
-        for (tick, time) in (1u32..).zip(&mut times) {
+        for (tick, (time, by_counts)) in (1u32..).zip(times.iter_mut().zip(&mut by_counts)) {
             let inputs: Vec<(Seat, Input)> = (0u16..)
                 .zip(&mut hands)
                 .map(|(seat, hand)| (Seat(seat), hand.next(scene.size)))
@@ -128,10 +162,14 @@ fn play(scene: &Arc<Scene>, seed: u64, random: Option<u64>) -> Played {
                 }),
             }
             *time = time.min((thread_time_us() - began) / 1000.0);
+            *by_counts = f64::from(tick_us(&game)) / 1000.0;
         }
     }
     let mean = times.iter().sum::<f64>() / f64::from(TICKS);
-    Played { mean, worst: times.into_iter().fold(0.0, f64::max) }
+    let ticks = times.into_iter().zip(by_counts);
+    let (worst, by_counts) =
+        ticks.max_by(|(one, _), (other, _)| one.total_cmp(other)).expect("a game has ticks");
+    Played { mean, worst, by_counts }
 }
 
 /// Holds buttons and a pointer for some ticks, then others.
