@@ -191,7 +191,8 @@ fn beside_best(studies: &[Study], method: &str) -> (f64, f64) {
     (median(errors), median(times))
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
+/// The median; of an even number of values the upper one. NaN where there are none.
+pub fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }

@@ -100,7 +100,7 @@ pub(crate) fn is_worth(contacts: usize, mass_ratio: f32) -> bool {
     contacts <= CONTACTS_MAX && mass_ratio > MASS_RATIO
 }
 
-/// Rounds that an island of so many contacts may take in a step that took `visits` for others.
+/// Most rounds of an island with this number of contacts, in a step whose eliminations stand for `visits` so far.
 pub(crate) fn rounds_left(contacts: usize, visits: u64) -> u32 {
     let left = STEP_VISITS.saturating_sub(visits) / (u64::from(VISITS) * contacts as u64);
     ROUNDS_MAX.min(left as u32)
@@ -132,8 +132,8 @@ pub(crate) struct DirectSolver {
 }
 
 impl DirectSolver {
-    /// Solves an island from its present impulses within so many rounds, or leaves it as it is; returns whether it did, and
-    /// its rounds.
+    /// Solves an island from its present impulses in up to `rounds_max` rounds, or leaves it as it is; returns whether it
+    /// did, and its rounds.
     #[inline(never)]
     pub fn solve(
         &mut self,

@@ -269,7 +269,7 @@ impl WideContact {
     }
 }
 
-/// The velocities of four bodies, two to a register: half of the instructions of one at a time.
+/// The velocities of four bodies, two to a register.
 #[inline(always)]
 fn load(velocity: &[Vec2], slots: [u32; LANES]) -> [Vec4; 2] {
     let [first, second, third, fourth] = slots.map(|slot| velocity[slot as usize]);

@@ -11,6 +11,7 @@ use clap::Parser;
 use jostle_game::scene::WorstTick;
 use jostle_game::trial::{STIR_TICKS, stir, tick_us, worst_tick};
 use jostle_game::{Buttons, Game, Input, Scene, Seat};
+use jostle_report::overview::median;
 use jostle_report::study::thread_time_us;
 use jostle_sim::{Rng, Solver, Vec2};
 use std::sync::Arc;
@@ -79,7 +80,7 @@ fn main() {
     }
     let [relaxation, conjugate] = by_solver;
     let random = [relaxation.as_slice(), &conjugate].concat();
-    let slowness = median([shipped.as_slice(), &random].concat().iter().map(|row| row.slowness));
+    let slowness = median(shipped.iter().chain(&random).map(|row| row.slowness).collect());
     println!("# this machine takes {slowness:.2} times as long as the plans' does");
     for (scenes, rows) in [
         ("shipped", &shipped),
@@ -112,12 +113,6 @@ fn summarise(scenes: &str, rows: &[Row], slowness: f64) {
         of(100),
         100.0 * above as f64 / count as f64
     );
-}
-
-fn median(figures: impl Iterator<Item = f64>) -> f64 {
-    let mut sorted: Vec<f64> = figures.collect();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied().unwrap_or(1.0)
 }
 
 /// Prints the row of a scene; returns its figures.

@@ -141,8 +141,7 @@ impl ConjugateSolver {
         }
         let precision = max(TOLERANCE / context.settings.tolerance, 1.0);
         if agitation.is_none() && !is_stiff && !self.is_large_world {
-            // What a hundred sweeps do not solve, such as a contact that slides to and fro at its limit, four hundred do
-            // not either; they would be the longest moments of a small scene.
+            // No more than a larger island that is not in motion: these would be the longest moments of a small scene.
             work_max = work_max.min((CALM_VISITS as f32 * precision) as u32 / island.len() as u32);
         }
         if is_stiff && direct::is_worth(island.len(), mass_ratio) {
