@@ -373,13 +373,15 @@ impl PairList {
     /// their impulses.
     fn carry_impulses(&mut self) {
         let PairList { pairs, keys, renewed, .. } = self;
-        let mut found = keys.iter().copied().peekable();
         let mut kept = 0;
         pairs.retain(|pair| {
-            while found.next_if(|&key| key < pair.key()).is_some() {}
-            let is_found = found.next_if_eq(&pair.key()).is_some();
+            if !renewed[pair.a as usize] && !renewed[pair.b as usize] {
+                return true;
+            }
+            // One without an impulse is as good as new.
+            let is_found = pair.normal_impulse > 0.0 && keys.binary_search(&pair.key()).is_ok();
             kept += usize::from(is_found);
-            is_found || !renewed[pair.a as usize] && !renewed[pair.b as usize]
+            is_found
         });
         // Merges the new ones from behind, so that each pair moves once.
         let (mut from, mut to) = (pairs.len(), pairs.len() + keys.len() - kept);

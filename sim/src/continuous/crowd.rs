@@ -54,6 +54,9 @@ impl Crowd {
         let is_weightless = context.gravity == Vec2::ZERO;
         for pair in pairs {
             let (a, b) = (pair.a as usize, pair.b as usize);
+            if self.is_crowded[a] && self.is_crowded[b] {
+                continue;
+            }
             if bodies.inverse_mass[a] == 0.0 || bodies.inverse_mass[b] == 0.0 {
                 // A ball alone bounces off a floor on its exact path.
                 continue;

@@ -115,6 +115,9 @@ impl LatePairs {
                 continue;
             }
             let (a, b) = (pair.a as usize, pair.b as usize);
+            if self.is_in_motion[a] && self.is_in_motion[b] {
+                continue;
+            }
             let path = (bodies.velocity[b] - bodies.velocity[a]) * dt;
             let may_be_late =
                 self.may_be_late(bodies, pair, dt) || self.ends_in_wall(bodies, pair, path);
@@ -150,7 +153,6 @@ impl LatePairs {
     fn may_be_late(&self, bodies: &Bodies, pair: &Pair, dt: f32) -> bool {
         let (a, b) = (pair.a as usize, pair.b as usize);
         (self.may_be_late[a] == Some(true) || self.may_be_late[b] == Some(true))
-            && !(self.is_in_motion[a] && self.is_in_motion[b])
             && (self.outruns_reach[a] || self.outruns_reach[b] || is_fast(bodies, pair, dt, 1.0))
     }
 
