@@ -38,9 +38,7 @@ pub(crate) fn solve(
     pairs: &mut [Pair],
     settings: &Relaxation,
 ) -> u32 {
-    for pair in pairs {
-        (pair.normal_impulse, pair.tangent_impulse) = (0.0, 0.0);
-    }
+    pairs.iter_mut().for_each(Pair::clear_impulses);
     for pass in 1..settings.iterations {
         let mut hits = false;
         for constraint in constraints.iter_mut() {

@@ -266,8 +266,7 @@ impl RelaxationSolver {
 fn apply_stored(bodies: &mut Bodies, pairs: &mut [Pair], warm_normals: &mut Vec<WarmNormal>) {
     for pair in pairs.iter_mut().filter(|pair| pair.normal_impulse > 0.0) {
         let Some(manifold) = overlap(bodies, pair.a, pair.b) else {
-            pair.normal_impulse = 0.0;
-            pair.tangent_impulse = 0.0;
+            pair.clear_impulses();
             continue;
         };
         scale_stored(bodies, pair);
@@ -286,6 +285,9 @@ fn scale_stored(bodies: &Bodies, pair: &mut Pair) {
         min(bodies.warm_start_scale[pair.a as usize], bodies.warm_start_scale[pair.b as usize]);
     pair.normal_impulse *= scale;
     pair.tangent_impulse *= scale;
+    if pair.normal_impulse <= 0.0 {
+        pair.clear_impulses();
+    }
 }
 
 fn gather<const SHAPES: u8>(
@@ -493,10 +495,7 @@ fn release<const FRICTION: bool>(
 
 /// Stores the resting impulses for the next step's warm start.
 fn store(constraints: &[RelaxationConstraint], pairs: &mut [Pair]) {
-    for pair in pairs.iter_mut() {
-        pair.normal_impulse = 0.0;
-        pair.tangent_impulse = 0.0;
-    }
+    pairs.iter_mut().for_each(Pair::clear_impulses);
     for constraint in constraints.iter().filter(|constraint| constraint.normal_impulse > 0.0) {
         let pair = &mut pairs[constraint.pair as usize];
         pair.normal_impulse = constraint.normal_impulse;
