@@ -16,9 +16,9 @@ const CONTACTS_MAX: usize = 128;
 pub(crate) const VISITS: u32 = 16;
 /// Most sweeps over a very stiff island before it is solved here.
 pub(crate) const SWEEPS_BEFORE: u32 = 64;
-/// Most visits that stand for eliminations in a step: in a heap that collapses several islands would fail in each.
+/// Most visits that stand for eliminations in a step: in a heap that collapses several islands would fail in every step.
 const STEP_VISITS: u64 = 100_000;
-/// Most rounds. The first half of them goes the whole way.
+/// Most rounds. In the first half of those that an island gets, steps are whole.
 const ROUNDS_MAX: u32 = 80;
 /// Halvings of the way to the solution of a round, to find where it is lowest.
 const HALVINGS: u32 = 10;
@@ -325,5 +325,21 @@ fn push(momentum: &mut [DVec2], ends: [Option<u32>; 2], impulse: DVec2) {
         if let Some(end) = end {
             momentum[end as usize] += impulse;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_rounds_of_a_step_fit_into_its_visits() {
+        assert_eq!(rounds_left(2, 0), ROUNDS_MAX);
+        assert_eq!(rounds_left(2, STEP_VISITS - 64), 2);
+        assert_eq!(rounds_left(CONTACTS_MAX, 0), 48);
+        assert_eq!(
+            [rounds_left(CONTACTS_MAX, STEP_VISITS), rounds_left(2, 2 * STEP_VISITS)],
+            [0, 0]
+        );
     }
 }
