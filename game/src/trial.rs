@@ -193,7 +193,8 @@ impl Trier {
     }
 }
 
-/// Time of a game's last tick by its counts, microseconds of the machine on which their times were fitted.
+/// Time of a game's last tick by its counts, in microseconds, on the machine for which their times were fitted; without
+/// [`ANY_TICK_US`].
 pub fn tick_us(game: &Game) -> f32 {
     let (scene, world) = (game.scene(), game.world());
     let us = match scene.world.solver {

@@ -5,7 +5,7 @@
 //!
 //! A plan's milliseconds are those of the machine on which the times of its counts were fitted. How many times as long this
 //! machine takes is the median over all scenes of the time of the worst tick relative to that by the counts of this very
-//! tick; plans are multiplied by it.
+//! tick; in the summary, plans are multiplied by it.
 
 use clap::Parser;
 use jostle_game::scene::WorstTick;
@@ -47,9 +47,9 @@ struct Played {
     by_counts: f64,
 }
 
-/// A scene's figures.
+/// How the plan of a scene compares.
 #[derive(Clone, Copy)]
-struct Row {
+struct Comparison {
     /// The plan's worst tick relative to that measured.
     ratio: f64,
     /// Time of the worst tick relative to that by its counts.
@@ -81,7 +81,9 @@ fn main() {
     let [relaxation, conjugate] = by_solver;
     let random = [relaxation.as_slice(), &conjugate].concat();
     let slowness = median(shipped.iter().chain(&random).map(|row| row.slowness).collect());
-    println!("# this machine takes {slowness:.2} times as long as the plans' does");
+    println!(
+        "# this machine takes {slowness:.2} times as long as the one for which plans were fitted"
+    );
     for (scenes, rows) in [
         ("shipped", &shipped),
         ("random, relaxation", &relaxation),
@@ -94,7 +96,7 @@ fn main() {
 
 /// Prints how the plan's worst ticks on a machine that takes `slowness` times as long compare with those measured: the first
 /// divided by the second.
-fn summarise(scenes: &str, rows: &[Row], slowness: f64) {
+fn summarise(scenes: &str, rows: &[Comparison], slowness: f64) {
     if rows.is_empty() {
         return;
     }
@@ -116,7 +118,7 @@ fn summarise(scenes: &str, rows: &[Row], slowness: f64) {
 }
 
 /// Prints the row of a scene; returns its figures.
-fn report(scene: &Scene, about: &str, played: &Played) -> Row {
+fn report(scene: &Scene, about: &str, played: &Played) -> Comparison {
     let plan = f64::from(worst_tick(scene).ms);
     let limits = WorstTick::of(scene).ms;
     let (name, bodies) = (&scene.name, scene.world.bodies_max);
@@ -125,7 +127,7 @@ fn report(scene: &Scene, about: &str, played: &Played) -> Row {
     println!(
         "{name},{bodies},{plan:.3},{limits:.3},{mean:.4},{worst:.4},{by_counts:.4},{ratio:.2},{about}"
     );
-    Row { ratio, slowness: worst / by_counts }
+    Comparison { ratio, slowness: worst / by_counts }
 }
 
 /// Plays with as many bots as the scene allows; stirs the bodies of a random scene. The games come one after another: what
