@@ -378,7 +378,7 @@ impl PairList {
             if !renewed[pair.a as usize] && !renewed[pair.b as usize] {
                 return true;
             }
-            // One without an impulse is as good as new.
+            // A pair without an impulse has nothing to carry, and is created again: in a crowd, seven of eight.
             let is_found = pair.normal_impulse > 0.0 && keys.binary_search(&pair.key()).is_ok();
             kept += usize::from(is_found);
             is_found

@@ -55,6 +55,7 @@ impl Crowd {
         for pair in pairs {
             let (a, b) = (pair.a as usize, pair.b as usize);
             if self.is_crowded[a] && self.is_crowded[b] {
+                // The pair can add nothing.
                 continue;
             }
             if bodies.inverse_mass[a] == 0.0 || bodies.inverse_mass[b] == 0.0 {

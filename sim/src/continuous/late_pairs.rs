@@ -116,6 +116,7 @@ impl LatePairs {
             }
             let (a, b) = (pair.a as usize, pair.b as usize);
             if self.is_in_motion[a] && self.is_in_motion[b] {
+                // See `is_in_motion`. Most pairs of a crowd are such.
                 continue;
             }
             let path = (bodies.velocity[b] - bodies.velocity[a]) * dt;

@@ -157,7 +157,7 @@ impl ColoredContacts {
 impl WideContact {
     fn new(constraints: &[ContactConstraint], members: &[u32]) -> WideContact {
         let first = &constraints[members[0] as usize];
-        // Empty lanes read velocities of the first contact's bodies.
+        // Empty lanes load and store velocities of the first contact's bodies; see `store`.
         let mut wide = WideContact {
             constraints: [EMPTY; LANES],
             a: [first.a; LANES],
@@ -279,7 +279,8 @@ fn load(velocity: &[Vec2], slots: [u32; LANES]) -> [Vec4; 2] {
     ]
 }
 
-/// The inverse of [`load`]. The first lane is stored last: empty ones name its bodies too.
+/// The inverse of [`load`]. The first lane is stored last: empty ones name its bodies too. An immovable body may be in several
+/// lanes, which all store what they loaded.
 #[inline(always)]
 fn store(velocity: &mut [Vec2], slots: [u32; LANES], [low, high]: [Vec4; 2]) {
     velocity[slots[3] as usize] = Vec2::new(high.z, high.w);

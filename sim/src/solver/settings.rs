@@ -49,8 +49,8 @@ pub struct Conjugate {
     /// sweeps (see `sweeps_max`) take more in proportion where it is less.
     pub tolerance: f32,
     /// Most sweeps over an island per step, 1..=1000. Within it and `work_max`, islands of more than 16
-    /// contacts that are in motion take at most 16 to 128 sweeps, slower ones of 64 contacts and more at most 16
-    /// (or 8800 visits in all), and half of these where they are solved again; not in worlds of more than 6000 moving
+    /// contacts that are in motion take at most 16 to 128 sweeps, slower ones 8800 visits in all
+    /// (or 16 sweeps, if they have 64 contacts or more and that is more), and half of these where they are solved again; not in worlds of more than 6000 moving
     /// bodies. With mass ratios beyond 10^4 slower ones take 32,000 visits, and 64 sweeps before an elimination.
     /// Default 400.
     pub sweeps_max: u32,

@@ -68,7 +68,8 @@ pub(crate) const SMALL_ISLAND_SHARE: f32 = 0.001;
 /// constraint of a high pile leaves add up, and the pile creeps. At a four times coarser tolerance
 /// a pile of 20,000 slides for half a minute.
 pub(crate) const LARGE_ISLAND: f32 = 10_000.0;
-/// Contacts from which the sweeps over an island that is not in motion are limited too: smaller ones cost little.
+/// Contacts from which 16 sweeps by colour may do for an island that is not in motion. Smaller ones are swept with forests,
+/// within `CALM_VISITS`.
 pub(crate) const CALM_MIN: usize = 64;
 /// Rounding of an island's kinetic energy, as a share: squares and sums of rounded velocities.
 pub(crate) const ENERGY_ROUNDING: f64 = 1e-5;

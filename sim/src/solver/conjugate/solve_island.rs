@@ -141,7 +141,8 @@ impl ConjugateSolver {
         }
         let precision = max(TOLERANCE / context.settings.tolerance, 1.0);
         if agitation.is_none() && !is_stiff && !self.is_large_world {
-            // No more than a larger island that is not in motion: these would be the longest moments of a small scene.
+            // As many visits as a larger island that is not in motion: unbounded, small islands would take the longest steps of
+            // small scenes.
             work_max = work_max.min((CALM_VISITS as f32 * precision) as u32 / island.len() as u32);
         }
         if is_stiff && direct::is_worth(island.len(), mass_ratio) {

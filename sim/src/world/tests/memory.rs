@@ -127,7 +127,7 @@ fn a_step_with_eliminations_allocates_nothing() {
             steps(&mut world, 30);
         }
     };
-    // The largest island that chance brings about grows slowly.
+    // Capacity follows the largest island so far, and a larger one becomes rare.
     push(400);
     assert_eq!(measure(|| push(4)).count_total, 0);
 }
