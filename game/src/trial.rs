@@ -8,7 +8,7 @@ use crate::scene::{WorstTick, made_max};
 use crate::{Buttons, Game, Input, Kind, Phase, Scene, Seat, Tools};
 use glam::Vec2;
 use jostle_sim::math::max;
-use jostle_sim::{Motion, Rng, Solver, StepBudget, StepCounts, World};
+use jostle_sim::{Motion, Rng, StepBudget, StepCounts, World};
 use std::sync::Arc;
 
 /// Seed of the game, of its players' keys and of the stirs.
@@ -125,7 +125,7 @@ impl Trier {
     fn new(scene: &Scene) -> Trier {
         let has_actors =
             scene.hero.is_some() || scene.sling.is_some() || scene.tools != Tools::default();
-        let is_conjugate = matches!(scene.world.solver, Some(Solver::Conjugate(_)));
+        let is_conjugate = scene.world.is_conjugate();
         let made_max = made_max(scene);
         let found = Trial { has_actors, is_conjugate, made_max, ..Trial::default() };
         let mut scene = without_waits(scene);
@@ -197,10 +197,7 @@ impl Trier {
 /// [`ANY_TICK_US`].
 pub fn tick_us(game: &Game) -> f32 {
     let (scene, world) = (game.scene(), game.world());
-    let us = match scene.world.solver {
-        Some(Solver::Conjugate(_)) => CONJUGATE_US,
-        _ => RELAXATION_US,
-    };
+    let us = if scene.world.is_conjugate() { CONJUGATE_US } else { RELAXATION_US };
     let step_us: f32 =
         counts(world.step_counts()).iter().zip(us).map(|(&count, us)| count as f32 * us).sum();
     let looks = (usize::from(scene.players_max) + scene.rules.zones.len()) * world.body_count();

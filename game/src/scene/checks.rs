@@ -7,7 +7,7 @@ use super::table::{Field, Table};
 use super::tools::Tools;
 use jostle_sim::collide;
 use jostle_sim::math::{max, min};
-use jostle_sim::{Aabb, BodyDef, Motion, Solver};
+use jostle_sim::{Aabb, BodyDef, Motion};
 
 /// Reports the first contradiction.
 pub(super) fn check(root: &Table, scene: &Scene) {
@@ -147,7 +147,7 @@ fn check_pack_speed(root: &Table, scene: &Scene) {
 
 /// The conjugate solver holds mass ratios up to [`MASS_RATIO_MAX`].
 fn check_masses(root: &Table, scene: &Scene, bodies: &[Field], layouts: &[Field]) {
-    if !matches!(scene.world.solver, Some(Solver::Conjugate(_))) {
+    if !scene.world.is_conjugate() {
         return;
     }
     let kinds = ["hero", "dumb", "pack"].map(|name| root.get(name));

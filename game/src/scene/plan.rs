@@ -10,7 +10,7 @@ use super::spec::{Placed, Scene};
 use super::tools::Tools;
 use jostle_sim::WorldSettings;
 use jostle_sim::math::min;
-use jostle_sim::{BodyDef, Drag, Features, Motion, Shape, Solver};
+use jostle_sim::{BodyDef, Drag, Features, Motion, Shape};
 
 /// The needs of a scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -345,7 +345,7 @@ impl Reasons<'_> {
 
     /// Two bodies at the speed cap must not be able to move by more than the smaller's half-size.
     fn continuous(&self) -> Reason {
-        if !matches!(self.scene.world.solver, Some(Solver::Conjugate(_))) {
+        if !self.scene.world.is_conjugate() {
             return Err("solver is not \"conjugate\": contacts are overlaps".to_owned());
         }
         let speed_max = self.scene.world.speed_max;

@@ -1,7 +1,6 @@
 //! Counts of the work of a step: a measure of its time that is the same on every machine.
 
 use super::World;
-use crate::solver::Solver;
 
 /// Counts of the last step, each of something that takes about the same time whenever it is done.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -31,14 +30,13 @@ impl World {
     /// bodies, counts with its last attempt.
     pub fn step_counts(&self) -> StepCounts {
         let (moving, pairs) = (self.bodies.moving.len(), self.pairs.pairs.len());
-        let is_conjugate = matches!(self.settings.solver, Some(Solver::Conjugate(_)));
         let common = StepCounts {
             moving: moving as u64,
             pairs: pairs as u64,
             particles: self.particles.len() as u64,
             ..StepCounts::default()
         };
-        if !is_conjugate {
+        if !self.settings.is_conjugate() {
             let contacts = self.relaxation.constraints.len() as u64;
             let thorough = u64::from(self.relaxation.passes) * self.touches.now.len() as u64;
             return StepCounts { contacts, visits: self.pair_solves(), thorough, ..common };

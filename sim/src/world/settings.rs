@@ -95,6 +95,11 @@ impl Default for WorldSettings {
 }
 
 impl WorldSettings {
+    /// Whether the conjugate solver moves the bodies.
+    pub fn is_conjugate(&self) -> bool {
+        matches!(self.solver, Some(Solver::Conjugate(_)))
+    }
+
     /// Filter of the bodies that may pair.
     pub(crate) fn filter(&self) -> Filter<'_> {
         let (immovable, pairs_max) = (self.solver.is_none(), self.budget.pairs);
@@ -111,8 +116,7 @@ impl WorldSettings {
         if let Some(solver) = &self.solver {
             solver.check();
         }
-        let conjugate = matches!(self.solver, Some(Solver::Conjugate(_)));
-        assert!(conjugate || !self.sleeping, "only worlds of the conjugate solver sleep");
+        assert!(self.is_conjugate() || !self.sleeping, "only worlds of the conjugate solver sleep");
         for (group, &meets) in self.meets.iter().enumerate() {
             for other in 0..GROUPS_MAX {
                 let mirrored = self.meets[other] >> group & 1;
