@@ -13,7 +13,7 @@ use jostle_game::trial::{STIR_TICKS, stir, tick_us, worst_tick};
 use jostle_game::{Buttons, Game, Input, Scene, Seat};
 use jostle_report::overview::median;
 use jostle_report::study::thread_time_us;
-use jostle_sim::{Rng, Solver, Vec2};
+use jostle_sim::{Rng, Vec2};
 use std::sync::Arc;
 
 /// Ticks of a game: a minute.
@@ -75,8 +75,7 @@ fn main() {
             .unwrap_or_else(|error| panic!("{error}\n{text}"));
         let scene = Arc::new(scene);
         let played = play(&scene, arguments.seed, Some(number));
-        let is_conjugate = matches!(scene.world.solver, Some(Solver::Conjugate(_)));
-        by_solver[usize::from(is_conjugate)].push(report(&scene, &about, &played));
+        by_solver[usize::from(scene.world.is_conjugate())].push(report(&scene, &about, &played));
     }
     let [relaxation, conjugate] = by_solver;
     let random = [relaxation.as_slice(), &conjugate].concat();
@@ -133,8 +132,8 @@ fn report(scene: &Scene, about: &str, played: &Played) -> Comparison {
 /// Plays with as many bots as the scene allows; stirs the bodies of a random scene. The games come one after another: what
 /// else the machine does for a moment slows down another tick of each.
 fn play(scene: &Arc<Scene>, seed: u64, random: Option<u64>) -> Played {
-    let mut times = [f64::INFINITY; TICKS as usize];
-    let mut by_counts = [0.0; TICKS as usize];
+    // Time of each tick, and that by its counts, ms.
+    let mut ticks = [(f64::INFINITY, 0.0); TICKS as usize];
     for _ in 0..PLAYS {
         let mut game = Game::new(scene.clone(), seed);
         let mut hands: Vec<Hand> = Vec::new();
@@ -142,7 +141,7 @@ fn play(scene: &Arc<Scene>, seed: u64, random: Option<u64>) -> Played {
             game.join(Seat(seat));
             hands.push(Hand::new(Rng::new(seed, u64::from(seat))));
         }
-        for (tick, (time, by_counts)) in (1u32..).zip(times.iter_mut().zip(&mut by_counts)) {
+        for (tick, (time, by_counts)) in (1u32..).zip(&mut ticks) {
             let inputs: Vec<(Seat, Input)> = (0u16..)
                 .zip(&mut hands)
                 .map(|(seat, hand)| (Seat(seat), hand.next(scene.size)))
@@ -162,10 +161,11 @@ fn play(scene: &Arc<Scene>, seed: u64, random: Option<u64>) -> Played {
             *by_counts = f64::from(tick_us(&game)) / 1000.0;
         }
     }
-    let mean = times.iter().sum::<f64>() / f64::from(TICKS);
-    let ticks = times.into_iter().zip(by_counts);
-    let (worst, by_counts) =
-        ticks.max_by(|(one, _), (other, _)| one.total_cmp(other)).expect("a game has ticks");
+    let mean = ticks.iter().map(|(time, _)| time).sum::<f64>() / f64::from(TICKS);
+    let (worst, by_counts) = ticks
+        .into_iter()
+        .max_by(|(one, _), (other, _)| one.total_cmp(other))
+        .expect("a game has ticks");
     Played { mean, worst, by_counts }
 }
 
