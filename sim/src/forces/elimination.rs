@@ -124,8 +124,12 @@ impl Elimination {
             for p in range.clone() {
                 let (i, share) = (self.row[p], self.block[p] * inverse);
                 self.diagonal[i as usize] -= share * self.block[p].transpose();
+                // Column i has every row that follows in this one, in the same order.
+                let mut at = self.start[i as usize] as usize;
                 for q in p + 1..range.end {
-                    let at = self.find(self.row[q], i);
+                    while self.row[at] != self.row[q] {
+                        at += 1;
+                    }
                     let fill = self.block[q] * share.transpose();
                     self.block[at] -= fill;
                 }
