@@ -34,7 +34,7 @@ use energy_guard::SpringGuard;
 use euler::{EulerBody, EulerGroups};
 use flight::Flight;
 use glam::Vec2;
-use network::Network;
+use network::{Network, VISITS_MAX};
 use obstacles::Obstacles;
 use springs::{Spring, SpringEnd};
 
@@ -73,6 +73,8 @@ pub(crate) struct Forces {
     euler_bodies: Vec<EulerBody>,
     flights: Vec<Flight>,
     networks: Vec<Network>,
+    /// Scratch: by network, the visits that it wants.
+    wanted: Vec<u64>,
     guard: SpringGuard,
     obstacles: Obstacles,
     /// Slots and inverse masses of bodies that obstacles hold.
@@ -100,9 +102,12 @@ impl Forces {
 
     /// Removes the drag and the springs of a body that is about to be removed.
     pub fn removed(&mut self, id: BodyId) {
+        let counts = (self.dragged.len(), self.springs.len());
         self.dragged.retain(|&(slot, _)| slot != id.index);
         self.springs.retain(|spring| !spring.holds(id));
-        self.is_classified = false;
+        let is_same = counts == (self.dragged.len(), self.springs.len());
+        self.is_classified &=
+            is_same && self.euler_bodies.iter().all(|body| body.slot() != id.index);
     }
 
     pub fn drag(&self, slot: u32) -> Drag {
@@ -125,6 +130,11 @@ impl Forces {
         &self.springs
     }
 
+    /// Visits of springs in the last step.
+    pub fn spring_visits(&self) -> u64 {
+        self.networks.iter().map(Network::visits).sum()
+    }
+
     pub fn has_springs(&self) -> bool {
         !self.springs.is_empty()
     }
@@ -143,10 +153,15 @@ impl Forces {
         for flight in &mut self.flights {
             self.moves.push(flight.fly(bodies, &air));
         }
+        let meets = |slot: u32| around.meets[usize::from(bodies.group[slot as usize])] != 0;
+        self.wanted.clear();
         for network in &mut self.networks {
-            let meets = |slot: u32| around.meets[usize::from(bodies.group[slot as usize])] != 0;
             let may_touch = network.slots().any(meets);
-            network.fly(bodies, &air, may_touch, &mut self.moves);
+            self.wanted.push(network.begin(bodies, air.dt, may_touch));
+        }
+        let all = self.wanted.iter().sum::<u64>().max(VISITS_MAX);
+        for (network, wanted) in self.networks.iter_mut().zip(&self.wanted) {
+            network.fly(bodies, &air, wanted * VISITS_MAX / all, &mut self.moves);
         }
     }
 

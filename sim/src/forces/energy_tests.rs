@@ -3,6 +3,7 @@
 
 use super::*;
 use crate::Conjugate;
+use crate::rng::Rng;
 use crate::shape::Shape;
 use crate::solver::Solver;
 use crate::world::{BodyDef, World, WorldSettings};
@@ -17,7 +18,7 @@ fn solvers() -> [Solver; 2] {
 fn world(gravity: f32, solver: Solver) -> World {
     World::new(WorldSettings {
         gravity: Vec2::new(0.0, -gravity),
-        forces: Some(ForceSettings { springs_max: 10, ..ForceSettings::default() }),
+        forces: Some(ForceSettings { springs_max: 1024, ..ForceSettings::default() }),
         solver: Some(solver),
         speed_max: 1e6,
         ..WorldSettings::default()
@@ -424,6 +425,54 @@ fn the_stiffest_springs_stay_finite_on_a_floor() {
                 }
                 (0..120).for_each(|_| world.step());
                 assert_eq!(world.ids().count(), 3, "{solver:?} {stiffness} {damping} {length}");
+            }
+        }
+    }
+}
+
+/// Bodies of very different masses at random places above a floor, joined by this many springs at random.
+fn tangle(world: &mut World, rng: &mut Rng, (bodies, springs): (u32, u32), stiffness: [f32; 3]) {
+    add(world, floor(0.0));
+    let of = |rng: &mut Rng, of: [f32; 3]| of[rng.below(3) as usize];
+    let body = |rng: &mut Rng| {
+        let mass = of(rng, [0.1, 1.0, 1e4]);
+        ball(1.0, mass, Vec2::new(rng.range(20.0, 180.0), rng.range(15.0, 120.0)))
+    };
+    let ids: Vec<BodyId> = (0..bodies).map(|_| add(world, body(rng))).collect();
+    for _ in 0..springs {
+        let [body, other] = [0; 2].map(|_| ids[rng.below(bodies) as usize]);
+        let (rest_length, stiffness) = (rng.range(0.0, 40.0), of(rng, stiffness));
+        if body != other {
+            let end = SpringEnd::Body(other);
+            world.add_spring(Spring { body, end, rest_length, stiffness, damping: 0.0 });
+        }
+    }
+}
+
+#[test]
+fn a_tangle_of_springs_gains_no_energy_and_its_work_is_bounded() {
+    let soft = [1.0, 30.0, 100.0];
+    let stiff = [1e4, 1e7, 1e9];
+    for solver in solvers() {
+        for (seed, (size, stiffness, steps)) in (0..).zip([
+            ((10, 12), soft, 600),
+            ((10, 12), stiff, 600),
+            ((60, 90), soft, 120),
+            ((60, 90), stiff, 120),
+            ((45, 1000), stiff, 30),
+            ((500, 1020), soft, 10),
+            ((500, 1020), stiff, 10),
+            ((1000, 1000), stiff, 10),
+        ]) {
+            let mut world = world(50.0, solver);
+            tangle(&mut world, &mut Rng::new(seed, 1), size, stiffness);
+            let start = energy(&world, 0.0);
+            for step in 0..steps {
+                world.step();
+                let (share, springs) = (energy(&world, 0.0) / start, world.step_counts().springs);
+                let what = format!("{solver:?} {size:?} {stiffness:?}, step {step}");
+                assert!(share < 1.0 + ROUNDING_SHARE, "{what}: {share}");
+                assert!(springs > 0 && springs < 4 * VISITS_MAX, "{what}: {springs} visits");
             }
         }
     }

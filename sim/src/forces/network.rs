@@ -10,24 +10,24 @@
 //! the system is symmetric.
 //!
 //! A network whose fastest oscillation advances by more than [`SUBSTEP_PHASE`] in a step takes
-//! substeps, as far as their work is bounded; oscillations that damping ends within a few steps need
+//! substeps, as far as [`VISITS_MAX`] allows; oscillations that damping ends within a few steps need
 //! none. Newton's method finds v1; a compressed spring gets no stiffness across it, so every system is
 //! positive definite. Where springs rest the move is zero for any step: rest points are exact.
 //!
 //! Where something is in the way of a network with such oscillations, it takes another step instead
 //! (see `held`).
 
+mod build;
 mod held;
 mod link;
 mod plane;
 
 use super::air::{Air, FAST_PHASE, Kind, Move};
 use super::drag::Drag;
-use super::elimination::{Elimination, EliminationOrder};
-use super::springs::{Spring, SpringEnd};
+use super::elimination::Elimination;
 use crate::bodies::Bodies;
 use crate::math::exp_m1;
-use crate::solver::islands;
+pub(super) use build::networks;
 use glam::{DMat2, DVec2};
 use link::{End, Link, max_or_nan};
 use plane::Plane;
@@ -38,20 +38,32 @@ const SUBSTEP_PHASE: f64 = 1.0;
 /// errors of its phase matter. Those of a rope of ten bodies would take five times as long.
 const DAMPED: f64 = 0.15;
 /// Most substeps of a step.
-const SUBSTEPS_MAX: usize = 100;
-/// Most springs times substeps of a network, unless it takes a single one.
-const SUBSTEP_WORK_MAX: usize = 8192;
-/// Most rounds of Newton's method in a substep; three or four are typical.
+const SUBSTEPS_MAX: u64 = 100;
+/// Visits of springs by rounds of Newton's method in a step of a world, for which all networks share their substeps. Each
+/// takes one in any case.
+pub(super) const VISITS_MAX: u64 = 20_480;
+/// Most rounds of Newton's method in a substep, and those that are expected.
 const ROUNDS_MAX: u32 = 12;
+const ROUNDS: u64 = 4;
+/// Most rounds of an implicit step that Newton's method does not solve.
+const SAFE_ROUNDS: u32 = 6;
+/// A network is too dense for Newton's method if this many factorisations take more than its visits.
+const DENSE: u64 = 4;
+/// Products of a factorisation that take as long as a visit of a spring.
+const PRODUCTS: u64 = 16;
 /// Convergence: change of a velocity, as a share of the largest one. Errors add up over the steps,
 /// and energy with them, unless damping takes it.
 const PRECISION: f64 = 1e-9;
 const PRECISION_DAMPED: f64 = 1e-7;
 /// A round that leaves more than this share of the previous change triggers a new factorisation.
 const SLOW: f64 = 0.1;
-/// Final change beyond which the rounds did not converge.
+/// Final change beyond which the rounds did not converge, in a substep and in an implicit step.
 const DIVERGED: f64 = 1e-6;
-/// Smallest scale of the speeds for the two above, units/s.
+const DIVERGED_IMPLICIT: f64 = 1e-3;
+/// Change beyond which they are given up after the first few.
+const HALFWAY: u32 = 6;
+const HALFWAY_CHANGE: f64 = 1e-2;
+/// Smallest scale of the speeds for these changes, units/s.
 const SPEED_MIN: f64 = 1e-3;
 /// A damped spring whose phase advances by less than this in a step, in radians, uses the midpoint
 /// rule; faster oscillations, which a step cannot resolve, only have to decay.
@@ -64,7 +76,7 @@ struct Node {
     drag: Drag,
     /// From here on: values of this step.
     mass: f64,
-    gravity: DVec2,
+    gravity_scale: f64,
     /// Path since the start of the step.
     path: DVec2,
     /// Velocity without obstacles, and mass that resists them.
@@ -88,6 +100,17 @@ pub(super) struct Network {
     system: Elimination,
     /// Scratch: residual of the velocities, then the change that corrects it.
     residual: Vec<DVec2>,
+    /// Bound of the angular frequency of its fastest oscillation, rad/s.
+    frequency: f64,
+    /// Whether it turns over within a few steps, where something may be in the way.
+    is_fast: bool,
+    /// Visits of springs by rounds in this step, visits that its factorisations stand for, and how many it is to have.
+    visits: u64,
+    factored: u64,
+    allowed: u64,
+    /// Whether implicit steps are left to safe rounds (see `solve_safely`), and whether this is one.
+    is_hard: bool,
+    is_safe: bool,
     /// Whether contacts act on its neighbours too in this step.
     responds: bool,
     /// Whether Newton's method found no solution in this step.
@@ -114,117 +137,46 @@ fn inverse_masses(link: &Link, nodes: &[Node]) -> ([Option<u32>; 2], [f64; 2]) {
     (ends, ends.map(|end| end.map_or(0.0, |node| 1.0 / nodes[node as usize].mass)))
 }
 
-/// The networks of these slots, ascending, with their drag, and of all springs that touch them.
-pub(super) fn networks(slots: &[u32], drag: &[Drag], springs: &[Spring]) -> Vec<Network> {
-    let node_of = |slot: u32| slots.binary_search(&slot).ok().map(|at| at as u32);
-    let edge = |spring: &Spring| match spring.end {
-        SpringEnd::Body(other) => node_of(spring.body.index).zip(node_of(other.index)),
-        SpringEnd::Point(_) => None,
-    };
-    let edges: Vec<(u32, u32)> = springs.iter().filter_map(edge).collect();
-    let component = components(slots.len(), &edges);
-    let mut networks = Vec::new();
-    for root in 0..slots.len() {
-        if component[root] as usize != root {
-            continue;
-        }
-        let members = (root..slots.len()).filter(|&node| component[node] as usize == root);
-        let (slots, drag): (Vec<u32>, Vec<Drag>) =
-            members.map(|node| (slots[node], drag[node])).unzip();
-        networks.push(Network::new(&slots, &drag, springs));
-    }
-    networks
-}
-
 impl Network {
-    /// Builds the network of these slots, ascending, with their drag, and of the springs of a world
-    /// that touch them.
-    fn new(slots: &[u32], drag: &[Drag], springs: &[Spring]) -> Network {
-        let node_of = |slot: u32| slots.binary_search(&slot).ok().map(|at| at as u32);
-        let ends = |spring: &Spring| {
-            let other = match spring.end {
-                SpringEnd::Body(id) => node_of(id.index),
-                SpringEnd::Point(_) => None,
-            };
-            (node_of(spring.body.index), other)
-        };
-        let edges: Vec<(u32, u32)> =
-            springs.iter().filter_map(|s| ends(s).0.zip(ends(s).1)).collect();
-        let (mut system, mut order) = (Elimination::default(), EliminationOrder::default());
-        system.build(slots.len(), &edges, &mut order);
-        let index_of = order.index_of;
-        let mut order = vec![0; slots.len()];
-        for (node, &at) in index_of.iter().enumerate() {
-            order[at as usize] = node;
-        }
-        let node = |&node: &usize| Node {
-            slot: slots[node],
-            drag: drag[node],
-            mass: 1.0,
-            gravity: DVec2::ZERO,
-            path: DVec2::ZERO,
-            free: DVec2::ZERO,
-            resistance: 1.0,
-            rate: 0.0,
-            decay: 0.0,
-            start: DVec2::ZERO,
-            before: DVec2::ZERO,
-            velocity: DVec2::ZERO,
-        };
-        let end = |slot: u32| match node_of(slot) {
-            Some(node) => End::Node(index_of[node as usize]),
-            None => End::Slot(slot),
-        };
-        let link = |spring: &Spring| Link {
-            a: end(spring.body.index),
-            b: match spring.end {
-                SpringEnd::Point(point) => End::Point(point.as_dvec2()),
-                SpringEnd::Body(id) => end(id.index),
-            },
-            rest_length: f64::from(spring.rest_length),
-            stiffness: f64::from(spring.stiffness),
-            damping: f64::from(spring.damping),
-        };
-        let touching = springs.iter().filter(|s| ends(s).0.is_some() || ends(s).1.is_some());
-        Network {
-            nodes: order.iter().map(node).collect(),
-            links: touching.map(link).collect(),
-            system,
-            residual: vec![DVec2::ZERO; slots.len()],
-            responds: false,
-            has_diverged: false,
-            is_damped: false,
-            weight: 0.5,
-            planes: Vec::new(),
-        }
-    }
-
     pub fn slots(&self) -> impl Iterator<Item = u32> + '_ {
         self.nodes.iter().map(|node| node.slot)
     }
 
-    /// Computes the moves of a step. Fast ones that may touch something first take an implicit step, to find where that
-    /// leads.
-    pub fn fly(&mut self, bodies: &Bodies, air: &Air, may_touch: bool, moves: &mut Vec<Move>) {
-        let first = moves.len();
-        self.read_bodies(bodies, air);
+    /// Begins a step; returns the visits of springs that its substeps are expected to need.
+    pub fn begin(&mut self, bodies: &Bodies, dt: f64, may_touch: bool) -> u64 {
+        self.read_bodies(bodies);
+        self.find_frequency();
         self.has_diverged = false;
         self.responds = false;
-        self.is_damped = self.links.iter().all(|link| self.decay(link) * air.dt >= DAMPED);
-        let is_fast = may_touch && self.phase(air.dt) > FAST_PHASE;
+        (self.visits, self.factored) = (0, 0);
+        self.is_damped = self.links.iter().all(|link| self.decay(link) * dt >= DAMPED);
+        self.is_fast = may_touch && self.frequency * dt > FAST_PHASE;
+        self.substeps(dt) * self.visits_of_substep()
+    }
+
+    /// Computes the moves of a step within about the visits that are allowed. Fast ones that may touch something first take
+    /// an implicit step, to find where that leads.
+    pub fn fly(&mut self, bodies: &Bodies, air: &Air, allowed: u64, moves: &mut Vec<Move>) {
+        let first = moves.len();
+        self.allowed = allowed;
+        self.is_hard = DENSE * self.visits_of_factorisation() > allowed;
         self.planes.clear();
-        if is_fast {
-            self.advance_implicitly(bodies, air);
+        let is_resolved = self.substeps(air.dt) * self.visits_of_substep() <= allowed;
+        if self.is_fast {
+            self.advance_implicitly(bodies, air, 0.0);
             for node in &self.nodes {
                 let found = air.limited_move(node.slot, node.velocity, node.path);
                 moves.push(Move { kind: Kind::Fast { implicit: found.path }, ..found });
             }
-            self.read_bodies(bodies, air);
         }
-        let substeps = self.substeps(air.dt);
-        let part = Air { dt: air.dt / substeps as f64, ..*air };
-        for index in 0..substeps {
-            self.advance(bodies, &part, index as f64 * part.dt);
+        if self.is_hard && !is_resolved {
+            self.has_diverged = true;
+            if !self.is_fast {
+                self.advance_implicitly(bodies, air, 0.0);
+            }
+        } else {
+            self.read_bodies(bodies);
+            self.advance_in_substeps(bodies, air);
         }
         for (index, node) in self.nodes.iter().enumerate() {
             let found = air.limited_move(node.slot, node.velocity, node.path);
@@ -235,11 +187,29 @@ impl Network {
         }
     }
 
-    fn read_bodies(&mut self, bodies: &Bodies, air: &Air) {
+    /// Advances by a step. Where springs turn over within a substep, the rest of it is an implicit one: stability is
+    /// enough, and the guard sees to the energy.
+    fn advance_in_substeps(&mut self, bodies: &Bodies, air: &Air) {
+        let most = (self.allowed / self.visits_of_substep()).max(1);
+        let substeps = self.substeps(air.dt).min(most);
+        let part = Air { dt: air.dt / substeps as f64, ..*air };
+        for index in 0..substeps {
+            let elapsed = index as f64 * part.dt;
+            let has_time = index == 0 || self.visits() < self.allowed;
+            if !(has_time && self.advance(bodies, &part, elapsed)) {
+                self.has_diverged = true;
+                let rest = Air { dt: air.dt - elapsed, ..*air };
+                self.advance_implicitly(bodies, &rest, elapsed);
+                break;
+            }
+        }
+    }
+
+    fn read_bodies(&mut self, bodies: &Bodies) {
         for node in &mut self.nodes {
             let slot = node.slot as usize;
             node.mass = 1.0 / f64::from(bodies.inverse_mass[slot]);
-            node.gravity = air.gravity * f64::from(bodies.gravity_scale[slot]);
+            node.gravity_scale = f64::from(bodies.gravity_scale[slot]);
             node.path = DVec2::ZERO;
             node.start = bodies.center[slot].as_dvec2();
             node.velocity = bodies.velocity[slot].as_dvec2();
@@ -252,18 +222,20 @@ impl Network {
         link.damping * (inv_masses[0] + inv_masses[1])
     }
 
-    /// Number of substeps in `dt` seconds.
-    fn substeps(&mut self, dt: f64) -> usize {
-        let most = (SUBSTEP_WORK_MAX / self.links.len()).clamp(1, SUBSTEPS_MAX);
-        if self.is_damped {
-            return 1;
-        }
-        ((self.phase(dt) / SUBSTEP_PHASE).ceil() as usize).clamp(1, most)
+    /// Substeps that its oscillations ask for in `dt` seconds.
+    fn substeps(&self, dt: f64) -> u64 {
+        let phases = (self.frequency * dt / SUBSTEP_PHASE).ceil() as u64;
+        if self.is_damped { 1 } else { phases.clamp(1, SUBSTEPS_MAX) }
     }
 
-    /// Upper bound of the phase of the fastest oscillation in `dt` seconds, radians: by Gershgorin's
-    /// theorem the square of its frequency is at most the largest sum of a row of K / m.
-    fn phase(&mut self, dt: f64) -> f64 {
+    /// Visits of springs that a substep is expected to need.
+    fn visits_of_substep(&self) -> u64 {
+        ROUNDS * self.links.len() as u64 + self.visits_of_factorisation()
+    }
+
+    /// Finds the bound of the fastest oscillation: by Gershgorin's theorem the square of its frequency is at most the
+    /// largest sum of a row of K / m.
+    fn find_frequency(&mut self) {
         // Only scratch here.
         self.residual.fill(DVec2::ZERO);
         for link in &self.links {
@@ -276,24 +248,21 @@ impl Network {
             }
         }
         let squared = self.residual.iter().fold(0.0, |most, row| max_or_nan(row.x, most));
-        squared.sqrt() * dt
+        self.frequency = squared.sqrt();
     }
 
-    /// Advances by a substep that begins `elapsed` seconds after the start of the step.
-    fn advance(&mut self, bodies: &Bodies, air: &Air, elapsed: f64) {
+    /// Advances by a substep that begins `elapsed` seconds after the start of the step; returns whether it found where
+    /// that leads.
+    fn advance(&mut self, bodies: &Bodies, air: &Air, elapsed: f64) -> bool {
         self.begin_substep(air);
         self.choose_weight(air.dt);
-        // A NaN counts as diverged too.
-        let is_solved = |change: f64| change <= DIVERGED;
-        if !is_solved(self.solve(bodies, air, elapsed)) {
-            // Springs that turn over within a step: stability is enough, and the guard sees to the energy.
-            self.has_diverged = true;
-            self.weight = 1.0;
-            if !self.solve(bodies, air, elapsed).is_finite() {
-                self.reset_velocities();
-            }
+        let is_solved = self.solve(bodies, air, elapsed, DIVERGED);
+        if is_solved {
+            self.move_nodes(air.dt);
+        } else {
+            self.reset_velocities();
         }
-        self.move_nodes(air.dt);
+        is_solved
     }
 
     fn begin_substep(&mut self, air: &Air) {
@@ -341,32 +310,77 @@ impl Network {
     /// The first guess: the present velocity or, where a spring may turn over along it, the one for
     /// which nothing moves.
     fn guess_velocities(&mut self, dt: f64) {
-        let rests = !self.is_damped && self.phase(dt) > SUBSTEP_PHASE;
+        let rests = !self.is_damped && self.frequency * dt > SUBSTEP_PHASE;
         let factor = if rests { 1.0 - 1.0 / self.weight } else { 1.0 };
         self.nodes.iter_mut().for_each(|node| node.velocity = node.before * factor);
     }
 
-    /// Newton's method, keeping the factored system as long as it converges; returns the last
-    /// change, as a share of the largest speed.
-    fn solve(&mut self, bodies: &Bodies, air: &Air, elapsed: f64) -> f64 {
+    /// Newton's method, keeping the factored system as long as it converges; returns whether its last change, as a share of
+    /// the largest speed, is at most `tolerance`.
+    fn solve(&mut self, bodies: &Bodies, air: &Air, elapsed: f64, tolerance: f64) -> bool {
         self.guess_velocities(air.dt);
         let precision = if self.is_damped { PRECISION_DAMPED } else { PRECISION };
         let mut change = f64::INFINITY;
         let mut stale = true;
-        for _ in 0..ROUNDS_MAX {
+        for round in 0..ROUNDS_MAX {
+            if stale && self.factored > 0 && !self.has_time_to_factor() {
+                return false;
+            }
             self.assemble(bodies, air, elapsed, stale);
             if stale {
-                self.system.factor();
+                self.factor();
             }
             self.system.solve(&mut self.residual);
             let before = change;
             change = self.apply_newton_step();
-            if change <= precision {
+            if change <= precision || round == HALFWAY && change > HALFWAY_CHANGE {
                 break;
             }
             stale = change > SLOW * before;
         }
-        change
+        // A NaN is no solution either.
+        change <= tolerance
+    }
+
+    /// For an implicit step: rounds that take the stiffness of springs in every direction. Each comes nearer to the solution,
+    /// from where nothing moves, if slowly: their sum of energies is an upper bound of the true one that touches it
+    /// (Bouaziz and others 2014, projective dynamics), and they need a single factorisation.
+    fn solve_safely(&mut self, bodies: &Bodies, air: &Air, elapsed: f64) {
+        self.nodes.iter_mut().for_each(|node| node.velocity = DVec2::ZERO);
+        self.is_safe = true;
+        for round in 0..SAFE_ROUNDS {
+            self.assemble(bodies, air, elapsed, round == 0);
+            if round == 0 {
+                self.factor();
+            }
+            self.system.solve(&mut self.residual);
+            let change = self.apply_newton_step();
+            if change.is_nan() || change <= PRECISION_DAMPED {
+                break;
+            }
+        }
+        self.is_safe = false;
+        if !self.nodes.iter().all(|node| node.velocity.is_finite()) {
+            self.reset_velocities();
+        }
+    }
+
+    fn has_time_to_factor(&self) -> bool {
+        self.factored + self.visits_of_factorisation() <= self.allowed
+    }
+
+    fn visits_of_factorisation(&self) -> u64 {
+        self.system.products() / PRODUCTS
+    }
+
+    /// Visits of springs in this step, with those that factorisations stand for.
+    pub fn visits(&self) -> u64 {
+        self.visits + self.factored
+    }
+
+    fn factor(&mut self) {
+        self.system.factor();
+        self.factored += self.visits_of_factorisation();
     }
 
     /// Computes the residual of the velocities, and the system matrix if `with_matrix`.
@@ -374,10 +388,12 @@ impl Network {
         if with_matrix {
             self.system.clear();
         }
+        self.visits += self.links.len() as u64;
         let t = self.weight;
         for (at, node) in (0u32..).zip(&self.nodes) {
             let through_air = node.before * (1.0 - t) + node.velocity * t - air.wind;
-            let force = (node.gravity - through_air * node.rate) * air.dt;
+            let gravity = air.gravity * node.gravity_scale;
+            let force = (gravity - through_air * node.rate) * air.dt;
             self.residual[at as usize] = (node.before + force - node.velocity) * node.mass;
             if with_matrix {
                 let inertia = node.mass * (1.0 + t * node.rate * air.dt);
@@ -426,7 +442,7 @@ impl Network {
         let late = early + speed * dt;
         let pull = link.pull(early, late, speed, t);
         let impulse = pull.force * dt;
-        let stiffness_matrix = pull.stiffness(link, t, dt);
+        let stiffness_matrix = pull.stiffness(link, self.is_safe, t, dt);
         if let Some(node) = node_a {
             self.residual[node as usize] -= impulse;
         }
@@ -465,11 +481,4 @@ impl Network {
 /// The weight for which a decay by `decay` in a step is exact.
 fn fitted(decay: f64) -> f64 {
     if decay < 1e-3 { 0.5 + decay / 12.0 } else { -1.0 / exp_m1(-decay) - 1.0 / decay }
-}
-
-/// For each node, the smallest one of its connected component.
-fn components(count: usize, edges: &[(u32, u32)]) -> Vec<u32> {
-    let mut parent: Vec<u32> = (0..count as u32).collect();
-    edges.iter().for_each(|&(a, b)| islands::join(&mut parent, a, b));
-    (0..count as u32).map(|at| islands::root(&mut parent, at)).collect()
 }

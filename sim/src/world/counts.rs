@@ -1,6 +1,7 @@
 //! Counts of the work of a step: a measure of its time that is the same on every machine.
 
 use super::World;
+use crate::forces::Forces;
 
 /// Counts of the last step, each of something that takes about the same time whenever it is done.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -21,6 +22,8 @@ pub struct StepCounts {
     pub predictions: u64,
     /// Visits of contacts while the conjugate solver removes overlap.
     pub corrections: u64,
+    /// Visits of springs by the rounds in which networks of springs are solved.
+    pub springs: u64,
     /// Particles.
     pub particles: u64,
 }
@@ -33,6 +36,7 @@ impl World {
         let common = StepCounts {
             moving: moving as u64,
             pairs: pairs as u64,
+            springs: self.forces.as_ref().map_or(0, Forces::spring_visits),
             particles: self.particles.len() as u64,
             ..StepCounts::default()
         };

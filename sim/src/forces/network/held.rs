@@ -2,9 +2,9 @@
 //! nodes resist contacts with the mass of their response to an impulse, and the impulses that contacts gave are then
 //! spread over all nodes, so that springs pass weights on.
 
-use super::Network;
 use super::link::max_or_nan;
 use super::plane::Plane;
+use super::{DIVERGED_IMPLICIT, Network};
 use crate::bodies::Bodies;
 use crate::forces::air::{Air, Hold, Kind, Move};
 use crate::forces::obstacles::Obstacles;
@@ -21,7 +21,7 @@ const PLANE_ROUNDS_MAX: u32 = 4;
 impl Network {
     /// The moves of an implicit step with obstacles.
     pub fn hold(&mut self, bodies: &Bodies, obstacles: &Obstacles, air: &Air, moves: &mut [Move]) {
-        self.read_bodies(bodies, air);
+        self.read_bodies(bodies);
         self.planes.clear();
         for (at, node) in (0u32..).zip(&self.nodes) {
             let of = obstacles.of(node.slot).iter();
@@ -33,7 +33,7 @@ impl Network {
                 stiffness: 0.0,
             }));
         }
-        self.advance_implicitly(bodies, air);
+        self.advance_implicitly(bodies, air, 0.0);
         self.find_free_velocities(bodies, air);
         self.find_resistances(air.dt);
         for (node, row) in self.nodes.iter_mut().zip(&self.residual) {
@@ -55,7 +55,7 @@ impl Network {
     fn find_free_velocities(&mut self, bodies: &Bodies, air: &Air) {
         let planes = std::mem::take(&mut self.planes);
         self.assemble(bodies, air, 0.0, true);
-        self.system.factor();
+        self.factor();
         self.residual.fill(DVec2::ZERO);
         for plane in &planes {
             let impulse = plane.impulse(self.nodes[plane.node as usize].velocity);
@@ -112,8 +112,8 @@ impl Network {
         }
     }
 
-    /// Takes a step of Euler's implicit method, in which no node passes a plane.
-    pub(super) fn advance_implicitly(&mut self, bodies: &Bodies, air: &Air) {
+    /// Takes a step of Euler's implicit method, in which no node passes a plane, from `elapsed` seconds after the start.
+    pub(super) fn advance_implicitly(&mut self, bodies: &Bodies, air: &Air, elapsed: f64) {
         self.begin_substep(air);
         self.weight = 1.0;
         self.find_resistances(air.dt);
@@ -121,8 +121,9 @@ impl Network {
             plane.stiffness = PLANE_STIFFNESS * self.residual[plane.node as usize].x;
         }
         for _ in 0..PLANE_ROUNDS_MAX {
-            if !self.solve(bodies, air, 0.0).is_finite() {
-                self.reset_velocities();
+            self.is_hard = self.is_hard || !self.solve(bodies, air, elapsed, DIVERGED_IMPLICIT);
+            if self.is_hard {
+                self.solve_safely(bodies, air, elapsed);
             }
             let mut any = false;
             for plane in &mut self.planes {
@@ -131,7 +132,7 @@ impl Network {
                 any |= passes && !plane.is_active;
                 plane.is_active |= passes;
             }
-            if !any {
+            if !any || !self.has_time_to_factor() {
                 break;
             }
         }

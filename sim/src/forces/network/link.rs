@@ -61,10 +61,11 @@ impl Link {
 }
 
 impl Pull {
-    /// Derivative of the impulse by the velocity at the end of the step.
-    pub fn stiffness(&self, link: &Link, t: f64, dt: f64) -> DMat2 {
+    /// Derivative of the impulse by the velocity at the end of the step, or an upper bound that is the same in every
+    /// direction.
+    pub fn stiffness(&self, link: &Link, is_bound: bool, t: f64, dt: f64) -> DMat2 {
         let along = dt * t * (link.stiffness * t * dt + link.damping);
-        if link.rest_length == 0.0 {
+        if is_bound || link.rest_length == 0.0 {
             return DMat2::IDENTITY * along;
         }
         let across = dt * t * self.across * t * dt;
