@@ -32,6 +32,8 @@ const STEP: StepBudget = StepBudget { pairs: 50_000, work: 4_000_000, obstacle_c
 /// two in all but a few.
 const CONJUGATE_US: [f32; 9] = [0.57, 0.10, 0.0, 0.0082, 0.0244, 0.004, 0.061, 0.038, 0.035];
 const RELAXATION_US: [f32; 9] = [0.01, 0.01, 0.0, 0.010, 0.042, 0.0, 0.0, 0.0, 0.025];
+/// Of a visit of a spring, with either solver.
+const SPRING_US: f32 = 0.06;
 /// Of each body for each player and zone: tools and rules look at all bodies.
 const LOOK_US: f32 = 0.0095;
 
@@ -198,10 +200,10 @@ impl Trier {
 pub fn tick_us(game: &Game) -> f32 {
     let (scene, world) = (game.scene(), game.world());
     let us = if scene.world.is_conjugate() { CONJUGATE_US } else { RELAXATION_US };
-    let step_us: f32 =
-        counts(world.step_counts()).iter().zip(us).map(|(&count, us)| count as f32 * us).sum();
+    let done = world.step_counts();
+    let step_us: f32 = counts(done).iter().zip(us).map(|(&count, us)| count as f32 * us).sum();
     let looks = (usize::from(scene.players_max) + scene.rules.zones.len()) * world.body_count();
-    step_us + LOOK_US * looks as f32
+    step_us + SPRING_US * done.springs as f32 + LOOK_US * looks as f32
 }
 
 fn counts(of: StepCounts) -> [u64; 9] {

@@ -355,7 +355,7 @@ fn two_bodies_that_a_spring_pulls_together_stay_side_by_side() {
 
 /// Bodies of many sizes and masses in a box, joined at random.
 fn mixed(world: &mut World, restitution: f32, seed: u64) {
-    let mut rng = crate::rng::Rng::new(seed, 3);
+    let mut rng = Rng::new(seed, 3);
     let mut unit = move || rng.unit();
     for side in [Vec2::X, -Vec2::X, Vec2::Y, -Vec2::Y] {
         let (shape, position) = (Shape::rect(200.0, 200.0), Vec2::splat(100.0) + side * 190.0);
