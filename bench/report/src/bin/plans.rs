@@ -197,7 +197,8 @@ impl Hand {
     }
 }
 
-/// A scene with up to four layouts of blocks in a closed world. Its first line says what is in it.
+/// A scene with up to four layouts of blocks in a closed world, and a network of springs in a third of them. Its first line
+/// says what is in it.
 fn random(seed: u64, number: u64) -> String {
     let rng = &mut Rng::new(seed, number);
     let solver = if rng.below(3) == 0 { "relaxation" } else { "conjugate" };
@@ -226,12 +227,15 @@ fn random(seed: u64, number: u64) -> String {
     let side = (area / rng.range(0.1, 0.45)).sqrt().max(30.0) + 8.0;
     let (fill, ratio) = (area / (side - 8.0).powi(2), heaviest / lightest);
     let (middle, inner) = (side / 2.0, format!("{:.1}", side - 4.0));
+    let springs = if rng.below(3) == 0 { springs(rng, side) } else { String::new() };
     let mut text = format!(
-        "# {} bodies, {solver}, gravity {gravity}, fill {fill:.2}, masses to 1 : {ratio:.0}, restitution to {bounce}\n\
+        "# {} bodies, {solver}, gravity {gravity}, fill {fill:.2}, masses to 1 : {ratio:.0}, restitution to {bounce}, \
+         {} springs\n\
          title = \"Random\"\nsize = [{side:.1}, {side:.1}]\n\
          solver = \"{solver}\"\ngravity = [0, {gravity}]\ngroups = [\"platform\", \"block\"]\n\
          pairs = [[\"block\", \"platform\"], [\"block\", \"block\"]]\n",
-        layouts * count
+        layouts * count,
+        springs.matches("[[springs]]").count()
     );
     let (far, long) = (side + 6.0, side + 40.0);
     for (x, y, w, h) in [
@@ -244,5 +248,51 @@ fn random(seed: u64, number: u64) -> String {
             "[[bodies]]\nkind = \"wall\"\nposition = [{x:.1}, {y:.1}]\nsize = [{w:.1}, {h:.1}]\n"
         );
     }
-    text + &listed.replace("SIDE", &inner)
+    text + &listed.replace("SIDE", &inner) + &springs
+}
+
+/// Bodies at random places, joined in a row, as a grid or at random, by springs of any stiffness.
+fn springs(rng: &mut Rng, side: f32) -> String {
+    let (rows, columns) = (1 + rng.below(15), 2 + rng.below(32));
+    let count = rows * columns;
+    let joins_at_random = rng.below(3) == 0;
+    let heaviest = rng.below(6) as i32;
+    let stiffness = rng.range(0.0, 9.0);
+    let damping = if rng.below(2) == 0 { 0.0 } else { rng.range(0.0, 0.5) };
+    let mut text = String::new();
+    for number in 0..count {
+        let [x, y] = [0; 2].map(|_| rng.range(5.5, side - 5.5));
+        let mass = if rng.below(5) == 0 { 10f32.powi(heaviest) } else { 1.0 };
+        text += &format!(
+            "[[bodies]]\nkind = \"block\"\nname = \"n{number}\"\nposition = [{x:.1}, {y:.1}]\n\
+             radius = 0.5\nmass = {mass}\n"
+        );
+    }
+    let mut join = |rng: &mut Rng, one: u32, other: u32| {
+        if one == other {
+            return;
+        }
+        let length = rng.range(0.0, 8.0);
+        let stiffness = 10f32.powf(stiffness * rng.range(0.7, 1.0));
+        text += &format!(
+            "[[springs]]\nbody = \"n{one}\"\nto = \"n{other}\"\nlength = {length:.1}\n\
+             stiffness = {stiffness:.3}\ndamping_ratio = {damping:.2}\n"
+        );
+    };
+    for number in 0..count {
+        if joins_at_random {
+            for _ in 0..1 + rng.below(2) {
+                let other = rng.below(count);
+                join(rng, number, other);
+            }
+            continue;
+        }
+        if (number + 1) % columns > 0 {
+            join(rng, number, number + 1);
+        }
+        if number + columns < count {
+            join(rng, number, number + columns);
+        }
+    }
+    text
 }
