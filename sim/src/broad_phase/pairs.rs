@@ -7,7 +7,8 @@
 //!
 //! Moving bodies are sorted along the axis on which they are spread out further, and swept. In a
 //! world that sleeps the others are kept apart in a [`StaticGrid`], which each moving body queries. Where
-//! only a few bodies have outgrown their boxes, only their pairs are found again.
+//! only some bodies have outgrown their boxes, the pairs that they lack are added, and what they no longer need stays until
+//! the list is built again.
 
 use super::static_grid::StaticGrid;
 use crate::bodies::Bodies;
@@ -22,10 +23,19 @@ const MARGIN: f32 = 0.25;
 /// Margin of the fat box of a body that does not move, beyond its reach, world units.
 const STATIC_MARGIN: f32 = 0.1;
 
-/// Bodies that are compared with every other one, at least, and for each pair of a body; where more have outgrown their boxes,
-/// sorting all is faster.
-const RENEWED_MAX: usize = 32;
-const RENEWED_PER_PAIR: usize = 4;
+/// Bodies that outgrow their boxes at a time, at least, for which the list is not built again, and the share of all moving ones.
+const OUTGROWN_MAX: usize = 32;
+const OUTGROWN_PART: usize = 16;
+/// The list is built again where this share of its pairs were added since, or of its bodies have other boxes than when they
+/// were sorted.
+const ADDED_PART: usize = 8;
+const ASIDE_PART: usize = 4;
+/// Boxes so many times as wide as the mean are compared with all others.
+const WIDE: f32 = 4.0;
+/// Boxes that are compared with another one before the pairs found are listed.
+const BESIDE: usize = 32;
+/// Pairs that are moved in the time in which one is listed.
+const MOVES: usize = 8;
 
 /// Margins of a box, left, right, below and above, relative to its body's reach, beyond which it is too large; those of a new
 /// one are at most 5.4. Where more than one in [`LARGE_BOXES_PART`] is, the list is built again.
@@ -117,14 +127,22 @@ pub(crate) struct PairList {
     static_grid: Option<StaticGrid>,
     /// Slots that have outgrown their boxes, up to one more than are renewed.
     outgrown: Vec<u32>,
-    /// By slot: whether its pairs were found again.
-    renewed: Vec<bool>,
+    /// Pairs that were added since the list was built.
+    added: usize,
+    /// Slots whose boxes are not among the sorted ones, or too wide to be found there; and by slot, whether it is one.
+    aside: Vec<u32>,
+    is_aside: Vec<bool>,
+    /// Whether the sorted boxes are turned, and the width of the widest one that is not aside.
+    is_upright: bool,
+    widest: f32,
     /// Refreshes since pairs were last searched for.
     idle_refreshes: u32,
-    /// Scratch: slots sorted by lower edge, their boxes in this order, those that overlap one of them, keys of the pairs found.
+    /// Pairs listed in this step, each as often as the list was renewed, and bodies looked at meanwhile.
+    pub listed: u64,
+    /// Slots sorted by lower edge as the list was built, and their boxes in this order; none after they were released.
     order: Vec<u64>,
     sorted: Vec<Aabb>,
-    found: Vec<u32>,
+    /// Scratch: keys of the pairs found.
     keys: Vec<u64>,
 }
 
@@ -145,6 +163,15 @@ impl PairList {
         self.stale |= !within;
         self.fat[index] = fat;
         grid.insert(slot, &fat);
+        self.forget_sorted(slot);
+    }
+
+    /// Leaves a body that is among the sorted ones out of later renewals.
+    fn forget_sorted(&mut self, slot: u32) {
+        if let Some(is_aside) = self.is_aside.get_mut(slot as usize) {
+            *is_aside = true;
+            self.aside.retain(|&other| other != slot);
+        }
     }
 
     /// In a world that sleeps: removes a body that starts to move or is removed.
@@ -192,6 +219,7 @@ impl PairList {
     /// nothing.
     pub fn removed(&mut self, slot: u32) {
         self.pairs.retain(|pair| pair.a != slot && pair.b != slot);
+        self.forget_sorted(slot);
     }
 
     /// Whether there were more pairs than the list may hold.
@@ -202,23 +230,27 @@ impl PairList {
     /// Makes the list complete for the present positions; returns whether it was changed. It is not complete where
     /// there are too many pairs.
     pub fn refresh(&mut self, bodies: &Bodies, filter: Filter) -> bool {
-        let pairs_a_body = self.pairs.len() / bodies.moving.len().max(1);
-        let renewed_max = RENEWED_MAX.max(RENEWED_PER_PAIR * pairs_a_body);
+        let most = OUTGROWN_MAX.max(bodies.moving.len() / OUTGROWN_PART);
         if !self.stale {
-            self.find_outgrown(bodies, renewed_max + 1);
-        }
-        match self.outgrown.len() {
-            _ if self.stale => self.rebuild(bodies, filter),
-            0 => {
+            self.find_outgrown(bodies, most + 1);
+            if self.outgrown.is_empty() {
                 self.idle_refreshes = self.idle_refreshes.saturating_add(1);
                 if self.idle_refreshes == IDLE_REFRESHES_MAX {
                     self.release_scratch();
                 }
                 return false;
             }
-            outgrown if outgrown <= renewed_max => self.renew(bodies, filter),
-            _ => self.rebuild(bodies, filter),
         }
+        self.idle_refreshes = 0;
+        let is_worn = self.order.is_empty()
+            || self.added > self.pairs.len() / ADDED_PART
+            || self.aside.len() > self.order.len() / ASIDE_PART;
+        let is_renewed = !(self.stale || is_worn || self.outgrown.len() > most);
+        let is_changed = is_renewed && self.renew(bodies, filter);
+        if is_renewed && self.pairs.len() <= filter.pairs_max {
+            return is_changed;
+        }
+        self.rebuild(bodies, filter);
         self.is_over |= self.pairs.len() > filter.pairs_max;
         true
     }
@@ -242,7 +274,8 @@ impl PairList {
     fn release_scratch(&mut self) {
         self.pairs.shrink_to_fit();
         (self.order, self.sorted) = (Vec::new(), Vec::new());
-        (self.found, self.keys) = (Vec::new(), Vec::new());
+        (self.aside, self.is_aside) = (Vec::new(), Vec::new());
+        self.keys = Vec::new();
     }
 
     /// Finds bodies whose reach has left the box for which the list is complete, `most` of them.
@@ -260,91 +293,127 @@ impl PairList {
 
     /// Sorts and sweeps along the axis on which the bodies are spread out further.
     fn rebuild(&mut self, bodies: &Bodies, filter: Filter) {
-        self.idle_refreshes = 0;
-        let is_upright = is_upright(bodies);
+        self.is_upright = is_upright(bodies);
         self.fat.resize(bodies.alive.len(), EMPTY_BOX);
         for slot in swept(bodies, self.static_grid.is_some()) {
             self.fat[slot as usize] = grown(bodies, slot);
         }
-        self.sort_by_edge(bodies, is_upright);
+        self.sort_by_edge(bodies);
+        self.set_aside(bodies.alive.len());
         self.sweep(bodies, filter);
         self.find_static_pairs(bodies, &bodies.moving, filter);
         self.keys.sort_unstable();
-        self.renewed.clear();
-        self.renewed.resize(bodies.alive.len(), true);
         self.carry_impulses();
+        self.listed += (self.pairs.len() + bodies.moving.len()) as u64;
         self.stale = false;
+        self.added = 0;
     }
 
-    /// Finds the pairs of the bodies that have outgrown their boxes.
-    fn renew(&mut self, bodies: &Bodies, filter: Filter) {
-        self.idle_refreshes = 0;
+    /// Finds the pairs that the bodies lack that have outgrown their boxes; returns whether there are any.
+    fn renew(&mut self, bodies: &Bodies, filter: Filter) -> bool {
         let outgrown = std::mem::take(&mut self.outgrown);
-        self.renewed.clear();
-        self.renewed.resize(bodies.alive.len(), false);
         for &slot in &outgrown {
             self.fat[slot as usize] = grown(bodies, slot);
-            self.renewed[slot as usize] = true;
+            if !std::mem::replace(&mut self.is_aside[slot as usize], true) {
+                push(&mut self.aside, slot);
+            }
         }
         self.keys.clear();
-        for &a in &outgrown {
-            let fat_a = self.fat[a as usize];
-            for b in swept(bodies, self.static_grid.is_some()) {
-                let twice = b == a || b < a && self.renewed[b as usize];
-                if fat_a.overlaps(&self.fat[b as usize]) && !twice && filter.takes(bodies, a, b) {
-                    self.keys.push(key(a, b));
-                }
-            }
+        for &slot in &outgrown {
+            self.find_pairs_of(slot, bodies, filter);
             if self.keys.len() > filter.pairs_max {
-                self.is_over = true;
                 break;
             }
         }
         self.find_static_pairs(bodies, &outgrown, filter);
-        self.keys.sort_unstable();
-        self.carry_impulses();
         self.outgrown = outgrown;
+        self.keys.sort_unstable();
+        self.keys.dedup();
+        self.listed += self.keys.len() as u64;
+        self.add_pairs()
+    }
+
+    /// Finds the pairs of a body with those that were sorted, and with those aside.
+    fn find_pairs_of(&mut self, a: u32, bodies: &Bodies, filter: Filter) {
+        let PairList { fat, order, sorted, aside, is_aside, keys, widest, .. } = self;
+        let fat_a = fat[a as usize];
+        let bounds = turned(fat_a, self.is_upright);
+        // Twice the width: rounding may take as much from it far away from the origin.
+        let from = sorted.partition_point(|other| other.low.x < bounds.low.x - 2.0 * *widest);
+        let beside = order[from..].iter().zip(&sorted[from..]);
+        let beside = beside.take_while(|(_, other)| other.low.x < bounds.high.x);
+        let overlapping = beside.filter(|(_, other)| bounds.overlaps(other));
+        let unmoved = overlapping.map(|(&entry, _)| entry as u32);
+        let unmoved = unmoved.filter(|&slot| !is_aside[slot as usize]);
+        for b in unmoved.chain(aside.iter().copied()) {
+            if b != a && fat_a.overlaps(&fat[b as usize]) && filter.takes(bodies, a, b) {
+                push(keys, key(a, b));
+            }
+        }
     }
 
     /// Sorts by the lower edge along the axis of the sweep, which comes first in `sorted`.
-    fn sort_by_edge(&mut self, bodies: &Bodies, is_upright: bool) {
-        let PairList { order, sorted, fat, static_grid, .. } = self;
-        let turned = |of: Vec2| if is_upright { of.yx() } else { of };
+    fn sort_by_edge(&mut self, bodies: &Bodies) {
+        let PairList { order, sorted, fat, static_grid, is_upright, .. } = self;
         order.clear();
         order.extend(swept(bodies, static_grid.is_some()).map(|slot| {
-            let low = turned(fat[slot as usize].low).x;
+            let low = turned(fat[slot as usize], *is_upright).low.x;
             u64::from(ordered_bits(low)) << 32 | u64::from(slot)
         }));
         order.sort_unstable();
         sorted.clear();
-        sorted.extend(order.iter().map(|&entry| {
-            let Aabb { low, high } = fat[entry as u32 as usize];
-            Aabb { low: turned(low), high: turned(high) }
-        }));
+        let of = |&entry: &u64| turned(fat[entry as u32 as usize], *is_upright);
+        sorted.extend(order.iter().map(of));
+    }
+
+    /// Sets aside what is far wider than the others.
+    fn set_aside(&mut self, slots: usize) {
+        let PairList { order, sorted, aside, is_aside, widest, .. } = self;
+        let width = |bounds: &Aabb| bounds.high.x - bounds.low.x;
+        let wide = WIDE * sorted.iter().map(width).sum::<f32>() / sorted.len() as f32;
+        aside.clear();
+        is_aside.clear();
+        is_aside.resize(slots, false);
+        *widest = 0.0;
+        for (&entry, bounds) in order.iter().zip(&*sorted) {
+            let (slot, width) = (entry as u32, width(bounds));
+            if width > wide {
+                push(aside, slot);
+                is_aside[slot as usize] = true;
+            } else {
+                *widest = max(*widest, width);
+            }
+        }
     }
 
     fn sweep(&mut self, bodies: &Bodies, filter: Filter) {
-        let PairList { order, sorted, found, keys, is_over, .. } = self;
+        let PairList { order, sorted, keys, .. } = self;
         keys.clear();
-        found.resize(order.len(), 0);
+        let mut found = [0; BESIDE];
         for (rank, (&a, bounds)) in order.iter().zip(sorted.iter()).enumerate() {
-            // Without a branch on what cannot be predicted: few of the boxes beside overlap.
-            let mut count = 0;
-            for (&b, other) in order[rank + 1..].iter().zip(&sorted[rank + 1..]) {
-                if other.low.x >= bounds.high.x {
-                    break;
+            let beside = order[rank + 1..].chunks(BESIDE).zip(sorted[rank + 1..].chunks(BESIDE));
+            for (slots, boxes) in beside {
+                // Without a branch on what cannot be predicted: few of the boxes beside overlap.
+                let (mut count, mut is_last) = (0, false);
+                for (&b, other) in slots.iter().zip(boxes) {
+                    if other.low.x >= bounds.high.x {
+                        is_last = true;
+                        break;
+                    }
+                    found[count] = b as u32;
+                    let overlaps = (other.low.y < bounds.high.y) & (bounds.low.y < other.high.y);
+                    count += usize::from(overlaps);
                 }
-                found[count] = b as u32;
-                let overlaps = (other.low.y < bounds.high.y) & (bounds.low.y < other.high.y);
-                count += usize::from(overlaps);
-            }
-            for &b in &found[..count] {
-                if filter.takes(bodies, a as u32, b) {
-                    push(keys, key(a as u32, b));
+                for &b in &found[..count] {
+                    if filter.takes(bodies, a as u32, b) {
+                        push(keys, key(a as u32, b));
+                    }
+                }
+                if is_last {
+                    break;
                 }
             }
             if keys.len() > filter.pairs_max {
-                *is_over = true;
                 return;
             }
         }
@@ -352,39 +421,31 @@ impl PairList {
 
     /// Pairs of some moving bodies with those that do not move.
     fn find_static_pairs(&mut self, bodies: &Bodies, moving: &[u32], filter: Filter) {
-        let PairList { static_grid, fat, keys, is_over, .. } = self;
+        let PairList { static_grid, fat, keys, .. } = self;
         let Some(grid) = static_grid else { return };
         let filter = Filter { immovable: false, ..filter };
         for &a in moving {
             let fat_a = fat[a as usize];
             grid.query(&fat_a, |b| {
                 if filter.takes(bodies, a, b) && fat_a.overlaps(&fat[b as usize]) {
-                    keys.push(key(a, b));
+                    push(keys, key(a, b));
                 }
             });
             if keys.len() > filter.pairs_max {
-                *is_over = true;
                 return;
             }
         }
     }
 
-    /// Sets `pairs` to those of the sorted keys, and to listed ones of which neither body was renewed. Listed pairs keep
-    /// their impulses.
+    /// Sets `pairs` to those of the sorted keys. Listed pairs keep their impulses.
     fn carry_impulses(&mut self) {
-        let PairList { pairs, keys, renewed, .. } = self;
-        let mut kept = 0;
-        pairs.retain(|pair| {
-            if !renewed[pair.a as usize] && !renewed[pair.b as usize] {
-                return true;
-            }
-            // A pair without an impulse has nothing to carry, and is created again: in a crowd, seven of eight.
-            let is_found = pair.normal_impulse > 0.0 && keys.binary_search(&pair.key()).is_ok();
-            kept += usize::from(is_found);
-            is_found
-        });
+        let PairList { pairs, keys, .. } = self;
+        // A pair without an impulse has nothing to carry, and is created again: in a crowd, seven of eight.
+        let has_kept =
+            |pair: &Pair| pair.normal_impulse > 0.0 && keys.binary_search(&pair.key()).is_ok();
+        pairs.retain(has_kept);
         // Merges the new ones from behind, so that each pair moves once.
-        let (mut from, mut to) = (pairs.len(), pairs.len() + keys.len() - kept);
+        let (mut from, mut to) = (pairs.len(), keys.len());
         reserve(pairs, to);
         pairs.resize(to, Pair::of(0));
         for &key in keys.iter().rev() {
@@ -397,6 +458,33 @@ impl PairList {
                 pairs[to] = Pair::of(key);
             }
         }
+    }
+
+    /// Adds the pairs of the sorted keys that are not listed; returns whether there are any.
+    fn add_pairs(&mut self) -> bool {
+        let PairList { pairs, keys, .. } = self;
+        keys.retain(|key| pairs.binary_search_by_key(key, Pair::key).is_err());
+        let (mut from, mut to) = (pairs.len(), pairs.len() + keys.len());
+        reserve(pairs, to);
+        pairs.resize(to, Pair::of(0));
+        for &key in keys.iter().rev() {
+            let at = pairs[..from].partition_point(|pair| pair.key() < key);
+            to -= from - at;
+            pairs.copy_within(at..from, to);
+            (from, to) = (at, to - 1);
+            pairs[to] = Pair::of(key);
+        }
+        self.added += keys.len();
+        self.listed += (pairs.len() - from) as u64 / MOVES as u64;
+        !keys.is_empty()
+    }
+}
+
+/// A box as it is, or with its axes exchanged.
+fn turned(bounds: Aabb, is_upright: bool) -> Aabb {
+    match is_upright {
+        true => Aabb { low: bounds.low.yx(), high: bounds.high.yx() },
+        false => bounds,
     }
 }
 
