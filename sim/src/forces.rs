@@ -75,6 +75,8 @@ pub(crate) struct Forces {
     networks: Vec<Network>,
     /// Scratch: by network, the visits that it wants.
     wanted: Vec<u64>,
+    /// Visits of springs in this step before the present moves were found.
+    visits_before: u64,
     guard: SpringGuard,
     obstacles: Obstacles,
     /// Slots and inverse masses of bodies that obstacles hold.
@@ -132,7 +134,7 @@ impl Forces {
 
     /// Visits of springs in the last step.
     pub fn spring_visits(&self) -> u64 {
-        self.networks.iter().map(Network::visits).sum()
+        self.visits_before + self.networks.iter().map(Network::visits).sum::<u64>()
     }
 
     pub fn has_springs(&self) -> bool {
@@ -144,6 +146,7 @@ impl Forces {
         if !self.is_classified {
             self.classify(bodies);
         }
+        self.visits_before = self.spring_visits();
         self.moves.clear();
         self.masses.clear();
         let air = self.air(around);
@@ -195,8 +198,10 @@ impl Forces {
         }
     }
 
-    /// Remembers the energy at the start of a step.
-    pub fn remember_energy(&mut self, bodies: &Bodies) {
+    /// Begins a step, and remembers its energy.
+    pub fn begin(&mut self, bodies: &Bodies) {
+        self.visits_before = 0;
+        self.networks.iter_mut().for_each(Network::forget_visits);
         if self.has_springs() {
             self.guard.remember(bodies);
         }

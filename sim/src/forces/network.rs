@@ -148,7 +148,7 @@ impl Network {
         self.find_frequency();
         self.has_diverged = false;
         self.responds = false;
-        (self.visits, self.factored) = (0, 0);
+        self.forget_visits();
         self.is_damped = self.links.iter().all(|link| self.decay(link) * dt >= DAMPED);
         self.is_fast = may_touch && self.frequency * dt > FAST_PHASE;
         self.substeps(dt) * self.visits_of_substep()
@@ -371,6 +371,10 @@ impl Network {
 
     fn visits_of_factorisation(&self) -> u64 {
         self.system.products() / PRODUCTS
+    }
+
+    pub fn forget_visits(&mut self) {
+        (self.visits, self.factored) = (0, 0);
     }
 
     /// Visits of springs in this step, with those that factorisations stand for.

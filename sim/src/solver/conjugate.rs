@@ -45,6 +45,7 @@ use crate::shape::{Aabb, shapes};
 use crate::solver::tolerances::LARGE_WORLD;
 use crate::steady::{Steady, StepContacts};
 use crate::touches::Found;
+use crate::world::counts::StepCounts;
 use glam::Vec2;
 
 /// Times that a step may find that bounces sped bodies up beyond their reach.
@@ -73,10 +74,12 @@ pub(crate) struct ConjugateSolver {
     /// Visits of constraints by sweeps, and predictions of impacts.
     pub work: u64,
     /// Those of them by sweeps with forests, and those that stand for elimination.
-    pub thorough: u64,
-    pub eliminated: u64,
+    thorough: u64,
+    eliminated: u64,
     /// Visits of constraints by the passes over positions.
-    pub corrections: u64,
+    corrections: u64,
+    /// Counts of the attempts at a step before the present one, if there are any.
+    earlier: StepCounts,
     /// Work that the step may still take.
     work_left: u64,
     /// Whether a step needed more.
@@ -96,6 +99,7 @@ impl Clone for ConjugateSolver {
             thorough: self.thorough,
             eliminated: self.eliminated,
             corrections: self.corrections,
+            earlier: self.earlier,
             is_over: self.is_over,
             ..ConjugateSolver::default()
         }
@@ -118,6 +122,8 @@ impl ConjugateSolver {
         work_max: u64,
     ) {
         self.work_left = work_max;
+        self.earlier = StepCounts::default();
+        (self.work, self.thorough, self.eliminated) = (0, 0, 0);
         if is_large_world(bodies, steady) != self.is_large_world {
             // Their islands are solved in another way.
             steady.readmit_all(bodies);
@@ -125,9 +131,28 @@ impl ConjugateSolver {
         steady.begin(bodies, leaves_out);
     }
 
-    /// Predictions of impacts in the step.
-    pub fn predictions(&self) -> u64 {
-        self.impact_queue.predictions
+    /// Counts of all attempts at a step, among these moving bodies and pairs.
+    pub fn counts(&self, moving: usize, pairs: usize) -> StepCounts {
+        let (thorough, eliminated) = (self.thorough, self.eliminated);
+        let (predictions, earlier) = (self.impact_queue.predictions, self.earlier);
+        let visits = self.work.saturating_sub(thorough + eliminated + predictions);
+        StepCounts {
+            moving: earlier.moving + moving as u64,
+            pairs: earlier.pairs + pairs as u64,
+            contacts: earlier.contacts + self.contacts.constraints.len() as u64,
+            visits: earlier.visits + visits,
+            thorough: earlier.thorough + thorough,
+            eliminated: earlier.eliminated + eliminated,
+            predictions: earlier.predictions + predictions,
+            corrections: self.corrections,
+            ..StepCounts::default()
+        }
+    }
+
+    /// Begins an attempt at a step that follows another one.
+    pub fn try_again(&mut self, moving: usize, pairs: usize) {
+        self.earlier = self.counts(moving, pairs);
+        (self.work, self.thorough, self.eliminated) = (0, 0, 0);
     }
 
     /// Whether a step needed more work than it may take.

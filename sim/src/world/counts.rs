@@ -10,6 +10,8 @@ pub struct StepCounts {
     pub moving: u64,
     /// Pairs of bodies near each other.
     pub pairs: u64,
+    /// Pairs listed anew: all of them at each renewal of the list.
+    pub listed: u64,
     /// Pairs that touch, or may within the step.
     pub contacts: u64,
     /// Visits of contacts by passes, by sweeps without forests, and of single contacts.
@@ -29,33 +31,22 @@ pub struct StepCounts {
 }
 
 impl World {
-    /// Counts of the last step. A step of the conjugate solver that began again, because it woke
-    /// bodies, counts with its last attempt.
+    /// Counts of the last step. Where the conjugate solver began again, because it woke bodies, all its attempts count.
     pub fn step_counts(&self) -> StepCounts {
         let (moving, pairs) = (self.bodies.moving.len(), self.pairs.pairs.len());
-        let common = StepCounts {
-            moving: moving as u64,
-            pairs: pairs as u64,
-            springs: self.forces.as_ref().map_or(0, Forces::spring_visits),
-            particles: self.particles.len() as u64,
-            ..StepCounts::default()
+        let of_solver = match self.settings.is_conjugate() {
+            true => self.conjugate.counts(moving, pairs),
+            false => StepCounts {
+                moving: moving as u64,
+                pairs: pairs as u64,
+                contacts: self.relaxation.constraints.len() as u64,
+                visits: self.pair_solves(),
+                thorough: u64::from(self.relaxation.passes) * self.touches.now.len() as u64,
+                ..StepCounts::default()
+            },
         };
-        if !self.settings.is_conjugate() {
-            let contacts = self.relaxation.constraints.len() as u64;
-            let thorough = u64::from(self.relaxation.passes) * self.touches.now.len() as u64;
-            return StepCounts { contacts, visits: self.pair_solves(), thorough, ..common };
-        }
-        let solver = &self.conjugate;
-        let (thorough, eliminated, predictions) =
-            (solver.thorough, solver.eliminated, solver.predictions());
-        StepCounts {
-            contacts: solver.contacts.constraints.len() as u64,
-            visits: solver.work.saturating_sub(thorough + eliminated + predictions),
-            thorough,
-            eliminated,
-            predictions,
-            corrections: solver.corrections,
-            ..common
-        }
+        let springs = self.forces.as_ref().map_or(0, Forces::spring_visits);
+        let listed = self.pairs.listed;
+        StepCounts { springs, listed, particles: self.particles.len() as u64, ..of_solver }
     }
 }

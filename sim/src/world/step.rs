@@ -11,6 +11,7 @@ use crate::world::settings::WorldSettings;
 impl World {
     pub(super) fn advance(&mut self, watch: &mut dyn FnMut(StepPhase, &mut World)) {
         self.release_scratch();
+        self.pairs.listed = 0;
         match self.settings.solver {
             _ if self.is_over_budget() => {}
             Some(Solver::Conjugate(settings)) => self.step_conjugate(&settings, watch),
@@ -50,8 +51,8 @@ impl World {
         settings: Option<&Relaxation>,
         watch: &mut dyn FnMut(StepPhase, &mut World),
     ) {
+        self.begin_forces();
         self.find_moves();
-        self.remember_energy();
         if self.has_springs() {
             // The reach of the last step is not state.
             integrate::reach_paths(&mut self.bodies, self.settings.dt);
@@ -117,7 +118,7 @@ impl World {
         watch: &mut dyn FnMut(StepPhase, &mut World),
     ) {
         self.sleep.save_step_start(&self.bodies);
-        self.remember_energy();
+        self.begin_forces();
         let leaves_out = self.leaves_out();
         let work_max = self.settings.budget.work;
         self.conjugate.begin(&mut self.bodies, &mut self.steady, leaves_out, work_max);
@@ -198,11 +199,17 @@ impl World {
 
     /// Wakes or readmits the islands that a moving body met; returns whether the step has to be repeated.
     fn wake_touched(&mut self) -> bool {
-        if self.steady.readmit_met(&mut self.bodies, self.conjugate.contacting_pairs()) {
-            return true;
+        let (moving, pairs) = (self.bodies.moving.len(), self.pairs.pairs.len());
+        let mut has_woken =
+            self.steady.readmit_met(&mut self.bodies, self.conjugate.contacting_pairs());
+        if !has_woken {
+            let mut awake = awake(&mut self.bodies, &mut self.pairs, &mut self.touches);
+            has_woken = self.sleep.wake_touched(&mut awake, self.conjugate.contacting_pairs());
         }
-        let mut awake = awake(&mut self.bodies, &mut self.pairs, &mut self.touches);
-        self.sleep.wake_touched(&mut awake, self.conjugate.contacting_pairs())
+        if has_woken {
+            self.conjugate.try_again(moving, pairs);
+        }
+        has_woken
     }
 
     /// Finds the moves of bodies under drag, wind and springs.
@@ -218,9 +225,9 @@ impl World {
         self.forces.as_ref().is_some_and(Forces::has_springs)
     }
 
-    fn remember_energy(&mut self) {
+    fn begin_forces(&mut self) {
         if let Some(forces) = &mut self.forces {
-            forces.remember_energy(&self.bodies);
+            forces.begin(&self.bodies);
         }
     }
 
