@@ -204,7 +204,8 @@ fn piles(results: &Results, page: &mut String) {
     page.push_str(
         "<h2 id=\"piles\">Piles</h2>\n<p>Large heaps, high stacks and heavy loads: gravity 50, boxes 2 high, friction 0.3, \
          60 steps a second, sleeping off unless said otherwise, each solver at its defaults. The solvers take turns of ten \
-         steps; times are processor time of one thread. Where chance \
+         steps; times are processor time of one thread. Where the worst step counts, the run is repeated, and each step counts with \
+         the shorter of its times. Where chance \
          decides what happens, figures are those of three seeds: the largest of what happens once in a run, else the mean. What \
          is accepted is asked of Jostle's best solver; the others stand beside it.</p>\n<table class=\"cases piles\">\n<thead><tr><th>Pile</th><th>Accepted</th>",
     );

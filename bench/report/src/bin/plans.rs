@@ -227,7 +227,7 @@ fn random(seed: u64, number: u64) -> String {
     let side = (area / rng.range(0.1, 0.45)).sqrt().max(30.0) + 8.0;
     let (fill, ratio) = (area / (side - 8.0).powi(2), heaviest / lightest);
     let (middle, inner) = (side / 2.0, format!("{:.1}", side - 4.0));
-    let springs = if rng.below(3) == 0 { springs(rng, side) } else { String::new() };
+    let springs = if rng.below(3) == 0 { springs(rng, side, lightest) } else { String::new() };
     let mut text = format!(
         "# {} bodies, {solver}, gravity {gravity}, fill {fill:.2}, masses to 1 : {ratio:.0}, restitution to {bounce}, \
          {} springs\n\
@@ -252,17 +252,18 @@ fn random(seed: u64, number: u64) -> String {
 }
 
 /// Bodies at random places, joined in a row, as a grid or at random, by springs of any stiffness.
-fn springs(rng: &mut Rng, side: f32) -> String {
-    let (rows, columns) = (1 + rng.below(15), 2 + rng.below(32));
+fn springs(rng: &mut Rng, side: f32, lightest: f32) -> String {
+    let (rows, columns) = (1 + rng.below(10), 2 + rng.below(24));
     let count = rows * columns;
     let joins_at_random = rng.below(3) == 0;
-    let heaviest = rng.below(6) as i32;
+    // A scene's masses may differ by a factor of a million.
+    let heaviest = 10f32.powi(rng.below(6) as i32).min(3e5 * lightest);
     let stiffness = rng.range(0.0, 9.0);
     let damping = if rng.below(2) == 0 { 0.0 } else { rng.range(0.0, 0.5) };
     let mut text = String::new();
     for number in 0..count {
         let [x, y] = [0; 2].map(|_| rng.range(5.5, side - 5.5));
-        let mass = if rng.below(5) == 0 { 10f32.powi(heaviest) } else { 1.0 };
+        let mass = if rng.below(5) == 0 { heaviest } else { 1.0 };
         text += &format!(
             "[[bodies]]\nkind = \"block\"\nname = \"n{number}\"\nposition = [{x:.1}, {y:.1}]\n\
              radius = 0.5\nmass = {mass}\n"

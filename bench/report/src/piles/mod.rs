@@ -262,8 +262,25 @@ pub fn measure(pile: Pile, methods: &[Method]) -> Heap {
     Heap { pile, measured, peer }
 }
 
-/// Runs all solvers with one seed, in turns.
+/// Runs all solvers with one seed. Where the slowest step counts, each step counts with the shorter of its times in two runs:
+/// what else the machine does for a moment slows down another step of each.
 fn measure_seed(pile: &Pile, seed: usize, methods: &[&Method]) -> Vec<Measured> {
+    let scene = &pile.scenes[seed];
+    let mut players = play(pile, seed, methods);
+    if pile.bounds.iter().any(|&(figure, _)| figure == Figure::Worst) {
+        let again = play(pile, seed, methods);
+        for ((_, run), (_, other)) in players.iter_mut().flatten().zip(again.iter().flatten()) {
+            for (time, other) in run.times_us.iter_mut().zip(&other.times_us) {
+                *time = time.min(*other);
+            }
+        }
+    }
+    let figures = |run: &History| pile.bounds.iter().map(|(f, _)| f.of(run, scene)).collect();
+    players.into_iter().map(|player| player.map(|(_, run)| figures(&run))).collect()
+}
+
+/// Runs all solvers in turns.
+fn play(pile: &Pile, seed: usize, methods: &[&Method]) -> Vec<Player> {
     let scene = &pile.scenes[seed];
     let mut players: Vec<Player> =
         methods.iter().map(|method| player(method, scene, pile.script, seed)).collect();
@@ -272,8 +289,7 @@ fn measure_seed(pile: &Pile, seed: usize, methods: &[&Method]) -> Vec<Measured> 
             (0..TURN).for_each(|_| history.step(engine.as_mut(), scene));
         }
     }
-    let figures = |run: &History| pile.bounds.iter().map(|(f, _)| f.of(run, scene)).collect();
-    players.into_iter().map(|player| player.map(|(_, run)| figures(&run))).collect()
+    players
 }
 
 fn player(method: &Method, scene: &Scene, script: Script, seed: usize) -> Player {
