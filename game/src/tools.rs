@@ -78,13 +78,14 @@ pub(crate) fn make(
 }
 
 fn agitate_marbles(world: &mut World, roster: &Roster, rng: &mut Rng) {
-    for actor in roster.actors().filter(|actor| actor.kind == Kind::Marble) {
-        if world.motion(actor.id) == Motion::Static {
-            continue;
-        }
+    let marbles = roster.actors().filter(|actor| actor.kind == Kind::Marble);
+    let moved = marbles.map(|actor| actor.id).filter(|&id| world.motion(id) != Motion::Static);
+    let moved: Vec<BodyId> = moved.collect();
+    world.wake(moved.iter().copied());
+    for id in moved {
         let x = rng.range(-AGITATE_SPEED, AGITATE_SPEED);
         let y = rng.range(-AGITATE_SPEED, AGITATE_SPEED);
-        world.set_velocity(actor.id, world.velocity(actor.id) + Vec2::new(x, y));
+        world.set_velocity(id, world.velocity(id) + Vec2::new(x, y));
     }
 }
 

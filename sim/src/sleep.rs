@@ -329,9 +329,15 @@ impl Sleep {
         true
     }
 
-    /// Wakes a body that is changed from outside, with its island. If it does not move, the bodies
+    /// Wakes bodies that are changed from outside, with their islands. If one does not move, the bodies
     /// that sleep near it wake too, because they may rest on it.
-    pub fn wake_around(&mut self, awake: &mut Awake, slot: u32) {
+    pub fn wake_around(&mut self, awake: &mut Awake, slots: impl IntoIterator<Item = u32>) {
+        slots.into_iter().for_each(|slot| self.find_around(awake, slot));
+        self.wake_pending(awake);
+    }
+
+    /// Adds the islands that wake with a body to `to_wake`.
+    fn find_around(&mut self, awake: &Awake, slot: u32) {
         let asleep = self.has(slot);
         if asleep {
             self.to_wake.push(self.island[slot as usize]);
@@ -343,7 +349,6 @@ impl Sleep {
                 to_wake.extend(island.get(other as usize).filter(|&&island| island != AWAKE));
             });
         }
-        self.wake_pending(awake);
     }
 
     /// Registers a body that was added or placed elsewhere. One that does not move is inserted into
@@ -355,7 +360,7 @@ impl Sleep {
         }
         if awake.bodies.motion[slot as usize] == Motion::Static {
             awake.pairs.insert_static(slot, awake.bodies);
-            self.wake_around(awake, slot);
+            self.wake_around(awake, [slot]);
         }
     }
 

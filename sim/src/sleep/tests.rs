@@ -514,3 +514,26 @@ fn the_deepest_overlap_stays_small_when_islands_wake_again_and_again() {
     assert!(deepest <= 0.005, "{deepest}");
     assert!((world.position(bodies[29]).y - 59.0).abs() < 0.005);
 }
+
+#[test]
+fn bodies_woken_at_once_move_as_if_one_after_another() {
+    let (mut at_once, _, stack) = sleeping_stack(6);
+    let lone: Vec<BodyId> =
+        [12.0, 20.0, 30.0].map(|x| add(&mut at_once, ball_at(x, 1.0))).into_iter().collect();
+    steps(&mut at_once, 120);
+    assert_eq!(at_once.asleep_count(), 9);
+    let mut in_turn = at_once.clone();
+    let some: Vec<BodyId> = lone.into_iter().chain(stack.into_iter().skip(4)).collect();
+    at_once.wake(some.iter().copied());
+    assert_eq!(at_once.asleep_count(), 0);
+    for world in [&mut at_once, &mut in_turn] {
+        for &id in &some {
+            world.set_velocity(id, Vec2::new(3.0, 9.0));
+        }
+    }
+    for step in 0..60 {
+        assert_eq!(at_once.hash(), in_turn.hash(), "step {step}");
+        at_once.step();
+        in_turn.step();
+    }
+}
