@@ -33,7 +33,7 @@ const STEP: StepBudget = StepBudget { pairs: 50_000, work: 4_000_000, obstacle_c
 const CONJUGATE_US: [f32; 9] = [0.41, 0.0, 0.051, 0.0106, 0.0315, 0.0052, 0.11, 0.04, 0.0226];
 const RELAXATION_US: [f32; 9] = [0.0, 0.012, 0.046, 0.0137, 0.025, 0.0, 0.0, 0.0, 0.0266];
 /// Of a visit of a spring, with either solver.
-const SPRING_US: f32 = 0.05;
+const SPRING_US: f32 = 0.045;
 /// Of each body for each player and zone: tools and rules look at all bodies.
 const LOOK_US: f32 = 0.0095;
 

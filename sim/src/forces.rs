@@ -73,8 +73,8 @@ pub(crate) struct Forces {
     euler_bodies: Vec<EulerBody>,
     flights: Vec<Flight>,
     networks: Vec<Network>,
-    /// Scratch: by network, the visits that it wants.
-    wanted: Vec<u64>,
+    /// Scratch: indices of the networks, by the visits that they want.
+    by_want: Vec<usize>,
     /// Visits of springs in this step before the present moves were found.
     visits_before: u64,
     guard: SpringGuard,
@@ -157,14 +157,36 @@ impl Forces {
             self.moves.push(flight.fly(bodies, &air));
         }
         let meets = |slot: u32| around.meets[usize::from(bodies.group[slot as usize])] != 0;
-        self.wanted.clear();
         for network in &mut self.networks {
             let may_touch = network.slots().any(meets);
-            self.wanted.push(network.begin(bodies, air.dt, may_touch));
+            network.begin(bodies, air.dt, may_touch);
         }
-        let all = self.wanted.iter().sum::<u64>().max(VISITS_MAX);
-        for (network, wanted) in self.networks.iter_mut().zip(&self.wanted) {
-            network.fly(bodies, &air, wanted * VISITS_MAX / all, &mut self.moves);
+        self.share_visits();
+        for network in &mut self.networks {
+            network.fly(bodies, &air, &mut self.moves);
+        }
+    }
+
+    /// Shares [`VISITS_MAX`] among the networks: by what they want if it is enough, else each gets what it wants, twice over to
+    /// be sure, up to an equal share of what those that want less have left.
+    fn share_visits(&mut self) {
+        let Forces { networks, by_want, .. } = self;
+        let all = networks.iter().map(|network| network.wanted).sum::<u64>();
+        if 2 * all <= VISITS_MAX {
+            for network in networks {
+                network.allowed = network.wanted * VISITS_MAX / all;
+            }
+            return;
+        }
+        by_want.clear();
+        by_want.extend(0..networks.len());
+        by_want.sort_unstable_by_key(|&index| (networks[index].wanted, index));
+        let mut left = VISITS_MAX;
+        for (done, &index) in by_want.iter().enumerate() {
+            let share = left / (by_want.len() - done) as u64;
+            let network = &mut networks[index];
+            network.allowed = share.min(2 * network.wanted);
+            left -= network.allowed;
         }
     }
 
@@ -198,7 +220,7 @@ impl Forces {
         }
     }
 
-    /// Begins a step, and remembers its energy.
+    /// Begins a step: saves positions and velocities for the energy guard.
     pub fn begin(&mut self, bodies: &Bodies) {
         self.visits_before = 0;
         self.networks.iter_mut().for_each(Network::forget_visits);

@@ -262,8 +262,8 @@ impl World {
         }
     }
 
-    /// Wakes bodies, each with those that rest on it, as any change of them would: all at once, which takes far less time
-    /// than one after another.
+    /// Wakes bodies, each with those that rest on it: all at once, which takes far less time than one after another, as changes
+    /// of them would. Does nothing in a world that does not sleep.
     pub fn wake(&mut self, ids: impl IntoIterator<Item = BodyId>) {
         if self.settings.sleeping {
             let slots = ids.into_iter().filter(|&id| self.bodies.contains(id)).map(|id| id.index);

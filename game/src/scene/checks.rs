@@ -6,7 +6,7 @@ use super::spec::{Layout, Placed, Scene};
 use super::table::{Field, Table};
 use super::tools::Tools;
 use jostle_sim::collide;
-use jostle_sim::math::{max, min};
+use jostle_sim::math::max;
 use jostle_sim::{Aabb, BodyDef, Motion};
 
 /// Reports the first contradiction.
@@ -158,11 +158,18 @@ fn check_masses(root: &Table, scene: &Scene, bodies: &[Field], layouts: &[Field]
     all.extend(scene.marble.as_ref().map(|marble| (&kinds[1], &marble.body)));
     all.extend(scene.pack.as_ref().map(|pack| (&kinds[2], &pack.body)));
     all.retain(|(_, def)| def.motion == Motion::Dynamic);
-    let lightest = all.iter().fold(f32::INFINITY, |least, (_, def)| min(least, def.mass));
+    let mass_of = |(_, def): &(&Field, &BodyDef)| def.mass;
+    let Some(&(lightest_field, lightest)) =
+        all.iter().min_by(|a, b| mass_of(a).total_cmp(&mass_of(b)))
+    else {
+        return;
+    };
     for (field, def) in all {
-        if def.mass / lightest > MASS_RATIO_MAX {
+        if def.mass / lightest.mass > MASS_RATIO_MAX {
             let given = if field.is_given() { field.inner("mass") } else { root.get("solver") };
-            let found = format!("a mass of {} beside one of {lightest}", def.mass);
+            let (heavy, light) = (def.mass, lightest.mass);
+            let found =
+                format!("a mass of {heavy} beside one of {light} in {}", lightest_field.path());
             let allowed = format!("at most {MASS_RATIO_MAX} times the least mass");
             return given.refuse_as(found, allowed);
         }

@@ -203,6 +203,11 @@ impl<'a> Field<'a> {
         self.value.is_some()
     }
 
+    /// Where it is, such as `layouts[2].count`.
+    pub fn path(&self) -> &str {
+        &self.path
+    }
+
     /// Reports an error that quotes the value.
     pub fn refuse(&self, allowed: impl Into<String>) {
         let found = match self.value {

@@ -242,7 +242,7 @@ fn masses_that_the_conjugate_solver_does_not_hold_are_refused() {
     assert!(scene("conjugate", 5e5).is_ok() && scene("relaxation", 1e6).is_ok());
     let error = scene("conjugate", 6e5).expect_err("too heavy");
     let found = (error.line, error.field.as_str(), error.found.as_str());
-    assert_eq!(found, (14, "bodies[1].mass", "a mass of 600000 beside one of 0.5"));
+    assert_eq!(found, (14, "bodies[1].mass", "a mass of 600000 beside one of 0.5 in bodies[0]"));
     assert!(error.allowed.contains("1000000 times"), "{}", error.allowed);
 }
 

@@ -23,20 +23,20 @@ const MARGIN: f32 = 0.25;
 /// Margin of the fat box of a body that does not move, beyond its reach, world units.
 const STATIC_MARGIN: f32 = 0.1;
 
-/// Bodies that outgrow their boxes at a time, at least, for which the list is not built again, and the share of all moving ones.
+/// Outgrown bodies up to which the list is extended instead of built again: this many, or this part of the moving bodies if that
+/// is more. Of a crowd of 4000 at least as many would pay; the memory for them is what bounds it.
 const OUTGROWN_MAX: usize = 32;
 const OUTGROWN_PART: usize = 16;
-/// The list is built again where this share of its pairs were added since, or of its bodies have other boxes than when they
-/// were sorted.
+/// The list is built again where this part of its pairs was added since, or of its bodies have other boxes than when they
+/// were sorted: what it no longer needs, and what is compared in vain, stay few.
 const ADDED_PART: usize = 8;
 const ASIDE_PART: usize = 4;
-/// Boxes so many times as wide as the mean are compared with all others.
+/// Boxes wider than this multiple of the mean are compared with all others.
 const WIDE: f32 = 4.0;
-/// Boxes that are compared with another one before the pairs found are listed.
+/// Boxes tested before the overlaps among them are listed.
 const BESIDE: usize = 32;
 /// Pairs that are moved in the time in which one is listed.
-const MOVES: usize = 8;
-
+const MOVED_PER_LISTED: u64 = 8;
 /// Margins of a box, left, right, below and above, relative to its body's reach, beyond which it is too large; those of a new
 /// one are at most 5.4. Where more than one in [`LARGE_BOXES_PART`] is, the list is built again.
 const LARGE_BOX: f32 = 12.0;
@@ -129,15 +129,17 @@ pub(crate) struct PairList {
     outgrown: Vec<u32>,
     /// Pairs that were added since the list was built.
     added: usize,
-    /// Slots whose boxes are not among the sorted ones, or too wide to be found there; and by slot, whether it is one.
+    /// Slots whose boxes are not those that were sorted, or too wide to be found there.
     aside: Vec<u32>,
-    is_aside: Vec<bool>,
+    /// By slot: whether it is not to be taken from the sorted ones: it is aside, or neither moves nor counts any more.
+    is_left_out: Vec<bool>,
     /// Whether the sorted boxes are turned, and the width of the widest one that is not aside.
     is_upright: bool,
     widest: f32,
     /// Refreshes since pairs were last searched for.
     idle_refreshes: u32,
-    /// Pairs listed in this step, each as often as the list was renewed, and bodies looked at meanwhile.
+    /// Pairs written to the list in this step: all of them, and the bodies sorted, when it is built; those found, and a share of
+    /// those moved, when it is extended.
     pub listed: u64,
     /// Slots sorted by lower edge as the list was built, and their boxes in this order; none after they were released.
     order: Vec<u64>,
@@ -163,14 +165,13 @@ impl PairList {
         self.stale |= !within;
         self.fat[index] = fat;
         grid.insert(slot, &fat);
-        self.forget_sorted(slot);
+        self.leave_out(slot);
     }
 
-    /// Leaves a body that is among the sorted ones out of later renewals.
-    fn forget_sorted(&mut self, slot: u32) {
-        if let Some(is_aside) = self.is_aside.get_mut(slot as usize) {
-            *is_aside = true;
-            self.aside.retain(|&other| other != slot);
+    /// Leaves a body out of renewals, until the list is built again.
+    fn leave_out(&mut self, slot: u32) {
+        if let Some(is_left_out) = self.is_left_out.get_mut(slot as usize) {
+            *is_left_out = true;
         }
     }
 
@@ -219,7 +220,10 @@ impl PairList {
     /// nothing.
     pub fn removed(&mut self, slot: u32) {
         self.pairs.retain(|pair| pair.a != slot && pair.b != slot);
-        self.forget_sorted(slot);
+        self.leave_out(slot);
+        if let Some(fat) = self.fat.get_mut(slot as usize) {
+            *fat = EMPTY_BOX;
+        }
     }
 
     /// Whether there were more pairs than the list may hold.
@@ -245,9 +249,9 @@ impl PairList {
         let is_worn = self.order.is_empty()
             || self.added > self.pairs.len() / ADDED_PART
             || self.aside.len() > self.order.len() / ASIDE_PART;
-        let is_renewed = !(self.stale || is_worn || self.outgrown.len() > most);
-        let is_changed = is_renewed && self.renew(bodies, filter);
-        if is_renewed && self.pairs.len() <= filter.pairs_max {
+        if !(self.stale || is_worn || self.outgrown.len() > most)
+            && let Some(is_changed) = self.renew(bodies, filter)
+        {
             return is_changed;
         }
         self.rebuild(bodies, filter);
@@ -274,7 +278,7 @@ impl PairList {
     fn release_scratch(&mut self) {
         self.pairs.shrink_to_fit();
         (self.order, self.sorted) = (Vec::new(), Vec::new());
-        (self.aside, self.is_aside) = (Vec::new(), Vec::new());
+        (self.aside, self.is_left_out) = (Vec::new(), Vec::new());
         self.keys = Vec::new();
     }
 
@@ -304,17 +308,18 @@ impl PairList {
         self.find_static_pairs(bodies, &bodies.moving, filter);
         self.keys.sort_unstable();
         self.carry_impulses();
-        self.listed += (self.pairs.len() + bodies.moving.len()) as u64;
+        self.listed += (self.pairs.len() + self.order.len()) as u64;
         self.stale = false;
         self.added = 0;
     }
 
-    /// Finds the pairs that the bodies lack that have outgrown their boxes; returns whether there are any.
-    fn renew(&mut self, bodies: &Bodies, filter: Filter) -> bool {
+    /// Adds the missing pairs of the bodies that have outgrown their boxes; returns whether there are any, or `None` if the list
+    /// may be too long for them.
+    fn renew(&mut self, bodies: &Bodies, filter: Filter) -> Option<bool> {
         let outgrown = std::mem::take(&mut self.outgrown);
         for &slot in &outgrown {
             self.fat[slot as usize] = grown(bodies, slot);
-            if !std::mem::replace(&mut self.is_aside[slot as usize], true) {
+            if !std::mem::replace(&mut self.is_left_out[slot as usize], true) {
                 push(&mut self.aside, slot);
             }
         }
@@ -327,15 +332,18 @@ impl PairList {
         }
         self.find_static_pairs(bodies, &outgrown, filter);
         self.outgrown = outgrown;
+        self.listed += self.keys.len() as u64;
+        if self.pairs.len() + self.keys.len() > filter.pairs_max {
+            return None;
+        }
         self.keys.sort_unstable();
         self.keys.dedup();
-        self.listed += self.keys.len() as u64;
-        self.add_pairs()
+        Some(self.add_pairs())
     }
 
     /// Finds the pairs of a body with those that were sorted, and with those aside.
     fn find_pairs_of(&mut self, a: u32, bodies: &Bodies, filter: Filter) {
-        let PairList { fat, order, sorted, aside, is_aside, keys, widest, .. } = self;
+        let PairList { fat, order, sorted, aside, is_left_out, keys, widest, .. } = self;
         let fat_a = fat[a as usize];
         let bounds = turned(fat_a, self.is_upright);
         // Twice the width: rounding may take as much from it far away from the origin.
@@ -344,7 +352,7 @@ impl PairList {
         let beside = beside.take_while(|(_, other)| other.low.x < bounds.high.x);
         let overlapping = beside.filter(|(_, other)| bounds.overlaps(other));
         let unmoved = overlapping.map(|(&entry, _)| entry as u32);
-        let unmoved = unmoved.filter(|&slot| !is_aside[slot as usize]);
+        let unmoved = unmoved.filter(|&slot| !is_left_out[slot as usize]);
         for b in unmoved.chain(aside.iter().copied()) {
             if b != a && fat_a.overlaps(&fat[b as usize]) && filter.takes(bodies, a, b) {
                 push(keys, key(a, b));
@@ -368,20 +376,21 @@ impl PairList {
 
     /// Sets aside what is far wider than the others.
     fn set_aside(&mut self, slots: usize) {
-        let PairList { order, sorted, aside, is_aside, widest, .. } = self;
+        let PairList { order, sorted, aside, is_left_out, widest, .. } = self;
         let width = |bounds: &Aabb| bounds.high.x - bounds.low.x;
         let wide = WIDE * sorted.iter().map(width).sum::<f32>() / sorted.len() as f32;
         aside.clear();
-        is_aside.clear();
-        is_aside.resize(slots, false);
+        is_left_out.clear();
+        is_left_out.resize(slots, false);
         *widest = 0.0;
         for (&entry, bounds) in order.iter().zip(&*sorted) {
             let (slot, width) = (entry as u32, width(bounds));
-            if width > wide {
-                push(aside, slot);
-                is_aside[slot as usize] = true;
-            } else {
+            if width <= wide {
                 *widest = max(*widest, width);
+            } else {
+                // One that is not finite too, and then all.
+                push(aside, slot);
+                is_left_out[slot as usize] = true;
             }
         }
     }
@@ -475,7 +484,7 @@ impl PairList {
             pairs[to] = Pair::of(key);
         }
         self.added += keys.len();
-        self.listed += (pairs.len() - from) as u64 / MOVES as u64;
+        self.listed += (pairs.len() - from) as u64 / MOVED_PER_LISTED;
         !keys.is_empty()
     }
 }
@@ -488,7 +497,8 @@ fn turned(bounds: Aabb, is_upright: bool) -> Aabb {
     }
 }
 
-const EMPTY_BOX: Aabb = Aabb { low: Vec2::ZERO, high: Vec2::ZERO };
+/// A box that overlaps nothing, and holds nothing.
+const EMPTY_BOX: Aabb = Aabb { low: Vec2::INFINITY, high: Vec2::NEG_INFINITY };
 
 /// The key of a pair, by which the list is sorted.
 pub(crate) fn key(a: u32, b: u32) -> u64 {

@@ -98,6 +98,11 @@ impl Elimination {
         self.products
     }
 
+    /// Blocks beside the diagonal, each of which a solution reads twice.
+    pub fn blocks(&self) -> u64 {
+        self.block.len() as u64
+    }
+
     pub fn clear(&mut self) {
         self.diagonal.fill(DMat2::ZERO);
         self.block.fill(DMat2::ZERO);
@@ -164,11 +169,26 @@ impl Elimination {
     }
 }
 
-/// Adds nodes to a sorted set.
+/// Adds sorted nodes to a sorted set.
 fn join(set: &mut Vec<u32>, more: &[u32]) {
-    set.extend(more);
-    set.sort_unstable();
-    set.dedup();
+    let (mut at, mut missing) = (0, 0);
+    for &node in more {
+        at += set[at..].iter().take_while(|&&other| other < node).count();
+        missing += usize::from(set.get(at) != Some(&node));
+    }
+    // From behind, so that each node moves once.
+    let mut from = set.len();
+    set.resize(from + missing, 0);
+    let mut to = set.len();
+    for &node in more.iter().rev() {
+        while from > 0 && set[from - 1] > node {
+            (from, to) = (from - 1, to - 1);
+            set[to] = set[from];
+        }
+        from -= usize::from(from > 0 && set[from - 1] == node);
+        to -= 1;
+        set[to] = node;
+    }
 }
 
 #[cfg(test)]

@@ -433,15 +433,15 @@ fn the_stiffest_springs_stay_finite_on_a_floor() {
 /// Bodies of very different masses at random places above a floor, joined by this many springs at random.
 fn tangle(world: &mut World, rng: &mut Rng, (bodies, springs): (u32, u32), stiffness: [f32; 3]) {
     add(world, floor(0.0));
-    let of = |rng: &mut Rng, of: [f32; 3]| of[rng.below(3) as usize];
+    let one_of = |rng: &mut Rng, of: [f32; 3]| of[rng.below(3) as usize];
     let body = |rng: &mut Rng| {
-        let mass = of(rng, [0.1, 1.0, 1e4]);
+        let mass = one_of(rng, [0.1, 1.0, 1e4]);
         ball(1.0, mass, Vec2::new(rng.range(20.0, 180.0), rng.range(15.0, 120.0)))
     };
     let ids: Vec<BodyId> = (0..bodies).map(|_| add(world, body(rng))).collect();
     for _ in 0..springs {
         let [body, other] = [0; 2].map(|_| ids[rng.below(bodies) as usize]);
-        let (rest_length, stiffness) = (rng.range(0.0, 40.0), of(rng, stiffness));
+        let (rest_length, stiffness) = (rng.range(0.0, 40.0), one_of(rng, stiffness));
         if body != other {
             let end = SpringEnd::Body(other);
             world.add_spring(Spring { body, end, rest_length, stiffness, damping: 0.0 });
@@ -451,8 +451,10 @@ fn tangle(world: &mut World, rng: &mut Rng, (bodies, springs): (u32, u32), stiff
 
 #[test]
 fn a_tangle_of_springs_gains_no_energy_and_its_work_is_bounded() {
-    let soft = [1.0, 30.0, 100.0];
-    let stiff = [1e4, 1e7, 1e9];
+    let (soft, stiff) = ([1.0, 30.0, 100.0], [1e4, 1e7, 1e9]);
+    // Moves are found twice where something bounces. A factorisation of the densest ones takes nearly all visits, and they need
+    // four: to probe the step, against obstacles without and with these, and for the response.
+    let most = 2 * 4 * VISITS_MAX + VISITS_MAX;
     for solver in solvers() {
         for (seed, (size, stiffness, steps)) in (0..).zip([
             ((10, 12), soft, 600),
@@ -472,7 +474,7 @@ fn a_tangle_of_springs_gains_no_energy_and_its_work_is_bounded() {
                 let (share, springs) = (energy(&world, 0.0) / start, world.step_counts().springs);
                 let what = format!("{solver:?} {size:?} {stiffness:?}, step {step}");
                 assert!(share < 1.0 + ROUNDING_SHARE, "{what}: {share}");
-                assert!(springs > 0 && springs < 4 * VISITS_MAX, "{what}: {springs} visits");
+                assert!(springs > 0 && springs < most, "{what}: {springs} visits");
             }
         }
     }

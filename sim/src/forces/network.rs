@@ -39,18 +39,20 @@ const SUBSTEP_PHASE: f64 = 1.0;
 const DAMPED: f64 = 0.15;
 /// Most substeps of a step.
 const SUBSTEPS_MAX: u64 = 100;
-/// Visits of springs by rounds of Newton's method in a step of a world, for which all networks share their substeps. Each
-/// takes one in any case.
+/// Visits of springs by rounds of Newton's method among which all networks of a world share their substeps, each time that
+/// moves are found: 50 springs take 100 substeps each, in about a millisecond. Each network takes a step in any case.
 pub(super) const VISITS_MAX: u64 = 20_480;
 /// Most rounds of Newton's method in a substep, and those that are expected.
 const ROUNDS_MAX: u32 = 12;
 const ROUNDS: u64 = 4;
-/// Most rounds of an implicit step that Newton's method does not solve.
+/// Most rounds of an implicit step that Newton's method does not solve: enough for stability.
 const SAFE_ROUNDS: u32 = 6;
-/// A network is too dense for Newton's method if this many factorisations take more than its visits.
+/// A network is too dense for Newton's method, which may factor in each round, if so few factorisations take more than its
+/// visits.
 const DENSE: u64 = 4;
-/// Products of a factorisation that take as long as a visit of a spring.
-const PRODUCTS: u64 = 16;
+/// Products of a factorisation, and blocks of a solution, that take as long as a visit of a spring: 4 and 4 to 8 ns beside 60.
+const PRODUCTS_PER_VISIT: u64 = 16;
+const BLOCKS_PER_VISIT: u64 = 8;
 /// Convergence: change of a velocity, as a share of the largest one. Errors add up over the steps,
 /// and energy with them, unless damping takes it.
 const PRECISION: f64 = 1e-9;
@@ -60,7 +62,7 @@ const SLOW: f64 = 0.1;
 /// Final change beyond which the rounds did not converge, in a substep and in an implicit step.
 const DIVERGED: f64 = 1e-6;
 const DIVERGED_IMPLICIT: f64 = 1e-3;
-/// Change beyond which they are given up after the first few.
+/// Change beyond which they are given up halfway: where they converge it is far smaller by then.
 const HALFWAY: u32 = 6;
 const HALFWAY_CHANGE: f64 = 1e-2;
 /// Smallest scale of the speeds for these changes, units/s.
@@ -104,16 +106,17 @@ pub(super) struct Network {
     frequency: f64,
     /// Whether it turns over within a few steps, where something may be in the way.
     is_fast: bool,
-    /// Visits of springs by rounds in this step, visits that its factorisations stand for, and how many it is to have.
+    /// Visits of springs by rounds in this step, visits that its factorisations stand for, and how many it needs and is to have.
     visits: u64,
     factored: u64,
-    allowed: u64,
+    pub wanted: u64,
+    pub allowed: u64,
     /// Whether implicit steps are left to safe rounds (see `solve_safely`), and whether this is one.
     is_hard: bool,
     is_safe: bool,
     /// Whether contacts act on its neighbours too in this step.
     responds: bool,
-    /// Whether Newton's method found no solution in this step.
+    /// Whether a part of this step is an implicit one of first order: Newton's method failed, or its visits were used up.
     pub has_diverged: bool,
     /// Whether damping ends all its oscillations within a few steps.
     is_damped: bool,
@@ -142,8 +145,8 @@ impl Network {
         self.nodes.iter().map(|node| node.slot)
     }
 
-    /// Begins a step; returns the visits of springs that its substeps are expected to need.
-    pub fn begin(&mut self, bodies: &Bodies, dt: f64, may_touch: bool) -> u64 {
+    /// Begins a step, and finds how many visits it wants.
+    pub fn begin(&mut self, bodies: &Bodies, dt: f64, may_touch: bool) {
         self.read_bodies(bodies);
         self.find_frequency();
         self.has_diverged = false;
@@ -151,17 +154,21 @@ impl Network {
         self.forget_visits();
         self.is_damped = self.links.iter().all(|link| self.decay(link) * dt >= DAMPED);
         self.is_fast = may_touch && self.frequency * dt > FAST_PHASE;
-        self.substeps(dt) * self.visits_of_substep()
+        self.wanted = match self.is_dense(VISITS_MAX) {
+            true => {
+                self.visits_of_factorisation() + u64::from(SAFE_ROUNDS) * self.visits_of_round()
+            }
+            false => self.substeps(dt) * self.visits_of_substep(),
+        };
     }
 
     /// Computes the moves of a step within about the visits that are allowed. Fast ones that may touch something first take
     /// an implicit step, to find where that leads.
-    pub fn fly(&mut self, bodies: &Bodies, air: &Air, allowed: u64, moves: &mut Vec<Move>) {
+    pub fn fly(&mut self, bodies: &Bodies, air: &Air, moves: &mut Vec<Move>) {
         let first = moves.len();
-        self.allowed = allowed;
-        self.is_hard = DENSE * self.visits_of_factorisation() > allowed;
+        self.is_hard = self.is_dense(self.allowed);
         self.planes.clear();
-        let is_resolved = self.substeps(air.dt) * self.visits_of_substep() <= allowed;
+        let is_resolved = self.substeps(air.dt) * self.visits_of_substep() <= 2 * self.allowed;
         if self.is_fast {
             self.advance_implicitly(bodies, air, 0.0);
             for node in &self.nodes {
@@ -169,6 +176,7 @@ impl Network {
                 moves.push(Move { kind: Kind::Fast { implicit: found.path }, ..found });
             }
         }
+        // Where one implicit step is hard to solve, and substeps are to be far larger than they should, these are too.
         if self.is_hard && !is_resolved {
             self.has_diverged = true;
             if !self.is_fast {
@@ -187,8 +195,8 @@ impl Network {
         }
     }
 
-    /// Advances by a step. Where springs turn over within a substep, the rest of it is an implicit one: stability is
-    /// enough, and the guard sees to the energy.
+    /// Advances by a step. Where Newton's method fails, as springs turn over within a substep, or the visits are used up, one
+    /// implicit step covers the rest: stability is enough, and the guard sees to the energy.
     fn advance_in_substeps(&mut self, bodies: &Bodies, air: &Air) {
         let most = (self.allowed / self.visits_of_substep()).max(1);
         let substeps = self.substeps(air.dt).min(most);
@@ -230,7 +238,16 @@ impl Network {
 
     /// Visits of springs that a substep is expected to need.
     fn visits_of_substep(&self) -> u64 {
-        ROUNDS * self.links.len() as u64 + self.visits_of_factorisation()
+        ROUNDS * self.visits_of_round() + self.visits_of_factorisation()
+    }
+
+    fn visits_of_round(&self) -> u64 {
+        self.links.len() as u64 + self.system.blocks() / BLOCKS_PER_VISIT
+    }
+
+    /// Whether so many visits are too few for Newton's method.
+    fn is_dense(&self, visits: u64) -> bool {
+        DENSE * self.visits_of_factorisation() > visits
     }
 
     /// Finds the bound of the fastest oscillation: by Gershgorin's theorem the square of its frequency is at most the
@@ -324,16 +341,17 @@ impl Network {
         let mut stale = true;
         for round in 0..ROUNDS_MAX {
             if stale && self.factored > 0 && !self.has_time_to_factor() {
-                return false;
+                break;
             }
             self.assemble(bodies, air, elapsed, stale);
             if stale {
                 self.factor();
             }
-            self.system.solve(&mut self.residual);
+            self.eliminate();
             let before = change;
             change = self.apply_newton_step();
-            if change <= precision || round == HALFWAY && change > HALFWAY_CHANGE {
+            let is_lost = change.is_nan() || round == HALFWAY && change > HALFWAY_CHANGE;
+            if change <= precision || is_lost {
                 break;
             }
             stale = change > SLOW * before;
@@ -342,9 +360,9 @@ impl Network {
         change <= tolerance
     }
 
-    /// For an implicit step: rounds that take the stiffness of springs in every direction. Each comes nearer to the solution,
-    /// from where nothing moves, if slowly: their sum of energies is an upper bound of the true one that touches it
-    /// (Bouaziz and others 2014, projective dynamics), and they need a single factorisation.
+    /// For an implicit step: rounds with each spring's stiffness in every direction, an upper bound of the true one. From rest,
+    /// each lowers the energy of the step, if slowly (Bouaziz and others 2014, projective dynamics), and one factorisation
+    /// serves all.
     fn solve_safely(&mut self, bodies: &Bodies, air: &Air, elapsed: f64) {
         self.nodes.iter_mut().for_each(|node| node.velocity = DVec2::ZERO);
         self.is_safe = true;
@@ -353,7 +371,7 @@ impl Network {
             if round == 0 {
                 self.factor();
             }
-            self.system.solve(&mut self.residual);
+            self.eliminate();
             let change = self.apply_newton_step();
             if change.is_nan() || change <= PRECISION_DAMPED {
                 break;
@@ -370,7 +388,7 @@ impl Network {
     }
 
     fn visits_of_factorisation(&self) -> u64 {
-        self.system.products() / PRODUCTS
+        self.system.products() / PRODUCTS_PER_VISIT
     }
 
     pub fn forget_visits(&mut self) {
@@ -380,6 +398,12 @@ impl Network {
     /// Visits of springs in this step, with those that factorisations stand for.
     pub fn visits(&self) -> u64 {
         self.visits + self.factored
+    }
+
+    /// Solves for what the residual is, in place.
+    fn eliminate(&mut self) {
+        self.system.solve(&mut self.residual);
+        self.visits += self.system.blocks() / BLOCKS_PER_VISIT;
     }
 
     fn factor(&mut self) {

@@ -537,3 +537,16 @@ fn bodies_woken_at_once_move_as_if_one_after_another() {
         in_turn.step();
     }
 }
+
+#[test]
+fn a_step_that_begins_again_counts_all_attempts() {
+    let (mut world, _, stack) = sleeping_stack(6);
+    let ball = add(&mut world, ball_at(0.0, 30.0));
+    while world.asleep_count() > 0 {
+        assert!(world.step_counts().moving <= 1, "only the ball moves");
+        world.step();
+    }
+    assert!(world.contains(ball));
+    let (alone, all) = (1, 1 + stack.len() as u64);
+    assert_eq!(world.step_counts().moving, alone + all);
+}

@@ -123,7 +123,7 @@ impl ConjugateSolver {
     ) {
         self.work_left = work_max;
         self.earlier = StepCounts::default();
-        (self.work, self.thorough, self.eliminated) = (0, 0, 0);
+        (self.work, self.thorough, self.eliminated, self.corrections) = (0, 0, 0, 0);
         if is_large_world(bodies, steady) != self.is_large_world {
             // Their islands are solved in another way.
             steady.readmit_all(bodies);
@@ -139,7 +139,6 @@ impl ConjugateSolver {
         StepCounts {
             moving: earlier.moving + moving as u64,
             pairs: earlier.pairs + pairs as u64,
-            contacts: earlier.contacts + self.contacts.constraints.len() as u64,
             visits: earlier.visits + visits,
             thorough: earlier.thorough + thorough,
             eliminated: earlier.eliminated + eliminated,

@@ -10,10 +10,9 @@ pub struct StepCounts {
     pub moving: u64,
     /// Pairs of bodies near each other.
     pub pairs: u64,
-    /// Pairs listed anew: all of them at each renewal of the list.
+    /// Pairs written to the list of pairs: all of them, and the bodies sorted, each time it is built; those found, and a share of
+    /// those moved, when it is extended.
     pub listed: u64,
-    /// Pairs that touch, or may within the step.
-    pub contacts: u64,
     /// Visits of contacts by passes, by sweeps without forests, and of single contacts.
     pub visits: u64,
     /// Visits of contacts by sweeps with forests; with the relaxation, of pairs that still touch at the end of the step.
@@ -24,7 +23,7 @@ pub struct StepCounts {
     pub predictions: u64,
     /// Visits of contacts while the conjugate solver removes overlap.
     pub corrections: u64,
-    /// Visits of springs by the rounds in which networks of springs are solved.
+    /// Visits of springs by the rounds in which networks of springs are solved, with what their factorisations stand for.
     pub springs: u64,
     /// Particles.
     pub particles: u64,
@@ -39,7 +38,6 @@ impl World {
             false => StepCounts {
                 moving: moving as u64,
                 pairs: pairs as u64,
-                contacts: self.relaxation.constraints.len() as u64,
                 visits: self.pair_solves(),
                 thorough: u64::from(self.relaxation.passes) * self.touches.now.len() as u64,
                 ..StepCounts::default()

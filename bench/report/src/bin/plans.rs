@@ -229,8 +229,8 @@ fn random(seed: u64, number: u64) -> String {
     let (middle, inner) = (side / 2.0, format!("{:.1}", side - 4.0));
     let springs = if rng.below(3) == 0 { springs(rng, side, lightest) } else { String::new() };
     let mut text = format!(
-        "# {} bodies, {solver}, gravity {gravity}, fill {fill:.2}, masses to 1 : {ratio:.0}, restitution to {bounce}, \
-         {} springs\n\
+        "# {} bodies, {solver}, gravity {gravity}, fill {fill:.2}, masses to 1 : {ratio:.0}, restitution to {bounce}, and \
+         {} springs with bodies of their own\n\
          title = \"Random\"\nsize = [{side:.1}, {side:.1}]\n\
          solver = \"{solver}\"\ngravity = [0, {gravity}]\ngroups = [\"platform\", \"block\"]\n\
          pairs = [[\"block\", \"platform\"], [\"block\", \"block\"]]\n",

@@ -87,18 +87,7 @@ impl Network {
             links: springs.iter().map(link).collect(),
             system,
             residual: vec![DVec2::ZERO; slots.len()],
-            frequency: 0.0,
-            is_fast: false,
-            visits: 0,
-            factored: 0,
-            allowed: 0,
-            is_hard: false,
-            is_safe: false,
-            responds: false,
-            has_diverged: false,
-            is_damped: false,
-            weight: 0.5,
-            planes: Vec::new(),
+            ..Network::default()
         }
     }
 }

@@ -61,7 +61,7 @@ impl Network {
             let impulse = plane.impulse(self.nodes[plane.node as usize].velocity);
             self.residual[plane.node as usize] += plane.normal * impulse;
         }
-        self.system.solve(&mut self.residual);
+        self.eliminate();
         for (node, change) in self.nodes.iter_mut().zip(&self.residual) {
             node.free = node.velocity - *change;
         }
@@ -81,7 +81,7 @@ impl Network {
             for obstacle in obstacles.of(self.nodes[at].slot) {
                 self.residual.fill(DVec2::ZERO);
                 self.residual[at] = obstacle.normal;
-                self.system.solve(&mut self.residual);
+                self.eliminate();
                 most = max_or_nan(obstacle.normal.dot(self.residual[at]), most);
             }
             if most > 0.0 {
@@ -102,7 +102,7 @@ impl Network {
             let change = bodies.velocity[node.slot as usize].as_dvec2() - before;
             *row = change * node.resistance;
         }
-        self.system.solve(&mut self.residual);
+        self.eliminate();
         for (change, node) in self.residual.iter().zip(&self.nodes) {
             let before = if is_free { node.free } else { node.velocity };
             let velocity = clamp_length((before + *change).as_vec2(), speed_max);
@@ -120,23 +120,30 @@ impl Network {
         for plane in &mut self.planes {
             plane.stiffness = PLANE_STIFFNESS * self.residual[plane.node as usize].x;
         }
-        for _ in 0..PLANE_ROUNDS_MAX {
+        for round in 1..=PLANE_ROUNDS_MAX {
             self.is_hard = self.is_hard || !self.solve(bodies, air, elapsed, DIVERGED_IMPLICIT);
             if self.is_hard {
                 self.solve_safely(bodies, air, elapsed);
             }
-            let mut any = false;
-            for plane in &mut self.planes {
-                let velocity = self.nodes[plane.node as usize].velocity;
-                let passes = plane.normal.dot(velocity) < plane.speed_min;
-                any |= passes && !plane.is_active;
-                plane.is_active |= passes;
-            }
-            if !any || !self.has_time_to_factor() {
+            // Planes are met only where another round follows, in any case the second one.
+            let has_time = round == 1 || self.has_time_to_factor();
+            if round == PLANE_ROUNDS_MAX || !has_time || !self.meet_planes() {
                 break;
             }
         }
         self.move_nodes(air.dt);
+    }
+
+    /// Activates the planes that nodes pass; returns whether there are any.
+    fn meet_planes(&mut self) -> bool {
+        let mut any = false;
+        for plane in &mut self.planes {
+            let velocity = self.nodes[plane.node as usize].velocity;
+            let passes = plane.normal.dot(velocity) < plane.speed_min;
+            any |= passes && !plane.is_active;
+            plane.is_active |= passes;
+        }
+        any
     }
 
     /// By node, in `residual.x`: the mass that resists a velocity if its neighbours stand still.
