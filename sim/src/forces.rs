@@ -73,8 +73,8 @@ pub(crate) struct Forces {
     euler_bodies: Vec<EulerBody>,
     flights: Vec<Flight>,
     networks: Vec<Network>,
-    /// Scratch: indices of the networks, by the visits that they want.
-    by_want: Vec<usize>,
+    /// Scratch: by the visits that they want, those in the upper and the index of the network in the lower half.
+    by_want: Vec<u64>,
     /// Visits of springs in this step before the present moves were found.
     visits_before: u64,
     guard: SpringGuard,
@@ -179,12 +179,15 @@ impl Forces {
             return;
         }
         by_want.clear();
-        by_want.extend(0..networks.len());
-        by_want.sort_unstable_by_key(|&index| (networks[index].wanted, index));
+        let entry = |(index, network): (u64, &Network)| {
+            network.wanted.min(u64::from(u32::MAX)) << 32 | index
+        };
+        by_want.extend((0..).zip(&*networks).map(entry));
+        by_want.sort_unstable();
         let mut left = VISITS_MAX;
-        for (done, &index) in by_want.iter().enumerate() {
+        for (done, &entry) in by_want.iter().enumerate() {
             let share = left / (by_want.len() - done) as u64;
-            let network = &mut networks[index];
+            let network = &mut networks[entry as u32 as usize];
             network.allowed = share.min(2 * network.wanted);
             left -= network.allowed;
         }
@@ -331,7 +334,7 @@ impl Forces {
         let flight = |&slot: &u32| Flight::new(slot, self.drag(slot), &self.springs);
         self.flights = alone.iter().map(flight).collect();
         let drag: Vec<Drag> = tied.iter().map(|&slot| self.drag(slot)).collect();
-        self.networks = network::networks(&tied, &drag, &self.springs);
+        self.networks = network::build::networks(&tied, &drag, &self.springs);
         self.is_classified = true;
     }
 }

@@ -17,7 +17,7 @@
 //! Where something is in the way of a network with such oscillations, it takes another step instead
 //! (see `held`).
 
-mod build;
+pub(super) mod build;
 mod held;
 mod link;
 mod plane;
@@ -27,7 +27,6 @@ use super::drag::Drag;
 use super::elimination::Elimination;
 use crate::bodies::Bodies;
 use crate::math::exp_m1;
-pub(super) use build::networks;
 use glam::{DMat2, DVec2};
 use link::{End, Link, max_or_nan};
 use plane::Plane;
@@ -334,6 +333,7 @@ impl Network {
 
     /// Newton's method, keeping the factored system as long as it converges; returns whether its last change, as a share of
     /// the largest speed, is at most `tolerance`.
+    #[inline(never)]
     fn solve(&mut self, bodies: &Bodies, air: &Air, elapsed: f64, tolerance: f64) -> bool {
         self.guess_velocities(air.dt);
         let precision = if self.is_damped { PRECISION_DAMPED } else { PRECISION };
@@ -363,6 +363,7 @@ impl Network {
     /// For an implicit step: rounds with each spring's stiffness in every direction, an upper bound of the true one. From rest,
     /// each lowers the energy of the step, if slowly (Bouaziz and others 2014, projective dynamics), and one factorisation
     /// serves all.
+    #[inline(never)]
     fn solve_safely(&mut self, bodies: &Bodies, air: &Air, elapsed: f64) {
         self.nodes.iter_mut().for_each(|node| node.velocity = DVec2::ZERO);
         self.is_safe = true;
@@ -401,11 +402,13 @@ impl Network {
     }
 
     /// Solves for what the residual is, in place.
+    #[inline(never)]
     fn eliminate(&mut self) {
         self.system.solve(&mut self.residual);
         self.visits += self.system.blocks() / BLOCKS_PER_VISIT;
     }
 
+    #[inline(never)]
     fn factor(&mut self) {
         self.system.factor();
         self.factored += self.visits_of_factorisation();

@@ -44,8 +44,8 @@ use crate::math::{clamp_length, max};
 use crate::shape::{Aabb, shapes};
 use crate::solver::tolerances::LARGE_WORLD;
 use crate::steady::{Steady, StepContacts};
+use crate::step_counts::StepCounts;
 use crate::touches::Found;
-use crate::world::counts::StepCounts;
 use glam::Vec2;
 
 /// Times that a step may find that bounces sped bodies up beyond their reach.

@@ -17,25 +17,33 @@ pub(in crate::forces) fn networks(
     let node_of = |slot: u32| slots.binary_search(&slot).ok().map(|at| at as u32);
     let mut edges = Vec::new();
     let mut touching = Vec::new();
-    for spring in springs {
+    for (index, spring) in (0..).zip(springs) {
         let mut nodes = spring.slots().filter_map(node_of);
         let Some(node) = nodes.next() else { continue };
         edges.extend(nodes.map(|other| (node, other)));
-        touching.push((node, spring));
+        touching.push((node, index));
     }
     let component = components(slots.len(), &edges);
-    let component_of = |node: u32| component[node as usize];
-    touching.sort_by_key(|&(node, _)| component_of(node));
-    let mut nodes: Vec<u32> = (0..slots.len() as u32).collect();
-    nodes.sort_by_key(|&node| component_of(node));
-    let mut joined = touching.chunk_by(|a, b| component_of(a.0) == component_of(b.0));
-    let network = |nodes: &[u32]| {
-        let springs: Vec<&Spring> = joined.next().into_iter().flatten().map(|of| of.1).collect();
-        let of_node = |&node: &u32| (slots[node as usize], drag[node as usize]);
-        let (slots, drag): (Vec<u32>, Vec<Drag>) = nodes.iter().map(of_node).unzip();
-        Network::new(&slots, &drag, &springs)
-    };
-    nodes.chunk_by(|&a, &b| component_of(a) == component_of(b)).map(network).collect()
+    // The component in the upper half, and what belongs to it in the lower: a sort of plain numbers.
+    let of = |node: u32, what: u32| u64::from(component[node as usize]) << 32 | u64::from(what);
+    let mut nodes: Vec<u64> = (0..slots.len() as u32).map(|node| of(node, node)).collect();
+    let mut touching: Vec<u64> =
+        touching.into_iter().map(|(node, index)| of(node, index)).collect();
+    nodes.sort_unstable();
+    touching.sort_unstable();
+    let (mut networks, mut nodes, mut touching) = (Vec::new(), &nodes[..], &touching[..]);
+    while let Some(&first) = nodes.first() {
+        let is_of = |entry: &u64| entry >> 32 == first >> 32;
+        let (own, others) = nodes.split_at(nodes.partition_point(is_of));
+        let (joined, left) = touching.split_at(touching.partition_point(is_of));
+        (nodes, touching) = (others, left);
+        let of_node = |&node: &u64| (slots[node as u32 as usize], drag[node as u32 as usize]);
+        let (slots, drag): (Vec<u32>, Vec<Drag>) = own.iter().map(of_node).unzip();
+        let springs: Vec<&Spring> =
+            joined.iter().map(|&spring| &springs[spring as u32 as usize]).collect();
+        networks.push(Network::new(&slots, &drag, &springs));
+    }
+    networks
 }
 
 impl Network {

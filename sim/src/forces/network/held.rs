@@ -113,6 +113,7 @@ impl Network {
     }
 
     /// Takes a step of Euler's implicit method, in which no node passes a plane, from `elapsed` seconds after the start.
+    #[inline(never)]
     pub(super) fn advance_implicitly(&mut self, bodies: &Bodies, air: &Air, elapsed: f64) {
         self.begin_substep(air);
         self.weight = 1.0;

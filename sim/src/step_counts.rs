@@ -1,0 +1,27 @@
+//! Counts of the work of a step: a measure of its time that is the same on every machine.
+
+/// Counts of the last step, each of something that takes about the same time whenever it is done.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StepCounts {
+    /// Bodies that are awake and may move.
+    pub moving: u64,
+    /// Pairs of bodies near each other.
+    pub pairs: u64,
+    /// Pairs written to the list of pairs: all of them, and the bodies sorted, each time it is built; those found, and a share of
+    /// those moved, when it is extended.
+    pub listed: u64,
+    /// Visits of contacts by passes, by sweeps without forests, and of single contacts.
+    pub visits: u64,
+    /// Visits of contacts by sweeps with forests; with the relaxation, of pairs that still touch at the end of the step.
+    pub thorough: u64,
+    /// Visits that stand for the elimination of islands that sweeps do not solve.
+    pub eliminated: u64,
+    /// Predictions of impacts.
+    pub predictions: u64,
+    /// Visits of contacts while the conjugate solver removes overlap.
+    pub corrections: u64,
+    /// Visits of springs by the rounds in which networks of springs are solved, with what their factorisations stand for.
+    pub springs: u64,
+    /// Particles.
+    pub particles: u64,
+}
