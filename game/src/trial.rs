@@ -8,6 +8,7 @@ use crate::scene::{WorstTick, made_max};
 use crate::{Buttons, Game, Input, Kind, Phase, Scene, Seat, Tools};
 use glam::Vec2;
 use jostle_sim::math::max;
+use jostle_sim::short_sort::sort_few;
 use jostle_sim::{Motion, Rng, StepBudget, StepCounts, World};
 use std::sync::Arc;
 
@@ -109,7 +110,7 @@ fn worst(peaks: &[f32]) -> f32 {
 /// Mean of the few worst periods.
 fn few_worst(peaks: &[f32]) -> f32 {
     let mut sorted = peaks.to_vec();
-    sorted.sort_unstable_by(|a, b| b.total_cmp(a));
+    sort_few(&mut sorted, |one, other| one > other);
     sorted.truncate(WORST_PERIODS);
     sorted.iter().sum::<f32>() / sorted.len().max(1) as f32
 }

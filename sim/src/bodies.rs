@@ -4,6 +4,7 @@
 //! ascending order, so the order of creation matters only through the slots it assigned.
 
 use crate::body::{BodyDef, BodyId, GROUPS_MAX, Motion};
+use crate::check;
 use crate::material::Material;
 use crate::math::min;
 use crate::shape::{Aabb, Shape};
@@ -47,7 +48,7 @@ pub(crate) struct Bodies {
 
 impl Bodies {
     pub fn add(&mut self, def: &BodyDef) -> BodyId {
-        check(def);
+        check_def(def);
         let slot = self.free.pop().unwrap_or_else(|| self.grow(0));
         let index = slot as usize;
         self.shape[index] = def.shape;
@@ -195,19 +196,18 @@ impl Bodies {
 }
 
 /// Panics unless every field of a definition is in its documented range.
-fn check(def: &BodyDef) {
+fn check_def(def: &BodyDef) {
     let half = def.shape.half_extent();
-    assert!(half.is_finite(), "body size {half} must be finite");
-    assert!(half.x > 0.0 && half.y > 0.0, "body size {half} must be positive");
-    assert!(def.position.is_finite(), "body position {} must be finite", def.position);
-    assert!(def.velocity.is_finite(), "body velocity {} must be finite", def.velocity);
-    let still = def.motion != Motion::Static || def.velocity == Vec2::ZERO;
-    assert!(still, "a static body with velocity {}", def.velocity);
-    let (mass, inverse) = (def.mass, 1.0 / def.mass);
-    assert!(mass > 0.0 && mass.is_finite(), "body mass {mass} must be positive and finite");
-    assert!(inverse > 0.0 && inverse.is_finite(), "body mass {mass} is out of range");
-    assert!((0.0..=1.0).contains(&def.restitution), "restitution {} not in 0..=1", def.restitution);
-    assert!((0.0..=10.0).contains(&def.friction), "friction {} not in 0..=10", def.friction);
-    assert!(def.gravity_scale.is_finite(), "gravity scale {} not finite", def.gravity_scale);
+    let BodyDef { position, velocity, mass, restitution, friction, gravity_scale, .. } = *def;
+    check::vector(half.is_finite() && half.x > 0.0 && half.y > 0.0, "body size", half);
+    check::vector(position.is_finite(), "body position", position);
+    let still = def.motion != Motion::Static || velocity == Vec2::ZERO;
+    check::vector(velocity.is_finite() && still, "body velocity", velocity);
+    let inverse = 1.0 / mass;
+    let is_invertible = mass > 0.0 && mass.is_finite() && inverse > 0.0 && inverse.is_finite();
+    check::number(is_invertible, "body mass", mass);
+    check::number((0.0..=1.0).contains(&restitution), "restitution", restitution);
+    check::number((0.0..=10.0).contains(&friction), "friction", friction);
+    check::number(gravity_scale.is_finite(), "gravity scale", gravity_scale);
     assert!(usize::from(def.group) < GROUPS_MAX, "group {} not below {GROUPS_MAX}", def.group);
 }

@@ -47,6 +47,12 @@ impl Features {
         self.friction || GENERAL_ONLY
     }
 
+    /// Whether passes take the code with restitution.
+    #[inline]
+    pub(crate) fn takes_restitution(self) -> bool {
+        self.restitution || GENERAL_ONLY
+    }
+
     /// The kinds of [`shapes`] for which a step takes its code.
     #[inline]
     pub(crate) fn takes_shapes(self) -> u8 {

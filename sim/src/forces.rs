@@ -73,8 +73,6 @@ pub(crate) struct Forces {
     euler_bodies: Vec<EulerBody>,
     flights: Vec<Flight>,
     networks: Vec<Network>,
-    /// Scratch: by the visits that they want, those in the upper and the index of the network in the lower half.
-    by_want: Vec<u64>,
     /// Visits of springs in this step before the present moves were found.
     visits_before: u64,
     guard: SpringGuard,
@@ -167,29 +165,14 @@ impl Forces {
         }
     }
 
-    /// Shares [`VISITS_MAX`] among the networks: by what they want if it is enough, else each gets what it wants, twice over to
-    /// be sure, up to an equal share of what those that want less have left.
+    /// Shares [`VISITS_MAX`] among the networks by what they want. One that wants little gets that, twice over to be sure, up to
+    /// an equal share: what others want does not count then.
     fn share_visits(&mut self) {
-        let Forces { networks, by_want, .. } = self;
-        let all = networks.iter().map(|network| network.wanted).sum::<u64>();
-        if 2 * all <= VISITS_MAX {
-            for network in networks {
-                network.allowed = network.wanted * VISITS_MAX / all;
-            }
-            return;
-        }
-        by_want.clear();
-        let entry = |(index, network): (u64, &Network)| {
-            network.wanted.min(u64::from(u32::MAX)) << 32 | index
-        };
-        by_want.extend((0..).zip(&*networks).map(entry));
-        by_want.sort_unstable();
-        let mut left = VISITS_MAX;
-        for (done, &entry) in by_want.iter().enumerate() {
-            let share = left / (by_want.len() - done) as u64;
-            let network = &mut networks[entry as u32 as usize];
-            network.allowed = share.min(2 * network.wanted);
-            left -= network.allowed;
+        let all = self.networks.iter().map(|network| network.wanted).sum::<u64>();
+        let equal = VISITS_MAX / self.networks.len().max(1) as u64;
+        for network in &mut self.networks {
+            let by_want = network.wanted * VISITS_MAX / all;
+            network.allowed = by_want.max(equal.min(2 * network.wanted));
         }
     }
 
@@ -305,36 +288,39 @@ impl Forces {
 
     /// Sorts bodies into those that Euler's methods move, those that fly alone and those joined by springs.
     fn classify(&mut self, bodies: &Bodies) {
-        let is_dynamic = |slot: u32| bodies.motion[slot as usize] == Motion::Dynamic;
-        let has_euler = |slot: u32| self.euler.have(bodies.group[slot as usize]);
-        let is_exact = |slot: u32| is_dynamic(slot) && !has_euler(slot);
-        let mut tied: Vec<u32> = Vec::new();
+        // By slot: whether forces act, and whether springs join it to others or have a length.
+        let mut acts = vec![(false, false); bodies.alive.len()];
+        for &(slot, _) in &self.dragged {
+            acts[slot as usize].0 = true;
+        }
         for spring in &self.springs {
-            match spring.end {
-                SpringEnd::Point(_) if spring.rest_length > 0.0 => tied.push(spring.body.index),
-                SpringEnd::Point(_) => {}
-                SpringEnd::Body(other) => tied.extend([spring.body.index, other.index]),
+            let is_tied = spring.rest_length > 0.0 || matches!(spring.end, SpringEnd::Body(_));
+            for slot in spring.slots() {
+                let (is_sprung, was_tied) = &mut acts[slot as usize];
+                (*is_sprung, *was_tied) = (true, *was_tied || is_tied);
             }
         }
-        tied.retain(|&slot| is_exact(slot));
-        tied.sort_unstable();
-        tied.dedup();
-        let anchored = self.springs.iter().map(|spring| spring.body.index);
-        let mut alone: Vec<u32> = self.dragged.iter().map(|&(slot, _)| slot).collect();
-        alone.extend(anchored);
-        alone.retain(|&slot| is_exact(slot) && tied.binary_search(&slot).is_err());
-        alone.sort_unstable();
-        alone.dedup();
-        let by_euler = |slot: u32| {
-            let is_explicit = self.euler.explicit >> bodies.group[slot as usize] & 1 == 1;
-            EulerBody::new(slot, self.drag(slot), is_explicit, &self.springs)
-        };
-        let euler_slots = bodies.slots().filter(|&slot| is_dynamic(slot) && has_euler(slot));
-        self.euler_bodies = euler_slots.map(by_euler).collect();
-        let flight = |&slot: &u32| Flight::new(slot, self.drag(slot), &self.springs);
-        self.flights = alone.iter().map(flight).collect();
-        let drag: Vec<Drag> = tied.iter().map(|&slot| self.drag(slot)).collect();
-        self.networks = network::build::networks(&tied, &drag, &self.springs);
+        self.euler_bodies.clear();
+        self.flights.clear();
+        let mut tied = Vec::new();
+        for slot in bodies.slots() {
+            if bodies.motion[slot as usize] != Motion::Dynamic {
+                continue;
+            }
+            let (drag, springs) = (self.drag(slot), &self.springs);
+            let group = bodies.group[slot as usize];
+            if self.euler.have(group) {
+                let is_explicit = self.euler.explicit >> group & 1 == 1;
+                self.euler_bodies.push(EulerBody::new(slot, drag, is_explicit, springs));
+            } else {
+                match acts[slot as usize] {
+                    (_, true) => tied.push((slot, drag)),
+                    (true, false) => self.flights.push(Flight::new(slot, drag, springs)),
+                    (false, false) => {}
+                }
+            }
+        }
+        self.networks = network::build::networks(&tied, &self.springs);
         self.is_classified = true;
     }
 }

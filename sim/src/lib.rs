@@ -7,6 +7,7 @@
 mod bodies;
 mod body;
 mod broad_phase;
+mod check;
 mod continuous;
 mod features;
 mod forces;

@@ -1,6 +1,7 @@
 //! Shapes without a position: a circle or an axis-aligned box, one per body, centred on it. Nothing
 //! rotates (A2.39).
 
+use crate::check;
 use crate::math::{max, min};
 use glam::Vec2;
 
@@ -22,14 +23,14 @@ pub enum Shape {
 impl Shape {
     /// Creates a circle; panics unless the radius is positive and finite.
     pub fn circle(radius: f32) -> Shape {
-        assert!(radius > 0.0 && radius.is_finite(), "circle radius {radius} must be positive");
+        check::number(radius > 0.0 && radius.is_finite(), "circle radius", radius);
         Shape::Circle { radius }
     }
 
     /// Creates a box of this full width and height; panics unless both are positive and finite.
     pub fn rect(width: f32, height: f32) -> Shape {
-        assert!(width > 0.0 && width.is_finite(), "box width {width} must be positive");
-        assert!(height > 0.0 && height.is_finite(), "box height {height} must be positive");
+        check::number(width > 0.0 && width.is_finite(), "box width", width);
+        check::number(height > 0.0 && height.is_finite(), "box height", height);
         Shape::Box { half: Vec2::new(width, height) * 0.5 }
     }
 

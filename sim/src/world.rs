@@ -12,6 +12,7 @@ pub use settings::{StepBudget, WorldSettings};
 
 use crate::bodies::Bodies;
 use crate::broad_phase::pairs::PairList;
+use crate::check;
 use crate::features::Features;
 use crate::forces::Forces;
 use crate::forces::drag::Drag;
@@ -233,7 +234,7 @@ impl World {
 
     /// Sets a position. Panics unless finite.
     pub fn set_position(&mut self, id: BodyId, position: Vec2) {
-        assert!(position.is_finite(), "position {position} must be finite");
+        check::vector(position.is_finite(), "position", position);
         let Some(index) = self.bodies.find(id) else { return };
         if self.settings.sleeping && self.bodies.center[index] == position {
             return;
@@ -248,7 +249,7 @@ impl World {
     /// Sets a velocity. Panics unless finite. A static body keeps its own, which is zero (C20): another is a fault of
     /// the caller, as if it were removed.
     pub fn set_velocity(&mut self, id: BodyId, velocity: Vec2) {
-        assert!(velocity.is_finite(), "velocity {velocity} must be finite");
+        check::vector(velocity.is_finite(), "velocity", velocity);
         let Some(index) = self.bodies.find(id) else { return };
         let still = self.bodies.motion[index] != Motion::Static || velocity == Vec2::ZERO;
         debug_assert!(still, "static body {} cannot have velocity {velocity}", id.index);
@@ -275,8 +276,8 @@ impl World {
 
     /// Sets the mass of a dynamic body. Panics unless positive and finite.
     pub fn set_mass(&mut self, id: BodyId, mass: f32) {
-        assert!(mass > 0.0 && mass.is_finite(), "mass {mass} must be positive and finite");
-        assert!((1.0 / mass).is_finite(), "mass {mass} is out of range");
+        let is_invertible = mass > 0.0 && mass.is_finite() && (1.0 / mass).is_finite();
+        check::number(is_invertible, "mass", mass);
         let Some(index) = self.bodies.find(id) else { return };
         assert!(self.bodies.motion[index] == Motion::Dynamic, "only dynamic bodies have a mass");
         self.wake_around(id);
@@ -285,7 +286,7 @@ impl World {
 
     /// Changes the factor on gravity. Panics unless finite.
     pub fn set_gravity_scale(&mut self, id: BodyId, scale: f32) {
-        assert!(scale.is_finite(), "gravity scale {scale} must be finite");
+        check::number(scale.is_finite(), "gravity scale", scale);
         let Some(index) = self.bodies.find(id) else { return };
         if self.bodies.gravity_scale[index] != scale {
             self.wake_around(id);
@@ -302,7 +303,7 @@ impl World {
     /// Changes gravity, units/s^2, and wakes all bodies. It is a setting, not state: to restore
     /// such a world, pass the settings that it had. Panics unless finite.
     pub fn set_gravity(&mut self, gravity: Vec2) {
-        assert!(gravity.is_finite(), "gravity {gravity} must be finite");
+        check::vector(gravity.is_finite(), "gravity", gravity);
         self.settings.gravity = gravity;
         self.steady.readmit_all(&mut self.bodies);
         let mut awake = awake(&mut self.bodies, &mut self.pairs, &mut self.touches);

@@ -27,7 +27,7 @@ pub(crate) struct EliminationOrder {
     /// The new index of each unknown.
     pub index_of: Vec<u32>,
     /// Unknowns in the order of elimination.
-    nodes: Vec<u32>,
+    pub nodes: Vec<u32>,
     /// By unknown: those that it shares a block with; once it is eliminated, those that were left then.
     near: Vec<Vec<u32>>,
     waiting: BinaryHeap<Reverse<(usize, u32)>>,

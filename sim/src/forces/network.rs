@@ -71,7 +71,7 @@ const SPEED_MIN: f64 = 1e-3;
 const PHASE_MAX: f64 = 4.0;
 
 /// A body of the network.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 struct Node {
     slot: u32,
     drag: Drag,
@@ -363,7 +363,6 @@ impl Network {
     /// For an implicit step: rounds with each spring's stiffness in every direction, an upper bound of the true one. From rest,
     /// each lowers the energy of the step, if slowly (Bouaziz and others 2014, projective dynamics), and one factorisation
     /// serves all.
-    #[inline(never)]
     fn solve_safely(&mut self, bodies: &Bodies, air: &Air, elapsed: f64) {
         self.nodes.iter_mut().for_each(|node| node.velocity = DVec2::ZERO);
         self.is_safe = true;
@@ -402,13 +401,11 @@ impl Network {
     }
 
     /// Solves for what the residual is, in place.
-    #[inline(never)]
     fn eliminate(&mut self) {
         self.system.solve(&mut self.residual);
         self.visits += self.system.blocks() / BLOCKS_PER_VISIT;
     }
 
-    #[inline(never)]
     fn factor(&mut self) {
         self.system.factor();
         self.factored += self.visits_of_factorisation();

@@ -2,6 +2,7 @@
 
 use super::drag::FORCE_MAX;
 use crate::body::BodyId;
+use crate::check;
 use glam::{DVec2, Vec2};
 
 /// Springs shorter than this have no direction, world units.
@@ -76,11 +77,11 @@ impl Spring {
     pub(super) fn check(&self) {
         let Spring { rest_length, stiffness, damping, .. } = *self;
         let range = 0.0..=FORCE_MAX;
-        assert!(range.contains(&rest_length), "rest length {rest_length} of a spring");
-        assert!(range.contains(&stiffness), "stiffness {stiffness} of a spring");
-        assert!(range.contains(&damping), "damping {damping} of a spring");
+        check::number(range.contains(&rest_length), "rest length of a spring", rest_length);
+        check::number(range.contains(&stiffness), "stiffness of a spring", stiffness);
+        check::number(range.contains(&damping), "damping of a spring", damping);
         match self.end {
-            SpringEnd::Point(point) => assert!(point.is_finite(), "a spring held to {point}"),
+            SpringEnd::Point(point) => check::vector(point.is_finite(), "end of a spring", point),
             SpringEnd::Body(other) => assert!(other != self.body, "a spring from a body to itself"),
         }
     }

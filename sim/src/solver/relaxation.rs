@@ -338,7 +338,7 @@ type Passes = fn(&mut Bodies, &mut [RelaxationConstraint], &Limits) -> u32;
 
 /// The passes compiled for exactly these features.
 fn passes_with<const SHAPES: u8>(features: Features) -> Passes {
-    match (features.takes_friction(), features.restitution) {
+    match (features.takes_friction(), features.takes_restitution()) {
         (true, true) => passes::<SHAPES, true, true>,
         (true, false) => passes::<SHAPES, true, false>,
         (false, true) => passes::<SHAPES, false, true>,

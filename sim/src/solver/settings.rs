@@ -1,5 +1,7 @@
 //! Settings of the solvers.
 
+use crate::check;
+
 /// Settings of the relaxation (A2.18).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Relaxation {
@@ -30,11 +32,12 @@ impl Default for Relaxation {
 impl Relaxation {
     /// Panics unless every setting is in its documented range (C22c).
     pub(crate) fn check(&self) {
-        assert!((1..=240).contains(&self.iterations), "iterations {}", self.iterations);
-        assert!(self.correction > 0.0 && self.correction <= 1.0, "correction {}", self.correction);
-        assert!((0.0..=1.0).contains(&self.slop), "slop {}", self.slop);
-        let threshold = self.bounce_threshold;
-        assert!(threshold >= 0.0 && threshold.is_finite(), "bounce threshold {threshold}");
+        let Relaxation { iterations, correction, slop, bounce_threshold: threshold, .. } = *self;
+        check::number((1..=240).contains(&iterations), "iterations", iterations as f32);
+        check::number(correction > 0.0 && correction <= 1.0, "correction", correction);
+        check::number((0.0..=1.0).contains(&slop), "slop", slop);
+        let is_finite = threshold >= 0.0 && threshold.is_finite();
+        check::number(is_finite, "bounce threshold", threshold);
     }
 }
 
@@ -90,15 +93,17 @@ impl Default for Conjugate {
 impl Conjugate {
     /// Panics unless every setting is in its documented range.
     pub(crate) fn check(&self) {
-        assert!(self.tolerance > 0.0 && self.tolerance <= 1.0, "tolerance {}", self.tolerance);
-        assert!((1..=1000).contains(&self.sweeps_max), "sweeps_max {}", self.sweeps_max);
-        assert!((1000..=1_000_000_000).contains(&self.work_max), "work_max {}", self.work_max);
-        let threshold = self.bounce_threshold;
-        assert!((0.0..=100.0).contains(&threshold), "bounce threshold {threshold}");
-        assert!((0.0..=1.0).contains(&self.slop), "slop {}", self.slop);
-        assert!(self.correction > 0.0 && self.correction <= 1.0, "correction {}", self.correction);
-        let limit = self.correction_max;
-        assert!(limit > 0.0 && limit <= 100.0, "correction_max {limit}");
-        assert!(self.position_passes <= 60, "position_passes {}", self.position_passes);
+        let Conjugate { tolerance, slop, correction, bounce_threshold: threshold, .. } = *self;
+        let Conjugate { sweeps_max, work_max, position_passes, correction_max, .. } = *self;
+        check::number(tolerance > 0.0 && tolerance <= 1.0, "tolerance", tolerance);
+        check::number((1..=1000).contains(&sweeps_max), "sweeps_max", sweeps_max as f32);
+        let is_allowed = (1000..=1_000_000_000).contains(&work_max);
+        check::number(is_allowed, "work_max", work_max as f32);
+        check::number((0.0..=100.0).contains(&threshold), "bounce threshold", threshold);
+        check::number((0.0..=1.0).contains(&slop), "slop", slop);
+        check::number(correction > 0.0 && correction <= 1.0, "correction", correction);
+        let is_allowed = correction_max > 0.0 && correction_max <= 100.0;
+        check::number(is_allowed, "correction_max", correction_max);
+        check::number(position_passes <= 60, "position_passes", position_passes as f32);
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::body::GROUPS_MAX;
 use crate::broad_phase::pairs::Filter;
+use crate::check;
 use crate::features::Features;
 use crate::forces::ForceSettings;
 use crate::particles::Recipe;
@@ -109,10 +110,10 @@ impl WorldSettings {
     /// Panics unless every setting is in its documented range.
     pub(super) fn check(&self) {
         assert!(self.dt > 0.0 && self.dt <= STEP_MAX, "dt {} must be a step", self.dt);
-        assert!(self.gravity.is_finite(), "gravity {} must be finite", self.gravity);
-        assert!(self.quantum > 0.0, "quantum {} must be positive", self.quantum);
-        assert!(self.speed_max > 0.0, "speed_max {} must be positive", self.speed_max);
-        assert!(self.speed_max.is_finite(), "speed_max must be finite");
+        check::vector(self.gravity.is_finite(), "gravity", self.gravity);
+        check::number(self.quantum > 0.0, "quantum", self.quantum);
+        let is_limit = self.speed_max > 0.0 && self.speed_max.is_finite();
+        check::number(is_limit, "speed_max", self.speed_max);
         if let Some(solver) = &self.solver {
             solver.check();
         }

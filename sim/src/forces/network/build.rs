@@ -8,76 +8,65 @@ use crate::forces::springs::{Spring, SpringEnd};
 use crate::solver::islands;
 use glam::DVec2;
 
-/// The networks of these slots, ascending, with their drag, and of all springs that touch them.
-pub(in crate::forces) fn networks(
-    slots: &[u32],
-    drag: &[Drag],
-    springs: &[Spring],
-) -> Vec<Network> {
-    let node_of = |slot: u32| slots.binary_search(&slot).ok().map(|at| at as u32);
-    let mut edges = Vec::new();
+/// A body on springs: its slot and drag.
+type Sprung = (u32, Drag);
+
+/// The networks of these bodies, by ascending slot, and of all springs that touch them.
+pub(in crate::forces) fn networks(bodies: &[Sprung], springs: &[Spring]) -> Vec<Network> {
+    let mut parent: Vec<u32> = (0..bodies.len() as u32).collect();
+    // What each entry belongs to in the upper half, a node and then a component, and a node or a spring in the lower: a sort
+    // of plain numbers.
+    let mut nodes: Vec<u64> = (0..bodies.len() as u64).map(|node| node << 32 | node).collect();
     let mut touching = Vec::new();
-    for (index, spring) in (0..).zip(springs) {
-        let mut nodes = spring.slots().filter_map(node_of);
-        let Some(node) = nodes.next() else { continue };
-        edges.extend(nodes.map(|other| (node, other)));
-        touching.push((node, index));
+    for (index, spring) in (0u64..).zip(springs) {
+        let mut ends = spring.slots().filter_map(|slot| index_of(bodies, slot));
+        let Some(node) = ends.next() else { continue };
+        ends.for_each(|other| islands::join(&mut parent, node, other));
+        touching.push(u64::from(node) << 32 | index);
     }
-    let component = components(slots.len(), &edges);
-    // The component in the upper half, and what belongs to it in the lower: a sort of plain numbers.
-    let of = |node: u32, what: u32| u64::from(component[node as usize]) << 32 | u64::from(what);
-    let mut nodes: Vec<u64> = (0..slots.len() as u32).map(|node| of(node, node)).collect();
-    let mut touching: Vec<u64> =
-        touching.into_iter().map(|(node, index)| of(node, index)).collect();
-    nodes.sort_unstable();
-    touching.sort_unstable();
+    for entries in [&mut nodes, &mut touching] {
+        for entry in entries.iter_mut() {
+            let component = islands::root(&mut parent, (*entry >> 32) as u32);
+            *entry = u64::from(component) << 32 | u64::from(*entry as u32);
+        }
+        entries.sort_unstable();
+    }
     let (mut networks, mut nodes, mut touching) = (Vec::new(), &nodes[..], &touching[..]);
     while let Some(&first) = nodes.first() {
         let is_of = |entry: &u64| entry >> 32 == first >> 32;
         let (own, others) = nodes.split_at(nodes.partition_point(is_of));
         let (joined, left) = touching.split_at(touching.partition_point(is_of));
         (nodes, touching) = (others, left);
-        let of_node = |&node: &u64| (slots[node as u32 as usize], drag[node as u32 as usize]);
-        let (slots, drag): (Vec<u32>, Vec<Drag>) = own.iter().map(of_node).unzip();
-        let springs: Vec<&Spring> =
-            joined.iter().map(|&spring| &springs[spring as u32 as usize]).collect();
-        networks.push(Network::new(&slots, &drag, &springs));
+        let own: Vec<Sprung> = own.iter().map(|&node| bodies[node as u32 as usize]).collect();
+        let springs = joined.iter().map(|&spring| &springs[spring as u32 as usize]);
+        networks.push(Network::new(&own, &springs.collect::<Vec<&Spring>>()));
     }
     networks
 }
 
+/// The index of the body in a slot, if it is one of these.
+fn index_of(bodies: &[Sprung], slot: u32) -> Option<u32> {
+    bodies.binary_search_by_key(&slot, |body| body.0).ok().map(|at| at as u32)
+}
+
 impl Network {
-    /// Builds the network of these slots, ascending, with their drag, and of the springs that touch them.
-    fn new(slots: &[u32], drag: &[Drag], springs: &[&Spring]) -> Network {
-        let node_of = |slot: u32| slots.binary_search(&slot).ok().map(|at| at as u32);
+    /// Builds the network of these bodies, by ascending slot, and of the springs that touch them.
+    fn new(bodies: &[Sprung], springs: &[&Spring]) -> Network {
         let edge = |spring: &&Spring| match spring.end {
-            SpringEnd::Body(other) => node_of(spring.body.index).zip(node_of(other.index)),
+            SpringEnd::Body(other) => {
+                index_of(bodies, spring.body.index).zip(index_of(bodies, other.index))
+            }
             SpringEnd::Point(_) => None,
         };
         let edges: Vec<(u32, u32)> = springs.iter().filter_map(edge).collect();
         let (mut system, mut order) = (Elimination::default(), EliminationOrder::default());
-        system.build(slots.len(), &edges, &mut order);
-        let index_of = order.index_of;
-        let mut order = vec![0; slots.len()];
-        for (node, &at) in index_of.iter().enumerate() {
-            order[at as usize] = node;
-        }
-        let node = |&node: &usize| Node {
-            slot: slots[node],
-            drag: drag[node],
-            mass: 1.0,
-            gravity_scale: 1.0,
-            path: DVec2::ZERO,
-            free: DVec2::ZERO,
-            resistance: 1.0,
-            rate: 0.0,
-            decay: 0.0,
-            start: DVec2::ZERO,
-            before: DVec2::ZERO,
-            velocity: DVec2::ZERO,
+        system.build(bodies.len(), &edges, &mut order);
+        let node = |&node: &u32| {
+            let (slot, drag) = bodies[node as usize];
+            Node { slot, drag, ..Node::default() }
         };
-        let end = |slot: u32| match node_of(slot) {
-            Some(node) => End::Node(index_of[node as usize]),
+        let end = |slot: u32| match index_of(bodies, slot) {
+            Some(node) => End::Node(order.index_of[node as usize]),
             None => End::Slot(slot),
         };
         let link = |spring: &&Spring| Link {
@@ -91,18 +80,11 @@ impl Network {
             damping: f64::from(spring.damping),
         };
         Network {
-            nodes: order.iter().map(node).collect(),
+            nodes: order.nodes.iter().map(node).collect(),
             links: springs.iter().map(link).collect(),
             system,
-            residual: vec![DVec2::ZERO; slots.len()],
+            residual: vec![DVec2::ZERO; bodies.len()],
             ..Network::default()
         }
     }
-}
-
-/// For each node, the smallest one of its connected component.
-fn components(count: usize, edges: &[(u32, u32)]) -> Vec<u32> {
-    let mut parent: Vec<u32> = (0..count as u32).collect();
-    edges.iter().for_each(|&(a, b)| islands::join(&mut parent, a, b));
-    (0..count as u32).map(|at| islands::root(&mut parent, at)).collect()
 }
