@@ -13,6 +13,7 @@
 use super::static_grid::StaticGrid;
 use crate::bodies::Bodies;
 use crate::body::GROUPS_MAX;
+use crate::features::GENERAL_ONLY;
 use crate::growth::{push, reserve};
 use crate::math::{max, min, ordered_bits};
 use crate::shape::Aabb;
@@ -105,6 +106,7 @@ pub(crate) struct Filter<'a> {
 impl Filter<'_> {
     /// Whether two bodies may pair.
     #[inline]
+    #[inline(never)]
     pub fn takes(&self, bodies: &Bodies, a: u32, b: u32) -> bool {
         let (a, b) = (a as usize, b as usize);
         let meets = self.meets[usize::from(bodies.group[a])] >> bodies.group[b] & 1 == 1;
@@ -249,9 +251,9 @@ impl PairList {
         let is_worn = self.order.is_empty()
             || self.added > self.pairs.len() / ADDED_PART
             || self.aside.len() > self.order.len() / ASIDE_PART;
-        if !(self.stale || is_worn || self.outgrown.len() > most)
-            && let Some(is_changed) = self.renew(bodies, filter)
-        {
+        // The page's program is small rather than fast here: its worlds are.
+        let is_extended = !(GENERAL_ONLY || self.stale || is_worn || self.outgrown.len() > most);
+        if is_extended && let Some(is_changed) = self.renew(bodies, filter) {
             return is_changed;
         }
         self.rebuild(bodies, filter);
@@ -348,13 +350,14 @@ impl PairList {
         let bounds = turned(fat_a, self.is_upright);
         // Twice the width: rounding may take as much from it far away from the origin.
         let from = sorted.partition_point(|other| other.low.x < bounds.low.x - 2.0 * *widest);
-        let beside = order[from..].iter().zip(&sorted[from..]);
-        let beside = beside.take_while(|(_, other)| other.low.x < bounds.high.x);
-        let overlapping = beside.filter(|(_, other)| bounds.overlaps(other));
-        let unmoved = overlapping.map(|(&entry, _)| entry as u32);
-        let unmoved = unmoved.filter(|&slot| !is_left_out[slot as usize]);
-        for b in unmoved.chain(aside.iter().copied()) {
-            if b != a && fat_a.overlaps(&fat[b as usize]) && filter.takes(bodies, a, b) {
+        let to = sorted.partition_point(|other| other.low.x < bounds.high.x).max(from);
+        for at in 0..to - from + aside.len() {
+            let (b, counts) = match order[..to].get(from + at) {
+                Some(&entry) => (entry as u32, !is_left_out[entry as u32 as usize]),
+                None => (aside[at - (to - from)], true),
+            };
+            let overlaps = counts && b != a && fat_a.overlaps(&fat[b as usize]);
+            if overlaps && filter.takes(bodies, a, b) {
                 push(keys, key(a, b));
             }
         }

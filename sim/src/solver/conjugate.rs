@@ -38,6 +38,7 @@ use crate::broad_phase::pairs::{Pair, PairList};
 use crate::continuous::impact_queue::{self, ImpactQueue, Progress};
 use crate::continuous::late_pairs::{self, LatePairs};
 use crate::continuous::static_clamp::StaticClamp;
+use crate::features::GENERAL_ONLY;
 use crate::forces::{Forces, Move};
 use crate::integrate::{self, Displacements};
 use crate::math::{clamp_length, max};
@@ -148,9 +149,11 @@ impl ConjugateSolver {
         }
     }
 
-    /// Begins an attempt at a step that follows another one.
+    /// Begins an attempt at a step that follows another one. The page, which counts nothing, forgets it.
     pub fn try_again(&mut self, moving: usize, pairs: usize) {
-        self.earlier = self.counts(moving, pairs);
+        if !GENERAL_ONLY {
+            self.earlier = self.counts(moving, pairs);
+        }
         (self.work, self.thorough, self.eliminated) = (0, 0, 0);
     }
 
