@@ -105,8 +105,9 @@ pub(crate) struct Filter<'a> {
 
 impl Filter<'_> {
     /// Whether two bodies may pair.
-    #[inline]
-    #[inline(never)]
+    // Inlined in four places it would take a kilobyte of the page's program.
+    #[cfg_attr(target_arch = "wasm32", inline(never))]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     pub fn takes(&self, bodies: &Bodies, a: u32, b: u32) -> bool {
         let (a, b) = (a as usize, b as usize);
         let meets = self.meets[usize::from(bodies.group[a])] >> bodies.group[b] & 1 == 1;
