@@ -1,5 +1,5 @@
-//! Checks of what callers give. Out of line and for one kind of number each: a message of its own in every place would take
-//! kilobytes of the page's program.
+//! Checks of what callers give, one function for each kind of value and out of line: with a message written out in every
+//! place they would take kilobytes of the page's program.
 
 use glam::Vec2;
 

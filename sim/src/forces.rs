@@ -165,8 +165,8 @@ impl Forces {
         }
     }
 
-    /// Shares [`VISITS_MAX`] among the networks by what they want. One that wants little gets that, twice over to be sure, up to
-    /// an equal share: what others want does not count then.
+    /// Shares [`VISITS_MAX`] among the networks by what they want. One that wants little gets twice that, up to an equal share,
+    /// whatever others want: up to twice as many visits in all.
     fn share_visits(&mut self) {
         let all = self.networks.iter().map(|network| network.wanted).sum::<u64>();
         let equal = VISITS_MAX / self.networks.len().max(1) as u64;

@@ -252,7 +252,7 @@ impl PairList {
         let is_worn = self.order.is_empty()
             || self.added > self.pairs.len() / ADDED_PART
             || self.aside.len() > self.order.len() / ASIDE_PART;
-        // The page's program is small rather than fast here: its worlds are.
+        // The page has no room for this code, and its worlds are small.
         let is_extended = !(GENERAL_ONLY || self.stale || is_worn || self.outgrown.len() > most);
         if is_extended && let Some(is_changed) = self.renew(bodies, filter) {
             return is_changed;

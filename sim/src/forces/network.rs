@@ -38,8 +38,8 @@ const SUBSTEP_PHASE: f64 = 1.0;
 const DAMPED: f64 = 0.15;
 /// Most substeps of a step.
 const SUBSTEPS_MAX: u64 = 100;
-/// Visits of springs by rounds of Newton's method among which all networks of a world share their substeps, each time that
-/// moves are found: 50 springs take 100 substeps each, in about a millisecond. Each network takes a step in any case.
+/// Visits of springs by rounds of Newton's method that the networks of a world share for their substeps each time that moves
+/// are found: 50 springs take 100 substeps each, in about a millisecond. Each network takes a step in any case.
 pub(super) const VISITS_MAX: u64 = 20_480;
 /// Most rounds of Newton's method in a substep, and those that are expected.
 const ROUNDS_MAX: u32 = 12;
@@ -244,7 +244,7 @@ impl Network {
         self.links.len() as u64 + self.system.blocks() / BLOCKS_PER_VISIT
     }
 
-    /// Whether so many visits are too few for Newton's method.
+    /// Whether this number of visits is too small for Newton's method.
     fn is_dense(&self, visits: u64) -> bool {
         DENSE * self.visits_of_factorisation() > visits
     }

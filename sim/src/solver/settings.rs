@@ -36,8 +36,8 @@ impl Relaxation {
         check::number((1..=240).contains(&iterations), "iterations", iterations as f32);
         check::number(correction > 0.0 && correction <= 1.0, "correction", correction);
         check::number((0.0..=1.0).contains(&slop), "slop", slop);
-        let is_finite = threshold >= 0.0 && threshold.is_finite();
-        check::number(is_finite, "bounce threshold", threshold);
+        let is_allowed = threshold >= 0.0 && threshold.is_finite();
+        check::number(is_allowed, "bounce threshold", threshold);
     }
 }
 
