@@ -15,7 +15,7 @@ const CONTACTS_MAX: usize = 128;
 /// Visits of sweeps that take as long as a round does for a contact.
 pub(crate) const VISITS: u32 = 16;
 /// Most sweeps over a very stiff island before it is solved here.
-pub(crate) const SWEEPS_BEFORE: u32 = 64;
+pub(crate) const SWEEPS_BEFORE: u32 = 40;
 /// Most visits that stand for eliminations in a step: in a heap that collapses several islands would fail in every step.
 const STEP_VISITS: u64 = 100_000;
 /// Most rounds. In the first half of those that an island gets, steps are whole.
