@@ -69,22 +69,31 @@ pub struct Trial {
     made_max: u32,
 }
 
-/// The worst tick of a busy game of this scene. Where a trial is cut short by a step that takes too much, it is that of
-/// the scene's limits, or more.
+/// The worst tick of a busy game of this scene, by a [`Trial`].
 pub fn worst_tick(scene: &Scene) -> WorstTick {
-    let (limits, trial) = (WorstTick::of(scene), Trial::of(scene));
-    let ms = trial.worst_ms();
-    WorstTick { ms: if trial.is_complete { ms } else { max(ms, limits.ms) }, ..limits }
+    Trial::of(scene).worst_tick(scene)
 }
 
 impl Trial {
     /// Plays a scene.
     pub fn of(scene: &Scene) -> Trial {
-        let mut trier = Trier::new(scene);
+        Trial::played(scene, &mut RandomGame::tick)
+    }
+
+    /// Plays a scene by `tick`, which lets a tick pass in a game; with true, its bodies are stirred.
+    pub fn played(scene: &Scene, tick: &mut dyn FnMut(&mut RandomGame, bool)) -> Trial {
+        let mut trier = Trier::new(scene, tick);
         let idle = if trier.found.has_actors { PERIODS[0] } else { IDLE_PERIODS };
         let periods = [idle, PERIODS[1]];
         trier.found.is_complete = (0..periods.len()).all(|part| trier.play_part(part, periods));
         trier.found
+    }
+
+    /// The worst tick of a busy game of the scene that was played. Where the trial was cut short by a step that takes too
+    /// much, it is that of the scene's limits, or more.
+    pub fn worst_tick(&self, scene: &Scene) -> WorstTick {
+        let (limits, ms) = (WorstTick::of(scene), self.worst_ms());
+        WorstTick { ms: if self.is_complete { ms } else { max(ms, limits.ms) }, ..limits }
     }
 
     /// The worst tick of a busy game, milliseconds.
@@ -115,59 +124,32 @@ fn few_worst(peaks: &[f32]) -> f32 {
     sorted.iter().sum::<f32>() / sorted.len().max(1) as f32
 }
 
-/// A game under trial.
-struct Trier {
+/// A game whose players press keys at random, and whose bodies can be stirred.
+#[derive(Clone)]
+pub struct RandomGame {
     game: Game,
     hands: Vec<Hand>,
     inputs: Vec<(Seat, Input)>,
     rng: Rng,
-    found: Trial,
 }
 
-impl Trier {
-    fn new(scene: &Scene) -> Trier {
-        let has_actors =
-            scene.hero.is_some() || scene.sling.is_some() || scene.tools != Tools::default();
-        let is_conjugate = scene.world.is_conjugate();
-        let made_max = made_max(scene);
-        let found = Trial { has_actors, is_conjugate, made_max, ..Trial::default() };
-        let mut scene = without_waits(scene);
-        scene.world.budget = STEP;
+impl RandomGame {
+    /// A game with as many players as the scene allows.
+    pub fn new(scene: Arc<Scene>, seed: u64) -> RandomGame {
         let players = scene.players_max;
-        let mut game = Game::new(Arc::new(scene), SEED);
+        let mut game = Game::new(scene, seed);
         (0..players).for_each(|seat| game.join(Seat(seat)));
-        let hands = (0..players).map(|seat| Hand::new(u64::from(seat))).collect();
-        Trier { game, hands, inputs: Vec::new(), rng: Rng::new(SEED, u64::MAX), found }
+        let hands = (0..players).map(|seat| Hand::new(Rng::new(seed, u64::from(seat)))).collect();
+        RandomGame { game, hands, inputs: Vec::new(), rng: Rng::new(seed, u64::MAX) }
     }
 
-    /// Plays a part; returns whether its steps stayed within their bounds.
-    fn play_part(&mut self, part: usize, periods: [u32; 2]) -> bool {
-        let end_us = self.found.total_us + PART_US[part];
-        for _ in 0..periods[part] {
-            let mut peak_us = 0.0;
-            for tick in 0..STIR_TICKS {
-                if self.found.total_us > end_us {
-                    break;
-                }
-                self.play(part > 0 && tick == 0);
-                if self.game.is_over_budget() {
-                    return false;
-                }
-                let us = tick_us(&self.game);
-                peak_us = max(peak_us, us);
-                self.found.total_us += us;
-                self.found.ticks += 1;
-            }
-            self.found.peaks_us[part].push(peak_us);
-            self.count_bodies();
-            if self.found.total_us > end_us {
-                break;
-            }
-        }
-        true
+    /// The game itself.
+    pub fn game(&self) -> &Game {
+        &self.game
     }
 
-    fn play(&mut self, is_stirred: bool) {
+    /// A tick, which begins with a stir of all bodies if it `is_stirred`.
+    pub fn tick(&mut self, is_stirred: bool) {
         let size = self.game.scene().size;
         self.inputs.clear();
         for (seat, hand) in (0u16..).zip(&mut self.hands) {
@@ -184,13 +166,61 @@ impl Trier {
             }
         });
     }
+}
+
+/// A game under trial.
+struct Trier<'a> {
+    played: RandomGame,
+    tick: &'a mut dyn FnMut(&mut RandomGame, bool),
+    found: Trial,
+}
+
+impl Trier<'_> {
+    fn new<'a>(scene: &Scene, tick: &'a mut dyn FnMut(&mut RandomGame, bool)) -> Trier<'a> {
+        let has_actors =
+            scene.hero.is_some() || scene.sling.is_some() || scene.tools != Tools::default();
+        let is_conjugate = scene.world.is_conjugate();
+        let made_max = made_max(scene);
+        let found = Trial { has_actors, is_conjugate, made_max, ..Trial::default() };
+        let mut scene = without_waits(scene);
+        scene.world.budget = STEP;
+        Trier { played: RandomGame::new(Arc::new(scene), SEED), tick, found }
+    }
+
+    /// Plays a part; returns whether its steps stayed within their bounds.
+    fn play_part(&mut self, part: usize, periods: [u32; 2]) -> bool {
+        let end_us = self.found.total_us + PART_US[part];
+        for _ in 0..periods[part] {
+            let mut peak_us = 0.0;
+            for tick in 0..STIR_TICKS {
+                if self.found.total_us > end_us {
+                    break;
+                }
+                (self.tick)(&mut self.played, part > 0 && tick == 0);
+                if self.played.game.is_over_budget() {
+                    return false;
+                }
+                let us = tick_us(&self.played.game);
+                peak_us = max(peak_us, us);
+                self.found.total_us += us;
+                self.found.ticks += 1;
+            }
+            self.found.peaks_us[part].push(peak_us);
+            self.count_bodies();
+            if self.found.total_us > end_us {
+                break;
+            }
+        }
+        true
+    }
 
     fn count_bodies(&mut self) {
         let is_made = |kind: Kind, owner: Option<Seat>| {
             kind == Kind::Marble || kind == Kind::Pack && owner.is_none()
         };
-        let made = self.game.bodies().filter(|body| is_made(body.kind, body.owner)).count() as u32;
-        let bodies = self.game.world().body_count() as u32;
+        let game = &self.played.game;
+        let made = game.bodies().filter(|body| is_made(body.kind, body.owner)).count() as u32;
+        let bodies = game.world().body_count() as u32;
         self.found.made = self.found.made.max(made);
         self.found.bodies = self.found.bodies.max(bodies);
     }
@@ -223,7 +253,7 @@ fn without_waits(scene: &Scene) -> Scene {
 }
 
 /// Changes the velocities of all bodies that can be pushed, each by up to 60 units/s in x and in y.
-pub fn stir(world: &mut World, rng: &mut Rng) {
+fn stir(world: &mut World, rng: &mut Rng) {
     let movable = |&id: &_| world.motion(id) == Motion::Dynamic;
     let bodies: Vec<_> = world.ids().filter(movable).collect();
     world.wake(bodies.iter().copied());
@@ -235,6 +265,7 @@ pub fn stir(world: &mut World, rng: &mut Rng) {
 }
 
 /// A player who holds keys and a pointer for some ticks, then others.
+#[derive(Clone)]
 struct Hand {
     rng: Rng,
     input: Input,
@@ -242,8 +273,8 @@ struct Hand {
 }
 
 impl Hand {
-    fn new(number: u64) -> Hand {
-        Hand { rng: Rng::new(SEED, number), input: Input::default(), ticks: 0 }
+    fn new(rng: Rng) -> Hand {
+        Hand { rng, input: Input::default(), ticks: 0 }
     }
 
     /// All keys but those that clear the world and change the team.
