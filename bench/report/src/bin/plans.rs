@@ -21,6 +21,8 @@ const TICKS: u32 = 3600;
 /// Periods that are played again, and times that they are played.
 const PERIODS: usize = 12;
 const PLAYS: u32 = 3;
+/// Ticks in which a copy of a game still makes room for what it needs; they are not timed.
+const FIRST_TICKS: usize = 3;
 /// An estimate of more than this many times the worst tick is counted as too high.
 const RATIO_MAX: f64 = 4.0;
 
@@ -172,6 +174,8 @@ struct Clock {
     total: f64,
     ticks: u32,
     period: Option<Period>,
+    /// The game at the start of the next period, which begins with the last ticks of this one.
+    next: Option<RandomGame>,
     /// Those with the longest ticks, the longest first.
     longest: Vec<Period>,
 }
@@ -179,24 +183,33 @@ struct Clock {
 /// Some ticks of a game.
 struct Period {
     start: RandomGame,
-    /// Of each tick, whether it is stirred, and its times.
+    /// Of each tick, whether it is stirred, and its times; 0 for the first ones, which come a second time.
     ticks: Vec<(bool, Times)>,
 }
 
 impl Clock {
     /// Lets a tick pass.
     fn tick(&mut self, game: &mut RandomGame, is_stirred: bool) {
-        if self.period.as_ref().is_some_and(|period| period.ticks.len() as u32 == STIR_TICKS) {
-            self.end_period();
-        }
         let new = || Period { start: game.clone(), ticks: Vec::new() };
         let period = self.period.get_or_insert_with(new);
+        if period.ticks.len() == STIR_TICKS as usize {
+            self.next = Some(game.clone());
+        }
         let times = timed(game, is_stirred);
         self.total += times.measured;
         self.ticks += 1;
         period.ticks.push((is_stirred, times));
+        if period.ticks.len() == STIR_TICKS as usize + FIRST_TICKS {
+            let last = &period.ticks[STIR_TICKS as usize..];
+            let first = last.iter().map(|(is_stirred, _)| (*is_stirred, Times::default()));
+            let ticks = first.collect();
+            let next = self.next.take().map(|start| Period { start, ticks });
+            self.end_period();
+            self.period = next;
+        }
     }
 
+    /// Ends the period, and a game.
     fn end_period(&mut self) {
         self.longest.extend(self.period.take());
         self.sort();
@@ -215,7 +228,8 @@ impl Clock {
             let again = self.longest.iter().map(Period::play).collect::<Vec<_>>();
             let after = pace.now();
             for (period, again) in self.longest.iter_mut().zip(again) {
-                for ((_, times), again) in period.ticks.iter_mut().zip(again) {
+                let counted = period.ticks.iter_mut().zip(again);
+                for ((_, times), again) in counted.filter(|((_, times), _)| times.measured > 0.0) {
                     let relative = 2.0 * again / (before + after);
                     let so_far = if play == 0 { f64::INFINITY } else { times.measured };
                     times.measured = so_far.min(relative);
