@@ -50,10 +50,11 @@ impl Roster {
 
     /// Removes all bodies that match.
     pub fn remove_all(&mut self, world: &mut World, matches: impl Fn(&Actor) -> bool) {
-        for index in 0..self.actors.len() {
-            if let Some(actor) = self.actors[index].filter(&matches) {
-                self.remove(world, actor.id);
-            }
+        let matching = self.actors.iter().flatten().filter(|&actor| matches(actor));
+        let ids: Vec<BodyId> = matching.map(|actor| actor.id).collect();
+        world.remove_all(&ids);
+        for id in ids {
+            self.forget(id);
         }
     }
 

@@ -24,7 +24,7 @@ pub(crate) mod springs;
 mod state;
 
 use crate::bodies::{Bodies, REACH_MIN};
-use crate::body::{BodyId, GROUPS_MAX, Motion};
+use crate::body::{GROUPS_MAX, Motion};
 use crate::broad_phase::pairs::Pair;
 use crate::math::max;
 use air::Air;
@@ -100,14 +100,14 @@ impl Forces {
         }
     }
 
-    /// Removes the drag and the springs of a body that is about to be removed.
-    pub fn removed(&mut self, id: BodyId) {
+    /// Drops the drag and the springs of bodies that were removed.
+    pub fn keep_alive(&mut self, bodies: &Bodies) {
+        let lives = |slot: u32| bodies.alive[slot as usize];
         let counts = (self.dragged.len(), self.springs.len());
-        self.dragged.retain(|&(slot, _)| slot != id.index);
-        self.springs.retain(|spring| !spring.holds(id));
+        self.dragged.retain(|&(slot, _)| lives(slot));
+        self.springs.retain(|spring| spring.ends().all(|id| bodies.contains(id)));
         let is_same = counts == (self.dragged.len(), self.springs.len());
-        self.is_classified &=
-            is_same && self.euler_bodies.iter().all(|body| body.slot() != id.index);
+        self.is_classified &= is_same && self.euler_bodies.iter().all(|body| lives(body.slot()));
     }
 
     pub fn drag(&self, slot: u32) -> Drag {

@@ -117,19 +117,29 @@ impl World {
 
     /// Removes a body; returns `false` if it does not exist.
     pub fn remove(&mut self, id: BodyId) -> bool {
-        if !self.bodies.contains(id) {
-            return false;
+        let exists = self.bodies.contains(id);
+        self.remove_all(&[id]);
+        exists
+    }
+
+    /// Removes bodies, and passes over those that do not exist: all at once, since one alone already takes a walk over all pairs.
+    pub fn remove_all(&mut self, ids: &[BodyId]) {
+        self.wake(ids.iter().copied());
+        for &id in ids {
+            if self.bodies.contains(id) {
+                self.steady.readmit_body(&mut self.bodies, id.index);
+                self.readmit_if_fixed(id);
+                self.pairs.removed(id.index);
+                self.bodies.remove(id);
+            }
         }
-        self.wake_around(id);
-        self.readmit_if_fixed(id);
-        self.pairs.removed(id.index);
-        self.pairs.remove_static(id.index);
-        self.touches.now.retain(|touch| touch.a != id && touch.b != id);
+        self.pairs.keep_alive(&self.bodies);
+        self.touches
+            .now
+            .retain(|touch| [touch.a, touch.b].iter().all(|&id| self.bodies.contains(id)));
         if let Some(forces) = &mut self.forces {
-            forces.removed(id);
+            forces.keep_alive(&self.bodies);
         }
-        self.bodies.remove(id);
-        true
     }
 
     /// Whether the body exists.

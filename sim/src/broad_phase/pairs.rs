@@ -219,14 +219,19 @@ impl PairList {
         self.stale = true;
     }
 
-    /// Removes the pairs of a removed body at once, so that a new body in the slot inherits
-    /// nothing.
+    /// Registers a body that is about to be removed.
     pub fn removed(&mut self, slot: u32) {
-        self.pairs.retain(|pair| pair.a != slot && pair.b != slot);
+        self.remove_static(slot);
         self.leave_out(slot);
         if let Some(fat) = self.fat.get_mut(slot as usize) {
             *fat = EMPTY_BOX;
         }
+    }
+
+    /// Drops the pairs of removed bodies at once, so that new ones in their slots inherit nothing.
+    pub fn keep_alive(&mut self, bodies: &Bodies) {
+        let lives = |slot: u32| bodies.alive[slot as usize];
+        self.pairs.retain(|pair| lives(pair.a) && lives(pair.b));
     }
 
     /// Whether there were more pairs than the list may hold.

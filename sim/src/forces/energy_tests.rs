@@ -2,11 +2,11 @@
 //! against a floor and among moving bodies, with both solvers.
 
 use super::*;
-use crate::Conjugate;
 use crate::rng::Rng;
 use crate::shape::Shape;
 use crate::solver::Solver;
 use crate::world::{BodyDef, World, WorldSettings};
+use crate::{BodyId, Conjugate};
 
 /// Share of the energy at the start by which rounding may raise it.
 const ROUNDING_SHARE: f64 = 2e-3;

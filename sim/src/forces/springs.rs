@@ -69,8 +69,13 @@ impl Spring {
         f64::from(self.stiffness) * stretch * stretch / 2.0
     }
 
-    pub(super) fn holds(&self, id: BodyId) -> bool {
-        self.body == id || self.end == SpringEnd::Body(id)
+    /// The bodies at its ends.
+    pub(super) fn ends(&self) -> impl Iterator<Item = BodyId> {
+        let other = match self.end {
+            SpringEnd::Body(id) => Some(id),
+            _ => None,
+        };
+        [self.body].into_iter().chain(other)
     }
 
     /// Panics unless every number is in its documented range.

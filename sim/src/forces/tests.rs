@@ -1,12 +1,12 @@
 //! Forces against their closed forms, with both solvers, however stiff.
 
 use super::*;
-use crate::Conjugate;
 use crate::GROUPS_MAX;
 use crate::shape::Shape;
 use crate::solver::Solver;
 use crate::state::bytes::{StateReader, StateWriter};
 use crate::world::{BodyDef, World, WorldSettings};
+use crate::{BodyId, Conjugate};
 use glam::DVec2;
 
 const DT: f64 = crate::DT as f64;

@@ -11,8 +11,7 @@ mod squeezed;
 
 use super::*;
 use crate::GROUPS_MAX;
-use crate::Relaxation;
-use crate::{Aabb, DT};
+use crate::{Aabb, Conjugate, DT, Relaxation};
 
 const SLOP: f32 = 0.005;
 
@@ -234,6 +233,33 @@ fn a_shorter_step_halves_the_error_of_a_flight() {
     // Symplectic Euler: g * h * t / 2 too low after t = 1 s.
     close(error(1.0), -50.0 / 120.0, 1e-3);
     close(error(0.25), -50.0 / 480.0, 1e-3);
+}
+
+#[test]
+fn bodies_removed_together_leave_what_they_leave_one_by_one() {
+    let mut together = World::new(WorldSettings {
+        gravity: Vec2::new(0.0, -50.0),
+        solver: Some(Solver::Conjugate(Conjugate::default())),
+        sleeping: true,
+        ..WorldSettings::default()
+    });
+    floor(&mut together, 0.3);
+    let heap: Vec<BodyId> =
+        (0..30).map(|index| add(&mut together, crate_at((index % 6) as f32 * 2.1, 3.0))).collect();
+    (0..200).for_each(|_| together.step());
+    let mut one_by_one = together.clone();
+    let gone: Vec<BodyId> = heap.iter().copied().step_by(3).collect();
+    together.remove_all(&gone);
+    assert!(gone.iter().rev().all(|&id| one_by_one.remove(id)));
+    together.remove_all(&gone);
+    assert_eq!(together.body_count(), 1 + heap.len() - gone.len());
+    let is_gone = |touch: &Touch| gone.contains(&touch.a) || gone.contains(&touch.b);
+    assert!(!together.touches().is_empty() && !together.touches().iter().any(is_gone));
+    for _ in 0..100 {
+        together.step();
+        one_by_one.step();
+        assert_eq!(together.hash(), one_by_one.hash());
+    }
 }
 
 #[test]
