@@ -14,14 +14,15 @@ use jostle_game::trial::{RandomGame, STIR_TICKS, Trial, tick_us};
 use jostle_report::overview::median;
 use jostle_report::study::thread_time_us;
 use jostle_sim::Rng;
+use std::rc::Rc;
 use std::sync::Arc;
 
 /// Ticks of the second game: a minute.
 const TICKS: u32 = 3600;
-/// Periods that are played again, and times that they are played.
-const PERIODS: usize = 12;
+/// Periods of each kind that are played again, and times that they are played.
+const PERIODS: usize = 8;
 const PLAYS: u32 = 3;
-/// Ticks in which a copy of a game still makes room for what it needs; they are not timed.
+/// Ticks in which a new game, or a copy of one, still makes room for what it needs; they do not count.
 const FIRST_TICKS: usize = 3;
 /// An estimate of more than this many times the worst tick is counted as too high.
 const RATIO_MAX: f64 = 4.0;
@@ -61,7 +62,7 @@ fn main() {
     let scenes = if arguments.random_only { Vec::new() } else { Scene::built_in() };
     for scene in scenes {
         let scene = Arc::new(scene);
-        shipped.push(report(&scene, "", play(&scene, arguments.seed, false, &pace)));
+        shipped.push(report(&scene, "", &play(&scene, arguments.seed, false, &pace)));
     }
     let mut by_solver = [Vec::new(), Vec::new()];
     for number in arguments.from..arguments.from + arguments.count {
@@ -71,7 +72,7 @@ fn main() {
             .unwrap_or_else(|error| panic!("{error}\n{text}"));
         let scene = Arc::new(scene);
         let played = play(&scene, arguments.seed, true, &pace);
-        by_solver[usize::from(scene.world.is_conjugate())].push(report(&scene, &about, played));
+        by_solver[usize::from(scene.world.is_conjugate())].push(report(&scene, &about, &played));
     }
     let [relaxation, conjugate] = by_solver;
     let random = [relaxation.as_slice(), &conjugate].concat();
@@ -114,10 +115,10 @@ fn summarise(scenes: &str, rows: &[Comparison], slowness: f64) {
 }
 
 /// Prints the row of a scene; returns its figures.
-fn report(scene: &Scene, about: &str, (plan, clock): (f64, Clock)) -> Comparison {
+fn report(scene: &Scene, about: &str, played: &Played) -> Comparison {
     let limits = WorstTick::of(scene).ms;
-    let (name, bodies, mean) = (&scene.name, scene.world.bodies_max, clock.mean());
-    let Times { measured: worst, by_counts } = clock.longest[0].longest();
+    let (name, bodies) = (&scene.name, scene.world.bodies_max);
+    let Played { plan, mean, longest: Times { measured: worst, by_counts } } = *played;
     let ratio = plan / worst;
     println!(
         "{name},{bodies},{plan:.3},{limits:.3},{mean:.4},{worst:.4},{by_counts:.4},{ratio:.2},{about}"
@@ -125,9 +126,18 @@ fn report(scene: &Scene, about: &str, (plan, clock): (f64, Clock)) -> Comparison
     Comparison { ratio, slowness: worst / by_counts }
 }
 
-/// Plays the trial of a scene, then another game of a minute whose bodies are stirred if they `are_stirred`. Returns the plan's
-/// worst tick, ms, and the times.
-fn play(scene: &Arc<Scene>, seed: u64, are_stirred: bool, pace: &Pace) -> (f64, Clock) {
+/// A scene's plan and what was measured.
+struct Played {
+    /// The plan's worst tick, ms.
+    plan: f64,
+    /// Mean time of a tick, ms.
+    mean: f64,
+    /// Of the longest tick, relative to the pace.
+    longest: Times,
+}
+
+/// Plays the trial of a scene, then another game of a minute whose bodies are stirred if they `are_stirred`.
+fn play(scene: &Arc<Scene>, seed: u64, are_stirred: bool, pace: &Pace) -> Played {
     let mut clock = Clock::default();
     let trial = Trial::played(scene, &mut |game, is_stirred| clock.tick(game, is_stirred));
     let mut game = RandomGame::new(scene.clone(), seed);
@@ -136,8 +146,8 @@ fn play(scene: &Arc<Scene>, seed: u64, are_stirred: bool, pace: &Pace) -> (f64, 
         clock.tick(&mut game, are_stirred && tick.is_multiple_of(STIR_TICKS));
     }
     clock.end_period();
-    clock.play_again(pace);
-    (f64::from(trial.worst_tick(scene).ms), clock)
+    let plan = f64::from(trial.worst_tick(scene).ms);
+    Played { plan, mean: clock.mean(), longest: clock.longest(pace) }
 }
 
 /// How fast the machine is at the moment: others share it, and it takes up to 1.7 times as long as in its best minutes.
@@ -166,6 +176,9 @@ struct Times {
     by_counts: f64,
 }
 
+/// The times by which periods are compared.
+const KEYS: [fn(&Times) -> f64; 2] = [|times| times.measured, |times| times.by_counts];
+
 /// Times the ticks of games. In the end the periods with the longest ticks are played again, and each of their ticks counts with
 /// the shortest of its times: the same tick does the same work.
 #[derive(Default)]
@@ -175,30 +188,33 @@ struct Clock {
     ticks: u32,
     period: Option<Period>,
     /// The game at the start of the next period, which begins with the last ticks of this one.
-    next: Option<RandomGame>,
-    /// Those with the longest ticks, the longest first.
-    longest: Vec<Period>,
+    next: Option<Rc<RandomGame>>,
+    /// Those with the longest ticks, the longest first: as measured, where what else the machine does counts too, and by their
+    /// counts.
+    longest: [Vec<Period>; 2],
 }
 
 /// Some ticks of a game.
+#[derive(Clone)]
 struct Period {
-    start: RandomGame,
-    /// Of each tick, whether it is stirred, and its times; 0 for the first ones, which come a second time.
+    start: Rc<RandomGame>,
+    /// Of each tick, whether it is stirred, and its times; 0 for the first ones.
     ticks: Vec<(bool, Times)>,
 }
 
 impl Clock {
     /// Lets a tick pass.
     fn tick(&mut self, game: &mut RandomGame, is_stirred: bool) {
-        let new = || Period { start: game.clone(), ticks: Vec::new() };
+        let new = || Period { start: Rc::new(game.clone()), ticks: Vec::new() };
         let period = self.period.get_or_insert_with(new);
         if period.ticks.len() == STIR_TICKS as usize {
-            self.next = Some(game.clone());
+            self.next = Some(Rc::new(game.clone()));
         }
         let times = timed(game, is_stirred);
         self.total += times.measured;
         self.ticks += 1;
-        period.ticks.push((is_stirred, times));
+        let is_first = period.ticks.len() < FIRST_TICKS;
+        period.ticks.push((is_stirred, if is_first { Times::default() } else { times }));
         if period.ticks.len() == STIR_TICKS as usize + FIRST_TICKS {
             let last = &period.ticks[STIR_TICKS as usize..];
             let first = last.iter().map(|(is_stirred, _)| (*is_stirred, Times::default()));
@@ -211,23 +227,22 @@ impl Clock {
 
     /// Ends the period, and a game.
     fn end_period(&mut self) {
-        self.longest.extend(self.period.take());
-        self.sort();
-        self.longest.truncate(PERIODS);
+        let Some(period) = self.period.take() else { return };
+        for (list, key) in self.longest.iter_mut().zip(KEYS) {
+            list.push(period.clone());
+            list.sort_by(|one, other| other.longest(key).total_cmp(&one.longest(key)));
+            list.truncate(PERIODS);
+        }
     }
 
-    fn sort(&mut self) {
-        let key = |period: &Period| period.longest().measured;
-        self.longest.sort_by(|one, other| key(other).total_cmp(&key(one)));
-    }
-
-    /// Replaces the times of the longest periods by those relative to the pace before and after them.
-    fn play_again(&mut self, pace: &Pace) {
+    /// Plays the longest periods again. Returns the times of the longest tick, relative to the pace before and after it.
+    fn longest(&self, pace: &Pace) -> Times {
+        let mut periods: Vec<Period> = self.longest.iter().flatten().cloned().collect();
         let mut before = pace.now();
         for play in 0..PLAYS {
-            let again = self.longest.iter().map(Period::play).collect::<Vec<_>>();
+            let again = periods.iter().map(Period::play).collect::<Vec<_>>();
             let after = pace.now();
-            for (period, again) in self.longest.iter_mut().zip(again) {
+            for (period, again) in periods.iter_mut().zip(again) {
                 let counted = period.ticks.iter_mut().zip(again);
                 for ((_, times), again) in counted.filter(|((_, times), _)| times.measured > 0.0) {
                     let relative = 2.0 * again / (before + after);
@@ -237,7 +252,9 @@ impl Clock {
             }
             before = after;
         }
-        self.sort();
+        let ticks = periods.into_iter().flat_map(|period| period.ticks);
+        let times = ticks.map(|(_, times)| times);
+        times.max_by(|one, other| one.measured.total_cmp(&other.measured)).unwrap_or_default()
     }
 
     fn mean(&self) -> f64 {
@@ -248,15 +265,13 @@ impl Clock {
 impl Period {
     /// Plays it again; returns the times of its ticks, ms.
     fn play(&self) -> Vec<f64> {
-        let mut game = self.start.clone();
+        let mut game = RandomGame::clone(&self.start);
         self.ticks.iter().map(|(is_stirred, _)| timed(&mut game, *is_stirred).measured).collect()
     }
 
-    fn longest(&self) -> Times {
-        let times = self.ticks.iter().map(|(_, times)| *times);
-        times
-            .max_by(|one, other| one.measured.total_cmp(&other.measured))
-            .expect("a period has ticks")
+    /// The longest of its ticks by one of their times.
+    fn longest(&self, key: fn(&Times) -> f64) -> f64 {
+        self.ticks.iter().map(|(_, times)| key(times)).fold(0.0, f64::max)
     }
 }
 
