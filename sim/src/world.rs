@@ -124,6 +124,9 @@ impl World {
 
     /// Removes bodies, and passes over those that do not exist: all at once, since one alone already takes a walk over all pairs.
     pub fn remove_all(&mut self, ids: &[BodyId]) {
+        if !ids.iter().any(|&id| self.bodies.contains(id)) {
+            return;
+        }
         self.wake(ids.iter().copied());
         for &id in ids {
             if self.bodies.contains(id) {
