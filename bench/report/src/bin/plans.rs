@@ -21,7 +21,7 @@ use std::sync::Arc;
 const TICKS: u32 = 3600;
 /// Periods of each kind that are played again, and times that they are played.
 const PERIODS: usize = 8;
-const PLAYS: u32 = 3;
+const PLAYS: usize = 3;
 /// Ticks in which a new game, or a copy of one, still makes room for what it needs; they do not count.
 const FIRST_TICKS: usize = 3;
 /// An estimate of more than this many times the worst tick is counted as too high.
@@ -179,8 +179,7 @@ struct Times {
 /// The times by which periods are compared.
 const KEYS: [fn(&Times) -> f64; 2] = [|times| times.measured, |times| times.by_counts];
 
-/// Times the ticks of games. In the end the periods with the longest ticks are played again, and each of their ticks counts with
-/// the shortest of its times: the same tick does the same work.
+/// Times the ticks of games. In the end the periods with the longest ticks are played again: the same tick does the same work.
 #[derive(Default)]
 struct Clock {
     /// Sum of all first times, ms, and ticks.
@@ -235,25 +234,29 @@ impl Clock {
         }
     }
 
-    /// Plays the longest periods again. Returns the times of the longest tick, relative to the pace before and after it.
+    /// Plays the longest periods again. Returns the times of the longest tick: of its times relative to the pace before and after
+    /// it, the median.
     fn longest(&self, pace: &Pace) -> Times {
-        let mut periods: Vec<Period> = self.longest.iter().flatten().cloned().collect();
+        let periods: Vec<&Period> = self.longest.iter().flatten().collect();
+        let mut relative: Vec<Vec<[f64; PLAYS]>> =
+            periods.iter().map(|period| vec![[0.0; PLAYS]; period.ticks.len()]).collect();
         let mut before = pace.now();
         for play in 0..PLAYS {
-            let again = periods.iter().map(Period::play).collect::<Vec<_>>();
+            let again = periods.iter().map(|period| period.play()).collect::<Vec<_>>();
             let after = pace.now();
-            for (period, again) in periods.iter_mut().zip(again) {
-                let counted = period.ticks.iter_mut().zip(again);
-                for ((_, times), again) in counted.filter(|((_, times), _)| times.measured > 0.0) {
-                    let relative = 2.0 * again / (before + after);
-                    let so_far = if play == 0 { f64::INFINITY } else { times.measured };
-                    times.measured = so_far.min(relative);
+            for (ticks, again) in relative.iter_mut().zip(again) {
+                for (tick, again) in ticks.iter_mut().zip(again) {
+                    tick[play] = 2.0 * again / (before + after);
                 }
             }
             before = after;
         }
-        let ticks = periods.into_iter().flat_map(|period| period.ticks);
-        let times = ticks.map(|(_, times)| times);
+        let ticks = periods.iter().flat_map(|period| &period.ticks).zip(relative.concat());
+        let counted = ticks.filter(|((_, times), _)| times.measured > 0.0);
+        let times = counted.map(|((_, times), relative)| Times {
+            measured: median(relative.to_vec()),
+            by_counts: times.by_counts,
+        });
         times.max_by(|one, other| one.measured.total_cmp(&other.measured)).unwrap_or_default()
     }
 
