@@ -343,7 +343,8 @@ impl Sleep {
             self.to_wake.push(self.island[slot as usize]);
         }
         let motion = awake.bodies.motion[slot as usize];
-        if motion == Motion::Static || motion == Motion::Kinematic && asleep {
+        let rests = asleep || awake.bodies.velocity[slot as usize] == Vec2::ZERO;
+        if motion == Motion::Static || motion == Motion::Kinematic && rests {
             let Sleep { island, to_wake, .. } = self;
             awake.pairs.for_each_static_near(slot, awake.bodies, |other| {
                 to_wake.extend(island.get(other as usize).filter(|&&island| island != AWAKE));

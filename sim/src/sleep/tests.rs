@@ -301,6 +301,22 @@ fn a_lift_that_starts_takes_its_riders_along() {
 }
 
 #[test]
+fn a_lift_that_woke_beside_another_lets_its_riders_fall_when_removed() {
+    let mut world = world();
+    let lift_at = |world: &mut World, x: f32| {
+        let def = BodyDef { motion: Motion::Kinematic, ..crate_at(x, -1.0) };
+        add(world, def)
+    };
+    let (first, second) = (lift_at(&mut world, 0.0), lift_at(&mut world, 2.0));
+    let bodies = stack(&mut world, 2.8, 1);
+    steps(&mut world, 60);
+    assert_eq!(asleep(&world, &bodies), 1);
+    assert!(world.remove(first) && world.remove(second));
+    steps(&mut world, 30);
+    assert!(world.position(bodies[0]).y < 0.0, "{}", world.position(bodies[0]));
+}
+
+#[test]
 fn sleepers_stop_bullets() {
     for speed in [200.0, 3000.0, 10_000.0] {
         let (mut world, _, bodies) = sleeping_stack(5);
