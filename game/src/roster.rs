@@ -44,18 +44,18 @@ impl Roster {
 
     /// Removes a body from the world and the roster.
     pub fn remove(&mut self, world: &mut World, id: BodyId) {
-        self.remove_these(world, &[id]);
+        self.remove_all(world, &[id]);
     }
 
     /// Removes all bodies that match.
-    pub fn remove_all(&mut self, world: &mut World, matches: impl Fn(&Actor) -> bool) {
+    pub fn remove_matching(&mut self, world: &mut World, matches: impl Fn(&Actor) -> bool) {
         let matching = self.actors.iter().flatten().filter(|&actor| matches(actor));
         let ids: Vec<BodyId> = matching.map(|actor| actor.id).collect();
-        self.remove_these(world, &ids);
+        self.remove_all(world, &ids);
     }
 
     /// Removes bodies from the world and the roster.
-    pub fn remove_these(&mut self, world: &mut World, ids: &[BodyId]) {
+    pub fn remove_all(&mut self, world: &mut World, ids: &[BodyId]) {
         world.remove_all(ids);
         for &id in ids {
             self.forget(id);

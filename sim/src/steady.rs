@@ -139,6 +139,9 @@ impl Steady {
 
     fn readmit_pending(&mut self, bodies: &mut Bodies) {
         let Steady { bodies: steady, island, to_readmit, .. } = self;
+        if to_readmit.is_empty() {
+            return;
+        }
         to_readmit.sort_unstable();
         to_readmit.dedup();
         for &slot in steady.iter() {

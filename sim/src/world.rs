@@ -124,9 +124,7 @@ impl World {
 
     /// Removes bodies, and passes over those that do not exist: all at once, since one alone already takes a walk over all pairs.
     pub fn remove_all(&mut self, ids: &[BodyId]) {
-        if !ids.iter().any(|&id| self.bodies.contains(id)) {
-            return;
-        }
+        let before = self.bodies.count();
         self.wake(ids.iter().copied());
         for &id in ids {
             if self.bodies.contains(id) {
@@ -135,6 +133,9 @@ impl World {
                 self.pairs.removed(id.index);
                 self.bodies.remove(id);
             }
+        }
+        if self.bodies.count() == before {
+            return;
         }
         self.pairs.keep_alive(&self.bodies);
         self.touches

@@ -43,7 +43,7 @@ impl Rules {
             }
         }
         let bodies: Vec<BodyId> = broken.iter().map(|(broken, _)| broken.body).collect();
-        table.roster.remove_these(table.world, &bodies);
+        table.roster.remove_all(table.world, &bodies);
         self.scratch.broken.extend(broken.into_iter().map(|(broken, _)| broken));
     }
 

@@ -68,7 +68,7 @@ impl Rules {
             tools::release(world, player);
             player.drop_carried(world);
             let seat = player.seat;
-            roster.remove_all(world, |actor| actor.owner == Some(seat));
+            roster.remove_matching(world, |actor| actor.owner == Some(seat));
             let player = &mut roster.players[slot];
             (player.team, player.checkpoint) = (Some(team), None);
             player.hero_wait = heroes::RESPAWN_TICKS;
@@ -98,7 +98,7 @@ impl Rules {
         self.count_in(scene, roster);
         self.settle(scene);
         roster.players.iter_mut().for_each(|player| player.begin_round());
-        roster.remove_all(world, |_| true);
+        roster.remove_matching(world, |_| true);
         roster.placed.clear();
         self.place(scene, world, roster);
         for slot in 0..roster.players.len() {

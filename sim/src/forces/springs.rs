@@ -51,11 +51,7 @@ impl Spring {
 
     /// Slots of its bodies.
     pub(super) fn slots(&self) -> impl Iterator<Item = u32> {
-        let other = match self.end {
-            SpringEnd::Body(other) => Some(other.index),
-            SpringEnd::Point(_) => None,
-        };
-        std::iter::once(self.body.index).chain(other)
+        self.ends().map(|id| id.index)
     }
 
     /// Energy that it stores while its bodies are at these positions.
@@ -72,10 +68,10 @@ impl Spring {
     /// The bodies at its ends.
     pub(super) fn ends(&self) -> impl Iterator<Item = BodyId> {
         let other = match self.end {
-            SpringEnd::Body(id) => Some(id),
-            _ => None,
+            SpringEnd::Body(other) => Some(other),
+            SpringEnd::Point(_) => None,
         };
-        [self.body].into_iter().chain(other)
+        std::iter::once(self.body).chain(other)
     }
 
     /// Panics unless every number is in its documented range.

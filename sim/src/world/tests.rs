@@ -11,7 +11,7 @@ mod squeezed;
 
 use super::*;
 use crate::GROUPS_MAX;
-use crate::{Aabb, Conjugate, DT, Relaxation};
+use crate::{Aabb, Conjugate, DT, ForceSettings, Relaxation, Spring, SpringEnd};
 
 const SLOP: f32 = 0.005;
 
@@ -237,28 +237,39 @@ fn a_shorter_step_halves_the_error_of_a_flight() {
 
 #[test]
 fn bodies_removed_together_leave_what_they_leave_one_by_one() {
-    let mut together = World::new(WorldSettings {
-        gravity: Vec2::new(0.0, -50.0),
-        solver: Some(Solver::Conjugate(Conjugate::default())),
-        sleeping: true,
-        ..WorldSettings::default()
-    });
-    floor(&mut together, 0.3);
-    let heap: Vec<BodyId> =
-        (0..30).map(|index| add(&mut together, crate_at((index % 6) as f32 * 2.1, 3.0))).collect();
-    (0..200).for_each(|_| together.step());
-    let mut one_by_one = together.clone();
-    let gone: Vec<BodyId> = heap.iter().copied().step_by(3).collect();
-    together.remove_all(&gone);
-    assert!(gone.iter().rev().all(|&id| one_by_one.remove(id)));
-    together.remove_all(&gone);
-    assert_eq!(together.body_count(), 1 + heap.len() - gone.len());
-    let is_gone = |touch: &Touch| gone.contains(&touch.a) || gone.contains(&touch.b);
-    assert!(!together.touches().is_empty() && !together.touches().iter().any(is_gone));
-    for _ in 0..100 {
-        together.step();
-        one_by_one.step();
-        assert_eq!(together.hash(), one_by_one.hash());
+    for sleeping in [false, true] {
+        let mut together = World::new(WorldSettings {
+            gravity: Vec2::new(0.0, -50.0),
+            solver: Some(Solver::Conjugate(Conjugate::default())),
+            sleeping,
+            forces: Some(ForceSettings { springs_max: 30, ..ForceSettings::default() }),
+            ..WorldSettings::default()
+        });
+        let floor = floor(&mut together, 0.3);
+        let stacked = |index: i32| crate_at((index % 6) as f32 * 2.1, (1 + index / 6 * 2) as f32);
+        let mut heap: Vec<BodyId> =
+            (0..30).map(|index| add(&mut together, stacked(index))).collect();
+        steps(&mut together, 200);
+        assert_eq!(together.asleep_count() > 0, sleeping);
+        for pair in heap.chunks(2) {
+            let end = SpringEnd::Body(pair[1]);
+            together.add_spring(Spring::tuned(pair[0], end, 2.0, 0.1, 0.5));
+        }
+        steps(&mut together, 2);
+        let mut one_by_one = together.clone();
+        heap.push(floor);
+        let mut gone: Vec<BodyId> = heap.iter().copied().step_by(3).collect();
+        gone.push(gone[0]);
+        together.remove_all(&gone);
+        assert_eq!(gone.iter().rev().filter(|&&id| one_by_one.remove(id)).count(), 11);
+        assert_eq!(together.body_count(), heap.len() - 11);
+        let is_gone = |touch: &Touch| gone.contains(&touch.a) || gone.contains(&touch.b);
+        assert!(!together.touches().is_empty() && !together.touches().iter().any(is_gone));
+        for _ in 0..100 {
+            together.step();
+            one_by_one.step();
+            assert_eq!(together.hash(), one_by_one.hash());
+        }
     }
 }
 
