@@ -203,7 +203,7 @@ async fn other_path(
         Some(("replay", name)) => {
             page(state.config.files, headers, replays::page_status(name, state))
         }
-        Some(("api", _)) => failed(StatusCode::NOT_FOUND, "There is nothing at this address."),
+        Some(("api", _)) => failed(StatusCode::NOT_FOUND, "there is nothing at this address"),
         _ => room_page(headers, word, state),
     }
 }
