@@ -1,4 +1,4 @@
-//! A trial of a scene: it is played for some seconds, and what each tick has to do is counted. The counts say how long a
+//! A trial of a scene: it is played for up to some minutes, and what each tick has to do is counted. The counts say how long a
 //! busy tick takes, without a clock: a trial has the same result on every machine and under any load.
 //!
 //! Players press all keys. First the scene is left to them, then all its bodies are stirred again and again, which is harder
@@ -39,8 +39,8 @@ const LOOK_US: f32 = 0.004;
 
 /// Time added to every estimate, microseconds: for the first ticks of a game, and for memory that is not in the cache.
 const ANY_TICK_US: f32 = 2.5;
-/// The worst tick promised is this many times as long as the worst that a trial has to expect by its counts: games have worse
-/// moments than a trial, and ticks take longer than others with the same counts. Where players can do nothing, what
+/// The worst tick promised is this many times as long as the worst of the trial by its counts, however rare that was: games have
+/// worse moments than a trial, and ticks take longer than others with the same counts. Where players can do nothing, what
 /// happens without stirs is what happened in the trial, and counts as it is. The sweeps of the conjugate solver vary more.
 const RELAXATION_MARGIN: f32 = 1.9;
 const CONJUGATE_MARGIN: f32 = 2.05;
@@ -77,8 +77,8 @@ impl Trial {
         Trial::played(scene, &mut RandomGame::tick)
     }
 
-    /// Plays a scene by `tick`, which lets a tick pass in a game; with true, its bodies are stirred.
-    pub fn played(scene: &Scene, tick: &mut dyn FnMut(&mut RandomGame, bool)) -> Trial {
+    /// Plays a scene by `tick`.
+    pub fn played<'a>(scene: &Scene, tick: &'a mut TickFn<'a>) -> Trial {
         let mut trier = Trier::new(scene, tick);
         let idle = if trier.found.has_actors { PERIODS[0] } else { IDLE_PERIODS };
         let periods = [idle, PERIODS[1]];
@@ -113,7 +113,8 @@ fn worst(peaks: &[f32]) -> f32 {
     peaks.iter().copied().fold(0.0, max)
 }
 
-/// A game whose players press keys at random, and whose bodies can be stirred.
+/// A game whose players press keys at random, all but those that clear the world and change the team, and whose bodies can be
+/// stirred.
 #[derive(Clone)]
 pub struct RandomGame {
     game: Game,
@@ -137,7 +138,7 @@ impl RandomGame {
         &self.game
     }
 
-    /// A tick, which begins with a stir of all bodies if it `is_stirred`.
+    /// A tick. If it `is_stirred`, all bodies are, once the keys have done what they do.
     pub fn tick(&mut self, is_stirred: bool) {
         let size = self.game.scene().size;
         self.inputs.clear();
@@ -157,15 +158,18 @@ impl RandomGame {
     }
 }
 
+/// Lets a tick pass in a game; with true, its bodies are stirred.
+pub type TickFn<'a> = dyn FnMut(&mut RandomGame, bool) + 'a;
+
 /// A game under trial.
 struct Trier<'a> {
     played: RandomGame,
-    tick: &'a mut dyn FnMut(&mut RandomGame, bool),
+    tick: &'a mut TickFn<'a>,
     found: Trial,
 }
 
-impl Trier<'_> {
-    fn new<'a>(scene: &Scene, tick: &'a mut dyn FnMut(&mut RandomGame, bool)) -> Trier<'a> {
+impl<'a> Trier<'a> {
+    fn new(scene: &Scene, tick: &'a mut TickFn<'a>) -> Trier<'a> {
         let has_actors =
             scene.hero.is_some() || scene.sling.is_some() || scene.tools != Tools::default();
         let is_conjugate = scene.world.is_conjugate();
