@@ -124,6 +124,11 @@ impl Game {
         &self.world
     }
 
+    /// Whether a round began in this tick: everything was placed again.
+    pub(crate) fn begins_round(&self) -> bool {
+        self.rules.as_ref().is_some_and(Rules::begins_round)
+    }
+
     /// Ticks played.
     pub fn tick_count(&self) -> u32 {
         self.ticks

@@ -34,8 +34,10 @@ const CONJUGATE_US: [f32; 9] = [0.39, 0.031, 0.059, 0.0061, 0.0315, 0.0044, 0.04
 const RELAXATION_US: [f32; 9] = [0.01, 0.0, 0.057, 0.0111, 0.025, 0.0, 0.0, 0.0, 0.018];
 /// Of a visit of a spring, with either solver.
 const SPRING_US: f32 = 0.031;
-/// Of each body for each player and zone: tools and rules look at all bodies.
+/// Of each body for each player and zone: tools and rules look at all bodies. And in the tick in which a round begins, when
+/// each player's hero looks for a place between them.
 const LOOK_US: f32 = 0.004;
+const PLACING_LOOK_US: f32 = 0.02;
 
 /// Time added to every estimate, microseconds: for the first ticks of a game, and for memory that is not in the cache.
 const ANY_TICK_US: f32 = 2.5;
@@ -227,7 +229,8 @@ pub fn tick_us(game: &Game) -> f32 {
     let done = world.step_counts();
     let step_us: f32 = counts(done).iter().zip(us).map(|(&count, us)| count as f32 * us).sum();
     let looks = (usize::from(scene.players_max) + scene.rules.zones.len()) * world.body_count();
-    step_us + SPRING_US * done.springs as f32 + LOOK_US * looks as f32
+    let look_us = if game.begins_round() { PLACING_LOOK_US } else { LOOK_US };
+    step_us + SPRING_US * done.springs as f32 + look_us * looks as f32
 }
 
 fn counts(of: StepCounts) -> [u64; 9] {

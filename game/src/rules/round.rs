@@ -37,6 +37,11 @@ impl Rules {
         }
     }
 
+    /// Whether everything was placed again in this tick.
+    pub fn begins_round(&self) -> bool {
+        self.round.ticks == 1 && self.round.clock == 1
+    }
+
     /// Carries out the requests of players in this tick: for another team, or for the next round.
     pub fn take_wishes(&mut self, table: &mut Table) {
         self.change_teams(table);
