@@ -81,7 +81,7 @@ fn agitate_marbles(world: &mut World, roster: &Roster, rng: &mut Rng) {
     let marbles = roster.actors().filter(|actor| actor.kind == Kind::Marble);
     let moved = marbles.map(|actor| actor.id).filter(|&id| world.motion(id) != Motion::Static);
     let moved: Vec<BodyId> = moved.collect();
-    world.wake(moved.iter().copied());
+    world.wake(&moved);
     for id in moved {
         let x = rng.range(-AGITATE_SPEED, AGITATE_SPEED);
         let y = rng.range(-AGITATE_SPEED, AGITATE_SPEED);

@@ -256,7 +256,7 @@ fn without_waits(scene: &Scene) -> Scene {
 fn stir(world: &mut World, rng: &mut Rng) {
     let movable = |&id: &_| world.motion(id) == Motion::Dynamic;
     let bodies: Vec<_> = world.ids().filter(movable).collect();
-    world.wake(bodies.iter().copied());
+    world.wake(&bodies);
     for id in bodies {
         let mut draw = || rng.range(-STIR_SPEED, STIR_SPEED);
         let change = Vec2::new(draw(), draw());

@@ -105,7 +105,7 @@ impl Forces {
         let lives = |slot: u32| bodies.alive[slot as usize];
         let counts = (self.dragged.len(), self.springs.len());
         self.dragged.retain(|&(slot, _)| lives(slot));
-        self.springs.retain(|spring| spring.ends().all(|id| bodies.contains(id)));
+        self.springs.retain(|spring| spring.slots().all(lives));
         let is_same = counts == (self.dragged.len(), self.springs.len());
         self.is_classified &= is_same && self.euler_bodies.iter().all(|body| lives(body.slot()));
     }

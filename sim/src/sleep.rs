@@ -331,8 +331,8 @@ impl Sleep {
 
     /// Wakes bodies that are changed from outside, with their islands. If one does not move, the bodies
     /// that sleep near it wake too, because they may rest on it.
-    pub fn wake_around(&mut self, awake: &mut Awake, slots: impl IntoIterator<Item = u32>) {
-        slots.into_iter().for_each(|slot| self.find_around(awake, slot));
+    pub fn wake_around(&mut self, awake: &mut Awake, slots: &[u32]) {
+        slots.iter().for_each(|&slot| self.find_around(awake, slot));
         self.wake_pending(awake);
     }
 
@@ -361,7 +361,7 @@ impl Sleep {
         }
         if awake.bodies.motion[slot as usize] == Motion::Static {
             awake.pairs.insert_static(slot, awake.bodies);
-            self.wake_around(awake, [slot]);
+            self.wake_around(awake, &[slot]);
         }
     }
 

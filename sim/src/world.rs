@@ -125,7 +125,7 @@ impl World {
     /// Removes bodies, and passes over those that do not exist: all at once, since one alone already takes a walk over all pairs.
     pub fn remove_all(&mut self, ids: &[BodyId]) {
         let before = self.bodies.count();
-        self.wake(ids.iter().copied());
+        self.wake(ids);
         for &id in ids {
             if self.bodies.contains(id) {
                 self.steady.readmit_body(&mut self.bodies, id.index);
@@ -138,9 +138,8 @@ impl World {
             return;
         }
         self.pairs.keep_alive(&self.bodies);
-        self.touches
-            .now
-            .retain(|touch| [touch.a, touch.b].iter().all(|&id| self.bodies.contains(id)));
+        let lives = |id: BodyId| self.bodies.alive[id.index as usize];
+        self.touches.now.retain(|touch| lives(touch.a) && lives(touch.b));
         if let Some(forces) = &mut self.forces {
             forces.keep_alive(&self.bodies);
         }
@@ -279,12 +278,12 @@ impl World {
 
     /// Wakes bodies, each with those that rest on it: all at once, which takes far less time than one after another, as changes
     /// of them would. Does nothing in a world that does not sleep.
-    pub fn wake(&mut self, ids: impl IntoIterator<Item = BodyId>) {
+    pub fn wake(&mut self, ids: &[BodyId]) {
         if self.settings.sleeping {
-            let slots = ids.into_iter().filter(|&id| self.bodies.contains(id)).map(|id| id.index);
-            let slots: Vec<u32> = slots.collect();
+            let exists = |id: &&BodyId| self.bodies.contains(**id);
+            let slots: Vec<u32> = ids.iter().filter(exists).map(|id| id.index).collect();
             let mut awake = awake(&mut self.bodies, &mut self.pairs, &mut self.touches);
-            self.sleep.wake_around(&mut awake, slots);
+            self.sleep.wake_around(&mut awake, &slots);
         }
     }
 
@@ -353,7 +352,7 @@ impl World {
         self.steady.readmit_body(&mut self.bodies, slot);
         if self.settings.sleeping {
             let mut awake = awake(&mut self.bodies, &mut self.pairs, &mut self.touches);
-            self.sleep.wake_around(&mut awake, [slot]);
+            self.sleep.wake_around(&mut awake, &[slot]);
         }
     }
 

@@ -41,9 +41,8 @@ impl Rules {
             if let Some(recipe) = breaks.splash {
                 effects::splash(recipe, *body, table);
             }
+            table.roster.remove(table.world, *body);
         }
-        let bodies: Vec<BodyId> = broken.iter().map(|(broken, _)| broken.body).collect();
-        table.roster.remove_all(table.world, &bodies);
         self.scratch.broken.extend(broken.into_iter().map(|(broken, _)| broken));
     }
 

@@ -51,7 +51,11 @@ impl Spring {
 
     /// Slots of its bodies.
     pub(super) fn slots(&self) -> impl Iterator<Item = u32> {
-        self.ends().map(|id| id.index)
+        let other = match self.end {
+            SpringEnd::Body(other) => Some(other.index),
+            SpringEnd::Point(_) => None,
+        };
+        std::iter::once(self.body.index).chain(other)
     }
 
     /// Energy that it stores while its bodies are at these positions.
@@ -63,15 +67,6 @@ impl Spring {
         let length = position(self.body.index).distance(far);
         let stretch = length - f64::from(self.rest_length);
         f64::from(self.stiffness) * stretch * stretch / 2.0
-    }
-
-    /// The bodies at its ends.
-    pub(super) fn ends(&self) -> impl Iterator<Item = BodyId> {
-        let other = match self.end {
-            SpringEnd::Body(other) => Some(other),
-            SpringEnd::Point(_) => None,
-        };
-        std::iter::once(self.body).chain(other)
     }
 
     /// Panics unless every number is in its documented range.

@@ -540,7 +540,7 @@ fn bodies_woken_at_once_move_as_if_one_after_another() {
     assert_eq!(at_once.asleep_count(), 9);
     let mut in_turn = at_once.clone();
     let some: Vec<BodyId> = lone.into_iter().chain(stack.into_iter().skip(4)).collect();
-    at_once.wake(some.iter().copied());
+    at_once.wake(&some);
     assert_eq!(at_once.asleep_count(), 0);
     for world in [&mut at_once, &mut in_turn] {
         for &id in &some {
