@@ -39,14 +39,14 @@ const SPRING_US: f32 = 0.04;
 const LOOK_US: f32 = 0.004;
 const PLACING_LOOK_US: f32 = 0.02;
 
-/// Time added to every estimate, microseconds: for the first ticks of a game, and for memory that is not in the cache.
+/// Time added to every estimate, microseconds: for what is not counted, and for memory that is not in the cache.
 const ANY_TICK_US: f32 = 2.5;
 /// The worst tick promised is this many times as long as the worst of the trial by its counts, however rare that was: games have
 /// worse moments than a trial, and ticks take longer than others with the same counts. Where players can do nothing, what
 /// happens without stirs is what happened in the trial, and counts as it is. The sweeps of the conjugate solver vary more.
 const RELAXATION_MARGIN: f32 = 1.9;
 const CONJUGATE_MARGIN: f32 = 2.05;
-/// Share by which that grows where a trial ends before the first of its stirs: it saw fewer moments.
+/// Share by which that grows with the stirs that a trial did not come to, to all of it where it came to none.
 const CUT_MARGIN: f32 = 0.12;
 
 /// Findings of a trial.

@@ -11,7 +11,7 @@
 //! when a body that nothing pushes is added, removed or placed elsewhere, starts or stops, since they may rest on it.
 
 use crate::bodies::Bodies;
-use crate::body::Motion;
+use crate::body::{BodyId, Motion};
 use crate::shape::Aabb;
 use crate::solver::contact_constraint::ContactConstraint;
 use crate::solver::islands::Islands;
@@ -122,13 +122,15 @@ impl Steady {
         true
     }
 
-    /// Readmits the island of a body that is changed from outside, if it is steady.
-    pub fn readmit_body(&mut self, bodies: &mut Bodies, slot: u32) {
-        let island = self.island.get(slot as usize).copied().unwrap_or(NONE);
-        if island != NONE {
-            self.to_readmit.push(island);
-            self.readmit_pending(bodies);
+    /// Readmits the islands of bodies that are changed from outside, as far as they are steady.
+    pub fn readmit_around(&mut self, bodies: &mut Bodies, ids: &[BodyId]) {
+        for id in ids {
+            let island = self.island.get(id.index as usize).copied().unwrap_or(NONE);
+            if island != NONE && bodies.contains(*id) {
+                self.to_readmit.push(island);
+            }
         }
+        self.readmit_pending(bodies);
     }
 
     /// Readmits all islands.

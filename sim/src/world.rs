@@ -126,9 +126,9 @@ impl World {
     pub fn remove_all(&mut self, ids: &[BodyId]) {
         let before = self.bodies.count();
         self.wake(ids);
+        self.steady.readmit_around(&mut self.bodies, ids);
         for &id in ids {
             if self.bodies.contains(id) {
-                self.steady.readmit_body(&mut self.bodies, id.index);
                 self.readmit_if_fixed(id);
                 self.pairs.removed(id.index);
                 self.bodies.remove(id);
@@ -348,11 +348,10 @@ impl World {
 
     /// Wakes a body that is changed from outside, with the bodies that rest on it.
     fn wake_around(&mut self, id: BodyId) {
-        let slot = id.index;
-        self.steady.readmit_body(&mut self.bodies, slot);
+        self.steady.readmit_around(&mut self.bodies, &[id]);
         if self.settings.sleeping {
             let mut awake = awake(&mut self.bodies, &mut self.pairs, &mut self.touches);
-            self.sleep.wake_around(&mut awake, &[slot]);
+            self.sleep.wake_around(&mut awake, &[id.index]);
         }
     }
 

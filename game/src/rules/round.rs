@@ -103,8 +103,8 @@ impl Rules {
         self.count_in(scene, roster);
         self.settle(scene);
         roster.players.iter_mut().for_each(|player| player.begin_round());
-        roster.remove_matching(world, |_| true);
         roster.placed.clear();
+        roster.remove_matching(world, |_| true);
         self.place(scene, world, roster);
         for slot in 0..roster.players.len() {
             heroes::spawn(world, roster, scene, slot, &mut rngs.spawn);
