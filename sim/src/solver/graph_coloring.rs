@@ -269,14 +269,14 @@ impl WideContact {
     }
 }
 
-/// The velocities of four bodies, two to a register.
+/// The velocities of four bodies, two to a register. Written without `map`, which the page's program would call once a body.
 #[inline(always)]
 fn load(velocity: &[Vec2], slots: [u32; LANES]) -> [Vec4; 2] {
-    let [first, second, third, fourth] = slots.map(|slot| velocity[slot as usize]);
-    [
-        Vec4::new(first.x, first.y, second.x, second.y),
-        Vec4::new(third.x, third.y, fourth.x, fourth.y),
-    ]
+    let pair = |first: u32, second: u32| {
+        let (first, second) = (velocity[first as usize], velocity[second as usize]);
+        Vec4::new(first.x, first.y, second.x, second.y)
+    };
+    [pair(slots[0], slots[1]), pair(slots[2], slots[3])]
 }
 
 /// The inverse of [`load`]. The first lane is stored last: empty ones name its bodies too. An immovable body may be in several
