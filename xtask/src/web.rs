@@ -16,7 +16,7 @@ const SMALL: [&str; 4] = [
     "-Cno-vectorize-loops",
     "-Cllvm-args=-unroll-allow-partial=false",
     "-Cllvm-args=-unroll-runtime=false",
-    "-Cllvm-args=-inlinedefault-threshold=75",
+    "-Cllvm-args=-inlinedefault-threshold=60",
 ];
 /// Compressed size at which a build for people fails: a phone on 2 Mbit/s waits 3 seconds for it.
 const PROGRAM_BYTES_MAX: u64 = 955_000;

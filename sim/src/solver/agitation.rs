@@ -19,7 +19,7 @@ const SWEEPS: u32 = 16;
 const SWEEPS_PER_ROOT: f32 = 0.35;
 /// Most sweeps of such an island, if it is large and no body is heavy; small ones take [`SMALL_SWEEPS_MAX`].
 const SWEEPS_MAX: u32 = 40;
-/// Mass ratio beyond which bodies are so much heavier that twice as many visits are worth it.
+/// Mass ratio beyond which bodies are so much heavier that two and a half times as many visits are worth it.
 const HEAVY_MASS_RATIO: f32 = 50.0;
 /// Sliding that counts as motion where a body is that heavy, relative to other islands: one that is hardly held sinks into
 /// its bed, which boils.
@@ -96,7 +96,7 @@ impl Agitation {
         if self.in_motion {
             let usual = (SWEEPS_PER_ROOT * (count as f32).sqrt()) as u32;
             let usual = usual.clamp(SWEEPS, SWEEPS_MAX);
-            let usual = if mass_ratio > HEAVY_MASS_RATIO { 2 * usual } else { usual };
+            let usual = if mass_ratio > HEAVY_MASS_RATIO { 5 * usual / 2 } else { usual };
             let small = (SMALL_VISITS / count).min(SMALL_SWEEPS_MAX);
             let tolerance = max(limits.tolerance, SLIDING_SHARE * self.sliding / precision);
             return SweepLimits { sweeps_max: within(usual.max(small)), tolerance, ..limits };

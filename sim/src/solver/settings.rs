@@ -55,7 +55,7 @@ pub struct Conjugate {
     /// contacts that are in motion take at most 16 to 128 sweeps, slower ones 8800 visits in all
     /// (or 16 sweeps, if they have 64 contacts or more and that is more), and half of these where they
     /// are solved again; not in worlds of more than 6000 moving bodies. With mass ratios beyond 10^4
-    /// slower ones take 32,000 visits, and 40 sweeps before an elimination. Default 400.
+    /// slower ones take 32,000 visits, and up to 64 sweeps before an elimination. Default 400.
     pub sweeps_max: u32,
     /// Visits of contact constraints by the sweeps over an island, 1000..=1e9: bounds the time of
     /// each. Every island gets four sweeps in any case.

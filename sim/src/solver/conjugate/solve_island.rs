@@ -146,7 +146,7 @@ impl ConjugateSolver {
             work_max = work_max.min((CALM_VISITS as f32 * precision) as u32 / island.len() as u32);
         }
         if is_stiff && direct::is_worth(island.len(), mass_ratio) {
-            work_max = work_max.min(direct::SWEEPS_BEFORE);
+            work_max = work_max.min(direct::sweeps_before(island.len(), self.thorough));
         } else if is_stiff && !is_exact {
             work_max = work_max.min(STIFF_VISITS / island.len() as u32);
         }
