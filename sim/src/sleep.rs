@@ -337,7 +337,7 @@ impl Sleep {
     }
 
     /// Adds the islands that wake with a body to `to_wake`.
-    fn find_around(&mut self, awake: &Awake, slot: u32) {
+    fn find_around(&mut self, awake: &mut Awake, slot: u32) {
         let asleep = self.has(slot);
         if asleep {
             self.to_wake.push(self.island[slot as usize]);
@@ -345,6 +345,8 @@ impl Sleep {
         let motion = awake.bodies.motion[slot as usize];
         let rests = asleep || awake.bodies.velocity[slot as usize] == Vec2::ZERO;
         if motion == Motion::Static || motion == Motion::Kinematic && rests {
+            // It may still be that of a step in which it moved, which a restored world does not know.
+            awake.bodies.reach[slot as usize] = REACH_MIN;
             let Sleep { island, to_wake, .. } = self;
             awake.pairs.for_each_static_near(slot, awake.bodies, |other| {
                 to_wake.extend(island.get(other as usize).filter(|&&island| island != AWAKE));

@@ -566,3 +566,32 @@ fn a_step_that_begins_again_counts_all_attempts() {
     let (alone, all) = (1, 1 + stack.len() as u64);
     assert_eq!(world.step_counts().moving, alone + all);
 }
+
+#[test]
+fn a_platform_that_moved_wakes_as_many_as_its_restored_twin() {
+    use crate::state::bytes::{StateReader, StateWriter};
+    let mut world = world();
+    floor(&mut world);
+    let sleeper = add(&mut world, crate_at(0.0, 1.0));
+    let platform = BodyDef { motion: Motion::Kinematic, ..crate_at(-60.0, 1.0) };
+    let platform = add(&mut world, platform);
+    steps(&mut world, 200);
+    assert!(world.is_asleep(sleeper));
+    // It arrives 0.5 beside the sleeper, out of its reach at rest, and stops.
+    world.set_velocity(platform, Vec2::new(60.0, 0.0));
+    while world.position(platform).x < -3.0 {
+        world.step();
+    }
+    world.set_position(platform, Vec2::new(-2.5, 1.0));
+    world.set_velocity(platform, Vec2::ZERO);
+    let mut out = StateWriter::default();
+    world.save(&mut out);
+    let mut twin = World::restore(world.settings().clone(), &mut StateReader::new(&out.0))
+        .expect("what was saved is a state");
+    for world in [&mut world, &mut twin] {
+        world.set_velocity(platform, Vec2::new(-1.0, 0.0));
+        world.step();
+    }
+    assert_eq!(world.asleep_count(), twin.asleep_count());
+    assert_eq!(world.hash(), twin.hash());
+}
