@@ -72,6 +72,8 @@ fn circle_exit(offset: Vec2, radius: f32) -> (Vec2, f32) {
 
 /// Cells along the longer side of the grid.
 const CELLS: f32 = 64.0;
+/// Obstacles that particles may be compared with in a tick, for each entry that a limited grid may have.
+const LOOKS_PER_ENTRY: usize = 16;
 
 /// A uniform grid of the obstacles, rebuilt each tick: the cells' lists of obstacles, in one array.
 /// A particle is tested against the obstacles of the cell that it moved into; an obstacle that it
@@ -87,7 +89,7 @@ pub(super) struct ObstacleGrid {
     entries: Vec<u32>,
     /// Entries that it may have, if they are limited.
     entries_max: Option<usize>,
-    /// There were more: no obstacle is found.
+    /// There were more, or too many obstacles were compared with particles: no further one is found.
     is_over: bool,
 }
 
@@ -97,9 +99,17 @@ impl ObstacleGrid {
         ObstacleGrid { entries_max: Some(entries_max), ..ObstacleGrid::default() }
     }
 
-    /// Whether there were more entries than it may have.
+    /// Whether there were more entries than it may have, or more looks.
     pub fn is_over(&self) -> bool {
         self.is_over
+    }
+
+    /// Whether particles may be compared with this many obstacles in a tick.
+    #[inline]
+    pub fn allows(&mut self, looks: usize) -> bool {
+        self.is_over |=
+            self.entries_max.is_some_and(|most| looks > most.saturating_mul(LOOKS_PER_ENTRY));
+        !self.is_over
     }
 
     /// Counting sort of the obstacles into all cells that their boxes touch.

@@ -76,8 +76,8 @@ impl Agitation {
         }
     }
 
-    /// Limits of the sweeps over an island of `count` contacts. In motion, bodies far heavier than others take twice as
-    /// many, and small islands, which cost little, as many as solve them. Islands that are solved again with late pairs
+    /// Limits of the sweeps over an island of `count` contacts. In motion, bodies far heavier than others take
+    /// more, and small islands, which cost little, as many as solve them. Islands that are solved again with late pairs
     /// begin near their solution. Where the settings ask for a finer tolerance than the default, all take as many times
     /// more: `precision`.
     pub fn limits(

@@ -77,6 +77,8 @@ pub(crate) struct ConjugateSolver {
     /// Those of them by sweeps with forests, and those that stand for elimination.
     thorough: u64,
     eliminated: u64,
+    /// Visits by sweeps over very stiff islands, before they are eliminated.
+    very_stiff: u64,
     /// Visits of constraints by the passes over positions.
     corrections: u64,
     /// Counts of the attempts at a step before the present one, if there are any.
@@ -122,7 +124,7 @@ impl ConjugateSolver {
         leaves_out: bool,
         work_max: u64,
     ) {
-        self.work_left = work_max;
+        (self.work_left, self.very_stiff) = (work_max, 0);
         self.earlier = StepCounts::default();
         (self.work, self.thorough, self.eliminated, self.corrections) = (0, 0, 0, 0);
         if is_large_world(bodies, steady) != self.is_large_world {
@@ -423,9 +425,8 @@ impl ConjugateSolver {
         context: &StepContext,
     ) {
         let constraints = &self.contacts.constraints;
-        // Constraints of bodies that are not finite were dropped: the islands are others. What was eliminated counts towards a
-        // bound of all islands.
-        let is_complete = constraints.len() == self.is_changed.len() && self.eliminated == 0;
+        // Constraints of bodies that are not finite were dropped: the islands are others. Very stiff islands share bounds.
+        let is_complete = constraints.len() == self.is_changed.len() && self.very_stiff == 0;
         if is_complete && !impact_queue::still_bodies_may_impact(context) {
             let fall = context.fall_distance();
             let reach = |velocity: Vec2| reach(velocity.length_squared(), fall, context.dt);
@@ -464,6 +465,7 @@ impl ConjugateSolver {
                 &mut self.displacements,
                 context,
             );
+            self.spend(self.corrections);
         }
         if moved.overlaps || may_tunnel {
             self.static_clamp.resolve(bodies, pairs, &self.impact_queue.paths, context);

@@ -14,9 +14,9 @@ const MASS_RATIO: f32 = 20.0;
 const CONTACTS_MAX: usize = 128;
 /// Visits of sweeps that take as long as a round does for a contact.
 pub(crate) const VISITS: u32 = 16;
-/// Most sweeps over a very stiff island before it is solved here, and most visits by such sweeps and those with forests in a step.
+/// Most sweeps over a very stiff island before it is solved here, and most visits by such sweeps in a step.
 const SWEEPS_BEFORE: u32 = 64;
-const STEP_VISITS_BEFORE: u64 = 16_000;
+const STEP_VISITS_BEFORE: u64 = 8000;
 /// Most visits that stand for eliminations in a step: in a heap that collapses several islands would fail in every step.
 const STEP_VISITS: u64 = 100_000;
 /// Most rounds. In the first half of those that an island gets, steps are whole.
@@ -101,8 +101,8 @@ pub(crate) fn is_worth(contacts: usize, mass_ratio: f32) -> bool {
     contacts <= CONTACTS_MAX && mass_ratio > MASS_RATIO
 }
 
-/// Most sweeps over an island with this number of contacts before it is solved here, in a step whose sweeps with forests took
-/// `visits` so far.
+/// Most sweeps over an island with this number of contacts before it is solved here, in a step in which such sweeps took `visits`
+/// so far.
 pub(crate) fn sweeps_before(contacts: usize, visits: u64) -> u32 {
     let left = STEP_VISITS_BEFORE.saturating_sub(visits) / contacts as u64;
     SWEEPS_BEFORE.min(left as u32)
@@ -342,10 +342,7 @@ mod tests {
 
     #[test]
     fn the_rounds_of_a_step_fit_into_its_visits() {
-        assert_eq!(
-            [0, 15_000, 15_900, 20_000].map(|visits| sweeps_before(100, visits)),
-            [64, 10, 1, 0]
-        );
+        assert_eq!([0, 7000, 7900, 9000].map(|visits| sweeps_before(100, visits)), [64, 10, 1, 0]);
         assert_eq!(rounds_left(2, 0), ROUNDS_MAX);
         assert_eq!(rounds_left(2, STEP_VISITS - 64), 2);
         assert_eq!(rounds_left(CONTACTS_MAX, 0), 48);

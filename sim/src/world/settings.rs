@@ -61,7 +61,8 @@ pub struct StepBudget {
     /// visit of a pair. The last island may exceed it, by a sweep, by the few that every island in motion
     /// gets, or by an elimination.
     pub work: u64,
-    /// Cells of the grid in which particles find obstacles, counted for each obstacle that touches them.
+    /// Cells of the grid in which particles find obstacles, counted for each obstacle that touches them; a particle may be
+    /// in 16 times as many at a time, counted together.
     pub obstacle_cells: usize,
 }
 

@@ -92,6 +92,9 @@ impl ConjugateSolver {
             self.eliminated += u64::from(elimination);
             visits += elimination;
         }
+        if is_stiff && is_worth {
+            self.very_stiff += u64::from(sweeps * island.len() as u32);
+        }
         if is_stiff {
             visits += self.energy_guard.check(constraints, island, velocity);
         }
@@ -146,7 +149,7 @@ impl ConjugateSolver {
             work_max = work_max.min((CALM_VISITS as f32 * precision) as u32 / island.len() as u32);
         }
         if is_stiff && direct::is_worth(island.len(), mass_ratio) {
-            work_max = work_max.min(direct::sweeps_before(island.len(), self.thorough));
+            work_max = work_max.min(direct::sweeps_before(island.len(), self.very_stiff));
         } else if is_stiff && !is_exact {
             work_max = work_max.min(STIFF_VISITS / island.len() as u32);
         }

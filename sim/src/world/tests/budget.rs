@@ -98,7 +98,8 @@ fn an_island_that_needs_more_than_the_budget_is_over_and_never_solved_less_well(
     for (height, count) in [(20, 1), (12, 10)] {
         let mut free = columns(height, count, u64::MAX);
         free.step();
-        let needed = free.pair_solves() + 2 * u64::from(height * count) * 8;
+        let corrections = free.step_counts().corrections;
+        let needed = free.pair_solves() + corrections + 2 * u64::from(height * count) * 8;
         let (mut over, mut kept) = (0, 0);
         for part in 1..=200 {
             let mut world = columns(height, count, needed * part / 200);
@@ -153,4 +154,36 @@ fn obstacles_that_cover_each_other_end_a_world_before_their_cells_are_listed() {
     cover(&mut world, 1);
     world.step_particles();
     assert!(world.is_over_budget());
+}
+
+#[test]
+fn particles_that_are_all_in_a_cell_full_of_obstacles_end_a_world() {
+    let budget = StepBudget { obstacle_cells: 1000, ..StepBudget::UNLIMITED };
+    let mut world = World::new(WorldSettings {
+        recipes: vec![Recipe::default()],
+        particles_max: 1000,
+        gravity: Vec2::ZERO,
+        budget,
+        ..WorldSettings::default()
+    });
+    let tiny = |world: &mut World, position| {
+        let shape = Shape::circle(0.01);
+        add(world, BodyDef { shape, position, motion: Motion::Static, ..BodyDef::default() });
+    };
+    // Two far away, so that cells are wide, and a hundred in one of them.
+    tiny(&mut world, Vec2::new(-1000.0, 0.0));
+    tiny(&mut world, Vec2::new(1000.0, 0.0));
+    (0..100).for_each(|index| tiny(&mut world, Vec2::new(5.0 + 0.03 * index as f32, 0.0)));
+    let emitter = |count| EmitterDef {
+        recipe: 0,
+        count,
+        seed: 1,
+        source: Source::Point(Vec2::new(6.0, 0.5)),
+    };
+    assert!(world.start_emitter(emitter(150)));
+    (0..5).for_each(|_| world.step_particles());
+    assert!(!world.is_over_budget(), "{} particles", world.particles().len());
+    assert!(world.start_emitter(emitter(150)));
+    (0..5).for_each(|_| world.step_particles());
+    assert!(world.is_over_budget(), "{} particles", world.particles().len());
 }
