@@ -164,7 +164,7 @@ impl Game {
         tools::release(world, &mut roster.players[slot]);
         roster.players[slot].drop_carried(world);
         roster.players.remove(slot);
-        roster.remove_matching(world, |actor| actor.owner == Some(seat));
+        roster.remove_matching(world, &|actor| actor.owner == Some(seat));
         self.pending.push(Event::Left(seat));
     }
 

@@ -48,9 +48,13 @@ impl Roster {
     }
 
     /// Removes all bodies that match.
-    pub fn remove_matching(&mut self, world: &mut World, matches: impl Fn(&Actor) -> bool) {
-        let matching = self.actors.iter().flatten().filter(|&actor| matches(actor));
-        let ids: Vec<BodyId> = matching.map(|actor| actor.id).collect();
+    pub fn remove_matching(&mut self, world: &mut World, matches: &dyn Fn(&Actor) -> bool) {
+        let mut ids: Vec<BodyId> = Vec::new();
+        for actor in self.actors.iter().flatten() {
+            if matches(actor) {
+                ids.push(actor.id);
+            }
+        }
         self.remove_all(world, &ids);
     }
 

@@ -30,7 +30,7 @@ pub(crate) fn act_on_bodies(world: &mut World, roster: &mut Roster, scene: &Scen
     let allows = |tool| scene.tools.contains(tool);
     let any = |button| roster.players.iter().any(|player| player.holds(button));
     if allows(Tools::CLEAR) && any(Buttons::CLEAR) {
-        roster.remove_matching(world, |actor| actor.kind == Kind::Marble);
+        roster.remove_matching(world, &|actor| actor.kind == Kind::Marble);
     } else if allows(Tools::AGITATE) && any(Buttons::AGITATE) {
         agitate_marbles(world, roster, rng);
     }

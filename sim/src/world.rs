@@ -280,8 +280,12 @@ impl World {
     /// of them would. Does nothing in a world that does not sleep.
     pub fn wake(&mut self, ids: &[BodyId]) {
         if self.settings.sleeping {
-            let exists = |id: &&BodyId| self.bodies.contains(**id);
-            let slots: Vec<u32> = ids.iter().filter(exists).map(|id| id.index).collect();
+            let mut slots: Vec<u32> = Vec::new();
+            for &id in ids {
+                if self.bodies.contains(id) {
+                    slots.push(id.index);
+                }
+            }
             let mut awake = awake(&mut self.bodies, &mut self.pairs, &mut self.touches);
             self.sleep.wake_around(&mut awake, &slots);
         }

@@ -73,7 +73,7 @@ impl Rules {
             tools::release(world, player);
             player.drop_carried(world);
             let seat = player.seat;
-            roster.remove_matching(world, |actor| actor.owner == Some(seat));
+            roster.remove_matching(world, &|actor| actor.owner == Some(seat));
             let player = &mut roster.players[slot];
             (player.team, player.checkpoint) = (Some(team), None);
             player.hero_wait = heroes::RESPAWN_TICKS;
@@ -104,7 +104,7 @@ impl Rules {
         self.settle(scene);
         roster.players.iter_mut().for_each(|player| player.begin_round());
         roster.placed.clear();
-        roster.remove_matching(world, |_| true);
+        roster.remove_matching(world, &|_| true);
         self.place(scene, world, roster);
         for slot in 0..roster.players.len() {
             heroes::spawn(world, roster, scene, slot, &mut rngs.spawn);

@@ -8,6 +8,7 @@ use crate::bodies::Bodies;
 use crate::broad_phase::pairs::Pair;
 use crate::math::{clamp_length, max, min};
 use crate::narrow_phase::manifold::Manifold;
+use crate::narrow_phase::overlap::side;
 use crate::shape::Shape;
 use crate::solver::relaxation::constraint::RelaxationConstraint;
 use crate::solver::settings::Relaxation;
@@ -118,10 +119,6 @@ fn box_circle(offset: Vec2, half: Vec2, radius: f32) -> Option<Manifold> {
         (Vec2::new(0.0, side(offset.y)), half.y - offset.y.abs())
     };
     Some(Manifold { normal, separation: -(radius + inside) })
-}
-
-fn side(offset: f32) -> f32 {
-    if offset >= 0.0 { 1.0 } else { -1.0 }
 }
 
 /// Corrects the positions, brakes, then bounces (A2.19 to A2.21); returns the closing speed.

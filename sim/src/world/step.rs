@@ -1,6 +1,7 @@
 //! The steps of a world, one for each solver.
 
 use super::{Departed, StepPhase, World, awake};
+use crate::body::BodyId;
 use crate::forces::{Forces, Move, Surroundings};
 use crate::integrate;
 use crate::solver::settings::{Conjugate, Relaxation};
@@ -271,9 +272,8 @@ impl World {
                 departed.push((self.bodies.id(slot), center));
             }
         }
-        for index in 0..self.departed.bodies.len() {
-            self.remove(self.departed.bodies[index].0);
-        }
+        let ids: Vec<BodyId> = departed.iter().map(|&(id, _)| id).collect();
+        self.remove_all(&ids);
     }
 }
 
