@@ -48,7 +48,10 @@ pub(crate) fn spawn(
 ) {
     let Some(spec) = &scene.hero else { return };
     let seat = roster.players[slot].seat;
-    let hero = clear_position(world, roster, scene, spec, slot, rng).and_then(|position| {
+    let mut tried = 0;
+    let position = clear_position(world, roster, scene, (spec, slot), rng, &mut tried);
+    roster.places_tried += tried;
+    let hero = position.and_then(|position| {
         let def = BodyDef { position, ..spec.body };
         roster.players[slot].home = position;
         roster.add(world, &def, Kind::Hero, Some(seat), Rule::Still)
@@ -65,16 +68,19 @@ fn is_out(player: &Player, teams: &[Standing]) -> bool {
 }
 
 /// A position where a hero touches nothing that it collides with: the checkpoint, else a spawn point,
-/// tried from the player's own on, else a random one in the world.
+/// tried from the player's own on, else a random one in the world. Counts them.
 fn clear_position(
     world: &World,
     roster: &Roster,
     scene: &Scene,
-    spec: &HeroSpec,
-    slot: usize,
+    (spec, slot): (&HeroSpec, usize),
     rng: &mut Rng,
+    tried: &mut u32,
 ) -> Option<Vec2> {
-    let is_clear = |position| is_clear(world, scene, &spec.body, position, world.ids());
+    let mut is_clear = |position| {
+        *tried += 1;
+        is_clear(world, scene, &spec.body, position, world.ids())
+    };
     let player = &roster.players[slot];
     let team = player.team.map(|team| &scene.rules.teams[usize::from(team)].spawns);
     let (spawns, first) = match team.filter(|spawns| !spawns.is_empty()) {

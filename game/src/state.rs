@@ -105,7 +105,7 @@ impl Game {
         };
         let actors = read_actors(&scene, &world, bytes)?;
         let placed = read_placed(&scene, &world, bytes)?;
-        let mut roster = Roster { actors, players: Vec::new(), placed };
+        let mut roster = Roster { actors, placed, ..Roster::default() };
         read_players(&scene, &world, &mut roster, bytes)?;
         if scene.throws_packs() {
             for player in &mut roster.players {

@@ -34,10 +34,11 @@ const CONJUGATE_US: [f32; 9] = [0.39, 0.031, 0.05, 0.0061, 0.0315, 0.0044, 0.042
 const RELAXATION_US: [f32; 9] = [0.01, 0.0, 0.057, 0.0111, 0.025, 0.0, 0.0, 0.0, 0.018];
 /// Of a visit of a spring, with either solver.
 const SPRING_US: f32 = 0.04;
-/// Of each body for each player and zone: tools and rules look at all bodies. And in the tick in which a round begins, when
-/// each player's hero looks for a place between them.
+/// Of each body for each player and zone: tools and rules look at all bodies.
 const LOOK_US: f32 = 0.004;
-const PLACING_LOOK_US: f32 = 0.02;
+/// Of each body for each place that is tried for a hero, and of each body in the tick in which a round places it.
+const TRY_US: f32 = 0.003;
+const PLACED_US: f32 = 0.4;
 
 /// Time added to every estimate, microseconds: for what is not counted, and for memory that is not in the cache.
 const ANY_TICK_US: f32 = 2.5;
@@ -45,7 +46,7 @@ const ANY_TICK_US: f32 = 2.5;
 /// worse moments than a trial, and ticks take longer than others with the same counts. Where players can do nothing, what
 /// happens without stirs is what happened in the trial, and counts as it is. The sweeps of the conjugate solver vary more.
 const RELAXATION_MARGIN: f32 = 1.9;
-const CONJUGATE_MARGIN: f32 = 2.05;
+const CONJUGATE_MARGIN: f32 = 2.08;
 /// Share by which that grows with the stirs that a trial did not come to, to all of it where it came to none.
 const CUT_MARGIN: f32 = 0.12;
 
@@ -66,8 +67,9 @@ pub struct Trial {
     /// Most bodies at a time, and most of those that tools and launchers made.
     bodies: u32,
     made: u32,
-    /// Most bodies that tools and launchers may make.
+    /// Most bodies that tools and launchers may make, and that there may be.
     made_max: u32,
+    bodies_max: u32,
 }
 
 /// The worst tick of a busy game of this scene, by a [`Trial`].
@@ -111,7 +113,7 @@ impl Trial {
     /// By how many times there may be more bodies than the trial had: tools and launchers may not have made all of theirs.
     fn growth(&self) -> f32 {
         let missing = self.made_max.saturating_sub(self.made);
-        (self.bodies + missing) as f32 / self.bodies.max(1) as f32
+        (self.bodies + missing).min(self.bodies_max) as f32 / self.bodies.max(1) as f32
     }
 }
 
@@ -179,8 +181,8 @@ impl<'a> Trier<'a> {
         let has_actors =
             scene.hero.is_some() || scene.sling.is_some() || scene.tools != Tools::default();
         let is_conjugate = scene.world.is_conjugate();
-        let made_max = made_max(scene);
-        let found = Trial { has_actors, is_conjugate, made_max, ..Trial::default() };
+        let (made_max, bodies_max) = (made_max(scene), scene.world.bodies_max as u32);
+        let found = Trial { has_actors, is_conjugate, made_max, bodies_max, ..Trial::default() };
         let mut scene = without_waits(scene);
         scene.world.budget = STEP;
         Trier { played: RandomGame::new(Arc::new(scene), SEED), tick, found }
@@ -232,9 +234,11 @@ pub fn tick_us(game: &Game) -> f32 {
     let us = if scene.world.is_conjugate() { CONJUGATE_US } else { RELAXATION_US };
     let done = world.step_counts();
     let step_us: f32 = counts(done).iter().zip(us).map(|(&count, us)| count as f32 * us).sum();
-    let looks = (usize::from(scene.players_max) + scene.rules.zones.len()) * world.body_count();
-    let look_us = if game.begins_round() { PLACING_LOOK_US } else { LOOK_US };
-    step_us + SPRING_US * done.springs as f32 + look_us * looks as f32
+    let bodies = world.body_count() as f32;
+    let lookers = usize::from(scene.players_max) + scene.rules.zones.len();
+    let placed_us = if game.begins_round() { PLACED_US } else { 0.0 };
+    let body_us = LOOK_US * lookers as f32 + TRY_US * game.roster.places_tried as f32 + placed_us;
+    step_us + SPRING_US * done.springs as f32 + body_us * bodies
 }
 
 fn counts(of: StepCounts) -> [u64; 9] {
@@ -349,8 +353,15 @@ mod tests {
 
     #[test]
     fn bodies_that_the_trial_did_not_see_count_too() {
-        let trial = |made| Trial { bodies: 20, made, made_max: 100, ..Trial::default() };
-        assert_eq!(trial(100).growth(), 1.0);
-        assert_eq!(trial(60).growth(), 3.0);
+        let trial = |made, bodies_max| Trial {
+            bodies: 20,
+            made,
+            made_max: 100,
+            bodies_max,
+            ..Trial::default()
+        };
+        assert_eq!(trial(100, 200).growth(), 1.0);
+        assert_eq!(trial(60, 200).growth(), 3.0);
+        assert_eq!(trial(60, 30).growth(), 1.5, "a scene may have room for fewer");
     }
 }
