@@ -201,6 +201,7 @@ impl Game {
         let Game { scene, world, roster, rngs, events, prey, rules, .. } = self;
         let tick = self.ticks;
         events.clear();
+        roster.places_tried = 0;
         if world.is_over_budget() {
             return;
         }
@@ -224,17 +225,16 @@ impl Game {
         heroes::thrust(world, &roster.players, scene);
         packs::steer(world, roster, scene, prey);
         tools::act_on_bodies(world, roster, scene, &mut rngs.agitate);
-        if rules.is_some() || scene.lane(None).is_some() {
-            heroes::keep_lanes(world, &roster.players, scene);
-        }
         if let Some(rules) = rules {
+            heroes::keep_lanes(world, &roster.players, scene);
             rules.work_sling(&mut Table { scene, world, roster, rngs, events });
             rules.hold_resting(&mut Table { scene, world, roster, rngs, events });
         }
         watch(Phase::Inputs, world);
 
-        // Everything stands until the round begins.
-        if !rules.as_ref().is_some_and(Rules::stands_still) {
+        // Everything stands until the round begins, and the world still names what left it in its last step.
+        let steps = !rules.as_ref().is_some_and(Rules::stands_still);
+        if steps {
             step(world, watch);
         }
         if world.is_over_budget() {
@@ -242,8 +242,10 @@ impl Game {
             return;
         }
 
-        impacts::report(world, scene, &mut self.hard_touches, events);
-        heroes::report_departed(world, roster, events);
+        if steps {
+            impacts::report(world, scene, &mut self.hard_touches, events);
+            heroes::report_departed(world, roster, events);
+        }
         minions::turn(world, &mut roster.actors, scene.minion_recovery);
         packs::take_drift(world, &mut roster.actors, scene);
         packs::burst(world, roster, scene, prey, &mut rngs.emit, events);

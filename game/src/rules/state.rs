@@ -122,6 +122,9 @@ impl Rules {
         let phase = RoundPhase::ALL.get(phase).copied();
         let phase = phase.ok_or_else(|| bytes.wrong("phase of the round"))?;
         let (ticks, clock) = (bytes.word("ticks of the round")?, bytes.word("clock")?);
+        // It begins with 1, and so does that of a round which begins in the next tick.
+        let clock_min = u32::from(phase == RoundPhase::Countdown);
+        bytes.check(clock >= clock_min, "clock")?;
         self.round = Round { phase, ticks, clock };
         self.contested = read_truth("contested", bytes)?;
         self.levels = Levels {
@@ -144,7 +147,7 @@ impl Rules {
         for (came, stood) in self.came.iter_mut().zip(&mut self.stood) {
             *came = read_truth("presence", bytes)?;
             *stood = bytes.word("ticks stood")?;
-            bytes.check(*stood <= clock, "ticks stood")?;
+            bytes.check(*stood <= clock - clock_min, "ticks stood")?;
         }
         self.layouts = read_rng(bytes)?;
         if let Some(sling) = &mut self.sling {

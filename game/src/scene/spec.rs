@@ -133,12 +133,14 @@ impl Scene {
         all.any(|def| def.drag != Drag::NONE)
     }
 
-    /// Returns whether it has rules, so that bodies come and go and its clock begins again.
+    /// Returns whether it has rules, so that bodies come and go and its clock begins again, or heroes that remember where they
+    /// belong.
     pub fn is_game(&self) -> bool {
         !self.rules.is_empty()
             || self.has_conditions()
             || self.sling.is_some()
             || self.has_breakables()
+            || self.lane(None).is_some()
     }
 
     /// The axis that the heroes of a team stay on.

@@ -182,3 +182,19 @@ fn a_hero_is_carried_by_what_it_stands_on() {
     // It slips by its run-up where the lift turns round, once to either side.
     assert!((away(&game) - before).abs() < 3.0, "{before} became {}", away(&game));
 }
+
+#[test]
+fn a_restored_hero_stays_on_its_lane_without_rules() {
+    let lane = FLOOR.replace("[hero]", "[hero]\nlane = \"x\"\nthrust = [300, 300]");
+    let mut game = game_of(&lane);
+    game.join(FIRST);
+    idle(&mut game, 70);
+    let mut restored =
+        Game::restore(Arc::clone(game.scene()), &game.save()).expect("its own state");
+    for game in [&mut game, &mut restored] {
+        (0..30).for_each(|_| play(game, &[Buttons::RIGHT, Buttons::UP], None));
+    }
+    assert_eq!(game.first_difference(&restored), None);
+    let place = game.world().position(hero_of(&game, FIRST));
+    assert!((place.y - 30.0).abs() < 0.1 && place.x > 65.0, "{place}");
+}

@@ -359,6 +359,7 @@ fn random_scenes_are_sound_and_no_order_of_rules_decides() {
                 restored.tick(&inputs);
                 let difference = game.first_difference(restored);
                 assert_eq!(difference, None, "seed {seed}, tick {tick}\n{text}");
+                assert_eq!(game.events(), restored.events(), "seed {seed}, tick {tick}\n{text}");
             }
             if tick == restored_at {
                 let bytes = game.save();

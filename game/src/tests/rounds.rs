@@ -315,3 +315,27 @@ fn every_lap_counts_however_close_the_laps_are() {
         }
     }
 }
+
+#[test]
+fn what_left_before_a_countdown_is_reported_once() {
+    let round = ROUND.replace("countdown = 1", "countdown = 1\nplayers_min = 2");
+    let scene = format!("{round}{}velocity = [140, 0]\n", BALL);
+    let mut joined_then = false;
+    for joins_at in 90..140 {
+        let mut game = game_of(&scene);
+        game.join(FIRST);
+        let left = |game: &Game| {
+            let is_left = |event: &&Event| matches!(event, Event::BodyLeft { .. });
+            game.events().iter().filter(is_left).count()
+        };
+        idle(&mut game, joins_at);
+        joined_then |= left(&game) == 1;
+        game.join(Seat(1));
+        for _ in 0..50 {
+            idle(&mut game, 1);
+            assert_eq!(phase(&game), RoundPhase::Countdown);
+            assert_eq!(left(&game), 0, "the second player joined in tick {joins_at}");
+        }
+    }
+    assert!(joined_then, "the ball left in one of these ticks");
+}
