@@ -191,7 +191,7 @@ impl Particles {
         let mut looks = 0;
         for (position, velocity) in self.position.iter_mut().zip(&mut self.velocity) {
             looks += self.grid.candidates(*position).len();
-            if !self.grid.allows(looks) {
+            if !self.grid.count_looks(looks) {
                 return;
             }
             for &index in self.grid.candidates(*position) {

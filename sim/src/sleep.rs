@@ -345,7 +345,7 @@ impl Sleep {
         let motion = awake.bodies.motion[slot as usize];
         let rests = asleep || awake.bodies.velocity[slot as usize] == Vec2::ZERO;
         if motion == Motion::Static || motion == Motion::Kinematic && rests {
-            // It may still be that of a step in which it moved, which a restored world does not know.
+            // That of its last motion is not saved: a restored world starts from the least.
             awake.bodies.reach[slot as usize] = REACH_MIN;
             let Sleep { island, to_wake, .. } = self;
             awake.pairs.for_each_static_near(slot, awake.bodies, |other| {

@@ -104,9 +104,9 @@ impl ObstacleGrid {
         self.is_over
     }
 
-    /// Whether particles may be compared with this many obstacles in a tick.
+    /// Notes that particles were to be compared with this many obstacles in a tick; returns whether they may.
     #[inline]
-    pub fn allows(&mut self, looks: usize) -> bool {
+    pub fn count_looks(&mut self, looks: usize) -> bool {
         self.is_over |=
             self.entries_max.is_some_and(|most| looks > most.saturating_mul(LOOKS_PER_ENTRY));
         !self.is_over

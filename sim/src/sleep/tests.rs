@@ -584,6 +584,7 @@ fn a_platform_that_moved_wakes_as_many_as_its_restored_twin() {
     }
     world.set_position(platform, Vec2::new(-2.5, 1.0));
     world.set_velocity(platform, Vec2::ZERO);
+    assert!(world.is_asleep(sleeper));
     let mut out = StateWriter::default();
     world.save(&mut out);
     let mut twin = World::restore(world.settings().clone(), &mut StateReader::new(&out.0))

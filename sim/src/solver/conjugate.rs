@@ -124,9 +124,10 @@ impl ConjugateSolver {
         leaves_out: bool,
         work_max: u64,
     ) {
-        (self.work_left, self.very_stiff) = (work_max, 0);
+        self.work_left = work_max;
         self.earlier = StepCounts::default();
         (self.work, self.thorough, self.eliminated, self.corrections) = (0, 0, 0, 0);
+        self.very_stiff = 0;
         if is_large_world(bodies, steady) != self.is_large_world {
             // Their islands are solved in another way.
             steady.readmit_all(bodies);
@@ -339,7 +340,7 @@ impl ConjugateSolver {
         self.late_pairs.begin(bodies.alive.len());
         self.sweeps = 0;
         self.work = self.impact_queue.predictions;
-        (self.thorough, self.eliminated) = (0, 0);
+        (self.thorough, self.eliminated, self.very_stiff) = (0, 0, 0);
         for number in 0..self.islands.count() {
             let work_before = self.work;
             let island = &self.islands.constraints[self.islands.range(number)];
@@ -425,8 +426,11 @@ impl ConjugateSolver {
         context: &StepContext,
     ) {
         let constraints = &self.contacts.constraints;
-        // Constraints of bodies that are not finite were dropped: the islands are others. Very stiff islands share bounds.
-        let is_complete = constraints.len() == self.is_changed.len() && self.very_stiff == 0;
+        // Constraints of bodies that are not finite were dropped: the islands are others. Eliminations and the sweeps before them
+        // count towards bounds of all islands.
+        let is_complete = constraints.len() == self.is_changed.len()
+            && self.eliminated == 0
+            && self.very_stiff == 0;
         if is_complete && !impact_queue::still_bodies_may_impact(context) {
             let fall = context.fall_distance();
             let reach = |velocity: Vec2| reach(velocity.length_squared(), fall, context.dt);

@@ -59,10 +59,10 @@ pub struct StepBudget {
     pub pairs: usize,
     /// Work of a step of the conjugate solver: visits of contacts by its sweeps, predictions of impacts, and each
     /// visit of a pair. The last island may exceed it, by a sweep, by the few that every island in motion
-    /// gets, or by an elimination.
+    /// gets, or by an elimination, and so may the corrections of positions, which count once they are done.
     pub work: u64,
-    /// Cells of the grid in which particles find obstacles, counted for each obstacle that touches them; a particle may be
-    /// in 16 times as many at a time, counted together.
+    /// Cells of the grid in which particles find obstacles, counted for each obstacle that touches them. Particles may be
+    /// compared with 16 times as many obstacles in a tick, all together.
     pub obstacle_cells: usize,
 }
 

@@ -117,6 +117,23 @@ fn an_island_that_needs_more_than_the_budget_is_over_and_never_solved_less_well(
 }
 
 #[test]
+fn corrections_of_positions_count_too() {
+    let (height, count) = (12, 10);
+    let mut free = columns(height, count, u64::MAX);
+    free.step();
+    // With what finding the pairs takes at most.
+    let solved = free.pair_solves() + 2 * u64::from(height * count) * 8;
+    let corrections = free.step_counts().corrections;
+    let is_over = |work| {
+        let mut world = columns(height, count, work);
+        world.step();
+        world.is_over_budget()
+    };
+    assert!(is_over(solved), "{corrections} corrections");
+    assert!(!is_over(solved + corrections));
+}
+
+#[test]
 fn a_budget_that_is_kept_changes_nothing() {
     let budget = StepBudget { pairs: 5000, work: 1_000_000, obstacle_cells: 1 };
     for solver in solvers() {
