@@ -201,7 +201,7 @@ impl Game {
         let Game { scene, world, roster, rngs, events, prey, rules, .. } = self;
         let tick = self.ticks;
         events.clear();
-        roster.places_tried = 0;
+        roster.positions_tried = 0;
         if world.is_over_budget() {
             return;
         }
@@ -242,8 +242,8 @@ impl Game {
             return;
         }
 
+        impacts::report(world, scene, &mut self.hard_touches, events);
         if steps {
-            impacts::report(world, scene, &mut self.hard_touches, events);
             heroes::report_departed(world, roster, events);
         }
         minions::turn(world, &mut roster.actors, scene.minion_recovery);

@@ -50,7 +50,7 @@ pub(crate) fn spawn(
     let seat = roster.players[slot].seat;
     let mut tried = 0;
     let position = clear_position(world, roster, scene, (spec, slot), rng, &mut tried);
-    roster.places_tried += tried;
+    roster.positions_tried += tried;
     let hero = position.and_then(|position| {
         let def = BodyDef { position, ..spec.body };
         roster.players[slot].home = position;
@@ -68,7 +68,7 @@ fn is_out(player: &Player, teams: &[Standing]) -> bool {
 }
 
 /// A position where a hero touches nothing that it collides with: the checkpoint, else a spawn point,
-/// tried from the player's own on, else a random one in the world. Counts them.
+/// tried from the player's own on, else a random one in the world. Adds their number to `tried`.
 fn clear_position(
     world: &World,
     roster: &Roster,

@@ -16,8 +16,8 @@ pub(crate) struct Roster {
     pub players: Vec<Player>,
     /// Bodies of [`Scene::bodies`], in that order, as long as they exist.
     pub placed: Vec<Option<BodyId>>,
-    /// Places for heroes that were looked at in the last tick, for its time; not part of the state.
-    pub places_tried: u32,
+    /// Positions that were tried for heroes in the last tick; not part of the state.
+    pub positions_tried: u32,
 }
 
 impl Roster {

@@ -36,7 +36,7 @@ const RELAXATION_US: [f32; 9] = [0.01, 0.0, 0.057, 0.0111, 0.025, 0.0, 0.0, 0.0,
 const SPRING_US: f32 = 0.04;
 /// Of each body for each player and zone: tools and rules look at all bodies.
 const LOOK_US: f32 = 0.004;
-/// Of each body for each place that is tried for a hero, and of each body in the tick in which a round places it.
+/// Of each body for each position that is tried for a hero, and of each body in the tick in which a round places it.
 const TRY_US: f32 = 0.003;
 const PLACED_US: f32 = 0.4;
 
@@ -237,7 +237,8 @@ pub fn tick_us(game: &Game) -> f32 {
     let bodies = world.body_count() as f32;
     let lookers = usize::from(scene.players_max) + scene.rules.zones.len();
     let placed_us = if game.begins_round() { PLACED_US } else { 0.0 };
-    let body_us = LOOK_US * lookers as f32 + TRY_US * game.roster.places_tried as f32 + placed_us;
+    let body_us =
+        LOOK_US * lookers as f32 + TRY_US * game.roster.positions_tried as f32 + placed_us;
     step_us + SPRING_US * done.springs as f32 + body_us * bodies
 }
 

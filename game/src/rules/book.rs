@@ -62,7 +62,7 @@ impl Rules {
     /// The rules of a game that has not begun; `None` where the scene has none.
     pub fn new(scene: &Scene, layouts: Rng) -> Option<Rules> {
         let set = &scene.rules;
-        if !scene.is_game() {
+        if !scene.has_rules() {
             return None;
         }
         let mut rules = Rules {

@@ -122,7 +122,7 @@ impl Rules {
         let phase = RoundPhase::ALL.get(phase).copied();
         let phase = phase.ok_or_else(|| bytes.wrong("phase of the round"))?;
         let (ticks, clock) = (bytes.word("ticks of the round")?, bytes.word("clock")?);
-        // It begins with 1, and so does that of a round which begins in the next tick.
+        // A countdown's clock stands at 1, and no path has stood still before it.
         let clock_min = u32::from(phase == RoundPhase::Countdown);
         bytes.check(clock >= clock_min, "clock")?;
         self.round = Round { phase, ticks, clock };

@@ -133,14 +133,17 @@ impl Scene {
         all.any(|def| def.drag != Drag::NONE)
     }
 
-    /// Returns whether it has rules, so that bodies come and go and its clock begins again, or heroes that remember where they
-    /// belong.
+    /// Returns whether it has rules, so that bodies come and go and its clock begins again.
     pub fn is_game(&self) -> bool {
         !self.rules.is_empty()
             || self.has_conditions()
             || self.sling.is_some()
             || self.has_breakables()
-            || self.lane(None).is_some()
+    }
+
+    /// Returns whether it is a game, or its heroes remember where they belong.
+    pub(crate) fn has_rules(&self) -> bool {
+        self.is_game() || self.lane(None).is_some()
     }
 
     /// The axis that the heroes of a team stay on.
