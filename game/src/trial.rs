@@ -39,9 +39,11 @@ const LOOK_US: f32 = 0.004;
 /// Of each body for each position that is tried for a hero, and of each body in the tick in which a round places it.
 const TRY_US: f32 = 0.003;
 const PLACED_US: f32 = 0.4;
+/// Of the rules of a round in a tick.
+const ROUND_US: f32 = 3.0;
 
 /// Time added to every estimate, microseconds: for what is not counted, and for memory that is not in the cache.
-const ANY_TICK_US: f32 = 2.5;
+const ANY_TICK_US: f32 = 1.0;
 /// The worst tick promised is this many times as long as the worst of the trial by its counts, however rare that was: games have
 /// worse moments than a trial, and ticks take longer than others with the same counts. Where players can do nothing, what
 /// happens without stirs is what happened in the trial, and counts as it is. The sweeps of the conjugate solver vary more.
@@ -239,7 +241,8 @@ pub fn tick_us(game: &Game) -> f32 {
     let placed_us = if game.begins_round() { PLACED_US } else { 0.0 };
     let body_us =
         LOOK_US * lookers as f32 + TRY_US * game.roster.positions_tried as f32 + placed_us;
-    step_us + SPRING_US * done.springs as f32 + body_us * bodies
+    let round_us = if scene.rules.round.is_some() { ROUND_US } else { 0.0 };
+    step_us + SPRING_US * done.springs as f32 + body_us * bodies + round_us
 }
 
 fn counts(of: StepCounts) -> [u64; 9] {
