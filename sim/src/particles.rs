@@ -188,13 +188,15 @@ impl Particles {
             return;
         }
         self.grid.fill(obstacles);
-        let mut looks = 0;
+        let (mut looks, looks_max) = (0, self.grid.looks_max());
         for (position, velocity) in self.position.iter_mut().zip(&mut self.velocity) {
-            looks += self.grid.candidates(*position).len();
-            if !self.grid.count_looks(looks) {
+            let candidates = self.grid.candidates(*position);
+            looks += candidates.len();
+            if looks > looks_max {
+                self.grid.exceed();
                 return;
             }
-            for &index in self.grid.candidates(*position) {
+            for &index in candidates {
                 obstacles[index as usize].push_out(position, velocity);
             }
         }

@@ -104,12 +104,14 @@ impl ObstacleGrid {
         self.is_over
     }
 
-    /// Notes that particles were to be compared with this many obstacles in a tick; returns whether they may.
-    #[inline]
-    pub fn count_looks(&mut self, looks: usize) -> bool {
-        self.is_over |=
-            self.entries_max.is_some_and(|most| looks > most.saturating_mul(LOOKS_PER_ENTRY));
-        !self.is_over
+    /// Obstacles that particles may be compared with in a tick.
+    pub fn looks_max(&self) -> usize {
+        self.entries_max.map_or(usize::MAX, |most| most.saturating_mul(LOOKS_PER_ENTRY))
+    }
+
+    /// Notes that they were to be compared with more.
+    pub fn exceed(&mut self) {
+        self.is_over = true;
     }
 
     /// Counting sort of the obstacles into all cells that their boxes touch.

@@ -6,8 +6,8 @@
 //! Leeuwen 1984). Islands are in the order of their first constraint, and constraints keep their
 //! order, so that the result in an island does not depend on the rest of the world, except by the number of
 //! moving bodies (see `tolerances::LARGE_WORLD`, and `impact_queue` for small rooms), where the islands before it have
-//! used up the eliminations of a step or the sweeps before them (see `direct::rounds_left` and `direct::sweeps_before`), and where bounces elsewhere have used up its
-//! predictions (see `impact_queue`).
+//! used up the eliminations of a step or the sweeps before them (see `direct::rounds_left` and `direct::sweeps_before`), and
+//! where bounces elsewhere have used up its predictions (see `impact_queue`).
 
 use crate::solver::contact_constraint::ContactConstraint;
 
