@@ -13,7 +13,6 @@
 use super::static_grid::StaticGrid;
 use crate::bodies::Bodies;
 use crate::body::GROUPS_MAX;
-use crate::features::GENERAL_ONLY;
 use crate::growth::{push, reserve};
 use crate::math::{max, min, ordered_bits};
 use crate::shape::Aabb;
@@ -257,8 +256,7 @@ impl PairList {
         let is_worn = self.order.is_empty()
             || self.added > self.pairs.len() / ADDED_PART
             || self.aside.len() > self.order.len() / ASIDE_PART;
-        // The page has no room for this code, and its worlds are small.
-        let is_extended = !(GENERAL_ONLY || self.stale || is_worn || self.outgrown.len() > most);
+        let is_extended = !(self.stale || is_worn || self.outgrown.len() > most);
         if is_extended && let Some(is_changed) = self.renew(bodies, filter) {
             return is_changed;
         }
@@ -462,10 +460,28 @@ impl PairList {
         let has_kept =
             |pair: &Pair| pair.normal_impulse > 0.0 && keys.binary_search(&pair.key()).is_ok();
         pairs.retain(has_kept);
-        // Merges the new ones from behind, so that each pair moves once.
-        let (mut from, mut to) = (pairs.len(), keys.len());
-        reserve(pairs, to);
-        pairs.resize(to, Pair::of(0));
+        let len = keys.len();
+        self.merge_keys(len);
+    }
+
+    /// Adds the pairs of the sorted keys that are not listed; returns whether there are any.
+    fn add_pairs(&mut self) -> bool {
+        let PairList { pairs, keys, .. } = self;
+        keys.retain(|key| pairs.binary_search_by_key(key, Pair::key).is_err());
+        let (added, len) = (keys.len(), pairs.len() + keys.len());
+        let unmoved = self.merge_keys(len);
+        self.added += added;
+        self.listed += (len - unmoved) as u64 / MOVED_PER_LISTED;
+        added > 0
+    }
+
+    /// Merges the sorted keys with the pairs from behind, so that each pair moves once. There are `len` pairs afterwards.
+    /// Returns how many did not move.
+    fn merge_keys(&mut self, len: usize) -> usize {
+        let PairList { pairs, keys, .. } = self;
+        let (mut from, mut to) = (pairs.len(), len);
+        reserve(pairs, len);
+        pairs.resize(len, Pair::of(0));
         for &key in keys.iter().rev() {
             while from > 0 && pairs[from - 1].key() > key {
                 (from, to) = (from - 1, to - 1);
@@ -476,25 +492,7 @@ impl PairList {
                 pairs[to] = Pair::of(key);
             }
         }
-    }
-
-    /// Adds the pairs of the sorted keys that are not listed; returns whether there are any.
-    fn add_pairs(&mut self) -> bool {
-        let PairList { pairs, keys, .. } = self;
-        keys.retain(|key| pairs.binary_search_by_key(key, Pair::key).is_err());
-        let (mut from, mut to) = (pairs.len(), pairs.len() + keys.len());
-        reserve(pairs, to);
-        pairs.resize(to, Pair::of(0));
-        for &key in keys.iter().rev() {
-            let at = pairs[..from].partition_point(|pair| pair.key() < key);
-            to -= from - at;
-            pairs.copy_within(at..from, to);
-            (from, to) = (at, to - 1);
-            pairs[to] = Pair::of(key);
-        }
-        self.added += keys.len();
-        self.listed += (pairs.len() - from) as u64 / MOVED_PER_LISTED;
-        !keys.is_empty()
+        from
     }
 }
 
