@@ -69,7 +69,7 @@ impl BotInput {
         self.act.ticks -= 1;
         let position = self.reach.position() + self.tremor;
         let pointer = position.clamp(Vec2::ZERO, self.size);
-        Input { buttons: Buttons(self.steer.buttons | self.act.buttons), pointer: Some(pointer) }
+        Input::new(Buttons(self.steer.buttons | self.act.buttons), Some(pointer))
     }
 
     fn point(&mut self) {
@@ -112,22 +112,23 @@ mod tests {
 
     fn play(seed: u64, index: u32) -> Vec<Input> {
         let mut input = BotInput::new(seed, index, Vec2::new(180.0, 90.0));
-        (0..60_000).map(|_| input.next_input().rounded()).collect()
+        (0..60_000).map(|_| input.next_input()).collect()
     }
 
     #[test]
     fn hands_are_never_still_and_use_everything() {
         let inputs = play(1, 0);
-        let moved = inputs.windows(2).filter(|pair| pair[0].pointer != pair[1].pointer).count();
+        let moved = inputs.windows(2).filter(|pair| pair[0].pointer() != pair[1].pointer()).count();
         assert!(moved * 10 > inputs.len() * 9, "{moved}");
-        let used = inputs.iter().fold(0, |used, input| used | input.buttons.0);
+        let used = inputs.iter().fold(0, |used, input| used | input.buttons().0);
         assert_eq!(used, (1 << 9) - 1);
         let clears = inputs.windows(2).filter(|pair| {
-            !pair[0].buttons.contains(Buttons::CLEAR) && pair[1].buttons.contains(Buttons::CLEAR)
+            !pair[0].buttons().contains(Buttons::CLEAR)
+                && pair[1].buttons().contains(Buttons::CLEAR)
         });
         assert!(clears.count() < 30, "seldom");
         let inside = |pointer: Vec2| pointer.x >= 0.0 && pointer.x <= 180.0 && pointer.y <= 90.0;
-        assert!(inputs.iter().all(|input| input.pointer.is_some_and(inside)));
+        assert!(inputs.iter().all(|input| input.pointer().is_some_and(inside)));
     }
 
     #[test]

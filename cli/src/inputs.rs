@@ -114,7 +114,7 @@ fn parse_line(line: &str, seats_max: u16) -> Result<Change, String> {
     {
         return Err(format!("pointer: found {pointer}; allowed: two finite numbers"));
     }
-    Ok(Change { tick: line.tick, seat: Seat(line.seat), input: Input { buttons, pointer } })
+    Ok(Change { tick: line.tick, seat: Seat(line.seat), input: Input::new(buttons, pointer) })
 }
 
 fn button(name: &str) -> Result<Buttons, String> {
@@ -145,11 +145,9 @@ mod tests {
         )
         .expect("a good file");
         let idle = Input::default();
-        let up = Input { buttons: Buttons::UP, pointer: None };
-        let make = Input {
-            buttons: Buttons(Buttons::RIGHT.0 | Buttons::MAKE.0),
-            pointer: Some(Vec2::new(1.5, 2.0)),
-        };
+        let up = Input::new(Buttons::UP, None);
+        let make =
+            Input::new(Buttons(Buttons::RIGHT.0 | Buttons::MAKE.0), Some(Vec2::new(1.5, 2.0)));
         let held: Vec<_> = (1..=5).map(|tick| inputs.at(tick).to_vec()).collect();
         let expected = [[idle, idle], [up, idle], [up, make], [up, make], [up, idle]];
         for (held, [first, second]) in held.iter().zip(expected) {

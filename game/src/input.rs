@@ -56,14 +56,11 @@ impl Buttons {
     }
 }
 
-/// A player's intent for one tick.
+/// A player's intent for one tick: known buttons only, and a pointer that is a multiple of [`POINTER_QUANTUM`].
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Input {
-    /// Buttons that are down.
-    pub buttons: Buttons,
-    /// Pointer in world units, finite; `None` while it is outside the view. The game rounds it to
-    /// multiples of [`POINTER_QUANTUM`].
-    pub pointer: Option<Vec2>,
+    buttons: Buttons,
+    pointer: Option<Vec2>,
 }
 
 /// Resolution of pointers, world units: finer than anyone can point, and few bits to store.
@@ -72,13 +69,30 @@ pub const POINTER_QUANTUM: f32 = 1.0 / 16.0;
 pub const POINTER_MAX: f32 = 1_048_576.0;
 
 impl Input {
-    /// The input as the game takes it: known buttons only, and the pointer rounded. A pointer that
-    /// is not finite or lies past [`POINTER_MAX`] is dropped.
-    pub fn rounded(self) -> Input {
+    /// An input of these buttons, without those that are unknown, and of a pointer in world units, rounded to multiples of
+    /// [`POINTER_QUANTUM`]; `None` while it is outside the view. A pointer that is not finite or lies past [`POINTER_MAX`] is
+    /// dropped.
+    pub fn new(buttons: Buttons, pointer: Option<Vec2>) -> Input {
         let usable =
             |pointer: &Vec2| pointer.x.abs() <= POINTER_MAX && pointer.y.abs() <= POINTER_MAX;
         let rounded = |pointer| dequantise(quantise(pointer, POINTER_QUANTUM), POINTER_QUANTUM);
-        let buttons = Buttons(self.buttons.0 & Buttons::ALL.0);
-        Input { buttons, pointer: self.pointer.filter(usable).map(rounded) }
+        let pointer = pointer.filter(usable).map(rounded);
+        Input { buttons: Buttons(buttons.0 & Buttons::ALL.0), pointer }
+    }
+
+    /// The buttons that are down.
+    pub fn buttons(self) -> Buttons {
+        self.buttons
+    }
+
+    /// The pointer, in world units.
+    pub fn pointer(self) -> Option<Vec2> {
+        self.pointer
+    }
+
+    /// The same pointer with these buttons.
+    #[must_use]
+    pub fn with_buttons(self, buttons: Buttons) -> Input {
+        Input::new(buttons, self.pointer)
     }
 }

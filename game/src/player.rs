@@ -86,12 +86,12 @@ impl Player {
         let inside = |pointer: &Vec2| {
             (0.0..=world_size.x).contains(&pointer.x) && (0.0..=world_size.y).contains(&pointer.y)
         };
-        self.aim = input.pointer.filter(inside);
+        self.aim = input.pointer().filter(inside);
         self.lost = None;
         self.pointer_before = self.pointer;
         self.pointer = self.aim.or(self.pointer);
-        self.pressed = Buttons(input.buttons.0 & !self.down.0);
-        self.down = input.buttons;
+        self.pressed = Buttons(input.buttons().0 & !self.down.0);
+        self.down = input.buttons();
     }
 
     /// Returns whether a button is down.
@@ -175,11 +175,11 @@ pub(crate) fn take_inputs(players: &mut [Player], inputs: &[(Seat, Input)], worl
     for player in players {
         let found = inputs.binary_search_by_key(&player.seat, |&(seat, _)| seat);
         player.is_away = found.is_err();
-        let mut input = found.map_or(Input::default(), |at| inputs[at].1.rounded());
+        let mut input = found.map_or(Input::default(), |at| inputs[at].1);
         player.throw_wait = player.throw_wait.saturating_sub(1);
         if player.stun > 0 {
             player.stun -= 1;
-            input.buttons.0 &= Buttons::OF_ROUND.0;
+            input = input.with_buttons(Buttons(input.buttons().0 & Buttons::OF_ROUND.0));
         }
         player.take(input, world_size);
     }

@@ -64,7 +64,7 @@ fn at(x: f32, y: f32) -> Option<Vec2> {
 }
 
 fn input(buttons: &[Buttons], pointer: Option<Vec2>) -> Input {
-    Input { buttons: Buttons(buttons.iter().fold(0, |all, button| all | button.0)), pointer }
+    Input::new(Buttons(buttons.iter().fold(0, |all, button| all | button.0)), pointer)
 }
 
 const FIRST: Seat = Seat(0);

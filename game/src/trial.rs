@@ -292,7 +292,7 @@ impl Hand {
             let without = Buttons::TEAM.0 | Buttons::CLEAR.0;
             let buttons = Buttons(rng.next_u32() as u16 & Buttons::ALL.0 & !without);
             let pointer = Vec2::new(rng.range(0.0, size.x), rng.range(0.0, size.y));
-            self.input = Input { buttons, pointer: Some(pointer) };
+            self.input = Input::new(buttons, Some(pointer));
             self.ticks = 2 + rng.below(30);
         }
         self.ticks -= 1;

@@ -273,13 +273,13 @@ fn read_token(reader: &mut Reader, field: &'static str) -> Result<Option<Token>,
 }
 
 fn write_input(writer: &mut Writer, input: &Input) {
-    writer.leb32(u32::from(input.buttons.0));
-    writer.option(input.pointer, Writer::point);
+    writer.leb32(u32::from(input.buttons().0));
+    writer.option(input.pointer(), Writer::point);
 }
 
 fn read_input(reader: &mut Reader) -> Result<Input, DecodeError> {
     let buttons = Buttons(reader.leb_up_to(u32::from(Buttons::ALL.0), "buttons")? as u16);
-    Ok(Input { buttons, pointer: reader.option("pointer", read_pointer)? })
+    Ok(Input::new(buttons, reader.option("pointer", read_pointer)?))
 }
 
 fn read_pointer(reader: &mut Reader) -> Result<Vec2, DecodeError> {

@@ -141,7 +141,7 @@ impl Bots {
         bots.iter_mut().map(move |bot| {
             let mut input = bot.play(game, aims, terrain);
             if Some(bot.seat) == changes_over {
-                input.buttons.0 |= Buttons::TEAM.0;
+                input = input.with_buttons(Buttons(input.buttons().0 | Buttons::TEAM.0));
             }
             (bot.seat, input)
         })

@@ -40,12 +40,12 @@ struct Waiting {
 impl Waiting {
     /// The input with what was dropped before it.
     fn merged(&self) -> Input {
-        let (dropped, input) = (self.dropped.buttons.0, self.input.buttons.0);
+        let (dropped, input) = (self.dropped.buttons().0, self.input.buttons().0);
         let lost = dropped & !input != 0;
         let pressed = input & !dropped != 0;
         // A button that this input presses acts at its own pointer.
-        let pointer = if lost && !pressed { self.dropped.pointer } else { self.input.pointer };
-        Input { buttons: Buttons(dropped | input), pointer: pointer.or(self.input.pointer) }
+        let pointer = if lost && !pressed { self.dropped.pointer() } else { self.input.pointer() };
+        Input::new(Buttons(dropped | input), pointer.or(self.input.pointer()))
     }
 }
 
@@ -66,7 +66,6 @@ impl InputQueue {
         if self.waiting.len() == INPUTS_QUEUED_MAX {
             self.drop_oldest();
         }
-        let input = input.rounded();
         self.waiting.push_back(Waiting { seq, input, dropped: Input::default() });
         true
     }
@@ -130,11 +129,11 @@ mod tests {
     use jostle_sim::Vec2;
 
     fn down(buttons: Buttons) -> Input {
-        Input { buttons, pointer: None }
+        Input::new(buttons, None)
     }
 
     fn numbered(seq: u32) -> Input {
-        Input { buttons: Buttons::default(), pointer: Some(Vec2::new(seq as f32, 0.0)) }
+        Input::new(Buttons::default(), Some(Vec2::new(seq as f32, 0.0)))
     }
 
     /// Sequence numbers that `take` plays until the queue is empty.
@@ -208,14 +207,14 @@ mod tests {
         queue.push(1, down(Buttons::FIRE));
         queue.push(2, down(Buttons::RIGHT));
         queue.drop_oldest();
-        assert!(queue.take().unwrap().buttons.contains(Buttons::FIRE));
+        assert!(queue.take().unwrap().buttons().contains(Buttons::FIRE));
         assert_eq!(queue.take(), Some(down(Buttons::RIGHT)));
     }
 
     #[test]
     fn a_dropped_button_acts_where_it_was_pressed() {
         let mut queue = InputQueue::default();
-        let at = |x, buttons| Input { buttons, pointer: Some(Vec2::new(x, 0.0)) };
+        let at = |x, buttons| Input::new(buttons, Some(Vec2::new(x, 0.0)));
         queue.push(1, at(10.0, Buttons::FIRE));
         queue.push(2, at(20.0, Buttons::default()));
         queue.drop_oldest();
@@ -262,7 +261,7 @@ mod tests {
     fn invalid_pointers_and_buttons_are_removed() {
         let mut queue = InputQueue::default();
         for (seq, x) in [(1, f32::NAN), (2, f32::INFINITY), (3, 2.0 * POINTER_MAX)] {
-            queue.push(seq, Input { buttons: Buttons(u16::MAX), pointer: Some(Vec2::splat(x)) });
+            queue.push(seq, Input::new(Buttons(u16::MAX), Some(Vec2::splat(x))));
             assert_eq!(queue.take(), Some(down(Buttons::ALL)));
         }
     }

@@ -115,6 +115,5 @@ impl Recorder {
 /// A tick as replays keep it.
 pub fn recorded(number: u32, changes: Vec<Change>, inputs: &[(Seat, Input)], hash: u64) -> Tick {
     let hash = if keeps_full_hash(number) { hash } else { hash & 0xffff };
-    let inputs = inputs.iter().map(|&(seat, input)| (seat, input.rounded())).collect();
-    Tick { changes, inputs, hash }
+    Tick { changes, inputs: inputs.to_vec(), hash }
 }

@@ -48,7 +48,7 @@ pub fn dash(player: &str, wait: u32) -> Vec<Record> {
         let round = room.game().round().expect("rules");
         let flies = round.phase == RoundPhase::Running && seq > round.since + wait;
         let buttons = if flies { Buttons::RIGHT } else { Buttons::default() };
-        room.input(seat, seq, Input { buttons, pointer: None });
+        room.input(seat, seq, Input::new(buttons, None));
         room.tick();
         records.extend(room.take_records());
         if round.phase == RoundPhase::Over {

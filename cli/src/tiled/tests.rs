@@ -53,7 +53,7 @@ fn the_example_is_imported_and_plays() {
     let mut game = Game::new(Arc::new(scene), 1);
     game.join(Seat(0));
     for _ in 0..300 {
-        game.tick(&[(Seat(0), Input { buttons: Buttons(9), pointer: None })]);
+        game.tick(&[(Seat(0), Input::new(Buttons(9), None))]);
     }
     assert!(game.world().is_finite());
     assert!(game.bodies().count() > 8 + 12, "marbles, and those of the spout");

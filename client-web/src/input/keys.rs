@@ -75,7 +75,7 @@ impl Controls {
 
     /// The intent of this moment.
     pub fn input(&self, view: &View) -> Input {
-        Input { buttons: self.buttons(), pointer: self.pointer(view) }
+        Input::new(self.buttons(), self.pointer(view))
     }
 }
 

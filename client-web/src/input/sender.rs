@@ -68,7 +68,9 @@ impl InputSender {
     /// Whether an input lets go of what the newest one that waits drags elsewhere.
     fn ends_a_drag(&self, input: Input) -> bool {
         const DRAGS: u16 = Buttons::FIRE.0 | Buttons::HOLD.0;
-        self.waiting.back().is_some_and(|newest| newest.buttons.0 & !input.buttons.0 & DRAGS != 0)
+        self.waiting
+            .back()
+            .is_some_and(|newest| newest.buttons().0 & !input.buttons().0 & DRAGS != 0)
     }
 
     /// Whether the newest input that waits changes no button.
@@ -79,7 +81,7 @@ impl InputSender {
             count => self.waiting.get(count - 2).copied(),
         };
         let newest = self.waiting.back();
-        before.zip(newest).is_some_and(|(before, newest)| before.buttons == newest.buttons)
+        before.zip(newest).is_some_and(|(before, newest)| before.buttons() == newest.buttons())
     }
 
     /// The next input to send at `now_ms` with its sequence number, if one is due. It would be played
@@ -93,7 +95,7 @@ impl InputSender {
         }
         let repeat = self.last.filter(|_| now_ms - self.sent_ms >= REPEAT_MS);
         let input = self.waiting.front().copied().or(repeat)?;
-        let urgent = self.last.is_none_or(|last| last.buttons != input.buttons);
+        let urgent = self.last.is_none_or(|last| last.buttons() != input.buttons());
         let overdue = now_ms - self.sent_ms >= OVERDUE_MS;
         // Frames may keep one phase for seconds: where the tick before is free too, it may be met.
         let ahead = tick.saturating_sub(self.booked);

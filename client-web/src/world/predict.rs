@@ -92,7 +92,7 @@ impl Predictor {
 
     /// An input was sent at `now_ms`, when the server's tick was this one, as the clock estimates it.
     pub fn sent(&mut self, seq: u32, input: Input, server_tick: f64, now_ms: f64) {
-        let buttons = input.rounded().buttons;
+        let buttons = input.buttons();
         let moment = self.moment_at(server_tick, now_ms);
         if self.schedule.send(seq, buttons, server_tick, moment)
             && let Some(authoritative) = &self.authoritative

@@ -254,7 +254,7 @@ pub fn scripted_input(scene: &Scene, seat: Seat, tick: u32) -> Input {
     hold(Tools::SELECT, Buttons::FIRE, phase % 120 < 90);
     hold(Tools::SELECT, Buttons::PICK_MINION, phase % 240 == 100);
     hold(Tools::SELECT, Buttons::PICK_HERO, phase % 240 == 220);
-    Input { buttons: Buttons(bits), pointer: Some(wander(scene.size, phase)) }
+    Input::new(Buttons(bits), Some(wander(scene.size, phase)))
 }
 
 /// A place that crosses the world on two zigzags of different periods.

@@ -18,7 +18,7 @@ fn inputs(rng: &mut Rng, game: &Game) -> Vec<(Seat, Input)> {
             buttons &= !Buttons::CLEAR.0;
         }
         let pointer = Vec2::new(rng.range(0.0, size.x), rng.range(0.0, size.y));
-        Input { buttons: Buttons(buttons & Buttons::ALL.0), pointer: Some(pointer) }
+        Input::new(Buttons(buttons & Buttons::ALL.0), Some(pointer))
     };
     seats.map(|seat| (seat, input())).collect()
 }

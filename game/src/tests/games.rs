@@ -39,7 +39,7 @@ fn winners(
         let inputs = heroes.iter().map(|&(seat, hero)| {
             let goal = hero.and_then(|hero| Some((hero, place(&game, seat, hero)?)));
             let buttons = goal.map_or(Buttons::default(), |(hero, at)| keys_to(&game, hero, at));
-            (seat, Input { buttons, pointer: None })
+            (seat, Input::new(buttons, None))
         });
         let inputs: Vec<(Seat, Input)> = inputs.collect();
         game.tick(&inputs);
@@ -382,7 +382,7 @@ fn without_the_lift_nobody_gets_up() {
             if tick % (1 + rng.below(20)) == 0 {
                 down = Buttons(rng.below(16) as u16);
             }
-            game.tick(&[(FIRST, Input { buttons: down, pointer: None })]);
+            game.tick(&[(FIRST, Input::new(down, None))]);
             let hero = game.players().next().and_then(|player| player.hero);
             let feet = hero.map_or(0.0, |hero| game.world().position(hero).y - 5.5);
             assert!(feet < 28.0 || tick < 200, "{feet} in tick {tick} of {seed}");
@@ -445,7 +445,7 @@ fn the_lock_is_opened_by_who_takes_the_lift() {
         let Some(&(x, top)) = way.get(next) else { break };
         let keys = keys_by_lift(&game, x, top, &mut boards);
         next += usize::from(keys.is_none());
-        game.tick(&[(FIRST, Input { buttons: keys.unwrap_or_default(), pointer: None })]);
+        game.tick(&[(FIRST, Input::new(keys.unwrap_or_default(), None))]);
     }
     panic!("not opened: on the way to {next}");
 }

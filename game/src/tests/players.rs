@@ -89,7 +89,7 @@ pub(super) fn busy_inputs(game: &Game, rng: &mut Rng) -> Vec<(Seat, Input)> {
     for player in game.players() {
         let buttons = Buttons((rng.next_u32() & rng.next_u32()) as u16 & Buttons::ALL.0);
         let pointer = Vec2::new(rng.unit() * size.x, rng.unit() * size.y);
-        inputs.push((player.seat, Input { buttons, pointer: Some(pointer) }));
+        inputs.push((player.seat, Input::new(buttons, Some(pointer))));
     }
     inputs
 }

@@ -312,8 +312,7 @@ fn random_inputs(rng: &mut Rng, held: &mut [Input], keys: u16) -> Vec<(Seat, Inp
     for input in held.iter_mut() {
         if rng.below(6) == 0 {
             let pointer = Vec2::new(rng.range(0.0, 200.0), rng.range(0.0, 100.0));
-            *input =
-                Input { buttons: Buttons(rng.next_u32() as u16 & keys), pointer: Some(pointer) };
+            *input = Input::new(Buttons(rng.next_u32() as u16 & keys), Some(pointer));
         }
     }
     (0..).map(Seat).zip(held.iter().copied()).collect()

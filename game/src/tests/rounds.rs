@@ -57,7 +57,7 @@ fn team_of(game: &Game, seat: u16) -> Option<u8> {
 
 /// Plays a tick in which the first `players` players hold these buttons.
 fn all_hold(game: &mut Game, players: u16, buttons: Buttons) {
-    let inputs = (0..players).map(|seat| (Seat(seat), Input { buttons, pointer: None }));
+    let inputs = (0..players).map(|seat| (Seat(seat), Input::new(buttons, None)));
     game.tick(&inputs.collect::<Vec<_>>());
 }
 

@@ -29,7 +29,7 @@ fn ball(game: &Game) -> Option<BodyId> {
 
 fn input(fires: bool, pointer: Vec2) -> [(Seat, Input); 1] {
     let buttons = if fires { Buttons::FIRE } else { Buttons::default() };
-    [(Seat(0), Input { buttons, pointer: Some(pointer) })]
+    [(Seat(0), Input::new(buttons, Some(pointer)))]
 }
 
 /// Grabs the ball, pulls it this far in three ticks, and lets it go.
@@ -374,10 +374,10 @@ fn a_sling_whose_shooter_leaves_is_free_again() {
     game.tick(&[]);
     assert_eq!(game.world().position(ball(&game).expect("a ball")), at);
     let buttons = Buttons::FIRE;
-    game.tick(&[(Seat(1), Input { buttons, pointer: Some(at) })]);
+    game.tick(&[(Seat(1), Input::new(buttons, Some(at)))]);
     let pointer = Some(at + Vec2::new(-10.0, 0.0));
-    game.tick(&[(Seat(1), Input { buttons, pointer })]);
-    game.tick(&[(Seat(1), Input { buttons: Buttons::default(), pointer })]);
+    game.tick(&[(Seat(1), Input::new(buttons, pointer))]);
+    game.tick(&[(Seat(1), Input::new(Buttons::default(), pointer))]);
     assert_eq!(shots(&game), 4);
 }
 

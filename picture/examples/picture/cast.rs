@@ -69,7 +69,7 @@ fn input(
         buttons.0 |= Buttons::MAKE.0;
         pointer = drop_point(scene, tick);
     }
-    Input { buttons, pointer: Some(pointer) }
+    Input::new(buttons, Some(pointer))
 }
 
 /// Shoots once, and pulls the ball again when that shot is over.

@@ -37,7 +37,7 @@ fn play(first: u32, count: u32, rng: &mut Rng) -> Block {
         let pointer = (rng.below(15) > 0).then_some(at);
         let mut inputs = Vec::new();
         if number % 100 < 90 {
-            inputs.push((Seat(1), Input { buttons: held, pointer }.rounded()));
+            inputs.push((Seat(1), Input::new(held, pointer)));
         }
         if number % 7 < 5 {
             inputs.push((Seat(40), Input::default()));
@@ -389,7 +389,7 @@ fn a_steady_hand_takes_little_more_than_its_hashes() {
     let tick = |_| {
         way = way * 0.98 + Vec2::new(rng.range(-0.2, 0.2), rng.range(-0.2, 0.2));
         at += way;
-        let input = Input { buttons: Buttons::FIRE, pointer: Some(at) }.rounded();
+        let input = Input::new(Buttons::FIRE, Some(at));
         Tick { changes: Vec::new(), inputs: vec![(Seat(2), input)], hash: 0 }
     };
     let block = Block { first: 1, ticks: (0..300).map(tick).collect() };

@@ -59,13 +59,14 @@ impl Bot {
             // A bot never keeps people from the next round.
             let is_over = round.is_some_and(|round| round.phase == RoundPhase::Over);
             let buttons = if is_over { Buttons::AGAIN } else { Buttons::default() };
-            return Input { buttons, pointer: None };
+            return Input::new(buttons, None);
         };
         self.pass_gate(game, aims, own.at);
         if self.wait > 0 {
             self.wait -= 1;
             // A shot is one press.
-            self.held.buttons.0 &= !Buttons::FIRE.0;
+            let held = self.held.buttons().0 & !Buttons::FIRE.0;
+            self.held = self.held.with_buttons(Buttons(held));
             return self.held;
         }
         self.wait = LOOK_TICKS + self.rng.below(LOOK_MORE);
@@ -110,7 +111,7 @@ impl Bot {
         let off = wanted + self.rng.range(-miss, miss) - own.at[along];
         let mut way = Vec2::ZERO;
         way[along] = off * 4.0 - own.velocity[along] * 0.5;
-        Input { buttons: keys(way), pointer: None }
+        Input::new(keys(way), None)
     }
 
     /// Goes where the rules make it worth to be, and shoots at whoever is near.
@@ -124,7 +125,7 @@ impl Bot {
         let target = if aims.shoots { self.target(game, own) } else { None };
         let fires = target.is_some() && self.rng.below(SHOT_CHANCE) == 0;
         let fire = if fires { Buttons::FIRE.0 } else { 0 };
-        Input { buttons: Buttons(buttons.0 | fire), pointer: target }
+        Input::new(Buttons(buttons.0 | fire), target)
     }
 
     /// Where to be.

@@ -178,7 +178,7 @@ fn a_bot_changes_over_where_a_player_left_a_team_too_small() {
     let mut seq = 0;
     let mut hold = |room: &mut Room, buttons| {
         seq += 1;
-        room.input(people[0], seq, Input { buttons, pointer: None });
+        room.input(people[0], seq, Input::new(buttons, None));
         ticks(room, 1);
     };
     hold(&mut room, Buttons::TEAM);
@@ -196,7 +196,7 @@ fn bots_keep_nobody_from_the_next_round() {
     let mut seq = 0;
     let mut hold = |room: &mut Room, buttons| {
         seq += 1;
-        room.input(ann, seq, Input { buttons, pointer: None });
+        room.input(ann, seq, Input::new(buttons, None));
         ticks(room, 1);
     };
     while phase(&room) != RoundPhase::Over {

@@ -17,7 +17,7 @@ fn arena(ticks: u32) -> Room {
         for seat in 0..4 {
             let buttons = Buttons((tick / 17 * 7 + seat * 5) as u16 % 32);
             let pointer = Some(jostle_sim::Vec2::new((tick % 150) as f32, (seat * 20) as f32));
-            room.input(Seat(seat as u16), tick, Input { buttons, pointer });
+            room.input(Seat(seat as u16), tick, Input::new(buttons, pointer));
         }
         room.tick();
     }

@@ -59,7 +59,7 @@ fn wild(rng: &mut Rng, size: Vec2) -> Input {
         buttons.0 &= !Buttons::CLEAR.0;
     }
     let pointer = Vec2::new(rng.range(0.0, size.x), rng.range(0.0, size.y));
-    Input { buttons, pointer: Some(pointer) }
+    Input::new(buttons, Some(pointer))
 }
 
 #[test]

@@ -70,7 +70,7 @@ fn ticks(room: &mut Room, count: u32) {
 }
 
 fn down(buttons: Buttons) -> Input {
-    Input { buttons, pointer: None }
+    Input::new(buttons, None)
 }
 
 fn player(room: &Room, seat: Seat) -> Option<&PlayerState> {
@@ -329,7 +329,7 @@ fn a_click_in_a_dropped_input_still_launches() {
     let mut room = yard();
     let seat = join(&mut room, "Ann");
     ticks(&mut room, 2);
-    let at = |buttons| Input { buttons, pointer: Some(Vec2::new(50.0, 50.0)) };
+    let at = |buttons| Input::new(buttons, Some(Vec2::new(50.0, 50.0)));
     room.input(seat, 1, at(Buttons::FIRE));
     (2..=20).for_each(|seq| assert!(room.input(seat, seq, at(Buttons::default()))));
     room.tick();

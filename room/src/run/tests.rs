@@ -52,7 +52,7 @@ fn records(ticks: u32, waits: &[u32]) -> Vec<Record> {
         let wait = waits.get(round).copied().unwrap_or(u32::MAX);
         let flies = was == RoundPhase::Running && elapsed >= wait;
         let buttons = if flies { Buttons::RIGHT } else { Buttons::default() };
-        room.input(ann, seq, Input { buttons, pointer: None });
+        room.input(ann, seq, Input::new(buttons, None));
         room.tick();
         records.extend(room.take_records());
     }
@@ -120,8 +120,8 @@ fn a_replay_that_was_tampered_with_is_refused() {
         let block = blocks(records).next().expect("ticks");
         let at = (run.begin + 59 - block.first) as usize;
         let (_, input) = block.ticks[at].inputs.last_mut().expect("Ann's");
-        assert_eq!(input.buttons, Buttons::default());
-        input.buttons = Buttons::RIGHT;
+        assert_eq!(input.buttons(), Buttons::default());
+        *input = input.with_buttons(Buttons::RIGHT);
     });
     assert_eq!(earlier, Unproven::Differs(run.begin + 59));
     let hash = refused(&|records| blocks(records).next().expect("ticks").ticks[99].hash ^= 1);

@@ -17,7 +17,7 @@ const TICKS: u32 = 300;
 fn input(seat: u8, tick: u32) -> Input {
     let left = (tick / 60 + u32::from(seat)).is_multiple_of(2);
     let buttons = if left { Buttons::LEFT } else { Buttons::RIGHT };
-    Input { buttons, pointer: Some(Vec2::new((tick % 200) as f32, 40.0)) }
+    Input::new(buttons, Some(Vec2::new((tick % 200) as f32, 40.0)))
 }
 
 /// The arena, with its players and their subscribers.

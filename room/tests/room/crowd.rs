@@ -51,7 +51,7 @@ fn look(seat: u16) -> Appearance {
 fn input(seat: u16, tick: u32) -> Input {
     let buttons = [Buttons::LEFT, Buttons::UP, Buttons::RIGHT, Buttons::DOWN];
     let way = buttons[(u32::from(seat) + tick / 10) as usize % 4];
-    Input { buttons: way, pointer: Some(Vec2::new(f32::from(seat), tick as f32)) }
+    Input::new(way, Some(Vec2::new(f32::from(seat), tick as f32)))
 }
 
 #[test]

@@ -65,7 +65,7 @@ impl Play {
         for seat in [Seat(0), Seat(1)] {
             let buttons = Buttons(self.rng.next_u32() as u16 & Buttons::ALL.0);
             let x = self.rng.range(0.0, 100.0);
-            let input = Input { buttons, pointer: Some(Vec2::new(x, 30.0)) };
+            let input = Input::new(buttons, Some(Vec2::new(x, 30.0)));
             assert!(self.room.input(seat, self.seq, input), "an honest input is taken");
         }
     }
@@ -90,7 +90,7 @@ struct Trouble {
 impl Trouble {
     /// One thing that goes wrong.
     fn strike(&mut self, room: &mut Room, seq: u32) {
-        let input = Input { buttons: Buttons::LEFT, pointer: None };
+        let input = Input::new(Buttons::LEFT, None);
         let seat = Seat(self.rng.below(2) as u16);
         match self.rng.below(9) {
             0 => {

@@ -34,7 +34,7 @@ impl Busy {
         let size = self.room.scene().size;
         let buttons = Buttons((self.rng.next_u32() & self.rng.next_u32()) as u16);
         let pointer = Vec2::new(self.rng.range(0.0, size.x), self.rng.range(0.0, size.y));
-        let input = Input { buttons, pointer: Some(pointer) };
+        let input = Input::new(buttons, Some(pointer));
         self.room.input(Seat(0), self.hashes.len() as u32 + 1, input);
         self.room.tick();
         self.hashes.push(self.room.game().hash());

@@ -110,7 +110,7 @@ impl Players {
             if self.rng.below(HELD_TICKS) == 0 {
                 let (x, y) = (self.rng.range(0.0, self.size.x), self.rng.range(0.0, self.size.y));
                 let buttons = Buttons(self.rng.next_u32() as u16 & Buttons::ALL.0);
-                *input = Input { buttons, pointer: Some(Vec2::new(x, y)) };
+                *input = Input::new(buttons, Some(Vec2::new(x, y)));
             }
             self.room.input(*seat, self.ticks, *input);
         }

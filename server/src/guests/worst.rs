@@ -222,7 +222,7 @@ fn press(room: &mut Room, scene: &Scene, tick: u32) {
     let buttons = if tick.is_multiple_of(2) { Buttons::FIRE } else { Buttons::default() };
     for seat in 0..scene.players_max.min(CROWD) {
         let off = Vec2::new(f32::from(seat % 8), f32::from(seat / 8)) * 0.1;
-        let input = Input { buttons, pointer: Some(Vec2::splat(30.0) + off) };
+        let input = Input::new(buttons, Some(Vec2::splat(30.0) + off));
         room.input(jostle_game::Seat(seat), tick, input);
     }
 }

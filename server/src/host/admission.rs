@@ -230,7 +230,7 @@ mod tests {
             for seat in (0..room.scene().players_max).filter(|&seat| Some(seat) != idle) {
                 let seq = room.game().tick_count() + 2;
                 let buttons = jostle_game::Buttons(seq as u16 & 1);
-                room.input(Seat(seat), seq, Input { buttons, pointer: None });
+                room.input(Seat(seat), seq, Input::new(buttons, None));
             }
             room.tick();
         }

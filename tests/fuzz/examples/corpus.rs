@@ -69,7 +69,7 @@ fn token(seat: u8, serial: u8) -> Token {
 }
 
 fn input(seq: u32, buttons: Buttons, pointer: Option<Vec2>) -> ClientMessage {
-    ClientMessage::Input { seq, ack_tick: seq as u16, input: Input { buttons, pointer } }
+    ClientMessage::Input { seq, ack_tick: seq as u16, input: Input::new(buttons, pointer) }
 }
 
 fn client_messages() -> Vec<Vec<u8>> {
@@ -230,7 +230,7 @@ fn fresh_rooms() -> impl Iterator<Item = Room> {
         for seq in 1..20 {
             let pointer = Some(Vec2::new(10.0 + seq as f32, 20.0));
             let buttons = Buttons(Buttons::ALL.0 >> (seq % 7));
-            room.input(Seat(0), seq, Input { buttons, pointer });
+            room.input(Seat(0), seq, Input::new(buttons, pointer));
             room.tick();
         }
         room
@@ -246,7 +246,7 @@ fn replays() -> Vec<Vec<u8>> {
 fn replay_of(mut room: Room) -> Vec<u8> {
     room.record("corpus", 0);
     for seq in 20..30 {
-        room.input(Seat(0), seq, Input { buttons: Buttons::RIGHT, pointer: None });
+        room.input(Seat(0), seq, Input::new(Buttons::RIGHT, None));
         room.tick();
     }
     let mut input = vec![1];
@@ -335,7 +335,7 @@ fn run_after(wait: u32) -> Vec<u8> {
     let seat = room.join(look, None).expect("a seat").claim.seat;
     for seq in 1..=60 {
         let buttons = if seq > wait { Buttons::RIGHT } else { Buttons::default() };
-        room.input(seat, seq, Input { buttons, pointer: None });
+        room.input(seat, seq, Input::new(buttons, None));
         room.tick();
     }
     let mut input = Vec::new();

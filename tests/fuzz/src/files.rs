@@ -77,7 +77,7 @@ fn play_scene(scene: Arc<Scene>) {
     for tick in 0..TICKS_MAX {
         let buttons = Buttons(Buttons::ALL.0 >> tick);
         let pointer = Some(Vec2::new(scene.size.x / 2.0, 1.0));
-        game.tick(&[(Seat(0), Input { buttons, pointer })]);
+        game.tick(&[(Seat(0), Input::new(buttons, pointer))]);
     }
     let saved = game.save();
     let again = Game::restore(scene, &saved).expect("what was saved can be restored");

@@ -120,7 +120,7 @@ fn base(scene: &Arc<Scene>, ticks_before: u32) -> Base {
 fn wild(rng: &mut Rng, size: Vec2) -> Input {
     let buttons = (rng.next_u32() & rng.next_u32()) as u16 & Buttons::ALL.0 & !Buttons::CLEAR.0;
     let pointer = Vec2::new(rng.range(0.0, size.x), rng.range(0.0, size.y));
-    Input { buttons: Buttons(buttons), pointer: Some(pointer) }
+    Input::new(Buttons(buttons), Some(pointer))
 }
 
 fn keyframe(game: &Game) -> Keyframe {
@@ -282,10 +282,9 @@ fn change_tick(tick: &mut Tick, rng: &mut Rng) {
         4 => drop(tick.inputs.pop()),
         _ => {
             if let Some((_, input)) = tick.inputs.first_mut() {
-                input.buttons.0 ^= 1 << rng.below(12);
+                let buttons = Buttons(input.buttons().0 ^ 1 << rng.below(12));
                 let far = Vec2::new(rng.range(-1e6, 1e6), rng.range(-1e6, 1e6));
-                input.pointer = (rng.below(2) == 0).then_some(far);
-                *input = input.rounded();
+                *input = Input::new(buttons, (rng.below(2) == 0).then_some(far));
             }
         }
     }

@@ -80,7 +80,7 @@ fn press(rng: &mut Rng, size: Vec2) -> Input {
         buttons &= !Buttons::CLEAR.0;
     }
     let pointer = Vec2::new(rng.range(0.0, size.x), rng.range(0.0, size.y));
-    Input { buttons: Buttons(buttons), pointer: Some(pointer) }
+    Input::new(Buttons(buttons), Some(pointer))
 }
 
 /// The files are shared among as many threads as there are processors.

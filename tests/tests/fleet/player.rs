@@ -119,7 +119,7 @@ impl Player {
                     seq += 1;
                     let pointer = Some(Vec2::new(rng.range(10.0, 150.0), rng.range(10.0, 80.0)));
                     let keys = [Buttons::RIGHT, Buttons::LEFT, Buttons::UP, Buttons::FIRE];
-                    let input = Input { buttons: keys[rng.below(4) as usize], pointer };
+                    let input = Input::new(keys[rng.below(4) as usize], pointer);
                     let input = ClientMessage::Input { seq, ack_tick: newest as u16, input };
                     // A socket that is gone is seen by the next read.
                     let _ = socket.send(Message::Binary(input.encode().into())).await;

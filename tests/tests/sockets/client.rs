@@ -139,7 +139,7 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
 
     pub async fn input(&mut self, buttons: Buttons, pointer: Option<Vec2>) {
         self.seq += 1;
-        let input = Input { buttons, pointer };
+        let input = Input::new(buttons, pointer);
         let ack_tick = self.newest.tick as u16;
         self.send(&ClientMessage::Input { seq: self.seq, ack_tick, input }).await;
     }

@@ -130,7 +130,8 @@ async fn a_run_that_was_tampered_with_is_refused_with_what_was_found() {
         (
             blocks(&|block| {
                 block.ticks[85..90].iter_mut().for_each(|tick| {
-                    tick.inputs[0].1.buttons = Buttons::RIGHT;
+                    let input = &mut tick.inputs[0].1;
+                    *input = input.with_buttons(Buttons::RIGHT);
                 });
             }),
             "tick 86 does not have the recorded hash",

@@ -142,7 +142,7 @@ async fn a_game_of_two_is_recorded_and_plays_again() {
     assert_eq!(joins.collect::<Vec<_>>(), ["Ann", "Bob"]);
     let moves = |seat: u16| {
         let inputs = ticks.iter().flat_map(|tick| &tick.inputs);
-        inputs.filter(|(of, input)| *of == Seat(seat) && input.pointer.is_some()).count()
+        inputs.filter(|(of, input)| *of == Seat(seat) && input.pointer().is_some()).count()
     };
     assert!(moves(0) > 100 && moves(1) > 100, "{} and {}", moves(0), moves(1));
     verify(replay).await;

@@ -91,7 +91,7 @@ impl Player {
             let held = keys[rng.below(4) as usize];
             for _ in 0..8 {
                 client.seq += 1;
-                let input = jostle_game::Input { buttons: held, pointer: Some(pointer) };
+                let input = jostle_game::Input::new(held, Some(pointer));
                 let (seq, ack_tick) = (client.seq, client.newest.tick as u16);
                 let input = jostle_protocol::ClientMessage::Input { seq, ack_tick, input };
                 let sent = futures_util::SinkExt::send(

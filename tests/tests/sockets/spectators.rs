@@ -54,7 +54,7 @@ async fn a_spectator_can_do_nothing_even_with_the_key_of_the_host() {
     let (code, key) = open(server.address, r#"{"scene":"arena"}"#).await;
     let mut ann = Client::join(server.address, &code, "Ann").await;
     let mut eye = watch(server.address, &code, Some(key)).await;
-    let input = Input { buttons: Buttons::RIGHT, pointer: None };
+    let input = Input::new(Buttons::RIGHT, None);
     for message in [
         ClientMessage::Input { seq: 1, ack_tick: eye.newest.tick as u16, input },
         ClientMessage::Kick { seat: Seat(ann.seat) },

@@ -112,7 +112,7 @@ fn played(top: &str, bodies: &str, pressed: Buttons) -> Result<f64> {
     for tick in 1..=TICKS {
         // Pressed and released in turns: a tool that acts on a press acts every second tick.
         let buttons = if tick % 2 == 0 { pressed } else { Buttons(0) };
-        room.input(Seat(0), tick, Input { buttons, pointer: Some(Vec2::new(150.0, 60.0)) });
+        room.input(Seat(0), tick, Input::new(buttons, Some(Vec2::new(150.0, 60.0))));
         room.tick();
         sum += room.message(&subscriber).map_or(0, |coded| coded.len());
     }

@@ -74,7 +74,7 @@ fn the_pointer_is_in_world_units() {
     controls.point(Some(Vec2::new(0.0, 0.0)));
     assert_eq!(controls.pointer(&VIEW), Some(Vec2::new(0.0, 100.0)));
     controls.point(None);
-    assert_eq!(controls.input(&VIEW).pointer, None);
+    assert_eq!(controls.input(&VIEW).pointer(), None);
 }
 
 #[test]

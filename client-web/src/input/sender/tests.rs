@@ -7,7 +7,7 @@ fn sent(sender: &mut InputSender, now_ms: f64) -> Vec<(u32, Input)> {
 }
 
 fn pressed(buttons: Buttons) -> Input {
-    Input { buttons, pointer: None }
+    Input::new(buttons, None)
 }
 
 #[test]
@@ -24,14 +24,14 @@ fn a_tap_within_a_tick_is_not_lost() {
     let mut sender = InputSender::default();
     sender.note(pressed(Buttons::FIRE));
     sender.note(pressed(Buttons::default()));
-    let buttons: Vec<_> = sent(&mut sender, 5.0).iter().map(|(_, i)| i.buttons).collect();
+    let buttons: Vec<_> = sent(&mut sender, 5.0).iter().map(|(_, i)| i.buttons()).collect();
     assert_eq!(buttons, [Buttons::FIRE, Buttons::default()]);
 }
 
 #[test]
 fn a_press_that_waits_keeps_its_place_when_the_pointer_moves_on() {
     let mut sender = InputSender::default();
-    let moved = |x: f32, buttons| Input { buttons, pointer: Some(Vec2::new(x, 0.0)) };
+    let moved = |x: f32, buttons| Input::new(buttons, Some(Vec2::new(x, 0.0)));
     for buttons in [Buttons::PICK_HERO, Buttons::default(), Buttons::PICK_HERO] {
         sender.note(moved(0.0, buttons));
     }
@@ -50,7 +50,7 @@ fn a_press_that_waits_keeps_its_place_when_the_pointer_moves_on() {
 #[test]
 fn the_last_move_of_a_drag_is_played_before_the_button_goes_up() {
     let mut sender = InputSender::default();
-    let moved = |x: f32, buttons| Input { buttons, pointer: Some(Vec2::new(x, 0.0)) };
+    let moved = |x: f32, buttons| Input::new(buttons, Some(Vec2::new(x, 0.0)));
     let none = Buttons::default();
     sender.note(moved(0.0, Buttons::FIRE));
     assert_eq!(sender.due(1000.0, 60.0), Some((1, moved(0.0, Buttons::FIRE))));
@@ -73,7 +73,7 @@ fn moves_are_merged_and_the_rate_is_bounded() {
     let mut count = 0;
     for ms in 0..1000 {
         let pointer = Some(Vec2::new(ms as f32, 0.0));
-        sender.note(Input { buttons: Buttons::default(), pointer });
+        sender.note(Input::new(Buttons::default(), pointer));
         count += sent(&mut sender, f64::from(ms)).len();
     }
     assert!((55..=64).contains(&count), "{count} inputs in a second");
@@ -82,7 +82,7 @@ fn moves_are_merged_and_the_rate_is_bounded() {
 #[test]
 fn mouse_moves_are_sent_once_a_tick_and_keys_at_once() {
     let mut sender = InputSender::default();
-    let moved = |x: f32, buttons| Input { buttons, pointer: Some(Vec2::new(x, 0.0)) };
+    let moved = |x: f32, buttons| Input::new(buttons, Some(Vec2::new(x, 0.0)));
     let none = Buttons::default();
     let mut at = |input: Input, moment: f64| {
         sender.note(input);
@@ -115,7 +115,7 @@ fn mouse_moves_are_sent_soon_at_any_phase_of_the_frames() {
     for (phase, every_max) in [(0.1, 2), (0.6, 1)] {
         let moves = frames_that_sent(phase, |frame| {
             let pointer = Some(Vec2::new(frame as f32, 0.0));
-            Input { buttons: Buttons::default(), pointer }
+            Input::new(Buttons::default(), pointer)
         });
         let repeats = frames_that_sent(phase, |_| pressed(Buttons::LEFT));
         let longest = |sent: &[u32]| sent.windows(2).map(|pair| pair[1] - pair[0]).max();

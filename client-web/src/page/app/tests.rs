@@ -228,7 +228,7 @@ impl Browser {
     /// The buttons of the last input sent.
     fn last_sent(&self) -> Option<Buttons> {
         self.sent.iter().rev().find_map(|message| match message {
-            ClientMessage::Input { input, .. } => Some(input.buttons),
+            ClientMessage::Input { input, .. } => Some(input.buttons()),
             _ => None,
         })
     }

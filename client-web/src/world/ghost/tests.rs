@@ -19,7 +19,7 @@ fn flight(ticks: u32) -> (Vec<u8>, Vec<Vec2>) {
     let seat = room.join(look, None).expect("a seat").claim.seat;
     let (mut bytes, mut places) = (header(), vec![Vec2::ZERO]);
     for seq in 1..=ticks {
-        room.input(seat, seq, Input { buttons: Buttons::RIGHT, pointer: None });
+        room.input(seat, seq, Input::new(Buttons::RIGHT, None));
         room.tick();
         room.take_records().iter().for_each(|record| bytes.extend(record.seal()));
         let hero = room.game().players().next().and_then(|player| player.hero);

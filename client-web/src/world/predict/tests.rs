@@ -137,7 +137,7 @@ impl Net {
     fn speak(&mut self) {
         let waves = Vec2::new(self.now_ms as f32 / 10.0, 50.0);
         let pointer = self.points.then_some(waves);
-        self.sender.note(Input { buttons: self.down, pointer });
+        self.sender.note(Input::new(self.down, pointer));
         let tick = self.clock.server_tick(self.now_ms).unwrap();
         self.sender.book_until(self.predictor.booked());
         let moment = self.predictor.moment_at(tick, self.now_ms);

@@ -105,9 +105,9 @@ pub fn write(inputs: &[Option<Input>], columns: &mut Writer, bits: &mut BitWrite
         })
         .collect();
     write_changes(inputs.iter().map(|input| u32::from(input.is_some())), columns);
-    write_changes(inputs_held.iter().map(|input| u32::from(input.buttons.0)), columns);
+    write_changes(inputs_held.iter().map(|input| u32::from(input.buttons().0)), columns);
     let pointers: Vec<Pointer> =
-        inputs_held.iter().map(|input| input.pointer.map(in_quanta)).collect();
+        inputs_held.iter().map(|input| input.pointer().map(in_quanta)).collect();
     write_runs(&pointers, columns);
     let coded = |prediction| {
         let mut trial = bits.clone();
@@ -191,7 +191,7 @@ pub fn read(
         if run == Run::Leaves {
             pointer = None;
         }
-        let input = Input { buttons: Buttons(buttons[at] as u16), pointer: pointer.map(in_units) };
+        let input = Input::new(Buttons(buttons[at] as u16), pointer.map(in_units));
         inputs.push((present[at] != 0).then_some(input));
     }
     Ok(inputs)

@@ -251,7 +251,7 @@ fn a_world_that_fits_into_the_view_has_one_channel_for_all() {
         let subscribers = [SEAT, Seat(1)].map(|seat| room.subscribe_view(seat, Rate::Full).0);
         room.view(SEAT, Vec2::new(900.0, 500.0));
         for tick in 0..40 {
-            let input = Input { buttons: Buttons::RIGHT, pointer: None };
+            let input = Input::new(Buttons::RIGHT, None);
             room.input(SEAT, tick + 1, input);
             room.tick();
             let all = room.message(&everybody).unwrap();

@@ -32,15 +32,17 @@ impl Play {
             if self.rng.below(12) == 0 {
                 // Clearing is rare, or nothing would pile up.
                 let left_out = if self.rng.below(8) > 0 { Buttons::CLEAR.0 } else { 0 };
-                input.buttons = Buttons(self.rng.next_u32() as u16 & Buttons::ALL.0 & !left_out);
+                let buttons = Buttons(self.rng.next_u32() as u16 & Buttons::ALL.0 & !left_out);
+                *input = input.with_buttons(buttons);
             }
             if self.rng.below(5) == 0 {
                 let point = Vec2::new(self.rng.range(0.0, size.x), self.rng.range(0.0, size.y));
-                input.pointer = match self.rng.below(12) {
+                let pointer = match self.rng.below(12) {
                     0 => None,
                     1 => Some(Vec2::new(POINTER_MAX, -POINTER_MAX)),
                     _ => Some(point),
                 };
+                *input = Input::new(input.buttons(), pointer);
             }
             self.room.input(*seat, self.seq, *input);
         }

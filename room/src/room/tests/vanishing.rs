@@ -237,7 +237,7 @@ impl Party {
             let buttons = Buttons(self.rng.next_u32() as u16 & Buttons::ALL.0);
             // Held for a while: a body is grabbed, and removed meanwhile.
             if seq.is_multiple_of(5) {
-                room.input(seat, seq, Input { buttons, pointer: Some(Vec2::new(x, y)) });
+                room.input(seat, seq, Input::new(buttons, Some(Vec2::new(x, y))));
             }
         }
     }

@@ -35,7 +35,7 @@ pub fn hello(name: &str) -> Vec<u8> {
 }
 
 pub fn input(seq: u32) -> Vec<u8> {
-    let input = Input { buttons: Buttons::RIGHT, pointer: Some(Vec2::new(40.0, 30.0)) };
+    let input = Input::new(Buttons::RIGHT, Some(Vec2::new(40.0, 30.0)));
     ClientMessage::Input { seq, ack_tick: 0, input }.encode()
 }
 
@@ -253,7 +253,7 @@ async fn inputs_from_far_future_and_past_are_ignored() {
     let seq = bob.seq;
     let wrong = [0, seq, u32::MAX, 1 << 31, seq + 1000];
     for seq in wrong {
-        let input = Input { buttons: Buttons::LEFT, pointer: None };
+        let input = Input::new(Buttons::LEFT, None);
         bob.send(&ClientMessage::Input { seq, ack_tick: 0, input }).await;
     }
     server.counts("jostle_inputs_ignored_total", wrong.len() as u64).await;

@@ -173,7 +173,7 @@ pub async fn inputs_from_other_times(stage: &Stage) {
     let mut guest = stage.join(ROOM, "Then").await;
     let seq = guest.seq;
     for wrong in [0, seq, u32::MAX, 1 << 31, seq + 1000] {
-        let input = Input { buttons: Buttons::LEFT, pointer: None };
+        let input = Input::new(Buttons::LEFT, None);
         guest.send(&ClientMessage::Input { seq: wrong, ack_tick: 0, input }).await;
         stage.counts("jostle_inputs_ignored_total", 1);
     }

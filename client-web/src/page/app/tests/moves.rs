@@ -139,7 +139,7 @@ fn the_picture_goes_on_where_it_was_when_the_room_moved() {
 /// Number, buttons and acknowledged tick of an input.
 fn input(message: &ClientMessage) -> Option<(u32, Buttons, u16)> {
     match message {
-        ClientMessage::Input { seq, ack_tick, input } => Some((*seq, input.buttons, *ack_tick)),
+        ClientMessage::Input { seq, ack_tick, input } => Some((*seq, input.buttons(), *ack_tick)),
         _ => None,
     }
 }

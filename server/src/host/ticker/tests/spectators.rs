@@ -23,7 +23,7 @@ fn hashes(watched: bool) -> (Vec<u64>, String) {
         .collect();
     let hashes = (1..=200u32).map(|seq| {
         let input = |buttons| {
-            let input = jostle_game::Input { buttons, pointer: None };
+            let input = jostle_game::Input::new(buttons, None);
             FromSession::Input { seq, ack_tick: 0, input }
         };
         inbox.try_send(input(jostle_game::Buttons((seq / 20) as u16 % 32))).expect("a place");
