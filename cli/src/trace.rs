@@ -56,7 +56,7 @@ pub struct Sums {
 /// The state of a game now.
 pub fn line(game: &Game) -> Line {
     let world = game.world();
-    let body = |info: jostle_game::BodyInfo| Body {
+    let body = |info: jostle_game::SnapshotBody| Body {
         id: number(info.id),
         kind: info.kind.name(),
         pos: world.position(info.id).to_array(),

@@ -20,10 +20,10 @@ use jostle_sim::particles::quantise;
 use jostle_sim::{BodyId, Shape, World};
 use std::sync::Arc;
 
-/// Public facts of one body, for snapshots and traces.
+/// One body as clients and traces see it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BodyInfo {
-    /// Its id.
+pub struct SnapshotBody {
+    /// Its id. A body keeps kind, owner, group and shape for life.
     pub id: BodyId,
     /// Its kind.
     pub kind: Kind,
@@ -276,8 +276,8 @@ impl Game {
     }
 
     /// Bodies in index order.
-    pub fn bodies(&self) -> impl Iterator<Item = BodyInfo> + '_ {
-        self.roster.actors().map(|actor| BodyInfo {
+    pub fn bodies(&self) -> impl Iterator<Item = SnapshotBody> + '_ {
+        self.roster.actors().map(|actor| SnapshotBody {
             id: actor.id,
             kind: actor.kind,
             owner: actor.owner,

@@ -31,7 +31,7 @@ mod walk;
 mod tests;
 
 pub use event::Event;
-pub use game::{BodyInfo, Game, PlayerInfo};
+pub use game::{Game, PlayerInfo, SnapshotBody};
 pub use input::{Buttons, Input, POINTER_MAX, POINTER_QUANTUM, Seat};
 pub use phase::Phase;
 pub use rules::{

@@ -16,7 +16,7 @@ mod sling;
 
 use crate::actor::Rule;
 use crate::scene::BUILT_IN;
-use crate::{BodyInfo, Buttons, Event, Game, Input, Kind, Scene, Seat};
+use crate::{Buttons, Event, Game, Input, Kind, Scene, Seat, SnapshotBody};
 use glam::Vec2;
 use jostle_sim::math::max;
 use jostle_sim::{BodyId, Shape, Source};

@@ -2,28 +2,13 @@
 
 use crate::appearance::Appearance;
 use crate::limits::{BODIES_MAX, QUANTA_MAX};
-use jostle_game::{BodyInfo, Event, Game, Kind, RoundInfo, Seat};
-use jostle_sim::{BodyId, Shape};
+use jostle_game::{Event, Game, RoundInfo, Seat};
+use jostle_sim::BodyId;
+
+pub use jostle_game::SnapshotBody;
 
 /// The bit of a message's first byte that makes it a coded snapshot; the other bits are its sections.
 pub(crate) const SNAPSHOT: u8 = 1 << 7;
-
-/// One body as clients see it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SnapshotBody {
-    /// Its id. A body keeps kind, owner, group and shape for life.
-    pub id: BodyId,
-    /// Its kind.
-    pub kind: Kind,
-    /// The player it belongs to.
-    pub owner: Option<Seat>,
-    /// Collision group, an index into the scene's.
-    pub group: u8,
-    /// Its shape.
-    pub shape: Shape,
-    /// Centre in quanta.
-    pub quanta: [i32; 2],
-}
 
 /// One player as clients see them.
 #[derive(Clone, Debug, PartialEq)]
@@ -84,7 +69,9 @@ impl Snapshot {
         self.tick = game.tick_count();
         game.capture_round(&mut self.round);
         self.bodies.clear();
-        self.bodies.extend(game.bodies().map(visible));
+        self.bodies.extend(
+            game.bodies().map(|body| SnapshotBody { quanta: limited(body.quanta), ..body }),
+        );
         assert!(
             self.bodies.len() <= BODIES_MAX,
             "{} bodies exceed {BODIES_MAX}",
@@ -94,11 +81,6 @@ impl Snapshot {
             player.pointer = player.pointer.map(limited);
         }
     }
-}
-
-fn visible(body: BodyInfo) -> SnapshotBody {
-    let BodyInfo { id, kind, owner, group, shape, quanta } = body;
-    SnapshotBody { id, kind, owner, group, shape, quanta: limited(quanta) }
 }
 
 fn limited(quanta: [i32; 2]) -> [i32; 2] {

@@ -2,7 +2,7 @@
 //! page from its replay, beside the game, and meets nothing.
 
 use crate::view::frame::FrameBody;
-use jostle_game::{BodyInfo, Kind, RoundInfo, RoundPhase, Scene, Seat};
+use jostle_game::{Kind, RoundInfo, RoundPhase, Scene, Seat, SnapshotBody};
 use jostle_protocol::replay::Replay;
 use jostle_room::Playback;
 use jostle_sim::Vec2;
@@ -95,7 +95,7 @@ impl Ghost {
     /// The hero as it is now.
     fn hero(&self) -> Option<FrameBody> {
         let (game, members) = (self.playback.game(), &self.playback.moment().members);
-        let is_own = |body: &BodyInfo| body.kind == Kind::Hero && body.owner == Some(self.seat);
+        let is_own = |body: &SnapshotBody| body.kind == Kind::Hero && body.owner == Some(self.seat);
         let hero = game.bodies().find(is_own)?;
         Some(FrameBody {
             id: hero.id,

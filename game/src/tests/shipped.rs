@@ -90,9 +90,9 @@ fn layouts_start_free_of_overlap_and_clear_of_spawns_for_every_seed() {
         let mut most = 0;
         for seed in 0..50 {
             let game = built_in(name, seed);
-            let bodies: Vec<BodyInfo> = game.bodies().collect();
+            let bodies: Vec<SnapshotBody> = game.bodies().collect();
             most = most.max(bodies.len());
-            let place = |body: &BodyInfo| game.world().position(body.id);
+            let place = |body: &SnapshotBody| game.world().position(body.id);
             for (index, a) in bodies.iter().enumerate() {
                 for b in &bodies[..index] {
                     let met = collide(a.shape, place(a), b.shape, place(b), (0, 1));
@@ -225,7 +225,7 @@ fn particles_stay_outside_of_platforms_and_heroes() {
     for tick in 0..200 {
         let aim = if tick % 2 == 0 { over_platform } else { over_hero };
         play(&mut game, &[Buttons::MAKE], Some(aim));
-        let solid = |body: &BodyInfo| matches!(body.kind, Kind::Platform | Kind::Hero);
+        let solid = |body: &SnapshotBody| matches!(body.kind, Kind::Platform | Kind::Hero);
         for body in game.bodies().filter(solid) {
             let center = Vec2::new(body.quanta[0] as f32, body.quanta[1] as f32) / 64.0;
             let inside = |place: &&Vec2| body.shape.contains((**place - center) * 1.0001);
