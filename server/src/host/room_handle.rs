@@ -14,9 +14,8 @@ use crate::limits::uplink::Uplink;
 use crate::ops::metrics::Metrics;
 use crate::replays::Recording;
 use ipnet::IpNet;
-use jostle_game::{Input, Scene, Seat};
-use jostle_protocol::{Appearance, PlayerState, Role};
-use jostle_sim::Vec2;
+use jostle_game::{Scene, Seat};
+use jostle_protocol::{Appearance, ClientMessage, PlayerState, Role};
 use std::collections::BTreeMap;
 use std::net::IpAddr;
 use std::sync::atomic::{AtomicU32, AtomicUsize};
@@ -97,45 +96,11 @@ pub struct Join {
     pub hosted: Option<u64>,
     /// Address that it counts for.
     pub address: IpAddr,
-    /// Messages from the session; a dropped sender is a lost socket.
-    pub inbox: Inbox<FromSession>,
+    /// Messages from the session; `None` if the player closed the socket on purpose, so that the seat need not be held. A
+    /// dropped sender is a lost socket.
+    pub inbox: Inbox<Option<ClientMessage>>,
     /// Messages to the session.
     pub outbox: Arc<Outbox>,
-}
-
-/// A message that a session passes on to its room.
-#[derive(Clone, Copy, Debug)]
-pub enum FromSession {
-    /// An input.
-    Input {
-        /// Its number.
-        seq: u32,
-        /// Low bits of the newest tick that the client received.
-        ack_tick: u16,
-        /// Keys and pointer.
-        input: Input,
-    },
-    /// The size of the page's view of the world.
-    View {
-        /// Width and height, world units.
-        size: Vec2,
-    },
-    /// The host kicks a player.
-    Kick {
-        /// The player's seat.
-        seat: Seat,
-    },
-    /// The host closes the room.
-    CloseRoom,
-    /// The player asks for a clip.
-    Clip,
-    /// The player shows an emote.
-    Emote {
-        /// Which.
-        emote: u8,
-    },
-    /// The player closed the socket on purpose: the seat need not be held.
-    Leave,
 }
 
 /// A command of an operator or of the fleet to a room, carried out at its next tick.

@@ -4,7 +4,7 @@
 use crate::host::delivery::{Delivery, ParticlePermits, in_turn};
 use crate::host::member::Spectator;
 use crate::host::outbox::Outbox;
-use crate::host::room_handle::{FromSession, Join};
+use crate::host::room_handle::Join;
 use crate::limits;
 use crate::limits::connection_limits::ConnectionLimits;
 use crate::limits::uplink::Allowance;
@@ -12,7 +12,7 @@ use crate::ops::metrics::Metrics;
 use bytes::Bytes;
 use ipnet::IpNet;
 use jostle_game::Input;
-use jostle_protocol::Refusal;
+use jostle_protocol::{ClientMessage, Refusal};
 use jostle_room::Room;
 use std::net::IpAddr;
 use std::sync::Arc;
@@ -69,14 +69,14 @@ impl Spectators {
         self.present.retain_mut(|spectator| {
             loop {
                 match spectator.inbox.try_recv() {
-                    Ok(FromSession::Input { ack_tick, input, .. }) => {
+                    Ok(Some(ClientMessage::Input { ack_tick, input, .. })) => {
                         spectator.feed.lag.acked(ack_tick, tick);
                         if input != Input::default() {
                             metrics.ignored("spectator");
                         }
                     }
-                    Ok(FromSession::View { .. }) => {}
-                    Ok(FromSession::Leave) | Err(TryRecvError::Disconnected) => {
+                    Ok(Some(ClientMessage::View { .. })) => {}
+                    Ok(None) | Err(TryRecvError::Disconnected) => {
                         metrics.left("spectator");
                         return false;
                     }

@@ -15,7 +15,7 @@ use crate::host::member::Member;
 use crate::host::outbox::Outbox;
 use crate::host::phase::Phase;
 use crate::host::random::random;
-use crate::host::room_handle::{AdminCommand, FromSession, Host, Join, RoomInfo, take_off};
+use crate::host::room_handle::{AdminCommand, Host, Join, RoomInfo, take_off};
 use crate::host::room_state::RoomState;
 use crate::host::schedule::Schedule;
 use crate::host::seat_rates::SeatRates;
@@ -26,7 +26,7 @@ use crate::replays::RoomRecording;
 use bytes::Bytes;
 use ipnet::IpNet;
 use jostle_game::Seat;
-use jostle_protocol::{ClipRefusal, Refusal, ServerMessage};
+use jostle_protocol::{ClientMessage, ClipRefusal, Refusal, ServerMessage};
 use jostle_room::Room;
 use jostle_sim::TICKS_PER_SECOND;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -349,25 +349,27 @@ impl Ticker {
             let seat = member.seat.0;
             loop {
                 match member.inbox.try_recv() {
-                    Ok(FromSession::Input { seq, ack_tick, input }) => {
+                    Ok(Some(ClientMessage::Input { seq, ack_tick, input })) => {
                         member.feed.lag.acked(ack_tick, room.game().tick_count());
                         if !room.input(member.seat, seq, input) {
                             metrics.inputs_ignored.inc();
                         }
                     }
-                    Ok(FromSession::View { size }) => room.view(member.seat, size),
-                    Ok(FromSession::Kick { seat }) if member.host => {
+                    Ok(Some(ClientMessage::View { size })) => room.view(member.seat, size),
+                    Ok(Some(ClientMessage::Kick { seat })) if member.host => {
                         kicks.push((seat, Arc::clone(&member.feed.outbox)));
                     }
-                    Ok(FromSession::CloseRoom) if member.host => closes = true,
-                    Ok(FromSession::Kick { .. } | FromSession::CloseRoom) => {
+                    Ok(Some(ClientMessage::CloseRoom)) if member.host => closes = true,
+                    Ok(Some(ClientMessage::Kick { .. } | ClientMessage::CloseRoom)) => {
                         member.feed.outbox.control(ServerMessage::Denied.encode());
                     }
-                    Ok(FromSession::Emote { emote }) => emotes.push((member.seat, emote)),
-                    Ok(FromSession::Clip) => {
+                    Ok(Some(ClientMessage::Emote { emote })) => emotes.push((member.seat, emote)),
+                    // The session answers the one, and refuses the other.
+                    Ok(Some(ClientMessage::Ping { .. } | ClientMessage::Hello { .. })) => {}
+                    Ok(Some(ClientMessage::Clip)) => {
                         clips.push((member.seat, Arc::clone(&member.feed.outbox)));
                     }
-                    Ok(FromSession::Leave) => {
+                    Ok(None) => {
                         info!(room = %code, seat, "player left");
                         metrics.left("left");
                         room.leave(member.seat);

@@ -3,7 +3,7 @@
 
 use crate::host::inbox::InboxSender;
 use crate::host::outbox::{Next, Outbox};
-use crate::host::room_handle::{FromSession, RoomInfo};
+use crate::host::room_handle::RoomInfo;
 use crate::limits;
 use crate::limits::token_bucket::TokenBucket;
 use crate::net::game_socket::{End, Socket, Violation, end_of};
@@ -25,7 +25,7 @@ pub struct Seated {
     /// The room.
     pub info: Arc<RoomInfo>,
     /// Messages to the room.
-    pub inbox: InboxSender<FromSession>,
+    pub inbox: InboxSender<Option<ClientMessage>>,
     /// Messages from the room.
     pub outbox: Arc<Outbox>,
     /// The limits.
@@ -106,25 +106,18 @@ impl<'a> Pump<'a> {
 
     fn accept_bytes(&mut self, bytes: &[u8]) -> Result<(), End> {
         match ClientMessage::decode(bytes) {
-            Ok(ClientMessage::Input { seq, ack_tick, input }) => {
-                self.pass_on(FromSession::Input { seq, ack_tick, input })
-            }
             Ok(ClientMessage::Ping { stamp }) => {
                 let tick = self.seated.info.tick.load(Ordering::Relaxed);
                 self.seated.outbox.control(self.pongs.pong(stamp, tick));
                 Ok(())
             }
-            Ok(ClientMessage::View { size }) => self.pass_on(FromSession::View { size }),
-            Ok(ClientMessage::Kick { seat }) => self.pass_on(FromSession::Kick { seat }),
-            Ok(ClientMessage::CloseRoom) => self.pass_on(FromSession::CloseRoom),
-            Ok(ClientMessage::Clip) => self.pass_on(FromSession::Clip),
-            Ok(ClientMessage::Emote { emote }) => self.pass_on(FromSession::Emote { emote }),
             Ok(ClientMessage::Hello { .. }) => Err(End::Violated(Violation::Order)),
+            Ok(message) => self.pass_on(Some(message)),
             Err(_) => Err(End::Violated(Violation::Content)),
         }
     }
 
-    fn pass_on(&self, message: FromSession) -> Result<(), End> {
+    fn pass_on(&self, message: Option<ClientMessage>) -> Result<(), End> {
         match self.seated.inbox.try_send(message) {
             Ok(()) => Ok(()),
             // The token bucket limits floods. A full inbox means that the room's thread is stalled, which is no fault of
@@ -138,7 +131,7 @@ impl<'a> Pump<'a> {
     /// Gives the seat up after a close with 1000; after a reload or a lost network it is held.
     fn leave(&self, frame: Option<CloseFrame>) -> End {
         if frame.is_some_and(|frame| frame.code == CloseCode::Normal) {
-            let _ = self.pass_on(FromSession::Leave);
+            let _ = self.pass_on(None);
         }
         End::Gone
     }

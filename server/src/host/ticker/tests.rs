@@ -14,7 +14,7 @@ use crate::limits::uplink::Uplink;
 use bytes::Bytes;
 use jostle_game::Scene;
 use jostle_protocol::limits::ROOM_CODE_BYTES_MAX;
-use jostle_protocol::{Appearance, Role};
+use jostle_protocol::{Appearance, ClientMessage, Role};
 use std::cell::Cell;
 use std::net::IpAddr;
 use std::sync::Mutex;
@@ -70,7 +70,7 @@ fn room(code: &str, empty_grace: Duration) -> (Ticker, Outside) {
     (ticker, Outside { rooms, phase, joins })
 }
 
-fn join() -> (Join, InboxSender<FromSession>, Arc<Outbox>) {
+fn join() -> (Join, InboxSender<Option<ClientMessage>>, Arc<Outbox>) {
     let (sender, inbox) = inbox(limits::INBOX_MAX);
     let outbox = Arc::new(Outbox::default());
     let join = Join {
@@ -85,7 +85,7 @@ fn join() -> (Join, InboxSender<FromSession>, Arc<Outbox>) {
     (join, sender, outbox)
 }
 
-fn member(seat: Seat, inbox: Inbox<FromSession>, outbox: Arc<Outbox>) -> Member {
+fn member(seat: Seat, inbox: Inbox<Option<ClientMessage>>, outbox: Arc<Outbox>) -> Member {
     let uplink = Uplink::new(limits::UPLINK_MEGABITS, Instant::now());
     let allowance = uplink.open(IpAddr::from([127, 0, 0, 1]), false, false, Instant::now());
     let feed = Delivery::new(Some(seat), outbox, allowance, ParticlePermits::default(), 0);
@@ -234,7 +234,7 @@ fn a_guests_room_without_a_seat_ends_after_seconds_and_keeps_the_seats_of_lost_p
         }
         // The socket is lost after an input.
         let input = jostle_game::Input::default();
-        inbox.try_send(FromSession::Input { seq: 1, ack_tick: 0, input }).expect("a place");
+        inbox.try_send(Some(ClientMessage::Input { seq: 1, ack_tick: 0, input })).expect("a place");
         drop(inbox);
         let (ticks, end) = play(&mut ticker, &mut TestClock::new());
         assert_eq!(end, End::Empty);
@@ -332,7 +332,7 @@ fn a_room_ends_when_its_host_leaves_it_empty() {
         let (mut host, inbox, _outbox) = join();
         host.hosted = is_host.then_some(1);
         outside.joins.send(host).expect("a place");
-        inbox.try_send(FromSession::Leave).expect("a place");
+        inbox.try_send(None).expect("a place");
         let (other, _other_inbox, _other_outbox) = join();
         if with_another {
             outside.joins.send(other).expect("a place");
@@ -480,7 +480,7 @@ fn a_host_kicks_players_but_no_host() {
     room.tick();
     people.iter().for_each(|(_, outbox)| drop(control_messages(outbox)));
     for seat in [0, 1, 2] {
-        people[0].0.try_send(FromSession::Kick { seat: Seat(seat) }).expect("a place");
+        people[0].0.try_send(Some(ClientMessage::Kick { seat: Seat(seat) })).expect("a place");
     }
     ticker.empty_inboxes(&mut room);
     assert_eq!(control_messages(&people[0].1), [ServerMessage::Denied, ServerMessage::Denied]);
@@ -521,7 +521,10 @@ fn all_see_an_emote_and_the_next_of_its_player_two_seconds_later() {
     });
     people.iter().for_each(|(_, outbox)| drop(control_messages(outbox)));
     for tick in 0..=limits::EMOTE_TICKS {
-        people[1].0.try_send(FromSession::Emote { emote: (tick % 8) as u8 }).expect("a place");
+        people[1]
+            .0
+            .try_send(Some(ClientMessage::Emote { emote: (tick % 8) as u8 }))
+            .expect("a place");
         ticker.empty_inboxes(&mut room);
         room.tick();
     }

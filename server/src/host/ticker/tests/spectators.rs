@@ -24,17 +24,17 @@ fn hashes(watched: bool) -> (Vec<u64>, String) {
     let hashes = (1..=200u32).map(|seq| {
         let input = |buttons| {
             let input = jostle_game::Input::new(buttons, None);
-            FromSession::Input { seq, ack_tick: 0, input }
+            Some(ClientMessage::Input { seq, ack_tick: 0, input })
         };
         inbox.try_send(input(jostle_game::Buttons((seq / 20) as u16 % 32))).expect("a place");
         for (spectator, _) in &spectators {
             for message in [
                 input(jostle_game::Buttons::ALL),
-                FromSession::View { size: jostle_sim::Vec2::splat(40.0) },
-                FromSession::Kick { seat: Seat(0) },
-                FromSession::CloseRoom,
-                FromSession::Clip,
-                FromSession::Emote { emote: 1 },
+                Some(ClientMessage::View { size: jostle_sim::Vec2::splat(40.0) }),
+                Some(ClientMessage::Kick { seat: Seat(0) }),
+                Some(ClientMessage::CloseRoom),
+                Some(ClientMessage::Clip),
+                Some(ClientMessage::Emote { emote: 1 }),
             ] {
                 spectator.try_send(message).expect("a place");
             }

@@ -32,7 +32,7 @@ const READERS: usize = 6;
 
 /// A session, and what it was sent.
 struct Session {
-    _inbox: InboxSender<FromSession>,
+    _inbox: InboxSender<Option<ClientMessage>>,
     outbox: Arc<Outbox>,
     stream: SnapshotStream,
     bytes: usize,
