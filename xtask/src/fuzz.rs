@@ -27,6 +27,8 @@ const LIMITS: [&str; 4] =
 pub fn fuzz(only: Option<&str>, seconds: u32) -> Result<()> {
     let names = chosen(only)?;
     provide()?;
+    let corpus = ["run", "--quiet", "--package", "jostle-fuzz", "--example", "corpus", "--"];
+    run(cargo(&corpus).arg(dir("seeds")))?;
     let (mut inputs, mut failed) = (0, Vec::new());
     for name in &names {
         say("fuzz", &format!("{name}: build, then {seconds} s"));
@@ -100,13 +102,13 @@ fn tool(task: &str, name: &str) -> Command {
 }
 
 /// Returns how many inputs were tried, and the fuzzer's last lines if one failed: they name the input and how
-/// to try it again. New inputs are kept for the next time, beside the committed corpus.
+/// to try it again. New inputs are kept for the next time, beside the corpus.
 fn try_target(name: &str, seconds: u32) -> Result<(u64, Option<Vec<String>>)> {
     let (found, broken) = (dir("corpus").join(name), dir("artifacts").join(name));
     fs::create_dir_all(&found)?;
     fs::create_dir_all(&broken)?;
     let mut command = tool("run", name);
-    command.arg(found).arg(format!("tests/fuzz/corpus/{name}"));
+    command.arg(found).arg(dir("seeds").join(name));
     command.args(MORE_INPUTS.iter().filter(|(target, _)| *target == name).map(|(_, dir)| dir));
     command.arg("--").args(LIMITS).arg("-print_final_stats=1");
     command.arg(format!("-max_total_time={seconds}"));

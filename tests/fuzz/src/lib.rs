@@ -1,7 +1,9 @@
 //! Properties that hold for any bytes from a peer or a file, one function per kind of input. Each
-//! panics if it does not hold. `tests` tries the committed corpus and thousands of mutations of it
+//! panics if it does not hold. `tests` tries a corpus and thousands of mutations of it
 //! in every run, the fuzzer in `targets` tries millions: `cargo xtask fuzz`.
 
+#[cfg(feature = "server")]
+mod corpus;
 mod files;
 mod messages;
 pub mod mutations;
@@ -12,6 +14,8 @@ pub mod snapshots;
 #[cfg(feature = "server")]
 mod tiled;
 
+#[cfg(feature = "server")]
+pub use corpus::corpus;
 pub use files::{replay, scene};
 pub use messages::{client_message, delta, events, keyframe, particles, server_message};
 pub use play::room;
@@ -23,7 +27,7 @@ pub use tiled::tiled_map;
 /// A property of bytes; panics if it does not hold.
 pub type Property = fn(&[u8]);
 
-/// All properties. The fuzzer's targets and the directories of the corpus have these names.
+/// All properties. The fuzzer's targets have these names.
 #[cfg(feature = "server")]
 pub const PROPERTIES: [(&str, Property); 15] = [
     ("client_message", client_message),

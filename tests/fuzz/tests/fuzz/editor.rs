@@ -19,12 +19,13 @@ type Act = (u8, u16, u16);
 
 fn texts() -> Vec<String> {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let folders = ["corpus/scene", "../../assets/scenes", "../scenes"].map(|path| here.join(path));
+    let folders = ["../../assets/scenes", "../scenes"].map(|path| here.join(path));
     let entries = folders.iter().flat_map(|path| fs::read_dir(path).expect("a folder of scenes"));
     let mut paths: Vec<_> = entries.map(|entry| entry.expect("a readable entry").path()).collect();
     paths.sort();
-    let read = |path| String::from_utf8_lossy(&fs::read(path).expect("a listed file")).into_owned();
-    paths.iter().map(read).collect()
+    let files = paths.iter().map(|path| fs::read(path).expect("a listed file"));
+    let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
+    jostle_fuzz::corpus("scene").into_iter().chain(files).map(text).collect()
 }
 
 /// A text with some of its characters replaced by others.

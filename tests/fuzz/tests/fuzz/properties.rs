@@ -1,7 +1,7 @@
-//! The properties hold for the committed corpus, for thousands of mutations of it, and for random
+//! The properties hold for the corpus, for thousands of mutations of it, and for random
 //! bytes. The fuzzer does the same, guided by coverage and without a time limit.
 
-use jostle_fuzz::PROPERTIES;
+use jostle_fuzz::{PROPERTIES, corpus};
 use proptest::prelude::*;
 use proptest::sample::Index;
 use proptest::test_runner::{Config, RngSeed, TestRunner};
@@ -16,14 +16,15 @@ fn here() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Corpus files of a property, and other valid inputs.
+/// The corpus of a property, and other valid inputs.
 fn inputs(name: &str) -> Vec<Vec<u8>> {
-    let mut files = files(&here().join("corpus").join(name));
+    let mut inputs = corpus(name);
     if name == "scene" {
-        files.extend(self::files(&here().join("../../assets/scenes")));
-        files.extend(self::files(&here().join("../scenes")));
+        let folders = ["../../assets/scenes", "../scenes"];
+        let files = folders.iter().flat_map(|path| files(&here().join(path)));
+        inputs.extend(files.map(|path| fs::read(path).expect("a file that was just listed")));
     }
-    files.iter().map(|path| fs::read(path).expect("a file that was just listed")).collect()
+    inputs
 }
 
 fn files(dir: &Path) -> Vec<PathBuf> {
@@ -55,7 +56,7 @@ fn mutated(mut bytes: Vec<u8>, other: &[u8], edits: &[Edit]) -> Vec<u8> {
 fn check(name: &str, cases: u32) {
     let (_, property) = PROPERTIES.iter().find(|(known, _)| *known == name).expect("a property");
     let inputs = inputs(name);
-    assert!(inputs.len() > 2, "the corpus of {name}: cargo run -p jostle-fuzz --example corpus");
+    assert!(inputs.len() > 2, "{name} has a corpus");
     inputs.iter().for_each(|input| property(input));
     let config = Config {
         cases,
@@ -152,13 +153,10 @@ fn a_map_of_tiled_is_refused_or_becomes_a_scene() {
 }
 
 #[test]
-fn every_property_has_a_target_and_a_corpus() {
+fn every_property_has_a_target() {
     let properties: BTreeSet<String> =
         PROPERTIES.iter().map(|(name, _)| name.to_string()).collect();
     let stem = |path: PathBuf| path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
-    let corpora: BTreeSet<String> =
-        files(&here().join("corpus")).into_iter().filter_map(stem).collect();
-    assert_eq!(corpora, properties);
     let mut targets = files(&here().join("targets"));
     targets.retain(|path| path.extension().is_some_and(|ending| ending == "rs"));
     assert_eq!(targets.into_iter().filter_map(stem).collect::<BTreeSet<_>>(), properties);
