@@ -12,27 +12,22 @@ use std::path::Path;
 /// One line of a trace.
 #[derive(Debug, Serialize)]
 pub struct Line {
-    /// Ticks played.
     pub tick: u32,
     /// State hash, 16 hex digits.
     pub hash: String,
     /// Bodies in index order.
     pub bodies: Vec<Body>,
-    /// Live particles.
     pub particles: usize,
-    /// Running emitters.
     pub emitters: usize,
     /// Sums over the world.
     #[serde(flatten)]
     pub sums: Sums,
 }
 
-/// One body.
 #[derive(Debug, Serialize)]
 pub struct Body {
     /// Index, plus 2^32 times the number of earlier bodies of that index.
     pub id: u64,
-    /// Its kind.
     pub kind: &'static str,
     /// Centre, world units.
     pub pos: [f32; 2],
@@ -120,7 +115,6 @@ impl Sink {
         Ok(Sink { file: Some(file), out: BufWriter::new(out), is_closed: false })
     }
 
-    /// Stdout.
     pub fn stdout() -> Sink {
         Sink { file: None, out: BufWriter::new(Box::new(io::stdout())), is_closed: false }
     }
@@ -139,7 +133,6 @@ impl Sink {
         self.check(written)
     }
 
-    /// Writes the rest.
     pub fn finish(mut self) -> Result<(), Failure> {
         let flushed = self.out.flush();
         self.check(flushed)

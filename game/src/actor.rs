@@ -18,18 +18,14 @@ pub(crate) struct Actor {
 /// Motion of a body by itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Rule {
-    /// It does not.
     Still,
-    /// A minion.
     Wander {
-        /// Unit vector.
         heading: Vec2,
         /// Units/s, positive.
         speed: f32,
         /// A dye pack has pushed it off its way, to which it returns.
         is_pushed: bool,
     },
-    /// A dye pack.
     Chase {
         /// Unit vector of its own motion.
         front: Vec2,
@@ -37,7 +33,6 @@ pub(crate) enum Rule {
         drift: Vec2,
         /// Velocity set for this step, units/s.
         driven: Vec2,
-        /// Ticks left.
         life: u32,
     },
 }

@@ -10,9 +10,9 @@ use jostle_sim::{BodyId, EmitterDef};
 pub enum Event {
     /// Two bodies began to touch, one of them dynamic, closing faster than the scene's report speed.
     Impact {
-        /// Lower index.
+        /// The body with the lower index.
         a: BodyId,
-        /// Higher index.
+        /// The body with the higher index.
         b: BodyId,
         /// Contact point, world units.
         point: Vec2,
@@ -25,14 +25,14 @@ pub enum Event {
         owner: Option<Seat>,
         /// The hero's player, if it has one.
         victim: Option<Seat>,
-        /// The hero.
+        /// The hero that is concerned.
         hero: BodyId,
         /// Contact point, world units.
         point: Vec2,
     },
     /// A body left the kill zone; a hero respawns.
     BodyLeft {
-        /// Its kind.
+        /// Kind of the body.
         kind: Kind,
         /// Its id, no longer valid.
         body: BodyId,

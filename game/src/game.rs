@@ -25,22 +25,22 @@ use std::sync::Arc;
 pub struct SnapshotBody {
     /// Its id. A body keeps kind, owner, group and shape for life.
     pub id: BodyId,
-    /// Its kind.
+    /// Kind of the body, which decides who may move it.
     pub kind: Kind,
     /// The player it belongs to, for heroes and packs.
     pub owner: Option<Seat>,
     /// Collision group, an index into the scene's.
     pub group: u8,
-    /// Outline.
+    /// Shape, around the centre.
     pub shape: Shape,
-    /// Centre in quanta.
+    /// Centre, in quanta of the scene's world.
     pub quanta: [i32; 2],
 }
 
 /// Public facts of one player, for snapshots.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlayerInfo {
-    /// The seat.
+    /// Seat of the player.
     pub seat: Seat,
     /// The hero, unless the scene has none or it is about to respawn.
     pub hero: Option<BodyId>,
@@ -114,7 +114,7 @@ impl Game {
         }
     }
 
-    /// The scene.
+    /// The scene that is played.
     pub fn scene(&self) -> &Arc<Scene> {
         &self.scene
     }
@@ -129,7 +129,7 @@ impl Game {
         self.rules.as_ref().is_some_and(Rules::begins_round)
     }
 
-    /// Ticks played.
+    /// Ticks played since the game began.
     pub fn tick_count(&self) -> u32 {
         self.ticks
     }

@@ -26,9 +26,9 @@ impl Buttons {
     pub const MAKE: Buttons = Buttons(1 << 5);
     /// X: hold the body under the pointer.
     pub const HOLD: Buttons = Buttons(1 << 6);
-    /// C: agitate.
+    /// C: agitate the bodies around the pointer.
     pub const AGITATE: Buttons = Buttons(1 << 7);
-    /// V: clear.
+    /// V: clear what the player has made.
     pub const CLEAR: Buttons = Buttons(1 << 8);
     /// H: select the hero.
     pub const PICK_HERO: Buttons = Buttons(1 << 9);

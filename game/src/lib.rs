@@ -3,6 +3,8 @@
 //! One scene, one seed and one input log give one state hash for every tick, bit for bit, on every
 //! target. Nothing here does IO, reads a clock, spawns a thread or iterates a hash map.
 
+#![warn(missing_docs)]
+
 mod actor;
 mod emitters;
 mod event;

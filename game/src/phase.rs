@@ -11,7 +11,7 @@ pub enum Phase {
     Integrate,
     /// Which pairs take part.
     Pairs,
-    /// Contacts are solved.
+    /// Contacts are solved, and overlaps removed.
     Relax,
     /// Events are reported and acted on; tools make new bodies.
     Events,
@@ -30,7 +30,7 @@ impl Phase {
         Phase::Particles,
     ];
 
-    /// Lower-case name.
+    /// Lower-case name, for metrics and reports.
     pub fn name(self) -> &'static str {
         match self {
             Phase::Inputs => "inputs",

@@ -14,7 +14,6 @@ pub(crate) struct Held {
     pub gravity_scale: f32,
 }
 
-/// A seated player.
 #[derive(Clone, Debug)]
 pub(crate) struct Player {
     pub seat: Seat,

@@ -8,7 +8,7 @@ use crate::scene::POINTS_MAX;
 pub enum Side {
     /// The team with this place in the file.
     Team(u8),
-    /// A player.
+    /// A player without a team.
     Player(Seat),
 }
 

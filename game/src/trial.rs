@@ -80,7 +80,7 @@ pub fn worst_tick(scene: &Scene) -> WorstTick {
 }
 
 impl Trial {
-    /// Plays a scene.
+    /// Plays a scene with players who press buttons at random.
     pub fn of(scene: &Scene) -> Trial {
         Trial::played(scene, &mut RandomGame::tick)
     }
@@ -143,7 +143,7 @@ impl RandomGame {
         RandomGame { game, hands, inputs: Vec::new(), rng: Rng::new(seed, u64::MAX) }
     }
 
-    /// The game itself.
+    /// The game as it stands now.
     pub fn game(&self) -> &Game {
         &self.game
     }

@@ -27,13 +27,13 @@ pub enum AppearanceError {
     /// The name has a character that is invisible or reorders the text around it.
     #[error("That name contains a character we can't display (U+{:04X}).", u32::from(*character))]
     NameForbidden {
-        /// The character.
+        /// First character that is not allowed.
         character: char,
     },
     /// The colour does not exist.
     #[error("There is no colour {color}: allowed are 0 to {}.", COLORS - 1)]
     Color {
-        /// The colour.
+        /// Index that was asked for.
         color: u8,
     },
 }

@@ -35,7 +35,6 @@ impl BitWriter {
         self.bytes.extend_from_slice(&bits.to_le_bytes()[..bytes]);
     }
 
-    /// Number of bits.
     pub fn count(&self) -> usize {
         self.count
     }
@@ -117,7 +116,6 @@ impl Rice {
         self.mean = self.mean - (self.mean >> 3) + u64::from(folded);
     }
 
-    /// Appends a number.
     pub fn write(&mut self, value: i32, out: &mut BitWriter) {
         let folded = fold(value);
         let plain = self.plain_bits();
@@ -132,7 +130,6 @@ impl Rice {
         self.learn(folded);
     }
 
-    /// Reads a number.
     pub fn read(&mut self, bits: &mut BitReader, field: &'static str) -> Result<i32, DecodeError> {
         let plain = self.plain_bits();
         let mut quotient = 0;

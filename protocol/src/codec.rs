@@ -55,7 +55,6 @@ pub struct EncodeScratch {
 /// The content of one message.
 #[derive(Clone, Copy, Debug)]
 pub struct Content<'a> {
-    /// The snapshot.
     pub snapshot: &'a Snapshot,
     /// Ticks between messages, for a keyframe.
     pub every: u8,
@@ -129,10 +128,8 @@ fn encode_moves<'a>(
     moves.encode(centers.chain(pointers))
 }
 
-/// A decoded message.
 #[derive(Debug)]
 pub struct SnapshotMessage {
-    /// The snapshot.
     pub snapshot: Snapshot,
     /// Ticks between messages, if it is a keyframe.
     pub every: Option<u8>,

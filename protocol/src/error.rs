@@ -6,19 +6,19 @@ pub enum DecodeError {
     /// The message ends inside a field.
     #[error("message ends inside {field}")]
     Truncated {
-        /// The field.
+        /// Field that was being read.
         field: &'static str,
     },
     /// A field has a value outside its range.
     #[error("{field} is out of range")]
     OutOfRange {
-        /// The field.
+        /// Field that was being read.
         field: &'static str,
     },
     /// Bytes are left after the last field.
     #[error("{count} bytes are left over")]
     Trailing {
-        /// Number of bytes.
+        /// Bytes behind the message.
         count: usize,
     },
     /// A delta came before any keyframe.
@@ -27,9 +27,9 @@ pub enum DecodeError {
     /// The message is longer than its kind may be.
     #[error("message of {bytes} bytes exceeds {bytes_max}")]
     TooLong {
-        /// Its length.
+        /// Bytes of the message.
         bytes: usize,
-        /// The limit.
+        /// Most bytes that are allowed.
         bytes_max: usize,
     },
 }

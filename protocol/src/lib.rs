@@ -1,6 +1,8 @@
 //! The protocol between client and server: messages, the snapshot and its codec, the replay format, and
 //! every limit on them. No IO, no allocation before its size is checked, no panic on any bytes.
 
+#![warn(missing_docs)]
+
 mod appearance;
 mod bits;
 mod clip;

@@ -57,7 +57,7 @@ pub enum ClientMessage {
     Hello {
         /// [`crate::VERSION`] of the client.
         version: u16,
-        /// Name and colour.
+        /// Name and colour of the player.
         appearance: Appearance,
         /// Token of a seat held before, to get it back.
         token: Option<Token>,
@@ -72,7 +72,7 @@ pub enum ClientMessage {
         seq: u32,
         /// Low bits of the tick of the newest decoded snapshot; before the first, of the welcome's tick.
         ack_tick: u16,
-        /// Buttons and pointer.
+        /// Keys, buttons and pointer of the player.
         input: Input,
     },
     /// A request for a [`ServerMessage::Pong`].
@@ -87,7 +87,7 @@ pub enum ClientMessage {
     },
     /// The host kicks a player, who cannot come back for a while.
     Kick {
-        /// The player's seat.
+        /// Seat of that player.
         seat: Seat,
     },
     /// The host closes the room.
@@ -104,7 +104,7 @@ pub enum ClientMessage {
 /// The seat in a welcome.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WelcomeSeat {
-    /// The seat.
+    /// The seat that the player holds.
     pub seat: Seat,
     /// Whether the player is the room's host, because the hello had the right key.
     pub host: bool,
@@ -130,7 +130,7 @@ pub enum ServerMessage {
     },
     /// The session ends, and the socket closes after this message.
     Refused {
-        /// The reason.
+        /// Reason, and what the client should do.
         refusal: Refusal,
     },
     /// The server is about to close.
@@ -142,7 +142,7 @@ pub enum ServerMessage {
     },
     /// The answer to a ping.
     Pong {
-        /// The ping's stamp.
+        /// The stamp of the ping that it answers.
         stamp: u32,
         /// The server's tick at the time of the answer.
         tick: u32,
@@ -162,7 +162,7 @@ pub enum ServerMessage {
     },
     /// A player of the room shows an emote.
     Emote {
-        /// The player's seat.
+        /// Seat of the player.
         seat: Seat,
         /// Which, below [`EMOTES`].
         emote: u8,

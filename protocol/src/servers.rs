@@ -28,7 +28,7 @@ impl Servers {
         &self.known[self.current]
     }
 
-    /// A welcome came.
+    /// The current server has welcomed the client.
     pub fn welcomed(&mut self) {
         (self.seated, self.followed, self.failed) = (true, false, 0);
     }

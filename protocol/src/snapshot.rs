@@ -13,15 +13,15 @@ pub(crate) const SNAPSHOT: u8 = 1 << 7;
 /// One player as clients see them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlayerState {
-    /// The seat.
+    /// Seat of the player.
     pub seat: Seat,
-    /// Name and colour.
+    /// Name and colour of the player.
     pub appearance: Appearance,
     /// Whether a socket is attached; the seat is held for a while without one.
     pub connected: bool,
     /// Sequence number of the newest input that was played.
     pub input_seq: u32,
-    /// The player's hero.
+    /// Body of the hero, while there is one.
     pub hero: Option<BodyId>,
     /// Selected body (A1.1).
     pub selected: Option<BodyId>,
@@ -36,9 +36,9 @@ pub struct PlayerState {
 /// An event and its tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimedEvent {
-    /// The tick.
+    /// Tick in which it happened.
     pub tick: u32,
-    /// The event.
+    /// The fact that the tick reported.
     pub event: Event,
 }
 

@@ -28,12 +28,12 @@ impl Writer {
         &self.bytes
     }
 
-    /// Returns the message.
+    /// Returns the bytes of the message.
     pub fn finish(self) -> Vec<u8> {
         self.bytes
     }
 
-    /// One byte.
+    /// Writes one byte, unchanged.
     pub fn byte(&mut self, value: u8) {
         self.bytes.push(value);
     }
@@ -82,7 +82,7 @@ impl Writer {
         self.leb32(fold(value));
     }
 
-    /// Two signed numbers.
+    /// Writes two signed numbers, each in zigzag form.
     pub fn quanta(&mut self, value: [i32; 2]) {
         value.into_iter().for_each(|axis| self.zigzag(axis));
     }
@@ -93,7 +93,7 @@ impl Writer {
         self.fixed32(value.to_bits());
     }
 
-    /// Two finite numbers.
+    /// Writes two finite numbers, eight bytes.
     pub fn point(&mut self, value: Vec2) {
         self.finite(value.x);
         self.finite(value.y);
@@ -174,7 +174,7 @@ impl<'a> Reader<'a> {
         Ok(*taken)
     }
 
-    /// One byte.
+    /// Reads one byte of any value.
     pub fn byte(&mut self, field: &'static str) -> Result<u8, DecodeError> {
         Ok(self.array::<1>(field)?[0])
     }
@@ -280,14 +280,14 @@ impl<'a> Reader<'a> {
         Ok(quanta)
     }
 
-    /// A finite number.
+    /// Reads a number that has to be finite.
     pub fn finite(&mut self, field: &'static str) -> Result<f32, DecodeError> {
         let value = f32::from_bits(self.fixed32(field)?);
         check(value.is_finite(), field)?;
         Ok(value)
     }
 
-    /// Two finite numbers.
+    /// Reads two numbers that have to be finite.
     pub fn point(&mut self, field: &'static str) -> Result<Vec2, DecodeError> {
         Ok(Vec2::new(self.finite(field)?, self.finite(field)?))
     }

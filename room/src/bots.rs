@@ -87,7 +87,6 @@ impl Bots {
         Appearance { name: NAMES[number % NAMES.len()].to_owned().into(), color }
     }
 
-    /// Seats one more.
     pub fn add(&mut self, seat: Seat) {
         let at = self.bots.partition_point(|bot| bot.seat < seat);
         let rng = Rng::new(u64::from(self.rng.next_u32()), STREAM);

@@ -34,7 +34,7 @@ pub enum Cause {
     Nudge {
         /// Phases of the tick in which this can have happened, the earliest first.
         phases: Vec<Phase>,
-        /// The body.
+        /// Body of which a field differs.
         body: BodyId,
         /// The name of the number.
         field: &'static str,
@@ -45,7 +45,7 @@ pub enum Cause {
     Later {
         /// Tick of the keyframe.
         tick: u32,
-        /// The difference there.
+        /// First field that differs there.
         difference: Difference,
     },
     /// More than that, and no keyframe follows.

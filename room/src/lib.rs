@@ -1,6 +1,8 @@
 //! A [`Room`] is one game and its members, without sockets, files or time: ticks and messages in,
 //! bytes out. The server and the page run the same one.
 
+#![warn(missing_docs)]
+
 mod bots;
 pub mod camera;
 pub mod clip;

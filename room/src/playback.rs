@@ -22,9 +22,9 @@ pub enum PlaybackError {
     /// A player joins twice, or leaves without having joined.
     #[error("tick {tick}: seat {seat} cannot change as the replay says")]
     Change {
-        /// The tick.
+        /// Number of the tick.
         tick: u32,
-        /// The seat.
+        /// Number of the seat.
         seat: u16,
     },
     /// A keyframe does not hold a state of this scene.
@@ -32,7 +32,7 @@ pub enum PlaybackError {
     Keyframe {
         /// The tick of the keyframe.
         tick: u32,
-        /// The reason.
+        /// Reason why the keyframe cannot be restored.
         error: StateError,
     },
     /// A record is whole, but does not hold what its kind says.
@@ -46,7 +46,7 @@ pub enum PlaybackError {
 /// One tick that was played again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Played {
-    /// The tick.
+    /// Number of the tick that was played.
     pub tick: u32,
     /// Whether its hash equals the recorded one.
     pub agrees: bool,
@@ -66,7 +66,7 @@ pub struct Playback {
 /// The game at one tick, with its members.
 #[derive(Clone, Debug)]
 pub struct Moment {
-    /// The game.
+    /// The game after its last tick.
     pub game: Game,
     /// Names and colours by seat.
     pub members: LiteMap<u16, Appearance>,
@@ -143,7 +143,7 @@ impl Playback {
         Ok(Playback { replay, moment, block: None, marks: LiteMap::new() })
     }
 
-    /// The replay.
+    /// The replay that is played.
     pub fn replay(&self) -> &Arc<Replay> {
         &self.replay
     }

@@ -58,7 +58,7 @@ enum Change {
 /// The right to a seat. The caller seals it in a token for the player, because a room holds no secrets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Claim {
-    /// The seat.
+    /// The seat that the player holds.
     pub seat: Seat,
     /// Unique among the claims of a room.
     pub serial: u64,
@@ -546,7 +546,7 @@ impl Room {
         self.game.scene()
     }
 
-    /// The game.
+    /// The game that its members play.
     pub fn game(&self) -> &Game {
         &self.game
     }

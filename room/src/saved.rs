@@ -14,7 +14,7 @@ pub struct SavedMembers {
 /// A seat that is taken.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SavedSeat {
-    /// The seat.
+    /// Number of the seat.
     pub seat: u16,
     /// Serial of the claim that gives it back.
     pub serial: u64,

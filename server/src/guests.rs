@@ -29,7 +29,6 @@ const FILE: &str = "guest.toml";
 /// Whether guests may open rooms with scenes of their own.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum GuestScenes {
-    /// They may not.
     Off,
     /// Only rooms that are not listed.
     #[default]

@@ -29,7 +29,6 @@ use tokio::sync::{Notify, watch};
 
 /// State shared by all connections of a server.
 pub struct ServerState {
-    /// Its configuration.
     pub config: Config,
     /// Shared by its rooms.
     pub host: Arc<Host>,
@@ -57,7 +56,6 @@ pub struct ServerState {
     pub trials: Arc<TrialQueue>,
     /// The rate-limited log of refusals.
     pub refusal_log: RefusalLog,
-    /// Descriptors for operators.
     pub spare: SpareDescriptors,
 }
 

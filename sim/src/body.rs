@@ -28,13 +28,13 @@ pub enum Motion {
 /// restitution 0.8 and friction 0.3 (A2.7).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyDef {
-    /// Shape.
+    /// Shape, around the position of the body.
     pub shape: Shape,
     /// Centre, world units.
     pub position: Vec2,
     /// Velocity, units/s.
     pub velocity: Vec2,
-    /// How it moves.
+    /// Whether forces and contacts move it.
     pub motion: Motion,
     /// Mass, positive and finite; used by dynamic bodies only.
     pub mass: f32,

@@ -24,7 +24,7 @@ pub struct Features {
     pub friction: bool,
     /// Contacts that bounce: a body that is not static does. A pair takes the smaller restitution.
     pub restitution: bool,
-    /// Particles.
+    /// Particles, and what makes them.
     pub particles: bool,
 }
 

@@ -26,7 +26,6 @@ impl ScratchUse {
     }
 }
 
-/// Adds an item.
 #[inline]
 pub(crate) fn push<T>(list: &mut Vec<T>, item: T) {
     if list.len() == list.capacity() {

@@ -20,7 +20,7 @@ impl Default for StateHasher {
 }
 
 impl StateHasher {
-    /// Adds a word.
+    /// Adds a word to the digest.
     #[inline]
     pub fn push(&mut self, word: u32) {
         self.block[self.filled..self.filled + 4].copy_from_slice(&word.to_le_bytes());

@@ -20,7 +20,6 @@ const FREE: f32 = 0.5;
 /// By slot: scratch of the integration.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Displacements {
-    /// Velocity before gravity.
     pub start_velocity: Vec<Vec2>,
     /// Weights of v0 in the path, in [0, 0.5]; once the bodies have moved, the displacements of a position pass.
     pub weight: Vec<Vec2>,

@@ -4,6 +4,8 @@
 //! here does IO, reads a clock, spawns a thread or iterates a hash map; arithmetic is + - * / sqrt
 //! on f32 (on f64 for forces), and [`math`] holds the few transcendentals.
 
+#![warn(missing_docs)]
+
 mod bodies;
 mod body;
 mod broad_phase;

@@ -8,12 +8,12 @@ use glam::Vec2;
 /// The shape of a body around its centre, in world units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
-    /// A disc.
+    /// A disc around the position.
     Circle {
         /// Radius, positive and finite.
         radius: f32,
     },
-    /// An axis-aligned box.
+    /// An axis-aligned box around the position.
     Box {
         /// Half of width and height, both positive and finite.
         half: Vec2,

@@ -62,7 +62,6 @@ pub(crate) struct Sleep {
     wake_rounds: u32,
 }
 
-/// A sleeping island.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SleepingIsland {
     /// Slots, ascending.
@@ -121,7 +120,6 @@ impl Sleep {
         })
     }
 
-    /// Merges two islands.
     fn join(&mut self, a: u32, b: u32) {
         islands::join(&mut self.parent, a, b);
     }
@@ -367,7 +365,6 @@ impl Sleep {
         }
     }
 
-    /// Wakes all bodies.
     pub fn wake_all(&mut self, awake: &mut Awake) {
         self.to_wake.extend(0..self.islands.len() as u32);
         self.wake_pending(awake);

@@ -20,9 +20,9 @@ pub enum Subject {
     Body(BodyId),
     /// Two bodies that hold each other apart, by slot.
     Contact {
-        /// Lower slot.
+        /// The lower of both slots.
         a: u32,
-        /// Higher slot.
+        /// The higher of both slots.
         b: u32,
     },
     /// A spring, counted from 0.
@@ -94,7 +94,7 @@ impl fmt::Display for Difference {
 
 /// Visits the words of a state, always in the same order.
 pub trait StateVisitor {
-    /// Visits one word.
+    /// Visits a field of one word.
     fn word(&mut self, subject: Subject, field: &'static str, word: Word);
 
     /// Visits a count, an index or a set of flags.
@@ -116,7 +116,7 @@ pub trait StateVisitor {
         self.word(subject, field, Word::Number((value + 0.0).to_bits()));
     }
 
-    /// Visits both components.
+    /// Visits both components of a vector.
     #[inline]
     fn vector(&mut self, subject: Subject, fields: [&'static str; 2], value: Vec2) {
         self.number(subject, fields[0], value.x);

@@ -133,7 +133,6 @@ impl Steady {
         self.readmit_pending(bodies);
     }
 
-    /// Readmits all islands.
     pub fn readmit_all(&mut self, bodies: &mut Bodies) {
         self.to_readmit.extend(self.bodies.iter().map(|&slot| self.island[slot as usize]));
         self.readmit_pending(bodies);

@@ -16,12 +16,12 @@ pub struct StepCounts {
     pub thorough: u64,
     /// Visits that stand for the elimination of islands that sweeps do not solve.
     pub eliminated: u64,
-    /// Predictions of impacts.
+    /// Predictions of times of impact.
     pub predictions: u64,
     /// Visits of contacts while the conjugate solver removes overlap.
     pub corrections: u64,
     /// Visits of springs by the rounds in which networks of springs are solved, with what their factorisations stand for.
     pub springs: u64,
-    /// Particles.
+    /// Particles that are alive.
     pub particles: u64,
 }

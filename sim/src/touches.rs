@@ -12,7 +12,7 @@ use glam::Vec2;
 pub struct Touch {
     /// The body with the lower index.
     pub a: BodyId,
-    /// The other body.
+    /// The body with the higher index.
     pub b: BodyId,
     /// Unit vector from a to b.
     pub normal: Vec2,
@@ -27,7 +27,6 @@ pub struct Touch {
 /// A touch found by a solver, by slots.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Found {
-    /// Lower slot.
     pub a: u32,
     pub b: u32,
     /// Unit vector from a to b.

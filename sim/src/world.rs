@@ -35,7 +35,7 @@ pub enum StepPhase {
     Integrate,
     /// The pairs that take part are found.
     Pairs,
-    /// Contacts are solved.
+    /// Contacts are solved, and overlaps removed.
     Relax,
 }
 
@@ -177,7 +177,7 @@ impl World {
         self.bodies.find(id).map_or(Vec2::ZERO, |index| self.bodies.velocity[index])
     }
 
-    /// Shape.
+    /// Shape of a body. Panics if it does not exist.
     #[inline]
     pub fn shape(&self, id: BodyId) -> Shape {
         self.bodies.find(id).map_or(Shape::Circle { radius: 1.0 }, |index| self.bodies.shape[index])
@@ -189,7 +189,7 @@ impl World {
         self.bodies.find(id).map_or(Motion::Static, |index| self.bodies.motion[index])
     }
 
-    /// Collision group.
+    /// Collision group of a body. Panics if it does not exist.
     #[inline]
     pub fn group(&self, id: BodyId) -> u8 {
         self.bodies.find(id).map_or(0, |index| self.bodies.group[index])
@@ -457,7 +457,7 @@ impl World {
         self.particles.start(emitter)
     }
 
-    /// Particles and emitters.
+    /// The particles and emitters of the world.
     pub fn particles(&self) -> &Particles {
         &self.particles
     }

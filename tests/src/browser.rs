@@ -56,7 +56,6 @@ const FLAGS: [&str; 23] = [
 const LISTENING: &str = "DevTools listening on ";
 const CLOSE_WITHIN: Duration = Duration::from_secs(10);
 
-/// A running browser.
 pub struct Browser {
     process: Child,
     session: Session,
@@ -70,7 +69,6 @@ pub struct Visitor {
 }
 
 impl Browser {
-    /// Starts the browser.
     pub async fn launch() -> Result<Browser> {
         let program = find()?;
         let profile = std::env::temp_dir().join(format!("jostle-browser-{}", std::process::id()));
@@ -85,12 +83,10 @@ impl Browser {
         Ok(Browser { process, session: Session::connect(&address).await?, profile })
     }
 
-    /// Name and version.
     pub async fn version(&self) -> Result<String> {
         text(&self.session.call("Browser.getVersion", json!({})).await?, "product")
     }
 
-    /// A new visitor.
     pub async fn visitor(&self) -> Result<Visitor> {
         let context = self.session.call("Target.createBrowserContext", json!({})).await?;
         Ok(Visitor { context_id: text(&context, "browserContextId")? })

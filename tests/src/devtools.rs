@@ -27,9 +27,7 @@ pub struct Session {
 
 /// An event of a page.
 pub struct Event {
-    /// For example `Log.entryAdded`.
     pub method: String,
-    /// Its fields.
     pub params: Value,
 }
 
@@ -38,7 +36,6 @@ pub struct Event {
 struct Pending {
     last_command: u64,
     answers: HashMap<u64, oneshot::Sender<Value>>,
-    /// By session.
     events: HashMap<String, mpsc::UnboundedSender<Event>>,
 }
 

@@ -27,7 +27,6 @@ pub struct Difference {
 }
 
 impl Picture {
-    /// Reads a PNG.
     pub fn decode(png: &[u8]) -> Result<Picture> {
         let mut decoder = png::Decoder::new(std::io::Cursor::new(png));
         decoder.set_transformations(png::Transformations::normalize_to_color8());

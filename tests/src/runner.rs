@@ -22,17 +22,14 @@ const LANES: usize = 2;
 /// Slowest cases that are named at the end.
 const SLOWEST: usize = 5;
 
-/// A named test.
 pub struct Case {
     /// The statement that it tests.
     name: String,
     /// Runs while no other case does.
     alone: bool,
-    /// Starts it.
     run: Box<dyn Fn(Arc<Stage>) -> Running>,
 }
 
-/// A running case.
 type Running = BoxFuture<'static, Result<()>>;
 
 impl Case {

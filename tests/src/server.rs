@@ -50,7 +50,6 @@ pub fn patient() -> Config {
 
 /// Serves until it is stopped or dropped.
 pub struct Server {
-    /// Its address.
     pub address: SocketAddr,
     stop: oneshot::Sender<()>,
     served: JoinHandle<std::io::Result<()>>,

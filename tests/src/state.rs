@@ -22,16 +22,13 @@ pub struct State {
     /// Tick of that hash.
     #[serde(default)]
     pub hash_tick: Option<u32>,
-    /// Bodies shown.
     #[serde(default)]
     pub bodies: Vec<Body>,
-    /// Particles shown.
     #[serde(default)]
     pub particles: u32,
     /// Digest of the particles shown, 16 hex digits.
     #[serde(default)]
     pub particle_digest: Option<String>,
-    /// Running emitters.
     #[serde(default)]
     pub emitters: u32,
     /// Players in the room, including those whose seat is held.
@@ -61,7 +58,6 @@ pub struct State {
     /// The replay that is shown.
     #[serde(default)]
     pub replay: Option<Shown>,
-    /// Its sound.
     #[serde(default)]
     pub sound: Sound,
 }
@@ -89,7 +85,6 @@ pub struct Prediction {
     pub unacknowledged: usize,
 }
 
-/// GPU resources.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 pub struct Gpu {
     /// Names of the pipelines.
@@ -121,18 +116,15 @@ pub struct Shown {
     pub compared: u32,
     /// Seat of the followed player.
     pub followed: Option<u8>,
-    /// The camera's view.
     pub view: ShownView,
 }
 
-/// The camera's view.
 #[derive(Clone, Debug, Deserialize)]
 pub struct ShownView {
     /// World point at the centre.
     pub center: [f32; 2],
     /// World units from bottom to top.
     pub height: f32,
-    /// Width and height.
     pub pixels: [u32; 2],
 }
 
@@ -157,7 +149,6 @@ pub struct Body {
 pub struct Player {
     /// Seat in the room.
     pub seat: u16,
-    /// Chosen name.
     pub name: String,
     /// Whether there is a socket.
     pub connected: bool,

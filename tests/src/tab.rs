@@ -19,7 +19,6 @@ use tokio::sync::{mpsc, watch};
 
 const ASK_EVERY: Duration = Duration::from_millis(50);
 
-/// A screen size.
 #[derive(Clone, Copy, Debug)]
 pub struct Screen {
     /// CSS pixels.
@@ -41,9 +40,7 @@ impl Screen {
     pub const PHONE: Screen = Screen { width: 360, height: 740, touch: true, scale: 0.5 };
     /// A phone on its side.
     pub const PHONE_ON_SIDE: Screen = Screen { width: 640, height: 360, touch: true, scale: 0.5 };
-    /// A laptop.
     pub const LAPTOP: Screen = Screen { width: 1280, height: 720, touch: false, scale: 0.5 };
-    /// A large screen.
     pub const LARGE: Screen = Screen { width: 3840, height: 2160, touch: false, scale: 0.25 };
 
     /// The same screen with all pixels, for what is read off a picture.
@@ -59,7 +56,6 @@ impl Screen {
     }
 }
 
-/// A page.
 #[derive(Clone)]
 pub struct Tab {
     session: Session,
@@ -129,7 +125,6 @@ impl Tab {
         self.eval::<bool>(&go).await.map(drop)
     }
 
-    /// The address shown.
     pub async fn link(&self) -> Result<String> {
         self.eval("location.href").await
     }
@@ -231,7 +226,6 @@ impl Tab {
         self.key(key, "rawKeyDown").await
     }
 
-    /// Releases a key.
     pub async fn key_up(&self, key: &str) -> Result<()> {
         self.key(key, "keyUp").await
     }
@@ -382,7 +376,6 @@ impl Tab {
         self.lift().await
     }
 
-    /// Lifts all fingers.
     pub async fn lift(&self) -> Result<()> {
         self.fingers("touchEnd", json!([])).await.context("no finger lifted")
     }
@@ -392,7 +385,6 @@ impl Tab {
         self.session.call("Input.dispatchTouchEvent", event).await.map(drop)
     }
 
-    /// A screenshot.
     pub async fn picture(&self) -> Result<Picture> {
         Picture::decode(&self.png().await?)
     }
@@ -469,7 +461,6 @@ impl Tab {
         BASE64.decode(text(&answer, "data")?.as_bytes()).context("a screenshot of another kind")
     }
 
-    /// Its screen.
     pub fn screen(&self) -> Screen {
         self.screen
     }

@@ -15,7 +15,6 @@ pub fn root() -> PathBuf {
     manifest.parent().expect("xtask lies inside the workspace").to_path_buf()
 }
 
-/// Cargo's target directory.
 pub fn target_dir() -> PathBuf {
     std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from)
 }

@@ -62,7 +62,6 @@ const CASES: [Case; 4] = [
     Case { name: "150 +- 30 ms, none", query: "?lag=150,30&predict=0" },
 ];
 
-/// One press.
 #[derive(Clone, Copy, Debug, Deserialize)]
 struct Press {
     /// From the key event to the end of the drawing of the frame, milliseconds.

@@ -16,7 +16,6 @@ const LATE_P99_MS_MAX: f64 = 1.0;
 /// The same holds if it waits for a processor during this share of the time.
 const QUEUED_SHARE_MAX: f64 = 0.005;
 
-/// Running idle threads.
 pub struct JitterProbe {
     over: Arc<AtomicBool>,
     threads: Vec<JoinHandle<Watched>>,
@@ -37,7 +36,6 @@ pub struct Jitter {
 }
 
 impl JitterProbe {
-    /// Starts the threads.
     pub fn start(threads: usize) -> JitterProbe {
         let over = Arc::new(AtomicBool::new(false));
         let start = |_| {
@@ -51,7 +49,6 @@ impl JitterProbe {
         JitterProbe { over, threads }
     }
 
-    /// Stops them.
     pub fn stop(self) -> Jitter {
         self.over.store(true, Relaxed);
         let watched = self.threads.into_iter().map(|thread| thread.join().expect("it only sleeps"));

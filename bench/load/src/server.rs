@@ -16,7 +16,6 @@ pub struct Server {
     pub address: String,
     /// Address of the operators' port.
     pub operators: String,
-    /// Lines of stderr.
     log: JoinHandle<Vec<String>>,
 }
 

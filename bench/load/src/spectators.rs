@@ -20,7 +20,6 @@ pub struct Watched {
     pub bytes: u64,
 }
 
-/// Spectators with sockets.
 pub struct Spectators(Vec<JoinHandle<Result<Watched>>>);
 
 impl Spectators {

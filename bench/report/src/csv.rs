@@ -26,7 +26,6 @@ impl Csv {
         self.text.push('\n');
     }
 
-    /// The finished text.
     pub fn finish(self) -> String {
         self.text
     }

@@ -7,7 +7,6 @@ use glam::DVec2;
 /// The state of a body.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct State {
-    /// Centre.
     pub position: DVec2,
     /// Units/s.
     pub velocity: DVec2,
@@ -15,7 +14,6 @@ pub struct State {
 
 /// A simulation under test. Bodies are numbered in the order in which they were added.
 pub trait Engine {
-    /// Adds a body.
     fn add(&mut self, body: &Body) -> usize;
 
     /// Advances by one tick of the scene, in as many steps as the method takes.
@@ -69,7 +67,6 @@ impl Trace {
         Trace { tick_s: scene.tick_s, states }
     }
 
-    /// The last reading.
     pub fn last(&self) -> &[State] {
         self.states.last().expect("the start is always there")
     }

@@ -12,7 +12,6 @@ use crate::scene::{Body, Mulberry, Scene, Shape};
 use crate::stability::{Case, Outcome, Subject, largest, outcome};
 use jostle_sim::{EmitterDef, Particles, Recipe, Source, Vec2};
 
-/// All ensembles.
 pub const ENSEMBLES: [Case; 2] = [
     Case { id: "E1", title: "Gas from 32 seeds, e = 1, against the law of ideal gases", run: gas },
     Case {

@@ -118,7 +118,6 @@ pub fn number_of(id: &str) -> u32 {
     id.trim_end_matches(|c: char| c.is_ascii_alphabetic()).parse().unwrap_or(u32::MAX)
 }
 
-/// Numbers as text.
 pub fn listed(numbers: &[u32]) -> String {
     let words: Vec<String> = numbers.iter().map(u32::to_string).collect();
     if words.is_empty() { "none".into() } else { words.join(", ") }

@@ -12,11 +12,9 @@ use jostle_sim::Solver;
 /// Origin of a method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Family {
-    /// Jostle itself.
     Jostle,
     /// A textbook scheme in this crate, as a yardstick.
     Yardstick,
-    /// Another engine.
     Peer,
 }
 
@@ -37,7 +35,6 @@ pub enum Field {
 /// One curve: an engine and the knob that makes its points.
 #[derive(Clone, Copy)]
 pub struct Method {
-    /// Short and unique.
     pub name: &'static str,
     /// Origin of the method.
     pub family: Family,

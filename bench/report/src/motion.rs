@@ -21,7 +21,6 @@ const WALLS: usize = 4;
 
 /// A scene with its disturbances.
 pub struct Setting {
-    /// The bodies.
     pub scene: Scene,
     /// Size of the container, whose lower left corner is at 0.
     pub size: DVec2,

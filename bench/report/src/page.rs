@@ -20,7 +20,6 @@ pub struct Origin {
     pub machine: String,
     /// Commit of the source.
     pub commit: String,
-    /// Year-month-day.
     pub date: String,
     /// Compiler of the program that measured.
     pub compiler: String,
@@ -28,17 +27,12 @@ pub struct Origin {
     pub quick: bool,
 }
 
-/// All measurements.
 pub struct Results {
-    /// Place and time.
     pub origin: Origin,
     /// The methods that took part.
     pub methods: Vec<Method>,
-    /// By problem.
     pub studies: Vec<Study>,
-    /// By pile.
     pub heaps: Vec<Heap>,
-    /// By case.
     pub cases: Vec<Verdicts>,
     /// Means and variances of systems that are chaotic body by body.
     pub ensembles: Vec<Verdicts>,
@@ -84,7 +78,6 @@ pub const GLANCE: &str = "Every point on the left is one setting of one engine: 
      solvers and of the peers on each problem. Errors below the rounding floor of f32 count as the floor; what lies \
      beyond an axis is drawn at its edge.";
 
-/// The whole page.
 pub fn html(results: &Results) -> String {
     let mut page = String::new();
     let origin = &results.origin;

@@ -20,7 +20,6 @@ pub use scenes::all;
 pub struct Pile {
     /// Id for the command line.
     pub id: String,
-    /// Title.
     pub title: String,
     /// The bodies, once for each seed.
     pub scenes: Vec<Scene>,
@@ -63,7 +62,6 @@ pub enum Figure {
     CalmAfter,
     /// Last time at which a body was faster than [`STILL`].
     SettledAfter,
-    /// Largest upward speed.
     Rising,
     /// Height lost by the highest body.
     HeightLost,
@@ -190,7 +188,6 @@ impl Figure {
 pub enum Bound {
     /// Everything: the figure is only shown.
     None,
-    /// At most this.
     Value(f64),
     /// At most this multiple of the first peer's figure.
     OfPeer(f64),
@@ -201,7 +198,6 @@ type Measured = Result<Vec<f64>, String>;
 
 /// A pile with the figures of all solvers.
 pub struct Heap {
-    /// The pile.
     pub pile: Pile,
     /// Figures by solver, in the order of the methods.
     pub measured: Vec<Measured>,

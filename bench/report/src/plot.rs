@@ -12,7 +12,6 @@ use std::fmt::Write;
 /// Style of a curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Style {
-    /// CSS colour.
     pub color: &'static str,
     /// Dash pattern of the line, empty for solid.
     pub dash: &'static str,
@@ -23,13 +22,9 @@ pub struct Style {
 /// Shape of a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Marker {
-    /// A line alone.
     None,
-    /// A filled circle.
     Disc,
-    /// A square.
     Square,
-    /// Pointing upwards.
     Triangle,
     /// A square on its corner.
     Diamond,
@@ -42,7 +37,6 @@ pub struct Dot {
     pub x: f64,
     /// Value in the data's unit.
     pub y: f64,
-    /// Filled or hollow.
     pub filled: bool,
     /// With a ring around it.
     pub ringed: bool,
@@ -51,10 +45,8 @@ pub struct Dot {
     pub title: String,
 }
 
-/// A curve.
 #[derive(Clone, Debug)]
 pub struct Line {
-    /// Its style.
     pub style: Style,
     /// Points in the order in which they are joined.
     pub dots: Vec<Dot>,
@@ -72,11 +64,8 @@ pub struct Axis {
 /// One pair of axes.
 #[derive(Clone, Debug)]
 pub struct Panel {
-    /// Text above it.
     pub title: String,
-    /// Horizontal axis.
     pub x: Axis,
-    /// Vertical axis.
     pub y: Axis,
     /// Curves; later ones are drawn on top.
     pub lines: Vec<Line>,

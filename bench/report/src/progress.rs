@@ -19,7 +19,6 @@ impl Progress {
         Progress { total, began: Instant::now(), done: Mutex::new(0) }
     }
 
-    /// A task begins.
     pub fn begin(&self, name: &str) {
         let done = *self.done.lock().expect("no holder panics");
         let seconds = self.began.elapsed().as_secs();
@@ -35,7 +34,6 @@ impl Progress {
         let _ = out.flush();
     }
 
-    /// A task ended.
     pub fn done(&self) {
         let mut done = self.done.lock().expect("no holder panics");
         *done += 1;

@@ -10,12 +10,9 @@ pub const TICK_S: f64 = 1.0 / 60.0;
 /// The shape of a body, centred on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
-    /// A disc.
     Circle {
-        /// Units.
         radius: f64,
     },
-    /// An axis-aligned box.
     Box {
         /// Half of width and height, units.
         half: DVec2,
@@ -48,7 +45,6 @@ impl Shape {
 /// How a body moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Motion {
-    /// Never moves.
     Static,
     /// Moves only by its own velocity.
     Kinematic,
@@ -59,13 +55,10 @@ pub enum Motion {
 /// Initial state of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Body {
-    /// Shape.
     pub shape: Shape,
-    /// Centre.
     pub position: DVec2,
     /// Units/s.
     pub velocity: DVec2,
-    /// How it moves.
     pub motion: Motion,
     /// Only used for dynamic bodies.
     pub mass: f64,
@@ -115,10 +108,8 @@ impl Body {
     }
 }
 
-/// Drag on bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Drag {
-    /// Nothing.
     None,
     /// -k v, k in 1/s.
     Linear(f64),
@@ -129,7 +120,6 @@ pub enum Drag {
 /// The other end of a spring.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Hook {
-    /// A fixed point.
     Point(DVec2),
     /// Another body, by index.
     Body(usize),
@@ -140,7 +130,6 @@ pub enum Hook {
 pub struct Spring {
     /// The body at its own end, by index.
     pub body: usize,
-    /// The other end.
     pub to: Hook,
     /// Rest length, units.
     pub length: f64,

@@ -22,7 +22,6 @@ pub const SLOP: f64 = 0.005;
 pub struct Case {
     /// S1 to S24.
     pub id: &'static str,
-    /// Title.
     pub title: &'static str,
     /// Runs it with one solver.
     pub run: fn(&Subject) -> Outcome,
@@ -81,7 +80,6 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Adds a figure.
     pub fn check(&mut self, variant: &str, metric: &'static str, accepted: f64, measured: f64) {
         self.checks.push(Check { variant: variant.into(), metric, accepted, measured });
     }
@@ -123,7 +121,6 @@ pub fn all() -> Vec<Case> {
 
 /// A case with one outcome per solver.
 pub struct Verdicts {
-    /// The case.
     pub case: Case,
     /// Outcomes by solver, in the order of the methods.
     pub outcomes: Vec<Outcome>,

@@ -25,7 +25,6 @@ pub struct Norm {
 pub struct Problem {
     /// Number in the list, with a letter if one number has several scenes.
     pub id: &'static str,
-    /// Title.
     pub title: &'static str,
     /// The scene in a sentence or two.
     pub about: &'static str,
@@ -51,9 +50,7 @@ impl Problem {
 /// One setting of one method.
 #[derive(Clone, Debug)]
 pub struct Point {
-    /// The knob's value.
     pub setting: f64,
-    /// Errors by norm.
     pub errors: Vec<f64>,
     /// Processor time per tick, microseconds: the best of the runs.
     pub best_us: f64,
@@ -67,7 +64,6 @@ pub struct Point {
 
 /// All settings of one method that gave a result.
 pub struct Curve {
-    /// The method.
     pub method: Method,
     /// Points in the order of the settings.
     pub points: Vec<Point>,
@@ -79,13 +75,11 @@ pub struct Curve {
 pub struct Omission {
     /// The method, with its setting if only that is omitted.
     pub what: String,
-    /// The reason.
     pub why: String,
 }
 
 /// A problem with all its measurements.
 pub struct Study {
-    /// The problem.
     pub problem: Problem,
     /// Curves in the order of the table of methods.
     pub curves: Vec<Curve>,

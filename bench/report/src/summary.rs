@@ -8,7 +8,6 @@ use crate::page::{ENSEMBLES, GLANCE, Results, within};
 use crate::unneeded;
 use std::fmt::Write;
 
-/// The whole file.
 pub fn markdown(results: &Results) -> String {
     let origin = &results.origin;
     let effort = if origin.quick { "quick run" } else { "full run" };

@@ -113,7 +113,6 @@ pub struct Cost {
     one: f64,
 }
 
-/// All measurements.
 #[derive(Clone, Debug, Default)]
 pub struct Costs {
     /// Empty without valgrind, like the next field.
@@ -244,7 +243,6 @@ pub const ABOUT: &str = "A scene is compiled to a plan when it loads, and what t
 /// Shown where no plan can name the feature.
 const NO_PLAN: &str = "nothing to name";
 
-/// A signed percentage.
 fn percent(share: f64) -> String {
     format!("{:+.2} %", share * 100.0)
 }
@@ -338,7 +336,6 @@ impl Table {
     }
 }
 
-/// The page's section.
 pub fn section(results: &Results, page: &mut String) {
     let Some(costs) = &results.costs else { return };
     let _ = writeln!(page, "<h2 id=\"unneeded\">Nothing unneeded</h2>\n<p>{}</p>", escape(ABOUT));
@@ -349,7 +346,6 @@ pub fn section(results: &Results, page: &mut String) {
     let _ = writeln!(page, "<p>{}</p>\n<p>{}</p>", escape(BYTES), escape(PAGE));
 }
 
-/// The summary's section.
 pub fn markdown(results: &Results, text: &mut String) {
     let Some(costs) = &results.costs else { return };
     let _ = writeln!(text, "\n## Nothing unneeded\n\n{ABOUT}\n");

@@ -34,7 +34,6 @@ const KEYFRAME: u8 = 0x40;
 pub struct ServerTimeouts {
     /// For the answer to an attempt while another server was not asked yet.
     pub answer: Duration,
-    /// For a snapshot.
     pub silence: Duration,
 }
 
@@ -51,7 +50,6 @@ pub enum Stage {
     Joining,
     /// They play and measure, from this time on.
     Playing(Instant),
-    /// They leave.
     Over,
 }
 

@@ -15,7 +15,6 @@ use tokio::task::JoinHandle;
 pub struct CrowdPlan {
     /// Rooms; each gets its share of the bots.
     pub targets: Vec<Target>,
-    /// Number of bots.
     pub clients: u32,
     /// Seed of their input.
     pub seed: u64,
@@ -28,7 +27,6 @@ pub struct CrowdPlan {
     pub snapshots: Option<UnboundedSender<Arc<Snapshot>>>,
 }
 
-/// Bots with sockets.
 pub struct Crowd {
     stage: watch::Sender<Stage>,
     bots: Vec<JoinHandle<ClientReport>>,
@@ -58,7 +56,6 @@ impl Crowd {
         Crowd { stage, bots }
     }
 
-    /// Starts the measurement.
     pub fn begin(&self) {
         self.stage.send_replace(Stage::Playing(Instant::now()));
     }

@@ -16,7 +16,6 @@ impl Default for Durations {
 }
 
 impl Durations {
-    /// Adds one.
     pub fn record(&mut self, duration: Duration) {
         let micros = u64::try_from(duration.as_micros()).unwrap_or(u64::MAX >> 1);
         self.0.record(micros).expect("it grows with its largest value");
@@ -38,15 +37,12 @@ impl Durations {
 /// Percentiles of durations, milliseconds; zeros where there was none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Percentiles {
-    /// Number of durations.
     pub count: u64,
     /// Half of them are at most this.
     pub p50: f64,
-    /// Nine in ten.
     pub p90: f64,
     /// 99 of a hundred.
     pub p99: f64,
-    /// All of them.
     pub max: f64,
 }
 

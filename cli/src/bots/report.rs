@@ -65,7 +65,6 @@ impl ClientReport {
         ClientReport { index, seat, error, made_at, began_at, ended_at, counts }
     }
 
-    /// Starts the measurement.
     pub fn begin(&mut self, now: Instant) {
         self.began_at = Some(now);
     }
@@ -75,7 +74,6 @@ impl ClientReport {
         self.began_at.unwrap_or_else(Instant::now)
     }
 
-    /// Ends the measurement.
     pub fn end(&mut self, now: Instant) {
         self.ended_at = Some(now);
     }
@@ -165,7 +163,6 @@ impl ClientReport {
 #[derive(Debug, Serialize)]
 pub struct Report {
     pub(super) rooms: Vec<String>,
-    /// Number of bots.
     pub clients: usize,
     /// Those that decoded every snapshot.
     pub(super) decoders: u32,

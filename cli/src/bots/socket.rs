@@ -17,7 +17,6 @@ use tokio_tungstenite::tungstenite::protocol::WebSocketConfig;
 use tokio_tungstenite::tungstenite::{self, Message};
 use tokio_tungstenite::{WebSocketStream, client_async_with_config};
 
-/// A game socket.
 pub type Socket = WebSocketStream<TcpStream>;
 
 /// Time to connect and to receive the first keyframe.
@@ -54,9 +53,7 @@ fn socket_error(error: tungstenite::Error) -> SessionEnd {
 
 /// A bot that has received its first keyframe.
 pub struct Arrival {
-    /// The socket.
     pub socket: Socket,
-    /// The player's seat.
     pub seat: u16,
     /// Token that resumes the seat on another socket.
     pub token: Token,
@@ -70,7 +67,6 @@ pub struct Arrival {
 }
 
 impl Arrival {
-    /// The player's hero.
     pub fn hero(&self) -> Option<BodyId> {
         let newest = self.stream.newest()?;
         newest.players.iter().find(|player| player.seat.0 == self.seat)?.hero
@@ -202,7 +198,6 @@ pub async fn next(socket: &mut Socket) -> Result<Option<Bytes>, SessionEnd> {
     }
 }
 
-/// Sends one message.
 pub async fn send(socket: &mut Socket, message: &ClientMessage) -> Result<(), SessionEnd> {
     socket.send(Message::Binary(message.encode().into())).await.map_err(socket_error)
 }

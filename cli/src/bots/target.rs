@@ -3,10 +3,8 @@
 use jostle_server::host::rooms::is_code;
 use std::str::FromStr;
 
-/// A parsed `ws://HOST/ROOM`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Target {
-    /// `host:port`.
     pub authority: String,
     /// The word in the room's link.
     pub room: String,

@@ -14,7 +14,6 @@ pub struct Clocks {
 }
 
 impl Clocks {
-    /// Reads both.
     pub fn now() -> Clocks {
         Clocks { steady: Instant::now(), wall: SystemTime::now() }
     }

@@ -6,7 +6,6 @@ use std::fmt;
 /// Something that was looked at.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Finding {
-    /// Its name.
     pub about: String,
     /// A description of what was found.
     pub found: String,

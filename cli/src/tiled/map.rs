@@ -3,7 +3,6 @@
 use serde::Deserialize;
 use serde_json::Value;
 
-/// A map.
 #[derive(Debug, Deserialize)]
 pub struct Map {
     #[serde(default)]
@@ -84,7 +83,6 @@ pub struct Corner {
     pub y: f64,
 }
 
-/// A custom property.
 #[derive(Debug, Deserialize)]
 pub struct Property {
     pub name: String,

@@ -8,7 +8,6 @@ use toml::{Table, Value};
 
 /// Property of a map: pixels of a unit of the world.
 const SCALE: &str = "pixels_per_unit";
-/// Layers within layers.
 const DEPTH_MAX: usize = 16;
 /// Pixels by which two lengths that are meant to be equal may differ.
 const EQUAL: f64 = 0.01;

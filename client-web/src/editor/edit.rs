@@ -9,9 +9,7 @@ use std::ops::Range;
 /// Bytes of a text, and what comes in their place.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Splice {
-    /// The bytes.
     pub at: Range<usize>,
-    /// Their replacement.
     pub with: String,
 }
 
@@ -21,7 +19,6 @@ impl Splice {
         Splice { at: at..at, with: with.into() }
     }
 
-    /// Takes bytes away.
     pub fn remove(at: Range<usize>) -> Splice {
         Splice { at, with: String::new() }
     }
@@ -59,7 +56,6 @@ pub fn set_point(text: &str, point: &Point, value: Vec2, decimals: u32) -> Vec<S
     pairs.filter_map(|(number, value)| set_number(text, number, value, decimals)).collect()
 }
 
-/// Moves a piece.
 pub fn moved(text: &str, piece: &Piece, by: Vec2, decimals: u32) -> Vec<Splice> {
     let points = match &piece.place {
         Some(Place::Center(point)) => std::slice::from_ref(point),

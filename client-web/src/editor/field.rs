@@ -9,7 +9,6 @@ use toml::de::{DeTable, DeValue};
 /// A field of a text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Spot {
-    /// It is there.
     There {
         /// The bytes of its value.
         value: Range<usize>,
@@ -18,7 +17,6 @@ pub enum Spot {
     },
     /// It is not there; with what would add it around a value.
     Missing {
-        /// Where.
         at: usize,
         /// The text before the value.
         before: String,

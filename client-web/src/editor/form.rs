@@ -13,7 +13,6 @@ use jostle_game::scene::{FieldForm, FieldInfo};
 pub struct Row {
     /// Its path in the file.
     pub path: String,
-    /// Its name.
     pub name: String,
     /// The values that it may have.
     pub form: FieldForm,

@@ -26,7 +26,6 @@ pub struct Hand {
 /// The thing that a hand holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Grip {
-    /// The selection.
     Move,
     /// An edge or a corner of the selected piece: which way it lies from the centre.
     Size(Vec2),
@@ -34,7 +33,6 @@ pub enum Grip {
     Point(usize),
     /// A corner of a box that selects.
     Box,
-    /// A new piece.
     New(Make),
 }
 
@@ -44,16 +42,13 @@ pub struct Gesture {
     pub(super) id: i32,
     /// The thing that is held.
     pub(super) grip: Grip,
-    /// Where it began.
     pub(super) from: Vec2,
-    /// Where it is.
     pub at: Vec2,
     /// The text at its beginning, and its pieces.
     pub(super) base: String,
     pub(super) sheet: Sheet,
     /// The selection at that time.
     pub(super) selection: Vec<PieceId>,
-    /// It has moved.
     pub moving: bool,
     /// Another finger switches snapping off.
     pub(super) free: bool,

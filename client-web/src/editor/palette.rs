@@ -12,17 +12,12 @@ use jostle_sim::Vec2;
 pub enum Make {
     /// A slab to stand on.
     Platform,
-    /// A wall.
     Wall,
-    /// A crate.
     Block,
-    /// A round block.
     Ball,
-    /// A minion.
     Minion,
     /// A place where heroes appear.
     Spawn,
-    /// A zone.
     Zone,
     /// An emitter of particles.
     Emitter,

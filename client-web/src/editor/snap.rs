@@ -17,19 +17,15 @@ pub fn unit_of(world: Vec2) -> f32 {
 /// A rectangle that others align to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extents {
-    /// Lower left corner.
     pub low: Vec2,
-    /// Upper right corner.
     pub high: Vec2,
 }
 
 impl Extents {
-    /// Around a centre.
     pub fn around(center: Vec2, half: Vec2) -> Extents {
         Extents { low: center - half, high: center + half }
     }
 
-    /// Its centre.
     pub fn center(&self) -> Vec2 {
         (self.low + self.high) * 0.5
     }
@@ -49,12 +45,10 @@ pub struct Snapping {
     pub unit: f32,
     /// Edges of others that are not further than this are met, world units.
     pub reach: f32,
-    /// The others.
     pub others: Vec<Extents>,
 }
 
 impl Snapping {
-    /// Without any.
     pub fn off() -> Snapping {
         Snapping::default()
     }

@@ -36,7 +36,6 @@ pub struct Editor {
     /// The text changed since it was checked.
     unchecked: bool,
     pub(super) history: History,
-    /// The selected pieces.
     pub selection: Vec<PieceId>,
     pub(super) gesture: Option<Gesture>,
     /// Lines along which something is aligned now.
@@ -77,7 +76,6 @@ impl Editor {
         editor
     }
 
-    /// The text.
     pub fn text(&self) -> &str {
         &self.text
     }
@@ -236,7 +234,6 @@ impl Editor {
 
     // The selection.
 
-    /// The selected pieces.
     pub fn selected(&self) -> impl Iterator<Item = &Piece> {
         self.selection.iter().filter_map(|id| self.sheet.piece(*id))
     }

@@ -17,15 +17,12 @@ pub const NO_PLACE: &str = "It has no place of its own: see its text.";
 pub const DELETED: &str = "Deleted.";
 /// Titles of the form, without a selection and with a spawn point.
 pub const SCENE: &str = "The scene";
-/// The heroes.
 pub const HEROES: &str = "Heroes";
 
 /// Labels of a button: a body has no path yet, or has one.
 pub const ADD_PATH: &str = "Let it move on a path";
-/// It has one.
 pub const ADD_POINT: &str = "Add a point to its path";
 
-/// Several pieces.
 pub fn pieces(count: usize) -> String {
     fill("{count} pieces", &[("count", &count.to_string())])
 }

@@ -61,9 +61,7 @@ impl PieceId {
 /// A number of the text.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Number {
-    /// Its bytes.
     pub at: Range<usize>,
-    /// Its value.
     pub value: f32,
 }
 
@@ -78,7 +76,6 @@ pub fn vector(point: &Point) -> Vec2 {
 /// Where a piece is.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Place {
-    /// Around its centre.
     Center(Point),
     /// Between two corners, the low one first.
     Area([Point; 2]),

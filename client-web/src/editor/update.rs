@@ -26,9 +26,7 @@ pub enum Deed {
     Typed(String),
     /// A hand went down.
     Down(Hand),
-    /// It moved.
     Moved(Hand),
-    /// It went up.
     Up(Hand),
     /// It was taken away.
     Cancelled,
@@ -38,7 +36,6 @@ pub enum Deed {
     Placed(Make, Vec2),
     /// The selection is to move.
     Nudged {
-        /// Which way.
         way: Vec2,
         /// By ten units instead of one.
         far: bool,
@@ -60,7 +57,6 @@ pub enum Deed {
     },
     /// Nothing is selected any more.
     Deselected,
-    /// Everything is selected.
     SelectedAll,
     /// A field gets this value, as TOML, or goes.
     FieldSet(String, Option<String>),

@@ -91,7 +91,6 @@ impl Bindings {
 /// What the caps of the keyboard read, as far as that is known.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Layout {
-    /// Labels by place.
     labels: LiteMap<String, String>,
 }
 

@@ -11,7 +11,6 @@ pub struct Rooms {
     pub rooms: Vec<Room>,
 }
 
-/// An open room.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 pub struct Room {
     /// The word in its link.
@@ -20,15 +19,12 @@ pub struct Room {
     pub scene: String,
     /// Title of its scene.
     pub title: String,
-    /// Seats taken.
     pub players: u32,
     /// Of these, players who are there now.
     #[serde(default)]
     pub connected: u32,
-    /// Spectators.
     #[serde(default)]
     pub spectators: u32,
-    /// Seats.
     pub players_max: u32,
 }
 
@@ -42,13 +38,9 @@ pub struct Scenes {
 /// A scene as the lobby shows it.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 pub struct SceneCard {
-    /// Name.
     pub name: String,
-    /// One line.
     pub title: String,
-    /// One sentence.
     pub about: String,
-    /// Seats.
     pub players_max: u32,
     /// Where it is shown: `games`, `playgrounds` or `book`.
     #[serde(default)]
@@ -238,7 +230,6 @@ pub fn parse<T: DeserializeOwned>(answer: &str) -> Option<T> {
     serde_wasm_bindgen::from_value(js_sys::JSON::parse(answer).ok()?).ok()
 }
 
-/// Reads an answer.
 #[cfg(not(target_arch = "wasm32"))]
 pub fn parse<T: DeserializeOwned>(answer: &str) -> Option<T> {
     serde_json::from_str(answer).ok()
@@ -249,11 +240,8 @@ pub fn parse<T: DeserializeOwned>(answer: &str) -> Option<T> {
 pub enum Request {
     /// The open rooms.
     Rooms,
-    /// The scenes.
     Scenes,
-    /// The replays.
     Replays,
-    /// The best runs.
     Records,
     /// Sends the replay of a run.
     Run(Vec<u8>),
@@ -261,7 +249,6 @@ pub enum Request {
     Open {
         /// Name of the scene.
         scene: String,
-        /// Not listed.
         private: bool,
     },
     /// Opens a private room with the scene of this text.

@@ -9,7 +9,6 @@ use web_sys::{XmlHttpRequest, XmlHttpRequestResponseType};
 /// Time after which a file counts as unanswered, milliseconds.
 const FILE_TIMEOUT_MS: u32 = 60_000;
 
-/// Fetches a file.
 pub fn fetch(path: &str, done: impl FnOnce(Fetched) + 'static) {
     let Ok(request) = XmlHttpRequest::new() else { return done(Fetched::Nothing) };
     let sent = request.open_with_async("GET", path, true).and_then(|()| {

@@ -7,7 +7,6 @@ const WINDOW_MS: f64 = 1000.0;
 /// Weight of a new round trip in the shown one.
 const PING_SHARE: f64 = 0.3;
 
-/// Kinds of messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Traffic {
     /// A snapshot that leads on from the one before.
@@ -66,7 +65,6 @@ impl Meter {
         self.emitters += emitters as u64;
     }
 
-    /// Counts a frame.
     pub fn drawn(&mut self, now_ms: f64) {
         self.frames.push_back(now_ms);
         while self.frames.front().is_some_and(|at| *at < now_ms - WINDOW_MS) {

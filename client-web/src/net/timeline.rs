@@ -22,15 +22,12 @@ const JUMP_FACTOR: f32 = 2.0;
 /// A body at the sampled moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// Its name.
     pub id: BodyId,
-    /// Its kind.
     pub kind: Kind,
     /// Seat of its owner.
     pub owner: Option<Seat>,
     /// Collision group, below [`jostle_sim::GROUPS_MAX`].
     pub group: u8,
-    /// Outline.
     pub shape: Shape,
     /// Interpolated centre, world units.
     pub center: Vec2,

@@ -36,7 +36,6 @@ const WHEEL_PIXELS: f32 = 300.0;
 const COPIED_MS: i32 = 1500;
 
 pub enum Activity {
-    /// Choosing a room.
     Lobby,
     Game(Box<GameScreen>),
     /// Waiting for a scene to play it in the page.
@@ -61,7 +60,6 @@ pub struct Panels {
     pub figures: bool,
     /// The network (F4).
     pub network: bool,
-    /// Volume and captions.
     pub sound: bool,
     /// A spectator hid everything but the picture.
     pub clean: bool,
@@ -88,7 +86,6 @@ impl GraphicsStatus {
 pub struct Startup {
     /// Values of earlier visits, and of other tabs.
     pub storage: Storage,
-    /// From `?` on.
     pub query: String,
     /// Seed of everything that is left to chance.
     pub seed: u64,
@@ -119,14 +116,12 @@ pub struct App {
     pub(super) heavy: Option<(Arc<Scene>, Wish)>,
     /// The editor whose scene is played now.
     pub(super) edited: Option<Box<EditScreen>>,
-    /// Open cards.
     pub dialogs: Dialogs,
     pub news: NewsLog,
     pub fingers: Fingers,
     pub panels: Panels,
     pub sound: SoundDesk,
     pub conditions: NetworkConditions,
-    /// The drawing context.
     pub graphics: GraphicsStatus,
     /// Frames drawn since the page was opened or a demo or replay began.
     pub drawn_frames: u64,
@@ -344,7 +339,6 @@ impl App {
         self.route(Address { path: path.to_owned(), ..Address::default() });
     }
 
-    /// Watches a room.
     fn watch_room(&mut self, code: &str) {
         let (path, query) = (format!("/{code}"), "?watch=1".to_owned());
         self.ctx.request(Effect::PushAddress(path.clone() + &query));

@@ -27,7 +27,6 @@ pub struct Captions {
     newest_ms: Option<f64>,
 }
 
-/// A caption.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Caption {
     pub number: usize,

@@ -6,13 +6,10 @@ use std::borrow::Cow;
 pub enum CardAction {
     /// Back to the lobby.
     Lobby,
-    /// Watches the room.
     Watch,
-    /// Connects again.
     Again,
     /// Loads the page again.
     Reload,
-    /// Into a game.
     Play,
     /// Takes the card away.
     Stay,

@@ -27,6 +27,5 @@ pub enum SettingsEvent {
     PadConnected(bool),
     /// Once a frame while one is connected.
     Pad(PadState),
-    /// Percent.
     DeadZone(u8),
 }

@@ -10,7 +10,6 @@ use jostle_protocol::{Appearance, PlayerState};
 pub enum Question {
     /// Remove this player? The seat alone could be another player's by the time of the answer.
     Kick(Seat, Appearance),
-    /// Close the room?
     CloseRoom,
 }
 

@@ -33,7 +33,6 @@ impl ShownEmotes {
     }
 }
 
-/// The open wheel.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Wheel {
     /// The emote under the pointer or the stick.

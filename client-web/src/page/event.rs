@@ -41,7 +41,6 @@ pub struct Canvas {
 pub struct Key {
     /// Its place on the keyboard (`KeyboardEvent.code`).
     pub code: String,
-    /// Its letter (`KeyboardEvent.key`).
     pub letter: String,
     pub repeat: bool,
     /// Ctrl, Meta or Alt is held: the system may take the release.
@@ -80,9 +79,7 @@ pub struct Pointer {
     pub button: i16,
     /// The primary or secondary button is down.
     pub pressed: bool,
-    /// Shift is held.
     pub shift: bool,
-    /// Alt is held.
     pub alt: bool,
 }
 
@@ -102,7 +99,6 @@ pub enum PointerChange {
 pub struct Form {
     /// The name as typed.
     pub name: String,
-    /// The chosen colour.
     pub color: u8,
     pub private: bool,
     /// Bots play too where the game is played alone.
@@ -217,13 +213,11 @@ pub enum Effect {
     },
     /// Sends a message if the socket is open.
     Send(Vec<u8>),
-    /// Closes the socket.
     Disconnect {
         /// The player leaves on purpose, which the server can tell from a broken connection.
         leaving: bool,
     },
     SetConditions(NetworkConditions),
-    /// Calls the server.
     Request(Request),
     /// Fetches the file of a scene by the scene's name.
     FetchScene(String),

@@ -4,9 +4,7 @@
 /// Layers, from the bottom.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Layer {
-    /// Lobby or game.
     Page,
-    /// How to play.
     Help,
     /// Keys, gamepad, language.
     Settings,

@@ -16,7 +16,6 @@ const REPLAYS_MS: f64 = 15_000.0;
 /// A line under the form.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Note {
-    /// The line.
     pub text: String,
     /// It reports a problem.
     pub bad: bool,

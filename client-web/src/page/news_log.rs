@@ -3,7 +3,6 @@
 use crate::world::replica::News;
 use std::collections::VecDeque;
 
-/// Lines kept.
 const LINES_MAX: usize = 6;
 
 /// The newest news, the oldest first.
@@ -14,7 +13,6 @@ pub struct NewsLog {
 }
 
 impl NewsLog {
-    /// Adds a line.
     pub fn push(&mut self, news: News) {
         let number = self.lines.back().map_or(1, |newest| newest.0 + 1);
         if self.lines.len() == LINES_MAX {

@@ -13,7 +13,6 @@ const QUIET: i32 = 4;
 pub struct Drawing {
     /// Squares of a side, those around it included.
     pub side: i32,
-    /// Its dark squares.
     pub path: String,
 }
 

@@ -54,7 +54,6 @@ pub struct OpenReplay {
     pub name: Option<String>,
     /// The name of its file, if it came from this machine.
     pub file: String,
-    /// Measurements of drawing.
     pub meter: Meter,
     camera: Camera,
     /// The subject of the camera, and the last jump that it saw.

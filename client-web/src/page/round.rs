@@ -42,15 +42,12 @@ pub struct RoundView {
 /// A side on the score board.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SideView {
-    /// Who it is.
     pub side: Side,
-    /// Name to show.
     pub name: String,
     /// Colour of the players' palette.
     pub color: u8,
     /// Points, where the scene counts any.
     pub score: Option<i32>,
-    /// Points that win.
     pub goal: Option<i32>,
     /// Lives, where the scene counts them.
     pub lives: Option<i32>,
@@ -65,7 +62,6 @@ pub struct SideView {
 /// The result of a round.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ResultView {
-    /// Who won.
     pub title: String,
     /// Stars of three, where the scene gives stars.
     pub stars: Option<usize>,

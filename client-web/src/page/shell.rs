@@ -177,7 +177,6 @@ impl Page {
         self.handle(Arrival { event, source: None });
     }
 
-    /// Draws one frame.
     fn frame(&mut self) {
         if self.app.settings.has_pad {
             self.handle_own(Event::Settings(SettingsEvent::Pad(settings::pad_state())));

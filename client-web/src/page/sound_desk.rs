@@ -9,7 +9,6 @@ use crate::sound::mixer::{Ear, Mixer, Voice};
 const VOLUME: u8 = 40;
 
 pub struct SoundDesk {
-    /// Percent.
     pub volume: u8,
     pub muted: bool,
     pub captioned: bool,

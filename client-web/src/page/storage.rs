@@ -34,7 +34,6 @@ pub enum Secret {
 pub struct Storage {
     /// Of all tabs and visits.
     pub local: LiteMap<String, String>,
-    /// Of this tab.
     pub session: LiteMap<String, String>,
     /// Values to be written.
     pub writes: Vec<Effect>,

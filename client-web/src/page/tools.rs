@@ -20,7 +20,6 @@ const fn cap(key: &'static str, does: &'static str, buttons: Buttons, aimed: boo
     Cap { key, does, buttons, aimed }
 }
 
-/// Help for fingers.
 pub const TOUCH_HELP: [(&str, &str); 2] =
     [("Drag on the left", "move"), ("Tap", "use the selected tool")];
 /// Help for the keys of the page itself.

@@ -12,13 +12,9 @@ const GOALS_APART_TICKS: u32 = 90;
 /// Something that happens at a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Chapter {
-    /// A player comes.
     Join,
-    /// A player goes.
     Leave,
-    /// A pack bursts.
     Burst,
-    /// A round begins.
     Round,
     /// A side gets points, or loses some or a life.
     Goal,
@@ -36,7 +32,6 @@ impl Chapter {
 /// Chapters found so far, in the order in which they were found.
 #[derive(Clone, Debug, Default)]
 pub struct Chapters {
-    /// With their ticks.
     pub known: Vec<(u32, Chapter)>,
     /// As it was in the last tick that was looked at.
     round: Option<RoundInfo>,

@@ -19,9 +19,7 @@ const NO_PLAYER: Seat = Seat(u16::MAX);
 
 /// Ticks played in a row, as they are drawn.
 pub struct ReplayDisplay {
-    /// The room.
     pub replica: Replica,
-    /// By slot.
     springs: Vec<Option<Sprung>>,
     /// Bodies as they are drawn.
     pub bodies: Vec<FrameBody>,

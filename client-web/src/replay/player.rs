@@ -34,7 +34,6 @@ pub struct ReplayPlayer {
     pub chapters: Chapters,
     /// The tick on display; between two ticks while it plays. The game is at the next whole one.
     pub playhead: f64,
-    /// It plays.
     pub playing: bool,
     /// Multiple of real time, one of [`SPEEDS`].
     pub speed: f64,
@@ -52,7 +51,6 @@ pub struct ReplayPlayer {
 
 /// A seek on its way.
 pub(super) struct Seek {
-    /// Where it leads.
     pub goal: u32,
     /// The tick at which playing began.
     pub begin: u32,
@@ -109,12 +107,10 @@ impl ReplayPlayer {
         Ok(film)
     }
 
-    /// The replay.
     pub fn replay(&self) -> &Arc<Replay> {
         self.playback.replay()
     }
 
-    /// The scene.
     pub fn scene(&self) -> &Arc<Scene> {
         self.playback.game().scene()
     }
@@ -177,7 +173,6 @@ impl ReplayPlayer {
         self.playing = self.last_tick() > self.first_tick();
     }
 
-    /// Plays or pauses.
     pub fn toggle(&mut self) {
         if self.playing { self.pause() } else { self.play() }
     }
@@ -306,7 +301,6 @@ impl ReplayPlayer {
         Some((hero.center, hero.velocity))
     }
 
-    /// Bodies on display.
     pub fn bodies(&self) -> &[FrameBody] {
         &self.display.bodies
     }

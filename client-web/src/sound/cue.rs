@@ -9,21 +9,16 @@ pub enum Sound {
     Wood,
     /// A struck body of rubber: heroes, minions, packs, and blocks that bounce.
     Rubber,
-    /// A struck marble.
     Glass,
     /// A pack flies off.
     Throw,
-    /// A pack bursts.
     Burst,
-    /// A body appears.
     Spawn,
-    /// A body breaks.
     Break,
     /// A side gets points.
     Goal,
     /// A second of the countdown.
     Count,
-    /// A round begins.
     Go,
     /// A round was won: by the player, or by anybody while the player only watches.
     Won,
@@ -32,7 +27,6 @@ pub enum Sound {
 }
 
 impl Sound {
-    /// Every kind.
     pub const ALL: [Sound; 12] = [
         Sound::Wood,
         Sound::Rubber,
@@ -66,7 +60,6 @@ impl Sound {
 /// Something that can be heard.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cue {
-    /// Its kind.
     pub sound: Sound,
     /// Its position, world units; `None` for what concerns the whole room.
     pub at: Option<Vec2>,

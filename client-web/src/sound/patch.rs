@@ -5,7 +5,6 @@ use super::cue::Sound;
 /// The material of a layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Source {
-    /// A pure tone.
     Sine,
     /// A tone with a few soft overtones.
     Triangle,
@@ -16,7 +15,6 @@ pub enum Source {
 /// A tone or a band of noise that glides from one frequency to another while it fades.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Layer {
-    /// Its material.
     pub source: Source,
     /// Frequency at its beginning, Hz.
     pub from_hz: f32,
@@ -90,7 +88,6 @@ const WON: [Layer; 4] = [
     bar(0.26, 659.25, 0.3, 0.5),
     bar(0.42, 783.99, 0.34, 1.1),
 ];
-/// Three steps down.
 const LOST: [Layer; 3] =
     [bar(0.0, 329.63, 0.3, 0.4), bar(0.18, 293.66, 0.3, 0.4), bar(0.36, 261.63, 0.34, 0.8)];
 

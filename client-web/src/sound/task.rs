@@ -12,7 +12,6 @@ pub enum SoundTask {
     Rest,
     /// Sounds at this gain.
     Gain(f32),
-    /// Starts voices now.
     Start(Vec<Voice>),
 }
 

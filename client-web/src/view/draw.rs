@@ -40,7 +40,6 @@ const CALM_SHARE: f32 = 0.5;
 /// remembers how bodies moved, for squash and stretch.
 #[derive(Default)]
 pub struct DrawList {
-    /// The uniform block.
     pub globals: Globals,
     quads: Quads,
     /// The first of [`DrawList::solids`] that lies over the particles.
@@ -56,7 +55,6 @@ pub struct DrawList {
 }
 
 impl DrawList {
-    /// An empty list.
     pub fn new() -> DrawList {
         DrawList::default()
     }

@@ -6,13 +6,10 @@ use jostle_sim::{BodyId, Particles, Shape, Vec2};
 /// A body at the sampled moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrameBody {
-    /// Its name.
     pub id: BodyId,
-    /// Its kind.
     pub kind: Kind,
     /// Palette index of its player, for heroes and packs.
     pub color: Option<u8>,
-    /// Outline.
     pub shape: Shape,
     /// Interpolated centre, world units.
     pub center: Vec2,
@@ -42,7 +39,6 @@ pub struct FrameBody {
 pub struct FrameZone {
     /// Index into the scene's zones.
     pub index: u8,
-    /// Outline.
     pub shape: Shape,
     /// Centre, world units.
     pub center: Vec2,
@@ -57,13 +53,11 @@ pub struct FrameZone {
 /// The label of a zone.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ZoneLabel {
-    /// The text.
     pub text: String,
     /// Centre of the zone, world units.
     pub center: Vec2,
     /// Half extent of the zone, world units.
     pub half: Vec2,
-    /// Palette index.
     pub color: Option<u8>,
 }
 
@@ -89,14 +83,12 @@ pub struct FrameLamp {
     pub reach: f32,
 }
 
-/// A sling.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameSling {
     /// Where its ball starts, world units.
     pub start: Vec2,
     /// The ball, while it is in the sling.
     pub ball: Option<Vec2>,
-    /// Shots left.
     pub shots: u8,
     /// The way that the ball would take, dot by dot.
     pub path: Vec<Vec2>,
@@ -105,7 +97,6 @@ pub struct FrameSling {
 /// Something that flares up and fades.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Effect {
-    /// Its kind.
     pub kind: EffectKind,
     /// Its position, world units.
     pub point: Vec2,
@@ -115,14 +106,12 @@ pub struct Effect {
     pub color: Option<u8>,
     /// Strength: closing speed in units/s for sparks.
     pub strength: f32,
-    /// The body concerned.
     pub body: Option<BodyId>,
 }
 
 /// Kinds of [`Effect`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EffectKind {
-    /// A hard contact.
     Spark,
     /// A pack burst on a hero.
     Splash,
@@ -146,9 +135,7 @@ pub struct Sketch {
 pub enum Stroke {
     /// The outline of a piece.
     Outline {
-        /// Its shape.
         shape: Shape,
-        /// Its centre.
         center: Vec2,
         /// How it is drawn.
         tone: Tone,
@@ -156,12 +143,7 @@ pub enum Stroke {
     /// A line between two points.
     Line([Vec2; 2], Tone),
     /// A part to take hold of: a square one sizes, a round one is a point of a path.
-    Handle {
-        /// Its centre.
-        at: Vec2,
-        /// It is round.
-        round: bool,
-    },
+    Handle { at: Vec2, round: bool },
     /// The sign of an emitter.
     Flame(Vec2),
     /// The sign of a launcher.
@@ -175,7 +157,6 @@ pub enum Stroke {
 pub enum Tone {
     /// A piece that the game draws faintly, or not at all.
     Quiet,
-    /// The selection.
     Chosen,
     /// A line that something is aligned to.
     Guide,
@@ -215,7 +196,6 @@ impl View {
 
 /// Everything that one frame shows.
 pub struct Frame<'a> {
-    /// Camera.
     pub view: View,
     /// The world spans (0, 0) to this.
     pub world_size: Vec2,
@@ -246,7 +226,6 @@ pub struct Frame<'a> {
     pub copy: u32,
     /// The world is dimmed while the connection is lost.
     pub dimmed: bool,
-    /// The editor's drawing.
     pub sketch: Option<&'a Sketch>,
     /// The hero of a run that goes along, drawn through.
     pub ghost: Option<&'a FrameBody>,

@@ -15,7 +15,6 @@ pub struct GhostWish {
     pub number: u64,
     /// Ticks of the replay before the round.
     pub begin: u32,
-    /// The hero's player.
     pub seat: Seat,
 }
 

@@ -38,7 +38,6 @@ const ERROR_SHARE: f32 = 0.1;
 /// The own hero as it is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Predicted {
-    /// The hero.
     pub id: BodyId,
     /// Centre, world units.
     pub center: Vec2,

@@ -43,9 +43,7 @@ const NEWS_MAX: usize = 32;
 /// Something that happened, worth a line.
 #[derive(Clone, Debug, PartialEq)]
 pub enum News {
-    /// A player came.
     Joined(Appearance),
-    /// A player went.
     Left(Appearance),
     /// One player's pack burst on another's hero, or on a hero without a player.
     Hit(Appearance, Option<Appearance>),
@@ -78,7 +76,6 @@ pub struct Replica {
     pub scene: Arc<Scene>,
     /// The needs of the scene.
     pub plan: Plan,
-    /// Own seat.
     pub seat: Seat,
     stream: SnapshotStream,
     timeline: Timeline,

@@ -202,7 +202,6 @@ impl RoomInPage {
         Some(bytes)
     }
 
-    /// The scene.
     pub fn scene(&self) -> &Scene {
         &self.scene
     }

@@ -11,7 +11,7 @@ pub enum RoundPhase {
     Countdown,
     /// It is played. A scene without rounds is always here.
     Running,
-    /// The result stands.
+    /// Its result stands until the next round begins.
     Over,
 }
 

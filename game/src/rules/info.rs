@@ -43,7 +43,7 @@ pub struct RoundInfo {
 pub struct Taking {
     /// Index of the zone.
     pub zone: u8,
-    /// The side.
+    /// The player or team that takes it.
     pub side: Side,
     /// Ticks of the game before it was alone there.
     pub since: u32,
@@ -72,7 +72,7 @@ pub struct SlingInfo {
 /// How a side stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SideInfo {
-    /// Points.
+    /// Points in this round.
     pub score: i32,
     /// Lives left; 0 in a scene without lives.
     pub lives: i32,
@@ -83,7 +83,7 @@ pub struct SideInfo {
 /// A player in the round.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RoundPlayer {
-    /// The seat.
+    /// Seat of the player.
     pub seat: Seat,
     /// The team, in a scene with teams.
     pub team: Option<u8>,

@@ -26,7 +26,6 @@ pub(super) struct Changes {
 /// What a signal counts.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum SignalState {
-    /// Of levels.
     Relay(RelayState),
     /// Of steps in an order.
     Order(OrderState),
@@ -52,7 +51,6 @@ pub(super) struct OrderState {
     pub done: Vec<(Walker, u8)>,
 }
 
-/// Who makes progress.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Walker {
     All,
@@ -152,7 +150,6 @@ pub(super) struct Claims {
 pub(super) struct Broken {
     pub body: BodyId,
     pub group: u8,
-    /// Who broke it.
     pub by: Option<Seat>,
 }
 

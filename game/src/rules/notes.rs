@@ -37,7 +37,6 @@ pub(crate) struct Start {
 /// A body that returned to its start and rests there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Rest {
-    /// Ticks left.
     pub ticks: u32,
     /// What it gets back then.
     pub gravity_scale: f32,

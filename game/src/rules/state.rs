@@ -18,7 +18,6 @@ use jostle_sim::{BodyId, Motion, StateError, World};
 const NO_SIDE: u8 = 0;
 const TEAM: u8 = 1;
 const PLAYER: u8 = 2;
-/// A body's id.
 const BODY_BYTES: usize = 8;
 
 impl Rules {

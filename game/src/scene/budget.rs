@@ -30,7 +30,7 @@ pub struct Budget {
     pub work: u32,
     /// Its passes over positions in a step.
     pub position_passes: u32,
-    /// Springs.
+    /// Springs between its bodies.
     pub springs: usize,
     /// Zones times bodies, which are looked at in a tick.
     pub zone_looks: usize,

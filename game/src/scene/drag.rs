@@ -24,7 +24,6 @@ pub(super) fn drag(field: &Field, default: Drag) -> Drag {
     })
 }
 
-/// Reads `wind`.
 pub(super) fn wind(field: &Field) -> Vec2 {
     field.vector(Vec2::ZERO, Range::from(-WIND_MAX, WIND_MAX))
 }

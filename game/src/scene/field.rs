@@ -17,42 +17,42 @@ pub struct FieldInfo {
 /// have, or whose default is none, that one stands for nothing.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FieldForm {
-    /// A number.
+    /// A finite number within a range.
     Number {
         /// The least and the greatest.
         range: [f32; 2],
         /// It must be above the least.
         above: bool,
-        /// The default.
+        /// Value where the file says nothing.
         default: f32,
     },
-    /// A whole number.
+    /// A whole number within a range.
     Whole {
         /// The least and the greatest.
         range: [i64; 2],
-        /// The default.
+        /// Value where the file says nothing.
         default: i64,
     },
-    /// Two numbers.
+    /// Two finite numbers, each within a range.
     Vector {
         /// The least and the greatest of each.
         range: [f32; 2],
-        /// The default.
+        /// Value where the file says nothing.
         default: [f32; 2],
     },
-    /// `true` or `false`.
+    /// Either `true` or `false`.
     Truth {
-        /// The default.
+        /// Value where the file says nothing.
         default: bool,
     },
     /// A text in one line.
     Text {
-        /// Its greatest length.
+        /// Greatest length, in characters.
         chars_max: usize,
     },
     /// One of these words.
     Choice {
-        /// The words.
+        /// The words that are allowed.
         names: Vec<String>,
     },
 }

@@ -39,9 +39,9 @@ pub const PARTICLES_MAX: u32 = 20_000;
 pub const PACKS_MAX: u32 = 64;
 /// Bodies of one layout.
 pub const LAYOUT_COUNT_MAX: u32 = 4096;
-/// Entries of `springs`.
+/// Most entries of `springs`.
 pub const SPRINGS_MAX: usize = 1024;
-/// Entries of `emitters`.
+/// Most entries of `emitters`.
 pub const EMITTERS_MAX: usize = 256;
 /// Tables of `recipes`; presets in use join them.
 pub const RECIPES_MAX: usize = 64;

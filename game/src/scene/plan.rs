@@ -28,9 +28,9 @@ pub struct Plan {
 /// Bodies that differ in their positions only.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bodies {
-    /// Their kind.
+    /// Kind of the bodies.
     pub kind: Kind,
-    /// The body.
+    /// Definition of each body.
     pub def: BodyDef,
     /// Shapes that the seed chooses from; else the shape of `def` alone.
     pub shapes: Vec<Shape>,
@@ -42,7 +42,7 @@ pub struct Bodies {
     pub field: String,
 }
 
-/// Origin of bodies.
+/// Origin of the bodies of an entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Per {
     /// There from the start, for good or until something removes them.
@@ -56,7 +56,7 @@ pub enum Per {
 /// A part that a scene can lack.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Part {
-    /// Lower-case name.
+    /// Lower-case name, for reports.
     pub name: &'static str,
     /// Its costs where it is used: stages of a step, sections of a message, things on the page.
     pub costs: &'static str,
@@ -74,7 +74,7 @@ impl Scene {
 }
 
 impl Plan {
-    /// Compiles a scene.
+    /// Compiles a scene to what it needs.
     pub fn of(scene: &Scene) -> Plan {
         let sources = sources(scene);
         let brought = sources.iter().flat_map(Bodies::defs).map(|def| Features::of(&def));
@@ -248,7 +248,6 @@ fn emits(scene: &Scene) -> Reason {
 /// The fields by which a scene uses a part, or does without it.
 type Reason = Result<String, String>;
 
-/// Finds the reasons.
 struct Reasons<'a> {
     scene: &'a Scene,
     sources: &'a [Bodies],

@@ -54,7 +54,7 @@ impl Camera {
     }
 }
 
-/// A checked scene.
+/// A scene whose values have all been checked.
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// Short name: the file's stem, the word in links; lower case, digits and dashes.
@@ -187,9 +187,9 @@ impl Scene {
 /// A body at a fixed position.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Placed {
-    /// Its kind.
+    /// Kind of the bodies.
     pub kind: Kind,
-    /// The body.
+    /// Definition of each body.
     pub def: BodyDef,
     /// Speed at which it sets off to either side, units/s; 0 where the file gives a velocity.
     pub start_speed: f32,
@@ -201,7 +201,7 @@ pub struct Placed {
     pub presence: Condition,
     /// It moves along its path only while this holds.
     pub runs: Condition,
-    /// What breaks it.
+    /// The impact that breaks it, if one can.
     pub breaks: Option<Breakable>,
 }
 
@@ -209,7 +209,7 @@ pub struct Placed {
 /// or exactly at the centres of its cells.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layout {
-    /// Their kind.
+    /// Kind of the bodies.
     pub kind: Kind,
     /// The body, at the origin.
     pub def: BodyDef,
@@ -253,7 +253,7 @@ impl Layout {
 pub struct PlacedSpring {
     /// Entry of [`Scene::bodies`] that it holds.
     pub body: usize,
-    /// Its other end.
+    /// The end that is not at the body.
     pub to: Location,
     /// Length at rest, world units.
     pub length: f32,
@@ -263,7 +263,7 @@ pub struct PlacedSpring {
     pub damping: f32,
 }
 
-/// Heroes of players.
+/// Heroes, one for each player.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeroSpec {
     /// The body, at the origin.
@@ -300,7 +300,7 @@ pub struct MarbleSpec {
     pub count_max: u32,
 }
 
-/// Dye packs.
+/// Packs of dye, which players throw.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PackSpec {
     /// The body, at the origin.
@@ -329,7 +329,7 @@ pub struct PackSpec {
 /// A position in a scene file: the end of a spring, or where an emitter is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Location {
-    /// A point.
+    /// A fixed point, world units.
     Point(Vec2),
     /// The centre of this entry of [`Scene::bodies`].
     Body(usize),
@@ -340,13 +340,13 @@ pub enum Location {
 pub struct ScheduledEmitter {
     /// Index into the recipes.
     pub recipe: u8,
-    /// Particles each time.
+    /// Particles of one burst.
     pub count: u16,
     /// Tick of the first time.
     pub start: u32,
     /// Ticks from one time to the next; `None` runs once.
     pub every: Option<u32>,
-    /// Its position.
+    /// Where it is, fixed or with a body.
     pub location: Location,
     /// It starts only while this holds.
     pub condition: Condition,
@@ -372,7 +372,7 @@ impl ScheduledEmitter {
 pub struct Launcher {
     /// What it makes: a pack or a marble.
     pub makes: Kind,
-    /// Where.
+    /// Where it is, fixed or with a body.
     pub location: Location,
     /// A marble's velocity, units/s; the direction in which a pack sets off, by default the one to its
     /// target.
@@ -436,7 +436,7 @@ impl SlingSpec {
 /// Dots on the wall, as on dice. Nothing but the page knows them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mark {
-    /// Its centre.
+    /// Centre, in world units.
     pub position: Vec2,
     /// How many dots, 1 to 6.
     pub dots: u8,

@@ -70,7 +70,6 @@ impl Range {
         Range { low, high, above_low: true }
     }
 
-    /// Its ends.
     const fn ends(&self) -> [f32; 2] {
         [self.low, self.high]
     }
@@ -106,7 +105,6 @@ impl<'a> Document<'a> {
         self.asked.map(RefCell::into_inner).unwrap_or_default()
     }
 
-    /// The top level.
     pub fn root(&'a self, entries: &'a DeTable<'a>) -> Table<'a> {
         let (path, known) = (String::new(), RefCell::default());
         Table { document: self, path, at: 0..0, entries: Some(entries), known }
@@ -218,7 +216,6 @@ impl<'a> Field<'a> {
         self.refuse_as(found, allowed);
     }
 
-    /// Reports an error.
     pub fn refuse_as(&self, found: impl Into<String>, allowed: impl Into<String>) {
         if self.document.is_good() {
             let error =
@@ -280,7 +277,6 @@ impl<'a> Field<'a> {
         self.parse(signed, || format!("a whole number from -{max} to {max}")).unwrap_or(default)
     }
 
-    /// `true` or `false`.
     pub fn truth(&self, default: bool) -> bool {
         self.note(|| FieldForm::Truth { default });
         self.parse(DeValue::as_bool, || "true or false".to_owned()).unwrap_or(default)

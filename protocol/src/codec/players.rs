@@ -42,7 +42,6 @@ const NEW_BYTES_MIN: usize = 11;
 pub struct Difference {
     /// Whether each player of the baseline is gone; empty if none is.
     gone: Vec<bool>,
-    /// Players of both.
     stayed: Vec<Stayed>,
     /// Indices into the snapshot's list.
     new: Vec<u32>,
@@ -55,7 +54,6 @@ pub struct Difference {
 struct Stayed {
     /// Index into the snapshot's list.
     index: u32,
-    /// Changed fields.
     mask: u8,
     /// Whether the input number grew by the ticks between the snapshots.
     advanced: bool,

@@ -8,7 +8,6 @@ use crate::wire::Reader;
 pub const DEATHS: u8 = 1 << 0;
 /// Moves of bodies and pointers.
 pub const MOVES: u8 = 1 << 1;
-/// New bodies.
 pub const BIRTHS: u8 = 1 << 2;
 /// Changes of players, except for their input numbers.
 pub const PLAYERS: u8 = 1 << 3;

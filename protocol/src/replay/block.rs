@@ -22,9 +22,9 @@ const CHANGES_BYTES_MAX: usize = CHANGES_PER_TICK_MAX * (16 + NAME_BYTES_MAX);
 /// A change of the members, effective with a tick.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Change {
-    /// A player joins.
+    /// A player takes this seat.
     Join(Seat, Appearance),
-    /// A player leaves.
+    /// A player gives this seat up.
     Leave(Seat),
     /// A player comes back, possibly with another name or colour.
     Look(Seat, Appearance),
@@ -38,7 +38,7 @@ pub fn keeps_full_hash(tick: u32) -> bool {
     tick.is_multiple_of(FULL_HASH_TICKS)
 }
 
-/// One tick.
+/// What a replay keeps of one tick.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tick {
     /// Changes before the tick, in order.
@@ -66,7 +66,7 @@ fn kept(tick: u32, hash: u64) -> u64 {
 pub struct Block {
     /// Number of the first tick; ticks count from 1.
     pub first: u32,
-    /// The ticks.
+    /// Consecutive ticks, from `first` on.
     pub ticks: Vec<Tick>,
 }
 

@@ -18,7 +18,7 @@ pub const START_BYTES_MAX: usize = HEADER_BYTES + FRAME_BYTES + SCENE_BYTES_MAX 
 pub struct ReplayError {
     /// Offset of the problem, bytes from the start.
     pub offset: usize,
-    /// The problem.
+    /// What is wrong there.
     pub problem: Problem,
 }
 
@@ -31,13 +31,13 @@ pub enum Problem {
     /// The format is of another version.
     #[error("replay format {found}; this program reads format {FORMAT}")]
     Format {
-        /// The version.
+        /// Version that it names.
         found: u16,
     },
     /// The file is longer than [`REPLAY_BYTES_MAX`].
     #[error("{bytes} bytes; a replay has at most {REPLAY_BYTES_MAX}")]
     TooLong {
-        /// Its length.
+        /// Bytes of the whole replay.
         bytes: usize,
     },
     /// The file ends within a record.
@@ -46,7 +46,7 @@ pub enum Problem {
     /// A record claims to be longer than allowed.
     #[error("a record of {bytes} bytes; at most {REPLAY_RECORD_BYTES_MAX} are allowed")]
     LongRecord {
-        /// Its length.
+        /// Bytes that the record claims.
         bytes: usize,
     },
     /// The record changed after it was written.
@@ -109,11 +109,11 @@ pub struct Replay {
 pub struct Sizes {
     /// Header and start record: mostly the scene.
     pub start: usize,
-    /// Hashes of ticks.
+    /// State hashes, one a tick.
     pub hashes: usize,
     /// Inputs, changes of members, and the frames of their records.
     pub inputs: usize,
-    /// Keyframes.
+    /// States from which playing can begin.
     pub keyframes: usize,
     /// The end record, and notes of the host.
     pub end: usize,
@@ -130,7 +130,7 @@ pub(super) struct Payload {
 }
 
 impl Replay {
-    /// The start record.
+    /// The record with which it begins.
     pub fn start(&self) -> &Start {
         &self.start
     }

@@ -48,7 +48,7 @@ pub struct Start {
 /// The whole state after a tick.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Keyframe {
-    /// Ticks played.
+    /// Ticks played before it.
     pub tick: u32,
     /// All bits of the state hash.
     pub hash: u64,
@@ -58,18 +58,18 @@ pub struct Keyframe {
     pub state: Vec<u8>,
 }
 
-/// A record.
+/// One of the records of which a replay consists.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Record {
     /// The first record.
     Start(Start),
-    /// The next ticks.
+    /// The ticks that follow.
     Ticks(Block),
     /// The state after the ticks so far.
     Keyframe(Keyframe),
     /// The last record of a game that was recorded to its end.
     End {
-        /// Ticks played.
+        /// Ticks played in all.
         tick: u32,
         /// All bits of the state hash after them.
         hash: u64,

@@ -128,7 +128,6 @@ impl Bot {
         Input::new(Buttons(buttons.0 | fire), target)
     }
 
-    /// Where to be.
     fn place(&mut self, game: &Game, aims: &Aims, own: &Own) -> Vec2 {
         let (scene, zones) = (game.scene(), &game.scene().rules.zones);
         if let Some(&zone) = aims.gates.get(self.gate) {

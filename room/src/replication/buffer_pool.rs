@@ -25,7 +25,6 @@ pub struct BufferPool {
     scratch: EncodeScratch,
     /// Messages that were encoded, the oldest first.
     messages: VecDeque<Bytes>,
-    /// Bytes of these.
     bytes: usize,
 }
 

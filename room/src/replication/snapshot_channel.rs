@@ -13,9 +13,7 @@ use std::sync::Arc;
 /// Emitters and particles at the end of a tick.
 #[derive(Clone, Copy, Debug)]
 pub struct LiveParticles<'a> {
-    /// The tick.
     pub tick: u32,
-    /// The particles.
     pub particles: &'a Particles,
 }
 
@@ -26,7 +24,6 @@ pub struct SnapshotChannel {
     stream: SnapshotStream,
     /// Subscribers with a recent keyframe, the oldest keyframe first.
     recent_joiners: VecDeque<RecentJoiners>,
-    /// Messages so far.
     count: u64,
     /// Events since the newest message.
     events: Vec<TimedEvent>,

@@ -5,12 +5,12 @@ use jostle_game::Seat;
 /// How often a client gets a snapshot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Rate {
-    /// Every tick.
+    /// A snapshot of every tick.
     #[default]
     Full,
-    /// Every third tick.
+    /// A snapshot of every third tick.
     Third,
-    /// Every twelfth tick.
+    /// A snapshot of every twelfth tick.
     Twelfth,
 }
 

@@ -8,7 +8,6 @@ use tokio_util::sync::CancellationToken;
 /// One room's file, shared by the room and the writer.
 #[derive(Debug)]
 pub struct RoomFile {
-    /// The room's code.
     pub code: String,
     /// Tells the room from another one with this code.
     pub number: u64,
@@ -30,13 +29,11 @@ impl RoomFile {
 pub enum Job {
     /// Begins a new file with these records, and puts it in the place of the old one.
     Begin(Arc<RoomFile>, Vec<Record>),
-    /// Appends records.
     Append(Arc<RoomFile>, Vec<Record>),
     /// Syncs the file with the disk and closes it: the server ends, and the room is to be restored.
     Close(Arc<RoomFile>),
     /// Removes the file: the room is over.
     Remove(Arc<RoomFile>),
-    /// Ends the writer.
     End,
 }
 

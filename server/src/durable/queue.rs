@@ -33,7 +33,6 @@ impl StateWriter {
         Ok(Arc::new(StateWriter { dir, queue, thread, errors }))
     }
 
-    /// The directory.
     pub fn dir(&self) -> &StateDir {
         &self.dir
     }

@@ -36,11 +36,9 @@ pub struct NodeEntry {
 pub struct RoomCounts {
     /// The code in its link.
     pub code: String,
-    /// Seats taken.
     pub players: usize,
     /// Of these, players who are there now.
     pub connected: usize,
-    /// Spectators.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub spectators: usize,
 }
@@ -53,7 +51,6 @@ fn is_zero(count: &usize) -> bool {
 /// The node that plays a room.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Owner {
-    /// Its name.
     pub node: String,
     /// Its incarnation; the owner is gone when the node has another.
     pub incarnation: u64,
@@ -92,9 +89,7 @@ pub struct RoomFacts {
 /// The name of an entry.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Key {
-    /// A node's name.
     Node(String),
-    /// A room's code.
     Room(String),
 }
 

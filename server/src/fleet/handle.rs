@@ -18,7 +18,6 @@ use tracing::error;
 pub struct Fleet {
     start: Instant,
     state: Mutex<State>,
-    /// Wakes the driver.
     due: Notify,
     /// Counts changes of the directory.
     changed: watch::Sender<()>,

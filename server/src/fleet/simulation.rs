@@ -36,7 +36,6 @@ const TIME_LIMIT: Duration = Duration::from_millis(1500);
 /// Time between two records of a room.
 const RECORD_EVERY: Duration = Duration::from_secs(1);
 
-/// A simulated fleet.
 #[derive(Debug)]
 pub struct Simulation {
     settings: Settings,

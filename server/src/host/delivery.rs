@@ -72,7 +72,6 @@ impl Delivery {
         }
     }
 
-    /// Queues the welcome.
     pub fn welcome(&self, welcome: Vec<u8>, now: Instant) {
         self.allowance.charge(welcome.len(), now);
         self.outbox.control(welcome);

@@ -14,13 +14,11 @@ pub fn inbox<T>(max: usize) -> (InboxSender<T>, Inbox<T>) {
     (sender, Inbox { shared, taken: VecDeque::new() })
 }
 
-/// The session's end.
 pub struct InboxSender<T> {
     shared: Arc<Mutex<Queue<T>>>,
     max: usize,
 }
 
-/// The room's end.
 pub struct Inbox<T> {
     shared: Arc<Mutex<Queue<T>>>,
     /// Messages that were taken together.

@@ -24,7 +24,6 @@ impl LastTick {
         self.woke_ms.store(ms, Ordering::Relaxed);
     }
 
-    /// Time since then.
     pub fn age(&self, now: Instant) -> Duration {
         let woke = Duration::from_millis(self.woke_ms.load(Ordering::Relaxed));
         now.saturating_duration_since(self.opened).saturating_sub(woke)

@@ -23,7 +23,6 @@ const LATE_SNAPSHOTS_MIN: usize = 4;
 #[derive(Default)]
 pub struct Outbox {
     state: Mutex<State>,
-    /// Wakes the session.
     waker: AtomicWaker,
     /// Sends what was queued.
     send_queue: Arc<SendQueue>,
@@ -35,7 +34,6 @@ pub struct Outbox {
 pub enum Next {
     /// A message to send.
     Message(Bytes),
-    /// The session ends.
     End(Refusal),
     /// Nothing at the moment.
     Nothing,

@@ -3,10 +3,8 @@
 /// Phase of a server's life. It only moves forward.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phase {
-    /// Connections are accepted.
     Running,
     /// Players are warned, and nothing new begins.
     Draining,
-    /// Sockets are closed.
     Closing,
 }

@@ -36,7 +36,6 @@ pub struct RoomInfo {
     pub private: bool,
     /// Network of the creator; `None` for a standing room.
     pub creator: Option<IpAddr>,
-    /// Its scene.
     pub scene: Arc<Scene>,
     /// Whether a guest brought the scene, so that the room has a share of a processor only.
     pub guest: bool,
@@ -47,7 +46,6 @@ pub struct RoomInfo {
     /// Cancelled when the room is given up because its thread does not answer. Its sessions then end, and so does the
     /// thread if it ever wakes.
     pub given_up: CancellationToken,
-    /// Seats taken.
     pub players: AtomicUsize,
     /// Of these, players who are there now.
     pub connected: AtomicUsize,
@@ -88,7 +86,6 @@ impl RoomInfo {
 pub struct Join {
     /// Whether it is to play or to watch.
     pub role: Role,
-    /// Name and colour.
     pub appearance: Appearance,
     /// The seat it held before, by a token of this server.
     pub claim: Option<SeatClaim>,
@@ -106,7 +103,6 @@ pub struct Join {
 /// A command of an operator or of the fleet to a room, carried out at its next tick.
 #[derive(Debug)]
 pub enum AdminCommand {
-    /// Lists the players.
     Players(oneshot::Sender<Vec<PlayerState>>),
     /// Kicks a player; the answer is whether there was one in this seat.
     Kick(Seat, oneshot::Sender<bool>),
@@ -126,13 +122,11 @@ pub struct RoomHandle {
     pub info: Arc<RoomInfo>,
     /// Sessions that ask for a seat.
     pub joins: SyncSender<Join>,
-    /// Commands of operators.
     pub commands: SyncSender<AdminCommand>,
     /// Under which it is held, in a fleet.
     pub lease: Option<RoomLease>,
     /// Keeps what the room records, if rooms outlive the process.
     pub records: Option<Arc<dyn RecordSink>>,
-    /// The room's thread.
     pub thread: JoinHandle<()>,
 }
 
@@ -154,7 +148,6 @@ pub struct Host {
     pub address_spectators_max: usize,
     /// Budgets of bytes that sessions are sent.
     pub uplink: Arc<Uplink>,
-    /// The server's metrics.
     pub metrics: Arc<Metrics>,
     /// Signs and verifies tokens.
     pub signer: TokenSigner,

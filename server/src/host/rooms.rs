@@ -319,7 +319,6 @@ impl Rooms {
         self.expected().insert(code.to_owned(), expected);
     }
 
-    /// Gives that up.
     pub fn forget_guest(&self, code: &str) {
         self.expected().remove(code);
     }

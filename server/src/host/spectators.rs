@@ -34,7 +34,6 @@ impl Spectators {
         Spectators { present: Vec::new(), limits, permits: ParticlePermits::default() }
     }
 
-    /// Number of spectators.
     pub fn len(&self) -> usize {
         self.present.len()
     }
@@ -120,12 +119,10 @@ impl Spectators {
         });
     }
 
-    /// Ends all sessions.
     pub fn end(&mut self, refusal: Refusal) {
         self.present.drain(..).for_each(|spectator| spectator.feed.outbox.end(refusal));
     }
 
-    /// Their queues.
     pub fn outboxes(&self) -> impl Iterator<Item = &Arc<Outbox>> {
         self.present.iter().map(|spectator| &spectator.feed.outbox)
     }

@@ -45,7 +45,6 @@ pub struct Ends {
     pub info: Arc<RoomInfo>,
     /// Sessions that ask for a seat.
     pub joins: Receiver<Join>,
-    /// Commands of operators.
     pub commands: Receiver<AdminCommand>,
     /// Under which the room is held, in a fleet.
     pub lease: Option<RoomLease>,
@@ -81,7 +80,6 @@ pub struct Ticker {
     still_since: Option<Instant>,
     /// Why it is to end, if another node goes on with it.
     leaving: Option<End>,
-    /// Where that is.
     moved_to: Option<Arc<str>>,
     /// The revision of the neighbours that the clients were told.
     told_neighbours: u64,

@@ -97,7 +97,6 @@ impl TrialQueue {
         done.await.map_err(|_| io::Error::other("the work of a trial panicked"))
     }
 
-    /// Takes a place.
     fn enter(self: &Arc<Self>, address: IpAddr) -> Option<Place> {
         let mut state = self.lock();
         let networks = networks(address);

@@ -4,14 +4,12 @@
 #[cfg(page_on_disk)]
 use super::dist;
 
-/// One file.
 #[derive(Debug)]
 pub struct File {
     /// Path below `dist`, like `sprites/hero.png`.
     pub name: &'static str,
     /// Content hash in quotes, as in the ETag header.
     pub etag: &'static str,
-    /// Content.
     pub bytes: &'static [u8],
 }
 

@@ -142,7 +142,6 @@ fn socket_config() -> WebSocketConfig {
 
 /// The first message of a client.
 pub struct Hello {
-    /// Name and colour.
     pub appearance: Appearance,
     /// Token of a seat held before.
     pub token: Option<Token>,

@@ -120,7 +120,6 @@ struct Upgraded {
     stream: MaybeTlsStream,
     /// Bytes that came with the upgrade.
     read: Vec<u8>,
-    /// The room's code.
     code: String,
     /// Address that it counts for.
     address: IpAddr,

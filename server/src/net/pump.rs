@@ -22,13 +22,11 @@ use tungstenite::protocol::{CloseFrame, Message};
 
 /// The ends of a session: its queues to the room and from it, and how long the peer may be silent or read nothing.
 pub struct Seated {
-    /// The room.
     pub info: Arc<RoomInfo>,
     /// Messages to the room.
     pub inbox: InboxSender<Option<ClientMessage>>,
     /// Messages from the room.
     pub outbox: Arc<Outbox>,
-    /// The limits.
     pub waits: limits::Waits,
 }
 

@@ -81,7 +81,6 @@ pub enum TlsError {
         certificates: PathBuf,
         /// The file of the key.
         key: PathBuf,
-        /// The mismatch.
         found: rustls::Error,
     },
 }

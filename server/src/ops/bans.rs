@@ -15,7 +15,6 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 /// A network that may not play until a time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Ban {
-    /// The network.
     pub network: IpNet,
     /// The end, seconds since 1970.
     pub until_unix_s: u64,

@@ -46,7 +46,6 @@ pub struct Metrics {
 /// Metrics of the rooms' threads, updated at each wakeup.
 #[derive(Clone)]
 pub struct Ticks {
-    /// Ticks played.
     pub played: Counter,
     /// Ticks that were due and never played.
     pub missed: Counter,
@@ -76,7 +75,6 @@ pub struct Late {
 pub struct Snapshots {
     /// Messages that were queued for sockets.
     pub count: Counter,
-    /// Their bytes.
     pub bytes: Counter,
 }
 
@@ -160,7 +158,6 @@ fn add_in<M: Metric + Clone>(
 }
 
 impl Default for Metrics {
-    /// Metrics at zero.
     fn default() -> Metrics {
         let mut registry = Registry::with_prefix("jostle");
         let r = &mut registry;

@@ -11,7 +11,6 @@ pub fn resident_bytes() -> Option<u64> {
     resident(&fs::read_to_string("/proc/self/status").ok()?)
 }
 
-/// Descriptors open now.
 pub fn open_descriptors() -> Option<u64> {
     // The directory itself is open while it is read.
     Some(fs::read_dir("/proc/self/fd").ok()?.count().saturating_sub(1) as u64)

@@ -35,7 +35,6 @@ const OF_REQUESTS: [&str; 28] = [
     "unreadable_replay",
 ];
 
-/// Every reason.
 pub fn all() -> impl Iterator<Item = &'static str> {
     OF_REQUESTS.into_iter().chain(Refusal::ALL.into_iter().map(of))
 }

@@ -16,7 +16,6 @@ pub struct RefusalLog(Mutex<BTreeMap<&'static str, Logged>>);
 #[derive(Debug)]
 struct Logged {
     at: Instant,
-    /// Refusals since then.
     left_out: u64,
 }
 

@@ -35,7 +35,6 @@ const NEW: &str = "new";
 /// The records of a server.
 pub struct Records {
     dir: PathBuf,
-    /// Scenes on offer.
     scenes: Vec<Arc<Scene>>,
     /// Processor time in which a replay is played.
     most: Duration,
@@ -50,7 +49,6 @@ pub struct Records {
 /// A run that was proven.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Entered {
-    /// The run.
     pub run: Run,
     /// Name of its file.
     pub name: String,

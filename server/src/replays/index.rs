@@ -108,7 +108,6 @@ impl ReplayIndex {
         self.files.insert(name, file);
     }
 
-    /// Removes a file.
     pub fn remove(&mut self, name: &str) -> Option<IndexedFile> {
         let (name, file) = self.files.remove_entry(name)?;
         self.charged_bytes -= charge(file.entry.bytes);
@@ -145,7 +144,6 @@ impl ReplayIndex {
         self.files.keys()
     }
 
-    /// Number of files.
     pub fn len(&self) -> usize {
         self.files.len()
     }

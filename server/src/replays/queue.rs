@@ -9,7 +9,6 @@ use std::sync::atomic::{AtomicBool, AtomicU64};
 /// State of one file, shared by its room and the writer.
 #[derive(Debug, Default)]
 pub struct RecordingFile {
-    /// Bytes written.
     pub bytes: AtomicU64,
     /// Whether the writer gave it up.
     pub failed: AtomicBool,
@@ -19,9 +18,7 @@ pub struct RecordingFile {
 
 /// Records of one file for the writer, in order. The first one of a file is its start record.
 pub struct Batch {
-    /// Their file.
     pub recording_file: Arc<RecordingFile>,
-    /// The records.
     pub records: Vec<Record>,
     /// Whether the file ends with them.
     pub is_last: bool,
@@ -45,7 +42,6 @@ pub struct ClipJob {
 
 /// A job of the writer.
 pub enum Job {
-    /// Records to write.
     Write(Batch),
     /// A clip to cut and keep.
     Clip(ClipJob),

@@ -38,7 +38,6 @@ pub(super) fn clip_rates() -> AddressRateLimiter {
 }
 
 impl Recording {
-    /// Starts the writer.
     pub fn start(settings: Settings) -> io::Result<Arc<Recording>> {
         let store = Arc::new(ReplayStore::new(settings));
         let (queue, jobs) = sync_channel(limits::REPLAY_QUEUE_MAX);
@@ -51,7 +50,6 @@ impl Recording {
         Ok(Arc::new(Recording { store, queue, waiting_bytes, waiting_clips, clip_rates, thread }))
     }
 
-    /// The replays.
     pub fn store(&self) -> &ReplayStore {
         &self.store
     }

@@ -10,7 +10,6 @@ use std::time::{Duration, SystemTime};
 /// Creates a new file, and fails if there is one of that name.
 pub type Create = fn(&Path) -> io::Result<Box<dyn Write + Send>>;
 
-/// Settings of recording.
 #[derive(Clone, Debug)]
 pub struct Settings {
     /// The directory; it is made if it is missing.
@@ -58,12 +57,9 @@ fn create_file(path: &Path) -> io::Result<Box<dyn Write + Send>> {
     Ok(Box::new(File::options().write(true).create_new(true).open(path)?))
 }
 
-/// Counters of recording.
 #[derive(Debug, Default)]
 pub struct Counters {
-    /// Files begun.
     pub files: AtomicU64,
-    /// Bytes written.
     pub bytes: AtomicU64,
     /// Records that the writer had no room for.
     pub dropped: AtomicU64,

@@ -29,7 +29,6 @@ pub struct ReplayStore {
 /// A replay opened for reading.
 #[derive(Debug)]
 pub struct Readable {
-    /// Its path.
     pub path: PathBuf,
     /// Length of its whole records.
     pub bytes: u64,

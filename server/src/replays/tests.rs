@@ -70,7 +70,6 @@ impl Drop for Dir {
     }
 }
 
-/// A recorded room.
 struct Stage {
     recording: Arc<Recording>,
     room: Room,

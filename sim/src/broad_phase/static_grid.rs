@@ -39,12 +39,10 @@ struct Link {
 const UNLISTED: Link =
     Link { cell: Cell { level: 0, x: 0, y: 0 }, next: NONE, previous: NONE, listed: false };
 
-/// The grid.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct StaticGrid {
     /// By hash of the cell: first slot of the chain. A power of two of entries.
     heads: Vec<u32>,
-    /// By slot.
     links: Vec<Link>,
     /// Number of slots on each level.
     counts: [u32; LEVELS],
@@ -144,7 +142,6 @@ impl StaticGrid {
         (link.next, link.previous, link.listed) = (next, NONE, true);
     }
 
-    /// Doubles the table.
     fn widen(&mut self) {
         let entries = (self.heads.len() * 2).max(TABLE_MIN);
         self.heads.clear();

@@ -94,7 +94,6 @@ pub(crate) struct ImpactQueue {
     may_impact: Vec<bool>,
     /// By slot: whether it waits for the next round.
     waits: Vec<bool>,
-    /// Slots that do.
     waiting: Vec<u32>,
     queue: BinaryHeap<Reverse<Event>>,
     /// Indices of the pairs whose bodies may meet in this round.

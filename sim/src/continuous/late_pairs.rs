@@ -29,7 +29,6 @@ pub(crate) const ROUNDS_MAX: u32 = 3;
 /// Constraints to be added, and the bodies that outran their reach.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LatePairs {
-    /// By slot.
     outruns_reach: Vec<bool>,
     /// By slot: whether it outruns its reach, or moves by more than the thinnest body's half-size: no pair of two others is
     /// late. None for bodies that the step does not move, which it may have left out.

@@ -25,7 +25,6 @@ use glam::Vec2;
 /// between a platform and the ground stays above the ground.
 const ROUNDS: u32 = 4;
 
-/// Scratch.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct StaticClamp {
     /// By slot: position at the start of the step.

@@ -13,7 +13,7 @@ pub struct Drag {
 }
 
 impl Drag {
-    /// No drag.
+    /// No drag: velocities keep their length.
     pub const NONE: Drag = Drag { linear: 0.0, quadratic: 0.0 };
 
     pub(super) fn is_valid(self) -> bool {

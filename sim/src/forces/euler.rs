@@ -21,7 +21,7 @@ pub struct EulerGroups {
 }
 
 impl EulerGroups {
-    /// No groups.
+    /// Bodies of all groups take the default integrator.
     pub const NONE: EulerGroups = EulerGroups { explicit: 0, symplectic: 0 };
 
     pub(super) fn have(self, group: u8) -> bool {

@@ -14,7 +14,6 @@ use crate::narrow_phase::separation::{self, placed};
 use crate::solver::tolerances::OVERLAP;
 use glam::{DVec2, Vec2};
 
-/// No move.
 const NONE: u32 = u32::MAX;
 
 /// Something in the way of a body.
@@ -33,7 +32,6 @@ pub(super) struct Obstacle {
 /// The obstacles of a step.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Obstacles {
-    /// By ascending slot.
     all: Vec<Obstacle>,
     /// Scratch: in the order of pairs, and the slot and index of each.
     found: Vec<Obstacle>,

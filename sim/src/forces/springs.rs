@@ -11,7 +11,7 @@ pub(super) const LENGTH_MIN: f64 = 1e-9;
 /// The far end of a spring.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SpringEnd {
-    /// A fixed point.
+    /// A fixed point, world units.
     Point(Vec2),
     /// The centre of another body.
     Body(BodyId),
@@ -23,7 +23,7 @@ pub enum SpringEnd {
 pub struct Spring {
     /// The body at its first end.
     pub body: BodyId,
-    /// The other end.
+    /// The end that is not at `body`.
     pub end: SpringEnd,
     /// Length without force, world units, not negative.
     pub rest_length: f32,

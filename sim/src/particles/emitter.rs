@@ -10,7 +10,7 @@ use glam::Vec2;
 /// Position at which an emitter makes its particles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Source {
-    /// A fixed point.
+    /// A fixed point, world units.
     Point(Vec2),
     /// The centre of a body, followed until the body is removed.
     Body(BodyId),
@@ -34,7 +34,6 @@ const AMOUNT_MIN: u32 = 5;
 /// Largest share of the remaining particles made in one update.
 const SHARE_MAX: f32 = 0.2;
 
-/// A running emitter.
 #[derive(Clone, Debug)]
 pub(super) struct Emitter {
     def: EmitterDef,

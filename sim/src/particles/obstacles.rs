@@ -9,7 +9,7 @@ use glam::Vec2;
 /// see, so that server and clients agree bit for bit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Obstacle {
-    /// Shape.
+    /// Shape, around the centre.
     pub shape: Shape,
     /// Centre in world units, a multiple of the scene's quantum.
     pub center: Vec2,

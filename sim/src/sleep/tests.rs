@@ -364,7 +364,6 @@ fn a_new_body_in_the_slot_of_a_sleeping_one_is_awake() {
 
 // --- Random games -------------------------------------------------------------------------------
 
-/// One random action.
 fn poke(world: &mut World, rng: &mut Rng, lift: BodyId) {
     let dynamic: Vec<BodyId> =
         world.ids().filter(|&id| world.motion(id) == Motion::Dynamic).collect();

@@ -48,7 +48,6 @@ pub(crate) struct Agitation {
     is_near: bool,
     /// Its bodies move past each other: the next step sees other contacts, and few loads follow a column.
     pub in_motion: bool,
-    /// They hardly move.
     pub is_slow: bool,
     /// Mean sliding velocity of its contacts, units/s.
     sliding: f32,

@@ -27,7 +27,6 @@ struct Chain {
     bodies: u32,
     /// First of its constraints in `links`.
     links: u32,
-    /// Number of constraints.
     count: u32,
     /// 0 for x, 1 for y.
     axis: usize,

@@ -116,7 +116,6 @@ impl ConjugateSolver {
         *self = self.clone();
     }
 
-    /// Begins a step.
     pub fn begin(
         &mut self,
         bodies: &mut Bodies,

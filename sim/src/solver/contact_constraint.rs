@@ -32,7 +32,6 @@ pub(crate) struct ContactConstraint {
     pub min_normal_velocity: f32,
     /// Effective mass: 1 / (sum of the inverse masses).
     pub effective_mass: f32,
-    /// Inverse masses.
     pub inv_mass_a: f32,
     pub inv_mass_b: f32,
     /// Coulomb coefficient: geometric mean of the two.
@@ -134,7 +133,6 @@ impl ContactSet {
     }
 }
 
-/// Scratch of gathering.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct GatherScratch {
     packed: Vec<PackedBody>,
@@ -207,7 +205,6 @@ impl PackedBody {
 /// Two bodies of which a contact is made.
 type PackedPair<'a> = [&'a PackedBody; 2];
 
-/// Packs all bodies.
 fn pack(bodies: &Bodies, takes_no_part: &[bool], paths: &Paths, packed: &mut Vec<PackedBody>) {
     packed.clear();
     packed.extend((0..bodies.alive.len()).map(|slot| PackedBody {

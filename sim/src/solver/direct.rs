@@ -114,7 +114,6 @@ pub(crate) fn rounds_left(contacts: usize, visits: u64) -> u32 {
     ROUNDS_MAX.min(left as u32)
 }
 
-/// Scratch.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct DirectSolver {
     /// The movable bodies of the island, ascending, and pairs of their indices that have a contact.

@@ -23,7 +23,6 @@ const VISITS: usize = 16_000;
 #[derive(Clone, Copy, Debug)]
 struct Member {
     body: u32,
-    /// Inverse mass.
     inv_mass: f32,
     /// Velocity before any impulse of the step, and after the warm start.
     free: Vec2,

@@ -134,7 +134,6 @@ impl ColoredContacts {
         }
     }
 
-    /// See `sweep::extrapolate`.
     pub fn extrapolate<const FRICTION: bool>(&mut self, velocity: &mut [Vec2], beta: Option<f32>) {
         for wide in &mut self.wide {
             wide.extrapolate::<FRICTION>(velocity, beta);
@@ -301,7 +300,6 @@ fn greater(a: Vec4, b: Vec4) -> Vec4 {
     Vec4::select(a.cmpgt(b), a, b)
 }
 
-/// See `gauss_seidel::limited`.
 #[inline(always)]
 fn limited(tangent: Vec4, limit: Vec4) -> Vec4 {
     let low = Vec4::select(tangent.cmplt(-limit), -limit, tangent);

@@ -29,7 +29,6 @@ pub(crate) struct Islands {
 const NONE: u32 = u32::MAX;
 
 impl Islands {
-    /// Number of islands.
     pub fn count(&self) -> usize {
         self.starts.len() - 1
     }

@@ -53,7 +53,6 @@ const LIGHT_LAYERS: u8 = 2;
 /// Sweeps of a pass over it, by colour: with 6 a heap at one point takes more than a second.
 const LIGHT_SWEEPS: u32 = 12;
 
-/// Scratch.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PositionCorrection {
     /// Contacts close enough to take part in a pass, and their movable bodies.
@@ -79,7 +78,6 @@ struct Corrections<'a> {
 }
 
 impl Corrections<'_> {
-    /// Begins a pass.
     fn begin_pass(&mut self) {
         self.path.fill(Vec2::ZERO);
     }

@@ -73,7 +73,6 @@ impl Clone for RelaxationSolver {
 }
 
 impl RelaxationSolver {
-    /// Releases all scratch.
     pub fn release(&mut self) {
         self.constraints.clear();
         *self = self.clone();

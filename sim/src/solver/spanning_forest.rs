@@ -223,7 +223,6 @@ impl SpanningForest {
         });
     }
 
-    /// Clears the forest.
     pub fn clear(&mut self) {
         self.nodes.clear();
     }

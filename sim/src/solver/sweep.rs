@@ -51,7 +51,6 @@ pub(crate) struct SweepLimits {
     /// Change of a relative velocity that is rounding, units/s: an island that no visit would change by more needs no
     /// sweep.
     pub rounding: f32,
-    /// Most sweeps.
     pub sweeps_max: u32,
     /// The sequence of the visits.
     pub sequence: Sequence,

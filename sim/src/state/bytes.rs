@@ -21,12 +21,12 @@ pub const PLAUSIBLE_MAX: f32 = 1e9;
 /// In place of an index: no body.
 const NOBODY: u32 = u32::MAX;
 
-/// Writes a state.
+/// Writes a state as bytes.
 #[derive(Default)]
 pub struct StateWriter(/** The bytes so far. */ pub Vec<u8>);
 
 impl StateWriter {
-    /// Appends a byte.
+    /// Appends one byte, unchanged.
     pub fn byte(&mut self, value: u8) {
         self.0.push(value);
     }
@@ -51,7 +51,7 @@ impl StateWriter {
         self.word(value.to_bits());
     }
 
-    /// Appends both components.
+    /// Appends the bits of both components.
     pub fn vector(&mut self, value: Vec2) {
         self.number(value.x);
         self.number(value.y);
@@ -64,7 +64,7 @@ impl StateWriter {
     }
 }
 
-/// Reads a state.
+/// Reads a state from bytes, and names the field where it is wrong.
 pub struct StateReader<'a> {
     bytes: &'a [u8],
     at: usize,
@@ -98,7 +98,7 @@ impl<'a> StateReader<'a> {
         Ok(*bytes)
     }
 
-    /// Reads a byte.
+    /// Reads one byte of any value.
     pub fn byte(&mut self, field: &'static str) -> Result<u8, StateError> {
         Ok(self.array::<1>(field)?[0])
     }

@@ -67,7 +67,7 @@ pub struct StepBudget {
 }
 
 impl StepBudget {
-    /// No bounds.
+    /// A budget that no step exceeds.
     pub const UNLIMITED: StepBudget =
         StepBudget { pairs: usize::MAX, work: u64::MAX, obstacle_cells: usize::MAX };
 }

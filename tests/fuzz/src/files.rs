@@ -8,7 +8,6 @@ use jostle_room::Playback;
 use jostle_sim::Vec2;
 use std::sync::Arc;
 
-/// Ticks to play.
 const TICKS_MAX: usize = 3;
 /// Larger worlds are read but not played, which would take long and show nothing new.
 const BODIES_PLAYED_MAX: usize = 300;

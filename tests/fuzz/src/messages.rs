@@ -12,7 +12,6 @@ use std::sync::Arc;
 /// Limit of particles in the scene.
 const PARTICLES_MAX: usize = 500;
 
-/// A client's message.
 pub fn client_message(bytes: &[u8]) {
     if let Ok(message) = ClientMessage::decode(bytes) {
         let again = message.encode();

@@ -30,7 +30,6 @@ pub struct Tally {
     pub stopped: u64,
     /// A tick, a keyframe or the end record differs.
     pub differs: u64,
-    /// Ticks played.
     pub ticks: u64,
     /// Longest time of a tick.
     pub slowest: Duration,
@@ -42,7 +41,6 @@ impl Tally {
         self.refused + self.equal + self.stopped + self.differs
     }
 
-    /// Adds another tally.
     pub fn add(&mut self, other: &Tally) {
         self.refused += other.refused;
         self.equal += other.equal;
@@ -58,7 +56,6 @@ impl Tally {
 pub struct Base {
     /// Its scene, and whether it begins in the middle of a game.
     pub name: String,
-    /// Its records.
     pub records: Vec<Record>,
     /// The records as framed bytes: packing takes longer than everything else.
     framed: Vec<Vec<u8>>,

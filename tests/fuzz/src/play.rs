@@ -7,7 +7,6 @@ use jostle_protocol::{ClientMessage, Role, ServerMessage, SnapshotStream, Token,
 use jostle_room::{Claim, Rate, Room, Subscriber};
 use std::sync::{Arc, OnceLock};
 
-/// Ticks per input.
 const TICKS_MAX: u32 = 40;
 
 /// Parts are messages of clients; the low six bits of the kind are the seat. With bit 6 the client

@@ -77,7 +77,6 @@ async fn build(program: &Path) -> Result<()> {
     std::fs::remove_dir(&dir).context("Go built more than one program")
 }
 
-/// Cargo's target directory.
 fn target_dir() -> PathBuf {
     let tests = Path::new(env!("CARGO_MANIFEST_DIR"));
     let usual = || tests.parent().unwrap_or(tests).join("target");

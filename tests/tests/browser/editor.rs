@@ -59,7 +59,6 @@ async fn error(tab: &Tab) -> Result<String> {
     .await
 }
 
-/// The underlined text.
 async fn underlined(tab: &Tab) -> Result<String> {
     tab.eval("[...document.querySelectorAll('#underlay mark')].map(m => m.textContent).join('')")
         .await

@@ -170,7 +170,6 @@ fn cases() -> Vec<Case> {
     cases
 }
 
-/// The scene editor.
 fn editor_cases() -> [Case; 9] {
     [
         Case::new(

@@ -21,7 +21,6 @@ use std::sync::Arc;
 /// Together they have every sound but those of breaking and losing.
 const GAMES: [&str; 2] = ["arena", "hill"];
 const NAMES: [&str; 3] = ["Ada", "Grace", "Alan"];
-/// The golden minute.
 const MINUTE_S: u32 = 60;
 /// As much of it as an ordinary run compares: a second takes a processor a third of one to compute.
 const HEARD_S: u32 = 15;

@@ -16,7 +16,6 @@ use tokio::time::timeout;
 
 /// Rooms of a fleet under test; every third is private.
 pub const ROOMS: usize = 6;
-/// Nodes.
 pub const NODES: usize = 3;
 const SCENES: [&str; 3] = ["arena", "pile", "hill"];
 

@@ -59,7 +59,6 @@ impl Wire {
         timeout(LONG, read).await.expect("a line in time")
     }
 
-    /// A round trip.
     pub async fn ping(&mut self) {
         self.send("PING\r\n").await;
         assert_eq!(self.line().await, "PONG");

@@ -13,7 +13,6 @@ use std::sync::Arc;
 pub const TICKS: u32 = 1000;
 /// Ticks after which clients join.
 const JOIN_TICKS: [u32; 4] = [1, 7, 333, 702];
-/// Scripted players.
 const PLAYERS: u8 = 3;
 
 /// Particles against bodies that move and die, from emitters of every kind, more than the limit

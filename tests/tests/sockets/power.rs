@@ -57,7 +57,6 @@ impl Watch {
         Watch { rooms, stop, thread }
     }
 
-    /// Ends it.
     pub fn end(self) -> Growth {
         self.stop.store(true, Ordering::Relaxed);
         let lengths = self.thread.join().expect("a watch that ends well");

@@ -15,7 +15,6 @@ use tokio::time::timeout;
 pub struct Process {
     pub child: Child,
     pub address: SocketAddr,
-    /// The operators' port.
     pub ops: SocketAddr,
 }
 

@@ -17,7 +17,6 @@ use tokio::time::{sleep, timeout};
 /// A running server; it is stopped when this is dropped.
 pub struct Server {
     pub address: SocketAddr,
-    /// The operators' port.
     pub ops: SocketAddr,
     stop: Option<oneshot::Sender<()>>,
     task: JoinHandle<io::Result<()>>,

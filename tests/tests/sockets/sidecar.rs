@@ -23,11 +23,9 @@ const COUNTER: &str = "/v1beta1/counters/rooms";
 /// How calls are answered.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Mood {
-    /// As Agones does.
     Well,
     /// With 500.
     Failing,
-    /// Not at all.
     Hanging,
     /// As Agones does, but the answer to the next change of the counter gets lost.
     LosingOne,

@@ -20,7 +20,6 @@ const PROGRAM_VARIABLE: &str = "JOSTLE_PROGRAM";
 /// A compiled test program.
 #[derive(Deserialize, Serialize)]
 pub struct Binary {
-    /// The crate's name.
     pub package: String,
     /// The target's name: that of an integration test, a library or a program.
     pub name: String,

@@ -79,7 +79,6 @@ pub fn run(steps: &[&Step], how: &How) -> bool {
     !ended.iter().any(|step| matches!(step.outcome, Outcome::Failed(_)))
 }
 
-/// The closing line.
 fn counts(ended: &[Ended]) -> String {
     let count = |is: fn(&Outcome) -> bool| ended.iter().filter(|step| is(&step.outcome)).count();
     let passed = count(|outcome| *outcome == Outcome::Passed);

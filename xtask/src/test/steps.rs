@@ -48,7 +48,6 @@ pub enum TestLane {
     Servers,
 }
 
-/// All lanes.
 pub const LANES: [TestLane; 3] = [TestLane::Native, TestLane::Page, TestLane::Servers];
 
 /// A part of the run, with a process of its own.
@@ -329,7 +328,6 @@ fn socket_tests(packages: Option<&[String]>) -> Result<()> {
     integration(SOCKET_TEST, &args)
 }
 
-/// With NATS servers.
 fn fleet_tests() -> Result<()> {
     nats::provide()?;
     integration(SOCKET_TEST, &[FLEET_TESTS, "--test-threads", FLEET_TEST_THREADS])

@@ -25,7 +25,6 @@ const TIMES: Scale = Scale::Log { low: -2, high: 2, zero: false };
 const ERRORS: Scale = Scale::Log { low: -5, high: 2, zero: false };
 const ROW_ERRORS: Scale = Scale::Log { low: -6, high: 3, zero: false };
 
-/// The whole picture.
 pub(super) fn svg(trails: &[Trail], rows: &[Row]) -> String {
     let bottom = TOP + ROW * rows.len().max(20) as f64;
     let height = bottom + BOTTOM_ROOM;

@@ -22,7 +22,6 @@ pub enum Disturbance {
 }
 
 impl Disturbance {
-    /// One by chance.
     pub fn new(rng: &mut Rng) -> Disturbance {
         let every = 10 + rng.below(110);
         let speed = round(range(rng, 20.0, 200.0));

@@ -139,7 +139,6 @@ impl Run {
 pub struct Finding {
     /// Its number in the sequence.
     pub number: u64,
-    /// Bodies that move.
     pub bodies: usize,
     /// The choices of chance.
     pub traits: String,

@@ -30,7 +30,6 @@ const TIMES: [(Figure, Bound); 3] = [
     (Figure::Settled, Bound::OfPeer(1.0)),
 ];
 
-/// All piles.
 pub fn all() -> Vec<Pile> {
     let mut piles: Vec<Pile> = [1000, 4000].map(small_rain).into();
     piles.extend([1000, 4000].map(sleeping_rain));

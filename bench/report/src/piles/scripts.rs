@@ -9,7 +9,6 @@ use glam::DVec2;
 /// A disturbance. Every run of a script is the same, whatever the bodies do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Script {
-    /// None.
     Still,
     /// Every 30 ticks each velocity changes by up to 40 units/s in x and in y.
     Shaken,

@@ -71,7 +71,6 @@ impl Path {
         path
     }
 
-    /// Lifts the pen.
     pub fn move_to(&mut self, point: Spot) {
         self.pen = (tenths(point.0), tenths(point.1));
         self.data.push('M');

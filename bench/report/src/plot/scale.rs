@@ -12,7 +12,6 @@ pub struct Tick {
 /// A scale of an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Scale {
-    /// A linear scale.
     Linear {
         /// Value at the origin.
         low: f64,

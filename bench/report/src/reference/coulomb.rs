@@ -14,7 +14,6 @@ pub type Impulse = DVec2;
 
 /// A step's contacts with one coefficient of friction.
 pub struct Coulomb<'a> {
-    /// Bodies and contacts.
     pub program: &'a Program,
     /// Coefficient of every contact.
     pub friction: f64,

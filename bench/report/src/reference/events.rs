@@ -4,14 +4,10 @@
 use crate::engine::State;
 use glam::DVec2;
 
-/// A disc.
 #[derive(Clone, Copy, Debug)]
 pub struct Disc {
-    /// Units.
     pub radius: f64,
-    /// Any unit.
     pub mass: f64,
-    /// Position and velocity.
     pub state: State,
 }
 
@@ -24,7 +20,6 @@ pub struct Gas {
     pub discs: Vec<Disc>,
 }
 
-/// The next event.
 #[derive(Clone, Copy)]
 enum Event {
     Pair(usize, usize),

@@ -42,7 +42,6 @@ fn along(at: &[State], slopes: &[State], h: f64) -> Vec<State> {
     at.iter().zip(slopes).map(moved).collect()
 }
 
-/// Velocities and accelerations.
 fn slopes(scene: &Scene, states: &[State]) -> Vec<State> {
     let free = |state: &State| {
         let air = state.velocity - scene.wind;

@@ -14,7 +14,6 @@ const NEAR: f64 = 0.5;
 
 /// Discs above the floor y = 0, with the same gravity for all.
 pub struct Pile {
-    /// Centres.
     pub positions: Vec<DVec2>,
     /// Units/s.
     pub velocities: Vec<DVec2>,

@@ -19,7 +19,6 @@ pub struct Contact {
     pub min_normal_velocity: f64,
 }
 
-/// A step's contacts.
 #[derive(Clone, Debug, Default)]
 pub struct Program {
     /// 0 for immovable bodies.
@@ -35,7 +34,6 @@ pub struct Program {
 pub struct Solution {
     /// Impulses by contact, not negative.
     pub impulses: Vec<f64>,
-    /// Velocities by body.
     pub velocities: Vec<DVec2>,
     /// Sweeps or iterations taken.
     pub sweeps: u32,

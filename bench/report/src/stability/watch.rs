@@ -21,7 +21,6 @@ pub struct Sample {
     pub rising: f64,
 }
 
-/// A recorded run.
 pub struct Run {
     /// One sample per tick, including the start.
     pub samples: Vec<Sample>,

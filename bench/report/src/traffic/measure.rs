@@ -13,7 +13,6 @@ use jostle_sim::WorldSettings;
 use jostle_sim::{Aabb, BodyDef, BodyId, Shape, Solver, Vec2, World};
 use std::sync::Arc;
 
-/// Quanta per unit.
 pub const QUANTA: f64 = 256.0;
 /// TCP and IP headers with timestamps, bytes.
 const PACKET_BYTES: usize = 52;
@@ -41,7 +40,6 @@ pub struct Traffic {
 }
 
 impl Traffic {
-    /// No traffic yet.
     pub fn new(rate: u32) -> Traffic {
         Traffic { rate, sizes: Vec::new(), seconds: 0.0, moved: 0, encode_us: 0.0, decode_us: 0.0 }
     }

@@ -48,7 +48,6 @@ impl Recording {
         miniz_oxide::deflate::compress_to_vec(&bytes, PACK_LEVEL)
     }
 
-    /// Parses a file.
     pub fn unpack(packed: &[u8]) -> Result<Recording> {
         let unpacked = miniz_oxide::inflate::decompress_to_vec_with_limit(packed, BYTES_MAX);
         let bytes = unpacked.ok().context("the recording is not a deflated one")?;

@@ -28,7 +28,6 @@ pub trait Crowd {
 
 /// A scene and what happens in it.
 pub struct Script {
-    /// Short name.
     pub name: &'static str,
     /// Bodies, the four walls first, then the players.
     pub scene: Scene,

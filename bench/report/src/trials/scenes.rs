@@ -29,7 +29,6 @@ const CELL_MIN: f32 = 1.3;
 
 const KINDS: [&str; 4] = ["apart", "apart, no gravity", "at one point, no gravity", "relaxation"];
 
-/// One scene.
 pub fn trial(seed: u64, number: u64) -> Verdict {
     let mut rng = Rng::new(seed, number);
     let kind = match rng.below(10) {

@@ -37,7 +37,6 @@ const KINDS: [&str; 7] = [
     "body before a wall",
 ];
 
-/// One shot.
 pub fn trial(seed: u64, number: u64) -> Verdict {
     let mut rng = Rng::new(seed, number);
     let which = rng.below(KINDS.len() as u32) as usize;

@@ -39,7 +39,6 @@ struct Sent {
     name: &'static str,
     top: &'static str,
     bodies: &'static str,
-    /// The player's buttons.
     pressed: Buttons,
     /// Whether it works by itself, so that it cannot be present and unused.
     by_itself: bool,

@@ -18,7 +18,6 @@ const LONG: Duration = Duration::from_secs(120);
 /// The answer of a server to a hello, after which it closes the socket.
 #[derive(Clone, Debug)]
 enum Answer {
-    /// This message.
     Only(ServerMessage),
     /// A seat, a few snapshots, and then this message.
     Play(ServerMessage),

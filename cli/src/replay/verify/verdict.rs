@@ -12,12 +12,10 @@ pub struct Verdict {
     pub file: String,
     /// Ticks that were played again.
     pub ticks: u32,
-    /// The result.
     #[serde(flatten)]
     pub outcome: Outcome,
 }
 
-/// The result.
 #[derive(Debug, Serialize)]
 #[serde(tag = "result", rename_all = "lowercase")]
 pub enum Outcome {
@@ -36,7 +34,6 @@ pub enum Outcome {
     Damaged {
         /// Where the damaged record begins, bytes.
         offset: usize,
-        /// The damage.
         reason: String,
         /// The last tick before it.
         last_tick: u32,
@@ -55,10 +52,7 @@ pub enum Outcome {
         reason: String,
     },
     /// It is no replay, or one that cannot be played.
-    Unreadable {
-        /// The error.
-        reason: String,
-    },
+    Unreadable { reason: String },
 }
 
 impl Outcome {

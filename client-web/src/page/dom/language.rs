@@ -10,7 +10,6 @@ use web_sys::{Element, HtmlTemplateElement, Node};
 const ATTRIBUTES: [&str; 7] =
     ["aria-label", "title", "placeholder", "alt", "data-more", "data-first", "data-last"];
 
-/// The document's texts.
 pub struct Translated {
     texts: Vec<(Node, String)>,
     attributes: Vec<(Element, &'static str, String)>,

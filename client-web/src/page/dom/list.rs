@@ -33,7 +33,6 @@ impl Item {
         self
     }
 
-    /// With a text.
     pub fn text(self, selector: &'static str, text: impl Into<String>) -> Item {
         self.with(selector, "", text.into())
     }

@@ -11,7 +11,6 @@ use crate::sound::task::SoundEvent;
 use jostle_sim::Vec2;
 use web_sys::{KeyboardEvent, MouseEvent, PointerEvent, StorageEvent, WheelEvent};
 
-/// Starts all listeners.
 pub fn all(events: Events) {
     keys(events);
     pointer(events);

@@ -28,7 +28,6 @@ pub struct LobbyView {
     /// With the number of the screen.
     shown: Option<(u32, Lobby, Records)>,
     rooms: List,
-    /// One a category.
     scenes: [(&'static str, List); 3],
     replays: List,
 }

@@ -115,7 +115,6 @@ pub fn css_per_pixel(pixels: [u32; 2]) -> f32 {
     dom::html("stage").client_width() as f32 / pixels[0].max(1) as f32
 }
 
-/// Everything that draws.
 pub struct Graphics {
     canvas: HtmlCanvasElement,
     surface: wgpu::Surface<'static>,

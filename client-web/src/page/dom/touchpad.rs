@@ -27,7 +27,6 @@ pub struct Touchpad {
 }
 
 impl Touchpad {
-    /// No buttons yet.
     pub fn new() -> Touchpad {
         let chosen = (Buttons::default(), None);
         Touchpad { scene: None, chosen, tools: List::new("tools"), stick: None }

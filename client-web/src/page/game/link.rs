@@ -7,7 +7,6 @@ use jostle_protocol::Servers;
 /// Silence after which a socket is given up, milliseconds.
 const SILENCE_MS: f64 = 6000.0;
 
-/// The other end.
 pub enum Link {
     Server(Connection),
     InPage(Box<RoomInPage>),

@@ -113,7 +113,6 @@ pub struct GameView {
     pub camera: Option<Camera>,
     /// The view of the last frame.
     pub view: View,
-    /// When that was.
     pub framed_ms: f64,
     /// Whether the camera of a spectator is that of a hero; `None` before it was chosen.
     pub follows: Option<bool>,

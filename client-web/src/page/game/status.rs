@@ -8,7 +8,6 @@ pub enum State {
     /// Waiting for the first seat.
     #[default]
     Connecting,
-    /// Seated.
     Playing,
     /// Another server goes on with the room: the picture stays as it is for a moment.
     Moving,

@@ -15,7 +15,6 @@ const HANDLE_CSS: f32 = 5.0;
 /// Half the width of a sign, CSS pixels.
 const SIGN_CSS: f32 = 11.0;
 
-/// Adds the grid.
 pub fn fill_under(stage: &mut Stage) {
     let Some(sketch) = stage.frame.sketch else { return };
     let size = stage.frame.world_size;
@@ -36,7 +35,6 @@ pub fn fill_under(stage: &mut Stage) {
     }
 }
 
-/// Adds everything else.
 pub fn fill_over(stage: &mut Stage) {
     let Some(sketch) = stage.frame.sketch else { return };
     for stroke in &sketch.strokes {

@@ -9,7 +9,6 @@ use jostle_sim::Vec2;
 
 /// The frame that is drawn, and the lists that it is drawn into.
 pub(super) struct Stage<'a> {
-    /// Solid quads.
     pub quads: &'a mut Quads,
     /// Light that glowing things throw.
     pub light: &'a mut LightField,

@@ -10,13 +10,9 @@ use jostle_sim::Vec2;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum SolidKind {
-    /// Flat rounded box.
     Box = 0,
-    /// Flat ellipse.
     Oval = 1,
-    /// Blurred box.
     ShadowBox = 2,
-    /// Blurred ellipse.
     ShadowOval = 3,
     /// Additive light, strongest in the middle.
     Glow = 4,
@@ -32,7 +28,6 @@ pub enum SolidKind {
     MatteBox = 9,
     /// Ellipse lit from above.
     MatteOval = 10,
-    /// Box of planks.
     Crate = 11,
     /// Disc with a tip behind it at -x; `half` is (tip, radius).
     Drop = 12,
@@ -117,7 +112,6 @@ pub struct Globals {
     pub half: [f32; 2],
     /// The world spans (0, 0) to this.
     pub world: [f32; 2],
-    /// Target size.
     pub pixels: [f32; 2],
     /// Lower left corner of the light field, world units.
     pub light_low: [f32; 2],
@@ -129,7 +123,6 @@ pub struct Globals {
     pub light_on: f32,
     /// Visibility of the grid, 0..=1.
     pub grid: f32,
-    /// Fills the block.
     pub unused: f32,
     /// The palette's ink, 0..=1, alpha 1.
     pub ink: [[f32; 4]; 3],

@@ -8,7 +8,6 @@ pub struct Shared {
     globals: wgpu::Buffer,
     /// Light that glowing things throw on others.
     pub light: wgpu::Texture,
-    /// Layout of `group`.
     pub layout: wgpu::BindGroupLayout,
     /// The uniform block, the light texture and its sampler.
     pub group: wgpu::BindGroup,
@@ -114,7 +113,6 @@ pub fn sampler(device: &wgpu::Device) -> wgpu::Sampler {
     })
 }
 
-/// A float texture.
 pub fn texture_entry(binding: u32) -> wgpu::BindGroupLayoutEntry {
     wgpu::BindGroupLayoutEntry {
         binding,
@@ -128,7 +126,6 @@ pub fn texture_entry(binding: u32) -> wgpu::BindGroupLayoutEntry {
     }
 }
 
-/// A filtering sampler.
 pub fn sampler_entry(binding: u32) -> wgpu::BindGroupLayoutEntry {
     wgpu::BindGroupLayoutEntry {
         binding,
@@ -144,13 +141,9 @@ pub struct PipelineParts<'a> {
     pub label: &'a str,
     /// A module of `build.rs` with entry points `vertex` and `fragment`.
     pub shader: &'a [u8],
-    /// Bind group layouts.
     pub groups: &'a [Option<&'a wgpu::BindGroupLayout>],
-    /// Vertex buffers.
     pub vertices: &'a [Option<wgpu::VertexBufferLayout<'a>>],
-    /// Of the target.
     pub format: wgpu::TextureFormat,
-    /// `None` overwrites.
     pub blend: Option<wgpu::BlendState>,
 }
 

@@ -20,7 +20,6 @@ pub(super) const NEAR_MAX: usize = 96;
 pub(super) struct Near {
     /// Its name in the room.
     pub id: BodyId,
-    /// Its definition there.
     pub def: BodyDef,
     /// The entry of the scene whose path it follows.
     pub path: Option<usize>,

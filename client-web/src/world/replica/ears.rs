@@ -26,12 +26,10 @@ pub struct Ears {
 /// A round, as far as it is heard.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Turn {
-    /// Its phase.
     pub phase: RoundPhase,
     /// Seconds left of the countdown.
     countdown: u32,
     players: usize,
-    /// Of all sides.
     points: i32,
 }
 

@@ -14,17 +14,17 @@ pub struct Levels {
 }
 
 impl Levels {
-    /// Only this zone.
+    /// The level of one zone.
     pub fn zone(index: usize) -> Levels {
         Levels { zones: 1 << index, ..Levels::default() }
     }
 
-    /// Only this signal.
+    /// The level of one signal.
     pub fn signal(index: usize) -> Levels {
         Levels { signals: 1 << index, ..Levels::default() }
     }
 
-    /// Only this team.
+    /// The level of one team.
     pub fn team(index: usize) -> Levels {
         Levels { teams: 1 << index, ..Levels::default() }
     }
@@ -62,9 +62,9 @@ impl Levels {
 /// Levels that must be on, and others that must be off.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Condition {
-    /// These on.
+    /// Levels that have to be on.
     pub on: Levels,
-    /// These off.
+    /// Levels that have to be off.
     pub off: Levels,
 }
 

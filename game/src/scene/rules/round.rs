@@ -19,7 +19,7 @@ pub struct RoundSpec {
     pub time: Option<u32>,
     /// What decides when the time is up.
     pub at_time: AtTime,
-    /// Points that win.
+    /// Points with which a side wins at once.
     pub goal: Option<i32>,
     /// Lives of each side at the start.
     pub lives: Option<i32>,
@@ -42,16 +42,16 @@ pub struct RoundSpec {
 pub enum AtTime {
     /// Most points win, equals share.
     Score,
-    /// Everybody loses.
+    /// All players lose the round.
     Lose,
-    /// Everybody wins.
+    /// All players win the round.
     Win,
 }
 
-/// A team.
+/// One of the teams between which a round is played.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TeamSpec {
-    /// Its name.
+    /// Name, unique among the teams.
     pub name: String,
     /// One of the players' colours, 0 to 8.
     pub color: u8,
@@ -59,16 +59,16 @@ pub struct TeamSpec {
     pub spawns: Vec<Vec2>,
     /// The axis that its heroes stay on.
     pub lane: Option<LaneAxis>,
-    /// Players at most.
+    /// Most players that it takes.
     pub players_max: u16,
 }
 
 /// The only axis that a hero moves along.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LaneAxis {
-    /// Left and right.
+    /// Heroes move left and right.
     X,
-    /// Up and down.
+    /// Heroes move up and down.
     Y,
 }
 

@@ -15,10 +15,10 @@ const LIFE_MAX: i32 = 1000;
 const RESET_MAX: usize = 8;
 const OCCASIONS: [&str; 8] = ["enter", "leave", "on", "every", "touch", "burst", "lost", "breaks"];
 
-/// What happens when.
+/// A rule: effects, and the occasion that has them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RuleSpec {
-    /// When.
+    /// The occasion at which it takes effect.
     pub occasion: Occasion,
     /// Only while this holds.
     pub condition: Condition,
@@ -26,7 +26,7 @@ pub struct RuleSpec {
     pub team: Option<u8>,
     /// Whom points, lives and the end concern.
     pub to: To,
-    /// What it does.
+    /// Effects on scores, lives, bodies and signals.
     pub effects: Effects,
 }
 
@@ -60,7 +60,7 @@ pub enum To {
     By,
     /// All sides but that of the body.
     Others,
-    /// All sides.
+    /// Every side, one after another.
     All,
     /// The team with this number.
     Team(u8),

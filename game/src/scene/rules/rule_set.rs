@@ -19,7 +19,7 @@ pub struct RuleSet {
     pub zones: Vec<ZoneSpec>,
     /// Levels, yes or no.
     pub signals: Vec<SignalSpec>,
-    /// What happens when.
+    /// Rules, in the order of the file.
     pub rules: Vec<RuleSpec>,
 }
 

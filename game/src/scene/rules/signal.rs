@@ -10,9 +10,9 @@ const STEPS: std::ops::RangeInclusive<usize> = 2..=16;
 /// A yes or no made of zones and of signals above it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SignalSpec {
-    /// Its name.
+    /// Name, unique among the signals.
     pub name: String,
-    /// What makes it.
+    /// What its level depends on.
     pub kind: SignalKind,
     /// It is off while this holds, and forgets what it counted. A condition that asks for nothing never
     /// holds here.
@@ -32,7 +32,7 @@ impl SignalSpec {
 /// What makes a signal.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SignalKind {
-    /// Levels.
+    /// A function of the levels of others.
     Relay(RelaySpec),
     /// Steps in an order.
     Order(OrderSpec),
@@ -56,7 +56,7 @@ pub struct RelaySpec {
 /// How long a signal stays on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stays {
-    /// So many ticks.
+    /// For a number of ticks.
     Ticks(u32),
     /// To the end of the round.
     Ever,
@@ -67,7 +67,7 @@ pub enum Stays {
 pub struct OrderSpec {
     /// 2 to 16 of them.
     pub steps: Vec<Step>,
-    /// Who makes progress.
+    /// The sides that make progress, each its own or all together.
     pub each: Each,
     /// Whether another step of the list throws back to the start.
     pub strict: bool,

@@ -14,7 +14,7 @@ const COLORS: u32 = 8;
 /// A place that knows who is in it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ZoneSpec {
-    /// Its name.
+    /// Name, unique among the zones.
     pub name: String,
     /// Where it is; relative to the body that it follows, if it follows one.
     pub area: ZoneArea,
@@ -61,11 +61,11 @@ impl ZoneSpec {
 pub enum ZoneArea {
     /// All of the world and beyond.
     Everywhere,
-    /// A rectangle.
+    /// An axis-aligned rectangle, world units.
     Box(Aabb),
-    /// A circle.
+    /// A disc, world units.
     Circle {
-        /// Its centre.
+        /// Centre of the disc.
         center: Vec2,
         /// Its radius.
         radius: f32,

@@ -15,7 +15,6 @@ type Pointer = Option<Position>;
 /// The behaviour of a pointer in consecutive ticks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Run {
-    /// It stays.
     Still = 0,
     /// It moves, or comes back into the view.
     Moves = 1,

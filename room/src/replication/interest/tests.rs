@@ -98,7 +98,6 @@ fn place(rng: &mut Rng) -> Vec2 {
     Vec2::new(rng.range(0.0, 400.0), rng.range(0.0, 200.0))
 }
 
-/// The page's camera.
 struct Page {
     center: Option<Vec2>,
 }

@@ -126,7 +126,6 @@ pub struct Held {
 /// that names this node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Doubt {
-    /// There is none.
     None,
     /// The lease lasted when the store was back: no other node has claimed the room, so its entry is written again.
     Kept,
@@ -155,10 +154,7 @@ pub enum Phase {
 #[derive(Clone, Debug)]
 pub enum Operation {
     /// A new entry, or one that names another owner: a claim, or a room that is handed over.
-    Change {
-        /// The new entry.
-        to: RoomEntry,
-    },
+    Change { to: RoomEntry },
     /// The room is over.
     Remove {
         /// The revision of its entry.

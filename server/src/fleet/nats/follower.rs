@@ -7,7 +7,6 @@ use async_nats::jetstream::kv::Operation;
 use std::collections::BTreeSet;
 use tracing::warn;
 
-/// Follows one bucket.
 #[derive(Default)]
 pub struct Follower {
     /// The entries that there were when the bucket began to be watched; `None` once all of them were told.

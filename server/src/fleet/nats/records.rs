@@ -25,7 +25,6 @@ const PART: &str = "Jostle-Part";
 /// Sequence of a message in the stream.
 pub type Sequence = u64;
 
-/// The stream.
 #[derive(Clone)]
 pub struct Records {
     context: Context,
@@ -54,14 +53,12 @@ pub struct Message {
     pub from: Sequence,
     /// Its number among the parts of the beginning of a file, from 1, and their count.
     pub part: Option<(usize, usize)>,
-    /// The bytes.
     pub payload: Bytes,
 }
 
 /// The last message of a room; all 0 if there is none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tail {
-    /// Its sequence.
     pub sequence: Sequence,
     /// Its writer's number of it.
     pub writer: Option<u64>,

@@ -27,7 +27,6 @@ pub type StoreError = String;
 /// When the two buckets were made, nanoseconds since 1970 by the clock of NATS.
 pub type Born = [i128; 2];
 
-/// The two buckets.
 #[derive(Clone)]
 pub struct Store {
     nodes: Bucket,

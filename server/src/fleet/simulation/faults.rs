@@ -10,7 +10,6 @@ use crate::fleet::entry::Entry;
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-/// All kinds.
 const FAULTS: [Fault; 7] = [
     Fault::Cut,
     Fault::Outage,
@@ -210,7 +209,6 @@ impl Simulation {
         }
     }
 
-    /// A node dies.
     pub fn die(&mut self, node: usize) {
         let Some(dead) = self.nodes[node].take() else { return };
         for code in dead.rooms.keys() {

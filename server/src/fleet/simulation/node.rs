@@ -8,11 +8,9 @@ use std::time::Duration;
 /// A running process of a node.
 #[derive(Debug)]
 pub struct Node {
-    /// Which one.
     pub process: Process,
     /// Its part in the fleet.
     pub directory: Directory,
-    /// When it started.
     pub born: Duration,
     /// Seconds of its clock a second.
     pub rate: f64,
@@ -22,7 +20,6 @@ pub struct Node {
     pub rooms: BTreeMap<String, PlayedRoom>,
     /// Requests without an answer, by number.
     pub requests: BTreeMap<u64, Request>,
-    /// Its watchers.
     pub watch: Watch,
     /// Times that the store had forgotten something when the node connected to it.
     pub store: u64,
@@ -45,7 +42,6 @@ pub struct Node {
 /// How a node stands still.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Standstill {
-    /// Its directory alone.
     Directory,
     /// Its rooms too.
     Whole,

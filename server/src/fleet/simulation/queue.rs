@@ -16,7 +16,6 @@ pub struct Process {
     pub life: u32,
 }
 
-/// Something that happens.
 #[derive(Clone, Debug)]
 pub enum Event {
     /// A node does or hears something.
@@ -50,7 +49,6 @@ pub enum Fault {
     Freeze,
     /// A node's directory stands still.
     Stall,
-    /// A node dies.
     Death,
     /// A node begins to drain.
     Drain,
@@ -84,7 +82,6 @@ pub enum NodeEvent {
 pub enum Request {
     /// Writes an entry, or removes it.
     Put(Key, Option<Box<Entry>>, Revision),
-    /// Reads an entry.
     Look(Key),
     /// Reads all entries of a bucket, and watches it from there on.
     Watch(Bucket, u32),
@@ -97,9 +94,7 @@ pub enum Request {
 /// The answer to a request.
 #[derive(Clone, Debug)]
 pub enum Reply {
-    /// To a put.
     Put(Answer),
-    /// To a look.
     Found(Option<Box<(Entry, Revision)>>),
     /// To a watch: the entries, and the number of the next write.
     Watching(Vec<Written>, u64),
@@ -125,7 +120,6 @@ pub struct Queue {
 }
 
 impl Queue {
-    /// Schedules an event.
     pub fn push(&mut self, at: Duration, event: Event) {
         self.count += 1;
         self.due.push(Due { at, order: self.count, event });

@@ -4,7 +4,6 @@ use crate::fleet::directory::LEASE_TTL;
 use std::fmt;
 use std::time::Duration;
 
-/// What is simulated.
 #[derive(Clone, Debug)]
 pub struct Settings {
     /// Start of the random numbers; one seed gives one course of events.
@@ -113,7 +112,6 @@ impl Settings {
 pub struct Violation {
     /// The seed with which it happens again.
     pub seed: u64,
-    /// When it happened.
     pub at: Duration,
     /// The room or node, and what it does.
     pub what: String,

@@ -16,7 +16,6 @@ pub enum Bucket {
     Rooms,
 }
 
-/// Both.
 pub const BUCKETS: [Bucket; 2] = [Bucket::Nodes, Bucket::Rooms];
 
 impl Bucket {
@@ -40,7 +39,6 @@ pub struct Traffic {
     pub refused: u64,
     /// Entries that watchers were sent.
     pub deliveries: u64,
-    /// Bytes of these.
     pub delivered_bytes: u64,
     /// Entries that were asked for.
     pub looks: u64,
@@ -49,11 +47,9 @@ pub struct Traffic {
 /// A value that was written, or a removal.
 #[derive(Clone, Debug)]
 pub struct Written {
-    /// Its name.
     pub key: Key,
     /// Its value; `None` for a removal.
     pub entry: Option<Arc<Entry>>,
-    /// Its revision.
     pub revision: Revision,
     /// When it was written.
     at: Duration,
@@ -110,7 +106,6 @@ pub const FORGOTTEN_MAX: usize = 200;
 /// The newest record of a room.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tail {
-    /// Its number.
     pub sequence: u64,
     /// The opened room that wrote it.
     pub writer: u64,
@@ -118,7 +113,6 @@ pub struct Tail {
     pub epoch: u64,
 }
 
-/// The simulated store.
 #[derive(Debug)]
 pub struct Store {
     logs: [Log; 2],
@@ -163,7 +157,6 @@ impl Store {
         }
     }
 
-    /// Forgets everything.
     pub fn lose_all(&mut self) {
         self.lose([0; 2], 0);
         for log in &mut self.logs {

@@ -10,7 +10,6 @@ use std::net::IpAddr;
 /// can have them.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Hosts {
-    /// Any name.
     #[default]
     Any,
     /// These names, in lower case and without ports.

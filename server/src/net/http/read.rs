@@ -20,7 +20,6 @@ pub enum ReadError {
     Late,
     /// Too many long ones are being received, by this network or in all.
     Busy,
-    /// The server closes.
     Closing,
 }
 

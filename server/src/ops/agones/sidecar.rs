@@ -36,7 +36,6 @@ pub enum CallError {
     Status(StatusCode, String),
 }
 
-/// The sidecar.
 pub struct Sidecar {
     address: SocketAddr,
     answer: Duration,
@@ -59,7 +58,6 @@ impl Sidecar {
         self.call(Method::POST, "/ready", &json!({})).await.map(drop)
     }
 
-    /// The server lives.
     pub async fn health(&self) -> Result<(), CallError> {
         self.call(Method::POST, "/health", &json!({})).await.map(drop)
     }

@@ -67,7 +67,6 @@ pub(super) struct Pushes {
 }
 
 impl Pushes {
-    /// Forgets all pairs.
     pub fn clear(&mut self) {
         self.pushes.clear();
     }

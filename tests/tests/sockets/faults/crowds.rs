@@ -20,7 +20,6 @@ const SEATS: usize = 64;
 
 /// A local address from which trouble comes.
 const EVE: Ipv4Addr = Ipv4Addr::new(127, 0, 1, 1);
-/// Another local address.
 const MALLORY: Ipv4Addr = Ipv4Addr::new(127, 0, 1, 2);
 
 /// A socket bound to a local address.

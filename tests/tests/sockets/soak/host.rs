@@ -6,7 +6,6 @@ use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 use std::process::{ChildStdin, ChildStdout, Command, Stdio};
 
-/// A running `shaky_host`.
 pub struct Host {
     pub process: Process,
     orders: ChildStdin,

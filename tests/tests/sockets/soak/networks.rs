@@ -17,7 +17,6 @@ use tokio::net::{TcpSocket, TcpStream};
 use tokio::task::JoinSet;
 use tokio::time::{sleep, timeout};
 
-/// Four seats.
 const SMALL: &str = "small";
 /// Those who fill it, the newcomers who want a seat, and a neighbour of the former.
 const CROWD: Ipv4Addr = Ipv4Addr::new(127, 7, 0, 1);

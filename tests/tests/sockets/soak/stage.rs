@@ -72,7 +72,6 @@ impl Stage {
         back
     }
 
-    /// Leaves for good.
     pub async fn leave(&self, mut guest: Client) {
         let frame = CloseFrame { code: CloseCode::Normal, reason: "".into() };
         guest.socket.close(Some(frame)).await.expect("a live socket");
