@@ -11,6 +11,7 @@ mod imports;
 mod links;
 mod source;
 mod text;
+mod types;
 mod vocabulary;
 
 use crate::shell::{root, say};

@@ -4,6 +4,7 @@ use super::circles::circles;
 use super::files::File;
 use super::imports::{Imports, imports};
 use super::source::{Source, crates, parse};
+use super::types::{FILES_MAX, METHODS_MAX, OFTEN, types};
 use anyhow::Result;
 use proc_macro2::Span;
 use std::collections::BTreeMap;
@@ -11,8 +12,39 @@ use syn::visit::{self, Visit};
 use syn::{Block, FnArg, ImplItemFn, ItemFn, ItemStruct, Signature, TraitItemFn, Type};
 
 const FUNCTION_LINES_MAX: usize = 55;
-const STRUCT_FIELDS_MAX: usize = 20;
+const STRUCT_FIELDS_MAX: usize = 14;
 const MOST_IMPORTS: usize = 10;
+/// Longest doc comment that is likely to repeat a name, in words.
+const SHORT_DOC_WORDS: usize = 3;
+/// Parts of the house whose production lines are counted: begins and ends of their files' paths.
+const PARTS: [(&str, &[(&str, &str)]); 3] = [
+    ("page/dom", &[("client-web/src/page/dom", "")]),
+    (
+        "records of a game",
+        &[
+            ("room/src/recorder", ""),
+            ("room/src/clip", ""),
+            ("room/src/log", ""),
+            ("server/src/log", ""),
+            ("server/src/runs", ""),
+            ("server/src/replays", ""),
+            ("server/src/durable", ""),
+            ("server/src/records", ""),
+            ("server/src/host/room_state", ""),
+            ("server/src/fleet/nats/", ""),
+        ],
+    ),
+    (
+        "state",
+        &[
+            ("sim/src/state", ""),
+            ("game/src/state", ""),
+            ("sim/src/", "/state.rs"),
+            ("sim/src/", "/saved.rs"),
+            ("game/src/", "/state.rs"),
+        ],
+    ),
+];
 
 /// The figures of a checkout, as text.
 ///
@@ -28,9 +60,15 @@ pub fn figures(files: &[File]) -> Result<String> {
         found.path.clone_from(&source.path);
         source.items.iter().for_each(|item| found.visit_item(item));
     }
+    let types = types(&sources);
     let parts = [
         circles_of(&imports),
         lines(&sources),
+        counts(files, &sources),
+        list(&format!("types of more than {METHODS_MAX} methods"), &types.large),
+        list(&format!("types with methods in more than {FILES_MAX} files"), &types.spread),
+        format!("names of several types: {}\n", types.shared),
+        list(&format!("names of at least {OFTEN} types"), &types.often),
         list(&format!("functions of more than {FUNCTION_LINES_MAX} lines"), &found.functions),
         list(&format!("structs of more than {STRUCT_FIELDS_MAX} fields"), &found.structs),
         list("functions that take a tuple of references", &found.tuples),
@@ -71,6 +109,41 @@ fn lines(sources: &[Source]) -> String {
     }
     let each: String = lines.iter().map(|(top, lines)| format!("  {lines:6} {top}\n")).collect();
     format!("production lines: {}\n{each}", lines.values().sum::<usize>())
+}
+
+/// Counts that need no syntax: tracked files, lines of tests, lines of [`PARTS`], short comments and `mod.rs`.
+fn counts(files: &[File], sources: &[Source]) -> String {
+    let rust = files.iter().filter(|file| file.path.ends_with(".rs"));
+    let own = rust.filter(|file| !file.path.starts_with("bench/"));
+    let all: usize = own.map(|file| file.text.as_deref().unwrap_or("").lines().count()).sum();
+    let production: usize = sources.iter().map(|source| source.lines).sum();
+    let mut out = format!("tracked files: {}\ntest lines: {}\n", files.len(), all - production);
+    for (title, paths) in PARTS {
+        let belongs = |path: &str| {
+            paths.iter().any(|(begin, end)| path.starts_with(begin) && path.ends_with(end))
+        };
+        let lines = sources.iter().filter(|source| belongs(&source.path));
+        out += &format!("lines of {title}: {}\n", lines.map(|source| source.lines).sum::<usize>());
+    }
+    let shipped = |file: &&File| sources.iter().any(|source| source.path == file.path);
+    let texts = files.iter().filter(shipped).filter_map(|file| file.text.as_deref());
+    let short: usize = texts.map(short_docs).sum();
+    let modules = files.iter().filter(|file| file.path.ends_with("/mod.rs")).count();
+    out + &format!("doc comments of up to {SHORT_DOC_WORDS} words: {short}\nmod.rs: {modules}\n")
+}
+
+fn short_docs(text: &str) -> usize {
+    let (mut short, mut words) = (0, 0);
+    for line in text.lines() {
+        match line.trim_start().strip_prefix("///") {
+            Some(doc) => words += doc.split_whitespace().count(),
+            None => {
+                short += usize::from((1..=SHORT_DOC_WORDS).contains(&words));
+                words = 0;
+            }
+        }
+    }
+    short
 }
 
 fn most_imports(imports: &Imports) -> Vec<String> {
@@ -161,8 +234,9 @@ mod tests {
         let said = printed(&text);
         assert!(said.contains("production lines: 59\n      59 sim\n"), "{said}");
         assert!(said.contains("55 lines: 1\n    56 sim/src/a.rs:1 f\n"), "{said}");
-        assert!(said.contains("20 fields: 1\n    21 sim/src/a.rs:57 S\n"), "{said}");
+        assert!(said.contains("14 fields: 1\n    21 sim/src/a.rs:57 S\n"), "{said}");
         assert!(said.contains("tuple of references: 1\n  sim/src/a.rs:58 g\n"), "{said}");
+        assert!(said.contains("tracked files: 3\ntest lines: 0\n"), "{said}");
         assert!(said.contains("most others: 1\n     1 sim/src/a/b.rs\n"), "{said}");
     }
 
@@ -177,7 +251,7 @@ mod tests {
             said.contains("circles of files: 0 (0 among siblings)\nproduction lines: 56\n"),
             "{said}"
         );
-        assert!(said.contains("55 lines: 0\nstructs of more than 20 fields: 0\n"), "{said}");
+        assert!(said.contains("55 lines: 0\nstructs of more than 14 fields: 0\n"), "{said}");
         assert!(said.contains("tuple of references: 0\n"), "{said}");
     }
 
