@@ -7,7 +7,6 @@ pub mod handle;
 pub mod joining;
 pub mod lease;
 pub mod settings;
-pub mod simulation;
 
 #[cfg(feature = "nats")]
 pub mod nats;

@@ -5,7 +5,7 @@ mod alone;
 
 use anyhow::{Result, anyhow};
 use clap::Parser;
-use jostle_server::fleet::simulation::{Bucket, Faults, Flaws, Settings, Simulation, Traffic};
+use jostle_simulation::{Bucket, Faults, Flaws, Settings, Simulation, Traffic};
 use rustix::time::{ClockId, clock_gettime};
 use std::time::Duration;
 
@@ -152,7 +152,7 @@ fn advance(simulation: &mut Simulation, time: Duration) -> Result<()> {
     simulation.run_until(until).map_err(violated)
 }
 
-fn violated(violation: jostle_server::fleet::simulation::Violation) -> anyhow::Error {
+fn violated(violation: jostle_simulation::Violation) -> anyhow::Error {
     anyhow!("two nodes, or a lost room: {violation}")
 }
 

@@ -14,7 +14,8 @@ const LAYERS: [&[&str]; 7] = [
     &["jostle-cli"],
 ];
 /// Crates that may use all others, and that no shipped crate may use.
-const TOOLS: [&str; 5] = ["jostle-tests", "jostle-fuzz", "jostle-goldens", "xtask", "xtask-web"];
+const TOOLS: [&str; 6] =
+    ["jostle-tests", "jostle-fuzz", "jostle-goldens", "jostle-simulation", "xtask", "xtask-web"];
 /// Sockets, runtimes and pages, of which the inner crates know nothing.
 const OUTSIDE: [&str; 7] =
     ["tokio", "tokio-tungstenite", "tungstenite", "hyper", "wgpu", "web-sys", "js-sys"];

@@ -1,7 +1,7 @@
 //! A simulated node: its directory, its clock and its rooms.
 
 use super::queue::{NodeEvent, Process, Request};
-use crate::fleet::directory::Directory;
+use jostle_server::fleet::directory::Directory;
 use std::collections::BTreeMap;
 use std::time::Duration;
 

@@ -21,7 +21,7 @@ mod tests;
 pub use settings::{Faults, Flaws, Settings, Violation};
 pub use store::{Bucket, Traffic};
 
-use crate::fleet::directory::Directory;
+use jostle_server::fleet::directory::Directory;
 use jostle_sim::Rng;
 use node::Node;
 use queue::{Event, Process, Queue};

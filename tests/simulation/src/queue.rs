@@ -1,8 +1,8 @@
 //! The events to come, in the order of their times.
 
 use super::store::{Bucket, Tail, Written};
-use crate::fleet::directory::Answer;
-use crate::fleet::entry::{Entry, Key, Revision};
+use jostle_server::fleet::directory::Answer;
+use jostle_server::fleet::entry::{Entry, Key, Revision};
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 use std::time::Duration;

@@ -1,6 +1,6 @@
 //! What is simulated, and how much goes wrong.
 
-use crate::fleet::directory::LEASE_TTL;
+use jostle_server::fleet::directory::LEASE_TTL;
 use std::fmt;
 use std::time::Duration;
 

@@ -1,8 +1,8 @@
 //! The simulated store: two buckets of entries, and the records of rooms.
 
 use super::settings::Flaws;
-use crate::fleet::directory::{Answer, Change};
-use crate::fleet::entry::{Entry, Key, Revision};
+use jostle_server::fleet::directory::{Answer, Change};
+use jostle_server::fleet::entry::{Entry, Key, Revision};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 use std::time::Duration;

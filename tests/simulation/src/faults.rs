@@ -5,8 +5,8 @@ use super::node::Standstill;
 use super::queue::{Event, Fault, NodeEvent, Process};
 use super::settings::Violation;
 use super::store::{BUCKETS, FORGOTTEN_MAX};
-use crate::fleet::directory::LEASE_TTL;
-use crate::fleet::entry::Entry;
+use jostle_server::fleet::directory::LEASE_TTL;
+use jostle_server::fleet::entry::Entry;
 use std::collections::BTreeMap;
 use std::time::Duration;
 

@@ -2,7 +2,7 @@
 
 use super::Simulation;
 use super::settings::Violation;
-use crate::fleet::entry::{Entry, Key};
+use jostle_server::fleet::entry::{Entry, Key};
 
 impl Simulation {
     pub(super) fn violation(&self, what: String) -> Violation {

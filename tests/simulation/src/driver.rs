@@ -5,8 +5,10 @@ use super::queue::{Event, NodeEvent, Process, Reply, Request};
 use super::settings::Violation;
 use super::store::Tail;
 use super::{POLL_EVERY, RECORD_EVERY, Simulation};
-use crate::fleet::directory::{Action, Directory, LEASE_TTL, Load, NodeSettings, ROOM_COST};
-use crate::fleet::entry::{RoomCounts, RoomEntry, RoomFacts};
+use jostle_server::fleet::directory::{
+    Action, Directory, LEASE_TTL, Load, NodeSettings, ROOM_COST,
+};
+use jostle_server::fleet::entry::{RoomCounts, RoomEntry, RoomFacts};
 use std::collections::BTreeMap;
 use std::time::Duration;
 

@@ -5,8 +5,8 @@ use super::queue::{Event, NodeEvent, Process, Reply, Request};
 use super::settings::Violation;
 use super::store::{BUCKETS, Bucket, Written};
 use super::{Simulation, TIME_LIMIT};
-use crate::fleet::directory::Answer;
-use crate::fleet::entry::{Entry, Key, Revision};
+use jostle_server::fleet::directory::Answer;
+use jostle_server::fleet::entry::{Entry, Key, Revision};
 use std::collections::BTreeSet;
 use std::time::Duration;
 
