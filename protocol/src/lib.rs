@@ -1,5 +1,5 @@
 //! The protocol between client and server: messages, the snapshot and its codec, the replay format, and
-//! every limit on them. No IO, no allocation before its size is checked, no panic on any bytes.
+//! every limit on them, and the JSON answers of the HTTP API. No IO, no allocation before its size is checked, no panic on any bytes.
 
 #![warn(missing_docs)]
 
@@ -19,6 +19,7 @@ mod servers;
 pub mod snapshot;
 mod snapshot_stream;
 mod token;
+pub mod web;
 pub mod wire;
 
 pub use appearance::{first_forbidden, has_visible};

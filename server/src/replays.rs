@@ -11,7 +11,6 @@ mod settings;
 mod store;
 mod writer;
 
-pub use index::Entry;
 pub use name::{calendar, is_name};
 pub use recording::Recording;
 pub use room_recording::RoomRecording;

@@ -1,74 +1,12 @@
-//! The server's HTTP answers about rooms and scenes, and which room "Play" joins.
+//! Calls to the server's HTTP API, and the room that "Play" joins.
 
 use jostle_game::scene::SceneError;
-use serde::Deserialize;
+use jostle_protocol::web::{Posted, RecordCard, RecordTable, RoomCard, SceneCard};
 use serde::de::DeserializeOwned;
 
-/// Answer of `GET /api/rooms`.
-#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
-pub struct Rooms {
-    /// Open rooms.
-    pub rooms: Vec<Room>,
-}
-
-#[derive(Clone, Debug, Deserialize, PartialEq)]
-pub struct Room {
-    /// The word in its link.
-    pub code: String,
-    /// Name of its scene.
-    pub scene: String,
-    /// Title of its scene.
-    pub title: String,
-    pub players: u32,
-    /// Of these, players who are there now.
-    #[serde(default)]
-    pub connected: u32,
-    #[serde(default)]
-    pub spectators: u32,
-    pub players_max: u32,
-}
-
-/// Answer of `GET /api/scenes`.
-#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
-pub struct Scenes {
-    /// Scenes that a room can be opened with.
-    pub scenes: Vec<SceneCard>,
-}
-
-/// A scene as the lobby shows it.
-#[derive(Clone, Debug, Deserialize, PartialEq)]
-pub struct SceneCard {
-    pub name: String,
-    pub title: String,
-    pub about: String,
-    pub players_max: u32,
-    /// Where it is shown: `games`, `playgrounds` or `book`.
-    #[serde(default)]
-    pub category: String,
-    /// Teams; 0 if each player plays alone.
-    #[serde(default)]
-    pub teams: u32,
-    /// Length of a round, seconds; 0 where none ends by itself.
-    #[serde(default)]
-    pub round_s: u32,
-    /// Whether each player has a hero.
-    #[serde(default)]
-    pub heroes: bool,
-    /// Players without whom no round begins.
-    #[serde(default)]
-    pub players_min: u32,
-    /// Seats that bots take.
-    #[serde(default)]
-    pub fill: u32,
-    /// Address of its picture.
-    pub picture: Option<String>,
-}
-
-impl SceneCard {
-    /// Bots beside a player who plays alone.
-    pub fn bots_alone(&self) -> u32 {
-        bots_beside_one(self.heroes, [self.fill, self.players_min, self.players_max])
-    }
+/// Bots beside a player who plays a scene alone.
+pub fn bots_alone(card: &SceneCard) -> u32 {
+    bots_beside_one(card.heroes, [card.fill, card.players_min, card.players_max])
 }
 
 /// Bots beside a player who plays alone, by the numbers of a scene: as many as would fill a room of the server, and
@@ -78,89 +16,20 @@ pub fn bots_beside_one(heroes: bool, [fill, players_min, players_max]: [u32; 3])
     seats.saturating_sub(1)
 }
 
-/// Answer of `GET /api/replays`.
-#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
-pub struct Replays {
-    /// Newest first.
-    pub replays: Vec<ReplayCard>,
+/// Whether the fastest of these runs is the best.
+pub fn is_timed(table: &RecordTable) -> bool {
+    table.measure == "time"
 }
 
-/// A replay as the lobby shows it.
-#[derive(Clone, Debug, Deserialize, PartialEq)]
-pub struct ReplayCard {
-    /// Its name: `/replays/NAME.jostle` is the file, `/replay/NAME` the page that plays it.
-    pub name: String,
-    /// Name of its scene.
-    pub scene: String,
-    /// Code of the room.
-    pub room: String,
-    /// When it began, seconds since 1970; 0 if unknown.
-    pub unix_s: u64,
-    /// Length of the file by now.
-    pub bytes: u64,
-    /// Length of the game by now, seconds; unknown if its end is missing.
-    #[serde(default)]
-    pub seconds: Option<u32>,
-    /// Most players at a time; 0 if unknown.
-    #[serde(default)]
-    pub players: u32,
-    /// Whether it still grows.
-    pub recording: bool,
+/// The link that plays the replay of a run.
+pub fn watch(run: &RecordCard) -> String {
+    format!("#replay=/records/{}.jostle", run.name)
 }
 
-/// Answer of `GET /api/records`.
-#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
-pub struct Records {
-    /// Scenes whose runs are kept.
-    pub scenes: Vec<RecordTable>,
-}
-
-/// The best runs of a scene.
-#[derive(Clone, Debug, Deserialize, PartialEq)]
-pub struct RecordTable {
-    /// Name of the scene.
-    pub scene: String,
-    /// Which run is better: `time` or `points`.
-    pub measure: String,
-    /// The best first.
-    pub records: Vec<RecordCard>,
-}
-
-impl RecordTable {
-    /// Whether the fastest run is the best.
-    pub fn is_timed(&self) -> bool {
-        self.measure == "time"
-    }
-}
-
-/// A run that is kept.
-#[derive(Clone, Debug, Deserialize, PartialEq)]
-pub struct RecordCard {
-    /// Name of its file: the scene, a dash and 16 digits.
-    pub name: String,
-    /// Ticks of its round.
-    pub ticks: u32,
-    /// Points of who won it.
-    pub points: i32,
-    /// Ticks of the replay before the round.
-    pub begin: u32,
-    /// Seat of the first who won it.
-    pub seat: u16,
-    /// Names of who won it.
-    pub players: Vec<String>,
-}
-
-impl RecordCard {
-    /// The link that plays its replay.
-    pub fn watch(&self) -> String {
-        format!("#replay=/records/{}.jostle", self.name)
-    }
-
-    /// The link that plays its scene alone, beside its ghost.
-    pub fn race(&self, scene: &str) -> String {
-        let number = self.name.rsplit('-').next().unwrap_or_default();
-        format!("#alone={scene}&bots=0&ghost={number}.{}.{}", self.begin, self.seat)
-    }
+/// The link that plays the scene of a run alone, beside its ghost.
+pub fn race(run: &RecordCard, scene: &str) -> String {
+    let number = run.name.rsplit('-').next().unwrap_or_default();
+    format!("#alone={scene}&bots=0&ghost={number}.{}.{}", run.begin, run.seat)
 }
 
 /// Folder of the server's files.
@@ -189,39 +58,15 @@ pub fn query_value<'a>(query: &'a str, name: &str) -> Option<&'a str> {
     pairs.filter(|(key, _)| *key == name).map(|(_, value)| value).next()
 }
 
-/// Answer to what was sent: of `POST /api/rooms` and `POST /api/guest-rooms` a code and a key, of `POST /api/records` a rank,
-/// or an error.
-#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
-pub struct Posted {
-    /// The word in the link of the room.
-    pub code: Option<String>,
-    /// Makes the client that says hello with it the room's host.
-    pub host_key: Option<String>,
-    /// Of a run that is among the best.
-    pub rank: Option<u32>,
-    /// Why it was refused, for people.
-    pub error: Option<String>,
-    /// The line of the error in a scene, from 1.
-    pub line: Option<usize>,
-    /// The path of its field.
-    pub field: Option<String>,
-    /// Content of the file there.
-    pub found: Option<String>,
-    /// Contents that are allowed there.
-    pub allowed: Option<String>,
-}
-
-impl Posted {
-    /// The error of a scene that was refused, for its file of this name.
-    pub fn scene_error(self, file: &str) -> Option<SceneError> {
-        Some(SceneError {
-            file: file.to_owned(),
-            line: self.line?,
-            field: self.field?,
-            found: self.found?,
-            allowed: self.allowed?,
-        })
-    }
+/// The error of a scene that was refused, for its file of this name.
+pub fn scene_error(refused: Posted, file: &str) -> Option<SceneError> {
+    Some(SceneError {
+        file: file.to_owned(),
+        line: refused.line?,
+        field: refused.field?,
+        found: refused.found?,
+        allowed: refused.allowed?,
+    })
 }
 
 /// Reads an answer with the browser's own parser; one of ours would add to the download.
@@ -304,9 +149,9 @@ pub const FIRST_SCENE: &str = "splash";
 
 /// The liveliest room with a free seat and somebody in it now, in which a newcomer plays against others at
 /// once: not a scene of the book, nor one that a crew is in the middle of.
-pub fn liveliest<'a>(rooms: &'a [Room], scenes: &[SceneCard]) -> Option<&'a Room> {
+pub fn liveliest<'a>(rooms: &'a [RoomCard], scenes: &[SceneCard]) -> Option<&'a RoomCard> {
     let is_open = |s: &SceneCard| s.heroes && s.teams != 1 && s.category != "book";
-    let has_heroes = |room: &Room| scenes.iter().all(|s| s.name != room.scene || is_open(s));
+    let has_heroes = |room: &RoomCard| scenes.iter().all(|s| s.name != room.scene || is_open(s));
     let joinable = rooms
         .iter()
         .filter(|room| room.players < room.players_max && room.connected > 0 && has_heroes(room));
@@ -318,10 +163,11 @@ pub fn liveliest<'a>(rooms: &'a [Room], scenes: &[SceneCard]) -> Option<&'a Room
 #[cfg(test)]
 mod tests {
     use super::*;
+    use jostle_protocol::web::{Replays, Rooms};
 
-    fn room(code: &str, players: u32) -> Room {
+    fn room(code: &str, players: u32) -> RoomCard {
         let (scene, title) = (FIRST_SCENE.to_owned(), "Splash".to_owned());
-        Room {
+        RoomCard {
             code: code.to_owned(),
             scene,
             title,
@@ -351,7 +197,7 @@ mod tests {
         }
     }
 
-    fn liveliest(rooms: &[Room]) -> Option<&Room> {
+    fn liveliest(rooms: &[RoomCard]) -> Option<&RoomCard> {
         let crew = SceneCard { teams: 1, ..card("lock", true) };
         let scenes = [card(FIRST_SCENE, true), card("hill", true), card("bounds", false), crew];
         super::liveliest(rooms, &scenes)
@@ -367,9 +213,10 @@ mod tests {
 
     #[test]
     fn play_joins_no_empty_room_and_prefers_the_first_scene() {
-        let elsewhere = |code, players| Room { scene: "hill".to_owned(), ..room(code, players) };
+        let elsewhere =
+            |code, players| RoomCard { scene: "hill".to_owned(), ..room(code, players) };
         assert_eq!(liveliest(&[room("a", 0), elsewhere("b", 0)]), None);
-        let chosen = |rooms: &[Room]| liveliest(rooms).map(|room| room.code.clone());
+        let chosen = |rooms: &[RoomCard]| liveliest(rooms).map(|room| room.code.clone());
         assert_eq!(chosen(&[elsewhere("a", 3), room("b", 3)]).as_deref(), Some("b"));
         assert_eq!(chosen(&[elsewhere("a", 4), room("b", 3)]).as_deref(), Some("a"));
     }
@@ -377,9 +224,9 @@ mod tests {
     /// Seats of closed tabs are no company, and a newcomer wants a hero.
     #[test]
     fn play_joins_neither_absent_players_nor_a_scene_without_heroes() {
-        let absent = Room { connected: 0, ..room("a", 3) };
-        let bounds = Room { scene: "bounds".to_owned(), ..room("b", 5) };
-        let lock = Room { scene: "lock".to_owned(), ..room("d", 2) };
+        let absent = RoomCard { connected: 0, ..room("a", 3) };
+        let bounds = RoomCard { scene: "bounds".to_owned(), ..room("b", 5) };
+        let lock = RoomCard { scene: "lock".to_owned(), ..room("d", 2) };
         assert_eq!(liveliest(&[absent.clone(), bounds.clone(), lock]), None);
         let one = room("c", 1);
         assert_eq!(liveliest(&[absent, bounds, one]).map(|room| room.code.as_str()), Some("c"));
@@ -389,7 +236,7 @@ mod tests {
     fn a_player_alone_gets_the_bots_that_the_scene_wants() {
         let bots = |heroes, fill, players_min, players_max| {
             let card = SceneCard { fill, players_min, players_max, ..card("x", heroes) };
-            card.bots_alone()
+            bots_alone(&card)
         };
         assert_eq!([bots(true, 4, 1, 16), bots(true, 0, 1, 16), bots(true, 0, 2, 12)], [3, 0, 1]);
         assert_eq!(bots(true, 8, 1, 4), 3, "as many as there are seats");
@@ -418,7 +265,7 @@ mod tests {
             r#"{"error":"guest.toml:3: size","line":3,"field":"size","found":"[9000, 1]","allowed":"less"}"#,
         )
         .expect("valid");
-        let error = refused.scene_error("mine.toml").expect("it has a place");
+        let error = scene_error(refused, "mine.toml").expect("it has a place");
         assert_eq!((error.line, &*error.field, &*error.file), (3, "size", "mine.toml"));
     }
 

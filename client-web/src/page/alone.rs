@@ -1,7 +1,7 @@
 //! Playing alone: a room inside the page, for a scene of the site, of a link or of a file, and the part of the
 //! address after `#` that asks for it. Nothing of that part is ever sent.
 
-use crate::net::api::{Request, SceneCard, query_value};
+use crate::net::api::{Request, bots_alone, query_value};
 use crate::net::report::Fetched;
 use crate::net::scene_link;
 use crate::page::app::{Activity, App};
@@ -85,7 +85,7 @@ impl App {
     pub(super) fn play_scene_alone(&mut self, scene: &str, form: &Form) {
         if self.read_form(form) {
             let card = self.lobby.scenes.iter().find(|card| card.name == scene);
-            let bots = if form.bots { card.map(SceneCard::bots_alone) } else { Some(0) };
+            let bots = if form.bots { card.map(bots_alone) } else { Some(0) };
             let bots = bots.map_or(String::new(), |bots| format!("&bots={bots}"));
             let seed = self.ctx.random_bits();
             self.show_hash(format!("#alone={scene}{bots}&seed={seed}"));

@@ -1,12 +1,12 @@
 //! The best runs that the server keeps, as the page knows them.
 
-use crate::net::api::{self, RecordCard, RecordTable};
+use jostle_protocol::web::{self, RecordCard, RecordTable};
 
 /// Records, as far as the page knows them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Records {
     /// The best run of each scene.
-    pub list: api::Records,
+    pub list: web::Records,
     /// The sentence about the own run.
     pub said: String,
     /// The beginning of the result whose run was looked at.

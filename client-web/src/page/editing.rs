@@ -6,7 +6,7 @@ use crate::editor::strings::NOT_KEPT;
 use crate::editor::update::Deed;
 use crate::input::action::Action;
 use crate::language::say;
-use crate::net::api::Request;
+use crate::net::api::{Request, scene_error};
 use crate::net::scene_link;
 use crate::page::app::{Activity, App};
 use crate::page::awaited::{Awaited, Wish};
@@ -297,7 +297,7 @@ impl App {
             Err(refused) => refused,
         };
         let sentence = refused.error.clone().unwrap_or_else(|| strings::SILENCE.to_owned());
-        let error = refused.scene_error(&screen.editor.file);
+        let error = scene_error(*refused, &screen.editor.file);
         let Some(error) = error.filter(|_| screen.editor.text() == sent) else {
             self.dialogs.card = Some(strings::no_room(&sentence));
             return;

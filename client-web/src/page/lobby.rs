@@ -1,10 +1,11 @@
 //! The lobby: the player's form, open rooms, scenes and replays, and the note under the form.
 
-use crate::net::api::{self, Posted, ReplayCard, Replays, Request, Room, Rooms, SceneCard, Scenes};
+use crate::net::api::{self, Request};
 use crate::page::context::Context;
 use crate::page::event::{Effect, Form};
 use crate::page::storage::Secret;
 use crate::page::{name, strings};
+use jostle_protocol::web::{Posted, ReplayCard, Replays, RoomCard, Rooms, SceneCard, Scenes};
 use jostle_protocol::{Appearance, Token};
 use serde::de::DeserializeOwned;
 
@@ -23,7 +24,7 @@ pub struct Note {
 
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Lobby {
-    pub rooms: Vec<Room>,
+    pub rooms: Vec<RoomCard>,
     /// Whether the server has told of them.
     pub rooms_known: bool,
     pub scenes: Vec<SceneCard>,
@@ -128,14 +129,14 @@ impl Lobby {
                 None => self.say(strings::UNANSWERED, true),
             },
             Request::Scenes => {
-                if let Some(Scenes { scenes }) = parse(answer) {
+                if let Some(Scenes { scenes, .. }) = parse(answer) {
                     self.scenes = scenes;
                 } else if ctx.is_static {
                     self.say(strings::NO_SCENES, true);
                 }
             }
             Request::Replays => {
-                if let Some(Replays { replays }) = parse(answer) {
+                if let Some(Replays { replays, .. }) = parse(answer) {
                     self.replays = replays;
                 }
             }

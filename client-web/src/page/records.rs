@@ -1,11 +1,12 @@
 //! Records: the own run that is sent to the server, its answers, and the ghost of a run.
 
-use crate::net::api::{self, Posted, Request};
+use crate::net::api::{self, Request};
 use crate::net::report::Fetched;
 use crate::page::app::{Activity, App};
 use crate::page::event::Effect;
 use crate::page::strings;
 use jostle_game::RoundPhase;
+use jostle_protocol::web::Posted;
 
 impl App {
     /// Name of the scene of this site that is played alone now.

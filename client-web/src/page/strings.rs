@@ -8,11 +8,12 @@ pub use scenes::*;
 
 use crate::input::action::Action;
 use crate::language::{fill, say};
-use crate::net::api::{Posted, RecordCard, RecordTable};
+use crate::net::api::is_timed;
 use crate::page::card::{card, card_or, passing};
 use crate::replay::error::ReplayLoadError;
 use crate::sound::cue::Sound;
 use jostle_protocol::replay::ReplayError;
+use jostle_protocol::web::{Posted, RecordCard, RecordTable};
 use jostle_protocol::{BAD_MESSAGE_CODES, ClipRefusal, Refusal};
 use jostle_sim::TICKS_PER_SECOND;
 
@@ -169,7 +170,7 @@ pub const NO_GHOST: Card = card(
 
 /// The best run of a scene.
 pub fn best_run(table: &RecordTable, run: &RecordCard) -> String {
-    let result = match table.is_timed() {
+    let result = match is_timed(table) {
         true => clock(f64::from(run.ticks), true),
         false if run.points == 1 => say("1 point").to_owned(),
         false => fill("{count} points", &[("count", &run.points.to_string())]),

@@ -4,8 +4,8 @@
 use super::name::is_clip;
 use crate::limits::{CLIPS_SHARE, REPLAY_FILE_CHARGE_MIN, REPLAY_FILES_MAX};
 use jostle_protocol::replay::Start;
+use jostle_protocol::web::ReplayCard;
 use jostle_sim::TICKS_PER_SECOND;
-use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::net::IpAddr;
 use std::time::SystemTime;
@@ -33,7 +33,7 @@ pub type Stamp = (SystemTime, String);
 #[derive(Clone, Debug)]
 pub struct IndexedFile {
     /// The file as lists show it.
-    pub entry: Entry,
+    pub entry: ReplayCard,
     /// Whether its beginning can be read; no list shows it otherwise.
     pub is_readable: bool,
     /// Time of the last write.
@@ -42,27 +42,6 @@ pub struct IndexedFile {
     pub first_tick: u32,
     /// The network that asked for a clip, if it is known.
     pub asked_by: Option<IpAddr>,
-}
-
-/// A replay as lists show it.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct Entry {
-    /// Its name, without the ending.
-    pub name: String,
-    /// Name of the scene.
-    pub scene: String,
-    /// Code of the room.
-    pub room: String,
-    /// When the recording began, seconds since 1970; 0 if unknown.
-    pub unix_s: u64,
-    /// Length of the file, whole records alone.
-    pub bytes: u64,
-    /// Length of the game so far, seconds; `None` if its end is missing.
-    pub seconds: Option<u32>,
-    /// Most players at a time, bots included; 0 if unknown.
-    pub players: u32,
-    /// Whether it is still being recorded.
-    pub recording: bool,
 }
 
 impl IndexedFile {
@@ -180,7 +159,7 @@ impl ReplayIndex {
     }
 
     /// Readable files, the newest first.
-    pub fn newest(&self) -> impl Iterator<Item = &Entry> {
+    pub fn newest(&self) -> impl Iterator<Item = &ReplayCard> {
         self.begun.iter().rev().filter_map(|(_, name)| Some(&self.files.get(name)?.entry))
     }
 }
@@ -194,7 +173,7 @@ mod tests {
 
     fn file(name: &str, at_s: u64, bytes: u64, recording: bool) -> IndexedFile {
         let (name, modified) = (name.to_owned(), UNIX_EPOCH + Duration::from_secs(at_s));
-        let entry = Entry { name, unix_s: at_s, bytes, recording, ..Entry::default() };
+        let entry = ReplayCard { name, unix_s: at_s, bytes, recording, ..ReplayCard::default() };
         IndexedFile { entry, is_readable: true, modified, first_tick: 0, asked_by: None }
     }
 

@@ -1,13 +1,14 @@
 //! The directory of replays: its list, the files that are still written, and the deletion of old ones.
 //! Files that are not named as replays are never touched.
 
-use super::index::{Entry, IndexedFile, ReplayIndex, Stamp};
+use super::index::{IndexedFile, ReplayIndex, Stamp};
 use super::name::{CLIP_ENDING, ENDING, UNLISTED_ENDING, is_name, is_unlisted, name, numbered};
 use super::settings::{Counters, Settings};
 use crate::files::open_regular;
 use crate::limits;
 use crate::limits::connection_limits::{ConnectionLimits, Permit};
 use jostle_protocol::replay::{END_BYTES_MAX, PlayerCount, Record, START_BYTES_MAX, Start};
+use jostle_protocol::web::ReplayCard;
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -63,7 +64,7 @@ impl ReplayStore {
     }
 
     /// The newest replays, newest first, without clips of private rooms.
-    pub fn list(&self) -> Vec<Entry> {
+    pub fn list(&self) -> Vec<ReplayCard> {
         let index = self.lock();
         let listed = index.newest().filter(|entry| !is_unlisted(&entry.name));
         listed.take(limits::REPLAYS_LISTED_MAX).cloned().collect()
@@ -136,7 +137,8 @@ impl ReplayStore {
                 Err(error) => return Err(error),
                 Ok(file) => {
                     let modified = (self.settings.wall)();
-                    let entry = Entry { name: name.clone(), recording: true, ..Entry::default() };
+                    let entry =
+                        ReplayCard { name: name.clone(), recording: true, ..ReplayCard::default() };
                     let mut new = new_file(entry, modified);
                     new.set_start(start);
                     self.lock().insert(new);
@@ -282,7 +284,7 @@ impl ReplayStore {
                     });
                 }
                 None => {
-                    let entry = Entry { name: name.clone(), bytes, ..Entry::default() };
+                    let entry = ReplayCard { name: name.clone(), bytes, ..ReplayCard::default() };
                     index.insert(new_file(entry, modified));
                     new.push(name);
                 }
@@ -334,6 +336,6 @@ impl ReplayStore {
 }
 
 /// A file of which nothing is known yet but what the directory tells.
-fn new_file(entry: Entry, modified: SystemTime) -> IndexedFile {
+fn new_file(entry: ReplayCard, modified: SystemTime) -> IndexedFile {
     IndexedFile { entry, is_readable: false, modified, first_tick: 0, asked_by: None }
 }

@@ -3,8 +3,7 @@
 
 use anyhow::{Context, Result, ensure};
 use jostle_game::Scene;
-use jostle_sim::TICKS_PER_SECOND;
-use serde_json::{Value, json};
+use jostle_protocol::web::{SceneCard, Scenes};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -40,7 +39,10 @@ fn site(files: &BTreeMap<PathBuf, Vec<u8>>) -> Result<BTreeMap<PathBuf, Vec<u8>>
             site.insert(Path::new(&folder).join(name), content.clone());
         }
     }
-    site.insert(Path::new(&folder).join("scenes.json"), scenes(&folder, files).to_string().into());
+    site.insert(
+        Path::new(&folder).join("scenes.json"),
+        serde_json::to_vec(&scenes(&folder, files))?,
+    );
     site.insert("index.html".into(), document(text("index.html")?, &folder)?.into());
     Ok(site)
 }
@@ -55,35 +57,19 @@ fn document(page: &str, folder: &str) -> Result<String> {
 }
 
 /// The answer of a server's `/api/scenes`, as a file.
-fn scenes(folder: &str, files: &BTreeMap<PathBuf, Vec<u8>>) -> Value {
-    let entry = |scene: &Scene| {
+fn scenes(folder: &str, files: &BTreeMap<PathBuf, Vec<u8>>) -> Scenes {
+    let card = |scene: &Scene| {
         let picture = format!("pictures/{}.webp", scene.name);
-        let picture =
-            files.contains_key(Path::new(&picture)).then(|| format!("{folder}/{picture}"));
-        let round = scene.rules.round.as_ref();
-        let round_ticks = round.and_then(|round| round.time);
-        let mut entry = json!({
-            "name": scene.name,
-            "title": scene.title,
-            "about": scene.about,
-            "players_max": scene.players_max,
-            "category": scene.category.name(),
-            "teams": scene.rules.teams.len(),
-            "round_s": round_ticks.unwrap_or(0) / TICKS_PER_SECOND,
-            "heroes": scene.hero.is_some(),
-            "players_min": round.map_or(1, |round| round.players_min),
-            "fill": round.map_or(0, |round| round.fill),
-            "picture": picture,
-        });
-        entry.as_object_mut().expect("an object").retain(|_, value| *value != 0);
-        entry
+        let is_there = files.contains_key(Path::new(&picture));
+        SceneCard::of(scene, is_there.then(|| format!("{folder}/{picture}")))
     };
-    json!({ "scenes": Scene::built_in().iter().map(entry).collect::<Vec<_>>() })
+    Scenes { scenes: Scene::built_in().iter().map(card).collect(), guest_scenes: None }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use serde_json::Value;
 
     #[test]
     fn the_document_is_marked_and_its_addresses_are_relative() {

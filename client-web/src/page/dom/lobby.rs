@@ -2,7 +2,7 @@
 //! here they are filled and listened to.
 
 use crate::language::{fill, say};
-use crate::net::api::{ReplayCard, Room, SceneCard};
+use crate::net::api::bots_alone;
 use crate::page::app::App;
 use crate::page::best_runs::Records;
 use crate::page::dom;
@@ -12,6 +12,7 @@ use crate::page::event::{Event, Form};
 use crate::page::lobby::Lobby;
 use crate::page::queue::Events;
 use crate::page::{name, strings};
+use jostle_protocol::web::{ReplayCard, RoomCard, SceneCard};
 use jostle_sim::TICKS_PER_SECOND;
 use wasm_bindgen::JsCast;
 use web_sys::{Element, HtmlElement, HtmlInputElement, InputEvent, MouseEvent, PointerEvent};
@@ -187,7 +188,7 @@ fn replay_entry(lobby: &Lobby, replay: &ReplayCard) -> Item {
         .with(".live", "hidden", (!replay.recording).then(String::new))
 }
 
-fn room_entry(lobby: &Lobby, room: &Room) -> Item {
+fn room_entry(lobby: &Lobby, room: &RoomCard) -> Item {
     let scene = lobby.scenes.iter().find(|scene| scene.name == room.scene);
     let full = room.players >= room.players_max;
     let [players, players_max] = [room.players, room.players_max].map(|count| count.to_string());
@@ -244,7 +245,7 @@ fn manner(scene: &SceneCard) -> String {
 
 fn scene_entry(scene: &SceneCard, records: &Records) -> Item {
     let pictured = scene.picture.is_some();
-    let bots = strings::bots(scene.bots_alone());
+    let bots = strings::bots(bots_alone(scene));
     let alone = fill("Play alone {bots}", &[("bots", &bots)]);
     let name = fill("Play {scene} alone {bots}", &[("scene", say(&scene.title)), ("bots", &bots)]);
     let item = Item::new("scene-item", &scene.name);

@@ -1,12 +1,13 @@
 //! The best runs: under a scene's card, and on the result of a round that is played alone.
 
 use crate::language::say;
-use crate::net::api::{RecordCard, RecordTable};
+use crate::net::api;
 use crate::page::app::App;
 use crate::page::best_runs::Records;
 use crate::page::dom;
 use crate::page::dom::list::Item;
 use crate::page::strings;
+use jostle_protocol::web::{RecordCard, RecordTable};
 
 /// Adds the best run of a scene to its card. One without heroes has no ghosts.
 pub fn on_card(item: Item, records: &Records, scene: &str, heroes: bool) -> Item {
@@ -14,14 +15,15 @@ pub fn on_card(item: Item, records: &Records, scene: &str, heroes: bool) -> Item
     let text = best.map_or_else(String::new, |(table, run)| strings::best_run(table, run));
     let item =
         item.with(".best", "hidden", best.is_none().then(String::new)).text(".best span", text);
-    let race = best.filter(|(table, _)| is_raced(table, heroes)).map(|(_, run)| run.race(scene));
-    item.with(".watch", "href", best.map(|(_, run)| run.watch()))
+    let race =
+        best.filter(|(table, _)| is_raced(table, heroes)).map(|(_, run)| api::race(run, scene));
+    item.with(".watch", "href", best.map(|(_, run)| api::watch(run)))
         .with(".race", "hidden", race.is_none().then(String::new))
         .with(".race", "href", race)
 }
 
 fn is_raced(table: &RecordTable, heroes: bool) -> bool {
-    heroes && table.is_timed()
+    heroes && api::is_timed(table)
 }
 
 /// Shows the best run, and what came of the own one.
@@ -39,5 +41,5 @@ pub fn show_result(app: &App) {
     };
     let heroes = app.replica().is_some_and(|replica| replica.scene.hero.is_some());
     link("best-watch", Some(RecordCard::watch(run)));
-    link("best-race", is_raced(table, heroes).then(|| run.race(scene)));
+    link("best-race", is_raced(table, heroes).then(|| api::race(run, scene)));
 }

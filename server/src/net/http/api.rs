@@ -18,84 +18,63 @@ use crate::state::ServerState;
 use hyper::body::Incoming;
 use hyper::{Request, StatusCode};
 use jostle_game::Scene;
-use jostle_sim::TICKS_PER_SECOND;
+use jostle_protocol::web::{Posted, RoomCard, Rooms, SceneCard, Scenes};
 use serde::Deserialize;
-use serde_json::{Value, json};
 use std::net::IpAddr;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-/// The body of `GET /api/scenes`. A scene without a picture has `null` for its path, and numbers that are 0 are left out:
-/// every visitor of the lobby downloads them.
-pub fn scenes(state: &ServerState) -> Value {
-    let entry = |scene: &Arc<Scene>| {
+/// The answer of `GET /api/scenes`.
+pub fn scenes(state: &ServerState) -> Scenes {
+    let card = |scene: &Arc<Scene>| {
         let picture = format!("pictures/{}.webp", scene.name);
         let picture = assets::find(state.config.files, &picture);
-        let round = scene.rules.round.as_ref();
-        let round_ticks = round.and_then(|round| round.time);
-        let mut entry = json!({
-            "name": scene.name,
-            "title": scene.title,
-            "about": scene.about,
-            "players_max": scene.players_max,
-            "category": scene.category.name(),
-            "teams": scene.rules.teams.len(),
-            "round_s": round_ticks.unwrap_or(0) / TICKS_PER_SECOND,
-            "heroes": scene.hero.is_some(),
-            "players_min": round.map_or(1, |round| round.players_min),
-            "fill": round.map_or(0, |round| round.fill),
-            "picture": picture.map(|file| assets::address(state.config.files, file)),
-        });
-        entry.as_object_mut().expect("an object").retain(|_, value| *value != 0);
-        entry
+        SceneCard::of(scene, picture.map(|file| assets::address(state.config.files, file)))
     };
-    json!({
-        "scenes": state.rooms.scenes().iter().map(entry).collect::<Vec<_>>(),
-        "guest_scenes": state.config.guest_scenes.name(),
-    })
+    let guest_scenes = Some(state.config.guest_scenes.name());
+    Scenes { scenes: state.rooms.scenes().iter().map(card).collect(), guest_scenes }
 }
 
-/// The body of `GET /api/rooms`: the public ones.
-pub fn rooms(state: &ServerState) -> Value {
-    let entry = |info: &Arc<RoomInfo>| {
+/// The answer of `GET /api/rooms`: the public ones.
+pub fn rooms(state: &ServerState) -> Rooms {
+    let card = |info: &Arc<RoomInfo>| {
         let own = state.rooms.scenes().iter().map(|scene| scene.title.as_str());
         let title = match info.guest {
             true => guests_title(&info.scene.title, own),
             false => info.scene.title.clone(),
         };
-        json!({
-            "code": info.code,
-            "scene": info.scene.name,
-            "title": title,
-            "players": info.players.load(Ordering::Relaxed),
-            "connected": info.connected.load(Ordering::Relaxed),
-            "spectators": info.spectators.load(Ordering::Relaxed),
-            "players_max": info.scene.players_max,
-        })
+        RoomCard {
+            code: info.code.clone(),
+            scene: info.scene.name.clone(),
+            title,
+            players: info.players.load(Ordering::Relaxed) as u32,
+            connected: info.connected.load(Ordering::Relaxed) as u32,
+            spectators: info.spectators.load(Ordering::Relaxed) as u32,
+            players_max: u32::from(info.scene.players_max),
+        }
     };
     let open = state.rooms.list();
-    let here = open.iter().filter(|info| !info.private).map(entry);
-    let rooms: Vec<_> = here.chain(rooms_elsewhere(state)).collect();
-    json!({ "rooms": rooms })
+    let here = open.iter().filter(|info| !info.private).map(card);
+    Rooms { rooms: here.chain(rooms_elsewhere(state)).collect() }
 }
 
 /// The public rooms that other nodes of the fleet play.
-fn rooms_elsewhere(state: &ServerState) -> Vec<Value> {
+fn rooms_elsewhere(state: &ServerState) -> Vec<RoomCard> {
     let Some(fleet) = &state.fleet else { return Vec::new() };
-    let entry = |(counts, facts): (&RoomCounts, &RoomFacts)| {
+    let card = |(counts, facts): (&RoomCounts, &RoomFacts)| {
         // The title of a guest's scene is known to its own node only.
         let scene = state.rooms.scene(&facts.scene).filter(|_| !facts.guest)?;
-        Some(json!({
-            "code": counts.code,
-            "scene": scene.name,
-            "title": scene.title,
-            "players": counts.players,
-            "connected": counts.connected,
-            "spectators": counts.spectators,
-            "players_max": scene.players_max,
-        }))
+        Some(RoomCard {
+            code: counts.code.clone(),
+            scene: scene.name.clone(),
+            title: scene.title.clone(),
+            players: counts.players as u32,
+            connected: counts.connected as u32,
+            spectators: counts.spectators as u32,
+            players_max: u32::from(scene.players_max),
+        })
     };
-    fleet.ask(|directory| directory.listed_elsewhere().filter_map(entry).collect())
+    fleet.ask(|directory| directory.listed_elsewhere().filter_map(card).collect())
 }
 
 #[derive(Deserialize)]
@@ -138,7 +117,8 @@ pub async fn create_room(
 
 /// The response with a room that was opened.
 pub fn created(room: &Created) -> Answer {
-    json(StatusCode::CREATED, &json!({ "code": room.code, "host_key": room.host_key.text() }))
+    let (code, host_key) = (Some(room.code.clone()), Some(room.host_key.text()));
+    json(StatusCode::CREATED, &Posted { code, host_key, ..Posted::default() })
 }
 
 /// The response where none was.

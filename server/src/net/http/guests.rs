@@ -12,7 +12,7 @@ use hyper::body::Incoming;
 use hyper::{Request, StatusCode};
 use jostle_game::Scene;
 use jostle_game::scene::SceneError;
-use serde_json::json;
+use jostle_protocol::web::Posted;
 use std::net::IpAddr;
 use std::sync::Arc;
 use tracing::error;
@@ -97,12 +97,13 @@ async fn open(
 fn scene_refused(error: &SceneError, address: IpAddr, state: &ServerState) -> Answer {
     let sentence = error.to_string();
     state.refused("guest_scene", address, Foreign(sentence.as_bytes()));
-    let refusal = json!({
-        "error": sentence,
-        "line": error.line,
-        "field": error.field,
-        "found": error.found,
-        "allowed": error.allowed,
-    });
+    let refusal = Posted {
+        error: Some(sentence),
+        line: Some(error.line),
+        field: Some(error.field.clone()),
+        found: Some(error.found.clone()),
+        allowed: Some(error.allowed.clone()),
+        ..Posted::default()
+    };
     json(StatusCode::UNPROCESSABLE_ENTITY, &refusal)
 }

@@ -11,8 +11,8 @@ use hyper::body::Incoming;
 use hyper::header::{self, HeaderValue};
 use hyper::{Request, Response, StatusCode};
 use jostle_game::Scene;
+use jostle_protocol::web::{RecordCard, RecordTable, Records, SubmittedRun};
 use jostle_room::Measure;
-use serde_json::{Value, json};
 use std::net::IpAddr;
 use std::sync::Arc;
 use tracing::error;
@@ -31,31 +31,31 @@ pub fn list(query: Option<&str>, state: &ServerState) -> Answer {
     };
     let shown = if wanted.is_some() { limits::RECORDS_MAX } else { 1 };
     let table = |(scene, measure, runs): &(Arc<Scene>, Measure, BestRuns)| {
-        let records: Vec<Value> = runs.list().iter().take(shown).map(entry).collect();
-        json!({ "scene": scene.name, "measure": measure.name(), "records": records })
+        let records = runs.list().iter().take(shown).map(card).collect();
+        let (scene, measure) = (scene.name.clone(), measure.name().to_owned());
+        RecordTable { scene, measure, records }
     };
-    let scenes: Vec<Value> = tables.iter().filter(is_wanted).map(table).collect();
+    let scenes: Vec<RecordTable> = tables.iter().filter(is_wanted).map(table).collect();
     if wanted.is_some() && state.records.is_some() && scenes.is_empty() {
         return failed(StatusCode::NOT_FOUND, "runs of no such scene are compared here");
     }
-    json(StatusCode::OK, &json!({ "kept": state.records.is_some(), "scenes": scenes }))
+    json(StatusCode::OK, &Records { kept: state.records.is_some(), scenes })
 }
 
-fn entry(record: &Record) -> Value {
+fn card(record: &Record) -> RecordCard {
     let Record { name, run, unix_s, bytes, displaced_s: _ } = record;
     let (seat, look) = &run.players[0];
-    let players: Vec<&str> = run.players.iter().map(|(_, look)| &*look.name).collect();
-    json!({
-        "name": name,
-        "ticks": run.ticks(),
-        "points": run.points,
-        "begin": run.begin,
-        "seat": seat.0,
-        "players": players,
-        "color": look.color,
-        "unix_s": unix_s,
-        "bytes": bytes,
-    })
+    RecordCard {
+        name: name.clone(),
+        ticks: run.ticks(),
+        points: run.points,
+        begin: run.begin,
+        seat: seat.0,
+        players: run.players.iter().map(|(_, look)| look.name.to_string()).collect(),
+        color: look.color,
+        unix_s: *unix_s,
+        bytes: *bytes,
+    }
 }
 
 /// Plays the replay in the body again, and enters its best run.
@@ -72,10 +72,9 @@ pub async fn submit(request: Request<Incoming>, address: IpAddr, state: &ServerS
     match records.submit(bytes, address).await {
         Ok(Some(Ok(entered))) => {
             let status = entered.rank.map_or(StatusCode::OK, |_| StatusCode::CREATED);
-            let (name, rank) = (&entered.name, entered.rank);
+            let (name, rank) = (entered.name.clone(), entered.rank.map(|rank| rank as u32));
             let (ticks, points) = (entered.run.ticks(), entered.run.points);
-            let run = json!({ "name": name, "rank": rank, "ticks": ticks, "points": points });
-            json(status, &run)
+            json(status, &SubmittedRun { name, rank, ticks, points })
         }
         Ok(Some(Err(reason))) => {
             let reason = reason.to_string();

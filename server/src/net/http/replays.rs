@@ -7,7 +7,7 @@ use crate::replays::Refused;
 use crate::state::ServerState;
 use hyper::header::{self, HeaderValue};
 use hyper::{Response, StatusCode};
-use serde_json::json;
+use jostle_protocol::web::Replays;
 use std::net::IpAddr;
 
 /// Lists the newest replays; none where nothing is recorded.
@@ -17,7 +17,7 @@ pub fn list(state: &ServerState) -> Answer {
         [_, _, dropped, errors] = store.counters().read();
         replays = store.list();
     }
-    json(StatusCode::OK, &json!({ "replays": replays, "errors": errors, "dropped": dropped }))
+    json(StatusCode::OK, &Replays { replays, errors, dropped })
 }
 
 /// Status of the page that plays a replay, named with or without `.jostle`. The page itself shows when

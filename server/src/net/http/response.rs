@@ -4,9 +4,9 @@ use super::body::Body;
 use hyper::body::Bytes;
 use hyper::header::{self, HeaderMap, HeaderValue};
 use hyper::{Request, Response, StatusCode};
+use jostle_protocol::web::Posted;
 use miniz_oxide::deflate::compress_to_vec_zlib;
 use serde::Serialize;
-use serde_json::json;
 use tungstenite::handshake::server::create_response_with_body;
 
 /// Content type of plain text.
@@ -75,7 +75,7 @@ pub fn accepts(headers: &HeaderMap, coding: &str) -> bool {
 
 /// A JSON response with an error for people.
 pub fn failed(status: StatusCode, error: &str) -> Answer {
-    json(status, &json!({ "error": error }))
+    json(status, &Posted { error: Some(error.to_owned()), ..Posted::default() })
 }
 
 /// The response to a client for whose request there is no place at the moment.
@@ -95,6 +95,7 @@ mod tests {
     use super::*;
     use http_body_util::BodyExt;
     use miniz_oxide::inflate::decompress_to_vec_zlib;
+    use serde_json::json;
 
     #[tokio::test]
     async fn a_list_is_packed_for_browsers_that_take_it() {
