@@ -4,6 +4,7 @@
 use crate::output::Failure;
 use clap::builder::Resettable;
 use clap::{Arg, ArgAction, Command};
+use jostle_game::scene::line_at;
 use std::any::TypeId;
 use std::ops::Range;
 use toml::Spanned;
@@ -129,8 +130,7 @@ fn refused(
     found: &str,
     allowed: &str,
 ) -> Failure {
-    let line =
-        1 + source.as_bytes()[..at.min(source.len())].iter().filter(|&&byte| byte == b'\n').count();
+    let line = line_at(source.as_bytes(), at);
     Failure::Check(format!("{file}:{line}: {field}: found {found}; allowed: {allowed}"))
 }
 

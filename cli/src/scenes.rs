@@ -2,6 +2,7 @@
 
 use crate::output::{Failure, OrFail};
 use jostle_game::Scene;
+use jostle_game::scene::line_at;
 use jostle_server::files::read_regular;
 use jostle_server::limits::SETTINGS_FILE_BYTES_MAX;
 use std::path::Path;
@@ -43,8 +44,7 @@ fn parsed(file: &str, bytes: Vec<u8>) -> Result<Scene, Failure> {
 /// The text of a file that people write; the error names the line that holds something else.
 pub fn text_of(file: &str, bytes: Vec<u8>) -> Result<String, Failure> {
     String::from_utf8(bytes).map_err(|error| {
-        let text = &error.as_bytes()[..error.utf8_error().valid_up_to()];
-        let line = text.iter().filter(|&&byte| byte == b'\n').count() + 1;
+        let line = line_at(error.as_bytes(), error.utf8_error().valid_up_to());
         let found = "found bytes that are not UTF-8; allowed: UTF-8 text";
         Failure::Check(format!("{file}:{line}: file: {found}"))
     })

@@ -38,7 +38,7 @@ mod tests;
 
 pub use budget::Budget;
 pub use cost::{WorstTick, made_max};
-pub use error::SceneError;
+pub use error::{SceneError, line_at};
 pub use field::{FieldForm, FieldInfo};
 pub use kind::Kind;
 pub use launchers::LAUNCHERS_MAX;

@@ -16,7 +16,7 @@ use crate::host::thread_time;
 use crate::limits::trial_queue::TrialQueue;
 use crate::limits::{self, Waits};
 use jostle_game::Scene;
-use jostle_game::scene::SceneError;
+use jostle_game::scene::{SceneError, line_at};
 use jostle_protocol::{first_forbidden, has_visible};
 use std::io;
 use std::net::IpAddr;
@@ -51,8 +51,7 @@ impl GuestScenes {
 /// Parses a guest's scene, checks that it keeps to its budget, and bounds its steps.
 pub fn read(text: &[u8]) -> Result<Scene, SceneError> {
     let text = std::str::from_utf8(text).map_err(|error| {
-        let valid = &text[..error.valid_up_to()];
-        let line = 1 + valid.iter().filter(|&&byte| byte == b'\n').count();
+        let line = line_at(text, error.valid_up_to());
         about_file(line, "bytes that are not UTF-8".to_owned(), "UTF-8 text".to_owned())
     })?;
     if text.len() > limits::GUEST_SCENE_BYTES_MAX {

@@ -10,7 +10,7 @@ use super::strings;
 use super::text::{List, Piece, PieceId, Place, Point, Sheet};
 use crate::language::{fill, say};
 use jostle_game::Scene;
-use jostle_game::scene::{SceneError, is_name};
+use jostle_game::scene::{SceneError, is_name, line_at};
 use jostle_sim::{Shape, Vec2};
 use std::ops::Range;
 use std::sync::Arc;
@@ -135,8 +135,9 @@ impl Editor {
     /// The bytes that the error is about: the value of its field on its line, or what else is on that line.
     pub fn error_bytes(&self) -> Option<Range<usize>> {
         let error = self.problem()?;
-        if let Some(at) =
-            self.field_bytes(&error.field).filter(|at| self.line_of(at.start) == error.line)
+        if let Some(at) = self
+            .field_bytes(&error.field)
+            .filter(|at| line_at(self.text.as_bytes(), at.start) == error.line)
         {
             return Some(at);
         }
@@ -159,10 +160,6 @@ impl Editor {
         let Spot::There { value, whole } = field::find(&self.text, path)? else { return None };
         let blanks = self.text[whole.start..].len() - self.text[whole.start..].trim_start().len();
         Some((whole.start + blanks).min(value.start)..value.end)
-    }
-
-    fn line_of(&self, at: usize) -> usize {
-        1 + self.text.as_bytes()[..at].iter().filter(|&&byte| byte == b'\n').count()
     }
 
     pub(super) fn reread(&mut self) {

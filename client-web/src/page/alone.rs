@@ -12,7 +12,7 @@ use crate::page::game::{ALONE, GameScreen, GhostSlot};
 use crate::page::strings;
 use crate::world::room_in_page::RoomInPage;
 use jostle_game::Scene;
-use jostle_game::scene::{SceneError, is_name};
+use jostle_game::scene::{SceneError, is_name, line_at};
 use std::sync::Arc;
 
 /// Name of a scene whose file is not known, only its text.
@@ -29,8 +29,7 @@ pub fn file_error(file: &str, found: &str, allowed: &str) -> SceneError {
 /// The text of a scene file; the error names the line that holds something else.
 fn text_of(file: &str, bytes: Vec<u8>) -> Result<String, SceneError> {
     String::from_utf8(bytes).map_err(|error| {
-        let text = &error.as_bytes()[..error.utf8_error().valid_up_to()];
-        let line = text.iter().filter(|&&byte| byte == b'\n').count() + 1;
+        let line = line_at(error.as_bytes(), error.utf8_error().valid_up_to());
         SceneError { line, ..file_error(file, "bytes that are not UTF-8", "UTF-8 text") }
     })
 }

@@ -15,3 +15,8 @@ pub struct SceneError {
     /// Contents that are allowed there.
     pub allowed: String,
 }
+
+/// The line of a byte of a text, from 1; of one past the end, the last line.
+pub fn line_at(text: &[u8], at: usize) -> usize {
+    1 + text.iter().take(at).filter(|&&byte| byte == b'\n').count()
+}

@@ -1,6 +1,6 @@
 //! Errors about a scene that parsed: the line of a field, by its path.
 
-use super::error::SceneError;
+use super::error::{SceneError, line_at};
 use super::spec::Scene;
 use toml::de::{DeTable, DeValue};
 
@@ -9,8 +9,7 @@ impl SceneError {
     /// field, or of the deepest table around it that the file has.
     pub fn in_scene(scene: &Scene, field: &str, found: String, allowed: String) -> SceneError {
         let (at, _) = locate(&scene.source, field);
-        let before = &scene.source.as_bytes()[..at.min(scene.source.len())];
-        let line = 1 + before.iter().filter(|&&byte| byte == b'\n').count();
+        let line = line_at(scene.source.as_bytes(), at);
         let file = format!("{}.toml", scene.name);
         SceneError { file, line, field: field.to_owned(), found, allowed }
     }
@@ -53,7 +52,7 @@ mod tests {
         let source = "title = \"a\"\n\n[limits]\nbodies = 4\n[[layouts]]\nx = 1\n[[layouts]]\ny = { z = 2 }\n";
         let line = |path: &str| {
             let (at, whole) = locate(source, path);
-            (1 + source[..at].matches('\n').count(), whole)
+            (line_at(source.as_bytes(), at), whole)
         };
         assert_eq!(line("limits.bodies"), (4, true));
         assert_eq!(line("limits.players"), (3, false));

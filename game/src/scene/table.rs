@@ -9,7 +9,7 @@
 //! [`Document::checked`] returns the first error at the end. So a table is always read as a whole, and a
 //! misspelled field is reported as such rather than as a missing one.
 
-use super::error::SceneError;
+use super::error::{SceneError, line_at};
 use super::field::{FieldForm, FieldInfo};
 use super::limits::SIZE_MAX;
 use glam::Vec2;
@@ -112,8 +112,7 @@ impl<'a> Document<'a> {
 
     /// An error at a byte of the text.
     pub fn error(&self, at: usize, field: &str, found: String, allowed: String) -> SceneError {
-        let before = &self.source.as_bytes()[..at.min(self.source.len())];
-        let line = 1 + before.iter().filter(|&&byte| byte == b'\n').count();
+        let line = line_at(self.source.as_bytes(), at);
         SceneError { file: self.file.to_owned(), line, field: field.to_owned(), found, allowed }
     }
 

@@ -5,6 +5,7 @@ use crate::editor::update::Deed;
 use crate::page::dom;
 use crate::page::event::Event;
 use crate::page::queue::Events;
+use jostle_game::scene::line_at;
 use jostle_sim::short_sort::sort_few;
 use std::ops::Range;
 use web_sys::{Element, HtmlElement, HtmlTextAreaElement};
@@ -85,7 +86,7 @@ fn is_focused() -> bool {
 fn reveal(text: &str, at: usize) {
     let area = area();
     let lines = text.lines().count().max(1) as f64;
-    let line = text.as_bytes()[..at.min(text.len())].iter().filter(|byte| **byte == b'\n').count();
+    let line = line_at(text.as_bytes(), at) - 1;
     let line_height = f64::from(area.scroll_height()) / lines;
     let (top, height) = (area.scroll_top(), area.client_height());
     let place = (line as f64 * line_height) as i32;
