@@ -7,7 +7,7 @@ use crate::page::best_runs::Records;
 use crate::page::dom;
 use crate::page::dom::list::Item;
 use crate::page::strings;
-use jostle_protocol::web::{RecordCard, RecordTable};
+use jostle_protocol::web::RecordTable;
 
 /// Adds the best run of a scene to its card. One without heroes has no ghosts.
 pub fn on_card(item: Item, records: &Records, scene: &str, heroes: bool) -> Item {
@@ -40,6 +40,6 @@ pub fn show_result(app: &App) {
         dom::set(&dom::html(id), "href", address.as_deref());
     };
     let heroes = app.replica().is_some_and(|replica| replica.scene.hero.is_some());
-    link("best-watch", Some(RecordCard::watch(run)));
+    link("best-watch", Some(api::watch(run)));
     link("best-race", is_raced(table, heroes).then(|| api::race(run, scene)));
 }
