@@ -28,6 +28,7 @@ mod layers;
 mod lobby;
 mod name;
 mod news_log;
+mod page_action;
 mod plot;
 mod pointing;
 mod qr_code;

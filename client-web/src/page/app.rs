@@ -224,7 +224,7 @@ impl App {
             }
             Event::ToolArmed(buttons) => self.fingers.armed = buttons,
             Event::ToolPressed(buttons, down) => self.press(buttons, down),
-            Event::Clicked(action, value) => self.click(&action, &value),
+            Event::Clicked(action, value) => self.click(action, &value),
             Event::FormChanged(form) => _ = self.read_form(&form),
             Event::PlayClicked(form) => self.play(&form),
             Event::SceneClicked(scene, form) => {

@@ -15,6 +15,7 @@ use crate::page::edit_screen::{EditScreen, SEED};
 use crate::page::event::{Effect, Focus, Key};
 use crate::page::layers::Layer;
 use crate::page::lobby;
+use crate::page::page_action::PageAction;
 use crate::page::strings;
 use jostle_game::scene::is_name;
 use jostle_sim::Vec2;
@@ -217,18 +218,20 @@ impl App {
     }
 
     /// Does what a button of the editor says; `false` if it is none.
-    pub(super) fn click_editor(&mut self, action: &str, value: &str) -> bool {
+    pub(super) fn click_editor(&mut self, action: PageAction, value: &str) {
         match action {
-            "edit-scene" => self.go_to_hash(format!("#edit={value}")),
-            "edit-new-scene" => self.go_to_hash("#edit".to_owned()),
-            "edit-toggle" => self.toggle_edit(),
-            "edit-undo" => self.do_edit(Deed::Undone),
-            "edit-redo" => self.do_edit(Deed::Redone),
-            "edit-duplicate" => self.do_edit(Deed::Duplicated),
-            "edit-path" => self.do_edit(Deed::PathExtended),
-            "edit-delete" => self.do_edit(Deed::Deleted),
-            "edit-new" => self.with_editor(|screen, _| screen.editor.replace(String::new(), None)),
-            "edit-place" => {
+            PageAction::EditScene => self.go_to_hash(format!("#edit={value}")),
+            PageAction::EditNewScene => self.go_to_hash("#edit".to_owned()),
+            PageAction::EditToggle => self.toggle_edit(),
+            PageAction::EditUndo => self.do_edit(Deed::Undone),
+            PageAction::EditRedo => self.do_edit(Deed::Redone),
+            PageAction::EditDuplicate => self.do_edit(Deed::Duplicated),
+            PageAction::EditPath => self.do_edit(Deed::PathExtended),
+            PageAction::EditDelete => self.do_edit(Deed::Deleted),
+            PageAction::EditNew => {
+                self.with_editor(|screen, _| screen.editor.replace(String::new(), None))
+            }
+            PageAction::EditPlace => {
                 if let Some(make) = Make::named(value) {
                     self.with_editor(|screen, now_ms| {
                         let at: Vec2 = screen.view.center;
@@ -236,13 +239,12 @@ impl App {
                     });
                 }
             }
-            "edit-save" => self.save_file(),
-            "edit-copy" => self.copy_link(),
-            "edit-room" => self.open_guest_room(),
-            "edit-error" => self.go_to_error(),
-            _ => return false,
+            PageAction::EditSave => self.save_file(),
+            PageAction::EditCopy => self.copy_link(),
+            PageAction::EditRoom => self.open_guest_room(),
+            PageAction::EditError => self.go_to_error(),
+            _ => {}
         }
-        true
     }
 
     fn save_file(&mut self) {

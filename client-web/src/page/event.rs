@@ -7,6 +7,7 @@ use crate::net::report::{Fetched, SocketEvent};
 use crate::net::simulated_link::NetworkConditions;
 use crate::page::choices::SettingsEvent;
 use crate::page::drafts::Draft;
+use crate::page::page_action::PageAction;
 use crate::sound::task::{SoundEvent, SoundTask};
 use jostle_game::Buttons;
 use jostle_game::scene::SceneError;
@@ -135,7 +136,7 @@ pub enum Event {
     /// A tool button of the touch screen went down or up.
     ToolPressed(Buttons, bool),
     /// Something with an action (`data-action`) was clicked, and its value (`data-value`).
-    Clicked(String, String),
+    Clicked(PageAction, String),
     /// Name or colour changed.
     FormChanged(Form),
     PlayClicked(Form),

@@ -3,6 +3,7 @@
 use crate::page::app::{Activity, App};
 use crate::page::captions::Captions;
 use crate::page::event::{Effect, Event, PointerChange};
+use crate::page::page_action::PageAction;
 use crate::page::sound_desk::Gesture;
 use crate::page::storage;
 use crate::sound::mixer::{Ear, Mixer};
@@ -58,7 +59,7 @@ impl App {
     pub(super) fn gesture(&self, event: &Event) -> Gesture {
         let is_one = match event {
             Event::PlayClicked(_) | Event::SceneClicked(..) => return Gesture::IntoGame,
-            Event::Clicked(action, _) if action == "go" => return Gesture::IntoGame,
+            Event::Clicked(PageAction::Go, _) => return Gesture::IntoGame,
             Event::Clicked(..) | Event::KeyDown(_) | Event::ToolPressed(..) => true,
             // Browsers count the end of a touch, not its beginning.
             Event::Pointer(pointer) => {

@@ -8,64 +8,67 @@ use crate::page::dialogs::Question;
 use crate::page::event::{Address, Effect};
 use crate::page::game::GameScreen;
 use crate::page::game::status::State;
+use crate::page::page_action::PageAction;
 use crate::page::strings::{self, CardAction};
 use crate::replay::player::ReplayPlayer;
 use jostle_game::{Buttons, Seat};
 
 impl App {
-    /// Does what was clicked says (`data-action` in `index.html`).
-    pub(super) fn click(&mut self, action: &str, value: &str) {
+    /// Does what was clicked says.
+    pub(super) fn click(&mut self, action: PageAction, value: &str) {
         match action {
-            "leave" => self.go_home(),
-            "go" => self.go(&format!("/{value}")),
-            "watch" => self.watch_room(value),
-            "copy" => self.ctx.request(Effect::CopyAddress),
-            "qr-code" => self.show_code(),
-            "help" => self.toggle_help(),
-            "settings" => self.toggle_settings(),
-            "wheel" => self.toggle_wheel(),
-            "emote" => value.parse().into_iter().for_each(|emote| self.emote(emote)),
-            "full-screen" => self.toggle_full_screen(),
-            "choose-key" => self.ask_choice(Action::of_id(value).map(Choice::Key)),
-            "choose-button" => self.ask_choice(Action::of_id(value).map(Choice::Button)),
-            "reset-hands" => self.reset_hands(),
-            "network" => self.toggle_network(),
-            "sound" => {
+            PageAction::Leave => self.go_home(),
+            PageAction::Go => self.go(&format!("/{value}")),
+            PageAction::Watch => self.watch_room(value),
+            PageAction::Copy => self.ctx.request(Effect::CopyAddress),
+            PageAction::QrCode => self.show_code(),
+            PageAction::Help => self.toggle_help(),
+            PageAction::Settings => self.toggle_settings(),
+            PageAction::Wheel => self.toggle_wheel(),
+            PageAction::Emote => value.parse().into_iter().for_each(|emote| self.emote(emote)),
+            PageAction::FullScreen => self.toggle_full_screen(),
+            PageAction::ChooseKey => self.ask_choice(Action::of_id(value).map(Choice::Key)),
+            PageAction::ChooseButton => self.ask_choice(Action::of_id(value).map(Choice::Button)),
+            PageAction::ResetHands => self.reset_hands(),
+            PageAction::Network => self.toggle_network(),
+            PageAction::Sound => {
                 self.panels.sound = !self.panels.sound;
                 self.panels.network = false;
             }
-            "open-file" => self.ctx.request(Effect::ChooseFile),
-            "close-room" => {
+            PageAction::OpenFile => self.ctx.request(Effect::ChooseFile),
+            PageAction::CloseRoom => {
                 self.release_input();
                 self.dialogs.question = Some(Question::CloseRoom);
             }
-            "kick" => self.ask_to_kick(value),
-            "confirm" => match self.dialogs.question.take() {
+            PageAction::Kick => self.ask_to_kick(value),
+            PageAction::Confirm => match self.dialogs.question.take() {
                 Some(Question::Kick(seat, _)) => self.with_game(|game, ctx| game.kick(ctx, seat)),
                 Some(Question::CloseRoom) => self.with_game(|game, ctx| game.close_room(ctx)),
                 None => {}
             },
-            "cancel" => self.dialogs.question = None,
-            "again" => self.go_on(),
-            "clip" => self.with_game(GameScreen::keep_clip),
-            "highlights" => self.with_game(GameScreen::toggle_highlights),
-            "switch-team" => {
+            PageAction::Cancel => self.dialogs.question = None,
+            PageAction::Again => self.go_on(),
+            PageAction::Clip => self.with_game(GameScreen::keep_clip),
+            PageAction::Highlights => self.with_game(GameScreen::toggle_highlights),
+            PageAction::SwitchTeam => {
                 self.press(Buttons::TEAM, true);
                 self.press(Buttons::TEAM, false);
             }
-            "notice" => self.act(self.notice().map(|card| card.action)),
-            "notice-other" => {
+            PageAction::Notice => self.act(self.notice().map(|card| card.action)),
+            PageAction::NoticeOther => {
                 let other = self.notice().and_then(|card| card.other);
                 self.act(other.map(|(_, action)| action));
             }
-            "play-pause" => self.with_replay(ReplayPlayer::toggle),
-            "step" => self.with_replay(|player| player.step_by(value.parse().unwrap_or(0))),
-            "follow" => {
+            PageAction::PlayPause => self.with_replay(ReplayPlayer::toggle),
+            PageAction::Step => {
+                self.with_replay(|player| player.step_by(value.parse().unwrap_or(0)))
+            }
+            PageAction::Follow => {
                 let seat = value.parse().ok().map(Seat);
                 self.with_game(|game, _| game.follow_player(seat));
                 self.with_replay(|player| seat.into_iter().for_each(|s| player.toggle_follow(s)));
             }
-            _ => _ = self.click_editor(action, value),
+            _ => self.click_editor(action, value),
         }
     }
 

@@ -3,6 +3,7 @@ use crate::net::api::Request;
 use crate::net::report::SocketEvent;
 use crate::page::drafts::Store;
 use crate::page::event::{Focus, Key};
+use crate::page::page_action::PageAction;
 use jostle_game::Buttons;
 use jostle_protocol::{ClientMessage, ServerMessage};
 use litemap::LiteMap;
@@ -222,7 +223,7 @@ impl Browser {
     }
 
     fn click(&mut self, action: &str) -> Vec<String> {
-        self.say(Event::Clicked(action.to_owned(), String::new()))
+        self.say(clicked(action, ""))
     }
 
     /// The buttons of the last input sent.
@@ -253,4 +254,8 @@ fn has(effects: &[String], name: &str) -> bool {
 
 fn form(name: &str) -> Form {
     Form { name: name.to_owned(), color: 5, private: false, bots: true }
+}
+
+fn clicked(action: &str, value: &str) -> Event {
+    Event::Clicked(PageAction::named(action).expect("an action"), value.to_owned())
 }

@@ -11,6 +11,7 @@ use crate::page::app::App;
 use crate::page::dom;
 use crate::page::edit_screen::EditScreen;
 use crate::page::event::Event;
+use crate::page::page_action::PageAction;
 use crate::page::queue::Events;
 use form::FormView;
 use text::TextView;
@@ -142,7 +143,7 @@ fn palette(events: Events) {
     });
     dom::listen(&palette, "click", move |event: MouseEvent| {
         if let Some(name) = piece(&event).filter(|_| event.detail() == 0) {
-            events.push(Event::Clicked("edit-place".to_owned(), name));
+            events.push(Event::Clicked(PageAction::EditPlace, name));
         }
     });
 }

@@ -6,6 +6,7 @@ use crate::page::dom::{
     editor, files, lobby, network_panel, replay_controls, settings, sound_panel, touchpad,
 };
 use crate::page::event::{Event, Focus, Key, Pointer, PointerChange};
+use crate::page::page_action::PageAction;
 use crate::page::queue::Events;
 use crate::sound::task::SoundEvent;
 use jostle_sim::Vec2;
@@ -99,11 +100,11 @@ fn click(events: Events, event: &MouseEvent) {
         dom::back_to_stage(event);
     }
     let attribute = |name| element.get_attribute(name).unwrap_or_default();
-    let (action, value) = (attribute("data-action"), attribute("data-value"));
-    events.push(match action.as_str() {
-        "open-scene" if dom::is_static() => Event::AloneClicked(value, lobby::form()),
-        "open-scene" => Event::SceneClicked(value, lobby::form()),
-        "play-alone" => Event::AloneClicked(value, lobby::form()),
+    let value = attribute("data-value");
+    let Some(action) = PageAction::named(&attribute("data-action")) else { return };
+    events.push(match action {
+        PageAction::OpenScene if !dom::is_static() => Event::SceneClicked(value, lobby::form()),
+        PageAction::OpenScene | PageAction::PlayAlone => Event::AloneClicked(value, lobby::form()),
         _ => Event::Clicked(action, value),
     });
 }

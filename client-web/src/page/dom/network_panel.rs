@@ -10,6 +10,7 @@ use crate::page::app::App;
 use crate::page::dom;
 use crate::page::event::Event;
 use crate::page::game::GameScreen;
+use crate::page::page_action::PageAction;
 use crate::page::plot::Plot;
 use crate::page::queue::Events;
 use web_sys::{Element, HtmlInputElement, KeyboardEvent, MouseEvent};
@@ -51,7 +52,7 @@ pub fn listen(events: Events) {
         if event.code() == "Escape" {
             event.prevent_default();
             event.stop_propagation();
-            events.push(Event::Clicked("network".into(), String::new()));
+            events.push(Event::Clicked(PageAction::Network, String::new()));
         }
     });
 }

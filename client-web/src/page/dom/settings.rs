@@ -8,6 +8,7 @@ use crate::page::choices::{Choice, SettingsEvent};
 use crate::page::dom;
 use crate::page::dom::list::{Item, List};
 use crate::page::event::Event;
+use crate::page::page_action::PageAction;
 use crate::page::queue::Events;
 use crate::page::settings::Settings;
 use crate::page::strings;
@@ -40,7 +41,7 @@ impl SettingsSheet {
         dom::text("settings-note", &settings.note);
         let keys = Action::ALL.into_iter().map(|action| {
             let is_asked = settings.choice == Some(Choice::Key(action));
-            entry(action, "choose-key", settings.cap(action), is_asked)
+            entry(action, PageAction::ChooseKey, settings.cap(action), is_asked)
         });
         self.keys.show(keys);
         dom::show("pad-none", !settings.has_pad);
@@ -61,16 +62,16 @@ impl SettingsSheet {
         self.pad.show(played.map(|action| {
             let button = settings.pad.button(action).map_or("\u{2013}", strings::pad_button);
             let is_asked = settings.choice == Some(Choice::Button(action));
-            entry(action, "choose-button", button.to_owned(), is_asked)
+            entry(action, PageAction::ChooseButton, button.to_owned(), is_asked)
         }));
     }
 }
 
 /// An action with its key or button.
-fn entry(action: Action, asks: &str, cap: String, is_asked: bool) -> Item {
+fn entry(action: Action, asks: PageAction, cap: String, is_asked: bool) -> Item {
     let cap = if is_asked { "\u{2026}".to_owned() } else { cap };
     Item::new("binding-item", action.id())
-        .with("button", "data-action", asks.to_owned())
+        .with("button", "data-action", asks.name().to_owned())
         .with("button", "data-value", action.id().to_owned())
         .with("button", "aria-pressed", is_asked.to_string())
         .text("button span", strings::action(action))
@@ -86,7 +87,7 @@ pub fn listen(events: Events) {
         send(SettingsEvent::Calm(dom::by_id::<HtmlInputElement>("calm-on").checked()));
     });
     dom::listen(&dom::html("full-on"), "change", move |_: web_sys::Event| {
-        events.push(Event::Clicked("full-screen".to_owned(), String::new()));
+        events.push(Event::Clicked(PageAction::FullScreen, String::new()));
     });
     dom::listen(&dom::html("dead-zone"), "input", move |event: web_sys::Event| {
         if let Some(percent) = dom::value_of(&event) {

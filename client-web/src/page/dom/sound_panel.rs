@@ -7,6 +7,7 @@ use crate::page::app::App;
 use crate::page::dom;
 use crate::page::dom::list::{Item, List};
 use crate::page::event::Event;
+use crate::page::page_action::PageAction;
 use crate::page::queue::Events;
 use crate::page::strings;
 use crate::sound::task::SoundEvent;
@@ -44,7 +45,7 @@ pub fn listen(events: Events) {
         if event.code() == "Escape" {
             event.prevent_default();
             event.stop_propagation();
-            events.push(Event::Clicked("sound".into(), String::new()));
+            events.push(Event::Clicked(PageAction::Sound, String::new()));
         }
     });
 }

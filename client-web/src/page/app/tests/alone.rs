@@ -79,7 +79,7 @@ fn the_end_of_a_round_is_shown_once_more_and_the_game_goes_on_meanwhile() {
     assert!(!browser.app.game().is_some_and(GameScreen::has_highlights));
     browser.wait(2000);
     assert!(browser.app.is_round_over());
-    browser.say(Event::Clicked("highlights".into(), String::new()));
+    browser.say(clicked("highlights", ""));
     browser.wait(100);
     let displays = |browser: &Browser| {
         let replicas = [browser.app.pictured_replica(), browser.app.replica()];
@@ -94,7 +94,7 @@ fn the_end_of_a_round_is_shown_once_more_and_the_game_goes_on_meanwhile() {
     let [shown, live] = displays(&browser);
     assert_eq!(shown, live, "Esc ends it");
     assert_ne!(copy(&browser), shown_copy);
-    browser.say(Event::Clicked("highlights".into(), String::new()));
+    browser.say(clicked("highlights", ""));
     browser.wait(6000);
     let [shown, live] = displays(&browser);
     assert_eq!(shown, live, "it ends with the result");

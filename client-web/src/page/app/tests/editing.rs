@@ -44,7 +44,7 @@ fn a_shipped_scene_is_edited_played_and_edited_again() {
 fn what_is_edited_is_kept_and_comes_back() {
     let mut browser = browser_at("#edit", &[]);
     assert_eq!((browser.app.state(), text(&browser).as_str()), ("editing", ""));
-    browser.say(Event::Clicked("edit-place".to_owned(), "block".to_owned()));
+    browser.say(clicked("edit-place", "block"));
     browser.say(PULSE);
     let kept = text(&browser);
     assert_eq!(browser.stored("jostle.draft").as_ref(), Some(&kept));
@@ -57,11 +57,11 @@ fn what_is_edited_is_kept_and_comes_back() {
     let mut pile =
         browser_at("#edit=pile", &[("jostle.draft", &kept), ("jostle.draft.pile", "size = 3")]);
     assert_eq!(text(&pile), "size = 3");
-    pile.say(Event::Clicked("edit-place".to_owned(), "block".to_owned()));
+    pile.say(clicked("edit-place", "block"));
     pile.say(PULSE);
     assert_eq!(pile.stored("jostle.draft.pile"), Some(text(&pile)));
     // Without a text there is none: the shipped scene is edited again.
-    pile.say(Event::Clicked("edit-new".to_owned(), String::new()));
+    pile.say(clicked("edit-new", ""));
     pile.say(PULSE);
     assert_eq!(pile.stored("jostle.draft.pile"), None);
 }
@@ -353,7 +353,7 @@ fn two_fingers_zoom_and_one_on_a_piece_drags_it() {
     let whole = world_at(&mut browser, [401.0, 300.0]) - world_at(&mut browser, [400.0, 300.0]);
     assert!((whole.x / unit - 2.0).abs() < 0.01, "twice as large");
     // A finger that holds a piece keeps it, whatever a second one does.
-    browser.say(Event::Clicked("edit-place".to_owned(), "block".to_owned()));
+    browser.say(clicked("edit-place", "block"));
     let place = world_at(&mut browser, [400.0, 300.0]);
     for (change, id, at) in [
         (PointerChange::Down, 1, [400.0, 300.0]),

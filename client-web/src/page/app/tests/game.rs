@@ -78,7 +78,7 @@ fn a_seat_of_a_closed_tab_is_taken_by_the_next_one_and_by_no_third() {
     let local = LiteMap::from_iter([(key.clone(), token.clone())]);
     let mut open = Browser::open_with("/", "", Storage { local, ..Default::default() });
     open.say(Event::StoredElsewhere(key, None));
-    open.say(Event::Clicked("go".into(), "arena".into()));
+    open.say(clicked("go", "arena"));
     open.accept("arena");
     assert!(!claims(&open.sent[0]), "{:?}", open.sent[0]);
 }
@@ -360,14 +360,14 @@ fn the_help_opens_over_the_game_and_takes_its_keys() {
 fn a_host_confirms_before_a_player_is_removed() {
     let mut browser = Browser::playing();
     let seat = browser.app.replica().expect("a room").seat;
-    browser.say(Event::Clicked("kick".into(), seat.0.to_string()));
+    browser.say(clicked("kick", &seat.0.to_string()));
     assert_eq!(browser.app.top(), Layer::Ask);
     browser.click("cancel");
     assert!(browser.app.top() == Layer::Page && !kicked(&browser));
-    browser.say(Event::Clicked("kick".into(), seat.0.to_string()));
+    browser.say(clicked("kick", &seat.0.to_string()));
     browser.click("confirm");
     assert!(browser.app.top() == Layer::Page && kicked(&browser));
-    browser.say(Event::Clicked("kick".into(), "99".into()));
+    browser.say(clicked("kick", "99"));
     assert_eq!(browser.app.top(), Layer::Page, "no such player");
 }
 

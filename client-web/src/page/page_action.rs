@@ -1,0 +1,106 @@
+//! What the buttons and links of the page do, by the names that their elements have.
+
+macro_rules! page_actions {
+    ($($name:literal $action:ident)*) => {
+        /// What a click on an element with `data-action` does. Some have a value, `data-value`.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum PageAction {
+            $($action),*
+        }
+
+        impl PageAction {
+            /// All of them.
+            #[cfg(test)]
+            pub const ALL: &[PageAction] = &[$(PageAction::$action),*];
+
+            /// The action that an element names.
+            pub fn named(name: &str) -> Option<PageAction> {
+                Some(match name {
+                    $($name => PageAction::$action,)*
+                    _ => return None,
+                })
+            }
+
+            /// Its name in `data-action`.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(PageAction::$action => $name),*
+                }
+            }
+        }
+    };
+}
+
+page_actions! {
+    "again" Again
+    "cancel" Cancel
+    "choose-button" ChooseButton
+    "choose-key" ChooseKey
+    "clip" Clip
+    "close-room" CloseRoom
+    "confirm" Confirm
+    "copy" Copy
+    "edit-copy" EditCopy
+    "edit-delete" EditDelete
+    "edit-duplicate" EditDuplicate
+    "edit-error" EditError
+    "edit-new" EditNew
+    "edit-new-scene" EditNewScene
+    "edit-path" EditPath
+    "edit-place" EditPlace
+    "edit-redo" EditRedo
+    "edit-room" EditRoom
+    "edit-save" EditSave
+    "edit-scene" EditScene
+    "edit-toggle" EditToggle
+    "edit-undo" EditUndo
+    "emote" Emote
+    "follow" Follow
+    "full-screen" FullScreen
+    "go" Go
+    "help" Help
+    "highlights" Highlights
+    "kick" Kick
+    "leave" Leave
+    "network" Network
+    "notice" Notice
+    "notice-other" NoticeOther
+    "open-file" OpenFile
+    "open-scene" OpenScene
+    "play-alone" PlayAlone
+    "play-pause" PlayPause
+    "qr-code" QrCode
+    "reset-hands" ResetHands
+    "settings" Settings
+    "sound" Sound
+    "step" Step
+    "switch-team" SwitchTeam
+    "watch" Watch
+    "wheel" Wheel
+}
+
+#[cfg(test)]
+mod tests {
+    use super::PageAction;
+
+    const PAGE: &str = include_str!("../../web/index.html");
+
+    #[test]
+    fn every_action_of_the_page_is_known() {
+        let named = PAGE.split("data-action=\"").skip(1);
+        for name in named.filter_map(|rest| rest.split_once('"')).map(|(name, _)| name) {
+            assert!(PageAction::named(name).is_some(), "{name}");
+        }
+    }
+
+    /// Those that the page does not name are made by code: of lists and of switches.
+    #[test]
+    fn the_page_names_every_action() {
+        use PageAction::{ChooseButton, ChooseKey, EditPlace, FullScreen};
+        let made = [ChooseButton, ChooseKey, EditPlace, FullScreen];
+        for action in PageAction::ALL {
+            let name = format!("data-action=\"{}\"", action.name());
+            assert_eq!(PAGE.contains(&name), !made.contains(action), "{action:?}");
+        }
+    }
+}
