@@ -59,7 +59,8 @@ impl Doctor {
 
     fn look(&self) -> Result<Vec<Finding>, Failure> {
         let config = self.serve.config()?;
-        let mut findings = vec![descriptors::look(), ports::look("--listen", self.serve.listen)];
+        let mut findings =
+            vec![descriptors::look(config.rooms_max), ports::look("--listen", self.serve.listen)];
         findings.extend(self.serve.ops.map(|address| ports::look("--ops", address)));
         let state = config.state.as_ref();
         findings

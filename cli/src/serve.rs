@@ -90,6 +90,10 @@ pub struct Serve {
     /// more than once
     #[arg(long, value_name = "ADDRESS[/BITS]", value_parser = proxies)]
     trusted_proxy: Vec<IpNet>,
+    /// Rooms that people may open at a time, besides the standing room of each scene; 32 for each processor unless this says
+    /// otherwise. One address may open an eighth of them, and at least 8
+    #[arg(long, value_name = "N", value_parser = whole(1, limits::ROOMS_BOUND as u32))]
+    rooms_max: Option<u32>,
     /// Game sockets that one address may hold at a time (IPv6: one /64); more for a party or a class
     /// behind one address, or for a load test
     #[arg(long, value_name = "N", default_value_t = limits::ADDRESS_SESSIONS_MAX as u32,
@@ -153,7 +157,7 @@ impl Serve {
             let file = self.config.as_deref().map_or("settings".into(), Path::to_string_lossy);
             return say(format_args!("{file}: ok"));
         }
-        let connections_max = descriptors::connections_max();
+        let connections_max = descriptors::connections_max(config.rooms_max);
         let config = Config { log_drops: Some(log_drops), connections_max, ..config };
         let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build();
         let runtime = runtime.or_check("runtime")?;
@@ -182,6 +186,7 @@ impl Serve {
         config.origins = self.allow_origin.clone();
         config.hosts = hosts(self.host.clone(), self.listen, !self.trusted_proxy.is_empty());
         config.trusted_proxies = self.trusted_proxy.clone();
+        config.rooms_max = self.rooms_max.map_or(config.rooms_max, |rooms| rooms as usize);
         config.address_sessions_max = self.address_sockets as usize;
         config.uplink_megabits = self.uplink;
         config.supervisor = systemd::supervisor();
@@ -197,7 +202,7 @@ impl Serve {
             StateSync::System => Sync::System,
         };
         config.state = self.state.clone().map(|dir| StateSettings { dir, sync });
-        config.agones = self.agones.then(agones).transpose()?;
+        config.agones = self.agones.then(|| agones(config.rooms_max)).transpose()?;
         #[cfg(feature = "nats")]
         {
             config.fleet = self.fleet.settings(self.state.is_some())?;
@@ -252,7 +257,7 @@ fn ops_token(file: Option<&Path>) -> Result<Option<String>, Failure> {
 }
 
 /// The sidecar of Agones, at the port that Agones gives every process of a game server.
-fn agones() -> Result<agones::Settings, Failure> {
+fn agones(rooms_max: usize) -> Result<agones::Settings, Failure> {
     let port = match std::env::var(AGONES_PORT_VARIABLE) {
         Err(std::env::VarError::NotPresent) => AGONES_PORT,
         found => {
@@ -263,7 +268,7 @@ fn agones() -> Result<agones::Settings, Failure> {
             port.ok_or(Failure::Usage(text))?
         }
     };
-    Ok(agones::Settings::new((Ipv4Addr::LOCALHOST, port).into()))
+    Ok(agones::Settings::new((Ipv4Addr::LOCALHOST, port).into(), rooms_max))
 }
 
 async fn bind(option: &str, address: SocketAddr) -> Result<(TcpListener, SocketAddr), Failure> {

@@ -31,6 +31,8 @@ pub struct Config {
     pub hosts: Hosts,
     /// Networks of proxies whose `X-Forwarded-For` header is trusted.
     pub trusted_proxies: Vec<IpNet>,
+    /// Rooms that people create, at a time, at most [`limits::ROOMS_BOUND`]; the scenes' standing rooms do not count.
+    pub rooms_max: usize,
     /// Connections at a time, at most [`limits::CONNECTIONS_MAX`].
     pub connections_max: usize,
     /// Game sockets of one address, at most [`limits::CONNECTIONS_MAX`].
@@ -78,6 +80,7 @@ impl Default for Config {
             origins: Vec::new(),
             hosts: Hosts::Any,
             trusted_proxies: Vec::new(),
+            rooms_max: limits::rooms_max(),
             connections_max: limits::CONNECTIONS_MAX,
             address_sessions_max: limits::ADDRESS_SESSIONS_MAX,
             uplink_megabits: limits::UPLINK_MEGABITS,

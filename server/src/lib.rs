@@ -71,8 +71,11 @@ pub async fn run_with_ops(
         let every = config.waits.certificate_look;
         tokio::spawn(async move { tls.keep_current(every).await })
     });
-    let recording = config.replays.clone().map(Recording::start).transpose()?;
-    let files = config.state.as_ref().map(StateWriter::start).transpose()?;
+    let rooms = config.rooms_max + limits::SCENES_MAX;
+    let replays = config.replays.clone();
+    let recording = replays.map(|settings| Recording::start(settings, rooms)).transpose()?;
+    let state = config.state.as_ref();
+    let files = state.map(|settings| StateWriter::start(settings, rooms)).transpose()?;
     let saved = files.as_ref().map(|files| files.saved_rooms()).transpose()?;
     let records = open_records(&config)?;
     let joining = match config.fleet.clone() {

@@ -15,6 +15,8 @@ use jostle_protocol::limits::{
     CLIENT_MESSAGE_BYTES_MAX, REPLAY_BYTES_MAX, REPLAY_RECORD_BYTES_MAX, SERVER_MESSAGE_BYTES_MAX,
 };
 use jostle_sim::{StepBudget, TICKS_PER_SECOND};
+use std::num::NonZero;
+use std::thread::available_parallelism;
 use std::time::Duration;
 
 // Sockets.
@@ -23,11 +25,10 @@ use std::time::Duration;
 pub const CONNECTIONS_MAX: usize = 4096;
 /// Descriptors beside those of connections: two files for each room, replays that are being read, the operators'
 /// port, the log, what the runtime has, and each thread of sockets.
-pub const DESCRIPTORS_SPARE: usize = 2 * (ROOMS_MAX + SCENES_MAX)
-    + REPLAY_READERS_MAX
-    + OPS_CONNECTIONS_MAX
-    + 48
-    + 3 * SOCKET_THREADS_MAX;
+pub const fn descriptors_spare(rooms_max: usize) -> usize {
+    let files = 2 * (rooms_max + SCENES_MAX) + REPLAY_READERS_MAX;
+    files + OPS_CONNECTIONS_MAX + 48 + 3 * SOCKET_THREADS_MAX
+}
 /// Threads that serve sockets. Each can carry some 800 players.
 pub const SOCKET_THREADS_MAX: usize = 16;
 /// Connections that one thread serves before another one is used: two that wake for half as much each cost more
@@ -185,10 +186,14 @@ pub const LOG_LINES_WAITING_MAX: usize = 4096;
 
 /// Scenes that a server offers.
 pub const SCENES_MAX: usize = 64;
-/// Rooms that people created, at a time; the scenes' standing rooms do not count.
-pub const ROOMS_MAX: usize = 64;
-/// Rooms created from one address, at a time.
-pub const ADDRESS_ROOMS_MAX: usize = 8;
+/// Rooms that a processor is taken to play: most take less than 3 % of one.
+pub const ROOMS_PER_PROCESSOR: usize = 32;
+/// The most that `--rooms-max` may say: each room has a thread, which wakes sixty times a second.
+pub const ROOMS_BOUND: usize = 4096;
+/// Rooms created from one address, at a time, as a fraction of all of them.
+pub const ADDRESS_ROOMS_SHARE: usize = 8;
+/// The least of these on a server with few rooms.
+pub const ADDRESS_ROOMS_MIN: usize = 8;
 /// Seats of a room that one network keeps against newcomers of others, as a fraction of all: of one that has more, a seat
 /// goes to a newcomer once the room is full. Four networks can fill a room, and one alone as long as no other wants in.
 pub const SEATS_SHARE: usize = 4;
@@ -302,10 +307,19 @@ pub const TRIALS_OVERDUE_MAX: usize = 1;
 /// Time for which it counts that a network had a turn: longer than a full queue takes.
 pub const TRIAL_TURNS_REMEMBERED: Duration = Duration::from_secs(60);
 
+/// Processors that this process may use.
+pub fn processors() -> usize {
+    available_parallelism().map_or(1, NonZero::get)
+}
+
+/// Rooms that people create, at a time, unless `--rooms-max` says otherwise; the scenes' standing rooms do not count.
+pub fn rooms_max() -> usize {
+    (processors() * ROOMS_PER_PROCESSOR).min(ROOMS_BOUND)
+}
+
 /// Rooms with scenes of guests that may be open at a time on a machine with this many processors.
 pub const fn guest_rooms_max(processors: usize) -> usize {
-    let rooms = processors * GUEST_SHARE as usize / GUESTS_SHARE;
-    if rooms < ROOMS_MAX { rooms } else { ROOMS_MAX }
+    processors * GUEST_SHARE as usize / GUESTS_SHARE
 }
 
 // Replays.
@@ -335,9 +349,9 @@ pub const CLIPS_WAITING_MAX: usize = 4;
 pub const REPLAY_UNDELETABLE_MAX: usize = 16;
 /// Days for which a file is kept, unless `--replays-days` says otherwise.
 pub const REPLAYS_DAYS: u32 = 30;
-/// Batches of records that wait for the writer. Each room hands over one in five seconds, so that
-/// [`ROOMS_MAX`] of them can wait out a disk that stands still for twenty.
-pub const REPLAY_QUEUE_MAX: usize = 256;
+/// Batches of records that wait for the writer, for each room that may be open. Each hands over one in five seconds, so that
+/// all of them can wait out a disk that stands still for twenty.
+pub const REPLAY_BATCHES_PER_ROOM: usize = 4;
 /// Bytes of records that wait for the writer, in memory.
 pub const REPLAY_QUEUE_BYTES_MAX: usize = 64 << 20;
 /// Time after which a room whose recording failed begins a fresh file.
@@ -383,9 +397,9 @@ pub const STATE_FILE_TICKS: u32 = 20 * TICKS_PER_SECOND;
 pub const STATE_NOTES_EVERY_TICKS: u32 = 6;
 /// Time between two syncs of the files with the disk.
 pub const STATE_SYNC_EVERY: Duration = Duration::from_millis(400);
-/// Jobs that wait for the writer of the files. Each room has some two a second, so that [`ROOMS_MAX`] of them can
-/// wait out a disk that stands still for eight seconds.
-pub const STATE_QUEUE_MAX: usize = 1024;
+/// Jobs that wait for the writer of the files, for each room that may be open. Each has some two a second, so that all of
+/// them can wait out a disk that stands still for eight seconds.
+pub const STATE_JOBS_PER_ROOM: usize = 16;
 /// Time after which a room whose file was given up begins a new one.
 pub const STATE_RETRY: Duration = Duration::from_secs(5);
 
@@ -435,8 +449,6 @@ pub const AGONES_RETRY: Duration = Duration::from_secs(1);
 pub const AGONES_SHUTDOWN_TRIES: u32 = 3;
 /// Bytes of an answer: those of a game server hold its labels and annotations, which Kubernetes bounds at 256 KiB.
 pub const AGONES_ANSWER_BYTES_MAX: usize = 1 << 20;
-/// Rooms that a processor is taken to play: most take less than 3 % of one.
-pub const AGONES_ROOMS_PER_PROCESSOR: usize = 32;
 
 // The end.
 

@@ -21,9 +21,7 @@ use crate::records::Records;
 use crate::replays::{Recording, ReplayStore};
 use std::fmt::Display;
 use std::net::IpAddr;
-use std::num::NonZero;
 use std::sync::{Arc, Mutex, PoisonError};
-use std::thread::available_parallelism;
 use std::time::Instant;
 use tokio::sync::{Notify, watch};
 
@@ -94,8 +92,7 @@ impl ServerState {
         let Parts { phase, recording, records, state_writer, fleet, key, bans } = parts;
         // With the key of the process before, or of the fleet, its tokens go on giving seats back.
         let signer = key.map_or_else(TokenSigner::with_random_key, |key| TokenSigner::new(&key));
-        let threads = available_parallelism().map_or(1, NonZero::get);
-        let threads = threads.min(limits::SOCKET_THREADS_MAX);
+        let threads = limits::processors().min(limits::SOCKET_THREADS_MAX);
         let host = Arc::new(Host {
             waits: config.waits,
             phase,
@@ -111,7 +108,12 @@ impl ServerState {
             open: Mutex::default(),
         });
         ServerState {
-            rooms: Arc::new(Rooms::new(&config.scenes, Arc::clone(&host), fleet.is_some())),
+            rooms: Arc::new(Rooms::new(
+                &config.scenes,
+                Arc::clone(&host),
+                fleet.is_some(),
+                config.rooms_max,
+            )),
             fleet,
             config,
             host,

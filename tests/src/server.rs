@@ -45,7 +45,7 @@ pub const SOON: Duration = Duration::from_millis(500);
 
 /// The server as shipped, but patient.
 pub fn patient() -> Config {
-    Config { waits: PATIENT, ..Config::default() }
+    Config { waits: PATIENT, rooms_max: 64, ..Config::default() }
 }
 
 /// Serves until it is stopped or dropped.

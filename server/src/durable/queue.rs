@@ -22,10 +22,10 @@ pub struct StateWriter {
 }
 
 impl StateWriter {
-    /// Opens the directory and starts the writer. See [`StateDir::open`] for the errors.
-    pub fn start(settings: &StateSettings) -> io::Result<Arc<StateWriter>> {
+    /// Opens the directory and starts the writer for at most `rooms`. See [`StateDir::open`] for the errors.
+    pub fn start(settings: &StateSettings, rooms: usize) -> io::Result<Arc<StateWriter>> {
         let dir = Arc::new(StateDir::open(&settings.dir)?);
-        let (queue, jobs) = sync_channel(limits::STATE_QUEUE_MAX);
+        let (queue, jobs) = sync_channel(rooms * limits::STATE_JOBS_PER_ROOM);
         let errors = Arc::new(AtomicU64::new(0));
         let writer = Writer::new(Arc::clone(&dir), settings.sync, Arc::clone(&errors));
         let thread = std::thread::Builder::new().name("state".to_owned());

@@ -18,16 +18,16 @@ pub struct RoomShares {
 /// Why a network gets no more rooms.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoRoomLeft {
-    /// It has its share.
-    OfNetwork,
-    /// All are taken, but perhaps for those that are kept for others.
-    OfAll,
+    /// It has its share; that of one address is this many.
+    OfNetwork(usize),
+    /// All of this number are taken, but perhaps for those that are kept for others.
+    OfAll(usize),
 }
 
 impl RoomShares {
     /// Shares of this many rooms that people create.
     pub fn of_rooms(max: usize) -> RoomShares {
-        let address_max = limits::ADDRESS_ROOMS_MAX;
+        let address_max = (max / limits::ADDRESS_ROOMS_SHARE).max(limits::ADDRESS_ROOMS_MIN);
         RoomShares { max, address_max, reserve: max / limits::RESERVE_SHARE }
     }
 
@@ -48,12 +48,12 @@ impl RoomShares {
             created.clone().filter(|&other| networks(other)[level] == of[level]).count()
         });
         if held.iter().zip(shares(self.address_max)).any(|(&held, share)| held >= share) {
-            return Err(NoRoomLeft::OfNetwork);
+            return Err(NoRoomLeft::OfNetwork(self.address_max));
         }
         let reserve = if held[LEVELS - 1] == 0 { 0 } else { self.reserve };
         match created.count() + reserve < self.max {
             true => Ok(()),
-            false => Err(NoRoomLeft::OfAll),
+            false => Err(NoRoomLeft::OfAll(self.max)),
         }
     }
 }
@@ -85,7 +85,7 @@ mod tests {
 
     #[test]
     fn networks_have_shares_of_the_rooms_and_the_last_are_for_those_that_have_none() {
-        let (shares, mut created) = (RoomShares::of_rooms(limits::ROOMS_MAX), Vec::new());
+        let (shares, mut created) = (RoomShares::of_rooms(64), Vec::new());
         let mut opened = |line, households| opened(shares, &mut created, line, households);
         assert_eq!(opened(1, 0..1), 8, "of a household");
         assert_eq!(opened(1, 1..256), 8, "of a line with 256 networks, another eight");
@@ -94,7 +94,19 @@ mod tests {
         assert_eq!(opened(5, 0..1), 1, "of the reserve");
         assert_eq!(opened(6, 0..1), 1);
         let more = shares.check(created.iter().copied(), ip(5, 0));
-        assert_eq!(more, Err(NoRoomLeft::OfAll));
+        assert_eq!(more, Err(NoRoomLeft::OfAll(64)));
+    }
+
+    #[test]
+    fn an_address_has_an_eighth_of_many_rooms() {
+        let (shares, mut created) = (RoomShares::of_rooms(1000), Vec::new());
+        let eighth = (0..125).all(|_| {
+            created.push(network(ip(1, 0)));
+            created.len() == 125 || shares.check(created.iter().copied(), ip(1, 0)).is_ok()
+        });
+        assert!(eighth);
+        let more = shares.check(created.iter().copied(), ip(1, 0));
+        assert_eq!(more, Err(NoRoomLeft::OfNetwork(125)));
     }
 
     #[test]

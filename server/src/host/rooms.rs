@@ -20,10 +20,8 @@ use jostle_protocol::limits::ROOM_CODE_BYTES_MAX;
 use jostle_protocol::{Refusal, Token};
 use std::collections::BTreeMap;
 use std::net::IpAddr;
-use std::num::NonZero;
 use std::sync::mpsc::{TrySendError, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::thread::available_parallelism;
 use std::time::{Duration, Instant};
 use tokio::time::sleep;
 use tracing::error;
@@ -43,6 +41,8 @@ pub struct Rooms {
     /// Whether a directory decides which rooms are open here.
     in_fleet: bool,
     /// Rooms with scenes of guests that may be open.
+    /// Rooms that people create, at a time.
+    max: usize,
     guests: RoomShares,
     /// Scenes of guests whose rooms the fleet's directory is about to give to this node, by their codes.
     expected: Mutex<BTreeMap<String, Expected>>,
@@ -80,12 +80,14 @@ pub enum CreateError {
     /// There is no such scene.
     #[error("That scene doesn't exist.")]
     NoSuchScene(String),
-    /// The address has [`limits::ADDRESS_ROOMS_MAX`] rooms open.
-    #[error("Your network already has {max} rooms open, the maximum. Close one or try again in two minutes.", max = limits::ADDRESS_ROOMS_MAX)]
-    TooManyOfAddress,
-    /// [`limits::ROOMS_MAX`] rooms are open.
-    #[error("This server already has its maximum of {max} rooms open. Try again later.", max = limits::ROOMS_MAX)]
-    TooMany,
+    /// The address has its share of rooms open, this many.
+    #[error(
+        "Your network already has {0} rooms open, the maximum. Close one or try again in two minutes."
+    )]
+    TooManyOfAddress(usize),
+    /// As many rooms as there may be are open.
+    #[error("This server already has its maximum of {0} rooms open. Try again later.")]
+    TooMany(usize),
     /// The server is closing, or a thread could not be started.
     #[error("The server isn't opening new rooms right now. Try again later.")]
     NotNow,
@@ -105,23 +107,30 @@ pub enum CreateError {
 impl From<NoRoomLeft> for CreateError {
     fn from(reason: NoRoomLeft) -> CreateError {
         match reason {
-            NoRoomLeft::OfNetwork => CreateError::TooManyOfAddress,
-            NoRoomLeft::OfAll => CreateError::TooMany,
+            NoRoomLeft::OfNetwork(max) => CreateError::TooManyOfAddress(max),
+            NoRoomLeft::OfAll(max) => CreateError::TooMany(max),
         }
     }
 }
 
 impl Rooms {
-    /// Creates a list of rooms on which none is open. In a fleet only [`Rooms::adopt`] opens one.
-    pub fn new(scenes: &[Scene], host: Arc<Host>, in_fleet: bool) -> Rooms {
-        let processors = available_parallelism().map_or(1, NonZero::get);
+    /// Creates a list of rooms on which none is open, and on which people can create `max`. In a fleet only [`Rooms::adopt`]
+    /// opens one.
+    pub fn new(scenes: &[Scene], host: Arc<Host>, in_fleet: bool, max: usize) -> Rooms {
+        let guests_max = limits::guest_rooms_max(limits::processors()).min(max);
         Rooms {
             scenes: scenes.iter().cloned().map(Arc::new).collect(),
             host,
             in_fleet,
-            guests: RoomShares::of_guests(limits::guest_rooms_max(processors)),
+            max,
+            guests: RoomShares::of_guests(guests_max),
             expected: Mutex::default(),
         }
+    }
+
+    /// Rooms that people create, at a time; the scenes' standing rooms do not count.
+    pub fn max(&self) -> usize {
+        self.max
     }
 
     /// The scenes, in the order in which they are offered.
@@ -155,7 +164,7 @@ impl Rooms {
             return Err(CreateError::NoSuchScene(scene.to_owned()));
         };
         let mut rooms = self.host.lock();
-        check_created(&rooms, creator)?;
+        self.check_created(&rooms, creator)?;
         self.create_in(&mut rooms, scene, private, false, creator)
     }
 
@@ -167,7 +176,7 @@ impl Rooms {
         creator: IpAddr,
     ) -> Result<Created, CreateError> {
         let mut rooms = self.host.lock();
-        check_created(&rooms, creator)?;
+        self.check_created(&rooms, creator)?;
         self.check_guests(&rooms, creator)?;
         self.create_in(&mut rooms, scene, private, true, creator)
     }
@@ -180,9 +189,19 @@ impl Rooms {
         let rooms = self.host.lock();
         // In a fleet the directory counts the rooms of all nodes.
         if !self.in_fleet {
-            check_created(&rooms, creator)?;
+            self.check_created(&rooms, creator)?;
         }
         self.check_guests(&rooms, creator)
+    }
+
+    /// Checks that the networks of a creator may have one more room on this server.
+    fn check_created(
+        &self,
+        rooms: &BTreeMap<String, RoomHandle>,
+        creator: IpAddr,
+    ) -> Result<(), CreateError> {
+        let creators = rooms.values().filter_map(|room| room.info.creator);
+        Ok(RoomShares::of_rooms(self.max).check(creators, creator)?)
     }
 
     fn check_guests(
@@ -195,8 +214,8 @@ impl Rooms {
         let creators = open.filter_map(|room| room.info.creator);
         let creators = creators.chain(expected.values().map(|expected| expected.creator));
         self.guests.check(creators, creator).map_err(|reason| match reason {
-            NoRoomLeft::OfNetwork => CreateError::TooManyGuestsOfAddress,
-            NoRoomLeft::OfAll => CreateError::TooManyGuests,
+            NoRoomLeft::OfNetwork(_) => CreateError::TooManyGuestsOfAddress,
+            NoRoomLeft::OfAll(_) => CreateError::TooManyGuests,
         })
     }
 
@@ -341,7 +360,7 @@ impl Rooms {
         records: Arc<dyn RecordSink>,
     ) -> Adopted {
         let mut rooms = self.host.lock();
-        if rooms.contains_key(code) || rooms.len() >= limits::ROOMS_MAX + limits::SCENES_MAX {
+        if rooms.contains_key(code) || rooms.len() >= self.max + limits::SCENES_MAX {
             return Adopted::NotHere;
         }
         let new = || match facts.guest {
@@ -422,12 +441,6 @@ impl Rooms {
         let thread = spawned.ok()?;
         Some(RoomHandle { info, joins: sender, commands, lease, records, thread })
     }
-}
-
-/// Checks that the networks of a creator may have one more room on this server.
-fn check_created(rooms: &BTreeMap<String, RoomHandle>, creator: IpAddr) -> Result<(), CreateError> {
-    let creators = rooms.values().filter_map(|room| room.info.creator);
-    Ok(RoomShares::of_rooms(limits::ROOMS_MAX).check(creators, creator)?)
 }
 
 /// Returns whether a path segment has the form of a room's code.

@@ -12,9 +12,7 @@ use crate::ops::supervisor::Pulse;
 use sidecar::{CallError, Sidecar};
 use std::collections::BTreeSet;
 use std::net::SocketAddr;
-use std::num::NonZero;
 use std::sync::Arc;
-use std::thread::available_parallelism;
 use std::time::Duration;
 use tokio::select;
 use tokio::time::{MissedTickBehavior, interval, sleep};
@@ -39,12 +37,11 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Usual times, and as many rooms as the processors can play.
-    pub fn new(sidecar: SocketAddr) -> Settings {
-        let processors = available_parallelism().map_or(1, NonZero::get);
+    /// Usual times, and this many rooms.
+    pub fn new(sidecar: SocketAddr, rooms_max: usize) -> Settings {
         Settings {
             sidecar,
-            rooms_max: limits::ROOMS_MAX.min(processors * limits::AGONES_ROOMS_PER_PROCESSOR),
+            rooms_max,
             health_every: limits::AGONES_HEALTH_EVERY,
             look_every: limits::AGONES_LOOK_EVERY,
             answer: limits::AGONES_ANSWER,

@@ -38,9 +38,10 @@ pub(super) fn clip_rates() -> AddressRateLimiter {
 }
 
 impl Recording {
-    pub fn start(settings: Settings) -> io::Result<Arc<Recording>> {
+    /// Starts the writer of the recordings of at most `rooms`.
+    pub fn start(settings: Settings, rooms: usize) -> io::Result<Arc<Recording>> {
         let store = Arc::new(ReplayStore::new(settings));
-        let (queue, jobs) = sync_channel(limits::REPLAY_QUEUE_MAX);
+        let (queue, jobs) = sync_channel(rooms * limits::REPLAY_BATCHES_PER_ROOM);
         let waiting_bytes = Arc::new(AtomicUsize::new(0));
         let writer = Writer::new(Arc::clone(&store), jobs, Arc::clone(&waiting_bytes));
         let thread = std::thread::Builder::new().name("replays".to_owned());

@@ -80,7 +80,7 @@ struct Stage {
 
 impl Stage {
     fn new(settings: Settings) -> Stage {
-        Stage::over(Recording::start(settings).expect("a thread"))
+        Stage::over(Recording::start(settings, 64).expect("a thread"))
     }
 
     fn over(recording: Arc<Recording>) -> Stage {
@@ -191,7 +191,7 @@ fn an_empty_room_is_not_recorded() {
     let listed = facts(&recording);
     assert_eq!(listed, [(Some(2), 1), (Some(7), 1)]);
     // A server that starts over these files finds the same.
-    let later = Recording::start(dir.settings()).expect("a thread");
+    let later = Recording::start(dir.settings(), 64).expect("a thread");
     later.close();
     assert_eq!(facts(&later), listed);
 }

@@ -31,7 +31,7 @@ fn settings(sidecar: SocketAddr) -> Settings {
         look_every: often,
         retry: often,
         answer: LONG,
-        ..Settings::new(sidecar)
+        ..Settings::new(sidecar, 64)
     }
 }
 

@@ -11,7 +11,7 @@ use jostle_server::Config;
 use jostle_server::durable::{StateSettings, Sync};
 use jostle_server::guests::GuestScenes;
 use jostle_server::limits::{
-    ADDRESS_ROOMS_MAX, GUEST_BUDGET, GUEST_SCENE_BYTES_MAX, GUESTS_UPLINK_SHARE,
+    ADDRESS_ROOMS_MIN, GUEST_BUDGET, GUEST_SCENE_BYTES_MAX, GUESTS_UPLINK_SHARE,
     PRIVATE_CODE_CHARS, UPLINK_BURST_SECONDS, Waits, guest_rooms_max,
 };
 use jostle_tests::guest_scenes::{DEAR, random_scene};
@@ -208,7 +208,7 @@ async fn a_room_that_takes_more_than_its_share_is_closed_and_others_go_on() {
 async fn an_address_has_a_quarter_of_these_rooms_and_leaves_the_others_to_the_rest() {
     let server = behind_a_proxy(hospitable(GuestScenes::Private)).await;
     let processors = std::thread::available_parallelism().map_or(1, Into::into);
-    let share = (guest_rooms_max(processors) / 4).min(ADDRESS_ROOMS_MAX);
+    let share = (guest_rooms_max(processors) / 4).min(ADDRESS_ROOMS_MIN);
     let ask = async |client: &str| {
         let request = passed_on("POST", ROUTE, client, &scene("", ""));
         raw(server.address, &request).await.status

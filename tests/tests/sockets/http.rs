@@ -340,7 +340,7 @@ async fn bad_requests_are_answered_with_a_sentence() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn one_address_cannot_take_all_rooms() {
     let server = Server::start().await;
-    for _ in 0..limits::ADDRESS_ROOMS_MAX {
+    for _ in 0..limits::ADDRESS_ROOMS_MIN {
         assert_eq!(post(server.address, "/api/rooms", "{\"scene\":\"bounds\"}").await.status, 201);
     }
     let answer = post(server.address, "/api/rooms", "{\"scene\":\"bounds\"}").await;
@@ -348,6 +348,18 @@ async fn one_address_cannot_take_all_rooms() {
     assert!(answer.json()["error"].as_str().is_some_and(|error| error.contains("maximum")));
     // Standing rooms are still open to everyone.
     Client::join(server.address, "bounds", "Ann").await.keeps_playing().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn as_many_rooms_open_as_the_host_allows() {
+    let server = Server::start_with(Config { rooms_max: 2, ..patient() }).await;
+    for _ in 0..2 {
+        assert_eq!(post(server.address, "/api/rooms", "{\"scene\":\"bounds\"}").await.status, 201);
+    }
+    let answer = post(server.address, "/api/rooms", "{\"scene\":\"bounds\"}").await;
+    assert_eq!(answer.status, 503);
+    let error = &answer.json()["error"];
+    assert!(error.as_str().is_some_and(|error| error.contains("maximum of 2 rooms")), "{error}");
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

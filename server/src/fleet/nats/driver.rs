@@ -108,7 +108,7 @@ impl Driver {
 
     fn measured(&self, used: f64) {
         let open = self.rooms.list();
-        let rooms_left = limits::ROOMS_MAX.saturating_sub(open.len());
+        let rooms_left = self.rooms.max().saturating_sub(open.len());
         let public = open.iter().filter(|info| !info.private);
         let counts = public.map(|info| RoomCounts {
             code: info.code.clone(),

@@ -49,7 +49,7 @@ impl Written {
     }
 
     fn of(dir: &TestDir, info: Arc<RoomInfo>, mut room: Room, admission: Admission) -> Written {
-        let writer = StateWriter::start(&dir.settings()).expect("a directory");
+        let writer = StateWriter::start(&dir.settings(), 64).expect("a directory");
         let now = Instant::now();
         let state = RoomState::begin(Arc::clone(&writer) as _, info, &mut room, &admission, now);
         Written { writer, room, admission, state, now }
@@ -93,7 +93,7 @@ fn until(wanted: &str, test: impl Fn() -> bool) {
 }
 
 fn saved(dir: &TestDir) -> SavedRoom {
-    let writer = StateWriter::start(&dir.settings()).expect("the directory is free again");
+    let writer = StateWriter::start(&dir.settings(), 64).expect("the directory is free again");
     let mut rooms = writer.saved_rooms().expect("a directory");
     writer.close();
     assert_eq!(rooms.len(), 1);

@@ -52,7 +52,7 @@ fn room(code: &str, empty_grace: Duration) -> (Ticker, Outside) {
             open: Mutex::default(),
         })
     };
-    let rooms = Rooms::new(&Scene::built_in(), host(), false);
+    let rooms = Rooms::new(&Scene::built_in(), host(), false, 64);
     let (joins, receiver) = sync_channel(4);
     let (_commands, commands) = sync_channel(1);
     let info = RoomInfo::new(code, 1, false, None, &Arc::new(Scene::built_in().swap_remove(0)));
@@ -391,7 +391,7 @@ async fn a_command_that_is_insisted_on_waits_for_a_place_in_the_queue() {
     let handle = RoomHandle { info, joins, commands, lease: None, records: None, thread };
     ticker.host.lock().insert("full".into(), handle);
 
-    let rooms = Rooms::new(&[], Arc::clone(&ticker.host), true);
+    let rooms = Rooms::new(&[], Arc::clone(&ticker.host), true, 64);
     let insists = tokio::spawn(async move {
         rooms.insist("full", AdminCommand::Leave(None)).await;
         rooms.insist("another", AdminCommand::Leave(None)).await;

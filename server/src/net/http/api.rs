@@ -130,7 +130,10 @@ pub fn no_room(error: &CreateError, address: IpAddr, state: &ServerState) -> Ans
 /// Checks that there may be one more room with a scene of a guest from this address.
 pub fn check_guest(creator: IpAddr, state: &ServerState) -> Result<(), CreateError> {
     state.rooms.check_guest(creator)?;
-    state.fleet.as_ref().map_or(Ok(()), |fleet| check_fleet_shares(creator, fleet))
+    state
+        .fleet
+        .as_ref()
+        .map_or(Ok(()), |fleet| check_fleet_shares(state.rooms.max(), creator, fleet))
 }
 
 /// Places a room at this node, as no other has the scene.
@@ -171,7 +174,7 @@ async fn create_in_fleet(
     if state.rooms.scene(&create.scene).is_none() {
         return Err(CreateError::NoSuchScene(create.scene.clone()));
     }
-    check_fleet_shares(creator, fleet)?;
+    check_fleet_shares(state.rooms.max(), creator, fleet)?;
     let code = state.rooms.free_code(create.private, |code| state.knows_room(code));
     let facts = RoomFacts {
         scene: create.scene.clone(),
@@ -184,12 +187,12 @@ async fn create_in_fleet(
     placed_at(fleet.place(&code, facts).await, Created { code, host_key })
 }
 
-/// Checks that the networks of a creator may have one more room in the fleet.
-fn check_fleet_shares(creator: IpAddr, fleet: &Fleet) -> Result<(), CreateError> {
+/// Checks that the networks of a creator may have one more room in the fleet, whose nodes have as many as this one.
+fn check_fleet_shares(rooms_max: usize, creator: IpAddr, fleet: &Fleet) -> Result<(), CreateError> {
     fleet.ask(|directory| {
         let creators: Vec<_> =
             directory.rooms().filter_map(|(_, entry)| entry.room.creator).collect();
-        let shares = RoomShares::of_rooms(limits::ROOMS_MAX * directory.nodes().max(1));
+        let shares = RoomShares::of_rooms(rooms_max * directory.nodes().max(1));
         Ok(shares.check(creators.iter().copied(), creator)?)
     })
 }
@@ -209,10 +212,10 @@ fn placed_at(
 fn refused_status(error: &CreateError) -> StatusCode {
     match error {
         CreateError::NoSuchScene(_) => StatusCode::NOT_FOUND,
-        CreateError::TooManyOfAddress | CreateError::TooManyGuestsOfAddress => {
+        CreateError::TooManyOfAddress(_) | CreateError::TooManyGuestsOfAddress => {
             StatusCode::TOO_MANY_REQUESTS
         }
-        CreateError::TooMany
+        CreateError::TooMany(_)
         | CreateError::TooManyGuests
         | CreateError::NotNow
         | CreateError::FleetFull => StatusCode::SERVICE_UNAVAILABLE,

@@ -6,7 +6,7 @@ use crate::client::{Client, LONG};
 use crate::faults::refusals;
 use crate::http::{Answer, admin_request, exchange, raw_over};
 use jostle_protocol::{PlayerState, Refusal, ServerMessage, Snapshot, VERSION};
-use jostle_server::limits::ADDRESS_ROOMS_MAX;
+use jostle_server::limits::ADDRESS_ROOMS_MIN;
 use jostle_tests::server::PROXY;
 use std::collections::BTreeSet;
 use std::net::{Ipv4Addr, SocketAddr};
@@ -88,7 +88,7 @@ pub async fn many_networks(stage: &Stage) {
             other => panic!("status {other}"),
         }
     }
-    assert_eq!(opened, 2 * ADDRESS_ROOMS_MAX);
+    assert_eq!(opened, 2 * ADDRESS_ROOMS_MIN);
     let answer = ask_through_proxy(stage, "POST", "2001:db8:2::1", arena).await;
     assert_eq!(answer.status, 201);
     let room = answer.json()["code"].as_str().expect("a code").to_owned();
