@@ -18,10 +18,12 @@ use jostle_server::net::http::host::Hosts;
 use jostle_server::net::tls::Tls;
 use jostle_server::ops::agones;
 use jostle_server::ops::panic_log::log_panics;
+use jostle_server::ops::supervisor::Sign;
 use jostle_server::replays::{Settings, days};
 use jostle_server::{Config, limits, run_with_ops};
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use tokio::net::TcpListener;
 use tracing_appender::non_blocking::ErrorCounter;
 use values::{host, origin, proxies, socket_address, whole};
@@ -211,7 +213,11 @@ impl Serve {
     }
 }
 
-async fn serve(listen: SocketAddr, ops: Option<SocketAddr>, config: Config) -> Result<(), Failure> {
+async fn serve(
+    listen: SocketAddr,
+    ops: Option<SocketAddr>,
+    mut config: Config,
+) -> Result<(), Failure> {
     let stop = signals::stop().or_check("signals")?;
     signals::read_again_on_hangup(config.tls.clone()).or_check("signals")?;
     let (listener, bound) = bind("--listen", listen).await?;
@@ -220,11 +226,19 @@ async fn serve(listen: SocketAddr, ops: Option<SocketAddr>, config: Config) -> R
         None => None,
     };
     let scheme = if config.tls.is_some() { "https" } else { "http" };
-    say(format_args!("Jostle is at {}", url(scheme, bound)))?;
+    let mut ready = format!("Jostle is at {}", url(scheme, bound));
     if let Some((_, bound)) = &ops {
-        say(format_args!("Operators are at {}", url("http", *bound)))?;
+        ready += &format!("\nOperators are at {}", url("http", *bound));
     }
     let ops = ops.map(|(listener, _)| listener);
+    let tell = Arc::clone(&config.supervisor.tell);
+    config.supervisor.tell = Arc::new(move |sign| {
+        if sign == Sign::Ready {
+            // Nothing depends on it: who closed the output does not want to know.
+            let _ = say(&ready);
+        }
+        tell(sign);
+    });
     run_with_ops(listener, ops, config, stop)
         .await
         .map_err(|error| Failure::Check(error.to_string()))

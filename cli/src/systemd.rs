@@ -2,13 +2,16 @@
 //! waits for them (`Type=notify`, `WatchdogSec=`).
 
 use jostle_server::ops::supervisor::Supervisor;
+#[cfg(unix)]
+use std::sync::Arc;
 
 /// Passes the server's signs of life on to the service manager, if there is one.
 #[cfg(unix)]
 pub fn supervisor() -> Supervisor {
     // Two may come late or get lost.
     let alive_every = sd_notify::watchdog_enabled().map(|within| within / 3);
-    Supervisor { tell: unix::tell, alive_every: alive_every.filter(|every| !every.is_zero()) }
+    let alive_every = alive_every.filter(|every| !every.is_zero());
+    Supervisor { tell: Arc::new(unix::tell), alive_every }
 }
 
 #[cfg(not(unix))]

@@ -65,7 +65,7 @@ pub async fn run_with_ops(
     shutdown: impl Future<Output = ()>,
 ) -> io::Result<()> {
     check(&config)?;
-    let (supervisor, agones) = (config.supervisor, config.agones);
+    let (supervisor, agones) = (config.supervisor.clone(), config.agones);
     let (phase, followed) = watch::channel(Phase::Running);
     let certificates = config.tls.clone().map(|tls| {
         let every = config.waits.certificate_look;
@@ -102,7 +102,11 @@ pub async fn run_with_ops(
         joining.map(|joining| joining.start(Arc::clone(&state.rooms), Arc::clone(&state.host)));
     let ops = ops.map(|ops| tokio::spawn(ops::port::serve(ops, Arc::clone(&state))));
     let watch = supervisor.alive_every.map(|every| {
-        tokio::spawn(supervisor::watch(supervisor.tell, every, Arc::clone(&state.host)))
+        tokio::spawn(supervisor::watch(
+            Arc::clone(&supervisor.tell),
+            every,
+            Arc::clone(&state.host),
+        ))
     });
     (supervisor.tell)(Sign::Ready);
     // Every connection holds a sender; when the last is dropped, no connection is left.

@@ -63,3 +63,15 @@ fn the_doctor_looks_at_everything() {
     assert!(findings[1]["change"].is_null(), "{report}");
     assert_eq!(std::fs::read_dir(state).expect("a directory").count(), 0, "nothing is left");
 }
+
+#[test]
+fn a_server_that_cannot_serve_does_not_say_where_it_is() {
+    let directory = directory("locked");
+    let lock = std::fs::File::create(directory.join("lock")).expect("a file");
+    lock.lock().expect("no one else holds it");
+    let state = path_text(&directory);
+    let output = jostle(&["serve", "--listen", "127.0.0.1:0", "--state", state]);
+    let said = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).expect("text"));
+    assert_eq!((output.status.code(), said[0].as_str()), (Some(1), ""), "{}", said[1]);
+    assert!(said[1].contains("another server uses this directory"), "{}", said[1]);
+}

@@ -2,6 +2,7 @@
 //! told when the server serves, that it lives, and when it ends. How, is up to the program that embeds the server.
 
 use crate::host::room_handle::Host;
+use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::time::interval;
@@ -17,25 +18,33 @@ pub enum Sign {
     Stopping,
 }
 
+/// Passes a sign of life on, without waiting.
+pub type Tell = Arc<dyn Fn(Sign) + Send + Sync>;
+
 /// How signs of life are passed on.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone)]
 pub struct Supervisor {
-    /// Passes a sign on, without waiting.
-    pub tell: fn(Sign),
+    pub tell: Tell,
     /// Time between two signs that the server lives, more than zero; `None` if none are awaited.
     pub alive_every: Option<Duration>,
+}
+
+impl fmt::Debug for Supervisor {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Supervisor").field("alive_every", &self.alive_every).finish_non_exhaustive()
+    }
 }
 
 impl Default for Supervisor {
     /// Nothing is passed on.
     fn default() -> Supervisor {
-        Supervisor { tell: |_| {}, alive_every: None }
+        Supervisor { tell: Arc::new(|_| {}), alive_every: None }
     }
 }
 
 /// Gives a sign of life in each interval for as long as there is life. That this runs shows that the runtime does, which
 /// sockets depend on; the rest is seen by [`Pulse`].
-pub async fn watch(tell: fn(Sign), every: Duration, host: Arc<Host>) {
+pub async fn watch(tell: Tell, every: Duration, host: Arc<Host>) {
     let (mut looks, mut pulse) = (interval(every), Pulse::default());
     loop {
         looks.tick().await;
