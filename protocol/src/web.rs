@@ -4,12 +4,18 @@ use jostle_game::Scene;
 use jostle_sim::TICKS_PER_SECOND;
 use serde::{Deserialize, Serialize};
 
-/// Answer of `GET /api/rooms`.
+/// Answer of `GET /api/rooms`, or of `GET /api/rooms?find=TEXT` for those whose code or title has the text.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub struct Rooms {
-    /// Public rooms that are open.
+    /// Public rooms that are open, at most [`ROOMS_LISTED_MAX`]: of more, those in which most people are.
     pub rooms: Vec<RoomCard>,
+    /// All of these, listed or not.
+    #[serde(default)]
+    pub total: u32,
 }
+
+/// Rooms in a list, which each visitor of the lobby asks for every few seconds.
+pub const ROOMS_LISTED_MAX: usize = 100;
 
 /// A room as the lobby shows it.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]

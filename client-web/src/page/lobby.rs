@@ -120,7 +120,7 @@ impl Lobby {
     ) -> Option<String> {
         match request {
             Request::Rooms => match parse::<Rooms>(answer) {
-                Some(Rooms { rooms }) => {
+                Some(Rooms { rooms, .. }) => {
                     (self.rooms, self.rooms_known) = (rooms, true);
                     if self.note.text == strings::UNANSWERED {
                         self.note = Note::default();

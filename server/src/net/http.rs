@@ -170,7 +170,7 @@ async fn route(
         _ if !reads => not_allowed(&path),
         "/" => page(state.config.files, request.headers(), StatusCode::OK),
         "/api/scenes" => packed(request.headers(), &api::scenes(state)),
-        "/api/rooms" => packed(request.headers(), &api::rooms(state)),
+        "/api/rooms" => packed(request.headers(), &api::rooms(request.uri().query(), state)),
         "/api/replays" => replays::list(state),
         "/api/records" => records::list(request.uri().query(), state),
         _ => other_path(request.headers(), word, address, state).await,

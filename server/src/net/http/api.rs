@@ -18,8 +18,10 @@ use crate::state::ServerState;
 use hyper::body::Incoming;
 use hyper::{Request, StatusCode};
 use jostle_game::Scene;
-use jostle_protocol::web::{Posted, RoomCard, Rooms, SceneCard, Scenes};
+use jostle_protocol::web::{Posted, ROOMS_LISTED_MAX, RoomCard, Rooms, SceneCard, Scenes};
+use percent_encoding::percent_decode_str;
 use serde::Deserialize;
+use std::cmp::Reverse;
 use std::net::IpAddr;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -35,8 +37,8 @@ pub fn scenes(state: &ServerState) -> Scenes {
     Scenes { scenes: state.rooms.scenes().iter().map(card).collect(), guest_scenes }
 }
 
-/// The answer of `GET /api/rooms`: the public ones.
-pub fn rooms(state: &ServerState) -> Rooms {
+/// The answer of `GET /api/rooms`: the public ones, or those of them that `?find=TEXT` finds.
+pub fn rooms(query: Option<&str>, state: &ServerState) -> Rooms {
     let card = |info: &Arc<RoomInfo>| {
         let own = state.rooms.scenes().iter().map(|scene| scene.title.as_str());
         let title = match info.guest {
@@ -55,7 +57,24 @@ pub fn rooms(state: &ServerState) -> Rooms {
     };
     let open = state.rooms.list();
     let here = open.iter().filter(|info| !info.private).map(card);
-    Rooms { rooms: here.chain(rooms_elsewhere(state)).collect() }
+    let found = query.and_then(|query| query.strip_prefix("find="));
+    let found = found.map(|text| percent_decode_str(text).decode_utf8_lossy().to_lowercase());
+    let is_found = |room: &RoomCard| {
+        let texts = [&room.code, &room.title];
+        found.as_ref().is_none_or(|found| texts.iter().any(|t| t.to_lowercase().contains(found)))
+    };
+    listed(here.chain(rooms_elsewhere(state)).filter(is_found).collect())
+}
+
+/// Leaves the liveliest of more rooms than a list has, in the order of their codes, which changes less.
+fn listed(mut rooms: Vec<RoomCard>) -> Rooms {
+    let total = rooms.len() as u32;
+    if rooms.len() > ROOMS_LISTED_MAX {
+        rooms.sort_by_key(|room| Reverse(room.connected));
+        rooms.truncate(ROOMS_LISTED_MAX);
+        rooms.sort_by(|a, b| a.code.cmp(&b.code));
+    }
+    Rooms { rooms, total }
 }
 
 /// The public rooms that other nodes of the fleet play.
@@ -219,5 +238,29 @@ fn refused_status(error: &CreateError) -> StatusCode {
         | CreateError::TooManyGuests
         | CreateError::NotNow
         | CreateError::FleetFull => StatusCode::SERVICE_UNAVAILABLE,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_many_rooms_the_liveliest_are_listed_and_all_are_counted() {
+        let room = |number: u32| RoomCard {
+            code: format!("room-{number:04}"),
+            scene: "arena".to_owned(),
+            title: "Arena".to_owned(),
+            players: 8,
+            connected: number % 8,
+            spectators: 0,
+            players_max: 8,
+        };
+        let few = listed((0..100).map(room).collect());
+        assert_eq!((few.rooms.len(), few.total), (100, 100));
+        let Rooms { rooms, total } = listed((0..1000).map(room).collect());
+        assert_eq!((rooms.len(), total), (ROOMS_LISTED_MAX, 1000));
+        assert!(rooms.iter().all(|room| room.connected == 7));
+        assert!(rooms.is_sorted_by(|a, b| a.code < b.code));
     }
 }
