@@ -360,6 +360,10 @@ async fn as_many_rooms_open_as_the_host_allows() {
     assert_eq!(answer.status, 503);
     let error = &answer.json()["error"];
     assert!(error.as_str().is_some_and(|error| error.contains("maximum of 2 rooms")), "{error}");
+    for (text, found) in [("", 2), ("BOUND", 2), ("bo%75nds", 2), ("elsewhere", 0)] {
+        let list = get(server.address, &format!("/api/rooms?find={text}")).await.json();
+        assert_eq!(list["total"], found, "{text}: {list}");
+    }
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
