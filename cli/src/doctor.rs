@@ -72,7 +72,7 @@ impl Doctor {
         let played = cpu::play_largest(&config.scenes);
         let times = [before, Times::now()];
         findings.push(clock::look(&clocks));
-        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        let cores = jostle_server::limits::processors();
         findings.push(cpu::judge_speed(played, cores, !cfg!(debug_assertions)));
         findings.push(cpu::judge_steal(times));
         findings.push(memory::look());

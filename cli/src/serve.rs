@@ -234,7 +234,7 @@ async fn serve(
     let tell = Arc::clone(&config.supervisor.tell);
     config.supervisor.tell = Arc::new(move |sign| {
         if sign == Sign::Ready {
-            // Nothing depends on it: who closed the output does not want to know.
+            // A server goes on without its output.
             let _ = say(&ready);
         }
         tell(sign);

@@ -28,7 +28,7 @@ pub struct RoomCard {
     pub title: String,
     /// Seats that are taken.
     pub players: u32,
-    /// Of these, players who are there now.
+    /// Players who are connected now.
     #[serde(default)]
     pub connected: u32,
     /// People who watch it.

@@ -9,7 +9,6 @@ use jostle_protocol::replay::Ending;
 use jostle_room::divergence;
 use jostle_sim::TICKS_PER_SECOND;
 use serde::Serialize;
-use std::num::NonZero;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::channel;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -71,7 +70,7 @@ impl Verify {
     }
 
     fn jobs(&self) -> usize {
-        let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
+        let cores = jostle_server::limits::processors();
         self.jobs.map_or(cores, usize::from).min(self.files.len())
     }
 

@@ -4,10 +4,8 @@ use super::values::{origin, whole};
 use crate::output::{Failure, OrFail};
 use jostle_server::files::read_regular;
 use jostle_server::fleet::settings::{FleetSettings, SECRET_BYTES_MIN, secret};
-use jostle_server::limits::SETTINGS_FILE_BYTES_MAX;
-use std::num::NonZero;
+use jostle_server::limits::{SETTINGS_FILE_BYTES_MAX, processors};
 use std::path::PathBuf;
-use std::thread::available_parallelism;
 
 /// Part of each processor that rooms may take, unless --capacity says otherwise: what is left is for sockets.
 const ROOMS_SHARE: f64 = 0.5;
@@ -69,7 +67,7 @@ impl FleetFlags {
                 "{place}: found {found} bytes; allowed: {SECRET_BYTES_MIN} or more"
             ))
         })?;
-        let processors = available_parallelism().map_or(1, NonZero::get) as f64;
+        let processors = processors() as f64;
         Ok(Some(FleetSettings {
             nats: self.nats.join(","),
             credentials: self.nats_credentials.clone(),

@@ -1,8 +1,8 @@
-//! What the buttons and links of the page do, by the names that their elements have.
+//! The actions of the page's buttons and links, by the names that their elements have.
 
 macro_rules! page_actions {
     ($($name:literal $action:ident)*) => {
-        /// What a click on an element with `data-action` does. Some have a value, `data-value`.
+        /// The action of a click on an element with `data-action`. Some have a value, `data-value`.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub enum PageAction {
             $($action),*

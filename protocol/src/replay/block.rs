@@ -38,7 +38,7 @@ pub fn keeps_full_hash(tick: u32) -> bool {
     tick.is_multiple_of(FULL_HASH_TICKS)
 }
 
-/// What a replay keeps of one tick.
+/// One tick as a replay keeps it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tick {
     /// Changes before the tick, in order.

@@ -18,7 +18,7 @@ pub const START_BYTES_MAX: usize = HEADER_BYTES + FRAME_BYTES + SCENE_BYTES_MAX 
 pub struct ReplayError {
     /// Offset of the problem, bytes from the start.
     pub offset: usize,
-    /// What is wrong there.
+    /// The problem at that place.
     pub problem: Problem,
 }
 

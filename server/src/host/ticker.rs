@@ -362,7 +362,7 @@ impl Ticker {
                         member.feed.outbox.control(ServerMessage::Denied.encode());
                     }
                     Ok(Some(ClientMessage::Emote { emote })) => emotes.push((member.seat, emote)),
-                    // The session answers the one, and refuses the other.
+                    // A session answers pings itself, and refuses a second hello.
                     Ok(Some(ClientMessage::Ping { .. } | ClientMessage::Hello { .. })) => {}
                     Ok(Some(ClientMessage::Clip)) => {
                         clips.push((member.seat, Arc::clone(&member.feed.outbox)));

@@ -12,7 +12,7 @@ const STEPS: std::ops::RangeInclusive<usize> = 2..=16;
 pub struct SignalSpec {
     /// Name, unique among the signals.
     pub name: String,
-    /// What its level depends on.
+    /// Source of its level: other levels, or steps in an order.
     pub kind: SignalKind,
     /// It is off while this holds, and forgets what it counted. A condition that asks for nothing never
     /// holds here.
