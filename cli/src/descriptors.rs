@@ -1,29 +1,29 @@
 //! The limit on descriptors, of which each connection takes one: it is raised as far as the system allows, and
 //! if that is not enough for all connections, fewer are accepted, so that rooms, files and operators have theirs.
 
-use jostle_server::limits::{CONNECTIONS_MAX, descriptors_spare};
+use jostle_server::limits::descriptors_spare;
 use tracing::warn;
 
-/// Raises the limit, and returns how many connections there may be at a time under it, beside this many rooms.
-pub fn connections_max(rooms_max: usize) -> usize {
-    let Some(descriptors) = raised() else { return CONNECTIONS_MAX };
-    let connections = connections_under(descriptors, rooms_max);
-    if connections < CONNECTIONS_MAX {
+/// Raises the limit, and returns how many of the `wanted` connections there may be at a time under it, beside this many rooms.
+pub fn connections_max(wanted: usize, rooms: usize) -> usize {
+    let Some(descriptors) = raised() else { return wanted };
+    let connections = connections_under(descriptors, rooms).min(wanted);
+    if connections < wanted {
         warn!(
             descriptors,
             connections,
-            "the limit on open files (ulimit -Hn) allows fewer connections than {CONNECTIONS_MAX}; raise it to {}",
-            CONNECTIONS_MAX + descriptors_spare(rooms_max)
+            "the limit on open files (ulimit -Hn) allows fewer connections than {wanted}; raise it to {}",
+            wanted + descriptors_spare(rooms)
         );
     }
     connections
 }
 
 /// Connections at a time if the process may have this many descriptors: a quarter at least.
-pub fn connections_under(descriptors: u64, rooms_max: usize) -> usize {
+pub fn connections_under(descriptors: u64, rooms: usize) -> usize {
     let descriptors = usize::try_from(descriptors).unwrap_or(usize::MAX);
-    let spared = descriptors.saturating_sub(descriptors_spare(rooms_max));
-    spared.max(descriptors / 4).clamp(1, CONNECTIONS_MAX)
+    let spared = descriptors.saturating_sub(descriptors_spare(rooms));
+    spared.max(descriptors / 4).max(1)
 }
 
 /// The soft and the hard limit, each `None` if there is none; `None` on systems without such limits.
@@ -63,11 +63,10 @@ mod tests {
     #[test]
     fn connections_leave_descriptors_for_everything_else() {
         let (rooms, more) = (64, 1000);
-        let enough = (CONNECTIONS_MAX + descriptors_spare(rooms)) as u64;
-        assert_eq!(connections_under(1 << 20, rooms), CONNECTIONS_MAX);
-        assert_eq!(connections_under(enough, rooms), CONNECTIONS_MAX);
-        assert_eq!(connections_under(enough - 1, rooms), CONNECTIONS_MAX - 1);
-        assert_eq!(connections_under(enough, more), CONNECTIONS_MAX - 2 * (more - rooms));
+        let enough = (4096 + descriptors_spare(rooms)) as u64;
+        assert_eq!(connections_under(enough, rooms), 4096);
+        assert_eq!(connections_under(enough - 1, rooms), 4095);
+        assert_eq!(connections_under(enough, more), 4096 - 2 * (more - rooms));
         assert_eq!(connections_under(1024, rooms), 1024 - descriptors_spare(rooms));
         assert_eq!(connections_under(256, rooms), 64);
         assert_eq!(connections_under(0, rooms), 1);

@@ -59,8 +59,9 @@ impl Doctor {
 
     fn look(&self) -> Result<Vec<Finding>, Failure> {
         let config = self.serve.config()?;
+        let (connections, rooms) = (config.connections_max, config.rooms_in_all());
         let mut findings =
-            vec![descriptors::look(config.rooms_max), ports::look("--listen", self.serve.listen)];
+            vec![descriptors::look(connections, rooms), ports::look("--listen", self.serve.listen)];
         findings.extend(self.serve.ops.map(|address| ports::look("--ops", address)));
         let state = config.state.as_ref();
         findings
@@ -75,7 +76,7 @@ impl Doctor {
         let cores = jostle_server::limits::processors();
         findings.push(cpu::judge_speed(played, cores, !cfg!(debug_assertions)));
         findings.push(cpu::judge_steal(times));
-        findings.push(memory::look());
+        findings.push(memory::look(connections));
         let tls = config.tls.as_ref();
         findings.extend(tls.map(|tls| certificate::judge(tls.validity(), SystemTime::now())));
         Ok(findings)

@@ -96,11 +96,19 @@ pub struct Serve {
     /// otherwise. One address may open an eighth of them, and at least 8
     #[arg(long, value_name = "N", value_parser = whole(1, limits::ROOMS_BOUND as u32))]
     rooms_max: Option<u32>,
+    /// Connections at a time, of players, spectators and browsers that load the page; 2048 for each processor, and at least
+    /// 4096, unless this says otherwise. One address may hold an eighth of them, and at least 512
+    #[arg(long, value_name = "N", value_parser = whole(1, limits::CONNECTIONS_BOUND as u32))]
+    connections_max: Option<u32>,
+    /// Scenes that may be on offer, with the built-in ones
+    #[arg(long, value_name = "N", default_value_t = limits::SCENES_MAX as u32,
+        value_parser = whole(1, limits::SCENES_BOUND as u32))]
+    scenes_max: u32,
     /// Game sockets that one address may hold at a time (IPv6: one /64); more for a party or a class
-    /// behind one address, or for a load test
-    #[arg(long, value_name = "N", default_value_t = limits::ADDRESS_SESSIONS_MAX as u32,
-        value_parser = whole(1, limits::CONNECTIONS_MAX as u32))]
-    address_sockets: u32,
+    /// behind one address, or for a load test. A thirty-second part of the connections, and at least 128, unless this
+    /// says otherwise
+    #[arg(long, value_name = "N", value_parser = whole(1, limits::CONNECTIONS_BOUND as u32))]
+    address_sockets: Option<u32>,
     /// Megabits a second that this machine may send. One address is sent a quarter of them at most, and all rooms with scene
     /// files of players together another: beyond it they get fewer snapshots a second
     #[arg(long, value_name = "N", default_value_t = limits::UPLINK_MEGABITS,
@@ -159,7 +167,8 @@ impl Serve {
             let file = self.config.as_deref().map_or("settings".into(), Path::to_string_lossy);
             return say(format_args!("{file}: ok"));
         }
-        let connections_max = descriptors::connections_max(config.rooms_max);
+        let connections_max =
+            descriptors::connections_max(config.connections_max, config.rooms_in_all());
         let config = Config { log_drops: Some(log_drops), connections_max, ..config };
         let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build();
         let runtime = runtime.or_check("runtime")?;
@@ -173,7 +182,7 @@ impl Serve {
     pub fn config(&self) -> Result<Config, Failure> {
         let mut config = Config::default();
         if let Some(dir) = &self.scenes {
-            add_scenes(&mut config.scenes, dir)?;
+            add_scenes(&mut config.scenes, dir, self.scenes_max as usize)?;
         }
         config.ops_token = ops_token(self.ops_token_file.as_deref())?;
         if let (Some(certificates), Some(key)) = (&self.tls_cert, &self.tls_key) {
@@ -189,7 +198,9 @@ impl Serve {
         config.hosts = hosts(self.host.clone(), self.listen, !self.trusted_proxy.is_empty());
         config.trusted_proxies = self.trusted_proxy.clone();
         config.rooms_max = self.rooms_max.map_or(config.rooms_max, |rooms| rooms as usize);
-        config.address_sessions_max = self.address_sockets as usize;
+        let connections = self.connections_max.map(|connections| connections as usize);
+        config.connections_max = connections.unwrap_or(config.connections_max);
+        config.address_sessions_max = self.address_sockets.map(|sockets| sockets as usize);
         config.uplink_megabits = self.uplink;
         config.supervisor = systemd::supervisor();
         check_directory("--replays", self.replays.as_deref())?;
@@ -327,7 +338,7 @@ fn check_directory(flag: &str, dir: Option<&Path>) -> Result<(), Failure> {
 }
 
 /// Adds the scenes of a directory in the order of their names.
-fn add_scenes(scenes: &mut Vec<Scene>, dir: &Path) -> Result<(), Failure> {
+fn add_scenes(scenes: &mut Vec<Scene>, dir: &Path, allowed: usize) -> Result<(), Failure> {
     for path in scene_paths(dir)? {
         let scene = found_scene_file(&path)?;
         match scenes.iter_mut().find(|known| known.name == scene.name) {
@@ -335,9 +346,12 @@ fn add_scenes(scenes: &mut Vec<Scene>, dir: &Path) -> Result<(), Failure> {
             None => scenes.push(scene),
         }
     }
-    if scenes.len() > limits::SCENES_MAX {
-        let (found, allowed) = (scenes.len(), limits::SCENES_MAX);
-        let text = format!("{}: scenes: found {found} in all; allowed: {allowed}", dir.display());
+    if scenes.len() > allowed {
+        let found = scenes.len();
+        let text = format!(
+            "{}: scenes: found {found} in all; allowed: {allowed}, unless --scenes-max says more",
+            dir.display()
+        );
         return Err(Failure::Check(text));
     }
     Ok(())

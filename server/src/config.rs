@@ -19,7 +19,7 @@ use tracing_appender::non_blocking::ErrorCounter;
 pub struct Config {
     /// Files of the page, sorted by name.
     pub files: &'static [assets::File],
-    /// Scenes on offer, at most [`limits::SCENES_MAX`], each name once.
+    /// Scenes on offer, at most [`limits::SCENES_BOUND`], each name once.
     pub scenes: Vec<Scene>,
     /// How long the server waits before it gives up a peer or a room.
     pub waits: limits::Waits,
@@ -33,10 +33,10 @@ pub struct Config {
     pub trusted_proxies: Vec<IpNet>,
     /// Rooms that people create, at a time, at most [`limits::ROOMS_BOUND`]; the scenes' standing rooms do not count.
     pub rooms_max: usize,
-    /// Connections at a time, at most [`limits::CONNECTIONS_MAX`].
+    /// Connections at a time, at most [`limits::CONNECTIONS_BOUND`].
     pub connections_max: usize,
-    /// Game sockets of one address, at most [`limits::CONNECTIONS_MAX`].
-    pub address_sessions_max: usize,
+    /// Game sockets of one address; `None` for its share of the connections ([`limits::address_sessions_max`]).
+    pub address_sessions_max: Option<usize>,
     /// Megabits a second that the server may send: of these one address is sent a part, and rooms with scenes of guests
     /// together send one ([`limits::uplink`]).
     pub uplink_megabits: u32,
@@ -60,6 +60,11 @@ pub struct Config {
 }
 
 impl Config {
+    /// Rooms at a time: those that people create, and the standing room of each scene.
+    pub fn rooms_in_all(&self) -> usize {
+        self.rooms_max + self.scenes.len()
+    }
+
     /// Where the best runs are kept: beside the open rooms, or else beside the replays.
     pub fn records_dir(&self) -> Option<PathBuf> {
         let state = self.state.as_ref().map(|state| &state.dir);
@@ -81,8 +86,8 @@ impl Default for Config {
             hosts: Hosts::Any,
             trusted_proxies: Vec::new(),
             rooms_max: limits::rooms_max(),
-            connections_max: limits::CONNECTIONS_MAX,
-            address_sessions_max: limits::ADDRESS_SESSIONS_MAX,
+            connections_max: limits::connections_max(),
+            address_sessions_max: None,
             uplink_megabits: limits::UPLINK_MEGABITS,
             ops_token: None,
             tls: None,

@@ -71,7 +71,7 @@ pub async fn run_with_ops(
         let every = config.waits.certificate_look;
         tokio::spawn(async move { tls.keep_current(every).await })
     });
-    let rooms = config.rooms_max + limits::SCENES_MAX;
+    let rooms = config.rooms_in_all();
     let replays = config.replays.clone();
     let recording = replays.map(|settings| Recording::start(settings, rooms)).transpose()?;
     let state = config.state.as_ref();
@@ -209,8 +209,8 @@ fn key(config: &Config, files: Option<&StateWriter>) -> Option<[u8; 32]> {
 
 fn check(config: &Config) -> io::Result<()> {
     let count = config.scenes.len();
-    if count > limits::SCENES_MAX {
-        let text = format!("{count} scenes; at most {} are allowed", limits::SCENES_MAX);
+    if count > limits::SCENES_BOUND {
+        let text = format!("{count} scenes; at most {} are allowed", limits::SCENES_BOUND);
         return Err(io::Error::new(io::ErrorKind::InvalidInput, text));
     }
     getrandom::u64().map(drop).map_err(io::Error::other)

@@ -21,12 +21,17 @@ use std::time::Duration;
 
 // Sockets.
 
-/// TCP connections at a time; one more is closed at once.
-pub const CONNECTIONS_MAX: usize = 4096;
+/// TCP connections for each processor, unless `--connections-max` says otherwise: four times the players of full rooms of 16,
+/// for spectators and for browsers that load the page. One more is closed at once.
+pub const CONNECTIONS_PER_PROCESSOR: usize = 2048;
+/// The least of these on a machine with one processor.
+pub const CONNECTIONS_MIN: usize = 4096;
+/// The most that `--connections-max` may say: each may hold a buffer of 16 KiB while its request is read.
+pub const CONNECTIONS_BOUND: usize = 65_536;
 /// Descriptors beside those of connections: two files for each room, replays that are being read, the operators'
 /// port, the log, what the runtime has, and each thread of sockets.
-pub const fn descriptors_spare(rooms_max: usize) -> usize {
-    let files = 2 * (rooms_max + SCENES_MAX) + REPLAY_READERS_MAX;
+pub const fn descriptors_spare(rooms: usize) -> usize {
+    let files = 2 * rooms + REPLAY_READERS_MAX;
     files + OPS_CONNECTIONS_MAX + 48 + 3 * SOCKET_THREADS_MAX
 }
 /// Threads that serve sockets. Each can carry some 800 players.
@@ -39,17 +44,20 @@ pub const SOCKETS_FEW: usize = 256;
 pub const SOCKETS_GATHER: Duration = Duration::from_micros(20);
 /// See [`SOCKETS_GATHER`].
 pub const SOCKETS_GATHER_MAX: Duration = Duration::from_millis(2);
-/// TCP connections of one address at a time (IPv6: of one /64); a /56 may hold twice as many, a /48 four times,
-/// and a /24 of IPv4 twice ([`networks::shares`]). A school behind one address loads
-/// the page over some six connections a browser, and plays over one.
-pub const ADDRESS_CONNECTIONS_MAX: usize = 512;
+/// TCP connections of one address at a time (IPv6: of one /64), as a fraction of all of them; a /56 may hold twice as many, a
+/// /48 four times, and a /24 of IPv4 twice ([`networks::shares`]).
+pub const ADDRESS_CONNECTIONS_SHARE: usize = 8;
+/// The least of these: a school behind one address loads the page over some six connections a browser, and plays over one.
+pub const ADDRESS_CONNECTIONS_MIN: usize = 512;
 /// A part of all connections, of game sockets, of rooms, one in so many, that is left to networks which hold few.
 pub const RESERVE_SHARE: usize = 8;
-/// Game sockets of one address at a time, unless `--address-sockets` says otherwise; one more is refused
-/// with `TooManySockets`.
-pub const ADDRESS_SESSIONS_MAX: usize = 128;
+/// Game sockets of one address at a time, as a fraction of all connections, unless `--address-sockets` says otherwise; one
+/// more is refused with `TooManySockets`.
+pub const ADDRESS_SESSIONS_SHARE: usize = 32;
+/// The least of these on a server with few connections.
+pub const ADDRESS_SESSIONS_MIN: usize = 128;
 /// TCP connections of one address beyond its game sockets, where `--address-sockets` allows more of those.
-pub const ADDRESS_CONNECTIONS_SPARE: usize = ADDRESS_CONNECTIONS_MAX - ADDRESS_SESSIONS_MAX;
+pub const ADDRESS_CONNECTIONS_SPARE: usize = ADDRESS_CONNECTIONS_MIN - ADDRESS_SESSIONS_MIN;
 /// TCP connections of one address a second in the long run (IPv6: of one /64). The burst is as many
 /// as it may hold: a party that opens the page together, a class whose server restarts.
 pub const CONNECTS_PER_SECOND_MAX: u32 = 50;
@@ -87,8 +95,6 @@ pub const OPS_CONNECTION_MAX: Duration = Duration::from_secs(60);
 pub const REQUESTS_PER_SECOND_MAX: u32 = 100;
 /// Burst of requests of one address: a class of fifty loads the page.
 pub const REQUESTS_BURST_MAX: usize = 1024;
-/// Responses that are being sent to one address at a time; as many as it may have connections without a proxy.
-pub const ADDRESS_RESPONSES_MAX: usize = ADDRESS_CONNECTIONS_MAX;
 /// Headers of a request.
 pub const HTTP_HEADERS_MAX: usize = 64;
 /// Bytes buffered of a request's head.
@@ -184,8 +190,10 @@ pub const LOG_LINES_WAITING_MAX: usize = 4096;
 
 // Rooms.
 
-/// Scenes that a server offers.
+/// Scenes that a server offers, unless `--scenes-max` says otherwise.
 pub const SCENES_MAX: usize = 64;
+/// The most that it may say: each has a standing room, and a card in the lobby.
+pub const SCENES_BOUND: usize = 1024;
 /// Rooms that a processor is taken to play: most take less than 3 % of one.
 pub const ROOMS_PER_PROCESSOR: usize = 32;
 /// The most that `--rooms-max` may say: each room has a thread, which wakes sixty times a second.
@@ -317,6 +325,22 @@ pub fn rooms_max() -> usize {
     (processors() * ROOMS_PER_PROCESSOR).min(ROOMS_BOUND)
 }
 
+/// Connections at a time, unless `--connections-max` says otherwise or the system has fewer descriptors.
+pub fn connections_max() -> usize {
+    (processors() * CONNECTIONS_PER_PROCESSOR).clamp(CONNECTIONS_MIN, CONNECTIONS_BOUND)
+}
+
+/// Connections of one address on a server with this many, of which it may have as many game sockets.
+pub fn address_connections_max(connections: usize, sessions: usize) -> usize {
+    let share = (connections / ADDRESS_CONNECTIONS_SHARE).max(ADDRESS_CONNECTIONS_MIN);
+    share.max(ADDRESS_CONNECTIONS_SPARE + sessions)
+}
+
+/// Game sockets of one address on a server with this many connections, unless `--address-sockets` says otherwise.
+pub fn address_sessions_max(connections: usize) -> usize {
+    (connections / ADDRESS_SESSIONS_SHARE).max(ADDRESS_SESSIONS_MIN)
+}
+
 /// Rooms with scenes of guests that may be open at a time on a machine with this many processors.
 pub const fn guest_rooms_max(processors: usize) -> usize {
     processors * GUEST_SHARE as usize / GUESTS_SHARE
@@ -380,8 +404,8 @@ pub const RUN_BYTES_MAX: usize = 1 << 20;
 pub const DISPLACED_MAX: usize = 2 * RECORDS_MAX;
 /// Seconds for which they are: thirty days, as operators may be away.
 pub const DISPLACED_KEPT_S: u64 = 30 * 24 * 60 * 60;
-/// Files of records that are played again when the server starts: those of all scenes.
-pub const RECORD_FILES_MAX: usize = SCENES_MAX * (RECORDS_MAX + DISPLACED_MAX);
+/// Files of the records of a scene, of which those of all scenes are played again when the server starts.
+pub const RECORD_FILES_MAX: usize = RECORDS_MAX + DISPLACED_MAX;
 /// Replays that are checked or wait for that, a megabyte each.
 pub const RUN_TRIALS_MAX: usize = 16;
 /// Of these, of one address.

@@ -87,8 +87,10 @@ impl Parts {
 impl ServerState {
     /// The state of a server with this configuration and no open rooms.
     pub fn new(parts: Parts, config: Config) -> ServerState {
-        let (in_all, address_max) = (config.connections_max, config.address_sessions_max);
-        let connections_max = limits::ADDRESS_CONNECTIONS_SPARE + address_max;
+        let in_all = config.connections_max;
+        let usual = || limits::address_sessions_max(in_all);
+        let address_max = config.address_sessions_max.unwrap_or_else(usual);
+        let connections_max = limits::address_connections_max(in_all, address_max);
         let Parts { phase, recording, records, state_writer, fleet, key, bans } = parts;
         // With the key of the process before, or of the fleet, its tokens go on giving seats back.
         let signer = key.map_or_else(TokenSigner::with_random_key, |key| TokenSigner::new(&key));
@@ -124,7 +126,7 @@ impl ServerState {
                 limits::REQUESTS_PER_SECOND_MAX,
                 limits::REQUESTS_BURST_MAX,
             )),
-            responses: ConnectionLimits::new(in_all, limits::ADDRESS_RESPONSES_MAX),
+            responses: ConnectionLimits::new(in_all, limits::address_connections_max(in_all, 0)),
             sessions: ConnectionLimits::new(in_all, address_max),
             long_bodies: ConnectionLimits::with_grace(
                 limits::LONG_BODIES_MAX,

@@ -2,23 +2,25 @@
 
 use super::finding::Finding;
 use crate::descriptors::{connections_under, limits};
-use jostle_server::limits::{CONNECTIONS_MAX, descriptors_spare};
+use jostle_server::limits::descriptors_spare;
 
-/// Looks at the limits of this process, for a server with this many rooms.
-pub fn look(rooms_max: usize) -> Finding {
-    judge(limits(), rooms_max)
+/// Looks at the limits of this process, for a server with this many connections and rooms.
+pub fn look(connections: usize, rooms: usize) -> Finding {
+    judge(limits(), connections, rooms)
 }
 
 /// Judges the soft and the hard limit; `None` is no limit. The server raises the soft one itself.
-fn judge(limits: Option<[Option<u64>; 2]>, rooms_max: usize) -> Finding {
-    let needed = (CONNECTIONS_MAX + descriptors_spare(rooms_max)) as u64;
+fn judge(limits: Option<[Option<u64>; 2]>, connections: usize, rooms: usize) -> Finding {
+    let needed = (connections + descriptors_spare(rooms)) as u64;
     let Some([soft, hard]) = limits else {
         return Finding::fine("open files", "this system has no limit");
     };
     let [shown_soft, shown_hard] = [soft, hard]
         .map(|limit| limit.map_or_else(|| "none".to_owned(), |limit| limit.to_string()));
-    let found = format!("soft limit {shown_soft}, hard limit {shown_hard}; {needed} are needed");
-    let connections = connections_under(hard.unwrap_or(u64::MAX), rooms_max);
+    let found = format!(
+        "soft limit {shown_soft}, hard limit {shown_hard}; {connections} connections need {needed}"
+    );
+    let connections = connections_under(hard.unwrap_or(u64::MAX), rooms);
     let change = format!(
         "raise the hard limit to {needed} (ulimit -Hn, or LimitNOFILE of the service); there can be {connections} \
          connections now"
@@ -32,11 +34,11 @@ mod tests {
 
     #[test]
     fn the_hard_limit_decides() {
-        let needed = (CONNECTIONS_MAX + descriptors_spare(64)) as u64;
+        let needed = (4096 + descriptors_spare(64)) as u64;
         for fine in [None, Some([Some(1024), Some(needed)]), Some([Some(1024), None])] {
-            assert!(judge(fine, 64).is_fine(), "{fine:?}");
+            assert!(judge(fine, 4096, 64).is_fine(), "{fine:?}");
         }
-        let finding = judge(Some([Some(1024), Some(needed - 1)]), 64);
+        let finding = judge(Some([Some(1024), Some(needed - 1)]), 4096, 64);
         assert!(finding.found.starts_with("soft limit 1024, hard limit "), "{finding}");
         let change = finding.change.expect("too few");
         assert!(

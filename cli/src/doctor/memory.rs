@@ -1,7 +1,7 @@
 //! Memory, as far as Linux tells it.
 
 use super::finding::{Finding, megabytes};
-use jostle_server::limits::{CONNECTIONS_MAX, REPLAY_QUEUE_BYTES_MAX};
+use jostle_server::limits::REPLAY_QUEUE_BYTES_MAX;
 use std::fs;
 
 /// Memory of one player in a full room of 16, bytes (docs/development.md, Load).
@@ -9,29 +9,28 @@ const PLAYER_BYTES: u64 = 73 << 10;
 /// Memory of the program with open rooms: 20 MB were measured with one of each of 24 scenes.
 const PROGRAM_BYTES: u64 = 64 << 20;
 
-/// Looks at the free memory, within the limit of a container if there is one.
-pub fn look() -> Finding {
+/// Looks at the free memory, within the limit of a container if there is one, for a server with this many connections.
+pub fn look(connections: usize) -> Finding {
     let read = |path: &str| fs::read_to_string(path).ok();
     let free = read("/proc/meminfo").and_then(|text| available(&text));
     let group = ["memory.max", "memory.current"].map(|file| {
         read(&format!("/sys/fs/cgroup/{file}")).and_then(|text| text.trim().parse().ok())
     });
-    judge(free, group)
+    judge(free, group, connections as u64)
 }
 
 /// Judges the free bytes of the machine, and limit and use of its container.
-fn judge(free: Option<u64>, [limit, used]: [Option<u64>; 2]) -> Finding {
+fn judge(free: Option<u64>, [limit, used]: [Option<u64>; 2], connections: u64) -> Finding {
     let left = limit.map(|limit| limit.saturating_sub(used.unwrap_or_default()));
     let Some(free) = free.into_iter().chain(left).min() else {
         return Finding::fine("memory", "unknown: this system does not tell it");
     };
-    let needed =
-        PROGRAM_BYTES + REPLAY_QUEUE_BYTES_MAX as u64 + CONNECTIONS_MAX as u64 * PLAYER_BYTES;
+    let needed = PROGRAM_BYTES + REPLAY_QUEUE_BYTES_MAX as u64 + connections * PLAYER_BYTES;
     let [shown, all] = [free, needed].map(megabytes);
-    let found = format!("{shown} are free; {CONNECTIONS_MAX} players and slow disks take {all}");
+    let found = format!("{shown} are free; {connections} players and slow disks take {all}");
     let spared = free.saturating_sub(PROGRAM_BYTES + REPLAY_QUEUE_BYTES_MAX as u64);
     let players = spared / PLAYER_BYTES;
-    let change = format!("free {all}, or expect {players} players at most");
+    let change = format!("free {all}, or let --connections-max say {players}");
     Finding::judged("memory", found, free >= needed, change)
 }
 
@@ -49,10 +48,12 @@ mod tests {
     #[test]
     fn the_smaller_of_machine_and_container_counts() {
         let (plenty, little) = (Some(4 << 30), Some(200 << 20));
-        assert!(judge(plenty, [None, None]).is_fine());
-        assert!(judge(plenty, [plenty, Some(1 << 30)]).is_fine());
-        assert!(judge(None, [None, None]).is_fine());
-        for finding in [judge(little, [plenty, None]), judge(plenty, [plenty, Some(4000 << 20)])] {
+        assert!(judge(plenty, [None, None], 4096).is_fine());
+        assert!(judge(plenty, [plenty, Some(1 << 30)], 4096).is_fine());
+        assert!(judge(None, [None, None], 4096).is_fine());
+        for finding in
+            [judge(little, [plenty, None], 4096), judge(plenty, [plenty, Some(4000 << 20)], 4096)]
+        {
             let change = finding.change.expect("too little");
             assert!(change.starts_with("free 4") && change.contains(" players"), "{change}");
         }

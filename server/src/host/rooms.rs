@@ -360,7 +360,7 @@ impl Rooms {
         records: Arc<dyn RecordSink>,
     ) -> Adopted {
         let mut rooms = self.host.lock();
-        if rooms.contains_key(code) || rooms.len() >= self.max + limits::SCENES_MAX {
+        if rooms.contains_key(code) || rooms.len() >= self.max + self.scenes.len() {
             return Adopted::NotHere;
         }
         let new = || match facts.guest {

@@ -119,7 +119,7 @@ impl Records {
             }
         }
         files.sort_by_key(|path| (displaced_s(path), path.clone()));
-        files.truncate(limits::RECORD_FILES_MAX);
+        files.truncate(limits::RECORD_FILES_MAX * self.scenes.len());
         drop(held);
         Ok(files)
     }

@@ -118,7 +118,7 @@ fn config(dir: PathBuf) -> anyhow::Result<Config> {
         waits: waits(),
         replays: Some(replays),
         // All faults come from a few local addresses.
-        address_sessions_max: 8192,
+        address_sessions_max: Some(8192),
         trusted_proxies: vec![IpAddr::from(PROXY).into()],
         hosts: Hosts::Listed(vec!["localhost.example.org".to_owned()]),
         ops_token: Some(OPS_TOKEN.to_owned()),

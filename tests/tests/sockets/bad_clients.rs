@@ -265,7 +265,7 @@ async fn sockets_of_one_address_are_counted() {
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     // None of them says hello, so those that are admitted stay, as Ann does.
     let mut sockets = JoinSet::new();
-    for _ in 0..limits::ADDRESS_SESSIONS_MAX + 4 {
+    for _ in 0..limits::ADDRESS_SESSIONS_MIN + 4 {
         sockets.spawn(refusal_without_hello(server.address));
     }
     for _ in 0..1 + 4 {

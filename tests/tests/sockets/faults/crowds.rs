@@ -6,7 +6,7 @@ use crate::http::{get, raw_over};
 use crate::server::Server;
 use jostle_protocol::{Refusal, ServerMessage, VERSION};
 use jostle_server::Config;
-use jostle_server::limits::{ADDRESS_CONNECTIONS_MAX, OPS_CONNECTIONS_MAX};
+use jostle_server::limits::{ADDRESS_CONNECTIONS_MIN, OPS_CONNECTIONS_MAX};
 use jostle_tests::server::patient;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
@@ -124,13 +124,13 @@ async fn response_to_silence(mut stream: TcpStream) -> String {
 #[cfg(target_os = "linux")]
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn an_address_that_connects_without_end_is_limited_and_no_other() {
-    let config = Config { address_sessions_max: 1, ..patient() };
+    let config = Config { address_sessions_max: Some(1), ..patient() };
     let server = Server::start_with(config).await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let flood = async {
         loop {
             let mut streams = Vec::new();
-            for _ in 0..ADDRESS_CONNECTIONS_MAX {
+            for _ in 0..ADDRESS_CONNECTIONS_MIN {
                 let stream = socket_of(EVE).connect(server.address).await;
                 streams.push(stream.expect("a connection"));
             }
