@@ -31,7 +31,7 @@ use super::energy_guard::EnergyGuard;
 use super::islands::Islands;
 use super::position_correction::PositionCorrection;
 use super::step_context::StepContext;
-use super::sweep::Blocks;
+use super::sweep::{Blocks, Swept};
 use super::warm_start;
 use crate::bodies::{Bodies, REACH_MIN};
 use crate::broad_phase::pairs::{Pair, PairList};
@@ -74,14 +74,13 @@ pub(crate) struct ConjugateSolver {
     pub sweeps: u32,
     /// Visits of constraints by sweeps, and predictions of impacts.
     pub work: u64,
-    /// Those of them by sweeps with forests, and those that stand for elimination.
-    thorough: u64,
+    /// Those of them that stand for elimination.
     eliminated: u64,
     /// Visits by sweeps over very stiff islands, before they are eliminated.
     very_stiff: u64,
     /// Visits of constraints by the passes over positions.
-    corrections: u64,
-    /// Counts of the attempts at a step before the present one, if there are any.
+    pub corrections: u64,
+    /// Bodies, pairs, eliminations and predictions of the attempts at a step before the present one, if there are any.
     earlier: StepCounts,
     /// Work that the step may still take.
     work_left: u64,
@@ -99,9 +98,9 @@ impl Clone for ConjugateSolver {
             impact_queue: self.impact_queue.counts(),
             sweeps: self.sweeps,
             work: self.work,
-            thorough: self.thorough,
             eliminated: self.eliminated,
             corrections: self.corrections,
+            blocks: Blocks { swept: self.blocks.swept, ..Blocks::default() },
             earlier: self.earlier,
             is_over: self.is_over,
             ..ConjugateSolver::default()
@@ -125,8 +124,8 @@ impl ConjugateSolver {
     ) {
         self.work_left = work_max;
         self.earlier = StepCounts::default();
-        (self.work, self.thorough, self.eliminated, self.corrections) = (0, 0, 0, 0);
-        self.very_stiff = 0;
+        (self.work, self.eliminated, self.corrections, self.very_stiff) = (0, 0, 0, 0);
+        self.blocks.swept = Swept::default();
         if is_large_world(bodies, steady) != self.is_large_world {
             // Their islands are solved in another way.
             steady.readmit_all(bodies);
@@ -136,17 +135,18 @@ impl ConjugateSolver {
 
     /// Counts of all attempts at a step, among these moving bodies and pairs.
     pub fn counts(&self, moving: usize, pairs: usize) -> StepCounts {
-        let (thorough, eliminated) = (self.thorough, self.eliminated);
-        let (predictions, earlier) = (self.impact_queue.predictions, self.earlier);
-        let visits = self.work.saturating_sub(thorough + eliminated + predictions);
+        let earlier = self.earlier;
+        let Swept { singles, wide, links, nodes, corrected } = self.blocks.swept;
         StepCounts {
             moving: earlier.moving + moving as u64,
             pairs: earlier.pairs + pairs as u64,
-            visits: earlier.visits + visits,
-            thorough: earlier.thorough + thorough,
-            eliminated: earlier.eliminated + eliminated,
-            predictions: earlier.predictions + predictions,
-            corrections: self.corrections,
+            visits: singles,
+            wide,
+            links,
+            nodes,
+            eliminated: earlier.eliminated + self.eliminated,
+            predictions: earlier.predictions + self.impact_queue.predictions,
+            corrected,
             ..StepCounts::default()
         }
     }
@@ -156,7 +156,7 @@ impl ConjugateSolver {
         if !GENERAL_ONLY {
             self.earlier = self.counts(moving, pairs);
         }
-        (self.work, self.thorough, self.eliminated) = (0, 0, 0);
+        (self.work, self.eliminated) = (0, 0);
     }
 
     /// Whether a step needed more work than it may take.
@@ -339,7 +339,7 @@ impl ConjugateSolver {
         self.late_pairs.begin(bodies.alive.len());
         self.sweeps = 0;
         self.work = self.impact_queue.predictions;
-        (self.thorough, self.eliminated, self.very_stiff) = (0, 0, 0);
+        (self.eliminated, self.very_stiff) = (0, 0);
         for number in 0..self.islands.count() {
             let work_before = self.work;
             let island = &self.islands.constraints[self.islands.range(number)];

@@ -62,6 +62,11 @@ impl ColoredContacts {
         self.colors.resize(slots, 0);
     }
 
+    /// Groups of contacts that are solved side by side.
+    pub fn wide_count(&self) -> u64 {
+        self.wide.len() as u64
+    }
+
     /// Colours these constraints, and copies them to lanes.
     pub fn color(&mut self, constraints: &[ContactConstraint], indices: &[u32]) {
         let mut ends = [0; COLORS_MAX + 1];

@@ -253,6 +253,7 @@ impl PositionCorrection {
         }
         let limits =
             SweepLimits { tolerance, rounding: 0.0, sweeps_max, sequence, friction: false };
+        blocks.swept.corrected += indices.len() as u64;
         let sweeps = sweep::solve(constraints, indices, blocks, displacement, limits);
         sweep::sweep_immovable(constraints, indices, displacement);
         u64::from(sweeps) * indices.len() as u64

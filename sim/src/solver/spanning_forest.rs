@@ -223,6 +223,11 @@ impl SpanningForest {
         });
     }
 
+    /// Bodies in the forest.
+    pub fn node_count(&self) -> u64 {
+        self.nodes.len() as u64
+    }
+
     pub fn clear(&mut self) {
         self.nodes.clear();
     }

@@ -32,6 +32,22 @@ pub(crate) struct Blocks {
     pub chains: Chains,
     pub forest: SpanningForest,
     pub colored: ColoredContacts,
+    pub swept: Swept,
+}
+
+/// Counts of what was solved in a step.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Swept {
+    /// Visits of contacts one after another.
+    pub singles: u64,
+    /// Visits of four contacts side by side.
+    pub wide: u64,
+    /// Visits of contacts in chains.
+    pub links: u64,
+    /// Bodies that forests moved.
+    pub nodes: u64,
+    /// Contacts whose overlap was to be removed.
+    pub corrected: u64,
 }
 
 impl Blocks {
@@ -105,6 +121,7 @@ pub(crate) fn solve_in_motion(
         }
     }
     colored.store(constraints);
+    blocks.swept.wide += u64::from(sweeps) * colored.wide_count();
     sweeps
 }
 
@@ -137,7 +154,7 @@ fn solve_colored<const FRICTION: bool>(
     velocity: &mut [Vec2],
     limits: SweepLimits,
 ) -> u32 {
-    let Blocks { chains, colored, .. } = blocks;
+    let Blocks { chains, colored, swept, .. } = blocks;
     colored.color(constraints, &chains.others);
     for &index in chains.links() {
         constraints[index as usize].remember();
@@ -161,6 +178,8 @@ fn solve_colored<const FRICTION: bool>(
         }
     }
     colored.store(constraints);
+    swept.wide += u64::from(sweeps) * colored.wide_count();
+    swept.links += u64::from(sweeps) * chains.links().len() as u64;
     sweeps
 }
 
@@ -201,6 +220,9 @@ fn solve_with_forests<const FRICTION: bool>(
             blocks.forest.find::<FRICTION>(constraints, island);
             forest_at += wait;
         }
+        blocks.swept.nodes += blocks.forest.node_count();
+        blocks.swept.links += blocks.chains.links().len() as u64;
+        blocks.swept.singles += blocks.chains.others.len() as u64;
         if !blocks.forest.solve::<FRICTION>(constraints, velocity) {
             blocks.forest.clear();
             wait *= 2;

@@ -14,7 +14,7 @@ impl World {
                 moving: moving as u64,
                 pairs: pairs as u64,
                 visits: self.pair_solves(),
-                thorough: u64::from(self.relaxation.passes) * self.touches.now.len() as u64,
+                touching: u64::from(self.relaxation.passes) * self.touches.now.len() as u64,
                 ..StepCounts::default()
             },
         };

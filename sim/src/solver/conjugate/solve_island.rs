@@ -42,6 +42,7 @@ impl ConjugateSolver {
             false => sweep::solve_single::<false>(constraint, velocity, VISITS, rounding),
         };
         self.work += u64::from(visits);
+        self.blocks.swept.singles += u64::from(visits);
         self.sweeps = self.sweeps.max(visits);
     }
 
@@ -79,9 +80,6 @@ impl ConjugateSolver {
         };
         let mut is_solved = sweeps < limits.sweeps_max;
         let mut visits = sweeps * island.len() as u32;
-        if !in_motion && limits.sequence == Sequence::Forests {
-            self.thorough += u64::from(visits);
-        }
         let rounds_max = direct::rounds_left(island.len(), self.eliminated);
         let is_worth = agitation.is_none() && direct::is_worth(island.len(), mass_ratio);
         if !is_solved && is_worth && rounds_max > 0 {

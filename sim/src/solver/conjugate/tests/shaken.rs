@@ -170,7 +170,7 @@ fn a_finer_tolerance_takes_more_sweeps() {
             add(&mut world, BodyDef { velocity, ..at });
         }
         steps(&mut world, 12);
-        world.step_counts().visits
+        world.pair_solves()
     };
     let (few, many) = (visits(0.005), visits(0.0005));
     assert!(2 * many > 3 * few, "{few} and {many} visits");
