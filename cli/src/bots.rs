@@ -44,6 +44,9 @@ pub struct Bots {
     /// Seed of their input
     #[arg(long, value_name = "S", default_value_t = 0)]
     seed: u64,
+    /// Press nothing, and send as little as a page whose player does nothing
+    #[arg(long)]
+    idle: bool,
     /// End with one JSON object on stdout
     #[arg(long)]
     json: bool,
@@ -57,6 +60,9 @@ impl Bots {
         let plan = CrowdPlan {
             targets: self.urls,
             clients: self.clients,
+            first: 0,
+            address_of: |_| None,
+            idle: self.idle,
             seed: self.seed,
             decoders: DECODERS,
             losses: evenly(losses, length),

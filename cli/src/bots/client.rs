@@ -5,10 +5,12 @@ use super::report::ClientReport;
 use super::socket::{Arrival, SessionEnd, connect, connect_within, next, read, send};
 use super::target::Target;
 use crate::bot_input::BotInput;
+use jostle_game::Input;
 use jostle_protocol::{
     Appearance, ClientMessage, Refusal, ServerMessage, Servers, Snapshot, Token,
 };
 use jostle_sim::{BodyId, TICKS_PER_SECOND};
+use std::net::IpAddr;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tokio::sync::mpsc::{self, UnboundedSender};
@@ -19,8 +21,10 @@ use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
 
 /// Inputs from one ping to the next.
 const PING_EVERY_INPUTS: u32 = 30;
+/// Ticks from one input to the next of a bot that idles, as of a page whose player does nothing.
+const IDLE_EVERY_TICKS: u32 = 15;
 /// Time between the connections of two bots.
-const JOIN_EVERY: Duration = Duration::from_millis(4);
+pub const JOIN_EVERY: Duration = Duration::from_millis(4);
 /// Between two attempts to come back.
 const RETRY_EVERY: Duration = Duration::from_millis(250);
 /// Time in which a bot comes back to its room: a server that died has been replaced by then.
@@ -61,6 +65,12 @@ pub struct Bot {
     pub seed: u64,
     /// The room to join.
     pub target: Target,
+    /// The address of this machine to join from, if it matters.
+    pub from: Option<IpAddr>,
+    /// Time before it joins.
+    pub waits: Duration,
+    /// Whether it presses nothing.
+    pub idles: bool,
     /// Whether it decodes every snapshot as a page does; others read the heads of deltas only.
     pub decodes: bool,
     /// Times since the start of the measurement at which it loses its socket.
@@ -80,7 +90,7 @@ impl Bot {
     pub async fn play(mut self) -> ClientReport {
         let mut report = ClientReport::new(self.index);
         let mut servers = Servers::new(self.target.origin());
-        sleep(JOIN_EVERY * self.index).await;
+        sleep(self.waits).await;
         let arrival = self.enter(&mut servers, &mut None, &mut report).await;
         // The receiver waits for one of each bot.
         let _ = self.seated.send(()).await;
@@ -107,7 +117,8 @@ impl Bot {
         report: &mut ClientReport,
     ) -> Result<(), SessionEnd> {
         report.seat = Some(arrival.seat);
-        let input = BotInput::new(self.seed, self.index, arrival.size()?);
+        let size = arrival.size()?;
+        let input = (!self.idles).then(|| BotInput::new(self.seed, self.index, size));
         let mut player = Player::new(arrival, input, self.decodes, self.snapshots.take());
         let mut losses = std::mem::take(&mut self.losses).into_iter();
         let mut loss_at = None;
@@ -212,9 +223,16 @@ impl Bot {
         let no_tls = || SessionEnd::Lost(format!("no way to {}", servers.current()));
         let target = self.target.at(servers.current()).ok_or_else(no_tls)?;
         if servers.has_untried() {
-            return connect_within(self.timeouts.answer, &target, self.appearance(), token).await;
+            return connect_within(
+                self.timeouts.answer,
+                &target,
+                self.from,
+                self.appearance(),
+                token,
+            )
+            .await;
         }
-        connect(&target, self.appearance(), token).await
+        connect(&target, self.from, self.appearance(), token).await
     }
 }
 
@@ -268,7 +286,8 @@ struct Player {
     /// When the server was last heard.
     heard_at: Instant,
     decodes: bool,
-    input: BotInput,
+    /// Source of its inputs; `None` for a bot that idles.
+    input: Option<BotInput>,
     seq: u32,
     inputs: Interval,
     snapshots: Option<UnboundedSender<Arc<Snapshot>>>,
@@ -277,21 +296,26 @@ struct Player {
 impl Player {
     fn new(
         arrival: Arrival,
-        input: BotInput,
+        input: Option<BotInput>,
         decodes: bool,
         snapshots: Option<UnboundedSender<Arc<Snapshot>>>,
     ) -> Player {
-        let mut inputs = interval(Duration::from_secs(1) / TICKS_PER_SECOND);
+        let apart = if input.is_some() { 1 } else { IDLE_EVERY_TICKS };
+        let mut inputs = interval(Duration::from_secs(1) * apart / TICKS_PER_SECOND);
         inputs.set_missed_tick_behavior(MissedTickBehavior::Delay);
         let (hero, tick) = (arrival.hero(), arrival.tick());
         let heard_at = Instant::now();
         Player { arrival, hero, tick, heard_at, decodes, input, seq: 0, inputs, snapshots }
     }
 
+    fn next_input(&mut self) -> Input {
+        self.input.as_mut().map_or_else(Input::default, BotInput::next_input)
+    }
+
     /// Sends an input, and now and then a ping.
     async fn send_input(&mut self, report: &mut ClientReport) -> Result<(), SessionEnd> {
         self.seq += 1;
-        let (ack_tick, input) = (self.tick as u16, self.input.next_input());
+        let (ack_tick, input) = (self.tick as u16, self.next_input());
         send(&mut self.arrival.socket, &ClientMessage::Input { seq: self.seq, ack_tick, input })
             .await?;
         if self.seq % PING_EVERY_INPUTS == 1 {

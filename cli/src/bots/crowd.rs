@@ -1,9 +1,10 @@
 //! Many bots that join, play and leave together.
 
-use super::client::{Bot, ServerTimeouts, Stage};
+use super::client::{Bot, JOIN_EVERY, ServerTimeouts, Stage};
 use super::report::ClientReport;
 use super::target::Target;
 use jostle_protocol::Snapshot;
+use std::net::IpAddr;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tokio::sync::mpsc::{self, UnboundedSender};
@@ -16,6 +17,12 @@ pub struct CrowdPlan {
     /// Rooms; each gets its share of the bots.
     pub targets: Vec<Target>,
     pub clients: u32,
+    /// Number of the first of them.
+    pub first: u32,
+    /// The address of this machine from which a bot with this number joins, if it matters.
+    pub address_of: fn(u32) -> Option<IpAddr>,
+    /// Whether they press nothing.
+    pub idle: bool,
     /// Seed of their input.
     pub seed: u64,
     /// Bots that decode every snapshot as a page does; the others read the heads of deltas only, which is
@@ -39,7 +46,10 @@ impl Crowd {
         let (stage, followed) = watch::channel(Stage::Joining);
         let (seated, mut waiting) = mpsc::channel(plan.clients as usize);
         let bot = |index: u32| Bot {
-            index,
+            index: plan.first + index,
+            from: (plan.address_of)(plan.first + index),
+            waits: JOIN_EVERY * index,
+            idles: plan.idle,
             seed: plan.seed,
             target: plan.targets[index as usize % plan.targets.len()].clone(),
             decodes: index < plan.decoders.max(1),
@@ -95,6 +105,9 @@ mod tests {
         let plan = CrowdPlan {
             targets: Vec::new(),
             clients: 4,
+            first: 0,
+            address_of: |_| None,
+            idle: false,
             seed: 0,
             decoders: 1,
             losses,

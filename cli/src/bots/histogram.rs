@@ -1,7 +1,7 @@
 //! Percentiles of durations, in little memory however many there are.
 
 use hdrhistogram::Histogram;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::time::Duration;
 
@@ -35,7 +35,7 @@ impl Durations {
 }
 
 /// Percentiles of durations, milliseconds; zeros where there was none.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Percentiles {
     pub count: u64,
     /// Half of them are at most this.

@@ -175,14 +175,14 @@ pub struct Report {
     pub(super) bytes_per_second: [(&'static str, f64); 4],
     pub(super) snapshots_per_second_mean: f64,
     snapshots_per_second_min: f64,
-    pub(super) ping_ms: Percentiles,
+    pub ping_ms: Percentiles,
     /// Between one ping and the next of the same client.
     pub(super) jitter_ms: Percentiles,
     /// From one snapshot to the next of the same socket.
-    pub(super) interval_ms: Percentiles,
+    pub interval_ms: Percentiles,
     /// Snapshots that came more than one tick after the last announced one.
-    pub(super) gaps: u64,
-    pub(super) gap_ticks_max: u32,
+    pub gaps: u64,
+    pub gap_ticks_max: u32,
     /// Ticks that the server advanced, as the longest-playing client saw it.
     pub(super) server_ticks: u32,
     /// Ticks that it should have advanced and did not: the least that any client saw, because

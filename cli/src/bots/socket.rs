@@ -10,8 +10,9 @@ use jostle_protocol::{
     VERSION, WelcomeSeat,
 };
 use jostle_sim::{BodyId, Vec2};
+use std::net::{IpAddr, SocketAddr};
 use std::time::{Duration, Instant};
-use tokio::net::TcpStream;
+use tokio::net::{TcpSocket, TcpStream, lookup_host};
 use tokio::time::timeout;
 use tokio_tungstenite::tungstenite::protocol::WebSocketConfig;
 use tokio_tungstenite::tungstenite::{self, Message};
@@ -85,33 +86,36 @@ impl Arrival {
     }
 }
 
-/// Joins a room, or resumes a seat with a token.
+/// Joins a room, or resumes a seat with a token, from this address if there is one.
 pub async fn connect(
     target: &Target,
+    from: Option<IpAddr>,
     appearance: Appearance,
     token: Option<Token>,
 ) -> Result<Arrival, SessionEnd> {
-    connect_within(ARRIVAL_WAIT, target, appearance, token).await
+    connect_within(ARRIVAL_WAIT, target, from, appearance, token).await
 }
 
-/// The same with a limit of its own.
+/// [`connect`] within this time.
 pub async fn connect_within(
     wait: Duration,
     target: &Target,
+    from: Option<IpAddr>,
     appearance: Appearance,
     token: Option<Token>,
 ) -> Result<Arrival, SessionEnd> {
-    let arrival = timeout(wait, arrive(target, appearance, token)).await;
+    let arrival = timeout(wait, arrive(target, from, appearance, token)).await;
     let late = |_| SessionEnd::Lost(format!("no welcome and keyframe within {} s", wait.as_secs()));
     arrival.map_err(late)?
 }
 
 async fn arrive(
     target: &Target,
+    from: Option<IpAddr>,
     appearance: Appearance,
     token: Option<Token>,
 ) -> Result<Arrival, SessionEnd> {
-    let mut socket = open(target).await?;
+    let mut socket = open(target, from).await?;
     let hello_at = Instant::now();
     let (host_key, role) = (None, Role::Player);
     let hello = ClientMessage::Hello { version: VERSION, appearance, token, host_key, role };
@@ -142,7 +146,7 @@ async fn arrive(
 
 /// Connects to a room as a spectator, and waits for the welcome; snapshots follow.
 pub async fn watch(target: &Target, appearance: Appearance) -> Result<Socket, SessionEnd> {
-    let mut socket = open(target).await?;
+    let mut socket = open(target, None).await?;
     let (host_key, role) = (None, Role::Spectator);
     let hello = ClientMessage::Hello { version: VERSION, appearance, token: None, host_key, role };
     send(&mut socket, &hello).await?;
@@ -152,9 +156,20 @@ pub async fn watch(target: &Target, appearance: Appearance) -> Result<Socket, Se
     }
 }
 
+/// Connects to a server, `host:port`, from this address if there is one.
+pub async fn dial(authority: &str, from: Option<IpAddr>) -> std::io::Result<TcpStream> {
+    let Some(from) = from else { return TcpStream::connect(authority).await };
+    let mut addresses = lookup_host(authority).await?;
+    let fits = |address: &SocketAddr| address.is_ipv4() == from.is_ipv4();
+    let address = addresses.find(fits).ok_or(std::io::ErrorKind::AddrNotAvailable)?;
+    let socket = if from.is_ipv4() { TcpSocket::new_v4() } else { TcpSocket::new_v6() }?;
+    socket.bind((from, 0).into())?;
+    socket.connect(address).await
+}
+
 /// Opens the socket of a room.
-async fn open(target: &Target) -> Result<Socket, SessionEnd> {
-    let stream = TcpStream::connect(&target.authority).await;
+async fn open(target: &Target, from: Option<IpAddr>) -> Result<Socket, SessionEnd> {
+    let stream = dial(&target.authority, from).await;
     let unconnected = |error| SessionEnd::Lost(format!("no connection: {error}"));
     let stream = stream.map_err(unconnected)?;
     stream.set_nodelay(true).map_err(unconnected)?;
