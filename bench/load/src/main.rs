@@ -1,9 +1,13 @@
 //! `cargo xtask load`: a server in one process, bots in this one, and the figures of both. Each part has a server
 //! of its own.
 
+mod addresses;
 mod bare;
+mod crowds;
 mod jitter;
+mod lobby;
 mod operators;
+mod processor;
 mod report;
 mod server;
 mod spectators;
@@ -12,12 +16,13 @@ mod witness;
 use anyhow::{Context, Result, bail};
 use bare::Bare;
 use clap::Parser;
+use crowds::{BotProcess, Order, Share};
 use jitter::{Jitter, JitterProbe};
-use jostle_cli::bots::crowd::{Crowd, CrowdPlan, evenly};
+use jostle_cli::bots::crowd::Crowd;
 use jostle_cli::bots::report::Report;
-use jostle_cli::bots::target::Target;
 use jostle_cli::bots::{DECODERS, SETTLE};
 use operators::{Operators, Scrape, ServerReport};
+use processor::Used;
 use report::LoadReport;
 use server::Server;
 use spectators::Spectators;
@@ -37,16 +42,31 @@ const NEWCOMERS_SHARE: u32 = 3;
 const LOSS_EVERY_S: u32 = 60;
 /// Time during which an idle thread watches the machine before the bots connect.
 const PROBE: Duration = Duration::from_secs(2);
-/// The scene of the crowd; the many rooms play a copy of the arena.
+/// The scene of the crowd, and its room.
 const CROWD: &str = include_str!("../crowd.toml");
-const ARENA: &str = include_str!("../../../assets/scenes/arena.toml");
+const CROWD_ROOM: &str = "crowd";
 
 /// Measures a server under load: a crowd in one room, many rooms, and lost sockets and newcomers in the crowd
 #[derive(Parser)]
 struct Load {
     /// The program to start: `jostle`, or `counted`, which counts its allocations
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", required_unless_present = "order", default_value = "")]
     server: PathBuf,
+    /// Bots that this process plays for another one, as JSON
+    #[arg(long, hide = true, value_parser = parse_order)]
+    order: Option<Order>,
+    /// Processes that play bots; one can play some hundreds in step
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=64))]
+    processes: u32,
+    /// Bots press nothing, and send as little as a page whose player does nothing
+    #[arg(long)]
+    idle: bool,
+    /// Scene of the many rooms
+    #[arg(long, value_name = "NAME", default_value = "arena")]
+    scene: String,
+    /// Empty rooms to open, list, search and close; 0 leaves that out
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    empty_rooms: u32,
     /// Clients of the one room; 0 leaves that out
     #[arg(long, value_name = "N", default_value_t = 500)]
     clients: u32,
@@ -67,9 +87,14 @@ struct Load {
     steady: bool,
 }
 
+fn parse_order(text: &str) -> Result<Order, serde_json::Error> {
+    serde_json::from_str(text)
+}
+
 /// One part: a crowd, and its losses.
 struct Part {
-    rooms: Vec<String>,
+    /// Rooms to open; 0 for the crowd's own.
+    rooms: u32,
     clients: u32,
     losses: u32,
     newcomers: u32,
@@ -78,24 +103,24 @@ struct Part {
 
 fn main() -> Result<()> {
     let load = Load::parse();
+    if let Some(order) = &load.order {
+        return order.obey();
+    }
     let scenes = std::env::temp_dir().join(format!("jostle-load-{}", std::process::id()));
-    write_scenes(&scenes, load.rooms)?;
+    write_scenes(&scenes)?;
     let measured = load.parts().iter().try_for_each(|(what, part)| {
         println!("load: {what}");
         load.measure(part, &scenes)
     });
+    let measured = measured.and_then(|()| load.measure_lobby(&scenes));
     fs::remove_dir_all(&scenes).context("the directory of scenes")?;
     measured
 }
 
-/// The crowd, and a copy of the arena for each of many rooms.
-fn write_scenes(dir: &Path, rooms: u32) -> Result<()> {
+/// The scene of the crowd.
+fn write_scenes(dir: &Path) -> Result<()> {
     fs::create_dir_all(dir).context("a directory for scenes")?;
-    fs::write(dir.join("crowd.toml"), CROWD)?;
-    for number in 1..=rooms {
-        fs::write(dir.join(format!("arena-{number}.toml")), ARENA)?;
-    }
-    Ok(())
+    Ok(fs::write(dir.join(format!("{CROWD_ROOM}.toml")), CROWD)?)
 }
 
 impl Load {
@@ -104,7 +129,7 @@ impl Load {
             if self.steady { 0 } else { clients * self.seconds / LOSS_EVERY_S }
         };
         let crowd = |losses, newcomers| Part {
-            rooms: vec!["crowd".to_owned()],
+            rooms: 0,
             clients: self.clients,
             losses,
             newcomers,
@@ -117,9 +142,8 @@ impl Load {
         }
         if self.rooms > 0 {
             let clients = self.rooms * ROOM_PLAYERS;
-            let rooms = (1..=self.rooms).map(|number| format!("arena-{number}")).collect();
             let part = Part {
-                rooms,
+                rooms: self.rooms,
                 clients,
                 losses: usual(clients),
                 newcomers: 0,
@@ -141,11 +165,13 @@ impl Load {
         let probe = JitterProbe::start(1);
         std::thread::sleep(PROBE);
         let before = probe.stop();
-        let server = Server::start(&self.server, scenes, part.clients + part.spectators)?;
+        let clients = part.clients + part.spectators;
+        let server = Server::start(&self.server, scenes, part.rooms, clients)?;
         let runtime = tokio::runtime::Runtime::new().context("a runtime for the bots")?;
-        println!("{}", runtime.block_on(Bare::measure(part.clients))?);
-        let length = Duration::from_secs(self.seconds.into());
-        let played = runtime.block_on(play(part, &server, length, before));
+        if self.processes == 1 {
+            println!("{}", runtime.block_on(Bare::measure(part.clients))?);
+        }
+        let played = runtime.block_on(self.play(part, &server, before));
         if let Some(count) = server.stop()? {
             println!("load: allocations: {count} a second, {:.1} a tick", count as f64 / 60.0);
         }
@@ -153,60 +179,87 @@ impl Load {
         println!("{report}");
         report.failure().map_or(Ok(()), |failure| bail!(failure))
     }
-}
 
-async fn play(
-    part: &Part,
-    server: &Server,
-    length: Duration,
-    before: Jitter,
-) -> Result<LoadReport> {
-    let operators = Operators(server.operators.clone());
-    let empty = scrape(&operators).await?;
-    let (witness, snapshots) = Witness::new();
-    let plan = CrowdPlan {
-        targets: part.rooms.iter().map(|room| target(server, room)).collect(),
-        clients: part.clients,
-        seed: 0,
-        decoders: DECODERS,
-        losses: evenly(part.losses, length),
-        snapshots: Some(snapshots),
-    };
-    let crowd = Crowd::join(&plan).await;
-    let spectators = Spectators::come(part.spectators, &plan.targets[0]).await?;
-    sleep(SETTLE).await;
-    let full = scrape(&operators).await?;
-    let probe = JitterProbe::start(std::thread::available_parallelism().map_or(1, NonZero::get));
-    crowd.begin();
-    let newcomers = (part.newcomers > 0).then(|| {
-        let (target, witness) = (plan.targets[0].clone(), Arc::clone(&witness));
-        tokio::spawn(Newcomers::come(part.newcomers, length, target, witness))
-    });
-    sleep(length).await;
-    let after = scrape(&operators).await?;
-    let beside = probe.stop();
-    spectators.go().await?;
-    let clients = crowd.end().await;
-    let newcomers = match newcomers {
-        Some(newcomers) => Some(newcomers.await.context("newcomers")?),
-        None => None,
-    };
-    let grown = |few: f64, many: f64| (many - few) / f64::from(part.clients);
-    Ok(LoadReport {
-        before,
-        beside,
-        newcomers,
-        server: ServerReport::between(&full, &after),
-        server_bytes_per_client: empty
-            .resident_bytes()
-            .zip(full.resident_bytes())
-            .map(|(few, many)| grown(few, many)),
-        play: Report::new(&plan.targets, DECODERS.min(part.clients), clients),
-    })
-}
+    /// The list of many empty rooms.
+    fn measure_lobby(&self, scenes: &Path) -> Result<()> {
+        if self.empty_rooms == 0 {
+            return Ok(());
+        }
+        println!("load: {} empty rooms", self.empty_rooms);
+        let server = Server::start(&self.server, scenes, self.empty_rooms, 0)?;
+        let runtime = tokio::runtime::Runtime::new().context("a runtime")?;
+        let measured = runtime.block_on(lobby::measure(&server, &self.scene, self.empty_rooms));
+        server.stop()?;
+        measured
+    }
 
-fn target(server: &Server, room: &str) -> Target {
-    Target { authority: server.address.clone(), room: room.to_owned() }
+    async fn play(&self, part: &Part, server: &Server, before: Jitter) -> Result<LoadReport> {
+        let (operators, length) =
+            (Operators(server.operators.clone()), Duration::from_secs(self.seconds.into()));
+        let empty = scrape(&operators).await?;
+        let rooms = match part.rooms {
+            0 => vec![CROWD_ROOM.to_owned()],
+            rooms => lobby::open_rooms(server, &self.scene, rooms).await?,
+        };
+        let order = Order {
+            authority: server.address.clone(),
+            rooms,
+            clients: part.clients,
+            first: 0,
+            idle: self.idle,
+            losses: part.losses,
+            seconds: self.seconds,
+        };
+        let orders = order.divided(self.processes);
+        let mut others =
+            orders[1..].iter().map(BotProcess::start).collect::<Result<Vec<BotProcess>>>()?;
+        let (witness, snapshots) = Witness::new();
+        let mut plan = orders[0].plan(DECODERS);
+        plan.snapshots = Some(snapshots);
+        let crowd = Crowd::join(&plan).await;
+        others.iter_mut().try_for_each(BotProcess::wait)?;
+        let spectators = Spectators::come(part.spectators, &plan.targets[0]).await?;
+        sleep(SETTLE).await;
+        let full = scrape(&operators).await?;
+        let probe =
+            JitterProbe::start(std::thread::available_parallelism().map_or(1, NonZero::get));
+        let used = Used::so_far();
+        others.iter_mut().try_for_each(BotProcess::begin)?;
+        crowd.begin();
+        let newcomers = (part.newcomers > 0).then(|| {
+            let (target, witness) = (plan.targets[0].clone(), Arc::clone(&witness));
+            tokio::spawn(Newcomers::come(part.newcomers, length, target, witness))
+        });
+        sleep(length).await;
+        let after = scrape(&operators).await?;
+        let (used, resources) = (Used::so_far().since(used), server.resources());
+        let beside = probe.stop();
+        spectators.go().await?;
+        others.iter_mut().try_for_each(BotProcess::end)?;
+        let report = Report::new(&plan.targets, DECODERS.min(plan.clients), crowd.end().await);
+        let mut shares = vec![Share::of(&report, used)];
+        for other in others {
+            shares.push(other.share()?);
+        }
+        let newcomers = match newcomers {
+            Some(newcomers) => Some(newcomers.await.context("newcomers")?),
+            None => None,
+        };
+        let grown = |few: f64, many: f64| (many - few) / f64::from(part.clients);
+        Ok(LoadReport {
+            before,
+            beside,
+            newcomers,
+            server: ServerReport::between(&full, &after),
+            server_bytes_per_client: empty
+                .resident_bytes()
+                .zip(full.resident_bytes())
+                .map(|(few, many)| grown(few, many)),
+            resources,
+            shares,
+            play: report,
+        })
+    }
 }
 
 /// Reads the operators' port without delaying the bots.

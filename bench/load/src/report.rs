@@ -1,7 +1,9 @@
 //! The figures of one part, as text.
 
+use crate::crowds::Share;
 use crate::jitter::Jitter;
 use crate::operators::ServerReport;
+use crate::processor::Used;
 use crate::witness::Newcomers;
 use jostle_cli::bots::report::Report;
 use serde::Serialize;
@@ -18,6 +20,11 @@ pub struct LoadReport {
     pub server: ServerReport,
     /// Physical memory of the server per client.
     pub server_bytes_per_client: Option<f64>,
+    /// Threads and memory of the server with all clients.
+    pub resources: String,
+    /// What the bots of each process saw, those of this one first.
+    pub shares: Vec<Share>,
+    /// The bots of this process one by one.
     #[serde(flatten)]
     pub play: Report,
 }
@@ -25,7 +32,13 @@ pub struct LoadReport {
 impl LoadReport {
     /// The first failure of a client.
     pub fn failure(&self) -> Option<String> {
-        self.play.failure().or_else(|| self.newcomers.as_ref()?.failure())
+        let of_bots = self.shares.iter().find_map(|share| share.failure.clone());
+        of_bots.or_else(|| self.newcomers.as_ref()?.failure())
+    }
+
+    /// Snapshots received by all clients.
+    fn snapshots(&self) -> f64 {
+        self.shares.iter().map(|share| share.snapshots).sum()
     }
 }
 
@@ -48,11 +61,37 @@ impl fmt::Display for LoadReport {
             writeln!(f, "{newcomers}")?;
         }
         self.show_server(f)?;
+        self.show_shares(f)?;
         write!(f, "{}", self.play)
     }
 }
 
 impl LoadReport {
+    /// How the processes of bots fared, and whether they had processors enough.
+    fn show_shares(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let used = self.shares.iter().fold(Used::default(), |sum, share| sum.plus(share.used));
+        let seconds = self.play.seconds.max(1e-9);
+        let (processes, processors) = (self.shares.len(), used.spent / seconds);
+        let waited = used.waited / seconds;
+        write!(
+            f,
+            "bots: {processes} processes on {processors:.2} processors, {waited:.2} s a second waiting for one"
+        )?;
+        let short = "; they are short of processors: pings and intervals are as much theirs as the server's";
+        writeln!(f, "{}", if used.is_short() { short } else { "" })?;
+        for share in self.shares.iter().skip(1) {
+            let Share { clients, snapshots, ping_ms, interval_ms, .. } = share;
+            let rate = snapshots / seconds / *clients as f64;
+            writeln!(
+                f,
+                "  {clients} more: {rate:.1} snapshots/s, one after another {interval_ms}; {} gaps, at most {} ticks; \
+                 ping {ping_ms}",
+                share.gaps, share.gap_ticks_max
+            )?;
+        }
+        Ok(())
+    }
+
     fn show_server(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let server = &self.server;
         let [inputs, play, send] = server.phases_ms;
@@ -69,7 +108,7 @@ impl LoadReport {
         }
         if let Some(seconds) = server.cpu_seconds {
             let share = 100.0 * seconds / self.play.seconds.max(1e-9);
-            let snapshots = self.play.snapshots().max(1.0);
+            let snapshots = self.snapshots().max(1.0);
             writeln!(
                 f,
                 "  processor: {seconds:.1} s, {share:.0} % of one, {:.1} us a snapshot sent",
@@ -80,7 +119,11 @@ impl LoadReport {
         if let Some([before, after]) = server.resident_bytes {
             let each = self.server_bytes_per_client.unwrap_or(0.0) / f64::from(1 << 10);
             let (before, after) = (megabytes(before), megabytes(after));
-            writeln!(f, "  memory: {before:.1} to {after:.1} MiB, {each:.1} KiB a client")?;
+            writeln!(
+                f,
+                "  memory: {before:.1} to {after:.1} MiB, {each:.1} KiB a client; {}",
+                self.resources
+            )?;
         }
         if let Some([before, after]) = server.descriptors {
             writeln!(f, "  descriptors: {before} to {after}")?;

@@ -9,6 +9,9 @@ use std::thread::JoinHandle;
 /// Prefix of the lines in which the program `counted` prints the allocations of a second.
 const COUNTED: &str = "allocations: ";
 
+/// Token of the operators of a server that lives for a measurement on loopback.
+pub const OPS_TOKEN: &str = "operators-of-the-load";
+
 /// A running `jostle serve`.
 pub struct Server {
     process: Child,
@@ -20,13 +23,17 @@ pub struct Server {
 }
 
 impl Server {
-    /// Starts a program with the scenes in a directory, and waits until it listens.
-    pub fn start(program: &Path, scenes: &Path, clients: u32) -> Result<Server> {
+    /// Starts a program with the scenes in a directory, and waits until it listens. It lets this many rooms be opened, and
+    /// takes as many clients.
+    pub fn start(program: &Path, scenes: &Path, rooms: u32, clients: u32) -> Result<Server> {
         let mut command = Command::new(program);
         command.args(["serve", "--listen", "127.0.0.1:0", "--ops", "127.0.0.1:0", "--log", "warn"]);
         // More than play, since a socket that was just lost may still count.
-        command.args(["--address-sockets", &(2 * clients).to_string(), "--uplink", "30000"]);
-        command.arg("--scenes").arg(scenes);
+        let connections = (2 * clients).clamp(4096, 65_536);
+        command.args(["--connections-max", &connections.to_string(), "--uplink", "30000"]);
+        command.args(["--address-sockets", &(2 * clients).clamp(128, 65_536).to_string()]);
+        command.args(["--rooms-max", &rooms.max(8).to_string()]);
+        command.arg("--scenes").arg(scenes).env("JOSTLE_OPS_TOKEN", OPS_TOKEN);
         let mut process = command
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
@@ -48,6 +55,17 @@ impl Server {
                 Err(error)
             }
         }
+    }
+
+    /// Its threads, and its physical memory, as Linux tells them.
+    pub fn resources(&self) -> String {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", self.process.id()));
+        let status = status.unwrap_or_default();
+        let field = |name: &str| {
+            let line = status.lines().find_map(|line| line.strip_prefix(name));
+            line.map_or("unknown", |value| value.trim_start_matches(':').trim()).to_owned()
+        };
+        format!("{} threads, {}", field("Threads"), field("VmRSS"))
     }
 
     /// Ends it and prints its log; returns the allocations of the median second, if they were

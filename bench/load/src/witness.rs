@@ -115,7 +115,7 @@ impl Newcomers {
 
     async fn one_more(&mut self, number: u32, target: &Target, witness: &Witness) {
         let appearance = Appearance { name: format!("newcomer {}", number + 1).into(), color: 0 };
-        let arrival = match connect(target, appearance, None).await {
+        let arrival = match connect(target, None, appearance, None).await {
             Ok(arrival) => arrival,
             Err(error) => {
                 self.failed += 1;

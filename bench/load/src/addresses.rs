@@ -1,0 +1,36 @@
+//! Addresses of the loopback network, so that the bots of a load come from as many networks as people at home do.
+
+use std::net::{IpAddr, Ipv4Addr};
+
+/// Bots that share an address: fewer than a server lets one have.
+const BOTS_PER_ADDRESS: u32 = 64;
+/// First number of the second byte, so that no address is one that other programs use, and numbers of each byte that are used.
+const FIRST: u32 = 64;
+const NUMBERS: u32 = 128;
+
+/// The address from which a bot with this number joins, in a /24 of its own. Only Linux takes all of 127.0.0.0/8 as its own.
+pub fn address_of(bot: u32) -> Option<IpAddr> {
+    let network = bot / BOTS_PER_ADDRESS;
+    let (high, low) = (FIRST + network / NUMBERS % NUMBERS, network % NUMBERS);
+    cfg!(target_os = "linux").then_some(Ipv4Addr::new(127, high as u8, low as u8, 1).into())
+}
+
+/// The address from which the room with this number is opened: one may have an eighth of all rooms.
+pub fn opener_of(room: u32) -> Option<IpAddr> {
+    address_of(room * BOTS_PER_ADDRESS)
+}
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bots_come_from_networks_of_their_own() {
+        let shown = |bot| address_of(bot).map(|address| address.to_string());
+        assert_eq!(shown(0).as_deref(), Some("127.64.0.1"));
+        assert_eq!(shown(63), shown(0));
+        assert_eq!(shown(64).as_deref(), Some("127.64.1.1"));
+        assert_eq!(shown(64 * 128).as_deref(), Some("127.65.0.1"));
+        assert_eq!(opener_of(3), address_of(192));
+    }
+}

@@ -1,0 +1,62 @@
+//! Processor time of this program, which decides whether a measurement says anything about the server.
+
+use rustix::time::{ClockId, clock_gettime};
+use serde::{Deserialize, Serialize};
+use std::fs;
+
+/// Share of the time that its threads were ready to run in which they had no processor, from which this program is short of
+/// processors: what bots see is then as much its own delay as the server's.
+const WAITED_SHARE_MAX: f64 = 0.1;
+
+/// Processor time of a process, seconds.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub struct Used {
+    pub spent: f64,
+    /// Time for which its threads were ready to run and had no processor; 0 where the system does not tell it.
+    pub waited: f64,
+}
+
+impl Used {
+    /// Of this process so far. Threads that ended do not count.
+    pub fn so_far() -> Used {
+        let spent = clock_gettime(ClockId::ProcessCPUTime);
+        let threads = fs::read_dir("/proc/self/task").into_iter().flatten().flatten();
+        let waited = threads.filter_map(|thread| {
+            let counts = fs::read_to_string(thread.path().join("schedstat")).ok()?;
+            counts.split_ascii_whitespace().nth(1)?.parse::<f64>().ok()
+        });
+        Used {
+            spent: spent.tv_sec as f64 + spent.tv_nsec as f64 * 1e-9,
+            waited: waited.sum::<f64>() * 1e-9,
+        }
+    }
+
+    /// The difference to an earlier time.
+    pub fn since(self, before: Used) -> Used {
+        Used { spent: self.spent - before.spent, waited: (self.waited - before.waited).max(0.0) }
+    }
+
+    /// The sum of two processes.
+    pub fn plus(self, other: Used) -> Used {
+        Used { spent: self.spent + other.spent, waited: self.waited + other.waited }
+    }
+
+    /// Whether it waited for processors too long to judge a server.
+    pub fn is_short(self) -> bool {
+        self.waited > WAITED_SHARE_MAX * (self.spent + self.waited)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_program_that_waits_for_a_tenth_of_its_time_is_short() {
+        assert!(!Used { spent: 9.5, waited: 0.5 }.is_short());
+        assert!(Used { spent: 8.0, waited: 2.0 }.is_short());
+        assert!(!Used::default().is_short());
+        let before = Used::so_far();
+        assert!(Used::so_far().since(before).spent >= 0.0);
+    }
+}
