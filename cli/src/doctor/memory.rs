@@ -55,7 +55,10 @@ mod tests {
             [judge(little, [plenty, None], 4096), judge(plenty, [plenty, Some(4000 << 20)], 4096)]
         {
             let change = finding.change.expect("too little");
-            assert!(change.starts_with("free 4") && change.contains(" players"), "{change}");
+            assert!(
+                change.starts_with("free 4") && change.contains("--connections-max"),
+                "{change}"
+            );
         }
     }
 

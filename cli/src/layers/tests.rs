@@ -89,7 +89,7 @@ fn a_wrong_variable_is_named() {
             "here",
             "JOSTLE_LISTEN: found \"here\"; allowed: an IP address and a port",
         ),
-        ("JOSTLE_ADDRESS_SOCKETS", "0", "found \"0\"; allowed: a whole number from 1 to 4096"),
+        ("JOSTLE_ADDRESS_SOCKETS", "0", "found \"0\"; allowed: a whole number from 1 to 65536"),
         ("JOSTLE_HOST", "a,https://b", "JOSTLE_HOST: found \"https://b\"; allowed: a name without"),
         ("JOSTLE_STATE_SYNC", "never", "allowed: one of second, system"),
     ] {
