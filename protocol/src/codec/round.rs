@@ -2,6 +2,7 @@
 //! tick that stays the same as long as a phase lasts.
 
 use super::sections::bit;
+use crate::bits::{fold, unfold};
 use crate::error::{DecodeError, check};
 use crate::fields::{read_seat, write_seat};
 use crate::limits::BODIES_MAX;
@@ -104,8 +105,8 @@ fn write_progress(writer: &mut Writer, round: &RoundInfo) {
 }
 
 fn write_side_info(writer: &mut Writer, side: &SideInfo) {
-    writer.leb32(zigzag(side.score));
-    writer.leb32(zigzag(side.lives) << 1 | u32::from(side.is_in));
+    writer.zigzag(side.score);
+    writer.leb32(fold(side.lives) << 1 | u32::from(side.is_in));
 }
 
 fn write_side(writer: &mut Writer, side: Option<Side>) {
@@ -220,9 +221,9 @@ fn read_player(reader: &mut Reader, teams: usize) -> Result<RoundPlayer, DecodeE
 }
 
 fn read_side_info(reader: &mut Reader) -> Result<SideInfo, DecodeError> {
-    let score = unzigzag(reader.leb32("score")?);
+    let score = reader.zigzag("score")?;
     let word = reader.leb32("lives")?;
-    let lives = unzigzag(word >> 1);
+    let lives = unfold(word >> 1);
     let fits = |points: i32| (-POINTS_MAX..=POINTS_MAX).contains(&points);
     check(fits(score) && fits(lives), "score")?;
     Ok(SideInfo { score, lives, is_in: word & 1 == 1 })
@@ -247,13 +248,4 @@ fn read_side(reader: &mut Reader, teams: usize) -> Result<Option<Side>, DecodeEr
         PLAYER => Ok(Some(Side::Player(read_seat(reader)?))),
         _ => Err(DecodeError::OutOfRange { field: "side" }),
     }
-}
-
-/// Small numbers of either sign as small ones without.
-fn zigzag(value: i32) -> u32 {
-    (value << 1 ^ value >> 31) as u32
-}
-
-fn unzigzag(word: u32) -> i32 {
-    (word >> 1) as i32 ^ -((word & 1) as i32)
 }
