@@ -1,6 +1,6 @@
 use super::*;
-use crate::limits::TOKEN_BYTES;
-use jostle_game::SEATS_MAX;
+use crate::limits::{EMOTES, NODES_MAX, POINTER_MAX, TOKEN_BYTES, VIEW_MAX};
+use jostle_game::{Buttons, SEATS_MAX};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
@@ -274,7 +274,7 @@ fn fields_out_of_range_are_named() {
     refused(&[0, 5, 0, 2, b' ', b'A', 0, 0], "name");
     refused(&[0, 5, 0, 1, b'A', 8, 0], "color");
     refused(&[0, 5, 0, 1, b'A', 0, 2], "token");
-    refused(&[0, 5, 0, 1, b'A', 0, 0, 2], "host key");
+    refused(&[0, 5, 0, 1, b'A', 0, 0, 2], "host_key");
     refused(&[0, 5, 0, 1, b'A', 0, 0, 0, 2], "role");
     refused(&[0, 5, 0, 65], "name");
     refused(&[1, 1, 0, 0, 0x80, 0x80, 1, 0], "buttons");
@@ -283,20 +283,20 @@ fn fields_out_of_range_are_named() {
     refused(&[1, 0x80, 0, 0, 0, 0, 0], "seq");
     refused(&[4, 0x80, 4], "seat");
     refused(&[7, 8], "emote");
-    refused(&[3, 0, 0, 0, 0, 0, 0, 0, 0x40], "view");
-    refused(&[3, 0, 0, 0, 0x40, 0, 0, 0x80, 0xbf], "view");
-    refused(&[3, 0, 0, 0, 0x40, 1, 0, 0x80, 0x49], "view");
+    refused(&[3, 0, 0, 0, 0, 0, 0, 0, 0x40], "size");
+    refused(&[3, 0, 0, 0, 0x40, 0, 0, 0x80, 0xbf], "size");
+    refused(&[3, 0, 0, 0, 0x40, 1, 0, 0x80, 0x49], "size");
     let refused = |bytes: &[u8], field| {
         assert_eq!(ServerMessage::decode(bytes), Err(DecodeError::OutOfRange { field }));
     };
     refused(&[1, 20], "refusal");
     refused(&[0, 1, 0x80, 4], "seat");
     refused(&[7, 3, 8], "emote");
-    refused(&[8, 4], "clip");
+    refused(&[8, 4], "kept");
     refused(b"\x05\x06ws://b", "origin");
     refused(b"\x05\x09http://b/", "origin");
     refused(b"\x06\x02\x08http://b\x07http://", "origin");
-    refused(&[6, 9], "nodes");
+    refused(&[6, 9], "urls");
     refused(&[9], "kind");
 }
 

@@ -1,0 +1,149 @@
+//! Forms of the fields of messages: how each is written, and how it is read and checked.
+
+use super::{Appearance, ClipRefusal, Refusal, Role, WelcomeSeat};
+use crate::error::{DecodeError, check};
+use crate::fields::{read_seat, write_seat};
+use crate::limits::{
+    EMOTES, NODES_MAX, POINTER_MAX, REPLAY_NAME_BYTES_MAX, ROOM_CODE_BYTES_MAX, SCENE_BYTES_MAX,
+    SCENE_NAME_BYTES_MAX, VIEW_MAX,
+};
+use crate::origin::{read_origin, write_origin};
+use crate::token::Token;
+use crate::wire::{Reader, Writer};
+use jostle_game::{Buttons, Input, Seat};
+use jostle_sim::Vec2;
+
+/// Both halves of a field. Reading names the field in errors.
+pub struct Form<T> {
+    pub write: fn(&mut Writer, &T),
+    pub read: fn(&mut Reader, &'static str) -> Result<T, DecodeError>,
+}
+
+pub const BYTE: Form<u8> =
+    Form { write: |writer, it| writer.byte(*it), read: |reader, field| reader.byte(field) };
+pub const FLAG: Form<bool> =
+    Form { write: |writer, it| writer.flag(*it), read: |reader, field| reader.flag(field) };
+pub const FIXED16: Form<u16> =
+    Form { write: |writer, it| writer.fixed16(*it), read: |reader, field| reader.fixed16(field) };
+pub const FIXED32: Form<u32> =
+    Form { write: |writer, it| writer.fixed32(*it), read: |reader, field| reader.fixed32(field) };
+pub const LEB32: Form<u32> =
+    Form { write: |writer, it| writer.leb32(*it), read: |reader, field| reader.leb32(field) };
+
+pub const SEAT: Form<Seat> =
+    Form { write: |writer, it| write_seat(writer, *it), read: |reader, _| read_seat(reader) };
+pub const APPEARANCE: Form<Appearance> =
+    Form { write: |writer, it| it.write(writer), read: |reader, _| Appearance::read(reader) };
+pub const SOME_TOKEN: Form<Option<Token>> = Form {
+    write: |writer, it| writer.option(it.as_ref(), |writer, token| token.write(writer)),
+    read: |reader, field| reader.option(field, |reader| Token::read(reader, field)),
+};
+pub const ROLE: Form<Role> = Form {
+    write: |writer, it| writer.flag(*it == Role::Spectator),
+    read: |reader, field| Ok(if reader.flag(field)? { Role::Spectator } else { Role::Player }),
+};
+pub const EMOTE: Form<u8> = Form {
+    write: BYTE.write,
+    read: |reader, field| {
+        let emote = reader.byte(field)?;
+        check(emote < EMOTES, field)?;
+        Ok(emote)
+    },
+};
+
+pub const INPUT: Form<Input> = Form {
+    write: |writer, it| {
+        writer.leb32(u32::from(it.buttons().0));
+        writer.option(it.pointer(), Writer::point);
+    },
+    read: |reader, _| {
+        let buttons = Buttons(reader.leb_up_to(u32::from(Buttons::ALL.0), "buttons")? as u16);
+        let pointer = reader.option("pointer", |reader| {
+            let point = reader.point("pointer")?;
+            check(point.x.abs() <= POINTER_MAX && point.y.abs() <= POINTER_MAX, "pointer")?;
+            Ok(point)
+        })?;
+        Ok(Input::new(buttons, pointer))
+    },
+};
+pub const VIEW: Form<Vec2> = Form {
+    write: |writer, it| writer.point(*it),
+    read: |reader, field| {
+        let size = reader.point(field)?;
+        let allowed = |length: f32| length > 0.0 && length <= VIEW_MAX;
+        check(allowed(size.x) && allowed(size.y), field)?;
+        Ok(size)
+    },
+};
+
+pub const WELCOME_SEAT: Form<Option<WelcomeSeat>> = Form {
+    write: |writer, it| {
+        writer.option(it.as_ref(), |writer, WelcomeSeat { seat, host, token }| {
+            write_seat(writer, *seat);
+            writer.flag(*host);
+            token.write(writer);
+        });
+    },
+    read: |reader, field| {
+        reader.option(field, |reader| {
+            let (seat, host) = (read_seat(reader)?, reader.flag("host")?);
+            Ok(WelcomeSeat { seat, host, token: Token::read(reader, "token")? })
+        })
+    },
+};
+/// A text of at most as many bytes.
+macro_rules! text {
+    ($bytes_max:ident) => {
+        Form {
+            write: |writer, it| writer.text(it, $bytes_max),
+            read: |reader, field| Ok(reader.text($bytes_max, field)?.to_owned()),
+        }
+    };
+}
+pub const ROOM_CODE: Form<String> = text!(ROOM_CODE_BYTES_MAX);
+pub const SCENE_NAME: Form<String> = text!(SCENE_NAME_BYTES_MAX);
+pub const SCENE: Form<String> = text!(SCENE_BYTES_MAX);
+const REPLAY_NAME: Form<String> = text!(REPLAY_NAME_BYTES_MAX);
+
+pub const REFUSAL: Form<Refusal> = Form {
+    write: |writer, it| writer.byte(*it as u8),
+    read: |reader, field| {
+        let refusal = Refusal::ALL.get(usize::from(reader.byte(field)?));
+        refusal.copied().ok_or(DecodeError::OutOfRange { field })
+    },
+};
+/// The name of a clip after a zero, or why there is none.
+pub const CLIP: Form<Result<String, ClipRefusal>> = Form {
+    write: |writer, it| match it {
+        Ok(name) => {
+            writer.byte(0);
+            (REPLAY_NAME.write)(writer, name);
+        }
+        Err(refusal) => writer.byte(*refusal as u8),
+    },
+    read: |reader, field| match reader.byte(field)? {
+        0 => (REPLAY_NAME.read)(reader, field).map(Ok),
+        byte => {
+            let refusal = ClipRefusal::ALL.into_iter().find(|&refusal| refusal as u8 == byte);
+            refusal.map(Err).ok_or(DecodeError::OutOfRange { field })
+        }
+    },
+};
+
+pub const ORIGIN: Form<String> =
+    Form { write: |writer, it| write_origin(writer, it), read: |reader, _| read_origin(reader) };
+pub const ORIGINS: Form<Vec<String>> = Form {
+    write: |writer, it| {
+        assert!(it.len() <= NODES_MAX, "{} nodes exceed {NODES_MAX}", it.len());
+        writer.count(it.len());
+        it.iter().for_each(|url| write_origin(writer, url));
+    },
+    read: |reader, field| {
+        let count = reader.count(NODES_MAX, 1, field)?;
+        let mut urls = Vec::with_capacity(count);
+        for _ in 0..count {
+            urls.push(read_origin(reader)?);
+        }
+        Ok(urls)
+    },
+};
