@@ -150,7 +150,7 @@ impl Player {
     }
 
     pub fn visit(&self, visitor: &mut impl StateVisitor) {
-        let subject = Subject::OtherNumbered("player", u32::from(self.seat.0));
+        let subject = Subject::Numbered("player", u32::from(self.seat.0));
         visitor.bits(subject, "seat", u32::from(self.seat.0));
         let bodies = [
             ("hero", self.hero),

@@ -24,7 +24,7 @@ const NO_SEAT: u8 = u8::MAX;
 /// Seats from here on take two bytes.
 const LONG_SEATS: u16 = 128;
 /// The rules as a whole.
-const RULES: Subject = Subject::Other("rules");
+const RULES: Subject = Subject::One("rules");
 const PLAYER_BYTES_MIN: usize = 42;
 const PENDING_BYTES: usize = 2;
 
@@ -58,7 +58,7 @@ impl Game {
         self.roster.players.iter().for_each(|player| player.visit(visitor));
         if self.scene.throws_packs() {
             for player in &self.roster.players {
-                let subject = Subject::OtherNumbered("player", u32::from(player.seat.0));
+                let subject = Subject::Numbered("player", u32::from(player.seat.0));
                 visitor.bits(subject, "wait for a throw", player.throw_wait);
             }
         }

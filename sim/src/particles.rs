@@ -280,12 +280,12 @@ impl Particles {
 
     /// Visits every word of the state.
     pub(crate) fn visit(&self, visitor: &mut impl StateVisitor) {
-        visitor.bits(Subject::World, "emitters", self.emitters.len() as u32);
+        visitor.bits(Subject::WORLD, "emitters", self.emitters.len() as u32);
         for (index, emitter) in (0u32..).zip(&self.emitters) {
-            emitter.visit(Subject::Emitter(index), visitor);
+            emitter.visit(Subject::Numbered("emitter", index), visitor);
         }
         for index in 0..self.len() {
-            let subject = Subject::Particle(index as u32);
+            let subject = Subject::Numbered("particle", index as u32);
             visitor.vector(subject, ["position.x", "position.y"], self.position[index]);
             visitor.vector(subject, ["velocity.x", "velocity.y"], self.velocity[index]);
             let ages = u32::from(self.age[index]) << 16 | u32::from(self.life[index]);

@@ -14,40 +14,28 @@ use std::fmt;
 /// Owner of a word of state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Subject {
-    /// The world as a whole.
-    World,
     /// A body, or the slot that it left.
     Body(BodyId),
-    /// Two bodies that hold each other apart, by slot.
-    Contact {
-        /// The lower of both slots.
-        a: u32,
-        /// The higher of both slots.
-        b: u32,
-    },
-    /// A spring, counted from 0.
-    Spring(u32),
-    /// A running emitter, counted from 0.
-    Emitter(u32),
-    /// A particle, counted from 0.
-    Particle(u32),
-    /// State kept outside the world, such as the rules of a game.
-    Other(&'static str),
-    /// One of several such owners, such as a player by seat.
-    OtherNumbered(&'static str, u32),
+    /// Two bodies that hold each other apart, the lower slot first.
+    Contact(u32, u32),
+    /// The only one of its name, such as the world.
+    One(&'static str),
+    /// One of several, such as a particle, counted from 0, or a player by seat.
+    Numbered(&'static str, u32),
+}
+
+impl Subject {
+    /// The world as a whole.
+    pub const WORLD: Subject = Subject::One("world");
 }
 
 impl fmt::Display for Subject {
     fn fmt(&self, out: &mut fmt::Formatter) -> fmt::Result {
         match self {
-            Subject::World => write!(out, "world"),
             Subject::Body(id) => write!(out, "body {}.{}", id.index, id.generation),
-            Subject::Contact { a, b } => write!(out, "contact of {a} and {b}"),
-            Subject::Spring(index) => write!(out, "spring {index}"),
-            Subject::Emitter(index) => write!(out, "emitter {index}"),
-            Subject::Particle(index) => write!(out, "particle {index}"),
-            Subject::Other(name) => write!(out, "{name}"),
-            Subject::OtherNumbered(name, number) => write!(out, "{name} {number}"),
+            Subject::Contact(a, b) => write!(out, "contact of {a} and {b}"),
+            Subject::One(name) => write!(out, "{name}"),
+            Subject::Numbered(name, number) => write!(out, "{name} {number}"),
         }
     }
 }

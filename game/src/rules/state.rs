@@ -33,22 +33,20 @@ impl Rules {
                 visitor.bits(subject, "state", u32::from_le_bytes(word));
             }
         };
-        part(Subject::Other("round"), &|out| self.save_round(out));
+        part(Subject::One("round"), &|out| self.save_round(out));
         for (index, zone) in (0..).zip(&self.zones) {
-            part(Subject::OtherNumbered("zone", index), &|out| zone.save(out));
+            part(Subject::Numbered("zone", index), &|out| zone.save(out));
         }
         for (index, signal) in (0..).zip(&self.signals) {
-            part(Subject::OtherNumbered("signal", index), &|out| signal.save(out));
+            part(Subject::Numbered("signal", index), &|out| signal.save(out));
         }
         for actor in roster.actors() {
             let note = self.notes.of_existing(actor.id, world);
-            part(Subject::OtherNumbered("note of body", actor.id.index), &|out| note.save(out));
+            part(Subject::Numbered("note of body", actor.id.index), &|out| note.save(out));
         }
         for player in &roster.players {
             let seat = u32::from(player.seat.0);
-            part(Subject::OtherNumbered("player in the round", seat), &|out| {
-                save_player(player, out)
-            });
+            part(Subject::Numbered("player in the round", seat), &|out| save_player(player, out));
         }
     }
 

@@ -18,9 +18,9 @@ impl Forces {
             visitor.number(subject, "linear drag", drag.linear);
             visitor.number(subject, "quadratic drag", drag.quadratic);
         }
-        visitor.bits(Subject::World, "springs", self.springs.len() as u32);
+        visitor.bits(Subject::WORLD, "springs", self.springs.len() as u32);
         for (index, spring) in (0u32..).zip(&self.springs) {
-            let subject = Subject::Spring(index);
+            let subject = Subject::Numbered("spring", index);
             visitor.name(subject, "body", spring.body);
             match spring.end {
                 SpringEnd::Point(point) => visitor.vector(subject, ["end.x", "end.y"], point),

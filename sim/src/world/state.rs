@@ -75,14 +75,14 @@ impl World {
         let relaxed = self.relaxation.constraints.iter().map(|pair| (pair.a, pair.b));
         let solved = self.conjugate.contacts.constraints.iter().map(|pair| (pair.a, pair.b));
         for (a, b) in relaxed.chain(solved) {
-            visitor.bits(Subject::Contact { a, b }, "taking part", 1);
+            visitor.bits(Subject::Contact(a, b), "taking part", 1);
         }
     }
 
     /// Visits all state in id order.
     pub fn visit(&self, visitor: &mut impl StateVisitor) {
         let bodies = &self.bodies;
-        visitor.bits(Subject::World, "slots", bodies.alive.len() as u32);
+        visitor.bits(Subject::WORLD, "slots", bodies.alive.len() as u32);
         for slot in 0..bodies.alive.len() as u32 {
             let (id, alive) = (bodies.id(slot), bodies.alive[slot as usize]);
             visitor.bits(Subject::Body(id), "life", id.generation << 1 | u32::from(alive));
@@ -282,7 +282,7 @@ fn visit_pair(pair: &Pair, visitor: &mut impl StateVisitor) {
     if pair.normal_impulse <= 0.0 {
         return;
     }
-    let subject = Subject::Contact { a: pair.a, b: pair.b };
+    let subject = Subject::Contact(pair.a, pair.b);
     visitor.bits(subject, "bodies", pair.a);
     visitor.bits(subject, "bodies", pair.b);
     visitor.number(subject, "normal impulse", pair.normal_impulse);
