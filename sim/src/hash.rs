@@ -37,8 +37,37 @@ impl StateHasher {
         self.push((word >> 32) as u32);
     }
 
+    /// Adds bytes to the digest. Before a word follows, [`StateHasher::fill_word`] must be called.
+    #[inline]
+    pub(crate) fn push_bytes(&mut self, bytes: &[u8]) {
+        let end = self.filled + bytes.len();
+        if end < BLOCK_BYTES {
+            self.block[self.filled..end].copy_from_slice(bytes);
+            self.filled = end;
+        } else {
+            bytes.iter().for_each(|&byte| self.push_byte(byte));
+        }
+    }
+
+    fn push_byte(&mut self, byte: u8) {
+        self.block[self.filled] = byte;
+        self.filled += 1;
+        if self.filled == BLOCK_BYTES {
+            self.digest.update(&self.block);
+            self.filled = 0;
+        }
+    }
+
+    /// Fills the word that is begun with zeros.
+    pub(crate) fn fill_word(&mut self) {
+        while !self.filled.is_multiple_of(4) {
+            self.push_byte(0);
+        }
+    }
+
     /// The digest of all words so far.
     pub fn finish(mut self) -> u64 {
+        self.fill_word();
         self.digest.update(&self.block[..self.filled]);
         self.digest.digest()
     }

@@ -5,10 +5,12 @@
 //! store data shared by many bodies once, while the hash covers every word of each body.
 
 pub mod bytes;
+pub mod io;
 
 use crate::body::BodyId;
 use crate::hash::StateHasher;
 use glam::Vec2;
+use io::{Field, StateIo};
 use std::fmt;
 
 /// Owner of a word of state.
@@ -127,22 +129,43 @@ impl StateVisitor for StateHasher {
     }
 }
 
+impl StateIo for StateHasher {
+    #[inline]
+    fn hashed(&mut self, _: Field, word: Word) {
+        let (Word::Bits(bits) | Word::Number(bits)) = word;
+        self.push(bits);
+    }
+}
+
 /// A state as a list of its labelled words.
 #[derive(Default)]
-pub struct StateDump(Vec<(Subject, &'static str, Word)>);
+pub struct StateDump {
+    subject: Option<Subject>,
+    words: Vec<(Subject, Field, Word)>,
+}
+
+impl StateIo for StateDump {
+    fn subject(&mut self, subject: Subject) {
+        self.subject = Some(subject);
+    }
+
+    fn hashed(&mut self, field: Field, word: Word) {
+        self.words.push((self.subject.unwrap_or(Subject::WORLD), field, word));
+    }
+}
 
 impl StateVisitor for StateDump {
     fn word(&mut self, subject: Subject, field: &'static str, word: Word) {
-        self.0.push((subject, field, word));
+        self.words.push((subject, field, word));
     }
 }
 
 impl StateDump {
     /// Returns the first word that differs.
     pub fn first_difference(&self, other: &StateDump) -> Option<Difference> {
-        let index = self.0.iter().zip(&other.0).position(|(one, other)| one != other);
-        let index = index.unwrap_or(self.0.len().min(other.0.len()));
-        match (self.0.get(index), other.0.get(index)) {
+        let index = self.words.iter().zip(&other.words).position(|(one, other)| one != other);
+        let index = index.unwrap_or(self.words.len().min(other.words.len()));
+        match (self.words.get(index), other.words.get(index)) {
             (None, None) => None,
             (Some(&(subject, field, one)), Some(&(twin, twin_field, other)))
                 if (subject, field) == (twin, twin_field) =>
@@ -164,6 +187,6 @@ impl StateDump {
 
     /// Whether the list has words of a subject, beside those of its `twin`.
     fn has(&self, subject: Subject, twin: Subject) -> bool {
-        subject == twin || self.0.iter().any(|&(other, ..)| other == subject)
+        subject == twin || self.words.iter().any(|&(other, ..)| other == subject)
     }
 }

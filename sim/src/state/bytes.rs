@@ -1,7 +1,10 @@
 //! Saved states as bytes: fixed-size little-endian words. Saved bytes may come from anywhere, so
 //! every number is checked where it is read.
 
+use super::Subject;
+use super::io::{Field, StateIo};
 use crate::body::BodyId;
+use crate::hash::StateHasher;
 use glam::Vec2;
 
 /// Reason why bytes are no valid state of this scene.
@@ -68,12 +71,13 @@ impl StateWriter {
 pub struct StateReader<'a> {
     bytes: &'a [u8],
     at: usize,
+    error: Option<StateError>,
 }
 
 impl<'a> StateReader<'a> {
     /// Creates a reader at the first byte.
     pub fn new(bytes: &'a [u8]) -> StateReader<'a> {
-        StateReader { bytes, at: 0 }
+        StateReader { bytes, at: 0, error: None }
     }
 
     /// Returns the error for the field that was read last.
@@ -82,12 +86,22 @@ impl<'a> StateReader<'a> {
     }
 
     /// Fails for the field that was read last unless `fine`.
-    pub fn check(&self, fine: bool, field: &'static str) -> Result<(), StateError> {
+    pub fn check(&mut self, fine: bool, field: &'static str) -> Result<(), StateError> {
         if fine { Ok(()) } else { Err(self.wrong(field)) }
     }
 
+    /// Fails unless all fields so far were right.
+    pub fn ok(&self) -> Result<(), StateError> {
+        self.error.map_or(Ok(()), Err)
+    }
+
+    fn refuse(&mut self, field: Field, problem: &'static str) {
+        self.error.get_or_insert(StateError { at: self.at, field, problem });
+    }
+
     /// Fails if bytes are left after the last field.
-    pub fn end(&self) -> Result<(), StateError> {
+    pub fn end(&mut self) -> Result<(), StateError> {
+        self.ok()?;
         self.check(self.at == self.bytes.len(), "end")
     }
 
@@ -160,5 +174,55 @@ impl<'a> StateReader<'a> {
         let fits = count <= count_max && count <= (self.bytes.len() - self.at) / bytes_each;
         self.check(fits, field)?;
         Ok(count)
+    }
+}
+
+impl StateIo for StateWriter {
+    fn saved<const N: usize>(&mut self, _: Field, given: [u8; N]) -> [u8; N] {
+        self.0.extend(given);
+        given
+    }
+}
+
+impl StateIo for StateReader<'_> {
+    const READS: bool = true;
+
+    fn saved<const N: usize>(&mut self, field: Field, given: [u8; N]) -> [u8; N] {
+        match self.bytes[self.at..].first_chunk() {
+            Some(bytes) if self.error.is_none() => {
+                self.at += N;
+                *bytes
+            }
+            _ => {
+                self.refuse(field, "missing");
+                given
+            }
+        }
+    }
+
+    fn checked<T>(&mut self, field: Field, given: T, read: impl FnOnce() -> Option<T>) -> T {
+        let read = if self.error.is_none() { read() } else { None };
+        read.unwrap_or_else(|| {
+            self.refuse(field, "out of range");
+            given
+        })
+    }
+
+    fn bytes_left(&self) -> usize {
+        self.bytes.len() - self.at
+    }
+}
+
+/// Hashes the saved bytes of a state instead of its words; each subject begins a new word.
+pub struct ByteHasher<'a>(/** Digests the bytes. */ pub &'a mut StateHasher);
+
+impl StateIo for ByteHasher<'_> {
+    fn subject(&mut self, _: Subject) {
+        self.0.fill_word();
+    }
+
+    fn saved<const N: usize>(&mut self, _: Field, given: [u8; N]) -> [u8; N] {
+        self.0.push_bytes(&given);
+        given
     }
 }

@@ -1,0 +1,221 @@
+//! The one description of each type's state, and what runs it.
+
+use super::bytes::PLAUSIBLE_MAX;
+use super::{Subject, Word};
+use crate::body::BodyId;
+use crate::rng::Rng;
+use glam::Vec2;
+
+/// Name of a field, in differences and errors.
+pub type Field = &'static str;
+
+/// Runs descriptions of state: functions that take a value, pass its fields on in a fixed order,
+/// each with its check, and return the value made of what they got back.
+///
+/// A hash, a list for comparison and saved bytes are made of the values given; a restored state
+/// consists of the values returned. A field is therefore named once, and whatever is saved is hashed
+/// too, except what goes through [`StateIo::saved`]. After the first wrong byte a reader returns the
+/// values given and runs no check; what it returned must not be used before it was asked for its
+/// error.
+pub trait StateIo: Sized {
+    /// Whether values come from saved bytes. Only then are they checked, and lists returned.
+    const READS: bool = false;
+
+    /// Names the owner of the fields that follow.
+    #[inline]
+    fn subject(&mut self, _: Subject) {}
+
+    /// Takes a word that is hashed but not saved, since it follows from what is.
+    #[inline]
+    fn hashed(&mut self, _field: Field, _word: Word) {}
+
+    /// Takes bytes that are saved but not hashed: only what is hashed in another form, or decides
+    /// nothing in later ticks that is not hashed itself.
+    #[inline]
+    fn saved<const N: usize>(&mut self, _field: Field, given: [u8; N]) -> [u8; N] {
+        given
+    }
+
+    /// Returns `given`, or what was read last means; `None` refuses it.
+    #[inline]
+    fn checked<T>(&mut self, _: Field, given: T, _read: impl FnOnce() -> Option<T>) -> T {
+        given
+    }
+
+    /// Bytes that are still to be read.
+    fn bytes_left(&self) -> usize {
+        usize::MAX
+    }
+
+    /// Refuses what was read last unless it fits.
+    #[inline]
+    fn check(&mut self, field: Field, fits: impl FnOnce() -> bool) {
+        self.checked(field, (), || fits().then_some(()));
+    }
+
+    /// Takes a count, an index or flags, as [`StateIo::hashed`] does.
+    #[inline]
+    fn bits(&mut self, field: Field, bits: u32) {
+        self.hashed(field, Word::Bits(bits));
+    }
+
+    /// Takes a byte, which is a word of the hash.
+    #[inline]
+    fn byte(&mut self, field: Field, value: u8) -> u8 {
+        self.bits(field, u32::from(value));
+        self.saved(field, [value])[0]
+    }
+
+    /// Takes 16 bits, which are a word of the hash.
+    #[inline]
+    fn short(&mut self, field: Field, value: u16) -> u16 {
+        self.bits(field, u32::from(value));
+        self.saved_short(field, value)
+    }
+
+    /// Takes 16 bits, as [`StateIo::saved`] does.
+    #[inline]
+    fn saved_short(&mut self, field: Field, value: u16) -> u16 {
+        u16::from_le_bytes(self.saved(field, value.to_le_bytes()))
+    }
+
+    /// Takes a word of 32 bits.
+    #[inline]
+    fn word(&mut self, field: Field, value: u32) -> u32 {
+        self.bits(field, value);
+        self.saved_word(field, value)
+    }
+
+    /// Takes a word of 32 bits, as [`StateIo::saved`] does.
+    #[inline]
+    fn saved_word(&mut self, field: Field, value: u32) -> u32 {
+        u32::from_le_bytes(self.saved(field, value.to_le_bytes()))
+    }
+
+    /// Takes 64 bits, the low half first.
+    #[inline]
+    fn long(&mut self, field: Field, value: u64) -> u64 {
+        let low = self.word(field, value as u32);
+        u64::from(self.word(field, (value >> 32) as u32)) << 32 | u64::from(low)
+    }
+
+    /// Takes up to seven flags, in one byte.
+    #[inline]
+    fn flags<const N: usize>(&mut self, field: Field, flags: [bool; N]) -> [bool; N] {
+        let bits = flags.iter().rev().fold(0, |bits, &flag| bits << 1 | u8::from(flag));
+        let bits = self.byte(field, bits);
+        let read = || std::array::from_fn(|index| bits >> index & 1 == 1);
+        self.checked(field, flags, || (bits >> N == 0).then(read))
+    }
+
+    /// Takes a number; both zeros have the same hash.
+    #[inline]
+    fn number(&mut self, field: Field, value: f32, fits: impl FnOnce(f32) -> bool) -> f32 {
+        self.hashed(field, Word::Number((value + 0.0).to_bits()));
+        let read = f32::from_le_bytes(self.saved(field, value.to_le_bytes()));
+        self.checked(field, value, || fits(read).then_some(read))
+    }
+
+    /// Takes both components of a vector.
+    #[inline]
+    fn vector(&mut self, fields: [Field; 2], it: Vec2, fits: impl Fn(f32) -> bool) -> Vec2 {
+        let x = self.number(fields[0], it.x, &fits);
+        Vec2::new(x, self.number(fields[1], it.y, &fits))
+    }
+
+    /// Takes the id of a body, or none.
+    #[inline]
+    fn body(&mut self, field: Field, body: Option<BodyId>) -> Option<BodyId> {
+        let BodyId { index, generation } = body.unwrap_or(NOBODY);
+        self.bits(field, index);
+        self.bits(field, generation);
+        self.saved_body(field, body)
+    }
+
+    /// Takes the id of a body, or none, as [`StateIo::saved`] does.
+    #[inline]
+    fn saved_body(&mut self, field: Field, body: Option<BodyId>) -> Option<BodyId> {
+        let BodyId { index, generation } = body.unwrap_or(NOBODY);
+        let index = self.saved_word(field, index);
+        let generation = self.saved_word(field, generation);
+        (index != NOBODY.index).then_some(BodyId { index, generation })
+    }
+
+    /// Takes the id of a body, and refuses none.
+    #[inline]
+    fn id(&mut self, field: Field, id: BodyId) -> BodyId {
+        let read = self.body(field, Some(id));
+        self.checked(field, id, || read)
+    }
+
+    /// Takes the state of a generator.
+    fn generator(&mut self, field: Field, rng: &Rng) -> Rng {
+        let [state, increment] = rng.state().map(|half| self.long(field, half));
+        self.check(field, || increment & 1 == 1);
+        Rng::from_state([state, increment])
+    }
+
+    /// Takes an entry for each that is given.
+    #[inline]
+    fn each<T, U>(
+        &mut self,
+        given: impl IntoIterator<Item = T>,
+        mut entry: impl FnMut(&mut Self, u32, T) -> U,
+    ) -> Vec<U> {
+        let mut read = Vec::new();
+        for (index, given) in given.into_iter().enumerate() {
+            let value = entry(self, index as u32, given);
+            if Self::READS {
+                read.push(value);
+            }
+        }
+        read
+    }
+
+    /// Takes a number of entries. It is not hashed, and refused before anything is allocated if it
+    /// exceeds `most`, or if fewer than `size` bytes are left for each.
+    fn count(&mut self, field: Field, given: usize, [most, size]: [usize; 2]) -> usize {
+        let count = self.saved_word(field, given as u32) as usize;
+        let most = most.min(self.bytes_left() / size);
+        self.checked(field, given, || (count <= most).then_some(count))
+    }
+
+    /// Takes a list of at most as many entries, of at least as many bytes each, as `limits` says.
+    /// Those that are read begin as `blank`.
+    #[inline]
+    fn list<T: Clone>(
+        &mut self,
+        field: Field,
+        limits: [usize; 2],
+        given: impl ExactSizeIterator<Item = T>,
+        blank: T,
+        entry: impl FnMut(&mut Self, u32, T) -> T,
+    ) -> Vec<T> {
+        let count = self.count(field, given.len(), limits);
+        self.entries(count, given, blank, entry)
+    }
+
+    /// Takes the entries of a list whose number was taken before.
+    #[inline]
+    fn entries<T: Clone>(
+        &mut self,
+        count: usize,
+        given: impl Iterator<Item = T>,
+        blank: T,
+        entry: impl FnMut(&mut Self, u32, T) -> T,
+    ) -> Vec<T> {
+        if Self::READS {
+            self.each(std::iter::repeat_n(blank, count), entry)
+        } else {
+            self.each(given, entry)
+        }
+    }
+}
+
+/// Stands for no body.
+pub const NOBODY: BodyId = BodyId { index: u32::MAX, generation: 0 };
+
+/// Whether a number can be one of a game: it is below [`PLAUSIBLE_MAX`] in magnitude.
+pub fn plausible(value: f32) -> bool {
+    value.abs() < PLAUSIBLE_MAX
+}
