@@ -46,35 +46,83 @@ pub(crate) struct Bodies {
     free: Vec<u32>,
 }
 
+/// What a body is and where.
+#[derive(Clone, Copy)]
+pub(crate) struct Body {
+    pub shape: Shape,
+    pub center: Vec2,
+    pub velocity: Vec2,
+    pub inverse_mass: f32,
+    pub warm_start_scale: f32,
+    pub gravity_scale: f32,
+    pub material: Material,
+    pub motion: Motion,
+    pub group: u8,
+}
+
 impl Bodies {
     pub fn add(&mut self, def: &BodyDef) -> BodyId {
         check_def(def);
         let slot = self.free.pop().unwrap_or_else(|| self.grow(0));
-        let index = slot as usize;
-        self.shape[index] = def.shape;
-        self.half[index] = def.shape.half_extent();
-        self.center[index] = def.position;
-        self.velocity[index] = def.velocity;
-        self.inverse_mass[index] = match def.motion {
+        let inverse_mass = match def.motion {
             Motion::Dynamic => 1.0 / def.mass,
             Motion::Static | Motion::Kinematic => 0.0,
         };
-        self.warm_start_scale[index] = 1.0;
+        let body = Body {
+            shape: def.shape,
+            center: def.position,
+            velocity: def.velocity,
+            inverse_mass,
+            warm_start_scale: 1.0,
+            gravity_scale: def.gravity_scale,
+            material: Material { restitution: def.restitution, friction: def.friction },
+            motion: def.motion,
+            group: def.group,
+        };
+        self.put(slot, &body);
+        self.id(slot)
+    }
+
+    /// What is in a slot. Inlined always: fields that a caller leaves unread cost nothing then.
+    #[inline(always)]
+    pub fn body(&self, slot: u32) -> Body {
+        let slot = slot as usize;
+        Body {
+            shape: self.shape[slot],
+            center: self.center[slot],
+            velocity: self.velocity[slot],
+            inverse_mass: self.inverse_mass[slot],
+            warm_start_scale: self.warm_start_scale[slot],
+            gravity_scale: self.gravity_scale[slot],
+            material: self.material[slot],
+            motion: self.motion[slot],
+            group: self.group[slot],
+        }
+    }
+
+    /// Puts a body into an empty slot.
+    pub fn put(&mut self, slot: u32, body: &Body) {
+        let index = slot as usize;
+        self.shape[index] = body.shape;
+        self.half[index] = body.shape.half_extent();
+        self.center[index] = body.center;
+        self.velocity[index] = body.velocity;
+        self.inverse_mass[index] = body.inverse_mass;
+        self.warm_start_scale[index] = body.warm_start_scale;
         self.reach[index] = REACH_MIN;
-        self.gravity_scale[index] = def.gravity_scale;
-        self.material[index] = Material { restitution: def.restitution, friction: def.friction };
-        self.motion[index] = def.motion;
-        self.group[index] = def.group;
+        self.gravity_scale[index] = body.gravity_scale;
+        self.material[index] = body.material;
+        self.motion[index] = body.motion;
+        self.group[index] = body.group;
         self.alive[index] = true;
         self.thinnest = None;
-        if def.motion != Motion::Static {
+        if body.motion != Motion::Static {
             let at = self.moving.partition_point(|&other| other < slot);
             self.moving.insert(at, slot);
         }
-        BodyId { index: slot, generation: self.generation[index] }
     }
 
-    /// Appends an empty slot; `add` or `activate` fills it.
+    /// Appends an empty slot, which [`Bodies::put`] fills.
     pub fn grow(&mut self, generation: u32) -> u32 {
         let slot = u32::try_from(self.alive.len()).expect("bodies_max is far below 2^32");
         self.shape.push(Shape::Circle { radius: 1.0 });
@@ -92,15 +140,6 @@ impl Bodies {
         self.generation.push(generation);
         self.alive.push(false);
         slot
-    }
-
-    /// Marks the body in the last slot as alive, once its fields are restored.
-    pub fn activate(&mut self, slot: u32) {
-        self.alive[slot as usize] = true;
-        self.thinnest = None;
-        if self.motion[slot as usize] != Motion::Static {
-            self.moving.push(slot);
-        }
     }
 
     /// Lists the free slots, once all are restored.

@@ -66,8 +66,8 @@ pub(crate) struct Forces {
     springs_max: usize,
     euler: EulerGroups,
     /// Bodies with drag, by ascending slot.
-    dragged: Vec<(u32, Drag)>,
-    springs: Vec<Spring>,
+    pub dragged: Vec<(u32, Drag)>,
+    pub springs: Vec<Spring>,
     /// Whether the three below are up to date.
     is_classified: bool,
     euler_bodies: Vec<EulerBody>,

@@ -6,7 +6,7 @@
 
 mod emitter;
 mod obstacles;
-mod saved;
+mod state;
 pub mod wire;
 
 pub use emitter::{EmitterDef, Source};
@@ -16,11 +16,11 @@ use crate::body::BodyId;
 use crate::hash::StateHasher;
 use crate::math::min;
 use crate::rng::Rng;
-use crate::state::{StateVisitor, Subject};
 use crate::time::DT;
 use emitter::Emitter;
 use glam::Vec2;
 use obstacles::ObstacleGrid;
+use state::Particle;
 
 /// Properties of the particles of an emitter (A3.18); ranges are drawn per particle.
 #[derive(Clone, Debug, PartialEq)]
@@ -220,13 +220,8 @@ impl Particles {
         if self.len() >= self.limit {
             return;
         }
-        let birth = Birth::draw(&self.recipes[usize::from(recipe)], seed);
-        self.position.push(position);
-        self.velocity.push(birth.velocity);
-        self.age.push(0);
-        self.life.push(birth.life);
-        self.recipe.push(recipe);
-        self.seed.push(seed);
+        let Birth { velocity, life, .. } = Birth::draw(&self.recipes[usize::from(recipe)], seed);
+        self.push(&Particle { position, velocity, age: 0, life, seed, recipe });
     }
 
     /// Number of live particles.
@@ -278,27 +273,42 @@ impl Particles {
         ParticleAppearance { color, size: min(grown, SIZE_MAX) }
     }
 
-    /// Visits every word of the state.
-    pub(crate) fn visit(&self, visitor: &mut impl StateVisitor) {
-        visitor.bits(Subject::WORLD, "emitters", self.emitters.len() as u32);
-        for (index, emitter) in (0u32..).zip(&self.emitters) {
-            emitter.visit(Subject::Numbered("emitter", index), visitor);
-        }
-        for index in 0..self.len() {
-            let subject = Subject::Numbered("particle", index as u32);
-            visitor.vector(subject, ["position.x", "position.y"], self.position[index]);
-            visitor.vector(subject, ["velocity.x", "velocity.y"], self.velocity[index]);
-            let ages = u32::from(self.age[index]) << 16 | u32::from(self.life[index]);
-            visitor.bits(subject, "age and life", ages);
-            visitor.bits(subject, "seed", self.seed[index]);
-            visitor.bits(subject, "recipe", u32::from(self.recipe[index]));
-        }
+    /// Every particle.
+    fn rows(&self) -> impl ExactSizeIterator<Item = Particle> {
+        let moves = self.position.iter().zip(&self.velocity);
+        let ages = self.age.iter().zip(&self.life);
+        let kinds = self.seed.iter().zip(&self.recipe);
+        moves.zip(ages).zip(kinds).map(
+            |(((&position, &velocity), (&age, &life)), (&seed, &recipe))| Particle {
+                position,
+                velocity,
+                age,
+                life,
+                seed,
+                recipe,
+            },
+        )
+    }
+
+    /// Fills an empty set.
+    pub(crate) fn fill(&mut self, emitters: Vec<Emitter>, particles: &[Particle]) {
+        self.emitters = emitters;
+        particles.iter().for_each(|particle| self.push(particle));
+    }
+
+    fn push(&mut self, particle: &Particle) {
+        self.position.push(particle.position);
+        self.velocity.push(particle.velocity);
+        self.age.push(particle.age);
+        self.life.push(particle.life);
+        self.seed.push(particle.seed);
+        self.recipe.push(particle.recipe);
     }
 
     /// Digest of the raw bits of all particles and emitters, to compare the two ends of a stream.
     pub fn digest(&self) -> u64 {
         let mut hasher = StateHasher::default();
-        self.visit(&mut hasher);
+        self.state(&mut hasher);
         hasher.finish()
     }
 }

@@ -1,101 +1,71 @@
-//! Saved state of drag and springs (12 bytes for a body with drag, 29 for a spring).
+//! State of drag and springs (12 bytes for a body with drag, 29 for a spring).
 
+use super::Forces;
 use super::drag::{Drag, FORCE_MAX};
 use super::springs::{Spring, SpringEnd};
-use super::{ForceSettings, Forces};
 use crate::bodies::Bodies;
-use crate::body::BodyId;
-use crate::state::bytes::{StateError, StateReader, StateWriter};
-use crate::state::{StateVisitor, Subject};
+use crate::state::Subject;
+use crate::state::io::{NOBODY, StateIo, plausible};
+use glam::Vec2;
 
 const DRAG_BYTES: usize = 12;
 const SPRING_BYTES: usize = 29;
 
 impl Forces {
-    pub fn visit(&self, bodies: &Bodies, visitor: &mut impl StateVisitor) {
-        for &(slot, drag) in &self.dragged {
-            let subject = Subject::Body(bodies.id(slot));
-            visitor.number(subject, "linear drag", drag.linear);
-            visitor.number(subject, "quadratic drag", drag.quadratic);
-        }
-        visitor.bits(Subject::WORLD, "springs", self.springs.len() as u32);
-        for (index, spring) in (0u32..).zip(&self.springs) {
-            let subject = Subject::Numbered("spring", index);
-            visitor.name(subject, "body", spring.body);
-            match spring.end {
-                SpringEnd::Point(point) => visitor.vector(subject, ["end.x", "end.y"], point),
-                SpringEnd::Body(id) => visitor.name(subject, "other body", id),
+    /// Describes the drag of bodies.
+    pub fn drag_state(&self, bodies: &Bodies, io: &mut impl StateIo) -> Vec<(u32, Drag)> {
+        let limits = [bodies.alive.len(), DRAG_BYTES];
+        let (name, given) = ("number of bodies with drag", self.dragged.iter().copied());
+        let mut last = None;
+        io.list(name, limits, given, (0, Drag::NONE), |io, _, (slot, drag)| {
+            let slot = io.saved_word("body with drag", slot);
+            let lives = bodies.alive.get(slot as usize) == Some(&true);
+            io.check("body with drag", || lives && last < Some(slot));
+            if lives {
+                io.subject(Subject::Body(bodies.id(slot)));
             }
-            visitor.number(subject, "rest length", spring.rest_length);
-            visitor.number(subject, "stiffness", spring.stiffness);
-            visitor.number(subject, "damping", spring.damping);
-        }
+            last = Some(slot);
+            let linear = io.number("linear drag", drag.linear, is_force);
+            let quadratic = io.number("quadratic drag", drag.quadratic, is_force);
+            (slot, Drag { linear, quadratic })
+        })
     }
 
-    pub fn save(&self, out: &mut StateWriter) {
-        out.word(self.dragged.len() as u32);
-        for &(slot, drag) in &self.dragged {
-            out.word(slot);
-            out.number(drag.linear);
-            out.number(drag.quadratic);
-        }
-        out.word(self.springs.len() as u32);
-        for spring in &self.springs {
-            out.body(Some(spring.body));
-            match spring.end {
-                SpringEnd::Point(point) => {
-                    out.byte(0);
-                    out.vector(point);
+    /// Describes the springs.
+    pub fn spring_state(&self, bodies: &Bodies, io: &mut impl StateIo) -> Vec<Spring> {
+        io.subject(Subject::WORLD);
+        io.bits("springs", self.springs.len() as u32);
+        let (body, end) = (NOBODY, SpringEnd::Body(NOBODY));
+        let blank = Spring { body, end, rest_length: 0.0, stiffness: 0.0, damping: 0.0 };
+        let (limits, given) = ([self.springs_max, SPRING_BYTES], self.springs.iter().copied());
+        io.list("number of springs", limits, given, blank, |io, index, mut it| {
+            io.subject(Subject::Numbered("spring", index));
+            it.body = io.id("body", it.body);
+            io.check("body", || bodies.contains(it.body));
+            let [end] = io.saved("end", [u8::from(matches!(it.end, SpringEnd::Body(_)))]);
+            let end = io.checked("end", it.end, || match end {
+                0 => Some(SpringEnd::Point(Vec2::ZERO)),
+                1 => Some(SpringEnd::Body(NOBODY)),
+                _ => None,
+            });
+            it.end = match end {
+                SpringEnd::Point(end) => {
+                    SpringEnd::Point(io.vector(["end.x", "end.y"], end, plausible))
                 }
-                SpringEnd::Body(id) => {
-                    out.byte(1);
-                    out.body(Some(id));
+                SpringEnd::Body(other) => {
+                    let other = io.id("other body", other);
+                    io.check("other body", || bodies.contains(other) && other != it.body);
+                    SpringEnd::Body(other)
                 }
-            }
-            out.number(spring.rest_length);
-            out.number(spring.stiffness);
-            out.number(spring.damping);
-        }
-    }
-
-    /// Restores the forces; the bodies are restored already.
-    pub fn restore(
-        settings: &ForceSettings,
-        bodies: &Bodies,
-        bytes: &mut StateReader,
-    ) -> Result<Forces, StateError> {
-        let mut forces = Forces::new(settings);
-        for _ in 0..bytes.count(bodies.alive.len(), DRAG_BYTES, "number of bodies with drag")? {
-            let slot = bytes.word("body with drag")?;
-            let alive = bodies.alive.get(slot as usize) == Some(&true);
-            let last = forces.dragged.last().map(|&(last, _)| last);
-            bytes.check(alive && last < Some(slot), "body with drag")?;
-            let (linear, quadratic) = (force(bytes, "drag")?, force(bytes, "drag")?);
-            forces.dragged.push((slot, Drag { linear, quadratic }));
-        }
-        for _ in 0..bytes.count(settings.springs_max, SPRING_BYTES, "number of springs")? {
-            let body = living(bodies, bytes)?;
-            let end = match bytes.byte("end of a spring")? {
-                0 => SpringEnd::Point(bytes.plausible("end of a spring")?),
-                1 => SpringEnd::Body(living(bodies, bytes)?),
-                _ => return Err(bytes.wrong("end of a spring")),
             };
-            bytes.check(end != SpringEnd::Body(body), "end of a spring")?;
-            let rest_length = force(bytes, "rest length")?;
-            let (stiffness, damping) = (force(bytes, "stiffness")?, force(bytes, "damping")?);
-            forces.springs.push(Spring { body, end, rest_length, stiffness, damping });
-        }
-        Ok(forces)
+            it.rest_length = io.number("rest length", it.rest_length, is_force);
+            it.stiffness = io.number("stiffness", it.stiffness, is_force);
+            it.damping = io.number("damping", it.damping, is_force);
+            it
+        })
     }
 }
 
-fn force(bytes: &mut StateReader, field: &'static str) -> Result<f32, StateError> {
-    let value = bytes.number(field)?;
-    bytes.check((0.0..=FORCE_MAX).contains(&value), field)?;
-    Ok(value)
-}
-
-fn living(bodies: &Bodies, bytes: &mut StateReader) -> Result<BodyId, StateError> {
-    let id = bytes.body("body of a spring")?.filter(|&id| bodies.contains(id));
-    id.ok_or_else(|| bytes.wrong("body of a spring"))
+fn is_force(value: f32) -> bool {
+    (0.0..=FORCE_MAX).contains(&value)
 }

@@ -3,8 +3,7 @@
 
 use crate::body::BodyId;
 use crate::rng::Rng;
-use crate::state::bytes::{StateError, StateReader, StateWriter};
-use crate::state::{StateVisitor, Subject};
+use crate::state::io::StateIo;
 use glam::Vec2;
 
 /// Position at which an emitter makes its particles.
@@ -35,7 +34,7 @@ const AMOUNT_MIN: u32 = 5;
 const SHARE_MAX: f32 = 0.2;
 
 #[derive(Clone, Debug)]
-pub(super) struct Emitter {
+pub(crate) struct Emitter {
     def: EmitterDef,
     left: u16,
     position: Vec2,
@@ -93,43 +92,30 @@ impl Emitter {
         self.left == 0
     }
 
-    pub fn visit(&self, subject: Subject, visitor: &mut impl StateVisitor) {
-        let (recipe, left) = (u32::from(self.def.recipe), u32::from(self.left));
-        visitor.bits(subject, "recipe and particles left", recipe << 16 | left);
-        let body = match self.def.source {
-            Source::Point(_) => BodyId { index: u32::MAX, generation: 0 },
-            Source::Body(id) => id,
+    /// What an emitter is before its state is read.
+    pub fn blank() -> Emitter {
+        Emitter::new(EmitterDef { recipe: 0, count: 0, seed: 0, source: Source::Point(Vec2::ZERO) })
+    }
+
+    /// Describes an emitter in a world of so many recipes.
+    pub fn state(mut self, recipes: usize, io: &mut impl StateIo) -> Emitter {
+        let def = &mut self.def;
+        io.bits("recipe and particles left", u32::from(def.recipe) << 16 | u32::from(self.left));
+        def.recipe = io.saved("recipe", [def.recipe])[0];
+        io.check("recipe", || usize::from(def.recipe) < recipes);
+        // What an emitter began with decides nothing any more.
+        def.count = io.saved_short("particles in all", def.count);
+        def.seed = io.saved_word("seed", def.seed);
+        self.left = io.saved_short("particles left", self.left);
+        io.check("particles left", || (1..=def.count).contains(&self.left));
+        let followed = match def.source {
+            Source::Body(id) => Some(id),
+            Source::Point(_) => None,
         };
-        visitor.name(subject, "followed body", body);
-        visitor.vector(subject, ["position.x", "position.y"], self.position);
-        for half in self.rng.state() {
-            visitor.long(subject, "generator", half);
-        }
-    }
-
-    pub fn save(&self, out: &mut StateWriter) {
-        out.byte(self.def.recipe);
-        out.short(self.def.count);
-        out.word(self.def.seed);
-        out.short(self.left);
-        match self.def.source {
-            Source::Body(id) => out.body(Some(id)),
-            Source::Point(_) => out.body(None),
-        }
-        out.vector(self.position);
-        self.rng.state().into_iter().for_each(|half| out.long(half));
-    }
-
-    pub fn restore(recipes: usize, bytes: &mut StateReader) -> Result<Emitter, StateError> {
-        let recipe = bytes.byte("recipe of an emitter")?;
-        bytes.check(usize::from(recipe) < recipes, "recipe of an emitter")?;
-        let (count, seed) = (bytes.short("particles of an emitter")?, bytes.word("seed")?);
-        let left = bytes.short("particles left")?;
-        bytes.check((1..=count).contains(&left), "particles left")?;
-        let body = bytes.body("followed body")?;
-        let position = bytes.vector("position of an emitter")?;
-        let source = body.map_or(Source::Point(position), Source::Body);
-        let rng = Rng::from_state([bytes.long("generator")?, bytes.long("generator")?]);
-        Ok(Emitter { def: EmitterDef { recipe, count, seed, source }, left, position, rng })
+        let followed = io.body("followed body", followed);
+        self.position = io.vector(["position.x", "position.y"], self.position, f32::is_finite);
+        def.source = followed.map_or(Source::Point(self.position), Source::Body);
+        self.rng = io.generator("generator", &self.rng);
+        self
     }
 }

@@ -3,8 +3,10 @@
 //! that consecutive ones of the same recipe and age share both.
 
 use super::emitter::Emitter;
+use super::state::Particle;
 use super::{Birth, EMITTERS_RUNNING_MAX, Particles, Recipe};
 use crate::state::bytes::{StateError, StateReader, StateWriter};
+use crate::state::io::{StateIo, plausible};
 
 const EMITTER_BYTES: usize = 41;
 /// Recipe, age, and number of consecutive particles that share them.
@@ -17,34 +19,20 @@ pub const fn encoded_bytes_max(particles: usize) -> usize {
     4 + EMITTERS_RUNNING_MAX * EMITTER_BYTES + 4 + particles * (RUN_BYTES + PARTICLE_BYTES)
 }
 
+/// Consecutive particles that share recipe and age.
+#[derive(Clone, Copy)]
+struct Run {
+    recipe: u8,
+    age: u16,
+    length: u8,
+}
+
 impl Particles {
     /// Encodes everything that the coming ticks depend on, for [`Particles::decode`].
     pub fn encode(&self) -> Vec<u8> {
         let mut out = StateWriter::default();
-        out.word(self.emitters.len() as u32);
-        self.emitters.iter().for_each(|emitter| emitter.save(&mut out));
-        out.word(self.len() as u32);
-        let mut index = 0;
-        while index < self.len() {
-            let run = self.run_at(index);
-            out.byte(self.recipe[index]);
-            out.short(self.age[index]);
-            out.byte(run as u8);
-            for member in index..index + run {
-                out.vector(self.position[member]);
-                out.vector(self.velocity[member]);
-                out.word(self.seed[member]);
-            }
-            index += run;
-        }
+        self.wire(&mut out);
         out.0
-    }
-
-    /// Number of consecutive particles from `index` with its recipe and its age, at most 255.
-    fn run_at(&self, index: usize) -> usize {
-        let end = self.len().min(index + usize::from(u8::MAX));
-        let kind = |other: usize| (self.recipe[other], self.age[other]);
-        (index..end).take_while(|&other| kind(other) == kind(index)).count()
     }
 
     /// Decodes particles that were encoded by [`Particles::encode`], bit for bit, with the recipes
@@ -56,45 +44,71 @@ impl Particles {
     ) -> Result<Particles, StateError> {
         let mut bytes = StateReader::new(bytes);
         let mut particles = Particles::new(recipes, limit);
-        let recipes = particles.recipes.len();
-        for _ in 0..bytes.count(EMITTERS_RUNNING_MAX, EMITTER_BYTES, "number of emitters")? {
-            particles.emitters.push(Emitter::restore(recipes, &mut bytes)?);
-        }
-        let count = bytes.count(limit, PARTICLE_BYTES, "number of particles")?;
-        let mut before = None;
-        while particles.len() < count {
-            before = Some(particles.read_run(count - particles.len(), before, &mut bytes)?);
-        }
+        let (emitters, read) = particles.wire(&mut bytes);
         bytes.end()?;
+        particles.fill(emitters, &read);
         Ok(particles)
     }
 
-    /// Reads a run; returns its recipe, age and length. A run that could have been longer is
-    /// refused: equal particles always have equal bytes.
-    fn read_run(
-        &mut self,
-        left: usize,
-        before: Option<(u8, u16, u8)>,
-        bytes: &mut StateReader,
-    ) -> Result<(u8, u16, u8), StateError> {
-        let recipe = bytes.byte("recipe of particles")?;
-        bytes.check(usize::from(recipe) < self.recipes.len(), "recipe of particles")?;
-        let (age, run) = (bytes.short("age")?, bytes.byte("particles alike")?);
-        let goes_on =
-            before.is_some_and(|(of, aged, run)| (of, aged) == (recipe, age) && run < u8::MAX);
-        bytes.check((1..=left).contains(&usize::from(run)) && !goes_on, "particles alike")?;
-        for _ in 0..run {
-            self.position.push(bytes.plausible("position of a particle")?);
-            self.velocity.push(bytes.plausible("velocity of a particle")?);
-            let seed = bytes.word("seed")?;
-            let life = Birth::draw(&self.recipes[usize::from(recipe)], seed).life;
-            bytes.check(age <= life, "age")?;
-            self.age.push(age);
-            self.life.push(life);
-            self.recipe.push(recipe);
-            self.seed.push(seed);
+    /// Describes what is sent. A run that could have been longer is refused: equal particles always
+    /// have equal bytes.
+    fn wire<Io: StateIo>(&self, io: &mut Io) -> (Vec<Emitter>, Vec<Particle>) {
+        let emitters = self.emitter_state(io);
+        let limits = [self.limit, PARTICLE_BYTES];
+        let mut left = io.count("number of particles", self.len(), limits);
+        let (mut rows, mut read, mut before) = (self.rows(), Vec::new(), None);
+        while left > 0 {
+            let run = self.run_at(self.len().saturating_sub(left)).state(self.recipes.len(), io);
+            let length = usize::from(run.length);
+            let goes_on = || before.is_some_and(|before: Run| before.goes_on_in(run));
+            let fits = (1..=left).contains(&length);
+            io.check("particles alike", || fits && !goes_on());
+            // What does not fit was refused; nothing of it is read.
+            let length = if fits { length } else { left };
+            for _ in 0..length {
+                let particle = self.wire_particle(run, rows.next().unwrap_or_default(), io);
+                if Io::READS {
+                    read.push(particle);
+                }
+            }
+            left -= length;
+            before = Some(run);
         }
-        Ok((recipe, age, run))
+        (emitters, read)
+    }
+
+    fn wire_particle(&self, run: Run, mut it: Particle, io: &mut impl StateIo) -> Particle {
+        let Run { recipe, age, .. } = run;
+        it.position = io.vector(["position of a particle"; 2], it.position, plausible);
+        it.velocity = io.vector(["velocity of a particle"; 2], it.velocity, plausible);
+        it.seed = io.word("seed", it.seed);
+        let life = || Birth::draw(&self.recipes[usize::from(recipe)], it.seed).life;
+        it.life = io.checked("age", it.life, || Some(life()).filter(|&life| age <= life));
+        Particle { recipe, age, ..it }
+    }
+
+    /// The run that begins at `index`.
+    fn run_at(&self, index: usize) -> Run {
+        let kind = |index: usize| Some((*self.recipe.get(index)?, *self.age.get(index)?));
+        let (recipe, age) = kind(index).unwrap_or_default();
+        let end = self.len().min(index + usize::from(u8::MAX));
+        let alike = (index..end).take_while(|&other| kind(other) == kind(index));
+        Run { recipe, age, length: alike.count() as u8 }
+    }
+}
+
+impl Run {
+    fn state(mut self, recipes: usize, io: &mut impl StateIo) -> Run {
+        self.recipe = io.byte("recipe of particles", self.recipe);
+        io.check("recipe of particles", || usize::from(self.recipe) < recipes);
+        self.age = io.short("age", self.age);
+        self.length = io.byte("particles alike", self.length);
+        self
+    }
+
+    /// Whether the particles of another run could have been part of this one.
+    fn goes_on_in(self, next: Run) -> bool {
+        (self.recipe, self.age) == (next.recipe, next.age) && self.length < u8::MAX
     }
 }
 

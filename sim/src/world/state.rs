@@ -6,33 +6,21 @@
 //! in a world that sleeps; a contact 17.
 
 use super::{World, WorldSettings};
-use crate::bodies::Bodies;
+use crate::bodies::{Bodies, Body};
 use crate::body::{GROUPS_MAX, Motion};
 use crate::broad_phase::pairs::{Axis, Pair, key};
 use crate::features::Features;
-use crate::forces::Forces;
 use crate::hash::StateHasher;
 use crate::material::Material;
 use crate::narrow_phase::overlap::overlap;
-use crate::particles::Particles;
 use crate::shape::Shape;
 use crate::sleep::Rest;
 use crate::state::bytes::{PLAUSIBLE_MAX, StateError, StateReader, StateWriter};
-use crate::state::{Difference, StateDump, StateVisitor, Subject};
+use crate::state::io::{StateIo, plausible};
+use crate::state::{Difference, StateDump, Subject};
 use crate::touches::Touch;
 use glam::Vec2;
 use std::collections::BTreeMap;
-
-/// Properties shared by many bodies.
-#[derive(Clone, Copy, PartialEq)]
-struct BodyPrototype {
-    shape: Shape,
-    inverse_mass: f32,
-    gravity_scale: f32,
-    material: Material,
-    motion: Motion,
-    group: u8,
-}
 
 const PROTOTYPE_BYTES: usize = 27;
 const SLOT_BYTES_MIN: usize = 6;
@@ -41,10 +29,9 @@ const CONTACT_BYTES: usize = 17;
 const IMPULSE_MAX: f32 = 1e15;
 /// In place of a prototype: the slot is free.
 const FREE: u16 = u16::MAX;
-/// Flags of a contact.
-const TOUCHING: u8 = 1;
-const ALONG_X: u8 = 2;
-const ALONG_Y: u8 = 4;
+
+/// A pair that holds or touches, and whether it touches.
+type Contact = (Pair, bool);
 
 impl World {
     /// Digest of the raw bits of all state in id order: bodies, generations of free slots, resting
@@ -70,122 +57,62 @@ impl World {
         one.first_difference(&two)
     }
 
-    fn visit_in_step(&self, visitor: &mut impl StateVisitor) {
-        self.visit(visitor);
+    fn visit_in_step(&self, io: &mut impl StateIo) {
+        self.visit(io);
         let relaxed = self.relaxation.constraints.iter().map(|pair| (pair.a, pair.b));
         let solved = self.conjugate.contacts.constraints.iter().map(|pair| (pair.a, pair.b));
         for (a, b) in relaxed.chain(solved) {
-            visitor.bits(Subject::Contact(a, b), "taking part", 1);
+            io.subject(Subject::Contact(a, b));
+            io.bits("taking part", 1);
         }
     }
 
-    /// Visits all state in id order.
-    pub fn visit(&self, visitor: &mut impl StateVisitor) {
+    /// Visits all state in id order, for a hash or a list.
+    pub fn visit(&self, io: &mut impl StateIo) {
         let bodies = &self.bodies;
-        visitor.bits(Subject::WORLD, "slots", bodies.alive.len() as u32);
+        io.subject(Subject::WORLD);
+        io.bits("slots", bodies.alive.len() as u32);
         for slot in 0..bodies.alive.len() as u32 {
             let (id, alive) = (bodies.id(slot), bodies.alive[slot as usize]);
-            visitor.bits(Subject::Body(id), "life", id.generation << 1 | u32::from(alive));
+            io.subject(Subject::Body(id));
+            io.bits("life", id.generation << 1 | u32::from(alive));
         }
-        bodies.slots().for_each(|slot| visit_body(bodies, slot, visitor));
-        self.pairs.pairs.iter().for_each(|pair| visit_pair(pair, visitor));
+        for slot in bodies.slots() {
+            io.subject(Subject::Body(bodies.id(slot)));
+            bodies.body(slot).form(io).state(io).substance(io);
+        }
+        visit_pairs(&self.pairs.pairs, io);
         if self.settings.sleeping {
-            self.visit_sleep(visitor);
+            self.visit_sleep(io);
         }
-        self.particles.visit(visitor);
+        self.particles.state(io);
         if let Some(forces) = &self.forces {
-            forces.visit(bodies, visitor);
+            forces.drag_state(bodies, io);
+            forces.spring_state(bodies, io);
         }
     }
 
     /// Visits, for every body that can move, its sleeping island or its still steps; the impulses
     /// of each sleeping island with its lowest slot.
-    fn visit_sleep(&self, visitor: &mut impl StateVisitor) {
+    fn visit_sleep(&self, io: &mut impl StateIo) {
         let bodies = &self.bodies;
-        for slot in bodies.slots() {
-            if bodies.motion[slot as usize] == Motion::Static {
-                continue;
-            }
-            let subject = Subject::Body(bodies.id(slot));
-            let (lowest, still_steps) = self.sleep.rest_of(slot);
-            visitor.bits(subject, "lowest body of its sleeping island", lowest);
-            visitor.bits(subject, "steps at rest", u32::from(still_steps));
+        for slot in bodies.slots().filter(|&slot| bodies.motion[slot as usize] != Motion::Static) {
+            io.subject(Subject::Body(bodies.id(slot)));
+            let (lowest, _) = rest(self.sleep.rest_of(slot), io);
             if let Some(sleeping) = self.sleep.sleeping(slot).filter(|_| lowest == slot) {
-                sleeping.pairs.iter().for_each(|pair| visit_pair(pair, visitor));
+                visit_pairs(&sleeping.pairs, io);
             }
         }
     }
 
     /// Saves everything that the next step depends on, except the settings.
     pub fn save(&self, out: &mut StateWriter) {
-        self.save_bodies(out);
-        self.save_contacts(out);
-        self.particles.save(out);
+        self.saved_bodies(out);
+        self.saved_contacts(out);
+        self.particles.state(out);
         if let Some(forces) = &self.forces {
-            forces.save(out);
-        }
-    }
-
-    fn save_bodies(&self, out: &mut StateWriter) {
-        let bodies = &self.bodies;
-        let mut palette = Palette::default();
-        let prototypes: Vec<u16> = bodies
-            .slots()
-            .map(|slot| palette.index(BodyPrototype::of(bodies, slot as usize)))
-            .collect();
-        out.word(palette.indices.len() as u32);
-        out.0.extend(palette.bytes.0);
-        out.word(bodies.alive.len() as u32);
-        let mut prototypes = prototypes.into_iter();
-        for slot in 0..bodies.alive.len() {
-            out.word(bodies.generation[slot]);
-            let prototype = if bodies.alive[slot] { prototypes.next() } else { None };
-            out.short(prototype.unwrap_or(FREE));
-            if prototype.is_some() {
-                out.vector(bodies.center[slot]);
-                out.vector(bodies.velocity[slot]);
-                out.number(bodies.warm_start_scale[slot]);
-            }
-            if prototype.is_some() && self.settings.sleeping {
-                let (lowest, still_steps) = self.sleep.rest_of(slot as u32);
-                out.word(lowest);
-                out.short(still_steps);
-            }
-        }
-    }
-
-    /// Saves pairs that hold or touch, in (a, b) order.
-    fn save_contacts(&self, out: &mut StateWriter) {
-        let asleep = || self.sleep.islands.iter();
-        let pairs = self.pairs.pairs.iter().chain(asleep().flat_map(|sleeping| &sleeping.pairs));
-        let pairs = || pairs.clone().filter(|pair| pair.normal_impulse > 0.0);
-        let touches = self.touches.now.iter();
-        let touches = touches.chain(asleep().flat_map(|sleeping| &sleeping.touches));
-        let touching = || touches.clone().map(|touch| key(touch.a.index, touch.b.index));
-        let mut keys: Vec<u64> =
-            pairs().map(|pair| key(pair.a, pair.b)).chain(touching()).collect();
-        keys.sort_unstable();
-        keys.dedup();
-        let at = |key: u64| keys.binary_search(&key).expect("every key is listed");
-        let mut contacts = vec![(0, 0.0, 0.0); keys.len()];
-        for pair in pairs() {
-            let flags = match pair.axis {
-                Axis::Free => 0,
-                Axis::X => ALONG_X,
-                Axis::Y => ALONG_Y,
-            };
-            contacts[at(key(pair.a, pair.b))] = (flags, pair.normal_impulse, pair.tangent_impulse);
-        }
-        for touch in touching() {
-            contacts[at(touch)].0 |= TOUCHING;
-        }
-        out.word(contacts.len() as u32);
-        for (key, (flags, normal_impulse, tangent_impulse)) in keys.into_iter().zip(contacts) {
-            out.word((key >> 32) as u32);
-            out.word(key as u32);
-            out.byte(flags);
-            out.number(normal_impulse);
-            out.number(tangent_impulse);
+            forces.drag_state(&self.bodies, out);
+            forces.spring_state(&self.bodies, out);
         }
     }
 
@@ -193,26 +120,118 @@ impl World {
     /// state of such a world are refused.
     pub fn restore(settings: WorldSettings, bytes: &mut StateReader) -> Result<World, StateError> {
         let mut world = World::new(settings);
-        let mut rests = world.settings.sleeping.then(Vec::new);
-        world.bodies = read_bodies(world.settings.bodies_max, rests.as_mut(), bytes)?;
-        if let Some(rests) = rests {
-            for (slot, rest) in rests {
-                let World { sleep, bodies, pairs, settings, .. } = &mut world;
-                let fits = sleep.restore_rest(bodies, pairs, slot, rest, settings);
-                bytes.check(fits, "sleep")?;
+        let slots = world.saved_bodies(bytes);
+        bytes.ok()?;
+        world.bodies = restored_bodies(&slots);
+        if world.settings.sleeping {
+            let World { sleep, bodies, pairs, settings, .. } = &mut world;
+            for (slot, it) in (0..).zip(&slots).filter(|(_, it)| it.prototype != FREE) {
+                let fits = sleep.restore_rest(bodies, pairs, slot, it.rest, settings);
+                StateIo::check(bytes, "sleep", || fits);
+                bytes.ok()?;
             }
-            world.sleep.finish_restore(&mut world.bodies, &mut world.pairs);
+            sleep.finish_restore(bodies, pairs);
         }
-        world.read_contacts(bytes)?;
-        let (recipes, limit) = (world.settings.recipes.clone(), world.settings.particles_max);
-        world.particles = Particles::restore(recipes, limit, bytes)?;
-        world.particles.limit_obstacle_cells(world.settings.budget.obstacle_cells);
-        if let Some(settings) = &world.settings.forces {
-            world.forces = Some(Forces::restore(settings, &world.bodies, bytes)?);
+        let contacts = world.saved_contacts(bytes);
+        let (emitters, particles) = world.particles.state(bytes);
+        if let Some(forces) = &mut world.forces {
+            forces.dragged = forces.drag_state(&world.bodies, bytes);
+            forces.springs = forces.spring_state(&world.bodies, bytes);
         }
+        bytes.ok()?;
+        world.put_contacts(&contacts);
+        world.particles.fill(emitters, &particles);
         world.widen_for_restored();
         world.pairs.invalidate();
         Ok(world)
+    }
+
+    /// Describes how bodies are saved: what many share once, then what each slot has of its own.
+    fn saved_bodies(&self, io: &mut impl StateIo) -> Vec<Slot> {
+        let (palette, slots) = self.slots();
+        let most = self.settings.bodies_max;
+        let (limits, given) = ([most.min(usize::from(FREE)), PROTOTYPE_BYTES], palette.into_iter());
+        let palette = io.list("number of prototypes", limits, given, BLANK.body, |io, _, it| {
+            it.form(io).substance(io)
+        });
+        let (limits, given) = ([most, SLOT_BYTES_MIN], slots.into_iter());
+        io.list("number of bodies", limits, given, BLANK, |io, _, mut it| {
+            it.generation = io.saved_word("generation", it.generation);
+            it.prototype = io.saved_short("prototype", it.prototype);
+            if it.prototype == FREE {
+                return it;
+            }
+            let prototype = || palette.get(usize::from(it.prototype)).copied();
+            it.body = io.checked("prototype", it.body, prototype).state(io);
+            let may_move = it.body.motion != Motion::Static;
+            io.check("velocity of a static body", || may_move || it.body.velocity == Vec2::ZERO);
+            if self.settings.sleeping {
+                it.rest = rest(it.rest, io);
+            }
+            it
+        })
+    }
+
+    /// The prototypes in the order of their first body, and all slots.
+    fn slots(&self) -> (Vec<Body>, Vec<Slot>) {
+        let (mut palette, mut indices) = (Vec::new(), BTreeMap::new());
+        let slots = (0u32..).zip(&self.bodies.alive).map(|(slot, &alive)| {
+            let (generation, body) = (self.bodies.id(slot).generation, self.bodies.body(slot));
+            if !alive {
+                return Slot { generation, ..BLANK };
+            }
+            let mut bytes = StateWriter::default();
+            body.form(&mut bytes).substance(&mut bytes);
+            let prototype = *indices.entry(bytes.0).or_insert_with(|| {
+                palette.push(body);
+                palette.len() as u16 - 1
+            });
+            Slot { generation, prototype, rest: self.sleep.rest_of(slot), body }
+        });
+        let slots = slots.collect();
+        (palette, slots)
+    }
+
+    /// Describes the pairs that hold or touch, in (a, b) order.
+    fn saved_contacts(&self, io: &mut impl StateIo) -> Vec<Contact> {
+        let lives = |slot: u32| self.bodies.alive.get(slot as usize) == Some(&true);
+        let (limits, given) = ([usize::MAX, CONTACT_BYTES], self.contacts().into_iter());
+        let mut last = None;
+        io.list("number of contacts", limits, given, (Pair::of(0), false), |io, _, given| {
+            let contact = contact(given, io);
+            let (a, b) = (contact.0.a, contact.0.b);
+            io.check("bodies", || a < b && lives(a) && lives(b) && last < Some((a, b)));
+            last = Some((a, b));
+            contact
+        })
+    }
+
+    fn contacts(&self) -> Vec<Contact> {
+        let islands = &self.sleep.islands;
+        let pairs = self.pairs.pairs.iter().chain(islands.iter().flat_map(|it| &it.pairs));
+        let touches = self.touches.now.iter().chain(islands.iter().flat_map(|it| &it.touches));
+        let holding = pairs.filter(|pair| pair.normal_impulse > 0.0).map(|&pair| (pair, false));
+        let touching = touches.map(|it| (Pair::of(key(it.a.index, it.b.index)), true));
+        let mut contacts: Vec<Contact> = holding.chain(touching).collect();
+        contacts.sort_unstable_by_key(|(pair, touching)| (pair.key(), *touching));
+        contacts.dedup_by(|(pair, touches), (first, first_touches)| {
+            let is_same = pair.key() == first.key();
+            *first_touches |= is_same && *touches;
+            is_same
+        });
+        contacts
+    }
+
+    fn put_contacts(&mut self, contacts: &[Contact]) {
+        for &(pair, touching) in contacts {
+            let touch = touching.then(|| restored_touch(&self.bodies, pair.a, pair.b));
+            let (pairs, touches) = match self.sleep.island_of(&self.bodies, pair.a, pair.b) {
+                Some(sleeping) => (&mut sleeping.pairs, &mut sleeping.touches),
+                None => (&mut self.pairs.pairs, &mut self.touches.now),
+            };
+            pairs.extend(Some(pair).filter(|pair| pair.normal_impulse > 0.0));
+            touches.extend(touch);
+        }
     }
 
     /// Adds the features of the restored bodies, impulses and particles.
@@ -225,43 +244,6 @@ impl World {
         }
         self.features.friction |= self.pairs.pairs.iter().any(|pair| pair.tangent_impulse != 0.0);
         self.features.particles |= !self.particles.is_empty() || self.particles.emitter_count() > 0;
-    }
-
-    fn read_contacts(&mut self, bytes: &mut StateReader) -> Result<(), StateError> {
-        let mut last = None;
-        for _ in 0..bytes.count(usize::MAX, CONTACT_BYTES, "number of contacts")? {
-            let (a, b) = (bytes.word("contact")?, bytes.word("contact")?);
-            let slots = self.bodies.alive.len() as u32;
-            let lives = |slot: u32| slot < slots && self.bodies.alive[slot as usize];
-            bytes.check(a < b && lives(a) && lives(b) && last < Some((a, b)), "contact")?;
-            last = Some((a, b));
-            let flags = bytes.byte("contact flags")?;
-            let axis = match flags & (ALONG_X | ALONG_Y) {
-                0 => Axis::Free,
-                ALONG_X => Axis::X,
-                ALONG_Y => Axis::Y,
-                _ => return Err(bytes.wrong("contact flags")),
-            };
-            let normal_impulse = bytes.number("normal impulse")?;
-            bytes.check((0.0..IMPULSE_MAX).contains(&normal_impulse), "normal impulse")?;
-            let tangent_impulse = bytes.number("tangent impulse")?;
-            bytes.check(tangent_impulse.abs() < IMPULSE_MAX, "tangent impulse")?;
-            if normal_impulse > 0.0 {
-                let pair = Pair { a, b, normal_impulse, tangent_impulse, axis };
-                match self.sleep.island_of(&self.bodies, a, b) {
-                    Some(sleeping) => sleeping.pairs.push(pair),
-                    None => self.pairs.pairs.push(pair),
-                }
-            }
-            if flags & TOUCHING != 0 {
-                let touch = restored_touch(&self.bodies, a, b);
-                match self.sleep.island_of(&self.bodies, a, b) {
-                    Some(sleeping) => sleeping.touches.push(touch),
-                    None => self.touches.now.push(touch),
-                }
-            }
-        }
-        Ok(())
     }
 }
 
@@ -278,148 +260,129 @@ fn restored_touch(bodies: &Bodies, a: u32, b: u32) -> Touch {
     }
 }
 
-fn visit_pair(pair: &Pair, visitor: &mut impl StateVisitor) {
-    if pair.normal_impulse <= 0.0 {
-        return;
-    }
-    let subject = Subject::Contact(pair.a, pair.b);
-    visitor.bits(subject, "bodies", pair.a);
-    visitor.bits(subject, "bodies", pair.b);
-    visitor.number(subject, "normal impulse", pair.normal_impulse);
-    visitor.number(subject, "tangent impulse", pair.tangent_impulse);
-    if pair.axis != Axis::Free {
-        visitor.bits(subject, "axis", pair.axis as u32);
+/// Visits the pairs that hold.
+fn visit_pairs(pairs: &[Pair], io: &mut impl StateIo) {
+    for pair in pairs.iter().filter(|pair| pair.normal_impulse > 0.0) {
+        contact((*pair, false), io);
     }
 }
 
-fn visit_body(bodies: &Bodies, slot: u32, visitor: &mut impl StateVisitor) {
-    let (index, subject) = (slot as usize, Subject::Body(bodies.id(slot)));
-    let round = matches!(bodies.shape[index], Shape::Circle { .. });
-    let tags = [u8::from(round), bodies.motion[index] as u8, bodies.group[index], 0];
-    visitor.bits(subject, "shape, motion and group", u32::from_le_bytes(tags));
-    let half = bodies.shape[index].half_extent();
-    visitor.vector(subject, ["half width", "half height"], half);
-    visitor.vector(subject, ["position.x", "position.y"], bodies.center[index]);
-    visitor.vector(subject, ["velocity.x", "velocity.y"], bodies.velocity[index]);
-    visitor.number(subject, "warm start scale", bodies.warm_start_scale[index]);
-    visitor.number(subject, "inverse mass", bodies.inverse_mass[index]);
-    visitor.number(subject, "gravity scale", bodies.gravity_scale[index]);
-    visitor.number(subject, "restitution", bodies.material[index].restitution);
-    visitor.number(subject, "friction", bodies.material[index].friction);
+#[inline]
+fn contact((mut it, touching): Contact, io: &mut impl StateIo) -> Contact {
+    io.subject(Subject::Contact(it.a, it.b));
+    it.a = io.word("bodies", it.a);
+    it.b = io.word("bodies", it.b);
+    let [flags] = io.saved("contact flags", [u8::from(touching) | (it.axis as u8) << 1]);
+    it.axis = io.checked("contact flags", it.axis, || match flags >> 1 {
+        0 => Some(Axis::Free),
+        1 => Some(Axis::X),
+        2 => Some(Axis::Y),
+        _ => None,
+    });
+    let is_impulse = |impulse| (0.0..IMPULSE_MAX).contains(&impulse);
+    it.normal_impulse = io.number("normal impulse", it.normal_impulse, is_impulse);
+    let is_impulse = |impulse: f32| impulse.abs() < IMPULSE_MAX;
+    it.tangent_impulse = io.number("tangent impulse", it.tangent_impulse, is_impulse);
+    if it.axis != Axis::Free {
+        io.bits("axis", it.axis as u32);
+    }
+    (it, flags & 1 != 0)
 }
 
-/// The saved prototypes, in the order of their first body.
-#[derive(Default)]
-struct Palette {
-    bytes: StateWriter,
-    indices: BTreeMap<Vec<u8>, u16>,
+#[inline]
+fn rest((lowest, still_steps): Rest, io: &mut impl StateIo) -> Rest {
+    let lowest = io.word("lowest body of its sleeping island", lowest);
+    (lowest, io.short("steps at rest", still_steps))
 }
 
-impl Palette {
-    fn index(&mut self, prototype: BodyPrototype) -> u16 {
-        let mut saved = StateWriter::default();
-        prototype.save(&mut saved);
-        let next = self.indices.len() as u16;
-        *self.indices.entry(saved.0).or_insert_with_key(|saved| {
-            self.bytes.0.extend(saved);
-            next
-        })
-    }
+/// A slot; of a free one only the generation counts.
+#[derive(Clone, Copy)]
+struct Slot {
+    generation: u32,
+    prototype: u16,
+    rest: Rest,
+    body: Body,
 }
 
-impl BodyPrototype {
-    fn of(bodies: &Bodies, slot: usize) -> BodyPrototype {
-        BodyPrototype {
-            shape: bodies.shape[slot],
-            inverse_mass: bodies.inverse_mass[slot],
-            gravity_scale: bodies.gravity_scale[slot],
-            material: bodies.material[slot],
-            motion: bodies.motion[slot],
-            group: bodies.group[slot],
-        }
-    }
+/// What is restored begins as this.
+const BLANK: Slot = Slot {
+    generation: 0,
+    prototype: FREE,
+    rest: (0, 0),
+    body: Body {
+        shape: Shape::Circle { radius: 1.0 },
+        center: Vec2::ZERO,
+        velocity: Vec2::ZERO,
+        inverse_mass: 0.0,
+        warm_start_scale: 1.0,
+        gravity_scale: 0.0,
+        material: Material { restitution: 0.0, friction: 0.0 },
+        motion: Motion::Static,
+        group: 0,
+    },
+};
 
-    fn save(&self, out: &mut StateWriter) {
-        out.byte(u8::from(matches!(self.shape, Shape::Circle { .. })));
-        out.byte(self.motion as u8);
-        out.byte(self.group);
-        out.vector(self.shape.half_extent());
-        out.number(self.inverse_mass);
-        out.number(self.gravity_scale);
-        out.number(self.material.restitution);
-        out.number(self.material.friction);
-    }
-
-    /// The ranges are those of [`crate::BodyDef`].
-    fn read(bytes: &mut StateReader) -> Result<BodyPrototype, StateError> {
-        let round = bytes.byte("shape")?;
-        bytes.check(round <= 1, "shape")?;
-        let motion = match bytes.byte("motion")? {
-            0 => Motion::Static,
-            1 => Motion::Kinematic,
-            2 => Motion::Dynamic,
-            _ => return Err(bytes.wrong("motion")),
+/// The ranges are those of [`crate::BodyDef`].
+impl Body {
+    /// Describes what the hash visits before the motion.
+    #[inline]
+    fn form(mut self, io: &mut impl StateIo) -> Body {
+        let is_round = matches!(self.shape, Shape::Circle { .. });
+        let tags = [u8::from(is_round), self.motion as u8, self.group];
+        io.bits("shape, motion and group", u32::from_le_bytes([tags[0], tags[1], tags[2], 0]));
+        let [is_round, motion, group] = io.saved("shape, motion and group", tags);
+        io.check("shape or group", || is_round <= 1 && usize::from(group) < GROUPS_MAX);
+        self.group = group;
+        self.motion = io.checked("motion", self.motion, || match motion {
+            0 => Some(Motion::Static),
+            1 => Some(Motion::Kinematic),
+            2 => Some(Motion::Dynamic),
+            _ => None,
+        });
+        let (half, is_size) = (self.shape.half_extent(), |it: f32| it > 0.0 && it.is_finite());
+        let half = io.vector(["half width", "half height"], half, is_size);
+        io.check("half height", || is_round == 0 || half.x == half.y);
+        self.shape = match is_round {
+            1 => Shape::Circle { radius: half.x },
+            _ => Shape::Box { half },
         };
-        let group = bytes.byte("group")?;
-        bytes.check(usize::from(group) < GROUPS_MAX, "group")?;
-        let half = bytes.vector("size")?;
-        bytes.check(half.x > 0.0 && half.y > 0.0 && (round == 0 || half.x == half.y), "size")?;
-        let shape = if round == 1 { Shape::Circle { radius: half.x } } else { Shape::Box { half } };
-        let inverse_mass = bytes.number("inverse mass")?;
-        let movable = inverse_mass > 0.0 && inverse_mass < PLAUSIBLE_MAX;
-        let fits = if motion == Motion::Dynamic { movable } else { inverse_mass == 0.0 };
-        bytes.check(fits, "inverse mass")?;
-        let gravity_scale = bytes.plausible_number("gravity scale")?;
-        let restitution = bytes.number("restitution")?;
-        bytes.check((0.0..=1.0).contains(&restitution), "restitution")?;
-        let friction = bytes.number("friction")?;
-        bytes.check((0.0..=10.0).contains(&friction), "friction")?;
-        let material = Material { restitution, friction };
-        Ok(BodyPrototype { shape, inverse_mass, gravity_scale, material, motion, group })
+        self
+    }
+
+    /// Describes place and motion.
+    #[inline]
+    fn state(mut self, io: &mut impl StateIo) -> Body {
+        self.center = io.vector(["position.x", "position.y"], self.center, plausible);
+        self.velocity = io.vector(["velocity.x", "velocity.y"], self.velocity, plausible);
+        let is_share = |scale| (0.0..=1.0).contains(&scale);
+        self.warm_start_scale = io.number("warm start scale", self.warm_start_scale, is_share);
+        self
+    }
+
+    /// Describes what the hash visits after the motion.
+    #[inline]
+    fn substance(mut self, io: &mut impl StateIo) -> Body {
+        self.inverse_mass = io.number("inverse mass", self.inverse_mass, |it| match self.motion {
+            Motion::Dynamic => it > 0.0 && it < PLAUSIBLE_MAX,
+            Motion::Static | Motion::Kinematic => it == 0.0,
+        });
+        self.gravity_scale = io.number("gravity scale", self.gravity_scale, plausible);
+        let Material { restitution, friction } = self.material;
+        let restitution = io.number("restitution", restitution, |it| (0.0..=1.0).contains(&it));
+        let friction = io.number("friction", friction, |it| (0.0..=10.0).contains(&it));
+        self.material = Material { restitution, friction };
+        self
     }
 }
 
-/// Reads all bodies; in a world that sleeps, `rests` gets the [`Rest`] of each.
-fn read_bodies(
-    bodies_max: usize,
-    mut rests: Option<&mut Vec<(u32, Rest)>>,
-    bytes: &mut StateReader,
-) -> Result<Bodies, StateError> {
-    let count = bytes.count(bodies_max, PROTOTYPE_BYTES, "number of prototypes")?;
-    let prototypes =
-        (0..count).map(|_| BodyPrototype::read(bytes)).collect::<Result<Vec<_>, _>>()?;
+fn restored_bodies(slots: &[Slot]) -> Bodies {
     let mut bodies = Bodies::default();
-    for _ in 0..bytes.count(bodies_max, SLOT_BYTES_MIN, "number of bodies")? {
-        let generation = bytes.word("generation")?;
-        let prototype = bytes.short("prototype")?;
-        let slot = bodies.grow(generation) as usize;
-        if prototype == FREE {
-            continue;
+    for it in slots {
+        let slot = bodies.grow(it.generation);
+        if it.prototype != FREE {
+            bodies.put(slot, &it.body);
         }
-        let prototype =
-            *prototypes.get(usize::from(prototype)).ok_or_else(|| bytes.wrong("prototype"))?;
-        let center = bytes.plausible("position")?;
-        let velocity = bytes.plausible("velocity")?;
-        let still = prototype.motion != Motion::Static || velocity == Vec2::ZERO;
-        bytes.check(still, "velocity of a static body")?;
-        let warm_start_scale = bytes.number("warm start scale")?;
-        bytes.check((0.0..=1.0).contains(&warm_start_scale), "warm start scale")?;
-        if let Some(rests) = &mut rests {
-            let rest = (bytes.word("sleep")?, bytes.short("steps at rest")?);
-            rests.push((slot as u32, rest));
-        }
-        bodies.shape[slot] = prototype.shape;
-        bodies.half[slot] = prototype.shape.half_extent();
-        bodies.center[slot] = center;
-        bodies.velocity[slot] = velocity;
-        bodies.warm_start_scale[slot] = warm_start_scale;
-        bodies.inverse_mass[slot] = prototype.inverse_mass;
-        bodies.gravity_scale[slot] = prototype.gravity_scale;
-        bodies.material[slot] = prototype.material;
-        bodies.motion[slot] = prototype.motion;
-        bodies.group[slot] = prototype.group;
-        bodies.activate(slot as u32);
     }
     bodies.list_free();
-    Ok(bodies)
+    bodies
 }
