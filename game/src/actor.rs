@@ -4,7 +4,6 @@ use crate::input::Seat;
 use crate::scene::Kind;
 use glam::Vec2;
 use jostle_sim::BodyId;
-use jostle_sim::state::{StateVisitor, Subject};
 
 /// A body's role in the game.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,29 +34,4 @@ pub(crate) enum Rule {
         driven: Vec2,
         life: u32,
     },
-}
-
-impl Actor {
-    pub fn visit(&self, visitor: &mut impl StateVisitor) {
-        let subject = Subject::Body(self.id);
-        visitor.name(subject, "name", self.id);
-        visitor.bits(subject, "kind", self.kind as u32);
-        visitor.bits(subject, "owner", self.owner.map_or(u32::MAX, |seat| u32::from(seat.0)));
-        match self.rule {
-            Rule::Still => {}
-            Rule::Wander { heading, speed, is_pushed } => {
-                visitor.vector(subject, ["heading.x", "heading.y"], heading);
-                visitor.number(subject, "wander speed", speed);
-                if is_pushed {
-                    visitor.bits(subject, "is pushed", 1);
-                }
-            }
-            Rule::Chase { front, drift, driven, life } => {
-                visitor.vector(subject, ["front.x", "front.y"], front);
-                visitor.vector(subject, ["drift.x", "drift.y"], drift);
-                visitor.vector(subject, ["driven.x", "driven.y"], driven);
-                visitor.bits(subject, "ticks left", life);
-            }
-        }
-    }
 }

@@ -3,7 +3,6 @@
 use crate::input::{Buttons, Input, Seat};
 use crate::side::Standing;
 use glam::Vec2;
-use jostle_sim::state::{StateVisitor, Subject};
 use jostle_sim::{BodyId, Motion, World};
 
 /// A body that a player holds.
@@ -147,25 +146,6 @@ impl Player {
         self.selected.take_if(|selected| *selected == body);
         self.held.take_if(|held| held.body == body);
         self.carried.take_if(|carried| carried.body == body);
-    }
-
-    pub fn visit(&self, visitor: &mut impl StateVisitor) {
-        let subject = Subject::Numbered("player", u32::from(self.seat.0));
-        visitor.bits(subject, "seat", u32::from(self.seat.0));
-        let bodies = [
-            ("hero", self.hero),
-            ("selected", self.selected),
-            ("held", self.held.map(|held| held.body)),
-        ];
-        for (field, body) in bodies {
-            visitor.name(subject, field, body.unwrap_or(BodyId { index: u32::MAX, generation: 0 }));
-        }
-        visitor.number(subject, "gravity scale", self.held.map_or(0.0, |held| held.gravity_scale));
-        visitor.bits(subject, "wait for a hero", self.hero_wait);
-        visitor.bits(subject, "score", u32::from(self.score));
-        visitor.bits(subject, "has pointed", u32::from(self.pointer.is_some()));
-        visitor.vector(subject, ["pointer.x", "pointer.y"], self.pointer.unwrap_or_default());
-        visitor.bits(subject, "buttons", u32::from(self.down.0));
     }
 }
 

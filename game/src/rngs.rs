@@ -1,6 +1,7 @@
 //! Random number generators of a game.
 
 use jostle_sim::Rng;
+use jostle_sim::state::io::StateIo;
 
 /// Stream of the generator that places the layouts; it is used only once, when a game starts.
 pub(crate) const LAYOUT_STREAM: u64 = 1;
@@ -24,14 +25,13 @@ impl Rngs {
         }
     }
 
-    /// All of them with their names in differences, in the order of the state hash.
-    pub fn named(&self) -> [(&'static str, &Rng); 4] {
-        let Rngs { spawn, drop, agitate, emit } = self;
-        [
-            ("chance of spawns", spawn),
-            ("chance of drops", drop),
-            ("chance of shakes", agitate),
-            ("chance of emitters", emit),
-        ]
+    /// Describes their state.
+    pub fn state(&self, io: &mut impl StateIo) -> Rngs {
+        Rngs {
+            spawn: io.generator("chance of spawns", &self.spawn),
+            drop: io.generator("chance of drops", &self.drop),
+            agitate: io.generator("chance of shakes", &self.agitate),
+            emit: io.generator("chance of emitters", &self.emit),
+        }
     }
 }

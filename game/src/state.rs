@@ -13,18 +13,16 @@ use crate::roster::Roster;
 use crate::rules::Rules;
 use crate::scene::{Kind, SEATS_MAX, Scene};
 use glam::Vec2;
-use jostle_sim::Rng;
-use jostle_sim::state::bytes::{StateReader, StateWriter};
-use jostle_sim::state::{StateDump, StateVisitor};
-use jostle_sim::{BodyId, Difference, Motion, StateError, StateHasher, Subject, World};
+use jostle_sim::state::bytes::{ByteHasher, StateReader, StateWriter};
+use jostle_sim::state::io::{Field, StateIo, plausible};
+use jostle_sim::state::{StateDump, Subject};
+use jostle_sim::{BodyId, Difference, Motion, Rng, StateError, StateHasher, World};
 use std::sync::Arc;
 
 /// Stands for no seat.
 const NO_SEAT: u8 = u8::MAX;
 /// Seats from here on take two bytes.
 const LONG_SEATS: u16 = 128;
-/// The rules as a whole.
-const RULES: Subject = Subject::One("rules");
 const PLAYER_BYTES_MIN: usize = 42;
 const PENDING_BYTES: usize = 2;
 
@@ -33,38 +31,20 @@ impl Game {
     pub fn hash(&self) -> u64 {
         let mut hasher = StateHasher::default();
         hasher.push_u64(self.world.hash());
-        self.visit_rules(&mut hasher);
+        self.state(&mut hasher);
+        self.rules_state(&mut ByteHasher(&mut hasher));
         hasher.finish()
     }
 
     /// The first difference between two games, in the order of the state hash.
     pub fn first_difference(&self, other: &Game) -> Option<Difference> {
         let (mut one, mut two) = (StateDump::default(), StateDump::default());
-        for (game, visitor) in [(self, &mut one), (other, &mut two)] {
-            game.world.visit(visitor);
-            game.visit_rules(visitor);
+        for (game, dump) in [(self, &mut one), (other, &mut two)] {
+            game.world.visit(dump);
+            game.state(dump);
+            game.rules_state(dump);
         }
         one.first_difference(&two)
-    }
-
-    fn visit_rules(&self, visitor: &mut impl StateVisitor) {
-        visitor.bits(RULES, "tick", self.ticks);
-        for (field, rng) in self.rngs.named() {
-            let [state, increment] = rng.state();
-            visitor.long(RULES, field, state);
-            visitor.long(RULES, field, increment);
-        }
-        self.roster.actors().for_each(|actor| actor.visit(visitor));
-        self.roster.players.iter().for_each(|player| player.visit(visitor));
-        if self.scene.throws_packs() {
-            for player in &self.roster.players {
-                let subject = Subject::Numbered("player", u32::from(player.seat.0));
-                visitor.bits(subject, "wait for a throw", player.throw_wait);
-            }
-        }
-        if let Some(rules) = &self.rules {
-            rules.visit(&self.world, &self.roster, visitor);
-        }
     }
 
     /// The whole state as bytes, between two ticks: at most 64 a body and 8 a contact, particles,
@@ -72,22 +52,8 @@ impl Game {
     pub fn save(&self) -> Vec<u8> {
         let mut out = StateWriter::default();
         self.world.save(&mut out);
-        out.word(self.ticks);
-        for (_, rng) in self.rngs.named() {
-            rng.state().into_iter().for_each(|half| out.long(half));
-        }
-        self.roster.actors().for_each(|actor| save_actor(actor, &mut out));
-        self.roster.placed.iter().for_each(|&body| out.body(body));
-        out.word(self.roster.players.len() as u32);
-        self.roster.players.iter().for_each(|player| save_player(player, &mut out));
-        if self.scene.throws_packs() {
-            self.roster.players.iter().for_each(|player| out.word(player.throw_wait));
-        }
-        out.word(self.pending.len() as u32);
-        self.pending.iter().for_each(|event| save_pending(event, &mut out));
-        if let Some(rules) = &self.rules {
-            rules.save(&self.world, &self.roster, &mut out);
-        }
+        self.state(&mut out);
+        self.rules_state(&mut out);
         out.0
     }
 
@@ -96,249 +62,210 @@ impl Game {
     pub fn restore(scene: Arc<Scene>, bytes: &[u8]) -> Result<Game, StateError> {
         let bytes = &mut StateReader::new(bytes);
         let world = World::restore(scene.world_settings(), bytes)?;
-        let ticks = bytes.word("tick")?;
-        let rngs = Rngs {
-            spawn: read_rng(bytes)?,
-            drop: read_rng(bytes)?,
-            agitate: read_rng(bytes)?,
-            emit: read_rng(bytes)?,
-        };
-        let actors = read_actors(&scene, &world, bytes)?;
-        let placed = read_placed(&scene, &world, bytes)?;
-        let mut roster = Roster { actors, placed, ..Roster::default() };
-        read_players(&scene, &world, &mut roster, bytes)?;
-        if scene.throws_packs() {
-            for player in &mut roster.players {
-                player.throw_wait = bytes.word("wait for a throw")?;
-            }
+        let mut roster = Roster { placed: vec![None; scene.bodies.len()], ..Roster::default() };
+        for id in world.ids() {
+            roster.actors.resize(id.index as usize, None);
+            roster.actors.push(Some(Actor {
+                id,
+                kind: Kind::Hero,
+                owner: None,
+                rule: Rule::Still,
+            }));
         }
-        let pending = read_pending(bytes)?;
         let rules = Rules::new(&scene, Rng::new(0, 0));
-        let rules = rules.map(|rules| rules.restore(&scene, &world, &mut roster, bytes));
-        let mut game = Game::of_parts(scene, world, roster, rngs, rules.transpose()?);
-        game.ticks = ticks;
-        game.pending = pending;
+        let mut game = Game::of_parts(scene, world, roster, Rngs::new(0), rules);
+        (game.ticks, game.rngs, game.roster, game.pending) = game.state(bytes);
+        bytes.ok()?;
+        if let Some((rules, players)) = game.rules_state(bytes) {
+            game.rules = Some(rules);
+            game.roster.players = players;
+        }
         bytes.end()?;
         Ok(game)
     }
-}
 
-fn read_players(
-    scene: &Scene,
-    world: &World,
-    roster: &mut Roster,
-    bytes: &mut StateReader,
-) -> Result<(), StateError> {
-    let count_max = usize::from(scene.players_max);
-    for _ in 0..bytes.count(count_max, PLAYER_BYTES_MIN, "number of players")? {
-        let seat_before = roster.players.last().map(|player| player.seat);
-        let seat = read_seat("seat", bytes)?.filter(|&seat| seat_before < Some(seat));
-        let seat = seat.ok_or_else(|| bytes.wrong("seat"))?;
-        let player = read_player(world, &roster.actors, seat, bytes)?;
-        roster.players.push(player);
-    }
-    Ok(())
-}
-
-fn read_player(
-    world: &World,
-    actors: &[Option<Actor>],
-    seat: Seat,
-    bytes: &mut StateReader,
-) -> Result<Player, StateError> {
-    let mut player = Player::new(seat, None);
-    player.hero = read_body(world, "hero", bytes)?;
-    let steered = |id: BodyId| {
-        let owner = actors[id.index as usize].and_then(|actor| actor.owner);
-        owner == Some(seat) && world.motion(id) == Motion::Dynamic
-    };
-    bytes.check(player.hero.is_none_or(steered), "hero")?;
-    player.hero_wait = bytes.word("wait for a hero")?;
-    player.selected = read_body(world, "selected body", bytes)?;
-    let held = read_body(world, "held body", bytes)?;
-    let loose = held.is_none_or(|id| world.motion(id) == Motion::Dynamic);
-    bytes.check(loose, "held body")?;
-    let gravity_scale = bytes.plausible_number("gravity scale")?;
-    player.held = held.map(|body| Held { body, gravity_scale });
-    player.score = bytes.short("score")?;
-    let pointed = bytes.byte("has pointed")?;
-    bytes.check(pointed <= 1, "has pointed")?;
-    let pointer = bytes.vector("pointer")?;
-    player.pointer = (pointed == 1).then_some(pointer);
-    let down = bytes.short("buttons")?;
-    bytes.check(down & !Buttons::ALL.0 == 0, "buttons")?;
-    player.down = Buttons(down);
-    Ok(player)
-}
-
-/// Reads a body that exists, or none.
-fn read_body(
-    world: &World,
-    field: &'static str,
-    bytes: &mut StateReader,
-) -> Result<Option<BodyId>, StateError> {
-    let body = bytes.body(field)?;
-    bytes.check(body.is_none_or(|id| world.contains(id)), field)?;
-    Ok(body)
-}
-
-fn read_pending(bytes: &mut StateReader) -> Result<Vec<Event>, StateError> {
-    let count = bytes.count(2 * SEATS_MAX, PENDING_BYTES, "number of changes")?;
-    let mut pending = Vec::new();
-    for _ in 0..count {
-        let kind = bytes.byte("change")?;
-        pending.push(match (kind, read_seat("seat", bytes)?) {
-            (0, Some(seat)) => Event::Joined(seat),
-            (1, Some(seat)) => Event::Left(seat),
-            _ => return Err(bytes.wrong("change")),
+    /// Describes the state, but for the world's and the rules'.
+    fn state<Io: StateIo>(&self, io: &mut Io) -> (u32, Rngs, Roster, Vec<Event>) {
+        let Game { scene, world, roster, .. } = self;
+        io.subject(Subject::One("rules"));
+        let ticks = io.word("tick", self.ticks);
+        let rngs = self.rngs.state(io);
+        let actors = io.each(&roster.actors, |io, _, slot| {
+            slot.map(|actor| actor_state(actor, scene, world, io))
         });
+        // Set once, with the bodies: not hashed.
+        let placed = io.each(scene.bodies.iter().zip(&roster.placed), |io, _, (body, &id)| {
+            let id = io.saved_body("body of the scene", id);
+            let moves = |id| body.path.is_none() || world.motion(id) != Motion::Static;
+            io.check("body of the scene", || id.is_none_or(|id| world.contains(id) && moves(id)));
+            id
+        });
+        let mut read = Roster { actors, placed, ..Roster::default() };
+        let limits = [usize::from(scene.players_max), PLAYER_BYTES_MIN];
+        let (given, blank) = (roster.players.iter().cloned(), Player::new(Seat(0), None));
+        let mut last = None;
+        read.players = io.list("number of players", limits, given, blank, |io, _, player| {
+            let player = player_state(player, &read, world, io);
+            io.check("seat", || last < Some(player.seat));
+            last = Some(player.seat);
+            player
+        });
+        if scene.throws_packs() {
+            let players = if Io::READS { &read.players } else { &roster.players };
+            read.players = io.each(players, |io, _, player| {
+                io.subject(Subject::Numbered("player", u32::from(player.seat.0)));
+                let mut player = player.clone();
+                player.throw_wait = io.word("wait for a throw", player.throw_wait);
+                player
+            });
+        }
+        // Joins and leaves are recorded like inputs, and need no hash either.
+        let (limits, given) = ([2 * SEATS_MAX, PENDING_BYTES], self.pending.iter().cloned());
+        let blank = Event::Joined(Seat(0));
+        let pending = io.list("number of changes", limits, given, blank, |io, _, event| {
+            pending_state(event, io)
+        });
+        (ticks, rngs, read, pending)
     }
-    Ok(pending)
-}
 
-pub(crate) fn read_rng(bytes: &mut StateReader) -> Result<Rng, StateError> {
-    let halves = [bytes.long("chance")?, bytes.long("chance")?];
-    bytes.check(halves[1] & 1 == 1, "chance")?;
-    Ok(Rng::from_state(halves))
+    fn rules_state(&self, io: &mut impl StateIo) -> Option<(Rules, Vec<Player>)> {
+        let rules = self.rules.as_ref()?;
+        Some(rules.state(&self.scene, &self.world, &self.roster, io))
+    }
 }
 
 /// Kind and rule share a byte; the body's id follows from its slot.
-fn save_actor(actor: &Actor, out: &mut StateWriter) {
-    let rule = match actor.rule {
+#[inline]
+fn actor_state(mut it: Actor, scene: &Scene, world: &World, io: &mut impl StateIo) -> Actor {
+    io.subject(Subject::Body(it.id));
+    io.bits("name", it.id.index);
+    io.bits("name", it.id.generation);
+    io.bits("kind", it.kind as u32);
+    let rule = match it.rule {
         Rule::Still => 0,
         Rule::Wander { is_pushed: false, .. } => 1,
         Rule::Chase { .. } => 2,
         Rule::Wander { is_pushed: true, .. } => 3,
     };
-    out.byte(rule << 4 | actor.kind as u8);
-    save_seat(actor.owner, out);
-    match actor.rule {
+    let [tag] = io.saved("kind", [rule << 4 | it.kind as u8]);
+    it.kind = io.checked("kind", it.kind, || Kind::ALL.get(usize::from(tag & 15)).copied());
+    it.owner = seat_state("owner", it.owner, io);
+    let (heading, drift, driven) = (Vec2::ZERO, Vec2::ZERO, Vec2::ZERO);
+    it.rule = io.checked("rule", it.rule, || match tag >> 4 {
+        0 => Some(Rule::Still),
+        tag @ (1 | 3) => Some(Rule::Wander { heading, speed: 0.0, is_pushed: tag == 3 }),
+        2 if scene.pack.is_some() => Some(Rule::Chase { front: heading, drift, driven, life: 0 }),
+        _ => None,
+    });
+    match &mut it.rule {
         Rule::Still => {}
-        Rule::Wander { heading, speed, .. } => {
-            out.vector(heading);
-            out.number(speed);
+        Rule::Wander { heading, speed, is_pushed } => {
+            *heading = direction_state(["heading.x", "heading.y"], *heading, io);
+            *speed = io.number("wander speed", *speed, plausible);
+            if *is_pushed {
+                io.bits("is pushed", 1);
+            }
         }
         Rule::Chase { front, drift, driven, life } => {
-            out.vector(front);
-            out.vector(drift);
-            out.vector(driven);
-            out.word(life);
+            *front = direction_state(["front.x", "front.y"], *front, io);
+            *drift = io.vector(["drift.x", "drift.y"], *drift, plausible);
+            *driven = io.vector(["driven.x", "driven.y"], *driven, plausible);
+            *life = io.word("ticks left", *life);
         }
     }
+    io.check("rule", || it.rule == Rule::Still || world.motion(it.id) == Motion::Dynamic);
+    it
 }
 
-/// Reads one actor a body, by slot.
-fn read_actors(
-    scene: &Scene,
+#[inline]
+fn direction_state(fields: [Field; 2], direction: Vec2, io: &mut impl StateIo) -> Vec2 {
+    let direction = io.vector(fields, direction, plausible);
+    io.check(fields[0], || (direction.length_squared() - 1.0).abs() < 0.01);
+    direction
+}
+
+/// `roster` has the actors.
+fn player_state(mut it: Player, roster: &Roster, world: &World, io: &mut impl StateIo) -> Player {
+    io.subject(Subject::Numbered("player", u32::from(it.seat.0)));
+    let seat = seat_state("seat", Some(it.seat), io);
+    it.seat = io.checked("seat", it.seat, || seat);
+    it.hero = io.body("hero", it.hero);
+    let is_own = |id| is_loose(id, world) && roster.owner_of(id) == seat;
+    io.check("hero", || it.hero.is_none_or(is_own));
+    it.hero_wait = io.saved_word("wait for a hero", it.hero_wait);
+    it.selected = io.body("selected", it.selected);
+    io.check("selected", || it.selected.is_none_or(|id| world.contains(id)));
+    it.held = held_state(["held", "gravity scale"], it.held, plausible, world, io);
+    io.bits("wait for a hero", it.hero_wait);
+    it.score = io.short("score", it.score);
+    let [has_pointed] = io.flags("has pointed", [it.pointer.is_some()]);
+    let pointer = it.pointer.unwrap_or_default();
+    let pointer = io.vector(["pointer.x", "pointer.y"], pointer, f32::is_finite);
+    it.pointer = has_pointed.then_some(pointer);
+    it.down = Buttons(io.short("buttons", it.down.0));
+    io.check("buttons", || it.down.0 & !Buttons::ALL.0 == 0);
+    it
+}
+
+fn is_loose(id: BodyId, world: &World) -> bool {
+    world.contains(id) && world.motion(id) == Motion::Dynamic
+}
+
+/// Describes a body that is held, and its gravity scale.
+pub(crate) fn held_state(
+    [name, scale]: [Field; 2],
+    held: Option<Held>,
+    fits: impl Fn(f32) -> bool,
     world: &World,
-    bytes: &mut StateReader,
-) -> Result<Vec<Option<Actor>>, StateError> {
-    let mut actors = Vec::new();
-    for id in world.ids() {
-        actors.resize(id.index as usize, None);
-        let actor = read_actor(scene, id, bytes)?;
-        let moves = actor.rule == Rule::Still || world.motion(id) == Motion::Dynamic;
-        bytes.check(moves, "rule")?;
-        actors.push(Some(actor));
-    }
-    Ok(actors)
+    io: &mut impl StateIo,
+) -> Option<Held> {
+    let body = io.body(name, held.map(|held| held.body));
+    io.check(name, || body.is_none_or(|id| is_loose(id, world)));
+    let gravity_scale = io.number(scale, held.map_or(0.0, |held| held.gravity_scale), fits);
+    body.map(|body| Held { body, gravity_scale })
 }
 
-fn read_actor(scene: &Scene, id: BodyId, bytes: &mut StateReader) -> Result<Actor, StateError> {
-    let tag = bytes.byte("kind")?;
-    let kind = *Kind::ALL.get(usize::from(tag & 15)).ok_or_else(|| bytes.wrong("kind"))?;
-    let owner = read_seat("owner", bytes)?;
-    let rule = match tag >> 4 {
-        0 => Rule::Still,
-        tag @ (1 | 3) => Rule::Wander {
-            heading: read_direction("heading", bytes)?,
-            speed: bytes.plausible_number("speed")?,
-            is_pushed: tag == 3,
-        },
-        2 if scene.pack.is_some() => Rule::Chase {
-            front: read_direction("front", bytes)?,
-            drift: bytes.plausible("drift")?,
-            driven: bytes.plausible("driven")?,
-            life: bytes.word("ticks left")?,
-        },
-        _ => return Err(bytes.wrong("rule")),
-    };
-    Ok(Actor { id, kind, owner, rule })
-}
-
-/// Reads a unit vector.
-fn read_direction(field: &'static str, bytes: &mut StateReader) -> Result<Vec2, StateError> {
-    let direction = bytes.plausible(field)?;
-    bytes.check((direction.length_squared() - 1.0).abs() < 0.01, field)?;
-    Ok(direction)
-}
-
-/// Reads the ids of the scene file's bodies; those on a path must be able to follow it.
-fn read_placed(
-    scene: &Scene,
-    world: &World,
-    bytes: &mut StateReader,
-) -> Result<Vec<Option<BodyId>>, StateError> {
-    let mut placed = Vec::new();
-    for body in &scene.bodies {
-        let id = bytes.body("body of the scene")?;
-        let fits = id.is_none_or(|id| {
-            world.contains(id) && (body.path.is_none() || world.motion(id) != Motion::Static)
-        });
-        bytes.check(fits, "body of the scene")?;
-        placed.push(id);
-    }
-    Ok(placed)
-}
-
-fn save_player(player: &Player, out: &mut StateWriter) {
-    save_seat(Some(player.seat), out);
-    out.body(player.hero);
-    out.word(player.hero_wait);
-    out.body(player.selected);
-    out.body(player.held.map(|held| held.body));
-    out.number(player.held.map_or(0.0, |held| held.gravity_scale));
-    out.short(player.score);
-    out.byte(u8::from(player.pointer.is_some()));
-    out.vector(player.pointer.unwrap_or_default());
-    out.short(player.down.0);
-}
-
-fn save_pending(event: &Event, out: &mut StateWriter) {
+fn pending_state(event: Event, io: &mut impl StateIo) -> Event {
     let (kind, seat) = match event {
         Event::Joined(seat) => (0, seat),
         Event::Left(seat) => (1, seat),
         _ => unreachable!("only joins and leaves wait for a tick"),
     };
-    out.byte(kind);
-    save_seat(Some(*seat), out);
+    let [kind] = io.saved("change", [kind]);
+    let seat = saved_seat("seat", Some(seat), io);
+    io.checked("change", event, || match kind {
+        0 => seat.map(Event::Joined),
+        1 => seat.map(Event::Left),
+        _ => None,
+    })
+}
+
+/// Describes a seat, or none.
+#[inline]
+pub(crate) fn seat_state(field: Field, seat: Option<Seat>, io: &mut impl StateIo) -> Option<Seat> {
+    io.bits(field, seat.map_or(u32::MAX, |seat| u32::from(seat.0)));
+    saved_seat(field, seat, io)
 }
 
 /// One byte below 128, the usual case; above it two, high bits first; one byte for no seat.
-pub(crate) fn save_seat(seat: Option<Seat>, out: &mut StateWriter) {
-    match seat {
-        None => out.byte(NO_SEAT),
-        Some(Seat(low @ 0..LONG_SEATS)) => out.byte(low as u8),
-        Some(Seat(seat)) => {
-            out.byte(LONG_SEATS as u8 | (seat >> 8) as u8);
-            out.byte(seat as u8);
-        }
-    }
-}
-
-pub(crate) fn read_seat(
-    field: &'static str,
-    bytes: &mut StateReader,
-) -> Result<Option<Seat>, StateError> {
-    let first = bytes.byte(field)?;
-    let seat = match u16::from(first) {
-        _ if first == NO_SEAT => return Ok(None),
-        low @ 0..LONG_SEATS => low,
-        high => (high - LONG_SEATS) << 8 | u16::from(bytes.byte(field)?),
+#[inline]
+fn saved_seat(field: Field, seat: Option<Seat>, io: &mut impl StateIo) -> Option<Seat> {
+    let [first, second] = match seat {
+        None => [NO_SEAT, 0],
+        Some(Seat(low @ 0..LONG_SEATS)) => [low as u8, 0],
+        Some(Seat(seat)) => [LONG_SEATS as u8 | (seat >> 8) as u8, seat as u8],
     };
-    let shortest = u16::from(first) < LONG_SEATS || seat >= LONG_SEATS;
-    bytes.check(shortest && usize::from(seat) < SEATS_MAX, field)?;
-    Ok(Some(Seat(seat)))
+    let [first] = io.saved(field, [first]);
+    let mut number = u16::from(first);
+    let is_long = first != NO_SEAT && number >= LONG_SEATS;
+    if is_long {
+        number = (number - LONG_SEATS) << 8 | u16::from(io.saved(field, [second])[0]);
+    }
+    let fits = usize::from(number) < SEATS_MAX && (!is_long || number >= LONG_SEATS);
+    io.checked(field, seat, || match first {
+        NO_SEAT => Some(None),
+        _ => fits.then_some(Some(Seat(number))),
+    })
 }
 
 #[cfg(test)]

@@ -1,387 +1,262 @@
-//! The rules' part of a game's state. Its hash digests the saved bytes, part by part.
+//! The rules' part of a game's state. Its hash digests the saved bytes, subject by subject.
 
-use super::book::Rules;
+use super::book::{Rules, Scratch};
 use super::clock::{Round, RoundPhase};
 use super::memory::{OrderState, RelayState, SignalState, Sling, Walker, ZoneState};
-use super::notes::{Note, Rest, Start};
-use crate::player::{Held, Player};
+use super::notes::{Note, Notes, Rest};
+use crate::input::Seat;
+use crate::player::Player;
 use crate::roster::Roster;
 use crate::scene::{GRAVITY_SCALE_MAX, Levels, SEATS_MAX, Scene, SignalKind, SignalSpec};
 use crate::side::{Side, Standing};
-use crate::state::{read_rng, read_seat, save_seat};
+use crate::state::{held_state, seat_state};
 use glam::Vec2;
-use jostle_sim::state::bytes::{StateReader, StateWriter};
-use jostle_sim::state::{StateVisitor, Subject};
-use jostle_sim::{BodyId, Motion, StateError, World};
+use jostle_sim::state::Subject;
+use jostle_sim::state::io::{Field, NOBODY, StateIo, plausible};
+use jostle_sim::{Motion, World};
 
-/// Stands for nobody where a side may be.
-const NO_SIDE: u8 = 0;
-const TEAM: u8 = 1;
-const PLAYER: u8 = 2;
 const BODY_BYTES: usize = 8;
 
 impl Rules {
-    /// Visits all of it in a fixed order.
-    pub fn visit(&self, world: &World, roster: &Roster, visitor: &mut impl StateVisitor) {
-        let mut out = StateWriter::default();
-        let mut part = |subject, save: &dyn Fn(&mut StateWriter)| {
-            out.0.clear();
-            save(&mut out);
-            for chunk in out.0.chunks(4) {
-                let mut word = [0; 4];
-                word[..chunk.len()].copy_from_slice(chunk);
-                visitor.bits(subject, "state", u32::from_le_bytes(word));
-            }
-        };
-        part(Subject::One("round"), &|out| self.save_round(out));
-        for (index, zone) in (0..).zip(&self.zones) {
-            part(Subject::Numbered("zone", index), &|out| zone.save(out));
-        }
-        for (index, signal) in (0..).zip(&self.signals) {
-            part(Subject::Numbered("signal", index), &|out| signal.save(out));
-        }
-        for actor in roster.actors() {
-            let note = self.notes.of_existing(actor.id, world);
-            part(Subject::Numbered("note of body", actor.id.index), &|out| note.save(out));
-        }
-        for player in &roster.players {
-            let seat = u32::from(player.seat.0);
-            part(Subject::Numbered("player in the round", seat), &|out| save_player(player, out));
-        }
-    }
-
-    /// Saves all of it.
-    pub fn save(&self, world: &World, roster: &Roster, out: &mut StateWriter) {
-        self.save_round(out);
-        self.zones.iter().for_each(|zone| zone.save(out));
-        self.signals.iter().for_each(|signal| signal.save(out));
-        roster.actors().for_each(|actor| self.notes.of_existing(actor.id, world).save(out));
-        roster.players.iter().for_each(|player| save_player(player, out));
-    }
-
-    fn save_round(&self, out: &mut StateWriter) {
-        let Round { phase, ticks, clock } = self.round;
-        out.byte(phase as u8);
-        out.word(ticks);
-        out.word(clock);
-        out.byte(u8::from(self.contested));
-        out.long(self.levels.zones);
-        out.long(self.levels.signals);
-        out.byte(self.levels.teams);
-        self.teams.iter().for_each(|team| save_standing(team, out));
-        out.short(self.winners.len() as u16);
-        self.winners.iter().for_each(|&side| save_side(Some(side), out));
-        for (&came, &stood) in self.came.iter().zip(&self.stood) {
-            out.byte(u8::from(came));
-            out.word(stood);
-        }
-        self.layouts.state().into_iter().for_each(|half| out.long(half));
-        if let Some(sling) = &self.sling {
-            out.byte(self.levels.sling);
-            sling.save(out);
-        }
-    }
-
-    /// Restores what [`Rules::save`] saved, into rules that have not begun.
-    pub fn restore(
-        mut self,
+    /// Describes them, and what players are in a round. They are read into rules that have not begun.
+    pub fn state<Io: StateIo>(
+        &self,
         scene: &Scene,
         world: &World,
-        roster: &mut Roster,
-        bytes: &mut StateReader,
-    ) -> Result<Rules, StateError> {
-        self.read_round(bytes)?;
-        let teams = self.teams.len();
-        for zone in &mut self.zones {
-            *zone = read_zone(scene, teams, bytes)?;
+        roster: &Roster,
+        io: &mut Io,
+    ) -> (Rules, Vec<Player>) {
+        let mut rules = self.round_state(io);
+        let count = self.teams.len();
+        rules.zones = io.each(&self.zones, |io, index, zone| {
+            io.subject(Subject::Numbered("zone", index));
+            zone_state(zone, scene, count, io)
+        });
+        let signals = self.signals.iter().zip(&scene.rules.signals);
+        rules.signals = io.each(signals, |io, index, (signal, spec)| {
+            io.subject(Subject::Numbered("signal", index));
+            signal_state(signal, spec, count, io)
+        });
+        let notes = io.each(roster.actors(), |io, _, actor| {
+            io.subject(Subject::Numbered("note of body", actor.id.index));
+            note_state(self.notes.of_existing(actor.id, world), scene, world, io)
+        });
+        if Io::READS {
+            rules.notes = restored_notes(&notes, world, roster);
         }
-        for (signal, spec) in self.signals.iter_mut().zip(&scene.rules.signals) {
-            *signal = read_signal(spec, teams, bytes)?;
-        }
-        let ids: Vec<BodyId> = roster.actors().map(|actor| actor.id).collect();
-        for id in ids {
-            let note = read_note(id, scene, world, bytes)?;
-            *self.notes.of(id, world) = note;
-        }
-        for (body, &id) in roster.placed.iter().enumerate() {
-            if let Some(id) = id {
-                self.notes.of(id, world).placed = Some(body);
-            }
-        }
-        for player in &mut roster.players {
-            read_player(player, teams, scene, world, bytes)?;
-        }
-        Ok(self)
+        let players = io.each(&roster.players, |io, _, player| {
+            io.subject(Subject::Numbered("player in the round", u32::from(player.seat.0)));
+            player_state(player.clone(), count, scene, world, io)
+        });
+        (rules, players)
     }
 
-    fn read_round(&mut self, bytes: &mut StateReader) -> Result<(), StateError> {
-        let phase = usize::from(bytes.byte("phase of the round")?);
-        let phase = RoundPhase::ALL.get(phase).copied();
-        let phase = phase.ok_or_else(|| bytes.wrong("phase of the round"))?;
-        let (ticks, clock) = (bytes.word("ticks of the round")?, bytes.word("clock")?);
+    fn round_state(&self, io: &mut impl StateIo) -> Rules {
+        io.subject(Subject::One("round"));
+        let phase = io.byte("phase of the round", self.round.phase as u8);
+        let phase = io.checked("phase of the round", self.round.phase, || {
+            RoundPhase::ALL.get(usize::from(phase)).copied()
+        });
+        let ticks = io.word("ticks of the round", self.round.ticks);
+        let clock = io.word("clock", self.round.clock);
         // A countdown's clock stands at 1, and no path has stood still before it.
         let clock_min = u32::from(phase == RoundPhase::Countdown);
-        bytes.check(clock >= clock_min, "clock")?;
-        self.round = Round { phase, ticks, clock };
-        self.contested = read_truth("contested", bytes)?;
-        self.levels = Levels {
-            zones: bytes.long("zones")?,
-            signals: bytes.long("signals")?,
-            teams: bytes.byte("teams")?,
+        io.check("clock", || clock >= clock_min);
+        let [contested] = io.flags("contested", [self.contested]);
+        let mut levels = Levels {
+            zones: io.long("zones", self.levels.zones),
+            signals: io.long("signals", self.levels.signals),
+            teams: io.byte("teams", self.levels.teams),
             sling: 0,
         };
-        for team in &mut self.teams {
-            *team = read_standing(bytes)?;
-        }
-        let teams = self.teams.len();
-        let winners = bytes.short("number of winners")?;
-        bytes.check(usize::from(winners) <= SEATS_MAX, "number of winners")?;
-        self.winners.clear();
-        for _ in 0..winners {
-            let side = read_side(teams, bytes)?.ok_or_else(|| bytes.wrong("winner"))?;
-            self.winners.push(side);
-        }
-        for (came, stood) in self.came.iter_mut().zip(&mut self.stood) {
-            *came = read_truth("presence", bytes)?;
-            *stood = bytes.word("ticks stood")?;
-            bytes.check(*stood <= clock - clock_min, "ticks stood")?;
-        }
-        self.layouts = read_rng(bytes)?;
-        if let Some(sling) = &mut self.sling {
-            self.levels.sling = bytes.byte("sling")?;
-            *sling = read_sling(sling.shots, bytes)?;
-        }
-        Ok(())
-    }
-}
-
-impl ZoneState {
-    fn save(&self, out: &mut StateWriter) {
-        out.word(self.inside.len() as u32);
-        self.inside.iter().for_each(|&id| out.body(Some(id)));
-        save_side(self.holder, out);
-        save_side(self.taking.map(|(side, _)| side), out);
-        out.word(self.taking.map_or(0, |(_, ticks)| ticks));
-    }
-}
-
-fn read_zone(
-    scene: &Scene,
-    teams: usize,
-    bytes: &mut StateReader,
-) -> Result<ZoneState, StateError> {
-    // Some may be gone by now.
-    let count = bytes.count(scene.world.bodies_max, BODY_BYTES, "bodies in a zone")?;
-    let mut inside = Vec::new();
-    for _ in 0..count {
-        let id = bytes.body("body in a zone")?.ok_or_else(|| bytes.wrong("body in a zone"))?;
-        inside.push(id);
-    }
-    let holder = read_side(teams, bytes)?;
-    let taking = read_side(teams, bytes)?;
-    let ticks = bytes.word("ticks alone")?;
-    Ok(ZoneState { inside, holder, taking: taking.map(|side| (side, ticks)) })
-}
-
-impl SignalState {
-    fn save(&self, out: &mut StateWriter) {
-        match self {
-            SignalState::Relay(RelayState { held, left, base, toggled }) => {
-                out.word(*held);
-                out.word(*left);
-                out.byte(u8::from(*base) | u8::from(*toggled) << 1);
-            }
-            SignalState::Order(OrderState { done }) => {
-                out.short(done.len() as u16);
-                for &(walker, steps) in done {
-                    save_side(walker.side(), out);
-                    out.byte(steps);
-                }
-            }
+        let teams = io.each(&self.teams, |io, _, team| standing_state(*team, io));
+        let (count, blank) = (self.teams.len(), Side::Team(0));
+        let winners = short_list("number of winners", &self.winners, blank, io, |io, _, it| {
+            let side = side_state(Some(it), count, io);
+            io.checked("winner", it, || side)
+        });
+        let presence = io.each(self.came.iter().zip(&self.stood), |io, _, (&came, &stood)| {
+            let [came] = io.flags("presence", [came]);
+            let stood = io.word("ticks stood", stood);
+            io.check("ticks stood", || stood <= clock - clock_min);
+            (came, stood)
+        });
+        let (came, stood) = presence.into_iter().unzip();
+        let layouts = io.generator("chance of layouts", &self.layouts);
+        let sling = self.sling.map(|sling| {
+            levels.sling = io.byte("sling", self.levels.sling);
+            sling_state(sling, io)
+        });
+        Rules {
+            round: Round { phase, ticks, clock },
+            levels,
+            zones: Vec::new(),
+            signals: Vec::new(),
+            teams,
+            notes: Notes::default(),
+            came,
+            stood,
+            sling,
+            has_breakables: self.has_breakables,
+            contested,
+            winners,
+            layouts,
+            scratch: Scratch::default(),
         }
     }
 }
 
-fn read_signal(
+fn restored_notes(read: &[Note], world: &World, roster: &Roster) -> Notes {
+    let mut notes = Notes::default();
+    read.iter().for_each(|note| *notes.of(note.id, world) = *note);
+    for (body, &id) in roster.placed.iter().enumerate() {
+        if let Some(id) = id {
+            notes.of(id, world).placed = Some(body);
+        }
+    }
+    notes
+}
+
+/// Bodies in a zone may be gone by now.
+fn zone_state(it: &ZoneState, scene: &Scene, teams: usize, io: &mut impl StateIo) -> ZoneState {
+    let (limits, given) = ([scene.world.bodies_max, BODY_BYTES], it.inside.iter().copied());
+    let inside =
+        io.list("bodies in a zone", limits, given, NOBODY, |io, _, id| io.id("body in a zone", id));
+    let holder = side_state(it.holder, teams, io);
+    let taking = side_state(it.taking.map(|(side, _)| side), teams, io);
+    let ticks = io.word("ticks alone", it.taking.map_or(0, |(_, ticks)| ticks));
+    ZoneState { inside, holder, taking: taking.map(|side| (side, ticks)) }
+}
+
+fn signal_state(
+    it: &SignalState,
     spec: &SignalSpec,
     teams: usize,
-    bytes: &mut StateReader,
-) -> Result<SignalState, StateError> {
-    let SignalKind::Order(order) = &spec.kind else {
-        let (held, left) = (bytes.word("ticks held")?, bytes.word("ticks left")?);
-        let flags = bytes.byte("signal")?;
-        bytes.check(flags < 4, "signal")?;
-        let (base, toggled) = (flags & 1 == 1, flags & 2 == 2);
-        return Ok(SignalState::Relay(RelayState { held, left, base, toggled }));
-    };
-    let count = bytes.short("progress")?;
-    bytes.check(usize::from(count) <= SEATS_MAX, "progress")?;
-    let mut done: Vec<(Walker, u8)> = Vec::new();
-    for _ in 0..count {
-        let walker = Walker::of(order.each, read_side(teams, bytes)?);
-        let walker = walker.ok_or_else(|| bytes.wrong("progress"))?;
-        let steps = bytes.byte("steps done")?;
-        let fits = (1..=order.steps.len()).contains(&usize::from(steps));
-        let ordered = done.last().is_none_or(|(last, _)| *last < walker);
-        bytes.check(fits && ordered, "steps done")?;
-        done.push((walker, steps));
-    }
-    Ok(SignalState::Order(OrderState { done }))
-}
-
-impl Note {
-    fn save(&self, out: &mut StateWriter) {
-        out.vector(self.start.position);
-        out.vector(self.start.velocity);
-        save_seat(self.touched_by, out);
-        out.byte(u8::from(self.rests.is_some()) | u8::from(self.is_cracked) << 1);
-        if let Some(Rest { ticks, gravity_scale }) = self.rests {
-            out.word(ticks);
-            out.number(gravity_scale);
+    io: &mut impl StateIo,
+) -> SignalState {
+    match (it, &spec.kind) {
+        (SignalState::Relay(it), SignalKind::Relay(_)) => {
+            let (held, left) = (io.word("ticks held", it.held), io.word("ticks left", it.left));
+            let [base, toggled] = io.flags("signal", [it.base, it.toggled]);
+            SignalState::Relay(RelayState { held, left, base, toggled })
         }
+        (SignalState::Order(it), SignalKind::Order(order)) => {
+            let mut last = None;
+            let blank = (Walker::All, 0);
+            let done = short_list("progress", &it.done, blank, io, |io, _, (walker, steps)| {
+                let side = side_state(walker.side(), teams, io);
+                let walker = io.checked("progress", walker, || Walker::of(order.each, side));
+                let steps = io.byte("steps done", steps);
+                let fits = || (1..=order.steps.len()).contains(&usize::from(steps));
+                io.check("steps done", || fits() && last < Some(walker));
+                last = Some(walker);
+                (walker, steps)
+            });
+            SignalState::Order(OrderState { done })
+        }
+        _ => SignalState::new(spec),
     }
 }
 
-impl Sling {
-    fn save(&self, out: &mut StateWriter) {
-        out.byte(self.shots);
-        save_seat(self.shooter, out);
-        out.byte(u8::from(self.is_pulled));
-        out.word(self.flight);
-    }
+fn sling_state(it: Sling, io: &mut impl StateIo) -> Sling {
+    let shots = io.byte("shots", it.shots);
+    io.check("shots", || shots <= it.shots);
+    let shooter = seat_state("shooter", it.shooter, io);
+    let [is_pulled] = io.flags("pull", [it.is_pulled]);
+    let flight = io.word("flight", it.flight);
+    io.check("flight", || flight < u32::MAX);
+    Sling { shots, shooter, is_pulled, flight }
 }
 
-fn read_sling(shots_max: u8, bytes: &mut StateReader) -> Result<Sling, StateError> {
-    let shots = bytes.byte("shots")?;
-    bytes.check(shots <= shots_max, "shots")?;
-    let shooter = read_seat("shooter", bytes)?;
-    let is_pulled = read_truth("pull", bytes)?;
-    let flight = bytes.word("flight")?;
-    bytes.check(flight < u32::MAX, "flight")?;
-    Ok(Sling { shots, shooter, is_pulled, flight })
+#[inline]
+fn note_state(mut it: Note, scene: &Scene, world: &World, io: &mut impl StateIo) -> Note {
+    it.start.position = place_state(["start.x", "start.y"], it.start.position, scene, io);
+    let fields = ["start velocity.x", "start velocity.y"];
+    it.start.velocity = io.vector(fields, it.start.velocity, plausible);
+    it.touched_by = seat_state("touched by", it.touched_by, io);
+    let [rests, is_cracked] = io.flags("rests", [it.rests.is_some(), it.is_cracked]);
+    io.check("rests", || !rests || world.motion(it.id) != Motion::Static);
+    it.is_cracked = is_cracked;
+    it.rests = rests.then(|| {
+        let Rest { ticks, gravity_scale } =
+            it.rests.unwrap_or(Rest { ticks: 0, gravity_scale: 0.0 });
+        let ticks = io.word("rest", ticks);
+        Rest { ticks, gravity_scale: io.number("gravity scale", gravity_scale, is_gravity_scale) }
+    });
+    it
 }
 
-fn read_note(
-    id: BodyId,
-    scene: &Scene,
-    world: &World,
-    bytes: &mut StateReader,
-) -> Result<Note, StateError> {
-    let position = read_place("start", scene, bytes)?;
-    let velocity = bytes.plausible("start velocity")?;
-    let touched_by = read_seat("touched by", bytes)?;
-    let mut rests = None;
-    let flags = bytes.byte("rests")?;
-    bytes.check(flags < 4, "rests")?;
-    if flags & 1 == 1 {
-        bytes.check(world.motion(id) != Motion::Static, "rests")?;
-        let (ticks, gravity_scale) = (bytes.word("rest")?, read_gravity_scale(bytes)?);
-        rests = Some(Rest { ticks, gravity_scale });
-    }
-    let mut note = Note::new(id, world);
-    note.start = Start { position, velocity };
-    note.touched_by = touched_by;
-    note.rests = rests;
-    note.is_cracked = flags & 2 == 2;
-    Ok(note)
-}
-
-fn save_player(player: &Player, out: &mut StateWriter) {
-    out.byte(player.team.map_or(u8::MAX, |team| team));
-    save_standing(&player.standing, out);
-    out.word(player.stun);
-    out.vector(player.home);
-    out.byte(u8::from(player.checkpoint.is_some()));
-    out.vector(player.checkpoint.unwrap_or_default());
-    out.body(player.carried.map(|carried| carried.body));
-    out.number(player.carried.map_or(0.0, |carried| carried.gravity_scale));
-}
-
-fn read_player(
-    player: &mut Player,
+fn player_state(
+    mut it: Player,
     teams: usize,
     scene: &Scene,
     world: &World,
-    bytes: &mut StateReader,
-) -> Result<(), StateError> {
-    let team = bytes.byte("team")?;
+    io: &mut impl StateIo,
+) -> Player {
+    let team = io.byte("team", it.team.unwrap_or(u8::MAX));
     let fits = if teams == 0 { team == u8::MAX } else { usize::from(team) < teams };
-    bytes.check(fits, "team")?;
-    player.team = (teams > 0).then_some(team);
-    player.standing = read_standing(bytes)?;
-    player.stun = bytes.word("stun")?;
-    player.home = read_place("home", scene, bytes)?;
-    let has_checkpoint = read_truth("checkpoint", bytes)?;
-    let checkpoint = read_place("checkpoint", scene, bytes)?;
-    player.checkpoint = has_checkpoint.then_some(checkpoint);
-    let body = bytes.body("carried body")?;
-    let loose = |id| world.contains(id) && world.motion(id) == Motion::Dynamic;
-    bytes.check(body.is_none_or(loose), "carried body")?;
-    let gravity_scale = read_gravity_scale(bytes)?;
-    player.carried = body.map(|body| Held { body, gravity_scale });
-    Ok(())
+    it.team = io.checked("team", it.team, || fits.then_some((teams > 0).then_some(team)));
+    it.standing = standing_state(it.standing, io);
+    it.stun = io.word("stun", it.stun);
+    it.home = place_state(["home.x", "home.y"], it.home, scene, io);
+    let [has_checkpoint] = io.flags("checkpoint", [it.checkpoint.is_some()]);
+    let (fields, checkpoint) =
+        (["checkpoint.x", "checkpoint.y"], it.checkpoint.unwrap_or_default());
+    let checkpoint = place_state(fields, checkpoint, scene, io);
+    it.checkpoint = has_checkpoint.then_some(checkpoint);
+    it.carried =
+        held_state(["carried body", "gravity scale"], it.carried, is_gravity_scale, world, io);
+    it
 }
 
-fn save_standing(standing: &Standing, out: &mut StateWriter) {
-    out.word(standing.score as u32);
-    out.word(standing.lives as u32);
-    out.byte(u8::from(standing.plays) | u8::from(standing.out) << 1);
+fn standing_state(it: Standing, io: &mut impl StateIo) -> Standing {
+    let score = io.word("score", it.score as u32) as i32;
+    let lives = io.word("lives", it.lives as u32) as i32;
+    let [plays, out] = io.flags("standing", [it.plays, it.out]);
+    Standing { score, lives, plays, out }
 }
 
-fn read_standing(bytes: &mut StateReader) -> Result<Standing, StateError> {
-    let (score, lives) = (bytes.word("score")? as i32, bytes.word("lives")? as i32);
-    let flags = bytes.byte("standing")?;
-    bytes.check(flags < 4, "standing")?;
-    Ok(Standing { score, lives, plays: flags & 1 == 1, out: flags & 2 == 2 })
-}
-
-fn save_side(side: Option<Side>, out: &mut StateWriter) {
-    match side {
-        None => out.byte(NO_SIDE),
-        Some(Side::Team(team)) => {
-            out.byte(TEAM);
-            out.byte(team);
+fn side_state(side: Option<Side>, teams: usize, io: &mut impl StateIo) -> Option<Side> {
+    let tag = match side {
+        None => 0,
+        Some(Side::Team(_)) => 1,
+        Some(Side::Player(_)) => 2,
+    };
+    let tag = io.byte("side", tag);
+    match io.checked("side", side, || {
+        [None, Some(Side::Team(0)), Some(Side::Player(Seat(0)))].get(usize::from(tag)).copied()
+    })? {
+        Side::Team(team) => {
+            let team = io.byte("team", team);
+            io.check("team", || usize::from(team) < teams);
+            Some(Side::Team(team))
         }
-        Some(Side::Player(seat)) => {
-            out.byte(PLAYER);
-            save_seat(Some(seat), out);
-        }
+        Side::Player(seat) => seat_state("seat", Some(seat), io).map(Side::Player),
     }
 }
 
-fn read_side(teams: usize, bytes: &mut StateReader) -> Result<Option<Side>, StateError> {
-    match bytes.byte("side")? {
-        NO_SIDE => Ok(None),
-        TEAM => {
-            let team = bytes.byte("team")?;
-            bytes.check(usize::from(team) < teams, "team")?;
-            Ok(Some(Side::Team(team)))
-        }
-        PLAYER => Ok(read_seat("seat", bytes)?.map(Side::Player)),
-        _ => Err(bytes.wrong("side")),
-    }
+/// Describes a position where bodies may be.
+#[inline]
+fn place_state(fields: [Field; 2], given: Vec2, scene: &Scene, io: &mut impl StateIo) -> Vec2 {
+    let place = io.vector(fields, given, plausible);
+    io.check(fields[0], || scene.world.kill_zone.contains(place));
+    place
 }
 
-/// Reads a place where bodies may be.
-fn read_place(
-    field: &'static str,
-    scene: &Scene,
-    bytes: &mut StateReader,
-) -> Result<Vec2, StateError> {
-    let place = bytes.plausible(field)?;
-    bytes.check(scene.world.kill_zone.contains(place), field)?;
-    Ok(place)
+/// Whether a scene file may give a gravity scale.
+fn is_gravity_scale(scale: f32) -> bool {
+    scale.abs() <= GRAVITY_SCALE_MAX
 }
 
-/// Reads a gravity scale that a scene file may give.
-fn read_gravity_scale(bytes: &mut StateReader) -> Result<f32, StateError> {
-    let scale = bytes.plausible_number("gravity scale")?;
-    bytes.check(scale.abs() <= GRAVITY_SCALE_MAX, "gravity scale")?;
-    Ok(scale)
-}
-
-fn read_truth(field: &'static str, bytes: &mut StateReader) -> Result<bool, StateError> {
-    let byte = bytes.byte(field)?;
-    bytes.check(byte <= 1, field)?;
-    Ok(byte == 1)
+/// Describes a list of at most an entry for each seat.
+fn short_list<Io: StateIo, T: Clone>(
+    field: Field,
+    given: &[T],
+    blank: T,
+    io: &mut Io,
+    entry: impl FnMut(&mut Io, u32, T) -> T,
+) -> Vec<T> {
+    let count = usize::from(io.short(field, given.len() as u16));
+    let count = io.checked(field, 0, || Some(count).filter(|&count| count <= SEATS_MAX));
+    io.entries(count, given.iter().cloned(), blank, entry)
 }

@@ -154,18 +154,20 @@ fn the_first_difference_names_phase_body_and_field() {
 
 #[test]
 fn a_subject_missing_from_one_game_is_named() {
-    let mut list = StateDump::default();
-    let (first, second) = (BodyId { index: 1, generation: 0 }, BodyId { index: 2, generation: 0 });
-    list.bits(Subject::Body(first), "life", 1);
-    let mut longer = StateDump::default();
-    longer.bits(Subject::Body(first), "life", 1);
-    longer.bits(Subject::Body(second), "life", 1);
+    let lives = |list: &mut StateDump, index| {
+        list.subject(Subject::Body(BodyId { index, generation: 0 }));
+        list.bits("life", 1);
+    };
+    let (mut list, mut longer) = (StateDump::default(), StateDump::default());
+    lives(&mut list, 1);
+    (1..=2).for_each(|index| lives(&mut longer, index));
     assert_eq!(list.first_difference(&list), None);
     let found = list.first_difference(&longer).expect("a difference");
     assert_eq!(found.to_string(), "body 2.0 life: only the second has it");
     let found = longer.first_difference(&list).expect("a difference");
     assert_eq!(found.to_string(), "body 2.0 life: only the first has it");
     let mut other = StateDump::default();
-    other.number(Subject::Body(first), "velocity.x", 1.0);
+    other.subject(Subject::Body(BodyId { index: 1, generation: 0 }));
+    other.number("velocity.x", 1.0, f32::is_finite);
     assert!(list.first_difference(&other).is_some());
 }
