@@ -1,15 +1,14 @@
-//! The state, visited word by word in a fixed order. The hash digests the words; the search for a
-//! first difference lists and compares them.
+//! The state: [`io`] describes each type once, [`bytes`] saves and restores it. The hash digests it word by word,
+//! in a fixed order; the search for a first difference lists and compares the same words.
 //!
-//! Saving is separate ([`bytes`]): saved bytes leave out everything that follows from the rest and
-//! store data shared by many bodies once, while the hash covers every word of each body.
+//! Saved bytes leave out everything that follows from the rest and store data shared by many
+//! bodies once, while the hash covers every word of each body.
 
 pub mod bytes;
 pub mod io;
 
 use crate::body::BodyId;
 use crate::hash::StateHasher;
-use glam::Vec2;
 use io::{Field, StateIo};
 use std::fmt;
 
@@ -66,7 +65,7 @@ pub struct Difference {
     /// Owner of the word.
     pub subject: Subject,
     /// Name of the word.
-    pub field: &'static str,
+    pub field: Field,
     /// Values in the two states; `None` where one of them has no such subject.
     pub values: [Option<Word>; 2],
 }
@@ -79,53 +78,6 @@ impl fmt::Display for Difference {
             [Some(_), None] => write!(out, "only the first has it"),
             [None, _] => write!(out, "only the second has it"),
         }
-    }
-}
-
-/// Visits the words of a state, always in the same order.
-pub trait StateVisitor {
-    /// Visits a field of one word.
-    fn word(&mut self, subject: Subject, field: &'static str, word: Word);
-
-    /// Visits a count, an index or a set of flags.
-    #[inline]
-    fn bits(&mut self, subject: Subject, field: &'static str, bits: u32) {
-        self.word(subject, field, Word::Bits(bits));
-    }
-
-    /// Visits 64 bits, the low half first.
-    #[inline]
-    fn long(&mut self, subject: Subject, field: &'static str, bits: u64) {
-        self.bits(subject, field, bits as u32);
-        self.bits(subject, field, (bits >> 32) as u32);
-    }
-
-    /// Visits the bits of a number; both zeros are equal.
-    #[inline]
-    fn number(&mut self, subject: Subject, field: &'static str, value: f32) {
-        self.word(subject, field, Word::Number((value + 0.0).to_bits()));
-    }
-
-    /// Visits both components of a vector.
-    #[inline]
-    fn vector(&mut self, subject: Subject, fields: [&'static str; 2], value: Vec2) {
-        self.number(subject, fields[0], value.x);
-        self.number(subject, fields[1], value.y);
-    }
-
-    /// Visits a body's id.
-    #[inline]
-    fn name(&mut self, subject: Subject, field: &'static str, body: BodyId) {
-        self.bits(subject, field, body.index);
-        self.bits(subject, field, body.generation);
-    }
-}
-
-impl StateVisitor for StateHasher {
-    #[inline]
-    fn word(&mut self, _: Subject, _: &'static str, word: Word) {
-        let (Word::Bits(bits) | Word::Number(bits)) = word;
-        self.push(bits);
     }
 }
 
@@ -151,12 +103,6 @@ impl StateIo for StateDump {
 
     fn hashed(&mut self, field: Field, word: Word) {
         self.words.push((self.subject.unwrap_or(Subject::WORLD), field, word));
-    }
-}
-
-impl StateVisitor for StateDump {
-    fn word(&mut self, subject: Subject, field: &'static str, word: Word) {
-        self.words.push((subject, field, word));
     }
 }
 

@@ -127,7 +127,7 @@ impl World {
             let World { sleep, bodies, pairs, settings, .. } = &mut world;
             for (slot, it) in (0..).zip(&slots).filter(|(_, it)| it.prototype != FREE) {
                 let fits = sleep.restore_rest(bodies, pairs, slot, it.rest, settings);
-                StateIo::check(bytes, "sleep", || fits);
+                bytes.check("sleep", || fits);
                 bytes.ok()?;
             }
             sleep.finish_restore(bodies, pairs);

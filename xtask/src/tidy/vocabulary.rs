@@ -55,7 +55,7 @@ const WORDS: [(&str, &str); 51] = [
     ("Repeater", "ScheduledEmitter"),
     ("Dormant", "SleepingIsland"),
     ("Sort", "BodyPrototype"),
-    ("Words", "StateVisitor"),
+    ("Words", "StateIo"),
     ("Listing", "StateDump"),
 ];
 /// Keywords before the name of a declaration.
