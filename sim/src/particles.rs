@@ -20,7 +20,6 @@ use crate::time::DT;
 use emitter::Emitter;
 use glam::Vec2;
 use obstacles::ObstacleGrid;
-use state::Particle;
 
 /// Properties of the particles of an emitter (A3.18); ranges are drawn per particle.
 #[derive(Clone, Debug, PartialEq)]
@@ -96,6 +95,17 @@ pub struct Particles {
     /// Seed of the properties drawn per particle.
     seed: Vec<u32>,
     grid: ObstacleGrid,
+}
+
+/// One particle.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Particle {
+    pub position: Vec2,
+    pub velocity: Vec2,
+    pub age: u16,
+    pub life: u16,
+    pub seed: u32,
+    pub recipe: u8,
 }
 
 impl Particles {

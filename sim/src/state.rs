@@ -7,57 +7,11 @@
 pub mod bytes;
 pub mod io;
 
-use crate::body::BodyId;
+pub use io::{Subject, Word};
+
 use crate::hash::StateHasher;
 use io::{Field, StateIo};
 use std::fmt;
-
-/// Owner of a word of state.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Subject {
-    /// A body, or the slot that it left.
-    Body(BodyId),
-    /// Two bodies that hold each other apart, the lower slot first.
-    Contact(u32, u32),
-    /// The only one of its name, such as the world.
-    One(&'static str),
-    /// One of several, such as a particle, counted from 0, or a player by seat.
-    Numbered(&'static str, u32),
-}
-
-impl Subject {
-    /// The world as a whole.
-    pub const WORLD: Subject = Subject::One("world");
-}
-
-impl fmt::Display for Subject {
-    fn fmt(&self, out: &mut fmt::Formatter) -> fmt::Result {
-        match self {
-            Subject::Body(id) => write!(out, "body {}.{}", id.index, id.generation),
-            Subject::Contact(a, b) => write!(out, "contact of {a} and {b}"),
-            Subject::One(name) => write!(out, "{name}"),
-            Subject::Numbered(name, number) => write!(out, "{name} {number}"),
-        }
-    }
-}
-
-/// A word of state.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Word {
-    /// A count, an index or a set of flags.
-    Bits(u32),
-    /// The bits of a number; both zeros are equal.
-    Number(u32),
-}
-
-impl fmt::Display for Word {
-    fn fmt(&self, out: &mut fmt::Formatter) -> fmt::Result {
-        match self {
-            Word::Bits(bits) => write!(out, "{bits}"),
-            Word::Number(bits) => write!(out, "{:e} ({bits:08x})", f32::from_bits(*bits)),
-        }
-    }
-}
 
 /// The first word, in the order of the state hash, in which two states differ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,24 +1,12 @@
 //! State of particles and emitters: 25 bytes per particle, 41 per emitter.
 
 use super::emitter::Emitter;
-use super::{EMITTERS_RUNNING_MAX, Particles};
+use super::{EMITTERS_RUNNING_MAX, Particle, Particles};
 use crate::state::Subject;
 use crate::state::io::StateIo;
-use glam::Vec2;
 
 const EMITTER_BYTES: usize = 41;
 const PARTICLE_BYTES: usize = 25;
-
-/// One particle.
-#[derive(Clone, Copy, Default)]
-pub(crate) struct Particle {
-    pub position: Vec2,
-    pub velocity: Vec2,
-    pub age: u16,
-    pub life: u16,
-    pub seed: u32,
-    pub recipe: u8,
-}
 
 impl Particles {
     /// Describes emitters and particles.

@@ -3,8 +3,7 @@
 //! that consecutive ones of the same recipe and age share both.
 
 use super::emitter::Emitter;
-use super::state::Particle;
-use super::{Birth, EMITTERS_RUNNING_MAX, Particles, Recipe};
+use super::{Birth, EMITTERS_RUNNING_MAX, Particle, Particles, Recipe};
 use crate::state::bytes::{StateError, StateReader, StateWriter};
 use crate::state::io::{StateIo, plausible};
 

@@ -1,8 +1,7 @@
 //! Saved states as bytes: fixed-size little-endian words. Saved bytes may come from anywhere, so
 //! every number is checked where it is read.
 
-use super::Subject;
-use super::io::{Field, StateIo};
+use super::io::{Field, StateIo, Subject};
 use crate::hash::StateHasher;
 
 /// Reason why bytes are no valid state of this scene.
@@ -16,9 +15,6 @@ pub struct StateError {
     /// "missing" or "out of range".
     pub problem: &'static str,
 }
-
-/// Above every number of a game, and small enough that a step with it stays finite.
-pub const PLAUSIBLE_MAX: f32 = 1e9;
 
 /// Writes a state as bytes.
 #[derive(Default)]

@@ -1,10 +1,56 @@
 //! The one description of each type's state, and what runs it.
 
-use super::bytes::PLAUSIBLE_MAX;
-use super::{Subject, Word};
 use crate::body::BodyId;
 use crate::rng::Rng;
 use glam::Vec2;
+use std::fmt;
+
+/// Owner of a word of state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Subject {
+    /// A body, or the slot that it left.
+    Body(BodyId),
+    /// Two bodies that hold each other apart, the lower slot first.
+    Contact(u32, u32),
+    /// The only one of its name, such as the world.
+    One(&'static str),
+    /// One of several, such as a particle, counted from 0, or a player by seat.
+    Numbered(&'static str, u32),
+}
+
+impl Subject {
+    /// The world as a whole.
+    pub const WORLD: Subject = Subject::One("world");
+}
+
+impl fmt::Display for Subject {
+    fn fmt(&self, out: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Subject::Body(id) => write!(out, "body {}.{}", id.index, id.generation),
+            Subject::Contact(a, b) => write!(out, "contact of {a} and {b}"),
+            Subject::One(name) => write!(out, "{name}"),
+            Subject::Numbered(name, number) => write!(out, "{name} {number}"),
+        }
+    }
+}
+
+/// A word of state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Word {
+    /// A count, an index or a set of flags.
+    Bits(u32),
+    /// The bits of a number; both zeros are equal.
+    Number(u32),
+}
+
+impl fmt::Display for Word {
+    fn fmt(&self, out: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Word::Bits(bits) => write!(out, "{bits}"),
+            Word::Number(bits) => write!(out, "{:e} ({bits:08x})", f32::from_bits(*bits)),
+        }
+    }
+}
 
 /// Name of a field, in differences and errors.
 pub type Field = &'static str;
@@ -214,6 +260,9 @@ pub trait StateIo: Sized {
 
 /// Stands for no body.
 pub const NOBODY: BodyId = BodyId { index: u32::MAX, generation: 0 };
+
+/// Above every number of a game, and small enough that a step with it stays finite.
+pub const PLAUSIBLE_MAX: f32 = 1e9;
 
 /// Whether a number can be one of a game: it is below [`PLAUSIBLE_MAX`] in magnitude.
 pub fn plausible(value: f32) -> bool {
