@@ -12,7 +12,7 @@ mod list;
 pub mod listeners;
 mod lobby;
 mod network_panel;
-pub mod players;
+mod patch;
 mod records;
 mod replay_controls;
 mod round;

@@ -87,8 +87,14 @@ mod tests {
 
     #[test]
     fn every_action_of_the_page_is_known() {
-        let named = PAGE.split("data-action=\"").skip(1);
-        for name in named.filter_map(|rest| rest.split_once('"')).map(|(name, _)| name) {
+        let named =
+            ["data-action=\"", "data-escape=\""].map(|attribute| PAGE.split(attribute).skip(1));
+        for name in named
+            .into_iter()
+            .flatten()
+            .filter_map(|rest| rest.split_once('"'))
+            .map(|(name, _)| name)
+        {
             assert!(PageAction::named(name).is_some(), "{name}");
         }
     }

@@ -5,6 +5,7 @@ use crate::page::app::App;
 use crate::page::dom;
 use crate::page::dom::list::{Item, List};
 use crate::page::emotes::{ShownEmote, Wheel};
+use crate::page::panels::players;
 use crate::page::strings;
 use crate::view::frame::View;
 
@@ -61,7 +62,7 @@ impl EmotesView {
             items.push(
                 Item::new("emote-item", shown.seat.0)
                     .with("use", "href", format!("#emote-{}", shown.emote))
-                    .with("", "--color", dom::players::color_var(color))
+                    .with("", "--color", players::color_var(color))
                     .with("", "--x", format!("{:.0}px", at.x))
                     .with("", "--y", format!("{:.0}px", (at.y - ABOVE_CSS).max(64.0))),
             );

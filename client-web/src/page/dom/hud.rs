@@ -8,9 +8,9 @@ use crate::page::app::App;
 use crate::page::dom;
 use crate::page::dom::help;
 use crate::page::dom::list::{Item, List};
-use crate::page::dom::players::{self, Reader, color_of};
 use crate::page::game::GameScreen;
 use crate::page::news_log::NewsLog;
+use crate::page::panels::players::color_of;
 use crate::page::settings::Settings;
 use crate::page::{strings, tools};
 use crate::view::palette;
@@ -33,7 +33,6 @@ pub struct Hud {
     keyed: (Bindings, Layout),
     caps: List,
     feed: List,
-    players: List,
     /// Keys of the help, of a game or of a replay.
     pub help: List,
     /// CSS pixels of the canvas that the score board covers at the top, and the key caps at the bottom.
@@ -49,7 +48,6 @@ impl Hud {
             keyed: Default::default(),
             caps: List::new("caps"),
             feed: List::new("feed"),
-            players: List::new("players"),
             help: List::new("help-keys"),
             covered_css: [0.0; 2],
         }
@@ -59,7 +57,7 @@ impl Hud {
     pub fn clear(&mut self) {
         self.scene = None;
         self.covered_css = [0.0; 2];
-        for list in [&mut self.caps, &mut self.feed, &mut self.players] {
+        for list in [&mut self.caps, &mut self.feed] {
             list.show([]);
         }
         for id in ["room-title", "room-code", "told"] {
@@ -148,16 +146,6 @@ impl Hud {
     /// Shows the texts that need not change with every frame.
     pub fn show_texts(&mut self, app: &App, game: &GameScreen) {
         show_signal(game, app.now_ms());
-        if let Some(replica) = game.replica() {
-            let host = if game.status.host { "players host" } else { "players" };
-            dom::set(&dom::html("players"), "class", Some(host));
-            let reader = match (game.watches(), game.status.host) {
-                (true, _) => Reader::Spectator(game.followed()),
-                (false, true) => Reader::Host,
-                (false, false) => Reader::Player,
-            };
-            self.players.show(players::entries(replica, reader));
-        }
         dom::show("close-room", game.status.host);
         dom::show("edit-game", game.is_in_page());
         if app.panels.figures {

@@ -13,6 +13,7 @@ use jostle_sim::Vec2;
 use web_sys::{KeyboardEvent, MouseEvent, PointerEvent, StorageEvent, WheelEvent};
 
 pub fn all(events: Events) {
+    panels(events);
     keys(events);
     pointer(events);
     window(events);
@@ -63,6 +64,28 @@ fn keys(events: Events) {
     });
     dom::listen(&browser::window(), "keyup", move |event: KeyboardEvent| {
         events.push_from(Event::KeyUp(key(&event)), &event);
+    });
+}
+
+/// A panel is closed by Escape if it names the action that does so (`data-escape`). After a click in it keys belong to the
+/// game again; the focus of the keyboard stays there.
+fn panels(events: Events) {
+    let document = dom::document();
+    dom::listen(&document, "click", |event: MouseEvent| {
+        if event.detail() > 0 && dom::target_within(&event, "[data-escape]").is_some() {
+            // A clicked label first hands the focus to its box.
+            browser::after(0, dom::focus_stage);
+        }
+    });
+    dom::listen(&document, "keydown", move |event: KeyboardEvent| {
+        let panel =
+            dom::target_within(&event, "[data-escape]").filter(|_| event.code() == "Escape");
+        let name = panel.and_then(|panel| panel.get_attribute("data-escape"));
+        if let Some(action) = name.and_then(|name| PageAction::named(&name)) {
+            event.prevent_default();
+            event.stop_propagation();
+            events.push(Event::Clicked(action, String::new()));
+        }
     });
 }
 

@@ -1,7 +1,6 @@
 //! The network panel (F4): the connection in numbers and as a plot, whether the own hero
 //! is predicted, and simulated networks to choose from. Plain DOM, touched only while it is open.
 
-use crate::browser;
 use crate::language;
 use crate::net::clock::TICK_MS;
 use crate::net::meter::Traffic;
@@ -10,10 +9,9 @@ use crate::page::app::App;
 use crate::page::dom;
 use crate::page::event::Event;
 use crate::page::game::GameScreen;
-use crate::page::page_action::PageAction;
 use crate::page::plot::Plot;
 use crate::page::queue::Events;
-use web_sys::{Element, HtmlInputElement, KeyboardEvent, MouseEvent};
+use web_sys::{Element, HtmlInputElement};
 
 /// Moments in the plot, one each time that the texts are brought up to date.
 const MOMENTS: usize = 60;
@@ -46,23 +44,6 @@ pub fn listen(events: Events) {
             events.push(Event::ConditionsChosen(conditions));
         }
     });
-    let panel = dom::html("network");
-    dom::listen(&panel, "click", give_keys_back);
-    dom::listen(&panel, "keydown", move |event: KeyboardEvent| {
-        if event.code() == "Escape" {
-            event.prevent_default();
-            event.stop_propagation();
-            events.push(Event::Clicked(PageAction::Network, String::new()));
-        }
-    });
-}
-
-/// After a click keys belong to the game again; the focus of the keyboard stays in the panel. A clicked
-/// label first hands the focus to its box.
-fn give_keys_back(event: MouseEvent) {
-    if event.detail() > 0 {
-        browser::after(0, dom::focus_stage);
-    }
 }
 
 impl NetworkPanel {

@@ -4,8 +4,8 @@
 use crate::language::{fill, say};
 use crate::page::dom;
 use crate::page::dom::list::{Item, List};
-use crate::page::dom::players::color_of;
 use crate::page::event::Event;
+use crate::page::panels::players::color_of;
 use crate::page::queue::Events;
 use crate::page::replay_screen::OpenReplay;
 use crate::page::strings;

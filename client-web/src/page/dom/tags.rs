@@ -1,7 +1,7 @@
 //! Name tags over heroes.
 
 use crate::page::dom;
-use crate::page::dom::players::color_of;
+use crate::page::panels::players::color_of;
 use crate::view::frame::View;
 use crate::world::replica::Replica;
 use jostle_protocol::{Appearance, PlayerState};

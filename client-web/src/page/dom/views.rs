@@ -13,17 +13,18 @@ use crate::page::dom::hud::Hud;
 use crate::page::dom::language::Translated;
 use crate::page::dom::lobby::LobbyView;
 use crate::page::dom::network_panel::{self, NetworkPanel};
+use crate::page::dom::patch::Patch;
 use crate::page::dom::records;
 use crate::page::dom::replay_controls::ReplayControls;
 use crate::page::dom::round::{self, RoundBoard};
 use crate::page::dom::settings::SettingsSheet;
-use crate::page::dom::sound_panel::SoundPanel;
 use crate::page::dom::stage::{self, Stage};
 use crate::page::dom::tags::Tags;
 use crate::page::dom::touchpad::Touchpad;
 use crate::page::dom::zone_labels::ZoneLabels;
 use crate::page::event::Canvas;
 use crate::page::game::GameScreen;
+use crate::page::panels::{players, sound};
 use crate::page::queue::Events;
 use crate::view::frame::View;
 
@@ -33,13 +34,13 @@ const TEXT_MS: f64 = 200.0;
 /// The page as it was shown last.
 pub struct Views {
     pub stage: Stage,
+    patch: Patch,
     dialogs: DialogsView,
     lobby: LobbyView,
     hud: Hud,
     network: NetworkPanel,
     replay: ReplayControls,
     round: RoundBoard,
-    sound: SoundPanel,
     settings: SettingsSheet,
     emotes: EmotesView,
     translated: Translated,
@@ -63,13 +64,13 @@ impl Views {
         network_panel::fill(app);
         Views {
             stage: Stage::new(events, query_value(&query, "sharp") == Some("1")),
+            patch: Patch::default(),
             dialogs: DialogsView::default(),
             lobby: LobbyView::new(),
             hud: Hud::new(),
             network: NetworkPanel::new(),
             replay: ReplayControls::new(),
             round: RoundBoard::new(),
-            sound: SoundPanel::new(),
             settings: SettingsSheet::new(),
             emotes: EmotesView::new(),
             translated: Translated::collect(),
@@ -88,6 +89,7 @@ impl Views {
     pub fn show(&mut self, app: &App) {
         let is_told = self.translated.show(&app.settings.spoken);
         if is_told {
+            self.patch.forget();
             self.lobby.clear();
             self.editor.retell();
             self.dialogs.retell();
@@ -121,7 +123,7 @@ impl Views {
             self.lobby.show(app);
         }
         self.touchpad.show(app);
-        self.sound.show(app);
+        self.patch.show(sound::view(app));
         self.settings.show(app);
         self.emotes.show(app);
         self.editor.show(app);
@@ -137,6 +139,7 @@ impl Views {
     fn begin_screen(&mut self, app: &App) {
         self.text_ms = 0.0;
         self.hud.clear();
+        self.patch.show(players::view(app));
         self.touchpad.clear();
         self.network.clear();
         self.tags.clear();
@@ -190,6 +193,7 @@ impl Views {
             if now_ms - self.text_ms >= TEXT_MS {
                 self.text_ms = now_ms;
                 self.hud.show_texts(app, game);
+                self.patch.show(players::view(app));
                 self.network.show_texts(game, now_ms);
             }
             game.replica().map(|replica| format!("{:.0}", replica.display.floor()))
@@ -206,7 +210,7 @@ impl Views {
         self.round.show(app.replica());
         round::show_highlights(app);
         records::show_result(app);
-        self.sound.show_captions(app);
+        self.patch.show(sound::captions(app));
         if tick.is_some() {
             dom::set(&dom::root(), "data-tick", tick.as_deref());
         }

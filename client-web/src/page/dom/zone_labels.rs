@@ -2,7 +2,7 @@
 
 use crate::language::say;
 use crate::page::dom;
-use crate::page::dom::players::color_var;
+use crate::page::panels::players::color_var;
 use crate::view::frame::{View, ZoneLabel};
 use crate::world::replica::Replica;
 use jostle_sim::Vec2;

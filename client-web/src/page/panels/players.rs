@@ -3,7 +3,8 @@
 //! that follows them.
 
 use crate::language::fill;
-use crate::page::dom::list::Item;
+use crate::page::app::App;
+use crate::page::view::{View, word};
 use crate::world::replica::Replica;
 use jostle_game::Seat;
 use jostle_protocol::{Appearance, PlayerState};
@@ -13,14 +14,28 @@ const LISTED_MAX: usize = 10;
 
 /// Who looks at the list.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Reader {
+enum Reader {
     Player,
     Host,
     /// A spectator, and the player whom they follow.
     Spectator(Option<Seat>),
 }
 
-pub fn entries(replica: &Replica, reader: Reader) -> Vec<Item> {
+pub fn view(app: &App) -> View {
+    let game = app.game();
+    let reader = match game {
+        Some(game) if game.watches() => Reader::Spectator(game.followed()),
+        Some(game) if game.status.host => Reader::Host,
+        _ => Reader::Player,
+    };
+    let class = if game.is_some_and(|game| game.status.host) { "players host" } else { "players" };
+    let entries = game.and_then(|game| game.replica()).map(|replica| entries(replica, reader));
+    View::panel("players")
+        .with("#players", "class", class)
+        .list("#players", entries.unwrap_or_default())
+}
+
+fn entries(replica: &Replica, reader: Reader) -> Vec<View> {
     let mut order = replica.ranking();
     let most = if reader == Reader::Host { order.len() } else { LISTED_MAX };
     let more = order.len().saturating_sub(most);
@@ -35,15 +50,14 @@ pub fn entries(replica: &Replica, reader: Reader) -> Vec<Item> {
     order.truncate(most);
     let entries = order.into_iter().map(|player| entry(replica, player, reader));
     let more = (more > 0).then(|| {
-        Item::new("more-item", "")
+        View::item("more-item", "")
             .text("", fill("and {count} more", &[("count", &more.to_string())]))
     });
     entries.chain(more).collect()
 }
 
-fn entry(replica: &Replica, player: &PlayerState, reader: Reader) -> Item {
+fn entry(replica: &Replica, player: &PlayerState, reader: Reader) -> View {
     let own = player.seat == replica.seat;
-    let color = replica.color_of(player);
     let team = replica.round().and_then(|round| round.player(player.seat)?.team);
     let class = match (own, player.connected) {
         (true, _) => "own",
@@ -55,11 +69,11 @@ fn entry(replica: &Replica, player: &PlayerState, reader: Reader) -> Item {
         Reader::Spectator(_) => "watched-item",
         _ => "player-item",
     };
-    let item = Item::new(template, player.seat.0)
-        .with("", "class", class.to_owned())
-        .with("", "--color", color_var(color))
-        .with("i", "data-emblem", team.map(|team| team.to_string()))
-        .text("bdi", &*player.appearance.name)
+    let item = View::item(template, player.seat.0)
+        .with("", "class", class)
+        .style("", "--color", color_var(replica.color_of(player)))
+        .with_or_without("i", "data-emblem", team.map(|team| team.to_string()))
+        .text("bdi", player.appearance.name.to_string())
         // The score of a team stands on the board.
         .text(".score", team.map_or_else(|| player.score.to_string(), |_| String::new()));
     let item = match reader {
@@ -68,8 +82,7 @@ fn entry(replica: &Replica, player: &PlayerState, reader: Reader) -> Item {
             item.with("button", "aria-label", label.clone()).with("button", "title", label)
         }
         Reader::Spectator(followed) => {
-            let pressed = (followed == Some(player.seat)).to_string();
-            item.with("button", "aria-pressed", pressed)
+            item.with("button", "aria-pressed", word(followed == Some(player.seat)))
         }
         _ => return item,
     };

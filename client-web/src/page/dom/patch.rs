@@ -1,0 +1,165 @@
+//! Applies views to the document: what differs from the view before is touched, and nothing else. An entry of a list
+//! that stays keeps its element: a click takes its time, and the focus stays where it was.
+
+use crate::page::dom;
+use crate::page::view::{Set, View};
+use wasm_bindgen::JsCast;
+use web_sys::{Element, HtmlElement, HtmlInputElement, HtmlSelectElement, HtmlTemplateElement};
+
+/// The panels as they were shown last.
+#[derive(Default)]
+pub struct Patch {
+    shown: Vec<View>,
+    /// The element that had the focus before a panel took it.
+    before: Option<HtmlElement>,
+}
+
+impl Patch {
+    /// Shows a panel.
+    pub fn show(&mut self, view: View) {
+        let root = dom::root();
+        let Some(shown) = self.shown.iter_mut().find(|shown| shown.name == view.name) else {
+            fill(&root, &View::panel(view.name), &view);
+            return self.shown.push(view);
+        };
+        fill(&root, shown, &view);
+        let [from, to] = [shown.focus, view.focus];
+        *shown = view;
+        if from != to {
+            self.move_focus(from, to);
+        }
+    }
+
+    /// Forgets everything, and takes the entries of all lists away: the document has changed.
+    pub fn forget(&mut self) {
+        for view in self.shown.drain(..) {
+            for (at, set) in view.parts {
+                if let Set::List(_) = set {
+                    found(&dom::root(), at).set_text_content(None);
+                }
+            }
+        }
+    }
+
+    fn move_focus(&mut self, from: Option<&str>, to: Option<&str>) {
+        if from.is_none() {
+            self.before = focused();
+        }
+        let element = match to {
+            Some(at) => dom::query(at),
+            None => self.before.take(),
+        };
+        if let Some(element) = element {
+            let _ = element.focus();
+        }
+        rescue_focus();
+    }
+}
+
+/// Gives the focus to the canvas if nothing visible has it.
+pub fn rescue_focus() {
+    let lost = focused().is_none_or(|element| {
+        let gone = element.closest("[hidden], [inert]").ok().flatten();
+        gone.is_some() || element.tag_name() == "BODY"
+    });
+    if lost {
+        dom::focus_stage();
+    }
+}
+
+fn focused() -> Option<HtmlElement> {
+    dom::document().active_element()?.dyn_into().ok()
+}
+
+fn found(root: &Element, at: &str) -> Element {
+    let element = match at {
+        "" => Some(root.clone()),
+        at => root.query_selector(at).ok().flatten(),
+    };
+    element.unwrap_or_else(|| panic!("nothing is {at}"))
+}
+
+fn fill(root: &Element, before: &View, view: &View) {
+    for (index, (at, set)) in view.parts.iter().enumerate() {
+        let shown = before.parts.get(index).filter(|part| part.0 == *at).map(|part| &part.1);
+        // What a player can change is compared with the element.
+        let is_field = matches!(set, Set::Value(_) | Set::Checked(_));
+        if is_field || shown != Some(set) {
+            apply(&found(root, at), shown, set);
+        }
+    }
+}
+
+fn apply(element: &Element, shown: Option<&Set>, set: &Set) {
+    match set {
+        Set::Text(text) => dom::set_text(element, text),
+        Set::Attribute(name, value) => {
+            let hides = *name == "hidden" && value.is_some();
+            let has_focus = hides && focused().is_some_and(|e| element.contains(Some(&e)));
+            dom::set(element, name, value.as_deref());
+            if has_focus {
+                dom::focus_stage();
+            }
+        }
+        Set::Style(name, value) => dom::style(element, name, value),
+        Set::Value(value) => set_value(element, value),
+        Set::Checked(on) => element.unchecked_ref::<HtmlInputElement>().set_checked(*on),
+        Set::List(items) => fill_list(element, shown, items),
+    }
+}
+
+/// Setting what is there already would move the cursor.
+fn set_value(element: &Element, value: &str) {
+    if let Some(select) = element.dyn_ref::<HtmlSelectElement>() {
+        select.set_value(value);
+    } else {
+        let input: &HtmlInputElement = element.unchecked_ref();
+        if input.value() != value {
+            input.set_value(value);
+        }
+    }
+}
+
+fn fill_list(list: &Element, shown: Option<&Set>, items: &[View]) {
+    let focused = focused();
+    let places = list.children();
+    let mut before: Vec<(&View, Element)> = match shown {
+        Some(Set::List(shown)) => {
+            (0..).zip(shown).filter_map(|(at, view)| Some((view, places.item(at)?))).collect()
+        }
+        _ => {
+            list.set_text_content(None);
+            Vec::new()
+        }
+    };
+    let mut entries = Vec::new();
+    for item in items {
+        let is_it = |(view, _): &(&View, _)| view.name == item.name && view.key == item.key;
+        let known = before.iter().position(is_it).map(|at| before.remove(at));
+        let (view, element) = match &known {
+            Some((view, element)) => (*view, element.clone()),
+            None => (&View::panel(item.name), instance(item.name)),
+        };
+        fill(&element, view, item);
+        entries.push(element);
+    }
+    before.iter().for_each(|(_, element)| element.remove());
+    for (place, element) in (0..).zip(&entries) {
+        let there = places.item(place);
+        if there.as_ref() != Some(element) {
+            let _ = list.insert_before(element, there.as_ref().map(AsRef::as_ref));
+        }
+    }
+    // An entry that moves loses it.
+    if focused != self::focused()
+        && let Some(element) = focused
+    {
+        let _ = element.focus();
+    }
+}
+
+fn instance(template: &str) -> Element {
+    let template: HtmlTemplateElement = dom::by_id(template);
+    let element = template.content().first_element_child().expect("templates hold an element");
+    element.clone_node_with_deep(true).expect("elements can be copied").unchecked_into()
+}
