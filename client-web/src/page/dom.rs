@@ -15,7 +15,6 @@ mod network_panel;
 mod patch;
 mod records;
 mod replay_controls;
-mod round;
 pub mod settings;
 mod sound_panel;
 pub mod stage;

@@ -80,6 +80,11 @@ impl View {
         self.set(at, Set::Attribute(name, on.then_some(Text::Borrowed(""))))
     }
 
+    /// Sets a mark for the style sheet, "yes", or removes it.
+    pub fn yes(self, at: &'static str, name: &'static str, on: bool) -> View {
+        self.with_or_without(at, name, on.then_some("yes"))
+    }
+
     pub fn show(self, at: &'static str, shown: bool) -> View {
         self.flag(at, "hidden", !shown)
     }

@@ -14,9 +14,7 @@ use crate::page::dom::language::Translated;
 use crate::page::dom::lobby::LobbyView;
 use crate::page::dom::network_panel::{self, NetworkPanel};
 use crate::page::dom::patch::Patch;
-use crate::page::dom::records;
 use crate::page::dom::replay_controls::ReplayControls;
-use crate::page::dom::round::{self, RoundBoard};
 use crate::page::dom::settings::SettingsSheet;
 use crate::page::dom::stage::{self, Stage};
 use crate::page::dom::tags::Tags;
@@ -24,7 +22,7 @@ use crate::page::dom::touchpad::Touchpad;
 use crate::page::dom::zone_labels::ZoneLabels;
 use crate::page::event::Canvas;
 use crate::page::game::GameScreen;
-use crate::page::panels::{players, sound};
+use crate::page::panels::{players, round, sound};
 use crate::page::queue::Events;
 use crate::view::frame::View;
 
@@ -40,7 +38,6 @@ pub struct Views {
     hud: Hud,
     network: NetworkPanel,
     replay: ReplayControls,
-    round: RoundBoard,
     settings: SettingsSheet,
     emotes: EmotesView,
     translated: Translated,
@@ -70,7 +67,6 @@ impl Views {
             hud: Hud::new(),
             network: NetworkPanel::new(),
             replay: ReplayControls::new(),
-            round: RoundBoard::new(),
             settings: SettingsSheet::new(),
             emotes: EmotesView::new(),
             translated: Translated::collect(),
@@ -140,12 +136,12 @@ impl Views {
         self.text_ms = 0.0;
         self.hud.clear();
         self.patch.show(players::view(app));
+        self.patch.show(round::view(app));
         self.touchpad.clear();
         self.network.clear();
         self.tags.clear();
         self.emotes.clear();
         self.zone_labels.clear();
-        self.round.show(None);
         self.stage.reset();
         if let Some(replay) = app.replay() {
             self.replay.adopt(replay);
@@ -207,9 +203,9 @@ impl Views {
             return;
         };
         self.hud.show_news(&app.news);
-        self.round.show(app.replica());
-        round::show_highlights(app);
-        records::show_result(app);
+        self.patch.show(round::view(app));
+        self.patch.show(round::highlights(app));
+        self.patch.show(round::record(app));
         self.patch.show(sound::captions(app));
         if tick.is_some() {
             dom::set(&dom::root(), "data-tick", tick.as_deref());

@@ -1,0 +1,132 @@
+//! The round over the canvas: score board, clock, task, countdown and result.
+
+use crate::language::{fill, say};
+use crate::net::api;
+use crate::page::app::App;
+use crate::page::game::GameScreen;
+use crate::page::panels::players::color_var;
+use crate::page::round::{LIVES_SHOWN_MAX, Looked, ResultView, RoundView, SideView};
+use crate::page::strings;
+use crate::page::view::View;
+use crate::world::replica::Replica;
+use jostle_game::Side;
+use jostle_protocol::web::RecordTable;
+
+/// The round of the displayed moment; nothing where there is none.
+pub fn view(app: &App) -> View {
+    let round = app.replica().and_then(round_of);
+    let is_on = round.is_some();
+    let round = round.unwrap_or_default();
+    let goal = |side: &SideView| side.goal.map_or_else(String::new, |goal| format!(" / {goal}"));
+    let sides = round.sides.iter().map(|side| entry("side-item", side).text(".goal", goal(side)));
+    let view = View::panel("round")
+        .show("#round", is_on)
+        .list("#sides", sides)
+        .text("#round-clock", round.clock)
+        .yes("#round-clock", "data-late", round.is_late)
+        .text("#round-task", round.task)
+        .text_or_hide("#round-progress", round.progress.map(steps))
+        .show("#switch-team", round.switches)
+        .with_or_without("#round", "data-task", round.is_task_new.then_some("new"))
+        .text("#round-said", round.spoken)
+        .text_or_hide("#round-large", Some(round.large).filter(|large| !large.is_empty()));
+    result(view, round.result.as_ref())
+}
+
+fn result(view: View, result: Option<&ResultView>) -> View {
+    let view = view.show("#result", result.is_some());
+    let Some(result) = result else { return view.list("#result-sides", []) };
+    let stars = result.stars.map(|stars| "\u{2605}".repeat(stars) + &"\u{2606}".repeat(3 - stars));
+    let sentence = match result.goes_on {
+        true => say("Waiting for the others: {count} s"),
+        false => say("Next round: {count} s"),
+    };
+    view.list("#result-sides", result.sides.iter().map(|side| entry("result-item", side)))
+        .text("#result-title", result.title.clone())
+        .text_or_hide("#result-stars", stars)
+        .text("#result-next", fill(sentence, &[("count", &result.next_s.to_string())]))
+        .flag("#again", "disabled", result.goes_on)
+}
+
+/// The tick that the highlights are at, in place of the result.
+pub fn highlights(app: &App) -> View {
+    let game = app.game();
+    let showing = game.and_then(|game| game.showing.as_ref());
+    let text = showing.map(|showing| {
+        let [number, count] = [showing.player.number, showing.player.count].map(|n| n.to_string());
+        fill("Highlight {number} of {count}", &[("number", &number), ("count", &count)])
+    });
+    View::panel("highlights")
+        .show("#highlights", game.is_some_and(GameScreen::has_highlights))
+        .yes("", "data-highlights", text.is_some())
+        .show("#highlight-bar", text.is_some())
+        .text("#highlight", text.unwrap_or_default())
+}
+
+/// The best run, and what came of the own one.
+pub fn record(app: &App) -> View {
+    let said = Some(&*app.records.said).filter(|said| !said.is_empty());
+    let scene = app.ranked_scene();
+    let best = scene.and_then(|scene| Some((scene, app.records.best(scene)?)));
+    let view = View::panel("record")
+        .text_or_hide("#result-said", said.map(|said| say(said).to_owned()))
+        .show("#result-best", best.is_some());
+    let Some((scene, (table, run))) = best else { return view };
+    let heroes = app.replica().is_some_and(|replica| replica.scene.hero.is_some());
+    let race = is_raced(table, heroes).then(|| api::race(run, scene));
+    view.text("#best-run", strings::best_run(table, run))
+        .with("#best-watch", "href", api::watch(run))
+        .show("#best-race", race.is_some())
+        .with_or_without("#best-race", "href", race)
+}
+
+/// A scene without heroes has no ghosts.
+pub fn is_raced(table: &RecordTable, heroes: bool) -> bool {
+    heroes && api::is_timed(table)
+}
+
+fn round_of(replica: &Replica) -> Option<RoundView> {
+    let looked = Looked {
+        scene: &replica.scene,
+        round: replica.round()?,
+        players: replica.players(),
+        own: replica.seat,
+        tick: replica.display,
+    };
+    looked.view()
+}
+
+fn entry(template: &'static str, side: &SideView) -> View {
+    let (key, emblem) = match side.side {
+        Side::Team(team) => (u32::from(team), Some(team.to_string())),
+        Side::Player(seat) => (1000 + u32::from(seat.0), None),
+    };
+    let class = match (side.is_own, side.is_in) {
+        (true, true) => "own",
+        (true, false) => "own out",
+        (false, true) => "",
+        (false, false) => "out",
+    };
+    View::item(template, key)
+        .with("", "class", class)
+        .style("", "--color", color_var(side.color))
+        .with_or_without("i", "data-emblem", emblem)
+        .text("bdi", side.name.clone())
+        .text(".steps", side.progress.map_or_else(String::new, steps))
+        .text(".score", side.score.map_or_else(String::new, |score| score.to_string()))
+        .text(".lives", side.lives.map_or_else(String::new, lives))
+}
+
+/// A full dot for each step that was taken, and an empty one for each that is left.
+fn steps((done, all): (usize, usize)) -> String {
+    "\u{25cf}".repeat(done.min(all)) + &"\u{25cb}".repeat(all.saturating_sub(done))
+}
+
+/// A heart for each life, as long as they can be seen at a glance.
+fn lives(lives: i32) -> String {
+    match lives {
+        ..=0 => String::new(),
+        1..=LIVES_SHOWN_MAX => "\u{2665}".repeat(lives as usize),
+        many => format!("\u{2665} {many}"),
+    }
+}
