@@ -95,6 +95,8 @@ pub struct Startup {
     pub origin: String,
     /// The player prefers less motion.
     pub calm: bool,
+    /// Fingers are the pointer of this machine.
+    pub touched: bool,
     /// The language that the browser is set to, like `de-AT`.
     pub language: String,
 }
@@ -144,11 +146,12 @@ pub struct App {
 impl App {
     /// A page that shows nothing yet: the first event says where it is.
     pub fn new(startup: Startup) -> App {
-        let Startup { storage, query, seed, calm, is_static, origin, language } = startup;
+        let Startup { storage, query, seed, calm, touched, is_static, origin, language } = startup;
         let predicts = storage.predicts(query_value(&query, "predict"));
         let mut ctx = Context::new(storage, predicts, seed);
         ctx.is_static = is_static;
         let mut settings = Settings::new(&ctx.storage, &language, calm);
+        settings.touched = touched;
         settings.ask_language(&mut ctx);
         let appearance = recall(&mut ctx);
         let sound = SoundDesk::new(&ctx.storage);
@@ -438,7 +441,10 @@ impl App {
 
     fn pulse(&mut self, hidden: bool) {
         match &mut self.activity {
-            Activity::Game(game) => game.keep_connected(&mut self.ctx),
+            Activity::Game(game) => {
+                game.plot();
+                game.keep_connected(&mut self.ctx);
+            }
             Activity::Edit(_) => self.keep_draft(),
             Activity::Lobby if self.dialogs.card.is_none() && !hidden => {
                 self.lobby.refresh(&mut self.ctx);

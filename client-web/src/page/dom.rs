@@ -3,10 +3,7 @@
 
 pub mod dialogs;
 pub mod editor;
-mod emotes;
 mod files;
-mod help;
-mod hud;
 pub mod language;
 mod list;
 pub mod listeners;
@@ -21,7 +18,6 @@ pub mod stage;
 mod tags;
 mod touchpad;
 pub mod views;
-mod zone_labels;
 
 use crate::browser;
 use wasm_bindgen::closure::Closure;
@@ -94,17 +90,9 @@ pub fn show(id: &str, shown: bool) {
     set(&html(id), "hidden", (!shown).then_some(""));
 }
 
-/// Adds or removes a mark on the root element, for the styles. Whether that changed anything.
-pub fn mark(name: &str, on: bool) -> bool {
-    let name = format!("data-{name}");
-    let changes = root().has_attribute(&name) != on;
-    set(&root(), &name, on.then_some("yes"));
-    changes
-}
-
-/// Whether the page is played with fingers.
-pub fn is_touched() -> bool {
-    root().has_attribute("data-touch")
+/// Adds or removes a mark on the root element, for the styles.
+pub fn mark(name: &str, on: bool) {
+    set(&root(), name, on.then_some("yes"));
 }
 
 /// Whether the page has no server.

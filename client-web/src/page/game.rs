@@ -11,10 +11,12 @@ pub mod showing;
 pub mod status;
 
 use crate::input::keys::Controls;
+use crate::net::clock::TICK_MS;
 use crate::net::meter::Meter;
 use crate::page::context::Context;
 use crate::page::emotes::ShownEmotes;
 use crate::page::event::Canvas;
+use crate::page::plot::Plot;
 use crate::sound::cue::Cue;
 use crate::view::camera::{Target, begins_with_a_hero};
 use crate::view::frame::{Frame, FrameBody, View};
@@ -34,6 +36,9 @@ const UNSEEN_MS: f64 = 500.0;
 
 /// Code of a room in the page that is played alone; any other is a demo's.
 pub const ALONE: &str = "alone";
+
+/// Pulses in the plots of the connection.
+const PULSES: usize = 60;
 
 /// Time for the ticks of one frame past which a game in the page stands still until the player decides, milliseconds: a
 /// tab that stands still for much longer can hardly be closed.
@@ -68,6 +73,8 @@ pub struct GameScreen {
     pub membership: Option<Membership>,
     /// In a game that is played alone.
     pub ghost: Option<GhostSlot>,
+    /// Round trip and delay of the newest pulses, milliseconds.
+    pub plots: [Plot; 2],
     /// Highlights in place of the room.
     pub showing: Option<Showing>,
     view: GameView,
@@ -152,6 +159,7 @@ impl GameScreen {
             status: Status::default(),
             membership: None,
             ghost: None,
+            plots: [0, 1].map(|_| Plot::new(PULSES)),
             showing: None,
             view: GameView::new(ctx.now_ms),
             appearance,
@@ -160,6 +168,15 @@ impl GameScreen {
             role: Role::Player,
             followed: None,
             has_chosen: false,
+        }
+    }
+
+    /// Adds this moment to the plots.
+    pub fn plot(&mut self) {
+        if let Some(membership) = &self.membership {
+            let [trips, delays] = &mut self.plots;
+            trips.push(self.meter.ping_ms.unwrap_or(0.0));
+            delays.push(membership.clock.delay_ticks() * TICK_MS);
         }
     }
 

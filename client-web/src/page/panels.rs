@@ -1,5 +1,35 @@
 //! The panels of the page: pure functions from the state of the app to a [`View`](crate::page::view::View) each.
 
+pub mod emotes;
+mod help;
+pub mod hud;
+mod network;
+mod page;
 pub mod players;
 pub mod round;
-pub mod sound;
+mod sound;
+mod touchpad;
+pub mod zones;
+
+use crate::page::app::App;
+use crate::page::view::View;
+
+/// Those that follow whatever happens to the page.
+pub const ALL: [fn(&App) -> View; 6] =
+    [page::view, sound::view, network::view, touchpad::view, emotes::wheel, help::view];
+
+/// Those that may change with every frame of a game, a replay or the editor.
+pub const OF_FRAMES: [fn(&App) -> View; 8] = [
+    hud::title,
+    hud::caps,
+    hud::answers,
+    hud::news,
+    round::view,
+    round::highlights,
+    round::record,
+    sound::captions,
+];
+
+/// Those with numbers that nobody could read if they changed with every frame.
+pub const OF_NUMBERS: [fn(&App) -> View; 4] =
+    [players::view, hud::status, network::connection, network::figures];

@@ -9,6 +9,8 @@ use jostle_sim::Vec2;
 
 impl App {
     pub(super) fn pointer(&mut self, pointer: &Pointer) {
+        // The first touch brings the stick and the tool buttons, also where a mouse is present.
+        self.settings.touched |= pointer.touch && pointer.change == PointerChange::Down;
         self.with_editor(|screen, now_ms| screen.point(now_ms, pointer));
         if self.game().is_none() || self.wheel_pointer(pointer) {
             return;

@@ -23,6 +23,8 @@ pub struct Settings {
     /// No particles to speak of, no flashes, nothing that shakes.
     pub calm: bool,
     pub is_full: bool,
+    /// The page is played with fingers.
+    pub touched: bool,
     /// The chosen language, and the one that the page speaks: the file of another may be on its way.
     pub language: String,
     pub spoken: String,
@@ -45,6 +47,7 @@ impl Settings {
             pad: PadBindings::default(),
             calm,
             is_full: false,
+            touched: false,
             language: language_of(preferred).to_owned(),
             spoken: "en".to_owned(),
             has_pad: false,

@@ -88,6 +88,7 @@ fn main() {
         },
         seed: (js_sys::Math::random() * 2f64.powi(53)) as u64,
         calm: browser::media("(prefers-reduced-motion: reduce)"),
+        touched: browser::media("(pointer: coarse)"),
         is_static: files.0.is_some(),
         origin: browser::window().location().origin().unwrap_or_default(),
         language: browser::window().navigator().language().unwrap_or_default(),
@@ -330,5 +331,5 @@ fn offer_drop(source: Option<&web_sys::Event>, takes: bool) {
     if let Some(data) = data {
         data.set_drop_effect(if takes { "copy" } else { "none" });
     }
-    dom::mark("dropping", takes);
+    dom::mark("data-dropping", takes);
 }

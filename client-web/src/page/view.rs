@@ -29,9 +29,13 @@ pub enum Set {
     Text(Text),
     Attribute(&'static str, Option<Text>),
     Style(&'static str, Text),
-    /// The value of a field. The player may have changed it since it was set; so it is with the next.
+    /// The value of a field. The player may have changed it since it was set; so it is with the next two.
     Value(Text),
     Checked(bool),
+    /// The value of the radio button that is chosen in a group.
+    Choice(Text),
+    /// A time in milliseconds since 1970, as text.
+    Moment(f64),
     List(Vec<View>),
 }
 

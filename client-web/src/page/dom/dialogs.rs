@@ -6,6 +6,7 @@ use crate::language::{around, say};
 use crate::page::app::App;
 use crate::page::dialogs::{Card, Question};
 use crate::page::dom;
+use crate::page::dom::patch::rescue_focus;
 use crate::page::layers::{Layer, Layers};
 use crate::page::qr_code;
 use crate::page::strings;
@@ -45,7 +46,6 @@ impl DialogsView {
         }
         if self.layers != layers {
             let before = std::mem::replace(&mut self.layers, layers).top();
-            dom::show("help", layers.help);
             dom::show("settings", layers.settings);
             dom::show("ask", layers.ask);
             self.settle(before);
@@ -80,17 +80,6 @@ impl DialogsView {
             let _ = element.focus();
         }
         rescue_focus();
-    }
-}
-
-/// Gives the focus to the canvas if nothing visible has it.
-pub fn rescue_focus() {
-    let lost = dom::document().active_element().is_none_or(|element| {
-        let gone = element.closest("[hidden], [inert]").ok().flatten();
-        gone.is_some() || element.tag_name() == "BODY"
-    });
-    if lost {
-        dom::focus_stage();
     }
 }
 

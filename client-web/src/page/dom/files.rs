@@ -20,12 +20,12 @@ pub fn listen(events: Events) {
     dom::listen(&browser::window(), "dragleave", |event: DragEvent| {
         // It leaves every element on its way; the window itself it leaves for nothing else.
         if event.related_target().is_none() {
-            dom::mark("dropping", false);
+            dom::mark("data-dropping", false);
         }
     });
     dom::listen(&browser::window(), "drop", move |event: DragEvent| {
         event.prevent_default();
-        dom::mark("dropping", false);
+        dom::mark("data-dropping", false);
         let files = event.data_transfer().and_then(|data| data.files());
         if let Some(file) = files.and_then(|files| files.get(0)) {
             read(events, &file);

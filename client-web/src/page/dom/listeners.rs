@@ -26,9 +26,6 @@ pub fn all(events: Events) {
     settings::listen(events);
     files::listen(events);
     editor::listen(events);
-    if browser::media("(pointer: coarse)") {
-        dom::mark("touch", true);
-    }
 }
 
 fn window(events: Events) {
@@ -59,7 +56,7 @@ fn window(events: Events) {
 
 fn keys(events: Events) {
     dom::listen(&browser::window(), "keydown", move |event: KeyboardEvent| {
-        dom::mark("tabbing", event.code() == "Tab");
+        dom::mark("data-tabbing", event.code() == "Tab");
         events.push_from(Event::KeyDown(key(&event)), &event);
     });
     dom::listen(&browser::window(), "keyup", move |event: KeyboardEvent| {
@@ -143,14 +140,10 @@ fn pointer(events: Events) {
     });
     dom::listen(&stage, "pointerdown", move |event: PointerEvent| {
         event.prevent_default();
-        dom::mark("tabbing", false);
+        dom::mark("data-tabbing", false);
         dom::focus_stage();
         // Fails for a pointer that is gone again already.
         let _ = dom::html("stage").set_pointer_capture(event.pointer_id());
-        if is_touch(&event) {
-            // The first touch brings the stick and the tool buttons, also where a mouse is present.
-            dom::mark("touch", true);
-        }
         events.push(Event::Pointer(change(&event, PointerChange::Down)));
     });
     for (kind, means) in [

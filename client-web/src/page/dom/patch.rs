@@ -1,6 +1,7 @@
 //! Applies views to the document: what differs from the view before is touched, and nothing else. An entry of a list
 //! that stays keeps its element: a click takes its time, and the focus stays where it was.
 
+use crate::page::app::App;
 use crate::page::dom;
 use crate::page::view::{Set, View};
 use wasm_bindgen::JsCast;
@@ -28,6 +29,10 @@ impl Patch {
         if from != to {
             self.move_focus(from, to);
         }
+    }
+
+    pub fn show_all(&mut self, panels: &[fn(&App) -> View], app: &App) {
+        panels.iter().for_each(|panel| self.show(panel(app)));
     }
 
     /// Forgets everything, and takes the entries of all lists away: the document has changed.
@@ -83,7 +88,7 @@ fn fill(root: &Element, before: &View, view: &View) {
     for (index, (at, set)) in view.parts.iter().enumerate() {
         let shown = before.parts.get(index).filter(|part| part.0 == *at).map(|part| &part.1);
         // What a player can change is compared with the element.
-        let is_field = matches!(set, Set::Value(_) | Set::Checked(_));
+        let is_field = matches!(set, Set::Value(_) | Set::Checked(_) | Set::Choice(_));
         if is_field || shown != Some(set) {
             apply(&found(root, at), shown, set);
         }
@@ -104,6 +109,13 @@ fn apply(element: &Element, shown: Option<&Set>, set: &Set) {
         Set::Style(name, value) => dom::style(element, name, value),
         Set::Value(value) => set_value(element, value),
         Set::Checked(on) => element.unchecked_ref::<HtmlInputElement>().set_checked(*on),
+        Set::Choice(value) => {
+            let radio = element.query_selector(&format!("input[value='{value}']"));
+            if let Ok(Some(radio)) = radio {
+                radio.unchecked_ref::<HtmlInputElement>().set_checked(true);
+            }
+        }
+        Set::Moment(unix_ms) => dom::set_text(element, &dom::date_and_time(*unix_ms)),
         Set::List(items) => fill_list(element, shown, items),
     }
 }

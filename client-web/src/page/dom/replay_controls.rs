@@ -5,6 +5,7 @@ use crate::language::{fill, say};
 use crate::page::dom;
 use crate::page::dom::list::{Item, List};
 use crate::page::event::Event;
+use crate::page::panels::hud::length;
 use crate::page::panels::players::color_of;
 use crate::page::queue::Events;
 use crate::page::replay_screen::OpenReplay;
@@ -12,7 +13,6 @@ use crate::page::strings;
 use crate::replay::chapters::Chapter;
 use crate::replay::player::ReplayPlayer;
 use jostle_protocol::PlayerState;
-use jostle_protocol::replay::Ending;
 use std::fmt::Write;
 use web_sys::{Element, HtmlInputElement, PointerEvent};
 
@@ -38,29 +38,7 @@ impl ReplayControls {
     /// Puts a new replay's name and length on the page.
     pub fn adopt(&mut self, replay: &OpenReplay) {
         (self.marks_ms, self.marked) = (0.0, None);
-        let OpenReplay { player, name, file, .. } = replay;
-        let (scene, start) = (player.scene(), player.replay().start());
-        dom::text("room-title", say(&scene.title));
-        dom::document().set_title(&fill(
-            "{scene} \u{b7} replay \u{b7} Jostle",
-            &[("scene", say(&scene.title))],
-        ));
-        let about = match (start.unix_s, file.as_str()) {
-            (0, "") => name.clone().unwrap_or_default(),
-            (0, file) => file.to_owned(),
-            (unix_s, _) => dom::date_and_time(unix_s as f64 * 1000.0),
-        };
-        dom::text("room-code", &about);
-        let length = length(player);
-        let cut = match player.ending() {
-            Ending::Whole => None,
-            Ending::Cut(_) | Ending::Damaged(_) => {
-                Some(fill("Incomplete: plays to {length}", &[("length", &length)]))
-            }
-        };
-        dom::text_or_hide("hint", cut.as_deref());
-        dom::show("copy", name.is_some());
-        dom::show("qr-code", name.is_some());
+        let player = &replay.player;
         dom::set(&dom::html("seek"), "min", Some(&player.first_tick().to_string()));
         self.draw_marks(player);
     }
@@ -122,10 +100,6 @@ impl ReplayControls {
             dom::set(&dom::by_id(id), "d", Some(&path));
         }
     }
-}
-
-fn length(player: &ReplayPlayer) -> String {
-    strings::clock(f64::from(player.last_tick() - player.first_tick()), false)
 }
 
 fn show_timeline(player: &ReplayPlayer) {

@@ -5,7 +5,6 @@ use crate::page::panels::players::color_of;
 use crate::view::frame::View;
 use crate::world::replica::Replica;
 use jostle_protocol::{Appearance, PlayerState};
-use jostle_sim::Vec2;
 use wasm_bindgen::JsCast;
 use web_sys::HtmlElement;
 
@@ -33,12 +32,10 @@ impl Tags {
         let players = replica.players();
         let others = players.iter().filter(|player| !own(player));
         for player in players.iter().filter(own).chain(others) {
-            let hero = player.hero.and_then(|id| replica.bodies().iter().find(|b| b.id == id));
-            let Some(hero) = hero else { continue };
+            let Some(above) = replica.top_of_hero(player) else { continue };
             let shown = Appearance { color: replica.color_of(player), ..player.appearance.clone() };
             let tag = self.take(used, &shown, own(&player));
             used += 1;
-            let above = hero.center + Vec2::new(0.0, hero.shape.half_extent().y);
             let at = view.to_pixel(above) * css_per_pixel;
             let [width, height] = tag.size;
             let left = (at.x - width * 0.5).round();

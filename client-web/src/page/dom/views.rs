@@ -1,33 +1,26 @@
 //! All views of the page. Everything that they show follows from the app alone.
 
 use crate::browser;
-use crate::language::say;
 use crate::net::api::query_value;
-use crate::page::app::{Activity, App};
+use crate::page::app::{Activity, App, Panels};
 use crate::page::dom;
-use crate::page::dom::dialogs::{self, DialogsView};
+use crate::page::dom::dialogs::DialogsView;
 use crate::page::dom::editor::EditorView;
-use crate::page::dom::emotes::EmotesView;
-use crate::page::dom::help;
-use crate::page::dom::hud::Hud;
 use crate::page::dom::language::Translated;
 use crate::page::dom::lobby::LobbyView;
-use crate::page::dom::network_panel::{self, NetworkPanel};
-use crate::page::dom::patch::Patch;
+use crate::page::dom::patch::{Patch, rescue_focus};
 use crate::page::dom::replay_controls::ReplayControls;
 use crate::page::dom::settings::SettingsSheet;
 use crate::page::dom::stage::{self, Stage};
 use crate::page::dom::tags::Tags;
-use crate::page::dom::touchpad::Touchpad;
-use crate::page::dom::zone_labels::ZoneLabels;
 use crate::page::event::Canvas;
-use crate::page::game::GameScreen;
-use crate::page::panels::{players, round, sound};
+use crate::page::game::membership::GameView;
+use crate::page::panels::{self, emotes, zones};
 use crate::page::queue::Events;
 use crate::view::frame::View;
 
-/// Time between two updates of the texts, milliseconds.
-const TEXT_MS: f64 = 200.0;
+/// Time between two updates of the numbers, milliseconds.
+const NUMBERS_MS: f64 = 200.0;
 
 /// The page as it was shown last.
 pub struct Views {
@@ -35,19 +28,18 @@ pub struct Views {
     patch: Patch,
     dialogs: DialogsView,
     lobby: LobbyView,
-    hud: Hud,
-    network: NetworkPanel,
     replay: ReplayControls,
     settings: SettingsSheet,
-    emotes: EmotesView,
     translated: Translated,
     tags: Tags,
-    zone_labels: ZoneLabels,
-    touchpad: Touchpad,
     pub editor: EditorView,
     /// Number of the screen.
     screen: u32,
-    text_ms: f64,
+    opened: Panels,
+    world_shown: bool,
+    numbers_ms: f64,
+    /// CSS pixels of the canvas that the score board covers at the top, and the key caps at the bottom.
+    covered_css: [f32; 2],
     /// The canvas is to get the focus as soon as it is visible.
     pub focus_stage: bool,
     /// The text that is edited is to get it, at this byte.
@@ -58,24 +50,21 @@ impl Views {
     /// Views of a page that shows nothing yet.
     pub fn new(events: Events, app: &App) -> Views {
         let query = browser::window().location().search().unwrap_or_default();
-        network_panel::fill(app);
         Views {
             stage: Stage::new(events, query_value(&query, "sharp") == Some("1")),
             patch: Patch::default(),
             dialogs: DialogsView::default(),
             lobby: LobbyView::new(),
-            hud: Hud::new(),
-            network: NetworkPanel::new(),
             replay: ReplayControls::new(),
             settings: SettingsSheet::new(),
-            emotes: EmotesView::new(),
             translated: Translated::collect(),
             tags: Tags::default(),
-            zone_labels: ZoneLabels::default(),
-            touchpad: Touchpad::new(),
             editor: EditorView::default(),
             screen: app.screen,
-            text_ms: 0.0,
+            opened: Panels::default(),
+            world_shown: false,
+            numbers_ms: 0.0,
+            covered_css: [0.0; 2],
             focus_stage: false,
             focus_text: None,
         }
@@ -94,34 +83,18 @@ impl Views {
             self.screen = app.screen;
             self.begin_screen(app);
         }
-        let root = dom::root();
-        dom::set(&root, "data-state", Some(app.state()));
-        // The page takes the player's colour.
-        let own = format!("var(--player-{})", app.own_color);
-        dom::style(&root, "--own", &own);
-        dom::mark("calm", app.settings.calm);
-        dom::mark("clean", app.panels.clean);
-        dom::mark("watching", app.game().is_some_and(GameScreen::watches));
-        if dom::mark("world", app.world_shown) && app.world_shown {
-            dialogs::rescue_focus();
+        self.patch.show_all(&panels::ALL, app);
+        if !std::mem::replace(&mut self.world_shown, app.world_shown) && app.world_shown {
+            rescue_focus();
         }
-        show_copied(app.copied);
-        let figures_shown = !dom::html("figures").hidden();
-        if figures_shown != app.panels.figures {
-            dom::show("figures", app.panels.figures);
-            // Its texts follow with the next frame.
-            self.text_ms = 0.0;
-        }
-        if self.network.show(app.panels.network) {
-            self.text_ms = 0.0;
+        if std::mem::replace(&mut self.opened, app.panels) != app.panels {
+            // Their numbers follow with the next frame.
+            self.numbers_ms = 0.0;
         }
         if let Activity::Lobby = app.activity {
             self.lobby.show(app);
         }
-        self.touchpad.show(app);
-        self.patch.show(sound::view(app));
         self.settings.show(app);
-        self.emotes.show(app);
         self.editor.show(app);
         if std::mem::take(&mut self.focus_stage) {
             dom::focus_stage();
@@ -133,22 +106,16 @@ impl Views {
     }
 
     fn begin_screen(&mut self, app: &App) {
-        self.text_ms = 0.0;
-        self.hud.clear();
-        self.patch.show(players::view(app));
-        self.patch.show(round::view(app));
-        self.touchpad.clear();
-        self.network.clear();
+        self.numbers_ms = 0.0;
+        self.covered_css = [0.0; 2];
         self.tags.clear();
-        self.emotes.clear();
-        self.zone_labels.clear();
+        self.patch.show_all(&panels::OF_FRAMES, app);
+        self.patch.show_all(&panels::OF_NUMBERS, app);
+        self.patch.show(emotes::shown(app, &GameView::UNSEEN, 1.0));
+        self.patch.show(zones::view(app, &GameView::UNSEEN, 1.0));
         self.stage.reset();
         if let Some(replay) = app.replay() {
             self.replay.adopt(replay);
-            help::fill_for_replay(&mut self.hud.help, replay.player.scene());
-        }
-        if let Some(hud) = app.frozen_hud {
-            dom::set(&dom::root(), "data-hud", Some(if hud { "yes" } else { "no" }));
         }
     }
 
@@ -164,7 +131,7 @@ impl Views {
             None if app.edited().is_some() => [0.0; 2],
             // The style hides the controls only after the first picture.
             None if app.frozen_hud == Some(false) => [0.0; 2],
-            None => self.hud.covered_css,
+            None => self.covered_css,
         };
         self.stage.canvas(app, covered_css)
     }
@@ -175,8 +142,8 @@ impl Views {
         if let (Some(replica), Some(view)) = (app.pictured_replica(), view(app)) {
             let css_per_pixel = stage::css_per_pixel(view.pixels);
             self.tags.update(replica, view, css_per_pixel);
-            self.emotes.update(app, view, css_per_pixel);
-            self.zone_labels.update(replica, view, css_per_pixel);
+            self.patch.show(emotes::shown(app, view, css_per_pixel));
+            self.patch.show(zones::view(app, view, css_per_pixel));
         }
         Some(drawn)
     }
@@ -185,12 +152,10 @@ impl Views {
     pub fn show_frame(&mut self, app: &App) {
         let now_ms = app.now_ms();
         let tick = if let Some(game) = app.game() {
-            self.hud.show_frame(app, game);
-            if now_ms - self.text_ms >= TEXT_MS {
-                self.text_ms = now_ms;
-                self.hud.show_texts(app, game);
-                self.patch.show(players::view(app));
-                self.network.show_texts(game, now_ms);
+            if now_ms - self.numbers_ms >= NUMBERS_MS {
+                self.numbers_ms = now_ms;
+                self.patch.show_all(&panels::OF_NUMBERS, app);
+                self.covered_css = ["board", "caps"].map(|id| dom::html(id).offset_height() as f32);
             }
             game.replica().map(|replica| format!("{:.0}", replica.display.floor()))
         } else if let Some(replay) = app.replay() {
@@ -202,11 +167,7 @@ impl Views {
         } else {
             return;
         };
-        self.hud.show_news(&app.news);
-        self.patch.show(round::view(app));
-        self.patch.show(round::highlights(app));
-        self.patch.show(round::record(app));
-        self.patch.show(sound::captions(app));
+        self.patch.show_all(&panels::OF_FRAMES, app);
         if tick.is_some() {
             dom::set(&dom::root(), "data-tick", tick.as_deref());
         }
@@ -219,19 +180,5 @@ pub fn view(app: &App) -> Option<&View> {
         (Some(game), _) => Some(game.view()),
         (_, Some(replay)) => Some(&replay.view),
         _ => app.edit_screen().map(|screen| &screen.view),
-    }
-}
-
-/// Says on the button whether the link was copied; `style.css` keeps it as wide as the longest of these
-/// texts.
-fn show_copied(copied: Option<bool>) {
-    let (text, title) = match copied {
-        None => (say("Copy link"), ""),
-        Some(true) => (say("Copied"), ""),
-        Some(false) => (say("Couldn't copy"), say("Copy the link from the address bar.")),
-    };
-    for id in ["copy", "edit-copy"] {
-        dom::text(id, text);
-        dom::set(&dom::html(id), "title", Some(title));
     }
 }

@@ -3,6 +3,7 @@
 use super::Replica;
 use crate::world::predict::Predicted;
 use jostle_game::Seat;
+use jostle_protocol::PlayerState;
 use jostle_sim::Vec2;
 use jostle_sim::particles::dequantise;
 
@@ -30,6 +31,12 @@ impl Replica {
         let hero = self.players().iter().find(|player| player.seat == seat)?.hero?;
         let sample = self.samples.iter().find(|sample| sample.id == hero)?;
         Some((sample.center, sample.velocity))
+    }
+
+    /// The middle of a hero's upper edge, at the displayed moment.
+    pub fn top_of_hero(&self, player: &PlayerState) -> Option<Vec2> {
+        let hero = player.hero.and_then(|id| self.bodies().iter().find(|body| body.id == id))?;
+        Some(hero.center + Vec2::new(0.0, hero.shape.half_extent().y))
     }
 
     /// Position of the player's hero in the newest snapshot, whatever is on display.

@@ -1,0 +1,58 @@
+//! The wheel of emotes, and emotes over heroes. The pictures are symbols of `index.html`.
+
+use crate::language::fill;
+use crate::page::app::App;
+use crate::page::panels::players::color_var;
+use crate::page::strings;
+use crate::page::view::{View, word};
+use crate::view::frame;
+
+/// CSS pixels between a hero and its emote: the name is there.
+const ABOVE_CSS: f32 = 30.0;
+/// An emote is at least this far below the upper edge, CSS pixels.
+const TOP_CSS: f32 = 64.0;
+/// The buttons of the wheel.
+const BUTTONS: [&str; strings::EMOTES.len()] = [
+    "#wheel > :nth-child(1)",
+    "#wheel > :nth-child(2)",
+    "#wheel > :nth-child(3)",
+    "#wheel > :nth-child(4)",
+    "#wheel > :nth-child(5)",
+    "#wheel > :nth-child(6)",
+    "#wheel > :nth-child(7)",
+    "#wheel > :nth-child(8)",
+];
+
+pub fn wheel(app: &App) -> View {
+    let picked = app.wheel.as_ref().and_then(|wheel| wheel.picked);
+    let view = View::panel("wheel").show("#wheel", app.wheel.is_some());
+    let buttons = (0..).zip(BUTTONS);
+    buttons.fold(view, |view, (emote, button)| {
+        view.with(button, "aria-pressed", word(picked == Some(emote)))
+    })
+}
+
+/// The emotes of this moment over their heroes, in a picture of so many CSS pixels a pixel. The newest is read out.
+pub fn shown(app: &App, view: &frame::View, css_per_pixel: f32) -> View {
+    let game = app.game().and_then(|game| Some((game, game.pictured_replica()?)));
+    let mut said = String::new();
+    let mut items = Vec::new();
+    let emotes =
+        game.map(|(game, replica)| game.emotes.at(app.now_ms()).map(move |shown| (shown, replica)));
+    for (shown, replica) in emotes.into_iter().flatten() {
+        let player = replica.players().iter().find(|player| player.seat == shown.seat);
+        let Some(player) = player else { continue };
+        let parts = [("player", &*player.appearance.name), ("emote", strings::emote(shown.emote))];
+        said = fill("{player}: {emote}", &parts);
+        let Some(at) = replica.top_of_hero(player) else { continue };
+        let at = view.to_pixel(at) * css_per_pixel;
+        items.push(
+            View::item("emote-item", shown.seat.0)
+                .with("use", "href", format!("#emote-{}", shown.emote))
+                .style("", "--color", color_var(replica.color_of(player)))
+                .style("", "--x", format!("{:.0}px", at.x))
+                .style("", "--y", format!("{:.0}px", (at.y - ABOVE_CSS).max(TOP_CSS))),
+        );
+    }
+    View::panel("emotes").list("#emotes", items).text("#emote-said", said)
+}

@@ -1,0 +1,64 @@
+//! The help: keys and what they do.
+
+use crate::input::action::Action;
+use crate::language::{fill, say};
+use crate::page::app::App;
+use crate::page::settings::Settings;
+use crate::page::tools;
+use crate::page::view::{Text, View};
+use jostle_game::{Scene, Tools};
+
+pub fn view(app: &App) -> View {
+    let view = View::panel("help").show("#help", app.dialogs.help);
+    if !app.dialogs.help {
+        return view;
+    }
+    let game = app.game().and_then(|game| game.replica());
+    let (title, scene, close, hint, keys) = match (game, app.replay()) {
+        (Some(replica), _) => {
+            let (scene, settings) = (&replica.scene, &app.settings);
+            let (hint, keys) = (hint(scene, settings), of_game(scene, settings));
+            (say("How to play"), scene, say("Back to the game"), hint, keys)
+        }
+        (_, Some(replay)) => {
+            let keys = tools::REPLAY_HELP.map(|(key, does)| (say(key).to_owned(), does));
+            let close = say("Back to the replay");
+            (say("Watching a replay"), replay.player.scene(), close, None, keys.to_vec())
+        }
+        _ => return view,
+    };
+    // A key without a meaning of its own joins the next.
+    let mut joined = String::new();
+    let entries = keys.into_iter().filter_map(|(key, does)| {
+        joined = if joined.is_empty() { key } else { format!("{joined} {key}") };
+        let key = (!does.is_empty()).then(|| std::mem::take(&mut joined))?;
+        Some(View::item("help-item", &key).text("dt", key).text("dd", say(does)))
+    });
+    view.list("#help-keys", entries)
+        .text("#help-title", title)
+        .text("#help-about", say(&scene.about).to_owned())
+        .text_or_hide("#help-hint", hint)
+        .text("#help-close", close)
+}
+
+/// A line that explains the picture of a scene.
+pub fn hint(scene: &Scene, settings: &Settings) -> Option<Text> {
+    let picks = [Action::Hero, Action::Minion, Action::Platform].map(|action| settings.cap(action));
+    let [hero, minion, platform] = picks.each_ref().map(String::as_str);
+    let picks = [("hero", hero), ("minion", minion), ("platform", platform)];
+    tools::hint(scene, settings.touched).map(|hint| fill(hint, &picks).into())
+}
+
+fn of_game(scene: &Scene, settings: &Settings) -> Vec<(String, &'static str)> {
+    // Who has no keys is told of none.
+    let told = |(key, does): (&'static str, _)| (say(key).to_owned(), does);
+    if settings.touched {
+        return tools::TOUCH_HELP.map(told).to_vec();
+    }
+    let caps = tools::caps(scene).into_iter().map(|cap| (settings.key_of(&cap), cap.does));
+    let mutes = !scene.tools.contains(Tools::SELECT);
+    let chosen =
+        tools::CHOSEN_HELP.into_iter().filter(|(action, _)| *action != Action::Mute || mutes);
+    let chosen = chosen.map(|(action, does)| (settings.cap(action), does));
+    caps.chain(chosen).chain(tools::PAGE_HELP.map(told)).collect()
+}

@@ -1,0 +1,220 @@
+//! The controls over the canvas: what is on, key caps, news, answers.
+
+use crate::language::{around, fill, say};
+use crate::page::app::App;
+use crate::page::game::GameScreen;
+use crate::page::panels::help;
+use crate::page::panels::players::color_of;
+use crate::page::replay_screen::OpenReplay;
+use crate::page::settings::Settings;
+use crate::page::view::{Set, Text, View};
+use crate::page::{strings, tools};
+use crate::replay::player::ReplayPlayer;
+use crate::view::palette;
+use crate::world::replica::News;
+use jostle_game::{Buttons, Kind, Scene, Tools};
+use jostle_protocol::replay::Ending;
+
+/// Key caps are large for this long after joining, milliseconds.
+const CAPS_LARGE_MS: f64 = 10_000.0;
+/// The answer to a request for a clip is shown for this long, milliseconds.
+const CLIP_MS: f64 = 8000.0;
+/// The answer to a denied request is shown for this long, milliseconds.
+const DENIED_MS: f64 = 5000.0;
+
+/// What is on, and what can be done with its link.
+pub fn title(app: &App) -> View {
+    let view = View::panel("title");
+    let (game, replay) = (app.game(), app.replay());
+    let replica = game.and_then(GameScreen::replica);
+    let view = match (game.zip(replica), replay) {
+        (Some((game, replica)), _) => game_title(view, app, game, &replica.scene),
+        (_, Some(replay)) => replay_title(view, replay),
+        _ => view
+            .text("title", "Jostle")
+            .text("#room-title", "")
+            .text("#room-code", "")
+            .text_or_hide("#hint", None::<Text>),
+    };
+    let steers = replica.is_none_or(|replica| replica.scene.tools.contains(Tools::STEER));
+    let has_link = replay.is_none_or(|replay| replay.name.is_some());
+    view.show("#turn", !steers)
+        .show("#copy", has_link)
+        .show("#qr-code", has_link)
+        // A game that is played alone has no connection to show.
+        .show("#signal", !(replica.is_some() && game.is_some_and(GameScreen::is_alone)))
+}
+
+fn game_title(view: View, app: &App, game: &GameScreen, scene: &Scene) -> View {
+    let about = match game.is_in_page() {
+        true if game.is_alone() => say("played alone").to_owned(),
+        true => say("demo, offline").to_owned(),
+        false => format!("/{}", game.code),
+    };
+    let hint = match app.settings.touched {
+        true => say("watching: tap a name to follow it"),
+        false => say("watching: a digit follows a player, H hides all but the game"),
+    };
+    let watched = game.watches().then(|| format!("{about} \u{b7} {hint}"));
+    view.text("title", format!("{} \u{b7} Jostle", say(&scene.title)))
+        .text("#room-title", say(&scene.title).to_owned())
+        .text("#room-code", watched.unwrap_or(about))
+        .text_or_hide("#hint", help::hint(scene, &app.settings))
+}
+
+fn replay_title(view: View, replay: &OpenReplay) -> View {
+    let OpenReplay { player, name, file, .. } = replay;
+    let (scene, start) = (player.scene(), player.replay().start());
+    let title = say(&scene.title);
+    let about = match (start.unix_s, file.as_str()) {
+        (0, "") => Set::Text(name.clone().unwrap_or_default().into()),
+        (0, file) => Set::Text(file.to_owned().into()),
+        (unix_s, _) => Set::Moment(unix_s as f64 * 1000.0),
+    };
+    let cut = match player.ending() {
+        Ending::Whole => None,
+        Ending::Cut(_) | Ending::Damaged(_) => {
+            Some(fill("Incomplete: plays to {length}", &[("length", &length(player))]))
+        }
+    };
+    view.text("title", fill("{scene} \u{b7} replay \u{b7} Jostle", &[("scene", title)]))
+        .text("#room-title", title.to_owned())
+        .set("#room-code", about)
+        .text_or_hide("#hint", cut)
+}
+
+/// The length of a replay.
+pub fn length(player: &ReplayPlayer) -> String {
+    strings::clock(f64::from(player.last_tick() - player.first_tick()), false)
+}
+
+/// The key caps of a game; those whose buttons are down or whose body is picked are lit.
+pub fn caps(app: &App) -> View {
+    let game = app.game();
+    let joined_ms = game.and_then(|game| game.status.joined_ms);
+    let small = joined_ms.is_some_and(|joined| app.now_ms() - joined > CAPS_LARGE_MS);
+    let caps = game.and_then(|game| {
+        let replica = game.replica()?;
+        let lit = (game.controls.buttons(), replica.selected_kind());
+        Some(
+            tools::caps(&replica.scene)
+                .into_iter()
+                .map(move |cap| cap_of(&cap, lit, &app.settings)),
+        )
+    });
+    View::panel("caps")
+        .with("#caps", "class", if small { "hud caps small" } else { "hud caps" })
+        .list("#caps", caps.into_iter().flatten())
+}
+
+fn cap_of(cap: &tools::Cap, lit: (Buttons, Option<Kind>), settings: &Settings) -> View {
+    let (pressed, selected) = lit;
+    let mut class = "cap".to_owned();
+    for (on, name) in [
+        (cap.does.is_empty(), " joined"),
+        (pressed.contains(cap.buttons), " down"),
+        (selected.is_some_and(|kind| tools::picks(cap.buttons) == Some(kind)), " picked"),
+    ] {
+        class += if on { name } else { "" };
+    }
+    View::item("cap-item", cap.key)
+        .with("", "class", class)
+        .text("kbd", settings.key_of(cap))
+        .text(".does", say(cap.does))
+}
+
+/// Answers to what the player asked for.
+pub fn answers(app: &App) -> View {
+    let (game, now_ms) = (app.game(), app.now_ms());
+    let denied_ms = game.and_then(|game| game.status.denied_ms);
+    let denied = denied_ms.is_some_and(|at| now_ms - at <= DENIED_MS);
+    let answer = say("Only the host can do that, and a host can't be removed.");
+    let clip = game.and_then(|game| Some((game, game.status.clip.as_ref()?)));
+    let clip = clip.filter(|(_, (at, _))| now_ms - at <= CLIP_MS);
+    let view = View::panel("answers")
+        .text("#told", if denied { answer } else { "" })
+        .show("#clip", clip.is_some());
+    let Some((game, (_, kept))) = clip else { return view };
+    let name = kept.as_ref().ok().filter(|name| !name.is_empty());
+    let text = kept.as_ref().map_or_else(|refusal| *refusal, |name| strings::clip(name));
+    view.text("#clip-text", say(text)).show("#clip-link", name.is_some()).with_or_without(
+        "#clip-link",
+        "href",
+        name.map(|name| format!("{}/replay/{name}", game.server())),
+    )
+}
+
+/// The newest news.
+pub fn news(app: &App) -> View {
+    let lines = app.news.lines.iter().map(|(number, news)| line(*number, news));
+    View::panel("news").list("#feed", lines)
+}
+
+fn line(number: usize, news: &News) -> View {
+    let recolored;
+    let (who, text, whom) = match news {
+        News::Said(who, text, whom) => (who.as_ref(), say(text), whom.as_ref()),
+        News::Joined(who) => (Some(who), say(" joined"), None),
+        News::Left(who) => (Some(who), say(" left"), None),
+        News::Recolored(who, wished) => {
+            let name = |color: u8| say(palette::NAMES[usize::from(color) % palette::NAMES.len()]);
+            recolored = fill(
+                " (you) is {color} here: {wished} was taken",
+                &[("color", name(who.color)), ("wished", name(*wished))],
+            );
+            (Some(who), recolored.as_str(), None)
+        }
+        News::Hit(by, Some(whom)) if by == whom => (Some(by), say(" splashed themselves"), None),
+        News::Hit(by, Some(whom)) => (Some(by), around(" splashed {player}").0, Some(whom)),
+        News::Hit(by, None) => (Some(by), say(" hit a bystander"), None),
+        News::Fell(who) => (Some(who), say(" fell out of the world"), None),
+    };
+    let mut item = View::item("news-item", number).text("span", text.to_owned());
+    for (at, who) in [("bdi", who), ("bdi:last-child", whom)] {
+        if let Some(who) = who {
+            item = item.text(at, who.name.to_string()).style(at, "--color", color_of(who));
+        }
+    }
+    item
+}
+
+/// What need not change with every frame: the buttons of a host, and what the network does.
+pub fn status(app: &App) -> View {
+    let game = app.game();
+    let closing_ms = game.and_then(|game| game.status.closing_ms);
+    let closing = closing_ms.map(|closing_ms| {
+        let seconds = ((closing_ms - app.now_ms()) / 1000.0).ceil().max(0.0);
+        let sentence = match game.is_some_and(|game| game.status.is_kept) {
+            true => say("Server restarting in {count} s: the game goes on right after"),
+            false => say("Server restarting in {count} s"),
+        };
+        fill(sentence, &[("count", &format!("{seconds:.0}"))])
+    });
+    // A simulated network is never mistaken for the real one.
+    let simulated = app.conditions.is_on() && game.is_some_and(|game| !game.is_in_page());
+    let badge = simulated.then(|| {
+        fill("Simulated bad connection: {conditions}", &[("conditions", &app.conditions.words())])
+    });
+    let view = View::panel("status")
+        .show("#close-room", game.is_some_and(|game| game.status.host))
+        .show("#edit-game", game.is_some_and(GameScreen::is_in_page))
+        .text_or_hide("#banner", closing)
+        .text_or_hide("#lag-badge", badge);
+    match game {
+        Some(game) => signal(view, game, app.now_ms()),
+        None => view,
+    }
+}
+
+fn signal(view: View, game: &GameScreen, now_ms: f64) -> View {
+    let bars = game.bars(now_ms);
+    let title = match bars {
+        0 => say("No connection"),
+        1 | 2 => say("Slow connection"),
+        _ => say("Good connection"),
+    };
+    let ping = game.meter.ping_ms.filter(|_| !game.is_in_page() && bars > 0);
+    view.with("#signal", "data-bars", bars.to_string())
+        .with("#signal", "title", title)
+        .text("#ping", ping.map_or(String::new(), |ms| format!("{ms:.0} ms")))
+}

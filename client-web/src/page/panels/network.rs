@@ -1,0 +1,111 @@
+//! The network: figures (F3), and a panel (F4) with the connection in numbers and as a plot, whether the own hero is
+//! predicted, and simulated networks to choose from.
+
+use crate::language::fill;
+use crate::net::clock::{Clock, TICK_MS};
+use crate::net::meter::Traffic;
+use crate::page::app::App;
+use crate::page::game::GameScreen;
+use crate::page::view::{Set, View, word};
+use crate::world::replica::Replica;
+
+/// Width and height of the plot, in its own units.
+const PLOT_SIZE: [f64; 2] = [240.0, 56.0];
+/// The plot shows at least this many milliseconds.
+const PLOT_MS_MIN: f64 = 50.0;
+/// The bar and the number of each kind of traffic.
+const KINDS: [[&str; 2]; Traffic::ALL.len()] = [
+    ["#net-kinds > :nth-child(1) i", "#net-kinds > :nth-child(1) b"],
+    ["#net-kinds > :nth-child(2) i", "#net-kinds > :nth-child(2) b"],
+    ["#net-kinds > :nth-child(3) i", "#net-kinds > :nth-child(3) b"],
+    ["#net-kinds > :nth-child(4) i", "#net-kinds > :nth-child(4) b"],
+    ["#net-kinds > :nth-child(5) i", "#net-kinds > :nth-child(5) b"],
+];
+
+/// The panel, without what changes with time.
+pub fn view(app: &App) -> View {
+    let view = View::panel("network")
+        .show("#network", app.panels.network)
+        .with("#signal", "aria-pressed", word(app.panels.network))
+        .show("#figures", app.panels.figures);
+    if !app.panels.network {
+        return view;
+    }
+    view.set("#net-predict", Set::Checked(app.predicts()))
+        .set("#net-presets", Set::Choice(app.conditions.code().into()))
+}
+
+/// Bytes a second by kind, with bars on a scale of their own.
+fn kinds(mut view: View, game: &GameScreen, now_ms: f64) -> View {
+    let rates = Traffic::ALL.map(|traffic| game.meter.rate(traffic, now_ms).1);
+    let most = rates.iter().copied().max().unwrap_or(0).max(1);
+    for ([bar, value], bytes) in KINDS.into_iter().zip(rates) {
+        let share = 100.0 * bytes as f64 / most as f64;
+        view = view.style(bar, "--share", format!("{share:.1}%"));
+        view = view.text(value, format!("{:.2} kB/s", bytes as f64 / 1000.0));
+    }
+    view
+}
+
+/// The numbers and the plot of the panel, both lines in one scale.
+pub fn connection(app: &App) -> View {
+    let mut view = View::panel("connection");
+    let game = app.game().filter(|_| app.panels.network);
+    let Some((game, membership)) = game.and_then(|game| Some((game, game.membership.as_ref()?)))
+    else {
+        return view;
+    };
+    let (clock, predictor) = (&membership.clock, membership.predictor.as_ref());
+    let dash = || "\u{2013}".to_owned();
+    let ms = |ms: f64| format!("{ms:.0} ms");
+    let error = |error: f32| fill("{count} units", &[("count", &format!("{error:.2}"))]);
+    let (snapshots, _) = game.meter.rate(Traffic::Snapshot, app.now_ms());
+    let lead = predictor.map(|predictor| predictor.lead_ticks() * TICK_MS);
+    let waiting = predictor.map(|predictor| predictor.unacknowledged().to_string());
+    let [trips, delays] = &game.plots;
+    let highest = trips.highest().max(delays.highest()).max(PLOT_MS_MIN);
+    for (at, text) in [
+        ("#net-trip", game.meter.ping_ms.map_or_else(dash, ms)),
+        ("#net-jitter", ms(clock.lateness_ticks * TICK_MS)),
+        ("#net-delay", ms(clock.delay_ticks() * TICK_MS)),
+        ("#net-rate", format!("{snapshots} /s")),
+        ("#net-lead", lead.map_or_else(dash, ms)),
+        ("#net-error", predictor.map_or_else(dash, |predictor| error(predictor.error))),
+        ("#net-waiting", waiting.unwrap_or_else(dash)),
+        ("#net-frames", format!("{} /s", game.meter.frames_a_second(app.now_ms()))),
+        ("#net-scale", ms(highest)),
+    ] {
+        view = view.text(at, text);
+    }
+    view = view.with("#net-line-trip", "d", trips.path(PLOT_SIZE, highest)).with(
+        "#net-line-delay",
+        "d",
+        delays.path(PLOT_SIZE, highest),
+    );
+    kinds(view, game, app.now_ms())
+}
+
+pub fn figures(app: &App) -> View {
+    let view = View::panel("figures");
+    let Some(game) = app.game().filter(|_| app.panels.figures) else { return view };
+    let now_ms = app.now_ms();
+    let clock = game.membership.as_ref().map(|membership| &membership.clock);
+    let ticks = |figure: fn(&Clock) -> f64| {
+        fill("{count} ticks", &[("count", &format!("{:.1}", clock.map_or(0.0, figure)))])
+    };
+    let count = |figure: fn(&Replica) -> usize| game.replica().map_or(0, figure).to_string();
+    let tick = clock.and_then(|clock| clock.server_tick(now_ms)).unwrap_or(0.0);
+    let meter = &game.meter;
+    let texts = [
+        ("#figure-ping", meter.ping_ms.map_or("-".into(), |ms| format!("{ms:.0} ms"))),
+        ("#figure-jitter", ticks(|clock| clock.lateness_ticks)),
+        ("#figure-delay", ticks(Clock::delay_ticks)),
+        ("#figure-tick", format!("{tick:.0}")),
+        ("#figure-in", format!("{:.1} kB/s", meter.bytes_a_second(now_ms) as f64 / 1000.0)),
+        ("#figure-frames", format!("{} /s", meter.frames_a_second(now_ms))),
+        ("#figure-bodies", count(|replica| replica.bodies().len())),
+        ("#figure-particles", count(|replica| replica.particles().len())),
+        ("#figure-players", count(|replica| replica.players().len())),
+    ];
+    texts.into_iter().fold(view, |view, (at, text)| view.text(at, text))
+}

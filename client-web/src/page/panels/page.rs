@@ -1,0 +1,30 @@
+//! Marks on the root element, for the style sheet, and the buttons that copy the link.
+
+use crate::language::say;
+use crate::page::app::App;
+use crate::page::game::GameScreen;
+use crate::page::panels::players::color_var;
+use crate::page::view::View;
+
+pub fn view(app: &App) -> View {
+    let (text, title) = match app.copied {
+        None => (say("Copy link"), ""),
+        Some(true) => (say("Copied"), ""),
+        Some(false) => (say("Couldn't copy"), say("Copy the link from the address bar.")),
+    };
+    let hud = app.frozen_hud.map(|hud| if hud { "yes" } else { "no" });
+    let view = View::panel("page")
+        .with("", "data-state", app.state())
+        // The page takes the player's colour.
+        .style("", "--own", color_var(app.own_color))
+        .yes("", "data-calm", app.settings.calm)
+        .yes("", "data-clean", app.panels.clean)
+        .yes("", "data-watching", app.game().is_some_and(GameScreen::watches))
+        .yes("", "data-touch", app.settings.touched)
+        .yes("", "data-world", app.world_shown)
+        .with_or_without("", "data-hud", hud);
+    // `style.css` keeps the buttons as wide as the longest of these texts.
+    ["#copy", "#edit-copy"]
+        .into_iter()
+        .fold(view, |view, at| view.text(at, text).with(at, "title", title))
+}

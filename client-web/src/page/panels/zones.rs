@@ -1,0 +1,30 @@
+//! Labels of zones, over the canvas.
+
+use crate::language::say;
+use crate::page::app::App;
+use crate::page::panels::players::color_var;
+use crate::page::view::View;
+use crate::view::frame::{self, ZoneLabel};
+use jostle_sim::Vec2;
+
+/// A zone that is at least so high, CSS pixels, has its label inside, under the upper edge.
+const ROOMY_CSS: f32 = 56.0;
+
+/// A label on every zone that has one, in a picture of so many CSS pixels a pixel.
+pub fn view(app: &App, view: &frame::View, css_per_pixel: f32) -> View {
+    let labels = app.pictured_replica().map(|replica| replica.zone_labels());
+    let items = labels.into_iter().flatten().enumerate().map(|(index, label)| {
+        let ZoneLabel { text, center, half, color } = label;
+        let [upper, lower] =
+            [half.y, -half.y].map(|y| view.to_pixel(center + Vec2::new(0.0, y)) * css_per_pixel);
+        let is_roomy = lower.y - upper.y >= ROOMY_CSS;
+        let (at, up) =
+            if is_roomy { (upper.y, "4px") } else { ((upper.y + lower.y) * 0.5, "-50%") };
+        let transform = format!("translate({}px, {at}px) translate(-50%, {up})", upper.x);
+        View::item("zone-item", index)
+            .text("", say(&text).to_owned())
+            .style("", "transform", transform)
+            .style("", "--color", color.map_or("var(--paper-1)".to_owned(), color_var))
+    });
+    View::panel("zones").list("#zone-labels", items)
+}
