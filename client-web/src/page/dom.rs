@@ -11,11 +11,11 @@ mod lobby;
 mod network_panel;
 mod patch;
 mod records;
-mod replay_controls;
 pub mod settings;
 mod sound_panel;
 pub mod stage;
 mod tags;
+mod timeline;
 mod touchpad;
 pub mod views;
 

@@ -2,10 +2,11 @@
 
 pub mod emotes;
 mod help;
-pub mod hud;
+mod hud;
 mod network;
 mod page;
 pub mod players;
+pub mod replay;
 pub mod round;
 mod sound;
 mod touchpad;
@@ -19,7 +20,7 @@ pub const ALL: [fn(&App) -> View; 6] =
     [page::view, sound::view, network::view, touchpad::view, emotes::wheel, help::view];
 
 /// Those that may change with every frame of a game, a replay or the editor.
-pub const OF_FRAMES: [fn(&App) -> View; 8] = [
+pub const OF_FRAMES: [fn(&App) -> View; 9] = [
     hud::title,
     hud::caps,
     hud::answers,
@@ -28,8 +29,9 @@ pub const OF_FRAMES: [fn(&App) -> View; 8] = [
     round::highlights,
     round::record,
     sound::captions,
+    replay::view,
 ];
 
 /// Those with numbers that nobody could read if they changed with every frame.
-pub const OF_NUMBERS: [fn(&App) -> View; 4] =
-    [players::view, hud::status, network::connection, network::figures];
+pub const OF_NUMBERS: [fn(&App) -> View; 5] =
+    [players::view, hud::status, network::connection, network::figures, replay::marks];

@@ -3,7 +3,7 @@
 use crate::browser;
 use crate::page::dom;
 use crate::page::dom::{
-    editor, files, lobby, network_panel, replay_controls, settings, sound_panel, touchpad,
+    editor, files, lobby, network_panel, settings, sound_panel, timeline, touchpad,
 };
 use crate::page::event::{Event, Focus, Key, Pointer, PointerChange};
 use crate::page::page_action::PageAction;
@@ -21,7 +21,7 @@ pub fn all(events: Events) {
     lobby::listen(events);
     touchpad::listen(events);
     network_panel::listen(events);
-    replay_controls::listen(events);
+    timeline::listen(events);
     sound_panel::listen(events);
     settings::listen(events);
     files::listen(events);

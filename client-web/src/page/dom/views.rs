@@ -9,7 +9,6 @@ use crate::page::dom::editor::EditorView;
 use crate::page::dom::language::Translated;
 use crate::page::dom::lobby::LobbyView;
 use crate::page::dom::patch::{Patch, rescue_focus};
-use crate::page::dom::replay_controls::ReplayControls;
 use crate::page::dom::settings::SettingsSheet;
 use crate::page::dom::stage::{self, Stage};
 use crate::page::dom::tags::Tags;
@@ -28,7 +27,6 @@ pub struct Views {
     patch: Patch,
     dialogs: DialogsView,
     lobby: LobbyView,
-    replay: ReplayControls,
     settings: SettingsSheet,
     translated: Translated,
     tags: Tags,
@@ -55,7 +53,6 @@ impl Views {
             patch: Patch::default(),
             dialogs: DialogsView::default(),
             lobby: LobbyView::new(),
-            replay: ReplayControls::new(),
             settings: SettingsSheet::new(),
             translated: Translated::collect(),
             tags: Tags::default(),
@@ -114,9 +111,6 @@ impl Views {
         self.patch.show(emotes::shown(app, &GameView::UNSEEN, 1.0));
         self.patch.show(zones::view(app, &GameView::UNSEEN, 1.0));
         self.stage.reset();
-        if let Some(replay) = app.replay() {
-            self.replay.adopt(replay);
-        }
     }
 
     /// The canvas of the next frame; `None` while nothing can be drawn.
@@ -152,14 +146,8 @@ impl Views {
     pub fn show_frame(&mut self, app: &App) {
         let now_ms = app.now_ms();
         let tick = if let Some(game) = app.game() {
-            if now_ms - self.numbers_ms >= NUMBERS_MS {
-                self.numbers_ms = now_ms;
-                self.patch.show_all(&panels::OF_NUMBERS, app);
-                self.covered_css = ["board", "caps"].map(|id| dom::html(id).offset_height() as f32);
-            }
             game.replica().map(|replica| format!("{:.0}", replica.display.floor()))
         } else if let Some(replay) = app.replay() {
-            self.replay.show(&replay.player, now_ms);
             Some(replay.player.tick().to_string())
         } else if let Some(screen) = app.edit_screen() {
             self.editor.show_frame(screen);
@@ -168,6 +156,11 @@ impl Views {
             return;
         };
         self.patch.show_all(&panels::OF_FRAMES, app);
+        if now_ms - self.numbers_ms >= NUMBERS_MS {
+            self.numbers_ms = now_ms;
+            self.patch.show_all(&panels::OF_NUMBERS, app);
+            self.covered_css = ["board", "caps"].map(|id| dom::html(id).offset_height() as f32);
+        }
         if tick.is_some() {
             dom::set(&dom::root(), "data-tick", tick.as_deref());
         }
