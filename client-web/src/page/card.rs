@@ -1,6 +1,8 @@
 //! A card in the middle of the page.
 
+use crate::page::qr_code::Drawing;
 use std::borrow::Cow;
+use std::sync::Arc;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CardAction {
@@ -44,8 +46,8 @@ pub struct Card {
     pub other: Option<(&'static str, CardAction)>,
     /// Goes away by itself; the button need not have the focus.
     pub passing: bool,
-    /// A link that is shown as a QR code.
-    pub code: Option<String>,
+    /// A link as a QR code.
+    pub code: Option<Arc<Drawing>>,
 }
 
 /// A card with one button.

@@ -1,7 +1,7 @@
 //! Short forms of the DOM calls that the page makes all the time. Ids are those of `index.html`;
 //! a missing one is a bug and ends in a panic that names it.
 
-pub mod dialogs;
+pub mod crash;
 pub mod editor;
 mod files;
 pub mod language;

@@ -1,5 +1,6 @@
 //! The panels of the page: pure functions from the state of the app to a [`View`](crate::page::view::View) each.
 
+pub mod dialogs;
 pub mod emotes;
 mod help;
 mod hud;
@@ -8,6 +9,7 @@ mod page;
 pub mod players;
 pub mod replay;
 pub mod round;
+mod settings;
 mod sound;
 mod touchpad;
 pub mod zones;
@@ -16,8 +18,15 @@ use crate::page::app::App;
 use crate::page::view::View;
 
 /// Those that follow whatever happens to the page.
-pub const ALL: [fn(&App) -> View; 6] =
-    [page::view, sound::view, network::view, touchpad::view, emotes::wheel, help::view];
+pub const ALL: [fn(&App) -> View; 7] = [
+    page::view,
+    sound::view,
+    network::view,
+    touchpad::view,
+    emotes::wheel,
+    help::view,
+    settings::view,
+];
 
 /// Those that may change with every frame of a game, a replay or the editor.
 pub const OF_FRAMES: [fn(&App) -> View; 9] = [

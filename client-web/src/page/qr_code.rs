@@ -9,7 +9,7 @@ const VERSION_MAX: u8 = 30;
 const QUIET: i32 = 4;
 
 /// A code as a path of SVG.
-#[derive(Debug)]
+#[derive(Debug, PartialEq, Eq)]
 pub struct Drawing {
     /// Squares of a side, those around it included.
     pub side: i32,

@@ -75,7 +75,7 @@ fn main() {
         web_sys::console::error_1(&JsValue::from_str(&info.to_string()));
         if !browser::is_in_attempt() {
             queue::crash();
-            dom::dialogs::show_crash();
+            dom::crash::show();
         }
     }));
     let query = browser::window().location().search().unwrap_or_default();

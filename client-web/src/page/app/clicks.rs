@@ -115,6 +115,6 @@ impl App {
         self.release_input();
         let Address { path, query, hash } = &self.address;
         let link = self.edited_link().unwrap_or_else(|| format!("{path}{query}{hash}"));
-        self.dialogs.card = Some(strings::link_code(format!("{}{link}", self.origin)));
+        self.dialogs.card = Some(strings::link_code(&format!("{}{link}", self.origin)));
     }
 }

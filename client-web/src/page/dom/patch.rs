@@ -18,12 +18,13 @@ pub struct Patch {
 impl Patch {
     /// Shows a panel.
     pub fn show(&mut self, view: View) {
-        let root = dom::root();
-        let Some(shown) = self.shown.iter_mut().find(|shown| shown.name == view.name) else {
-            fill(&root, &View::panel(view.name), &view);
-            return self.shown.push(view);
-        };
-        fill(&root, shown, &view);
+        let known = self.shown.iter().position(|shown| shown.name == view.name);
+        let index = known.unwrap_or_else(|| {
+            self.shown.push(View::panel(view.name));
+            self.shown.len() - 1
+        });
+        let shown = &mut self.shown[index];
+        fill(&dom::root(), shown, &view);
         let [from, to] = [shown.focus, view.focus];
         *shown = view;
         if from != to {
@@ -37,8 +38,8 @@ impl Patch {
 
     /// Forgets everything, and takes the entries of all lists away: the document has changed.
     pub fn forget(&mut self) {
-        for view in self.shown.drain(..) {
-            for (at, set) in view.parts {
+        for view in &mut self.shown {
+            for (at, set) in view.parts.drain(..) {
                 if let Set::List(_) = set {
                     found(&dom::root(), at).set_text_content(None);
                 }

@@ -1,84 +1,19 @@
-//! The sheet of settings: language, calm, full screen, keys, gamepad. Plain DOM, touched only while it is open.
+//! The browser's side of the settings: language, full screen, the letters of the keys, and gamepads.
 
 use crate::browser;
-use crate::input::action::Action;
 use crate::input::pad::PadState;
-use crate::page::app::App;
-use crate::page::choices::{Choice, SettingsEvent};
+use crate::page::choices::SettingsEvent;
 use crate::page::dom;
-use crate::page::dom::list::{Item, List};
 use crate::page::event::Event;
 use crate::page::page_action::PageAction;
 use crate::page::queue::Events;
-use crate::page::settings::Settings;
-use crate::page::strings;
 use jostle_sim::Vec2;
 use wasm_bindgen::closure::Closure;
 use wasm_bindgen::{JsCast, JsValue};
 use web_sys::{Gamepad, GamepadButton, GamepadMappingType, HtmlInputElement, HtmlSelectElement};
 
-/// The sheet as it was shown last.
-pub struct SettingsSheet {
-    keys: List,
-    pad: List,
-}
-
-impl SettingsSheet {
-    pub fn new() -> SettingsSheet {
-        SettingsSheet { keys: List::new("key-list"), pad: List::new("pad-list") }
-    }
-
-    /// Shows the sheet, if it is open.
-    pub fn show(&mut self, app: &App) {
-        let settings = &app.settings;
-        if !app.dialogs.settings {
-            return;
-        }
-        dom::by_id::<HtmlSelectElement>("language").set_value(&settings.language);
-        dom::by_id::<HtmlInputElement>("calm-on").set_checked(settings.calm);
-        dom::by_id::<HtmlInputElement>("full-on").set_checked(settings.is_full);
-        dom::show("full-choice", dom::document().fullscreen_enabled());
-        dom::text("settings-note", &settings.note);
-        let keys = Action::ALL.into_iter().map(|action| {
-            let is_asked = settings.choice == Some(Choice::Key(action));
-            entry(action, PageAction::ChooseKey, settings.cap(action), is_asked)
-        });
-        self.keys.show(keys);
-        dom::show("pad-none", !settings.has_pad);
-        dom::show("pad-choices", settings.has_pad);
-        if settings.has_pad {
-            self.show_pad(settings);
-        }
-    }
-
-    fn show_pad(&mut self, settings: &Settings) {
-        let slider: HtmlInputElement = dom::by_id("dead-zone");
-        let zone = settings.pad.dead_zone.to_string();
-        if slider.value() != zone {
-            slider.set_value(&zone);
-        }
-        dom::text("zone-shown", &strings::percent(settings.pad.dead_zone));
-        let played = Action::ALL.into_iter().filter(|action| *action != Action::Edit);
-        self.pad.show(played.map(|action| {
-            let button = settings.pad.button(action).map_or("\u{2013}", strings::pad_button);
-            let is_asked = settings.choice == Some(Choice::Button(action));
-            entry(action, PageAction::ChooseButton, button.to_owned(), is_asked)
-        }));
-    }
-}
-
-/// An action with its key or button.
-fn entry(action: Action, asks: PageAction, cap: String, is_asked: bool) -> Item {
-    let cap = if is_asked { "\u{2026}".to_owned() } else { cap };
-    Item::new("binding-item", action.id())
-        .with("button", "data-action", asks.name().to_owned())
-        .with("button", "data-value", action.id().to_owned())
-        .with("button", "aria-pressed", is_asked.to_string())
-        .text("button span", strings::action(action))
-        .text("kbd", cap)
-}
-
 pub fn listen(events: Events) {
+    dom::show("full-choice", dom::document().fullscreen_enabled());
     let send = move |event| events.push(Event::Settings(event));
     dom::listen(&dom::html("language"), "change", move |_: web_sys::Event| {
         send(SettingsEvent::Language(dom::by_id::<HtmlSelectElement>("language").value()));

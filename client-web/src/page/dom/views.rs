@@ -4,17 +4,15 @@ use crate::browser;
 use crate::net::api::query_value;
 use crate::page::app::{Activity, App, Panels};
 use crate::page::dom;
-use crate::page::dom::dialogs::DialogsView;
 use crate::page::dom::editor::EditorView;
 use crate::page::dom::language::Translated;
 use crate::page::dom::lobby::LobbyView;
 use crate::page::dom::patch::{Patch, rescue_focus};
-use crate::page::dom::settings::SettingsSheet;
 use crate::page::dom::stage::{self, Stage};
 use crate::page::dom::tags::Tags;
 use crate::page::event::Canvas;
 use crate::page::game::membership::GameView;
-use crate::page::panels::{self, emotes, zones};
+use crate::page::panels::{self, dialogs, emotes, zones};
 use crate::page::queue::Events;
 use crate::view::frame::View;
 
@@ -25,9 +23,7 @@ const NUMBERS_MS: f64 = 200.0;
 pub struct Views {
     pub stage: Stage,
     patch: Patch,
-    dialogs: DialogsView,
     lobby: LobbyView,
-    settings: SettingsSheet,
     translated: Translated,
     tags: Tags,
     pub editor: EditorView,
@@ -51,9 +47,7 @@ impl Views {
         Views {
             stage: Stage::new(events, query_value(&query, "sharp") == Some("1")),
             patch: Patch::default(),
-            dialogs: DialogsView::default(),
             lobby: LobbyView::new(),
-            settings: SettingsSheet::new(),
             translated: Translated::collect(),
             tags: Tags::default(),
             editor: EditorView::default(),
@@ -74,7 +68,6 @@ impl Views {
             self.patch.forget();
             self.lobby.clear();
             self.editor.retell();
-            self.dialogs.retell();
         }
         if self.screen != app.screen || is_told {
             self.screen = app.screen;
@@ -91,12 +84,11 @@ impl Views {
         if let Activity::Lobby = app.activity {
             self.lobby.show(app);
         }
-        self.settings.show(app);
         self.editor.show(app);
         if std::mem::take(&mut self.focus_stage) {
             dom::focus_stage();
         }
-        self.dialogs.show(app);
+        self.patch.show(dialogs::view(app));
         if let Some(at) = self.focus_text.take() {
             self.editor.focus_text(at);
         }

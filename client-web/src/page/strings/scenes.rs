@@ -5,6 +5,7 @@ use crate::net::scene_link::SceneLinkError;
 use crate::page::card::{Card, CardAction, card, card_or, passing};
 use crate::page::qr_code;
 use jostle_game::scene::{SceneError, WorstTick};
+use std::sync::Arc;
 
 /// The card for a scene that cannot be played, while a game or a replay is on or not.
 pub fn bad_scene(error: &SceneError, playing: bool) -> Card {
@@ -24,11 +25,11 @@ pub fn bad_linked_scene(error: &SceneError) -> Card {
 }
 
 /// The card with the QR code of a link.
-pub fn link_code(link: String) -> Card {
+pub fn link_code(link: &str) -> Card {
     let text = "Point the camera of a phone at the code to open the link there.";
     let card = card("QR code", text, "Done", CardAction::Stay);
-    match qr_code::draw(&link) {
-        Some(_) => Card { code: Some(link), ..card },
+    match qr_code::draw(link) {
+        Some(code) => Card { code: Some(Arc::new(code)), ..card },
         None => Card { text: LONG_LINK.into(), ..card },
     }
 }

@@ -1,0 +1,86 @@
+//! The cards over the page. While one must be answered the focus is in it and the rest of the page is inert; afterwards
+//! the focus is where it was.
+
+use crate::language::{around, say};
+use crate::page::app::App;
+use crate::page::card::Card;
+use crate::page::dialogs::Question;
+use crate::page::layers::Layer;
+use crate::page::view::{View, word};
+
+/// The parts of the page, by their layers.
+const PARTS: [(&str, Layer); 7] = [
+    ("#lobby", Layer::Page),
+    ("#game", Layer::Page),
+    ("#editor", Layer::Page),
+    ("#help", Layer::Help),
+    ("#settings", Layer::Settings),
+    ("#ask", Layer::Ask),
+    ("#notice", Layer::Notice),
+];
+
+pub fn view(app: &App) -> View {
+    let card = app.notice();
+    let layers = app.dialogs.layers(card.as_ref());
+    let view = View::panel("dialogs").show("#notice", card.is_some()).show("#ask", layers.ask);
+    let mut view = PARTS
+        .into_iter()
+        .fold(view, |view, (at, layer)| view.flag(at, "inert", layers.is_inert(layer)));
+    view.focus = match layers.top() {
+        Layer::Page => None,
+        Layer::Help => Some("#help-close"),
+        Layer::Settings => Some("#language"),
+        Layer::Ask => Some("#ask-no"),
+        Layer::Notice => Some("#notice-button"),
+    };
+    let view = match &app.dialogs.question {
+        Some(question) => ask(view, question),
+        None => view,
+    };
+    match &card {
+        Some(card) => notice(view, card),
+        None => view,
+    }
+}
+
+/// With the texts of a card.
+pub fn notice(view: View, card: &Card) -> View {
+    let modal = word(!card.passing);
+    let detail = Some(card.detail.clone()).filter(|detail| !detail.is_empty());
+    let code = card.code.as_ref().filter(|code| !code.path.is_empty());
+    let view = view
+        .with("#notice", "aria-modal", modal)
+        .text("#notice-title", say(card.title))
+        .text("#notice-text", say(&card.text).to_owned())
+        .text_or_hide("#notice-detail", detail)
+        .text("#notice-button", say(card.button))
+        .text_or_hide("#notice-other", card.other.map(|(label, _)| say(label)))
+        .show("#notice-code", code.is_some());
+    let Some(code) = code else { return view };
+    view.with("#notice-code svg", "viewBox", format!("0 0 {0} {0}", code.side)).with(
+        "#notice-code path",
+        "d",
+        code.path.clone(),
+    )
+}
+
+fn ask(view: View, question: &Question) -> View {
+    let (before, after) = around("Remove {player}?");
+    let ([before, name, after], text, yes) = match question {
+        Question::Kick(_, who) => (
+            [before, &*who.name, after],
+            say("They'll be removed, and no one new can join from their network for five minutes."),
+            say("Remove"),
+        ),
+        Question::CloseRoom => (
+            [say("Close this room?"), "", ""],
+            say("Everyone, including you, will be sent out, and the link will stop working."),
+            say("Close room"),
+        ),
+    };
+    view.text("#ask-before", before.to_owned())
+        .text("#ask-name", name.to_owned())
+        .text("#ask-after", after.to_owned())
+        .text("#ask-text", text)
+        .text("#ask-yes", yes)
+}
