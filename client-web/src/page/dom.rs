@@ -5,12 +5,10 @@ pub mod crash;
 pub mod editor;
 mod files;
 pub mod language;
-mod list;
 pub mod listeners;
 mod lobby;
 mod network_panel;
 mod patch;
-mod records;
 pub mod settings;
 mod sound_panel;
 pub mod stage;
@@ -103,14 +101,6 @@ pub fn is_static() -> bool {
 /// Whether the page has no room for panels beside the picture.
 pub fn is_narrow() -> bool {
     browser::media("(max-width: 60rem)")
-}
-
-/// Chooses the radio button of a group that has a value.
-pub fn check(group: &str, value: &str) {
-    let selector = format!("#{group} input[value='{value}']");
-    if let Some(radio) = query::<HtmlInputElement>(&selector) {
-        radio.set_checked(true);
-    }
 }
 
 /// Gives the keyboard focus to the canvas: keys belong to the game.

@@ -4,6 +4,7 @@ pub mod dialogs;
 pub mod emotes;
 mod help;
 mod hud;
+pub mod lobby;
 mod network;
 mod page;
 pub mod players;

@@ -155,14 +155,16 @@ pub fn push(event: Event) {
 /// Handles all events that wait, and then shows what came of them.
 fn drain() {
     with(|page| {
+        let mut had_events = false;
         while let Some(arrival) = page.events.pop() {
             page.handle(arrival);
+            had_events = true;
         }
-        page.views.show(&page.app);
+        page.views.show(&page.app, had_events);
         // Showing may move the focus, and listeners hear of that.
         while let Some(arrival) = page.events.pop() {
             page.handle(arrival);
-            page.views.show(&page.app);
+            page.views.show(&page.app, true);
         }
     });
 }

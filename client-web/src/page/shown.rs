@@ -19,6 +19,11 @@ impl App {
         self.ctx.now_ms
     }
 
+    /// The page has no server.
+    pub fn is_static(&self) -> bool {
+        self.ctx.is_static
+    }
+
     /// Whether the own hero is shown ahead of the server.
     pub fn predicts(&self) -> bool {
         self.ctx.predicts

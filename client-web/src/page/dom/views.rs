@@ -6,12 +6,13 @@ use crate::page::app::{Activity, App, Panels};
 use crate::page::dom;
 use crate::page::dom::editor::EditorView;
 use crate::page::dom::language::Translated;
-use crate::page::dom::lobby::LobbyView;
+use crate::page::dom::lobby;
 use crate::page::dom::patch::{Patch, rescue_focus};
 use crate::page::dom::stage::{self, Stage};
 use crate::page::dom::tags::Tags;
 use crate::page::event::Canvas;
 use crate::page::game::membership::GameView;
+use crate::page::lobby::Note;
 use crate::page::panels::{self, dialogs, emotes, zones};
 use crate::page::queue::Events;
 use crate::view::frame::View;
@@ -23,7 +24,8 @@ const NUMBERS_MS: f64 = 200.0;
 pub struct Views {
     pub stage: Stage,
     patch: Patch,
-    lobby: LobbyView,
+    /// The note in the lobby.
+    note: Note,
     translated: Translated,
     tags: Tags,
     pub editor: EditorView,
@@ -47,7 +49,7 @@ impl Views {
         Views {
             stage: Stage::new(events, query_value(&query, "sharp") == Some("1")),
             patch: Patch::default(),
-            lobby: LobbyView::new(),
+            note: Note::default(),
             translated: Translated::collect(),
             tags: Tags::default(),
             editor: EditorView::default(),
@@ -61,12 +63,11 @@ impl Views {
         }
     }
 
-    /// Shows everything that an event may have changed.
-    pub fn show(&mut self, app: &App) {
+    /// Shows everything that may have changed. The lobby does so with events alone.
+    pub fn show(&mut self, app: &App, had_events: bool) {
         let is_told = self.translated.show(&app.settings.spoken);
         if is_told {
             self.patch.forget();
-            self.lobby.clear();
             self.editor.retell();
         }
         if self.screen != app.screen || is_told {
@@ -82,7 +83,7 @@ impl Views {
             self.numbers_ms = 0.0;
         }
         if let Activity::Lobby = app.activity {
-            self.lobby.show(app);
+            self.show_lobby(app, had_events);
         }
         self.editor.show(app);
         if std::mem::take(&mut self.focus_stage) {
@@ -91,6 +92,20 @@ impl Views {
         self.patch.show(dialogs::view(app));
         if let Some(at) = self.focus_text.take() {
             self.editor.focus_text(at);
+        }
+    }
+
+    fn show_lobby(&mut self, app: &App, had_events: bool) {
+        lobby::load_visible();
+        if !had_events {
+            return;
+        }
+        self.patch.show(panels::lobby::view(app, js_sys::Date::now() / 1000.0));
+        if self.note != app.lobby.note {
+            self.note = app.lobby.note.clone();
+            if self.note.bad {
+                lobby::reveal_note(&app.lobby);
+            }
         }
     }
 
@@ -103,6 +118,7 @@ impl Views {
         self.patch.show(emotes::shown(app, &GameView::UNSEEN, 1.0));
         self.patch.show(zones::view(app, &GameView::UNSEEN, 1.0));
         self.stage.reset();
+        lobby::fill_form(&app.appearance);
     }
 
     /// The canvas of the next frame; `None` while nothing can be drawn.

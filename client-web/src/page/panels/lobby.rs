@@ -1,0 +1,156 @@
+//! The lobby: the note under the form, open rooms, scenes, replays.
+
+use crate::language::{fill, say};
+use crate::net::api::{self, bots_alone};
+use crate::page::app::App;
+use crate::page::best_runs::Records;
+use crate::page::lobby::Lobby;
+use crate::page::panels::round::is_raced;
+use crate::page::strings;
+use crate::page::view::View;
+use jostle_protocol::web::{ReplayCard, RoomCard, SceneCard};
+use jostle_sim::TICKS_PER_SECOND;
+
+/// Categories and the lists that show them.
+const CATEGORIES: [(&str, &str); 3] =
+    [("games", "#game-list"), ("playgrounds", "#playground-list"), ("book", "#book-list")];
+
+/// Replays that a folded list shows: the style sheet hides the others.
+pub const FOLDED: usize = 6;
+
+/// The lobby at a time in seconds since 1970.
+pub fn view(app: &App, unix_s: f64) -> View {
+    let (lobby, records) = (&app.lobby, &app.records);
+    let view = CATEGORIES.into_iter().fold(View::panel("lobby"), |view, (category, list)| {
+        let on_it = lobby.scenes.iter().filter(|scene| category_of(scene) == category);
+        view.list(list, on_it.map(|scene| scene_entry(scene, records, app.is_static())))
+    });
+    view.list("#room-list", lobby.rooms.iter().map(|room| room_entry(lobby, room)))
+        .list("#replay-list", lobby.replays.iter().map(|it| replay_entry(lobby, it, unix_s)))
+        .text("#lobby-note", say(&lobby.note.text).to_owned())
+        .with("#lobby-note", "class", if lobby.note.bad { "note bad" } else { "note" })
+        .with_or_without("#name", "aria-invalid", lobby.name_invalid.then_some("true"))
+        .with_or_without("#play", "aria-busy", lobby.busy.then_some("true"))
+        .show("#no-rooms", lobby.rooms_known && lobby.rooms.is_empty())
+        .show("#all-replays", lobby.replays.len() > FOLDED)
+}
+
+fn replay_entry(lobby: &Lobby, replay: &ReplayCard, unix_s: f64) -> View {
+    let scene = lobby.scenes.iter().find(|scene| scene.name == replay.scene);
+    let title = scene.map_or(&replay.scene, |scene| &scene.title);
+    let ago = strings::ago(unix_s - replay.unix_s as f64);
+    let length = match replay.seconds {
+        Some(seconds) => strings::clock(f64::from(seconds) * f64::from(TICKS_PER_SECOND), false),
+        None => strings::size(replay.bytes),
+    };
+    let length = match replay.players {
+        0 => length,
+        1 => fill("1 player, {length}", &[("length", &length)]),
+        many => {
+            let count = many.to_string();
+            fill("{count} players, {length}", &[("count", &count), ("length", &length)])
+        }
+    };
+    let when = if replay.unix_s == 0 { &replay.name } else { &ago };
+    link(View::item("replay-item", &replay.name), &format!("replay/{}", replay.name), scene)
+        .text("strong", say(title).to_owned())
+        .text(".code", format!("/{} \u{b7} {when}", replay.room))
+        .text(".seats span", length)
+        .show(".live", replay.recording)
+}
+
+fn room_entry(lobby: &Lobby, room: &RoomCard) -> View {
+    let scene = lobby.scenes.iter().find(|scene| scene.name == room.scene);
+    let full = room.players >= room.players_max;
+    let [players, players_max] = [room.players, room.players_max].map(|count| count.to_string());
+    let seats = fill("{count} of {all}", &[("count", &players), ("all", &players_max)]);
+    let watching = strings::watching(room.spectators);
+    let share = 100.0 * f64::from(room.players) / f64::from(room.players_max.max(1));
+    link(View::item("room-item", &room.code), &room.code, scene)
+        .with_or_without("a", "aria-disabled", full.then_some("true"))
+        .text("strong", say(&room.title).to_owned())
+        .text(".code", format!("/{}", room.code))
+        .with(".seats", "aria-label", fill("{seats} seats taken", &[("seats", &seats)]))
+        .text(".seats span", seats + &watching)
+        .with(".watch", "href", format!("/{}?watch=1", room.code))
+        .with(".watch", "data-value", room.code.clone())
+        .with(".watch", "aria-label", fill("Watch {scene}", &[("scene", say(&room.title))]))
+        .style(".bar", "--share", format!("{share:.0}%"))
+}
+
+/// With a link to a word of this server, and the picture of a scene.
+fn link(item: View, word: &str, scene: Option<&SceneCard>) -> View {
+    let picture = scene.and_then(|scene| scene.picture.as_ref());
+    let picture = picture.map_or_else(String::new, |picture| format!("url({picture:?})"));
+    item.with("a", "href", format!("/{word}")).with("a", "data-value", word.to_owned()).style(
+        ".thumb",
+        "--picture",
+        picture,
+    )
+}
+
+/// The category that a scene is shown on; a server may know more of them.
+fn category_of(scene: &SceneCard) -> &'static str {
+    let mut known = CATEGORIES.iter().map(|(category, _)| *category);
+    known.find(|category| *category == scene.category).unwrap_or("playgrounds")
+}
+
+/// How a scene is played, in a few words: by how many, in teams, for how long. A page without a server has rooms for
+/// nobody else.
+fn manner(scene: &SceneCard, is_static: bool) -> String {
+    let seats = match (scene.players_min, scene.players_max) {
+        _ if is_static => String::new(),
+        (_, 1) => say("1 player").to_owned(),
+        (..=1, many) => fill("Up to {count} players", &[("count", &many.to_string())]),
+        (few, many) => fill(
+            "{count} to {most} players",
+            &[("count", &few.to_string()), ("most", &many.to_string())],
+        ),
+    };
+    let bots = if scene.fill > 0 && !is_static { say(" and bots") } else { "" };
+    let teams =
+        (scene.teams > 1).then(|| fill("{count} teams", &[("count", &scene.teams.to_string())]));
+    let minutes = (scene.round_s > 0)
+        .then(|| fill("{count} min", &[("count", &scene.round_s.div_ceil(60).to_string())]));
+    let parts = [Some(seats + bots), teams, minutes].into_iter().flatten();
+    parts.filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ")
+}
+
+fn scene_entry(scene: &SceneCard, records: &Records, is_static: bool) -> View {
+    let pictured = scene.picture.is_some();
+    let (name, title) = (&scene.name, say(&scene.title));
+    let bots = strings::bots(bots_alone(scene));
+    let alone = fill("Play alone {bots}", &[("bots", &bots)]);
+    let label = fill("Play {scene} alone {bots}", &[("scene", title), ("bots", &bots)]);
+    let item = View::item("scene-item", name)
+        .with("button", "data-value", name.clone())
+        .with("a.edit", "data-value", name.clone())
+        .with("a.edit", "href", format!("#edit={name}"))
+        .with("a.edit", "aria-label", fill("Edit {scene}", &[("scene", title)]))
+        .show("img", pictured)
+        .with_or_without("img", "data-src", scene.picture.clone())
+        .show("span.picture", !pictured)
+        .text("strong", title.to_owned())
+        .text(".about", say(&scene.about).to_owned())
+        .text(".go span", manner(scene, is_static))
+        .with_or_without(".go span", "data-bots", Some(bots).filter(|bots| !bots.is_empty()))
+        .with(".alone", "data-value", name.clone())
+        .with(".alone", "aria-label", label.trim_end().to_owned())
+        .text(".alone", alone.trim_end().to_owned());
+    best(item, records, name, scene.heroes)
+}
+
+/// With the best run of the scene.
+fn best(item: View, records: &Records, scene: &str, heroes: bool) -> View {
+    let best = records.best(scene);
+    let raced = best.filter(|(table, _)| is_raced(table, heroes));
+    let race = raced.map(|(_, run)| api::race(run, scene));
+    item.show(".best", best.is_some())
+        .text(
+            ".best span",
+            best.map_or_else(String::new, |(table, run)| strings::best_run(table, run)),
+        )
+        .with_or_without(".watch", "href", best.map(|(_, run)| api::watch(run)))
+        .show(".race", race.is_some())
+        .with_or_without(".race", "href", race)
+}
