@@ -77,12 +77,6 @@ pub fn text(id: &str, text: &str) {
     set_text(&html(id), text);
 }
 
-/// Sets text, and hides the element without any.
-pub fn text_or_hide(id: &str, shown: Option<&str>) {
-    text(id, shown.unwrap_or_default());
-    show(id, shown.is_some());
-}
-
 /// Shows or hides the element with an id.
 pub fn show(id: &str, shown: bool) {
     set(&html(id), "hidden", (!shown).then_some(""));

@@ -1,6 +1,7 @@
 //! The panels of the page: pure functions from the state of the app to a [`View`](crate::page::view::View) each.
 
 pub mod dialogs;
+pub mod editor;
 pub mod emotes;
 mod help;
 mod hud;
@@ -19,7 +20,7 @@ use crate::page::app::App;
 use crate::page::view::View;
 
 /// Those that follow whatever happens to the page.
-pub const ALL: [fn(&App) -> View; 7] = [
+pub const ALL: [fn(&App) -> View; 8] = [
     page::view,
     sound::view,
     network::view,
@@ -27,10 +28,11 @@ pub const ALL: [fn(&App) -> View; 7] = [
     emotes::wheel,
     help::view,
     settings::view,
+    editor::view,
 ];
 
 /// Those that may change with every frame of a game, a replay or the editor.
-pub const OF_FRAMES: [fn(&App) -> View; 9] = [
+pub const OF_FRAMES: [fn(&App) -> View; 10] = [
     hud::title,
     hud::caps,
     hud::answers,
@@ -40,6 +42,7 @@ pub const OF_FRAMES: [fn(&App) -> View; 9] = [
     round::record,
     sound::captions,
     replay::view,
+    editor::error,
 ];
 
 /// Those with numbers that nobody could read if they changed with every frame.

@@ -31,6 +31,8 @@ pub enum Set {
     Style(&'static str, Text),
     /// The value of a field. The player may have changed it since it was set; so it is with the next two.
     Value(Text),
+    /// The value of a field that is typed into; it stays while the field has the focus.
+    Typed(Text),
     Checked(bool),
     /// The value of the radio button that is chosen in a group.
     Choice(Text),

@@ -5,94 +5,41 @@ mod text;
 
 use crate::browser;
 use crate::editor::palette::Make;
+use crate::editor::state::Editor;
 use crate::editor::update::Deed;
-use crate::language::say;
-use crate::page::app::App;
 use crate::page::dom;
-use crate::page::edit_screen::EditScreen;
+use crate::page::dom::patch::Patch;
 use crate::page::event::Event;
 use crate::page::page_action::PageAction;
+use crate::page::panels;
 use crate::page::queue::Events;
-use form::FormView;
 use text::TextView;
 use wasm_bindgen::JsCast;
 use web_sys::{HtmlElement, MouseEvent, PointerEvent};
 
-/// The panels as they were shown last.
+/// The text and the form as they were shown last.
 #[derive(Default)]
 pub struct EditorView {
-    /// `data-editor`: "edit", "play" or nothing.
-    mode: Option<&'static str>,
-    text: TextView,
-    form: FormView,
+    pub text: TextView,
+    /// Revision of the text and title of the form.
+    form: Option<(u32, String)>,
 }
 
 impl EditorView {
-    /// Has the texts shown again.
+    /// Has the form shown again.
     pub fn retell(&mut self) {
-        self.mode = None;
-        self.form = FormView::default();
-    }
-
-    /// Shows the editor's panels, where there is an editor.
-    pub fn show(&mut self, app: &App) {
-        let mode = match (app.edit_screen(), app.edited()) {
-            (Some(_), _) => Some("edit"),
-            (None, Some(_)) => Some("play"),
-            _ => None,
-        };
-        if self.mode != mode {
-            self.mode = mode;
-            dom::set(&dom::root(), "data-editor", mode);
-            dom::show("editor", mode.is_some());
-            let plays = mode == Some("play");
-            for id in ["palette", "edit-tabs", "edit-form", "edit-code"] {
-                dom::set(&dom::html(id), "inert", plays.then_some(""));
-            }
-            let (label, title) =
-                if plays { (say("Edit"), say("Edit (E)")) } else { (say("Play"), say("Play (E)")) };
-            let button = dom::html("edit-toggle");
-            dom::set(&button, "title", Some(title));
-            if let Ok(Some(span)) = button.query_selector("span") {
-                dom::set_text(&span, label);
-            }
-        }
-        if let Some(screen) = app.edited() {
-            self.show_bar(screen, mode == Some("edit"));
-        }
-        if let Some(screen) = app.edit_screen() {
-            self.text.show(&screen.editor);
-        }
-    }
-
-    fn show_bar(&self, screen: &EditScreen, edits: bool) {
-        let editor = &screen.editor;
-        let [undo, redo] = editor.can();
-        let chosen = !editor.selection.is_empty();
-        for (id, on) in [
-            ("edit-undo", undo),
-            ("edit-redo", redo),
-            ("edit-duplicate", chosen && editor.is_toml),
-            ("edit-delete", chosen && editor.is_toml),
-            ("edit-new", !editor.text().is_empty()),
-        ] {
-            dom::set(&dom::html(id), "disabled", (!(on && edits)).then_some(""));
-        }
-        let empty = editor.text().is_empty();
-        dom::set(&dom::html("edit-room"), "disabled", (empty || screen.opening).then_some(""));
-        let room = if screen.opening { say("Opening\u{2026}") } else { say("Open a room") };
-        dom::text("edit-room", room);
-        dom::text("edit-file", &editor.file);
-        dom::text("edit-said", &editor.said);
+        self.form = None;
     }
 
     /// Shows what follows from the checked text.
-    pub fn show_frame(&mut self, screen: &EditScreen) {
-        let editor = &screen.editor;
-        let problem = editor.problem().map(ToString::to_string);
-        dom::text_or_hide("edit-error", problem.as_deref());
+    pub fn show_frame(&mut self, editor: &Editor, patch: &mut Patch) {
         self.text.underline(editor);
-        self.form.show(editor);
+        let shown = Some((editor.revision, editor.form_title()));
+        // While something is dragged its numbers change all the time.
+        if self.form != shown && !editor.is_held() && !is_tab("text") {
+            self.form = shown;
+            patch.show(panels::editor::form(editor));
+        }
     }
 
     /// Brings a byte of the text into view, with the focus there.
@@ -100,6 +47,10 @@ impl EditorView {
         choose_tab("text");
         self.text.focus(at);
     }
+}
+
+fn is_tab(name: &str) -> bool {
+    dom::html("editor").get_attribute("data-tab").as_deref() == Some(name)
 }
 
 pub fn listen(events: Events) {

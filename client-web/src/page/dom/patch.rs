@@ -109,6 +109,11 @@ fn apply(element: &Element, shown: Option<&Set>, set: &Set) {
         }
         Set::Style(name, value) => dom::style(element, name, value),
         Set::Value(value) => set_value(element, value),
+        Set::Typed(value) => {
+            if focused().as_deref() != Some(element) {
+                set_value(element, value);
+            }
+        }
         Set::Checked(on) => element.unchecked_ref::<HtmlInputElement>().set_checked(*on),
         Set::Choice(value) => {
             let radio = element.query_selector(&format!("input[value='{value}']"));

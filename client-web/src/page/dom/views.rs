@@ -85,7 +85,9 @@ impl Views {
         if let Activity::Lobby = app.activity {
             self.show_lobby(app, had_events);
         }
-        self.editor.show(app);
+        if let Some(screen) = app.edit_screen() {
+            self.editor.text.show(&screen.editor);
+        }
         if std::mem::take(&mut self.focus_stage) {
             dom::focus_stage();
         }
@@ -158,7 +160,7 @@ impl Views {
         } else if let Some(replay) = app.replay() {
             Some(replay.player.tick().to_string())
         } else if let Some(screen) = app.edit_screen() {
-            self.editor.show_frame(screen);
+            self.editor.show_frame(&screen.editor, &mut self.patch);
             Some("0".to_owned())
         } else {
             return;
