@@ -108,3 +108,30 @@ impl View {
 pub fn word(on: bool) -> &'static str {
     if on { "true" } else { "false" }
 }
+
+#[cfg(test)]
+impl View {
+    pub fn text_of(&self, at: &str) -> Option<&str> {
+        self.parts.iter().find_map(|part| match part {
+            (found, Set::Text(text)) if *found == at => Some(&**text),
+            _ => None,
+        })
+    }
+
+    /// The value of an attribute that is set or, in `Some(None)`, removed.
+    pub fn attribute_of(&self, at: &str, name: &str) -> Option<Option<&str>> {
+        self.parts.iter().find_map(|part| match part {
+            (found, Set::Attribute(set, value)) if *found == at && *set == name => {
+                Some(value.as_deref())
+            }
+            _ => None,
+        })
+    }
+
+    pub fn items_of(&self, at: &str) -> Option<&[View]> {
+        self.parts.iter().find_map(|part| match part {
+            (found, Set::List(items)) if *found == at => Some(&items[..]),
+            _ => None,
+        })
+    }
+}

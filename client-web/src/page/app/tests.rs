@@ -15,6 +15,7 @@ mod editing;
 mod game;
 mod lobby;
 mod moves;
+mod panels;
 mod replays;
 mod sound;
 

@@ -20,7 +20,7 @@ fn replay() -> Vec<u8> {
     bytes
 }
 
-fn watching() -> Browser {
+pub fn watching() -> Browser {
     let mut browser = Browser::open("/", "");
     browser.say(Event::ReplayRead("game.jostle".into(), Ok(replay())));
     assert_eq!((browser.app.state(), browser.address.as_str()), ("replay", "/#file"));
