@@ -28,7 +28,6 @@ const NARROW: Screen = Screen { width: 360, height: 640, touch: true, scale: 0.5
 pub fn cases() -> Vec<Case> {
     vec![
         Case::new("the_settings_are_changed_by_keyboard_alone", settings_by_keyboard),
-        Case::new("a_chosen_key_moves_the_hero", a_chosen_key_moves_the_hero),
         Case::new("a_gamepad_moves_the_hero", a_gamepad_moves_the_hero),
         Case::new("an_emote_is_seen_by_others", an_emote_is_seen_by_others),
         Case::new("the_page_speaks_german", the_page_speaks_german),
@@ -89,26 +88,6 @@ async fn settings_by_keyboard(stage: Arc<Stage>) -> Result<()> {
 
 async fn own_x(tab: &Tab) -> Result<f32> {
     Ok(tab.state().await?.own_hero().context("a hero")?.pos[0])
-}
-
-async fn a_chosen_key_moves_the_hero(stage: Arc<Stage>) -> Result<()> {
-    let tab = stage.play("arena", Screen::SMALL).await?;
-    tab.click_on("#settings-button").await?;
-    tab.click_on("[data-action='choose-key'][data-value='right']").await?;
-    tab.press("l").await?;
-    tab.until_true("document.querySelector('[data-action=choose-key][data-value=right] kbd').textContent === 'L'")
-        .await?;
-    tab.press("Escape").await?;
-    tab.until_true(
-        "[...document.querySelectorAll('#caps kbd')].some(cap => cap.textContent === 'L')",
-    )
-    .await?;
-    let before = own_x(&tab).await?;
-    tab.key_down("l").await?;
-    tab.until("a hero further right", |s| s.own_hero().is_some_and(|h| h.pos[0] > before + 5.0))
-        .await?;
-    tab.key_up("l").await?;
-    Ok(())
 }
 
 async fn a_gamepad_moves_the_hero(stage: Arc<Stage>) -> Result<()> {

@@ -96,10 +96,6 @@ fn cases() -> Vec<Case> {
         ),
         Case::new("lost_focus_releases_keys", trouble::lost_focus_releases_keys),
         Case::new("a_wrong_room_is_explained", trouble::a_wrong_room_is_explained),
-        Case::new(
-            "a_full_room_is_explained_and_goes_on",
-            trouble::a_full_room_is_explained_and_goes_on,
-        ),
         Case::new("the_lack_of_webgl2_is_explained", trouble::the_lack_of_webgl2_is_explained),
         Case::new(
             "the_lobby_opens_a_room_and_copies_its_link",
@@ -107,10 +103,6 @@ fn cases() -> Vec<Case> {
         ),
         Case::new("the_lobby_is_downloaded_once", lobby::the_lobby_is_downloaded_once),
         Case::new("play_begins_a_game_with_bots", rounds::play_begins_a_game_with_bots),
-        Case::new(
-            "a_zone_says_what_it_is_and_how_many_are_in",
-            rounds::a_zone_says_what_it_is_and_how_many_are_in,
-        ),
         Case::new("play_joins_the_room_with_players", lobby::play_joins_the_room_with_players),
         Case::new(
             "the_help_takes_the_focus_and_gives_it_back",
@@ -156,11 +148,6 @@ fn cases() -> Vec<Case> {
     cases.extend(watching::cases());
     cases.extend([
         Case::new("the_page_plays_golden_replays", replay::the_page_plays_golden_replays),
-        Case::new(
-            "a_wrong_hash_turns_the_mark_of_a_replay_red",
-            replay::a_wrong_hash_turns_the_mark_red,
-        ),
-        Case::new("bad_replay_files_are_explained", replay::bad_files_are_explained),
         Case::new(
             "a_server_lists_its_replays_and_links_to_them",
             replay::a_server_lists_its_replays_and_links_to_them,

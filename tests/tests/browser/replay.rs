@@ -189,27 +189,6 @@ async fn the_page_plays_a_golden_replay(tab: &Tab, path: &Path, name: &str) -> R
     Ok(())
 }
 
-pub async fn a_wrong_hash_turns_the_mark_red(stage: Arc<Stage>) -> Result<()> {
-    let mut records = records()?;
-    for record in &mut records {
-        if let Record::Ticks(block) = record
-            && (block.first..=block.last()).contains(&345)
-        {
-            block.ticks[(345 - block.first) as usize].hash ^= 1;
-        }
-    }
-    let tab = watch(&stage, &file(&records), Screen::SMALL).await?;
-    until_verdict(&tab, "differs", "after 0:05").await?;
-    // While it plays it may be past the tick before it is checked.
-    if until(&tab, "anything", |_| true).await?.playing {
-        press(&tab, " ").await?;
-    }
-    until(&tab, "a pause", |shown| !shown.playing).await?;
-    let shown = slide_to(&tab, 20).await?;
-    assert_eq!((shown.agrees_until, shown.differs_at), (344, Some(345)));
-    until_verdict(&tab, "differs", "tick 345").await
-}
-
 /// Waits until the card in the middle of the page contains all of these texts.
 async fn until_card(tab: &Tab, texts: &[&str]) -> Result<()> {
     let texts = serde_json::to_string(texts)?;
@@ -218,33 +197,6 @@ async fn until_card(tab: &Tab, texts: &[&str]) -> Result<()> {
          {texts}.every(text => document.querySelector('#notice').innerText.includes(text))"
     ))
     .await
-}
-
-pub async fn bad_files_are_explained(stage: Arc<Stage>) -> Result<()> {
-    let whole = file(&records()?);
-    let tab = stage.visit("/", Screen::PHONE).await?;
-    tab.until("the lobby", |s| s.state == "lobby").await?;
-    drop_file(&tab, "cat.gif", b"GIF89a").await?;
-    until_card(&tab, &["Not a replay", "byte 0", "Open another file"]).await?;
-    let mut damaged = whole.clone();
-    damaged[40] ^= 1;
-    drop_file(&tab, "damaged.jostle", &damaged).await?;
-    until_card(&tab, &["Damaged replay", "byte 10", "checksum"]).await?;
-    tab.click_on("#notice-other").await?;
-    tab.until("the lobby", |s| s.state == "lobby").await?;
-
-    // The ticks of a truncated file are shown, and the missing ones reported.
-    drop_file(&tab, "cut.jostle", &whole[..whole.len() - 40]).await?;
-    until_card(&tab, &["Incomplete replay", "5 seconds", "ends within a record"]).await?;
-    tab.click_on("#notice-button").await?;
-    tab.until_true("document.querySelector('#hint').innerText.includes('0:05')").await?;
-    until(&tab, "the end of what is there", |s| s.tick == 300 && s.last == 300).await?;
-    until_verdict(&tab, "whole", "300 of 300 ticks compared").await?;
-    drop_file(&tab, "cat.gif", b"GIF89a").await?;
-    until_card(&tab, &["Not a replay", "Keep watching"]).await?;
-    tab.click_on("#notice-other").await?;
-    tab.until("the replay as before", |s| s.replay.as_ref().is_some_and(|r| r.tick == 300)).await?;
-    tab.until_true("document.querySelector('#notice').hidden").await
 }
 
 pub async fn a_server_lists_its_replays_and_links_to_them(stage: Arc<Stage>) -> Result<()> {

@@ -106,13 +106,6 @@ pub async fn the_next_round_begins_when_both_want_it(stage: Arc<Stage>) -> Resul
     ada.until_true(&format!("{emblem} === '0'")).await
 }
 
-/// The pen of the herd says how many robots are in it.
-pub async fn a_zone_says_what_it_is_and_how_many_are_in(stage: Arc<Stage>) -> Result<()> {
-    let ada = stage.play("herd", Screen::LAPTOP).await?;
-    let labels = "[...document.querySelectorAll('.tag.zone')].map(tag => tag.textContent).join()";
-    ada.until_true(&format!("{labels} === 'pen 0 / 5'")).await
-}
-
 /// Whoever presses Play in an empty lobby is in a game with somebody to beat.
 pub async fn play_begins_a_game_with_bots(stage: Arc<Stage>) -> Result<()> {
     let server = Server::start(patient()).await?;

@@ -189,23 +189,6 @@ pub async fn a_wrong_room_is_explained(stage: Arc<Stage>) -> Result<()> {
     Ok(())
 }
 
-pub async fn a_full_room_is_explained_and_goes_on(stage: Arc<Stage>) -> Result<()> {
-    let mut config = patient();
-    for scene in &mut config.scenes {
-        scene.players_max = 1;
-    }
-    let server = Server::start(config).await?;
-    let first = stage.visit_link(&server.link("/impulse"), Screen::SMALL).await?;
-    first.until("a hero of one's own", State::plays).await?;
-    let second = stage.visit_link(&server.link("/impulse"), Screen::SMALL).await?;
-    second.until("a refusal", |s| s.state == "refused").await?;
-    assert_notice(&second, Refusal::RoomFull.message()).await?;
-    let state = first.ticks(30).await?;
-    assert_eq!((state.state.as_str(), state.players.len()), ("playing", 1), "the first plays on");
-    stage.clear().await?;
-    server.stop().await
-}
-
 pub async fn the_lack_of_webgl2_is_explained(stage: Arc<Stage>) -> Result<()> {
     for script in [
         "HTMLCanvasElement.prototype.getContext = () => null",

@@ -6,6 +6,8 @@ use crate::page::panels;
 use crate::page::view::{Set, View};
 use crate::sound::task::SoundEvent;
 use crate::view::frame;
+use jostle_protocol::Refusal;
+use jostle_protocol::replay::Record;
 use std::collections::BTreeSet;
 
 const PAGE: &str = include_str!("../../../../web/index.html");
@@ -264,4 +266,75 @@ fn a_verified_replay_says_how_far() {
     let title = deck.attribute_of("#check", "title").flatten().expect("details");
     assert!(title.contains("300 of 300 ticks compared"), "{title}");
     assert_eq!(deck.items_of("#cast").map(<[View]>::len), Some(1));
+}
+
+#[test]
+fn a_wrong_hash_is_said_with_its_time() {
+    let mut records = replays::records();
+    for record in &mut records {
+        if let Record::Ticks(block) = record
+            && (block.first..=block.last()).contains(&245)
+        {
+            block.ticks[(245 - block.first) as usize].hash ^= 1;
+        }
+    }
+    let mut browser = replays::watching_file(replays::file(&records));
+    browser.press("End", "End");
+    browser.wait(200);
+    let deck = browser.panel("deck");
+    assert_eq!(deck.attribute_of("#check", "data-verdict"), Some(Some("differs")));
+    assert_eq!(deck.text_of("#check-text"), Some("Doesn't match the recording after 0:04"));
+    let title = deck.attribute_of("#check", "title").flatten().expect("details");
+    assert!(title.ends_with("; differs from tick 245"), "{title}");
+    assert_ne!(browser.panel("marks").attribute_of("#mark-wrong", "d"), Some(Some("")));
+}
+
+#[test]
+fn a_cut_replay_plays_as_far_as_it_goes_and_says_so() {
+    let whole = replays::file(&replays::records());
+    let mut browser = Browser::open("/", "");
+    let cut = whole[..whole.len() - 40].to_vec();
+    browser.say(Event::ReplayRead("cut.jostle".into(), Ok(cut)));
+    assert_eq!(browser.text_at("#notice-title"), "Incomplete replay");
+    let detail = browser.text_at("#notice-detail");
+    assert!(detail.contains("ends within a record"), "{detail}");
+    browser.click("notice");
+    assert!(!browser.is_shown("#notice") && browser.is_shown("#hint"));
+    assert!(browser.text_at("#hint").starts_with("Incomplete: plays to 0:0"));
+    assert_eq!(browser.app.state(), "replay");
+}
+
+#[test]
+fn a_damaged_replay_is_explained_and_leads_back_to_the_lobby() {
+    let mut damaged = replays::file(&replays::records());
+    damaged[40] ^= 1;
+    let mut browser = Browser::open("/", "");
+    browser.say(Event::ReplayRead("damaged.jostle".into(), Ok(damaged)));
+    assert_eq!(browser.text_at("#notice-title"), "Damaged replay");
+    let detail = browser.text_at("#notice-detail");
+    assert!(detail.contains("byte 10") && detail.contains("checksum"), "{detail}");
+    browser.click("notice-other");
+    assert!(!browser.is_shown("#notice"));
+    assert_eq!(browser.app.state(), "lobby");
+}
+
+#[test]
+fn a_zone_says_what_it_is_and_how_many_are_in() {
+    let mut browser = Browser::open("/herd", "");
+    browser.accept("herd");
+    browser.wait(200);
+    let labels = browser.entries("#zone-labels");
+    assert_eq!(
+        labels.iter().map(|label| label.text_of("")).collect::<Vec<_>>(),
+        [Some("pen 0 / 5")]
+    );
+}
+
+#[test]
+fn a_full_room_is_explained() {
+    let mut browser = Browser::open("/impulse", "");
+    browser.accept("impulse");
+    browser.server_says(&ServerMessage::Refused { refusal: Refusal::RoomFull });
+    assert!(browser.is_shown("#notice"));
+    assert_eq!(browser.text_at("#notice-text"), Refusal::RoomFull.message());
 }

@@ -7,7 +7,7 @@ use jostle_protocol::replay::{Record, header};
 use jostle_room::Room;
 
 /// Five seconds of a game with one player.
-fn replay() -> Vec<u8> {
+pub fn records() -> Vec<Record> {
     let scene = Scene::built_in().into_iter().find(|scene| scene.name == "arena");
     let mut room = Room::new("x", Arc::new(scene.expect("the arena")), 3);
     room.record("test", 0);
@@ -15,14 +15,26 @@ fn replay() -> Vec<u8> {
     for _ in 0..300 {
         room.tick();
     }
+    room.stop_recording()
+}
+
+pub fn file(records: &[Record]) -> Vec<u8> {
     let mut bytes = header();
-    room.stop_recording().iter().for_each(|record: &Record| bytes.extend(record.seal()));
+    records.iter().for_each(|record| bytes.extend(record.seal()));
     bytes
 }
 
+fn replay() -> Vec<u8> {
+    file(&records())
+}
+
 pub fn watching() -> Browser {
+    watching_file(replay())
+}
+
+pub fn watching_file(bytes: Vec<u8>) -> Browser {
     let mut browser = Browser::open("/", "");
-    browser.say(Event::ReplayRead("game.jostle".into(), Ok(replay())));
+    browser.say(Event::ReplayRead("game.jostle".into(), Ok(bytes)));
     assert_eq!((browser.app.state(), browser.address.as_str()), ("replay", "/#file"));
     browser
 }
