@@ -45,7 +45,7 @@ impl App {
         } else if let Some((link, wish)) = scene_link::in_hash(hash) {
             match scene_link::decode(link) {
                 Ok(source) => self.play_text(&format!("{LINKED}.toml"), &source, Wish::of(wish)),
-                Err(error) => self.dialogs.card = Some(strings::bad_link(&error)),
+                Err(error) => self.visit.dialogs.card = Some(strings::bad_link(&error)),
             }
         } else if let Some(name) = query_value(hash.trim_start_matches('#'), "alone") {
             self.await_scene(Awaited::Alone(name.to_owned(), Wish::of(hash)));
@@ -72,10 +72,10 @@ impl App {
 
     /// Has the address name what is shown, unless it does already. Going back leads to where the player was.
     pub(super) fn show_hash(&mut self, hash: String) {
-        if self.address.hash != hash {
+        if self.site.address.hash != hash {
             let path = self.home().to_owned();
             self.ctx.request(Effect::PushAddress(format!("{path}{hash}")));
-            self.address = Address { path, query: String::new(), hash };
+            self.site.address = Address { path, query: String::new(), hash };
         }
     }
 
@@ -88,7 +88,7 @@ impl App {
             let bots = bots.map_or(String::new(), |bots| format!("&bots={bots}"));
             let seed = self.ctx.random_bits();
             self.show_hash(format!("#alone={scene}{bots}&seed={seed}"));
-            self.route(self.address.clone());
+            self.route(self.site.address.clone());
         }
     }
 
@@ -113,21 +113,21 @@ impl App {
             }
             Err(error) => {
                 let busy = self.game().is_some() || self.replay().is_some();
-                self.dialogs.card = Some(strings::bad_scene(&error, busy));
+                self.visit.dialogs.card = Some(strings::bad_scene(&error, busy));
             }
         }
     }
 
     /// Name of the scene of the site that is played alone, and the seed of its game.
     pub(super) fn alone(&self) -> (Option<&str>, u64) {
-        let hash = &self.address.hash;
+        let hash = &self.site.address.hash;
         (query_value(hash.trim_start_matches('#'), "alone"), Wish::of(hash).seed.unwrap_or(1))
     }
 
     fn play_text(&mut self, file: &str, source: &str, wish: Wish) {
         match Scene::parse(file, source) {
             Ok(scene) => self.play_foreign(Arc::new(scene), wish),
-            Err(error) => self.dialogs.card = Some(strings::bad_linked_scene(&error)),
+            Err(error) => self.visit.dialogs.card = Some(strings::bad_linked_scene(&error)),
         }
     }
 
@@ -136,16 +136,16 @@ impl App {
         match Wish::heavy_tick(&scene) {
             None => self.play_alone(scene, wish),
             Some(worst) => {
-                self.dialogs.card = Some(strings::heavy_scene(&worst, false));
-                self.heavy = Some((scene, wish));
+                self.visit.dialogs.card = Some(strings::heavy_scene(&worst, false));
+                self.visit.heavy = Some((scene, wish));
             }
         }
     }
 
     /// Plays the scene that the player was asked about.
     pub(super) fn play_heavy(&mut self) {
-        self.dialogs.card = None;
-        match self.heavy.take() {
+        self.visit.dialogs.card = None;
+        match self.visit.heavy.take() {
             Some((scene, wish)) => {
                 self.play_alone(scene, wish);
                 self.ctx.request(Effect::FocusStage);

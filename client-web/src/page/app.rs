@@ -101,46 +101,64 @@ pub struct Startup {
     pub language: String,
 }
 
+/// Everything that begins anew with each screen.
+#[derive(Debug, Default)]
+pub struct Visit {
+    /// Number of the screen: games and replays that were begun or ended.
+    pub number: u32,
+    /// The colour that the page wears.
+    pub own_color: u8,
+    /// A scene that may be too heavy, while the player is asked.
+    pub(super) heavy: Option<(Arc<Scene>, Wish)>,
+    pub dialogs: Dialogs,
+    pub news: NewsLog,
+    pub fingers: Fingers,
+    /// Source of the scene that the fingers know.
+    touch_scene: Option<String>,
+    /// The wheel of emotes, while it is open.
+    pub wheel: Option<Wheel>,
+    /// Whether the link was copied, for a moment after it was asked for.
+    pub copied: Option<bool>,
+}
+
+/// The picture on the canvas.
+#[derive(Debug, Default)]
+pub struct Picture {
+    pub graphics: GraphicsStatus,
+    /// Frames drawn since the page was opened or a demo or replay began.
+    pub drawn_frames: u64,
+    /// A frame of this screen was drawn.
+    pub world_shown: bool,
+    /// Whether the controls are shown over a frozen demo, if one is on.
+    pub frozen_hud: Option<bool>,
+}
+
+/// The page's address.
+#[derive(Debug)]
+pub struct Site {
+    pub(super) address: Address,
+    /// The part of the page's addresses before the path.
+    pub(super) origin: String,
+}
+
 pub struct App {
     /// The context of every handler.
     pub(super) ctx: Context,
     pub activity: Activity,
     /// A replay that takes the place of the activity once it is read.
     pub opening: Option<Opening>,
-    /// Number of the screen: games and replays that were begun or ended.
-    pub screen: u32,
+    pub visit: Visit,
     pub lobby: Lobby,
     pub records: Records,
     pub appearance: Appearance,
-    /// The colour that the page wears.
-    pub own_color: u8,
-    /// A scene that may be too heavy, while the player is asked.
-    pub(super) heavy: Option<(Arc<Scene>, Wish)>,
     /// The editor whose scene is played now.
     pub(super) edited: Option<Box<EditScreen>>,
-    pub dialogs: Dialogs,
-    pub news: NewsLog,
-    pub fingers: Fingers,
     pub panels: Panels,
     pub sound: SoundDesk,
     pub conditions: NetworkConditions,
-    pub graphics: GraphicsStatus,
-    /// Frames drawn since the page was opened or a demo or replay began.
-    pub drawn_frames: u64,
-    /// A frame of this screen was drawn.
-    pub world_shown: bool,
-    /// Whether the link was copied, for a moment after it was asked for.
-    pub copied: Option<bool>,
-    /// Whether the controls are shown over a frozen demo, if one is on.
-    pub frozen_hud: Option<bool>,
-    pub(super) address: Address,
-    /// The part of the page's addresses before the path.
-    pub(super) origin: String,
+    pub picture: Picture,
+    pub(super) site: Site,
     pub settings: Settings,
-    /// The wheel of emotes, while it is open.
-    pub wheel: Option<Wheel>,
-    /// Source of the scene that the fingers know.
-    touch_scene: Option<String>,
 }
 
 impl App {
@@ -164,28 +182,16 @@ impl App {
             activity: Activity::Lobby,
             opening: None,
             edited: None,
-            heavy: None,
-            screen: 0,
+            visit: Visit { own_color: appearance.color, ..Visit::default() },
             lobby: Lobby::default(),
             records: Records::default(),
-            own_color: appearance.color,
             appearance,
-            dialogs: Dialogs::default(),
-            news: NewsLog::default(),
-            fingers: Fingers::default(),
             panels: Panels::default(),
             sound,
             conditions,
-            graphics: GraphicsStatus::default(),
-            drawn_frames: 0,
-            world_shown: false,
-            copied: None,
-            frozen_hud: None,
-            address: Address::default(),
-            origin,
+            picture: Picture::default(),
+            site: Site { address: Address::default(), origin },
             settings,
-            wheel: None,
-            touch_scene: None,
         }
     }
 
@@ -225,7 +231,7 @@ impl App {
                     self.ctx.request(Effect::PreventDefault);
                 }
             }
-            Event::ToolArmed(buttons) => self.fingers.armed = buttons,
+            Event::ToolArmed(buttons) => self.visit.fingers.armed = buttons,
             Event::ToolPressed(buttons, down) => self.press(buttons, down),
             Event::Clicked(action, value) => self.click(action, &value),
             Event::FormChanged(form) => _ = self.read_form(&form),
@@ -262,10 +268,10 @@ impl App {
                 self.ctx.request(Effect::OfferDrop(takes));
             }
             Event::Copied(copied) => self.note_copied(copied),
-            Event::CopyShown => self.copied = None,
-            Event::GraphicsFailed => self.graphics.failed = true,
+            Event::CopyShown => self.visit.copied = None,
+            Event::GraphicsFailed => self.picture.graphics.failed = true,
             Event::ContextLost => self.lose_context(),
-            Event::ContextRestored => self.graphics = GraphicsStatus::default(),
+            Event::ContextRestored => self.picture.graphics = GraphicsStatus::default(),
             Event::SeekChosen(tick) => self.with_replay(|player| player.aim(tick)),
             Event::SpeedChosen(speed) => self.with_replay(|player| player.set_speed(speed)),
             Event::PredictionChosen(on) => {
@@ -295,7 +301,7 @@ impl App {
     /// Shows what an address asks for.
     pub(super) fn route(&mut self, address: Address) {
         self.end_screen();
-        self.address = address.clone();
+        self.site.address = address.clone();
         if !self.route_hash(&address.hash) {
             self.route_path(&address);
         }
@@ -323,7 +329,7 @@ impl App {
 
     /// Path of the lobby.
     pub(super) fn home(&self) -> &str {
-        if self.ctx.is_static { &self.address.path } else { "/" }
+        if self.ctx.is_static { &self.site.address.path } else { "/" }
     }
 
     /// Whether a file that is dropped is opened: a game on a server is not left for it.
@@ -376,24 +382,17 @@ impl App {
         }
         self.opening = None;
         self.begin_screen();
-        self.world_shown = false;
+        self.picture.world_shown = false;
     }
 
     /// Forgets what belongs to one screen alone.
     pub(super) fn begin_screen(&mut self) {
-        self.screen += 1;
-        self.own_color = self.appearance.color;
-        self.heavy = None;
-        self.dialogs = Dialogs::default();
-        self.news = NewsLog::default();
-        self.fingers = Fingers::default();
-        self.touch_scene = None;
+        let number = self.visit.number + 1;
+        self.visit = Visit { number, own_color: self.appearance.color, ..Visit::default() };
         self.panels.network = false;
         self.panels.clean = false;
-        self.wheel = None;
         self.settings.choice = None;
         self.end_sound();
-        self.copied = None;
         self.records.begin();
     }
 
@@ -417,7 +416,7 @@ impl App {
             self.ctx.request(Effect::FocusStage);
         } else {
             self.activity = Activity::Lobby;
-            self.dialogs.card = Some(strings::NO_SCENE);
+            self.visit.dialogs.card = Some(strings::NO_SCENE);
         }
     }
 
@@ -430,9 +429,9 @@ impl App {
         let mut game = GameScreen::in_page(&mut self.ctx, "demo", room, appearance);
         if let Some(ticks) = request.ticks {
             game.freeze_at(&mut self.ctx, ticks);
-            self.own_color = 0;
-            self.frozen_hud = Some(request.hud);
-            self.drawn_frames = 0;
+            self.visit.own_color = 0;
+            self.picture.frozen_hud = Some(request.hud);
+            self.picture.drawn_frames = 0;
         }
         self.activity = Activity::Game(Box::new(game));
     }
@@ -446,7 +445,7 @@ impl App {
                 game.keep_connected(&mut self.ctx);
             }
             Activity::Edit(_) => self.keep_draft(),
-            Activity::Lobby if self.dialogs.card.is_none() && !hidden => {
+            Activity::Lobby if self.visit.dialogs.card.is_none() && !hidden => {
                 self.lobby.refresh(&mut self.ctx);
             }
             _ => {}
@@ -462,23 +461,23 @@ impl App {
                 let is_frozen = game.is_frozen();
                 let Some(membership) = &mut game.membership else { return };
                 while let Some(news) = membership.replica.news.pop_front() {
-                    self.news.push(news);
+                    self.visit.news.push(news);
                 }
-                self.dialogs.withdraw_moot(membership.replica.players());
+                self.visit.dialogs.withdraw_moot(membership.replica.players());
                 let own_color = membership.replica.own_color();
-                let (wished, worn) = (self.appearance.color, self.own_color);
+                let (wished, worn) = (self.appearance.color, self.visit.own_color);
                 if let Some(color) = own_color.filter(|color| *color != worn && !is_frozen) {
-                    self.own_color = color;
+                    self.visit.own_color = color;
                     let look = membership.replica.own_look();
                     // A team's colour is nobody's wish.
                     if let Some(look) = look.filter(|look| look.color == color && color != wished) {
-                        self.news.push(News::Recolored(look.clone(), wished));
+                        self.visit.news.push(News::Recolored(look.clone(), wished));
                     }
                 }
                 let scene = &membership.replica.scene;
-                if self.touch_scene.as_ref() != Some(&scene.source) {
-                    self.touch_scene = Some(scene.source.clone());
-                    self.fingers = tools::fingers(scene);
+                if self.visit.touch_scene.as_ref() != Some(&scene.source) {
+                    self.visit.touch_scene = Some(scene.source.clone());
+                    self.visit.fingers = tools::fingers(scene);
                 }
             }
             Activity::Replay(replay) => {
@@ -487,7 +486,7 @@ impl App {
                 let jumped = replay.has_jumped();
                 while let Some(news) = replay.player.next_news() {
                     if !jumped {
-                        self.news.push(news);
+                        self.visit.news.push(news);
                     }
                 }
             }
@@ -504,13 +503,13 @@ impl App {
             _ => {}
         }
         if drawn {
-            self.world_shown = true;
-            self.drawn_frames += 1;
+            self.picture.world_shown = true;
+            self.picture.drawn_frames += 1;
         }
     }
 
     fn lose_context(&mut self) {
-        self.graphics.lost_ms.get_or_insert(self.ctx.now_ms);
+        self.picture.graphics.lost_ms.get_or_insert(self.ctx.now_ms);
         self.ctx.request(Effect::DropGraphics);
         if let Activity::Replay(replay) = &mut self.activity {
             replay.drawn = None;
@@ -521,7 +520,7 @@ impl App {
 
     /// Takes name and colour from the form; `false` if the name cannot be used.
     pub(super) fn read_form(&mut self, form: &Form) -> bool {
-        self.own_color = form.color;
+        self.visit.own_color = form.color;
         let Some(appearance) = self.lobby.read(form) else { return false };
         self.ctx.storage.keep_player(&appearance.name, appearance.color);
         self.appearance = appearance;
@@ -554,11 +553,11 @@ impl App {
 
     pub(super) fn toggle_help(&mut self) {
         self.release_input();
-        self.dialogs.toggle_help(self.top());
+        self.visit.dialogs.toggle_help(self.top());
     }
 
     fn note_copied(&mut self, copied: bool) {
-        self.copied = Some(copied);
+        self.visit.copied = Some(copied);
         self.ctx.request(Effect::After(COPIED_MS, Event::CopyShown));
     }
 }

@@ -68,8 +68,8 @@ impl App {
         }
         self.appearance = appearance;
         if let Activity::Lobby = self.activity {
-            self.own_color = self.appearance.color;
-            self.screen += 1;
+            self.visit.own_color = self.appearance.color;
+            self.visit.number += 1;
         }
     }
 
@@ -80,10 +80,10 @@ impl App {
 
     pub(super) fn toggle_settings(&mut self) {
         self.release_input();
-        self.wheel = None;
+        self.visit.wheel = None;
         self.settings.choice = None;
         self.settings.note.clear();
-        self.dialogs.toggle_settings(self.top());
+        self.visit.dialogs.toggle_settings(self.top());
     }
 
     /// Asks for the key or the button of an action, or no longer.

@@ -72,7 +72,7 @@ impl App {
         if !screen.may_be_heavy
             && let Some(worst) = Wish::heavy_tick(&scene)
         {
-            self.dialogs.card = Some(strings::heavy_scene(&worst, true));
+            self.visit.dialogs.card = Some(strings::heavy_scene(&worst, true));
             return;
         }
         let edits = std::mem::replace(&mut self.activity, Activity::Lobby);
@@ -141,7 +141,7 @@ impl App {
 
     fn go_to_hash(&mut self, hash: String) {
         self.show_hash(hash);
-        self.route(self.address.clone());
+        self.route(self.site.address.clone());
     }
 
     /// Keeps the text for the next visit, if it changed.
@@ -173,7 +173,7 @@ impl App {
             let name = screen.origin.clone().unwrap_or_default();
             screen.editor.rename(&name);
             let hash = screen.hash();
-            self.dialogs.card = Some(strings::second_draft(&name));
+            self.visit.dialogs.card = Some(strings::second_draft(&name));
             self.show_hash(hash);
         }
     }
@@ -256,7 +256,7 @@ impl App {
 
     fn copy_link(&mut self) {
         if let Some(link) = self.edited_link() {
-            self.ctx.request(Effect::CopyLink(format!("{}{link}", self.origin)));
+            self.ctx.request(Effect::CopyLink(format!("{}{link}", self.site.origin)));
         }
     }
 
@@ -268,9 +268,9 @@ impl App {
 
     /// Edits the scene of the address, which has an error, there.
     pub(super) fn edit_linked(&mut self) {
-        let link = scene_link::in_hash(&self.address.hash);
+        let link = scene_link::in_hash(&self.site.address.hash);
         let Some(text) = link.and_then(|(link, _)| scene_link::decode(link).ok()) else { return };
-        self.dialogs.card = None;
+        self.visit.dialogs.card = None;
         self.edit(text, None, SEED);
         self.show_hash("#edit".to_owned());
         self.begin_in_place();
@@ -301,7 +301,7 @@ impl App {
         let sentence = refused.error.clone().unwrap_or_else(|| strings::SILENCE.to_owned());
         let error = scene_error(*refused, &screen.editor.file);
         let Some(error) = error.filter(|_| screen.editor.text() == sent) else {
-            self.dialogs.card = Some(strings::no_room(&sentence));
+            self.visit.dialogs.card = Some(strings::no_room(&sentence));
             return;
         };
         screen.editor.refusal = Some(error);

@@ -19,7 +19,7 @@ impl App {
         let before = std::mem::replace(&mut self.settings.pad_actions, input.actions);
         let is_free = self.top() == Layer::Page;
         // The right stick picks then.
-        let picks = self.wheel.is_some();
+        let picks = self.visit.wheel.is_some();
         self.with_game(|game, ctx| {
             game.controls.pad = if is_free { input.buttons } else { Buttons::default() };
             if is_free && !picks {

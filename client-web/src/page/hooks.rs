@@ -47,7 +47,7 @@ fn describe(page: &Page) -> JsValue {
         ("particle_digest", particles.map(|particles| hex(particles.digest())).into()),
         ("emitters", particles.map_or(0, |particles| particles.emitter_count()).into()),
         ("players", array(players.iter().map(player))),
-        ("drawn_frames", count(app.drawn_frames)),
+        ("drawn_frames", count(app.picture.drawn_frames)),
         (
             "gpu",
             page.views.stage.graphics.as_ref().map(|graphics| gpu(graphics.renderer.made())).into(),

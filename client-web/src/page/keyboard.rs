@@ -16,7 +16,7 @@ const SKIP_TICKS: i64 = TICKS_PER_SECOND as i64;
 impl App {
     pub(super) fn key_down(&mut self, key: &Key) {
         if key.code == "Escape" && self.notice().is_some_and(|card| card.code.is_some()) {
-            self.dialogs.card = None;
+            self.visit.dialogs.card = None;
             return self.ctx.request(Effect::PreventDefault);
         }
         self.note_cap(key);
@@ -123,7 +123,7 @@ impl App {
             ("F3", ..) => Some(|app| app.panels.figures = !app.panels.figures),
             ("F4", ..) => Some(App::toggle_network),
             (_, "?", _) | ("Escape", _, Layer::Help) => Some(App::toggle_help),
-            ("Escape", _, Layer::Ask) => Some(|app| app.dialogs.question = None),
+            ("Escape", _, Layer::Ask) => Some(|app| app.visit.dialogs.question = None),
             _ => None,
         }
     }

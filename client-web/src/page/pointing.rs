@@ -17,9 +17,11 @@ impl App {
         }
         if pointer.touch {
             let touched = match pointer.change {
-                PointerChange::Down => self.fingers.down(pointer.id, pointer.at, pointer.canvas),
-                PointerChange::Moved => self.fingers.moved(pointer.id, pointer.at),
-                PointerChange::Up => self.fingers.up(pointer.id),
+                PointerChange::Down => {
+                    self.visit.fingers.down(pointer.id, pointer.at, pointer.canvas)
+                }
+                PointerChange::Moved => self.visit.fingers.moved(pointer.id, pointer.at),
+                PointerChange::Up => self.visit.fingers.up(pointer.id),
                 PointerChange::Left => Touched::Nothing,
             };
             return self.touched(touched, pointer);
@@ -69,7 +71,7 @@ impl App {
 
     /// Releases everything: no key may stick when its release is never seen.
     pub(super) fn release_input(&mut self) {
-        self.fingers.release();
+        self.visit.fingers.release();
         self.with_game(|game, ctx| {
             game.controls.release();
             game.send_due(ctx);

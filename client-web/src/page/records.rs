@@ -68,7 +68,7 @@ impl App {
             Fetched::Refused(_) | Fetched::Nothing => Vec::new(),
         };
         if !game.take_ghost(bytes) {
-            self.dialogs.card = Some(strings::NO_GHOST);
+            self.visit.dialogs.card = Some(strings::NO_GHOST);
         }
     }
 }

@@ -44,7 +44,7 @@ impl App {
             Fetched::Nothing => (strings::REPLAY_REFUSED, String::new()),
         };
         self.activity = Activity::NoReplay;
-        self.dialogs.card = Some(Card { detail, ..card });
+        self.visit.dialogs.card = Some(Card { detail, ..card });
     }
 
     /// Watches a file of this machine. A game that is on is not left for it.
@@ -87,9 +87,9 @@ impl App {
             self.show_hash(FILE_HASH.to_owned());
         }
         let replay = OpenReplay::new(player, name, file, self.ctx.now_ms);
-        self.dialogs.card = replay.cut();
+        self.visit.dialogs.card = replay.cut();
         self.activity = Activity::Replay(Box::new(replay));
-        self.drawn_frames = 0;
+        self.picture.drawn_frames = 0;
         self.ctx.request(Effect::FocusStage);
     }
 
@@ -99,6 +99,6 @@ impl App {
         if let Activity::Fetching { .. } = self.activity {
             self.activity = Activity::NoReplay;
         }
-        self.dialogs.card = Some(strings::bad_replay(error, watching));
+        self.visit.dialogs.card = Some(strings::bad_replay(error, watching));
     }
 }

@@ -76,7 +76,9 @@ impl App {
     /// The value of `data-state`. A frozen picture counts once it is drawn.
     pub fn state(&self) -> &'static str {
         match &self.activity {
-            Activity::Game(_) | Activity::Replay(_) | Activity::Edit(_) if self.graphics.failed => {
+            Activity::Game(_) | Activity::Replay(_) | Activity::Edit(_)
+                if self.picture.graphics.failed =>
+            {
                 "unsupported"
             }
             Activity::Edit(_) => "editing",
@@ -84,16 +86,18 @@ impl App {
             Activity::Fetching { .. } | Activity::FetchingScene(_) => "connecting",
             _ if self.opening.is_some() => "connecting",
             Activity::NoReplay => "refused",
-            Activity::Game(game) if game.is_frozen() && self.drawn_frames == 0 => "connecting",
+            Activity::Game(game) if game.is_frozen() && self.picture.drawn_frames == 0 => {
+                "connecting"
+            }
             Activity::Game(game) => game.status.state.name(),
-            Activity::Lobby if self.dialogs.card.is_some() => "refused",
+            Activity::Lobby if self.visit.dialogs.card.is_some() => "refused",
             Activity::Lobby => "lobby",
         }
     }
 
     /// The notice in the middle of the page.
     pub fn notice(&self) -> Option<Card> {
-        let lost = self.graphics.lost_ms;
+        let lost = self.picture.graphics.lost_ms;
         let lost = lost.is_some_and(|since| self.ctx.now_ms - since >= CONTEXT_WAIT_MS);
         if let Some(opening) = &self.opening {
             return Some(strings::reading(opening.reader.progress()));
@@ -101,31 +105,33 @@ impl App {
         match &self.activity {
             Activity::Fetching { .. } => Some(strings::FETCHING),
             Activity::FetchingScene(_) => Some(strings::connecting(0)),
-            Activity::Game(_) | Activity::Replay(_) | Activity::Edit(_) if self.graphics.failed => {
+            Activity::Game(_) | Activity::Replay(_) | Activity::Edit(_)
+                if self.picture.graphics.failed =>
+            {
                 Some(strings::NO_WEBGL2)
             }
             Activity::Edit(_) if lost => Some(strings::GRAPHICS_LOST),
             Activity::Edit(_) => {
-                let card = self.dialogs.card.clone();
+                let card = self.visit.dialogs.card.clone();
                 card.or_else(|| self.other_draft().map(|_| strings::OTHER_DRAFT))
             }
             Activity::Game(game) => {
-                let card = game_notice(game, lost).or_else(|| self.dialogs.card.clone());
+                let card = game_notice(game, lost).or_else(|| self.visit.dialogs.card.clone());
                 let stalled_ms = game.status.stalled_ms;
                 card.or_else(|| Some(strings::stalled(stalled_ms?, self.edited.is_some())))
             }
             Activity::Replay(_) if lost => Some(strings::GRAPHICS_LOST),
             Activity::Replay(replay) => {
-                let card = self.dialogs.card.clone();
+                let card = self.visit.dialogs.card.clone();
                 card.or_else(|| Some(strings::stalled(replay.stalled_ms?, false)))
             }
-            _ => self.dialogs.card.clone(),
+            _ => self.visit.dialogs.card.clone(),
         }
     }
 
     /// The layer that takes keys and clicks.
     pub fn top(&self) -> Layer {
-        self.dialogs.layers(self.notice().as_ref()).top()
+        self.visit.dialogs.layers(self.notice().as_ref()).top()
     }
 }
 

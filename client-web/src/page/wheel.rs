@@ -16,13 +16,14 @@ const STICK_MIDDLE: f32 = 0.4;
 impl App {
     /// Opens the wheel, or closes it.
     pub(super) fn toggle_wheel(&mut self) {
-        let opens = self.wheel.is_none() && self.game().is_some() && self.top() == Layer::Page;
-        self.wheel = opens.then(Wheel::default);
+        let opens =
+            self.visit.wheel.is_none() && self.game().is_some() && self.top() == Layer::Page;
+        self.visit.wheel = opens.then(Wheel::default);
     }
 
     /// Shows an emote, and closes the wheel.
     pub(super) fn emote(&mut self, emote: u8) {
-        self.wheel = None;
+        self.visit.wheel = None;
         if emote < EMOTES {
             self.with_game(|game, ctx| game.emote(ctx, emote));
         }
@@ -31,20 +32,20 @@ impl App {
     /// The key of the wheel went down.
     pub(super) fn hold_wheel(&mut self, key: &Key) {
         self.toggle_wheel();
-        if let Some(wheel) = &mut self.wheel {
+        if let Some(wheel) = &mut self.visit.wheel {
             wheel.key = Some(key.code.clone());
         }
     }
 
     /// A key went down while the wheel is open: a number picks, Escape closes. `false` if it is neither.
     pub(super) fn wheel_key_down(&mut self, key: &Key) -> bool {
-        if self.wheel.is_none() || key.modified {
+        if self.visit.wheel.is_none() || key.modified {
             return false;
         }
         let number = key.code.strip_prefix("Digit").or_else(|| key.code.strip_prefix("Numpad"));
         match number.and_then(|number| number.parse::<u8>().ok()) {
             Some(number @ 1..=EMOTES) => self.emote(number - 1),
-            _ if key.code == "Escape" => self.wheel = None,
+            _ if key.code == "Escape" => self.visit.wheel = None,
             _ => return false,
         }
         true
@@ -52,7 +53,7 @@ impl App {
 
     /// The key of the wheel was let go: with something picked that is shown; after a tap the wheel stays open.
     pub(super) fn wheel_key_up(&mut self, code: &str) {
-        let Some(wheel) = &mut self.wheel else { return };
+        let Some(wheel) = &mut self.visit.wheel else { return };
         if wheel.key.as_deref() == Some(code) {
             wheel.key = None;
             let picked = wheel.picked;
@@ -62,13 +63,13 @@ impl App {
 
     /// A pointer picks while the wheel is open, and shows what it is pressed on. `false` without a wheel.
     pub(super) fn wheel_pointer(&mut self, pointer: &Pointer) -> bool {
-        let Some(wheel) = &mut self.wheel else { return false };
+        let Some(wheel) = &mut self.visit.wheel else { return false };
         let offset = pointer.at - 0.5 * pointer.canvas;
         wheel.picked = sector(offset, MIDDLE * pointer.canvas.min_element());
         if pointer.change == PointerChange::Down {
             match wheel.picked {
                 Some(emote) => self.emote(emote),
-                None => self.wheel = None,
+                None => self.visit.wheel = None,
             }
         }
         // A button or finger that was down before comes up.
@@ -79,15 +80,15 @@ impl App {
     pub(super) fn wheel_pad(&mut self, input: &PadInput, pressed: bool, released: bool) {
         if pressed {
             self.toggle_wheel();
-            self.wheel.iter_mut().for_each(|wheel| wheel.pad = true);
+            self.visit.wheel.iter_mut().for_each(|wheel| wheel.pad = true);
         }
-        let Some(wheel) = self.wheel.as_mut().filter(|wheel| wheel.pad) else { return };
+        let Some(wheel) = self.visit.wheel.as_mut().filter(|wheel| wheel.pad) else { return };
         let picked = sector(input.aim * Vec2::new(1.0, -1.0), STICK_MIDDLE);
         wheel.picked = picked.or(wheel.picked);
         if released {
             match wheel.picked {
                 Some(emote) => self.emote(emote),
-                None => self.wheel = None,
+                None => self.visit.wheel = None,
             }
         }
     }

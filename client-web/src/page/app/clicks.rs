@@ -38,15 +38,15 @@ impl App {
             PageAction::OpenFile => self.ctx.request(Effect::ChooseFile),
             PageAction::CloseRoom => {
                 self.release_input();
-                self.dialogs.question = Some(Question::CloseRoom);
+                self.visit.dialogs.question = Some(Question::CloseRoom);
             }
             PageAction::Kick => self.ask_to_kick(value),
-            PageAction::Confirm => match self.dialogs.question.take() {
+            PageAction::Confirm => match self.visit.dialogs.question.take() {
                 Some(Question::Kick(seat, _)) => self.with_game(|game, ctx| game.kick(ctx, seat)),
                 Some(Question::CloseRoom) => self.with_game(|game, ctx| game.close_room(ctx)),
                 None => {}
             },
-            PageAction::Cancel => self.dialogs.question = None,
+            PageAction::Cancel => self.visit.dialogs.question = None,
             PageAction::Again => self.go_on(),
             PageAction::Clip => self.with_game(GameScreen::keep_clip),
             PageAction::Highlights => self.with_game(GameScreen::toggle_highlights),
@@ -84,7 +84,7 @@ impl App {
             }
             Some(CardAction::Reload) => self.ctx.request(Effect::Reload),
             Some(CardAction::File) => self.ctx.request(Effect::ChooseFile),
-            Some(CardAction::Stay) => self.dialogs.card = None,
+            Some(CardAction::Stay) => self.visit.dialogs.card = None,
             Some(CardAction::Edit) => self.edit_linked(),
             Some(CardAction::Draft) => self.take_other_draft(),
             Some(CardAction::Unplay) => self.toggle_edit(),
@@ -94,7 +94,7 @@ impl App {
                 Activity::Replay(replay) => replay.stalled_ms = None,
                 _ => {}
             },
-            Some(CardAction::Refetch) => self.route(self.address.clone()),
+            Some(CardAction::Refetch) => self.route(self.site.address.clone()),
             Some(CardAction::Again) => self.with_game(|game, ctx| {
                 if game.status.state == State::Refused { game.connect(ctx) } else { game.hurry() }
             }),
@@ -107,14 +107,14 @@ impl App {
         let Some(replica) = self.replica() else { return };
         let player = replica.players().iter().find(|player| player.seat.0.to_string() == seat);
         let question = player.map(|p| Question::Kick(p.seat, p.appearance.clone()));
-        self.dialogs.question = question;
+        self.visit.dialogs.question = question;
     }
 
     /// Shows the link of what is on as a QR code.
     fn show_code(&mut self) {
         self.release_input();
-        let Address { path, query, hash } = &self.address;
+        let Address { path, query, hash } = &self.site.address;
         let link = self.edited_link().unwrap_or_else(|| format!("{path}{query}{hash}"));
-        self.dialogs.card = Some(strings::link_code(&format!("{}{link}", self.origin)));
+        self.visit.dialogs.card = Some(strings::link_code(&format!("{}{link}", self.site.origin)));
     }
 }

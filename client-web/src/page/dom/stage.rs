@@ -82,7 +82,7 @@ impl Stage {
     /// at any moment, also while it is set up, and then answers nothing that wgpu asks for, which panics. Neither that nor
     /// anything else that a graphics card does ends more than the drawing.
     fn with_graphics<R>(&mut self, app: &App, work: impl FnOnce(&mut Graphics) -> R) -> Option<R> {
-        if !app.graphics.is_good() {
+        if !app.picture.graphics.is_good() {
             return None;
         }
         let graphics = self.graphics.take();

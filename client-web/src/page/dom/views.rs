@@ -53,7 +53,7 @@ impl Views {
             translated: Translated::collect(),
             tags: Tags::default(),
             editor: EditorView::default(),
-            screen: app.screen,
+            screen: app.visit.number,
             opened: Panels::default(),
             world_shown: false,
             numbers_ms: 0.0,
@@ -70,12 +70,14 @@ impl Views {
             self.patch.forget();
             self.editor.retell();
         }
-        if self.screen != app.screen || is_told {
-            self.screen = app.screen;
+        if self.screen != app.visit.number || is_told {
+            self.screen = app.visit.number;
             self.begin_screen(app);
         }
         self.patch.show_all(&panels::ALL, app);
-        if !std::mem::replace(&mut self.world_shown, app.world_shown) && app.world_shown {
+        if !std::mem::replace(&mut self.world_shown, app.picture.world_shown)
+            && app.picture.world_shown
+        {
             rescue_focus();
         }
         if std::mem::replace(&mut self.opened, app.panels) != app.panels {
@@ -134,7 +136,7 @@ impl Views {
             // What is edited and played is one picture.
             None if app.edited().is_some() => [0.0; 2],
             // The style hides the controls only after the first picture.
-            None if app.frozen_hud == Some(false) => [0.0; 2],
+            None if app.picture.frozen_hud == Some(false) => [0.0; 2],
             None => self.covered_css,
         };
         self.stage.canvas(app, covered_css)

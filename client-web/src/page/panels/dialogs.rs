@@ -21,7 +21,7 @@ const PARTS: [(&str, Layer); 7] = [
 
 pub fn view(app: &App) -> View {
     let card = app.notice();
-    let layers = app.dialogs.layers(card.as_ref());
+    let layers = app.visit.dialogs.layers(card.as_ref());
     let view = View::panel("dialogs").show("#notice", card.is_some()).show("#ask", layers.ask);
     let mut view = PARTS
         .into_iter()
@@ -33,7 +33,7 @@ pub fn view(app: &App) -> View {
         Layer::Ask => Some("#ask-no"),
         Layer::Notice => Some("#notice-button"),
     };
-    let view = match &app.dialogs.question {
+    let view = match &app.visit.dialogs.question {
         Some(question) => ask(view, question),
         None => view,
     };

@@ -24,8 +24,8 @@ const BUTTONS: [&str; strings::EMOTES.len()] = [
 ];
 
 pub fn wheel(app: &App) -> View {
-    let picked = app.wheel.as_ref().and_then(|wheel| wheel.picked);
-    let view = View::panel("wheel").show("#wheel", app.wheel.is_some());
+    let picked = app.visit.wheel.as_ref().and_then(|wheel| wheel.picked);
+    let view = View::panel("wheel").show("#wheel", app.visit.wheel.is_some());
     let buttons = (0..).zip(BUTTONS);
     buttons.fold(view, |view, (emote, button)| {
         view.with(button, "aria-pressed", word(picked == Some(emote)))

@@ -9,8 +9,8 @@ use crate::page::view::{Text, View};
 use jostle_game::{Scene, Tools};
 
 pub fn view(app: &App) -> View {
-    let view = View::panel("help").show("#help", app.dialogs.help);
-    if !app.dialogs.help {
+    let view = View::panel("help").show("#help", app.visit.dialogs.help);
+    if !app.visit.dialogs.help {
         return view;
     }
     let game = app.game().and_then(|game| game.replica());

@@ -146,7 +146,7 @@ pub fn answers(app: &App) -> View {
 
 /// The newest news.
 pub fn news(app: &App) -> View {
-    let lines = app.news.lines.iter().map(|(number, news)| line(*number, news));
+    let lines = app.visit.news.lines.iter().map(|(number, news)| line(*number, news));
     View::panel("news").list("#feed", lines)
 }
 

@@ -7,21 +7,21 @@ use crate::page::panels::players::color_var;
 use crate::page::view::View;
 
 pub fn view(app: &App) -> View {
-    let (text, title) = match app.copied {
+    let (text, title) = match app.visit.copied {
         None => (say("Copy link"), ""),
         Some(true) => (say("Copied"), ""),
         Some(false) => (say("Couldn't copy"), say("Copy the link from the address bar.")),
     };
-    let hud = app.frozen_hud.map(|hud| if hud { "yes" } else { "no" });
+    let hud = app.picture.frozen_hud.map(|hud| if hud { "yes" } else { "no" });
     let view = View::panel("page")
         .with("", "data-state", app.state())
         // The page takes the player's colour.
-        .style("", "--own", color_var(app.own_color))
+        .style("", "--own", color_var(app.visit.own_color))
         .yes("", "data-calm", app.settings.calm)
         .yes("", "data-clean", app.panels.clean)
         .yes("", "data-watching", app.game().is_some_and(GameScreen::watches))
         .yes("", "data-touch", app.settings.touched)
-        .yes("", "data-world", app.world_shown)
+        .yes("", "data-world", app.picture.world_shown)
         .with_or_without("", "data-hud", hud);
     // `style.css` keeps the buttons as wide as the longest of these texts.
     ["#copy", "#edit-copy"]

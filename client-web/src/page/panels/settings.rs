@@ -10,8 +10,8 @@ use crate::page::view::{Set, View, word};
 
 pub fn view(app: &App) -> View {
     let settings = &app.settings;
-    let view = View::panel("settings").show("#settings", app.dialogs.settings);
-    if !app.dialogs.settings {
+    let view = View::panel("settings").show("#settings", app.visit.dialogs.settings);
+    if !app.visit.dialogs.settings {
         return view;
     }
     let keys = Action::ALL.into_iter().map(|action| {

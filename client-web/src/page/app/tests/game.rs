@@ -21,7 +21,7 @@ fn joining_says_hello_and_remembers_the_seat() {
     let seat = |effect: &Effect| matches!(effect, Effect::StoreSession(key, Some(_)) if key == "jostle.seat.arena");
     assert!(browser.effects.iter().any(seat));
     browser.wait(100);
-    assert!(browser.app.frame().is_some() && browser.app.world_shown);
+    assert!(browser.app.frame().is_some() && browser.app.picture.world_shown);
 }
 
 #[test]
@@ -30,11 +30,11 @@ fn the_page_wears_the_colour_that_the_room_gave() {
         let mut browser = Browser::open("/arena", "");
         browser.accept_beside(others, "arena");
         browser.wait(200);
-        assert_eq!(browser.app.own_color, color, "beside {others}");
+        assert_eq!(browser.app.visit.own_color, color, "beside {others}");
         let tells = |(_, news): &(usize, News)| matches!(news, News::Recolored(look, 3) if look.color == color);
-        assert_eq!(browser.app.news.lines.iter().any(tells), told, "beside {others}");
+        assert_eq!(browser.app.visit.news.lines.iter().any(tells), told, "beside {others}");
         browser.say(Event::Navigated(Address { path: "/".into(), ..Address::default() }));
-        assert_eq!(browser.app.own_color, 3, "back in the lobby");
+        assert_eq!(browser.app.visit.own_color, 3, "back in the lobby");
     }
 }
 
@@ -43,8 +43,10 @@ fn the_page_wears_the_colour_of_its_team() {
     let mut browser = Browser::open("/hockey", "");
     browser.accept("hockey");
     browser.wait(200);
-    assert_eq!(browser.app.own_color, 0, "the left team's");
-    assert!(!browser.app.news.lines.iter().any(|(_, news)| matches!(news, News::Recolored(..))));
+    assert_eq!(browser.app.visit.own_color, 0, "the left team's");
+    assert!(
+        !browser.app.visit.news.lines.iter().any(|(_, news)| matches!(news, News::Recolored(..)))
+    );
 }
 
 #[test]
@@ -147,14 +149,14 @@ fn a_thumb_steers_and_a_finger_uses_the_armed_tool() {
     let finger = |change, id, at| Pointer { touch: true, id, ..pointer(change, at) };
     let corner = Vec2::new(60.0, 250.0);
     browser.say(Event::Pointer(finger(PointerChange::Down, 1, corner)));
-    assert_eq!(browser.app.fingers.stick(), Some((corner, Vec2::ZERO)));
+    assert_eq!(browser.app.visit.fingers.stick(), Some((corner, Vec2::ZERO)));
     browser.say(Event::Pointer(finger(PointerChange::Moved, 1, corner + Vec2::X * 40.0)));
     assert_eq!(browser.held(), Buttons::RIGHT);
     browser.say(Event::ToolArmed(Buttons::MAKE));
     browser.say(Event::Pointer(finger(PointerChange::Down, 2, Vec2::new(300.0, 100.0))));
     assert_eq!(browser.held(), Buttons(Buttons::RIGHT.0 | Buttons::MAKE.0));
     browser.say(Event::Pointer(finger(PointerChange::Up, 1, corner)));
-    assert_eq!((browser.held(), browser.app.fingers.stick()), (Buttons::MAKE, None));
+    assert_eq!((browser.held(), browser.app.visit.fingers.stick()), (Buttons::MAKE, None));
 }
 
 #[test]
@@ -312,9 +314,9 @@ fn a_demo_that_cannot_start_says_why() {
     let broken = Fetched::Bytes(b"title".to_vec());
     for fetched in [Fetched::Nothing, Fetched::Refused(404), broken] {
         browser.app.activity = awaits_arena();
-        browser.app.dialogs.card = None;
+        browser.app.visit.dialogs.card = None;
         browser.say(Event::SceneFetched("arena".into(), fetched));
-        let title = browser.app.dialogs.card.as_ref().map(|card| card.title);
+        let title = browser.app.visit.dialogs.card.as_ref().map(|card| card.title);
         assert_eq!(title, Some("Couldn't load the scene"));
     }
 }
@@ -335,14 +337,14 @@ fn a_scene_that_comes_late_starts_no_demo() {
 #[test]
 fn a_frozen_demo_counts_once_it_is_drawn() {
     let mut browser = Browser::open("/", "?demo=arena&ticks=30&bots=2");
-    assert_eq!((browser.app.state(), browser.app.own_color), ("connecting", 0));
+    assert_eq!((browser.app.state(), browser.app.visit.own_color), ("connecting", 0));
     browser.say(Event::Frame(Some(CANVAS)));
     let hash = browser.app.game().and_then(|game| game.state_hash());
     browser.say(Event::Drawn(true));
     assert_eq!(browser.app.state(), "frozen");
     browser.wait(200);
     assert_eq!(browser.app.game().and_then(|game| game.state_hash()), hash, "it stands still");
-    assert_eq!(browser.app.frozen_hud, Some(false));
+    assert_eq!(browser.app.picture.frozen_hud, Some(false));
 }
 
 #[test]
@@ -413,9 +415,9 @@ fn the_copy_button_shows_its_result_for_a_moment() {
     let mut browser = Browser::playing();
     assert!(has(&browser.click("copy"), "CopyAddress"));
     assert!(has(&browser.say(Event::Copied(true)), "After(1500, CopyShown)"));
-    assert_eq!(browser.app.copied, Some(true));
+    assert_eq!(browser.app.visit.copied, Some(true));
     browser.say(Event::CopyShown);
-    assert_eq!(browser.app.copied, None);
+    assert_eq!(browser.app.visit.copied, None);
 }
 
 #[test]

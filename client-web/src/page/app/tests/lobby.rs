@@ -67,7 +67,7 @@ fn a_name_that_cannot_be_used_is_explained_and_joins_nothing() {
     let asked = browser.say(Event::PlayClicked(form("  ")));
     assert!(!has(&asked, "Request") && !has(&asked, "StoreLocal"), "{asked:?}");
     assert!(browser.app.lobby.name_invalid && browser.app.lobby.note.bad);
-    assert_eq!(browser.app.own_color, 5, "the colour is worn all the same");
+    assert_eq!(browser.app.visit.own_color, 5, "the colour is worn all the same");
     let stored = browser.say(Event::FormChanged(form("Bea")));
     assert!(has(&stored, "\"jostle.name\", Some(\"Bea\")"), "{stored:?}");
     assert!(!browser.app.lobby.name_invalid && browser.app.lobby.note.text.is_empty());
@@ -111,12 +111,12 @@ fn settings_of_one_tab_reach_the_others_and_are_not_undone_by_them() {
     for (key, value) in [("volume", "90"), ("captions", "1"), ("calm", "1"), ("name", "Bea")] {
         assert_eq!(a.stored(&format!("jostle.{key}")).as_deref(), Some(value), "{key}");
     }
-    let screen = a.app.screen;
+    let screen = a.app.visit.number;
     for key in ["volume", "calm", "predict", "name", "color"] {
         a.hear(&format!("jostle.{key}"));
     }
     assert_eq!((a.app.sound.volume, a.app.settings.calm, a.app.predicts()), (90, true, false));
-    assert_eq!((&*a.app.appearance.name, a.app.own_color), ("Bea", 5));
-    assert!(a.app.screen > screen, "the form is filled again");
+    assert_eq!((&*a.app.appearance.name, a.app.visit.own_color), ("Bea", 5));
+    assert!(a.app.visit.number > screen, "the form is filled again");
     assert_eq!(a.app.settings.pad.dead_zone, 30, "its own choice stays");
 }

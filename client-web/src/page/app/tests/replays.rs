@@ -182,13 +182,13 @@ fn a_file_does_not_end_a_game() {
 fn replay_news_is_shown_unless_it_was_skipped() {
     let mut browser = watching();
     browser.wait(200);
-    assert_eq!(browser.app.news.lines.len(), 1, "Ada joined");
+    assert_eq!(browser.app.visit.news.lines.len(), 1, "Ada joined");
     browser.press("Space", " ");
     browser.say(Event::SeekChosen(0));
     browser.wait(40);
     browser.say(Event::SeekChosen(299));
     browser.wait(40);
-    assert_eq!(browser.app.news.lines.len(), 1);
+    assert_eq!(browser.app.visit.news.lines.len(), 1);
 }
 
 #[test]
