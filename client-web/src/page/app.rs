@@ -20,10 +20,12 @@ use crate::page::lobby::Lobby;
 use crate::page::news_log::NewsLog;
 use crate::page::replay_screen::{OpenReplay, Opening};
 use crate::page::settings::Settings;
+use crate::page::sound_desk::Gesture;
 use crate::page::sound_desk::SoundDesk;
 use crate::page::storage::{self, Storage};
 use crate::page::strings;
 use crate::page::{name, tools};
+use crate::sound::task::SoundEvent;
 use crate::world::replica::{News, Replica};
 use crate::world::room_in_page::{DemoRequest, RoomInPage};
 use jostle_game::{Buttons, RoundPhase, Scene};
@@ -203,9 +205,10 @@ impl App {
     /// Handles an event at `now_ms`, and returns the effects for the browser to carry out.
     pub fn update(&mut self, now_ms: f64, event: Event) -> Vec<Effect> {
         self.ctx.now_ms = now_ms;
-        let gesture = self.gesture(&event);
+        let gesture = Gesture::of(&event);
         self.handle(event);
-        self.settle_sound(gesture);
+        let has_sound = matches!(self.activity, Activity::Game(_) | Activity::Replay(_));
+        self.sound.settle(&mut self.ctx, has_sound, gesture);
         self.ctx.take_effects()
     }
 
@@ -216,7 +219,12 @@ impl App {
             Event::Frame(canvas) => {
                 self.advance(canvas);
                 self.send_run();
-                self.mix();
+                let heard = match &mut self.activity {
+                    Activity::Game(game) if !game.is_frozen() => (game.take_cues(), *game.view()),
+                    Activity::Replay(replay) => (replay.take_cues(), replay.view),
+                    _ => return,
+                };
+                self.sound.play(&mut self.ctx, heard.0, &heard.1);
             }
             Event::Drawn(drawn) => self.note_drawn(drawn),
             Event::Online => self.with_game(|game, _| game.hurry()),
@@ -282,8 +290,17 @@ impl App {
                 self.conditions = conditions;
                 self.ctx.request(Effect::SetConditions(conditions));
             }
-            Event::Sound(event) => self.on_sound(event),
-            Event::Settings(event) => self.set(event),
+            Event::Sound(event) => {
+                if let SoundEvent::Hidden(_) = event {
+                    self.release_input();
+                }
+                self.sound.update(&mut self.ctx, event);
+            }
+            Event::Settings(event) => {
+                if let Some(state) = self.settings.update(&mut self.ctx, event) {
+                    self.play_by_pad(&state);
+                }
+            }
             Event::StoredElsewhere(key, value) => self.take_stored(&key, value),
             Event::DraftKept(draft, kept) => self.note_draft(draft, kept),
         }
@@ -392,7 +409,8 @@ impl App {
         self.panels.network = false;
         self.panels.clean = false;
         self.settings.choice = None;
-        self.end_sound();
+        self.sound.end();
+        self.panels.sound = false;
         self.records.begin();
     }
 
@@ -434,6 +452,49 @@ impl App {
             self.picture.drawn_frames = 0;
         }
         self.activity = Activity::Game(Box::new(game));
+    }
+
+    /// Takes over what another tab has written.
+    pub(super) fn take_stored(&mut self, key: &str, value: Option<String>) {
+        self.ctx.storage.take(key, value);
+        let storage = &self.ctx.storage;
+        let (name, color) = storage.player();
+        let predicts = storage.predicts(None);
+        if let Ok(appearance) = Appearance::new(name, color.unwrap_or(self.appearance.color)) {
+            self.take_player(appearance);
+        }
+        self.sound.recall(&self.ctx.storage);
+        self.sound.set_gain(&mut self.ctx);
+        self.settings.recall(&self.ctx.storage);
+        self.settings.ask_language(&mut self.ctx);
+        if key == storage::PREDICT {
+            self.set_prediction(predicts);
+        }
+    }
+
+    /// Another tab has renamed the player: the next game here is begun as that one, and the form says so.
+    fn take_player(&mut self, appearance: Appearance) {
+        if self.appearance == appearance {
+            return;
+        }
+        self.appearance = appearance;
+        if let Activity::Lobby = self.activity {
+            self.visit.own_color = self.appearance.color;
+            self.visit.number += 1;
+        }
+    }
+
+    pub(super) fn set_prediction(&mut self, on: bool) {
+        self.ctx.predicts = on;
+        self.with_game(|game, _| game.set_prediction(on));
+    }
+
+    pub(super) fn toggle_settings(&mut self) {
+        self.release_input();
+        self.visit.wheel = None;
+        self.settings.choice = None;
+        self.settings.note.clear();
+        self.visit.dialogs.toggle_settings(self.top());
     }
 
     // Time.

@@ -40,10 +40,10 @@ impl App {
     fn press_on_pad(&mut self, pressed: u32) {
         let is_pressed = |action: Action| pressed >> action as u32 & 1 == 1;
         if is_pressed(Action::Mute) {
-            self.toggle_mute();
+            self.sound.toggle_mute(&mut self.ctx);
         }
         if is_pressed(Action::FullScreen) {
-            self.toggle_full_screen();
+            self.settings.toggle_full_screen(&mut self.ctx);
         }
         if is_pressed(Action::Clip) {
             self.with_game(GameScreen::keep_clip);

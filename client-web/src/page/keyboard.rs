@@ -19,9 +19,15 @@ impl App {
             self.visit.dialogs.card = None;
             return self.ctx.request(Effect::PreventDefault);
         }
-        self.note_cap(key);
-        if self.settings_key_down(key) {
-            return;
+        self.settings.note_cap(key);
+        if self.top() == Layer::Settings {
+            if self.settings.key_down(&mut self.ctx, key) {
+                return self.ctx.request(Effect::PreventDefault);
+            }
+            if key.code == "Escape" {
+                self.toggle_settings();
+                return self.ctx.request(Effect::PreventDefault);
+            }
         }
         match &self.activity {
             Activity::Game(_) => self.game_key_down(key),
@@ -117,8 +123,12 @@ impl App {
             {
                 Some(|app| app.with_game(GameScreen::toggle_highlights))
             }
-            _ if is_for(Action::FullScreen) => Some(App::toggle_full_screen),
-            _ if is_for(Action::Mute) && self.may_mute() => Some(App::toggle_mute),
+            _ if is_for(Action::FullScreen) => {
+                Some(|app| app.settings.toggle_full_screen(&mut app.ctx))
+            }
+            _ if is_for(Action::Mute) && self.may_mute() => {
+                Some(|app| app.sound.toggle_mute(&mut app.ctx))
+            }
             ("F2", ..) => Some(|app| app.with_game(|game, _| game.toggle_bounds())),
             ("F3", ..) => Some(|app| app.panels.figures = !app.panels.figures),
             ("F4", ..) => Some(App::toggle_network),
@@ -143,7 +153,7 @@ impl App {
             (_, " ") if key.repeat => {}
             (_, "m" | "M") => {
                 if !key.repeat {
-                    self.toggle_mute();
+                    self.sound.toggle_mute(&mut self.ctx);
                 }
             }
             (_, letter) => {

@@ -26,10 +26,14 @@ impl App {
             PageAction::Settings => self.toggle_settings(),
             PageAction::Wheel => self.toggle_wheel(),
             PageAction::Emote => value.parse().into_iter().for_each(|emote| self.emote(emote)),
-            PageAction::FullScreen => self.toggle_full_screen(),
-            PageAction::ChooseKey => self.ask_choice(Action::of_id(value).map(Choice::Key)),
-            PageAction::ChooseButton => self.ask_choice(Action::of_id(value).map(Choice::Button)),
-            PageAction::ResetHands => self.reset_hands(),
+            PageAction::FullScreen => self.settings.toggle_full_screen(&mut self.ctx),
+            PageAction::ChooseKey => {
+                self.settings.ask_choice(Action::of_id(value).map(Choice::Key))
+            }
+            PageAction::ChooseButton => {
+                self.settings.ask_choice(Action::of_id(value).map(Choice::Button))
+            }
+            PageAction::ResetHands => self.settings.reset_hands(&mut self.ctx),
             PageAction::Network => self.toggle_network(),
             PageAction::Sound => {
                 self.panels.sound = !self.panels.sound;
