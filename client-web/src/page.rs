@@ -39,6 +39,7 @@ mod records;
 mod replay_screen;
 mod replays;
 mod round;
+mod screen;
 mod settings;
 #[cfg(target_arch = "wasm32")]
 mod shell;

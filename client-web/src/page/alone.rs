@@ -4,11 +4,12 @@
 use crate::net::api::{Request, bots_alone, query_value};
 use crate::net::report::Fetched;
 use crate::net::scene_link;
-use crate::page::app::{Activity, App};
+use crate::page::app::App;
 use crate::page::awaited::{Awaited, Wish};
 use crate::page::editing;
 use crate::page::event::{Address, Effect, Form};
 use crate::page::game::{ALONE, GameScreen, GhostSlot};
+use crate::page::screen::Screen;
 use crate::page::strings;
 use crate::world::room_in_page::RoomInPage;
 use jostle_game::Scene;
@@ -61,7 +62,7 @@ impl App {
     /// Asks for the file of a scene.
     pub(super) fn await_scene(&mut self, awaited: Awaited) {
         let name = awaited.scene().to_owned();
-        self.activity = Activity::FetchingScene(awaited);
+        self.screen = Screen::FetchingScene(awaited);
         // Anything else would be a path to some other file.
         if is_name(&name) {
             self.ctx.request(Effect::FetchScene(name));
@@ -100,7 +101,9 @@ impl App {
         }
         let text = contents.and_then(|bytes| text_of(file, bytes));
         let text = match text {
-            Ok(text) if self.edit_screen().is_some() => return self.replace_edited(file, text),
+            Ok(text) if self.screen.edit_screen().is_some() => {
+                return self.replace_edited(file, text);
+            }
             text => text,
         };
         let parsed = text.and_then(|text| Ok((Scene::parse(file, &text)?, text)));
@@ -112,7 +115,7 @@ impl App {
                 self.ctx.request(Effect::FocusStage);
             }
             Err(error) => {
-                let busy = self.game().is_some() || self.replay().is_some();
+                let busy = self.screen.game().is_some() || self.screen.replay().is_some();
                 self.visit.dialogs.card = Some(strings::bad_scene(&error, busy));
             }
         }
@@ -151,7 +154,7 @@ impl App {
                 self.ctx.request(Effect::FocusStage);
             }
             None => {
-                self.with_editor(|screen, _| screen.may_be_heavy = true);
+                self.screen.with_editor(&self.ctx, |screen, _| screen.may_be_heavy = true);
                 self.toggle_edit();
             }
         }
@@ -168,6 +171,6 @@ impl App {
             self.ctx.request(Effect::FetchReplay(file.clone()));
             game.ghost = Some(GhostSlot::Awaited(ghost, file));
         }
-        self.activity = Activity::Game(Box::new(game));
+        self.screen = Screen::Game(Box::new(game));
     }
 }

@@ -18,7 +18,8 @@ use crate::page::game::GameScreen;
 use crate::page::layers::Layer;
 use crate::page::lobby::Lobby;
 use crate::page::news_log::NewsLog;
-use crate::page::replay_screen::{OpenReplay, Opening};
+use crate::page::replay_screen::Opening;
+use crate::page::screen::Screen;
 use crate::page::settings::Settings;
 use crate::page::sound_desk::Gesture;
 use crate::page::sound_desk::SoundDesk;
@@ -26,9 +27,9 @@ use crate::page::storage::{self, Storage};
 use crate::page::strings;
 use crate::page::{name, tools};
 use crate::sound::task::SoundEvent;
-use crate::world::replica::{News, Replica};
+use crate::world::replica::News;
 use crate::world::room_in_page::{DemoRequest, RoomInPage};
-use jostle_game::{Buttons, RoundPhase, Scene};
+use jostle_game::{Buttons, Scene};
 use jostle_protocol::{Appearance, limits};
 use std::sync::Arc;
 
@@ -36,24 +37,6 @@ use std::sync::Arc;
 const WHEEL_PIXELS: f32 = 300.0;
 /// The copy button says for this long what came of it, milliseconds.
 const COPIED_MS: i32 = 1500;
-
-pub enum Activity {
-    Lobby,
-    Game(Box<GameScreen>),
-    /// Waiting for a scene to play it in the page.
-    FetchingScene(Awaited),
-    /// Waiting for a replay.
-    Fetching {
-        /// Its name, for people.
-        name: String,
-        /// The address of its file.
-        file: String,
-    },
-    /// It did not come, or cannot be watched; a card says why.
-    NoReplay,
-    Replay(Box<OpenReplay>),
-    Edit(Box<EditScreen>),
-}
 
 /// Panels that the player opens and closes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -146,8 +129,8 @@ pub struct Site {
 pub struct App {
     /// The context of every handler.
     pub(super) ctx: Context,
-    pub activity: Activity,
-    /// A replay that takes the place of the activity once it is read.
+    pub screen: Screen,
+    /// A replay that takes the place of the screen once it is read.
     pub opening: Option<Opening>,
     pub visit: Visit,
     pub lobby: Lobby,
@@ -181,7 +164,7 @@ impl App {
         ctx.request(Effect::SetConditions(conditions));
         App {
             ctx,
-            activity: Activity::Lobby,
+            screen: Screen::Lobby,
             opening: None,
             edited: None,
             visit: Visit { own_color: appearance.color, ..Visit::default() },
@@ -207,8 +190,7 @@ impl App {
         self.ctx.now_ms = now_ms;
         let gesture = Gesture::of(&event);
         self.handle(event);
-        let has_sound = matches!(self.activity, Activity::Game(_) | Activity::Replay(_));
-        self.sound.settle(&mut self.ctx, has_sound, gesture);
+        self.sound.settle(&mut self.ctx, self.screen.has_sound(), gesture);
         self.ctx.take_effects()
     }
 
@@ -219,28 +201,27 @@ impl App {
             Event::Frame(canvas) => {
                 self.advance(canvas);
                 self.send_run();
-                let heard = match &mut self.activity {
-                    Activity::Game(game) if !game.is_frozen() => (game.take_cues(), *game.view()),
-                    Activity::Replay(replay) => (replay.take_cues(), replay.view),
-                    _ => return,
-                };
-                self.sound.play(&mut self.ctx, heard.0, &heard.1);
+                if let Some((cues, view)) = self.screen.take_cues() {
+                    self.sound.play(&mut self.ctx, cues, &view);
+                }
             }
             Event::Drawn(drawn) => self.note_drawn(drawn),
-            Event::Online => self.with_game(|game, _| game.hurry()),
+            Event::Online => self.screen.with_game(&mut self.ctx, |game, _| game.hurry()),
             Event::FocusLost => self.release_input(),
             Event::Closing => self.close_tab(),
             Event::KeyDown(key) => self.key_down(&key),
             Event::KeyUp(key) => self.key_up(&key),
             Event::Pointer(pointer) => self.pointer(&pointer),
             Event::Wheel(at, by) => {
-                if self.edit_screen().is_some() {
-                    self.with_editor(|screen, _| screen.zoom(at, (-by / WHEEL_PIXELS).exp2()));
+                if self.screen.edit_screen().is_some() {
+                    self.screen.with_editor(&self.ctx, |screen, _| {
+                        screen.zoom(at, (-by / WHEEL_PIXELS).exp2())
+                    });
                     self.ctx.request(Effect::PreventDefault);
                 }
             }
             Event::ToolArmed(buttons) => self.visit.fingers.armed = buttons,
-            Event::ToolPressed(buttons, down) => self.press(buttons, down),
+            Event::ToolPressed(buttons, down) => self.screen.press(&mut self.ctx, buttons, down),
             Event::Clicked(action, value) => self.click(action, &value),
             Event::FormChanged(form) => _ = self.read_form(&form),
             Event::PlayClicked(form) => self.play(&form),
@@ -251,13 +232,18 @@ impl App {
             }
             Event::AloneClicked(scene, form) => self.play_scene_alone(&scene, &form),
             Event::Socket(session, event) => {
-                self.with_game(|game, ctx| game.on_socket(ctx, session, event));
+                self.screen
+                    .with_game(&mut self.ctx, |game, ctx| game.on_socket(ctx, session, event));
             }
-            Event::Edited(deed) => self.do_edit(deed),
-            Event::FieldChanged(path, values) => self.with_editor(|screen, now_ms| {
-                screen.editor.set_field(now_ms, &path, &values);
-            }),
-            Event::ConnectionCut => self.with_game(|game, ctx| game.drop_socket(ctx)),
+            Event::Edited(deed) => self.screen.edit(&self.ctx, deed),
+            Event::FieldChanged(path, values) => {
+                self.screen.with_editor(&self.ctx, |screen, now_ms| {
+                    screen.editor.set_field(now_ms, &path, &values);
+                })
+            }
+            Event::ConnectionCut => {
+                self.screen.with_game(&mut self.ctx, |game, ctx| game.drop_socket(ctx))
+            }
             Event::Answered(Request::OpenGuest(text), answer) => {
                 self.take_guest_room(&text, answer.as_deref());
             }
@@ -280,8 +266,8 @@ impl App {
             Event::GraphicsFailed => self.picture.graphics.failed = true,
             Event::ContextLost => self.lose_context(),
             Event::ContextRestored => self.picture.graphics = GraphicsStatus::default(),
-            Event::SeekChosen(tick) => self.with_replay(|player| player.aim(tick)),
-            Event::SpeedChosen(speed) => self.with_replay(|player| player.set_speed(speed)),
+            Event::SeekChosen(tick) => self.screen.with_replay(|player| player.aim(tick)),
+            Event::SpeedChosen(speed) => self.screen.with_replay(|player| player.set_speed(speed)),
             Event::PredictionChosen(on) => {
                 self.ctx.storage.keep_flag(storage::PREDICT, on);
                 self.set_prediction(on);
@@ -306,13 +292,6 @@ impl App {
         }
     }
 
-    /// Calls `work` with the game that is on, if one is.
-    pub(super) fn with_game(&mut self, work: impl FnOnce(&mut GameScreen, &mut Context)) {
-        if let Activity::Game(game) = &mut self.activity {
-            work(game, &mut self.ctx);
-        }
-    }
-
     // Screens.
 
     /// Shows what an address asks for.
@@ -322,7 +301,7 @@ impl App {
         if !self.route_hash(&address.hash) {
             self.route_path(&address);
         }
-        if let Activity::Game(_) = self.activity {
+        if let Screen::Game(_) = self.screen {
             self.ctx.request(Effect::FocusStage);
         }
     }
@@ -338,7 +317,7 @@ impl App {
             let watches = query_value(&address.query, "watch").is_some();
             let begin = if watches { GameScreen::watch } else { GameScreen::join };
             let game = begin(&mut self.ctx, code, self.appearance.clone());
-            self.activity = Activity::Game(Box::new(game));
+            self.screen = Screen::Game(Box::new(game));
         } else {
             self.lobby.show(&mut self.ctx);
         }
@@ -351,7 +330,7 @@ impl App {
 
     /// Whether a file that is dropped is opened: a game on a server is not left for it.
     pub(super) fn takes_files(&self) -> bool {
-        self.game().is_none_or(GameScreen::is_in_page)
+        self.screen.game().is_none_or(GameScreen::is_in_page)
     }
 
     fn go_home(&mut self) {
@@ -383,18 +362,18 @@ impl App {
     fn close_tab(&mut self) {
         self.release_input();
         self.keep_draft();
-        if let Activity::Game(game) = &self.activity {
+        if let Screen::Game(game) = &self.screen {
             self.ctx.storage.leave_seat_behind(&game.code);
         }
-        self.with_game(|game, ctx| game.drop_socket(ctx));
+        self.screen.with_game(&mut self.ctx, |game, ctx| game.drop_socket(ctx));
     }
 
     /// Leaves game or replay.
     pub(super) fn end_screen(&mut self) {
         self.keep_draft();
         self.edited = None;
-        let ended = std::mem::replace(&mut self.activity, Activity::Lobby);
-        if let Activity::Game(game) = ended {
+        let ended = std::mem::replace(&mut self.screen, Screen::Lobby);
+        if let Screen::Game(game) = ended {
             game.leave(&mut self.ctx);
         }
         self.opening = None;
@@ -416,7 +395,7 @@ impl App {
 
     /// Starts the game in the page that waits for this scene.
     pub(super) fn take_scene(&mut self, name: &str, fetched: Fetched) {
-        let Activity::FetchingScene(awaited) = &self.activity else { return };
+        let Screen::FetchingScene(awaited) = &self.screen else { return };
         if awaited.scene() != name {
             return;
         }
@@ -433,7 +412,7 @@ impl App {
             }
             self.ctx.request(Effect::FocusStage);
         } else {
-            self.activity = Activity::Lobby;
+            self.screen = Screen::Lobby;
             self.visit.dialogs.card = Some(strings::NO_SCENE);
         }
     }
@@ -451,7 +430,7 @@ impl App {
             self.picture.frozen_hud = Some(request.hud);
             self.picture.drawn_frames = 0;
         }
-        self.activity = Activity::Game(Box::new(game));
+        self.screen = Screen::Game(Box::new(game));
     }
 
     /// Takes over what another tab has written.
@@ -478,7 +457,7 @@ impl App {
             return;
         }
         self.appearance = appearance;
-        if let Activity::Lobby = self.activity {
+        if let Screen::Lobby = self.screen {
             self.visit.own_color = self.appearance.color;
             self.visit.number += 1;
         }
@@ -486,7 +465,7 @@ impl App {
 
     pub(super) fn set_prediction(&mut self, on: bool) {
         self.ctx.predicts = on;
-        self.with_game(|game, _| game.set_prediction(on));
+        self.screen.with_game(&mut self.ctx, |game, _| game.set_prediction(on));
     }
 
     pub(super) fn toggle_settings(&mut self) {
@@ -500,13 +479,13 @@ impl App {
     // Time.
 
     fn pulse(&mut self, hidden: bool) {
-        match &mut self.activity {
-            Activity::Game(game) => {
+        match &mut self.screen {
+            Screen::Game(game) => {
                 game.plot();
                 game.keep_connected(&mut self.ctx);
             }
-            Activity::Edit(_) => self.keep_draft(),
-            Activity::Lobby if self.visit.dialogs.card.is_none() && !hidden => {
+            Screen::Edit(_) => self.keep_draft(),
+            Screen::Lobby if self.visit.dialogs.card.is_none() && !hidden => {
                 self.lobby.refresh(&mut self.ctx);
             }
             _ => {}
@@ -516,8 +495,8 @@ impl App {
     fn advance(&mut self, canvas: Option<Canvas>) {
         self.read_on();
         let plays = self.top() == Layer::Page;
-        match &mut self.activity {
-            Activity::Game(game) => {
+        match &mut self.screen {
+            Screen::Game(game) => {
                 game.advance(&mut self.ctx, canvas);
                 let is_frozen = game.is_frozen();
                 let Some(membership) = &mut game.membership else { return };
@@ -541,7 +520,7 @@ impl App {
                     self.visit.fingers = tools::fingers(scene);
                 }
             }
-            Activity::Replay(replay) => {
+            Screen::Replay(replay) => {
                 replay.advance(self.ctx.now_ms, canvas, plays, self.ctx.clock);
                 // Events that were skipped are no news.
                 let jumped = replay.has_jumped();
@@ -551,18 +530,13 @@ impl App {
                     }
                 }
             }
-            Activity::Edit(screen) => screen.advance(canvas),
+            Screen::Edit(screen) => screen.advance(canvas),
             _ => {}
         }
     }
 
     fn note_drawn(&mut self, drawn: bool) {
-        let now_ms = self.ctx.now_ms;
-        match &mut self.activity {
-            Activity::Game(game) if drawn => game.meter.drawn(now_ms),
-            Activity::Replay(replay) => replay.note_drawn(drawn, now_ms),
-            _ => {}
-        }
+        self.screen.note_drawn(self.ctx.now_ms, drawn);
         if drawn {
             self.picture.world_shown = true;
             self.picture.drawn_frames += 1;
@@ -572,7 +546,7 @@ impl App {
     fn lose_context(&mut self) {
         self.picture.graphics.lost_ms.get_or_insert(self.ctx.now_ms);
         self.ctx.request(Effect::DropGraphics);
-        if let Activity::Replay(replay) = &mut self.activity {
+        if let Screen::Replay(replay) = &mut self.screen {
             replay.drawn = None;
         }
     }
@@ -599,12 +573,7 @@ impl App {
 
     /// Asks for the next round, until it begins.
     pub(super) fn go_on(&mut self) {
-        self.press(Buttons::AGAIN, true);
-    }
-
-    pub(super) fn is_round_over(&self) -> bool {
-        let round = self.replica().and_then(Replica::round);
-        round.is_some_and(|round| round.phase == RoundPhase::Over)
+        self.screen.press(&mut self.ctx, Buttons::AGAIN, true);
     }
 
     pub(super) fn toggle_network(&mut self) {

@@ -8,7 +8,7 @@ use crate::input::action::Action;
 use crate::language::say;
 use crate::net::api::{Request, scene_error};
 use crate::net::scene_link;
-use crate::page::app::{Activity, App};
+use crate::page::app::App;
 use crate::page::awaited::{Awaited, Wish};
 use crate::page::drafts::{self, Draft};
 use crate::page::edit_screen::{EditScreen, SEED};
@@ -16,6 +16,7 @@ use crate::page::event::{Effect, Focus, Key};
 use crate::page::layers::Layer;
 use crate::page::lobby;
 use crate::page::page_action::PageAction;
+use crate::page::screen::Screen;
 use crate::page::strings;
 use jostle_game::scene::is_name;
 use jostle_sim::Vec2;
@@ -47,22 +48,22 @@ impl App {
         let editor = Editor::open(text, file.as_deref());
         let mut screen = EditScreen::new(editor, origin.map(str::to_owned), seed);
         screen.base = base;
-        self.activity = Activity::Edit(Box::new(screen));
+        self.screen = Screen::Edit(Box::new(screen));
         self.ctx.request(Effect::FocusStage);
     }
 
     /// From playing to editing and back, in the same picture.
     pub(super) fn toggle_edit(&mut self) {
-        match &mut self.activity {
-            Activity::Edit(_) => self.play_edited(),
-            Activity::Game(game) if game.is_in_page() => self.stop_playing(),
+        match &mut self.screen {
+            Screen::Edit(_) => self.play_edited(),
+            Screen::Game(game) if game.is_in_page() => self.stop_playing(),
             _ => {}
         }
     }
 
     fn play_edited(&mut self) {
         self.keep_draft();
-        let Activity::Edit(screen) = &mut self.activity else { return };
+        let Screen::Edit(screen) = &mut self.screen else { return };
         let Some(scene) = screen.playable() else {
             screen.editor.said =
                 screen.editor.error.as_ref().map_or(String::new(), |e| e.to_string());
@@ -75,11 +76,11 @@ impl App {
             self.visit.dialogs.card = Some(strings::heavy_scene(&worst, true));
             return;
         }
-        let edits = std::mem::replace(&mut self.activity, Activity::Lobby);
+        let edits = std::mem::replace(&mut self.screen, Screen::Lobby);
         self.play_alone(scene, wish);
         // It takes its seat at once: nothing is to be waited for.
-        self.with_game(|game, ctx| game.advance(ctx, None));
-        if let Activity::Edit(screen) = edits {
+        self.screen.with_game(&mut self.ctx, |game, ctx| game.advance(ctx, None));
+        if let Screen::Edit(screen) = edits {
             self.edited = Some(screen);
         }
         self.begin_in_place();
@@ -87,9 +88,9 @@ impl App {
 
     fn stop_playing(&mut self) {
         let known = self.edited.take();
-        let Activity::Game(game) = &self.activity else { return };
+        let Screen::Game(game) = &self.screen else { return };
         match known {
-            Some(screen) => self.activity = Activity::Edit(screen),
+            Some(screen) => self.screen = Screen::Edit(screen),
             None => {
                 let Some(scene) = game.replica().map(|replica| replica.scene.clone()) else {
                     return;
@@ -97,7 +98,7 @@ impl App {
                 let (name, seed) = self.alone();
                 let name = name.map(str::to_owned);
                 self.edit(scene.source.clone(), name.as_deref(), seed);
-                let hash = self.edit_screen().map(EditScreen::hash).unwrap_or_default();
+                let hash = self.screen.edit_screen().map(EditScreen::hash).unwrap_or_default();
                 self.show_hash(hash);
             }
         }
@@ -110,33 +111,16 @@ impl App {
         self.ctx.request(Effect::FocusStage);
     }
 
-    pub fn edit_screen(&self) -> Option<&EditScreen> {
-        match &self.activity {
-            Activity::Edit(screen) => Some(screen),
-            _ => None,
-        }
-    }
-
     /// The editor, also while its scene is played.
     pub fn edited(&self) -> Option<&EditScreen> {
-        self.edit_screen().or(self.edited.as_deref())
+        self.screen.edit_screen().or(self.edited.as_deref())
     }
 
     pub(super) fn edited_mut(&mut self) -> Option<&mut EditScreen> {
-        match &mut self.activity {
-            Activity::Edit(screen) => Some(screen),
+        match &mut self.screen {
+            Screen::Edit(screen) => Some(screen),
             _ => self.edited.as_deref_mut(),
         }
-    }
-
-    pub(super) fn with_editor(&mut self, work: impl FnOnce(&mut EditScreen, f64)) {
-        if let Activity::Edit(screen) = &mut self.activity {
-            work(screen, self.ctx.now_ms);
-        }
-    }
-
-    pub(super) fn do_edit(&mut self, deed: Deed) {
-        self.with_editor(|screen, now_ms| screen.update(now_ms, deed));
     }
 
     fn go_to_hash(&mut self, hash: String) {
@@ -146,8 +130,8 @@ impl App {
 
     /// Keeps the text for the next visit, if it changed.
     pub(super) fn keep_draft(&mut self) {
-        let screen = match &mut self.activity {
-            Activity::Edit(screen) => screen,
+        let screen = match &mut self.screen {
+            Screen::Edit(screen) => screen,
             _ => return,
         };
         if screen.editor.is_held() || screen.kept == screen.editor.revision {
@@ -195,7 +179,7 @@ impl App {
 
     /// The kept draft of the scene that is edited, if the text was not made from that.
     pub fn other_draft(&self) -> Option<&str> {
-        let screen = self.edit_screen()?;
+        let screen = self.screen.edit_screen()?;
         let kept = self.ctx.storage.draft(screen.origin.as_deref())?;
         Some(kept)
             .filter(|kept| Some(*kept) != screen.base.as_deref() && *kept != screen.editor.text())
@@ -204,7 +188,7 @@ impl App {
     /// Puts that draft in the place of the text, as a step that can be undone.
     pub(super) fn take_other_draft(&mut self) {
         let Some(text) = self.other_draft().map(str::to_owned) else { return };
-        self.with_editor(|screen, _| {
+        self.screen.with_editor(&self.ctx, |screen, _| {
             screen.base = Some(text.clone());
             let file = screen.editor.file.clone();
             screen.editor.replace(text, Some(&file));
@@ -214,7 +198,7 @@ impl App {
 
     /// A scene file was dropped or chosen: its text takes the place of the one that is edited.
     pub(super) fn replace_edited(&mut self, file: &str, text: String) {
-        self.with_editor(|screen, _| screen.editor.replace(text, Some(file)));
+        self.screen.with_editor(&self.ctx, |screen, _| screen.editor.replace(text, Some(file)));
     }
 
     /// Does what a button of the editor says; `false` if it is none.
@@ -223,17 +207,17 @@ impl App {
             PageAction::EditScene => self.go_to_hash(format!("#edit={value}")),
             PageAction::EditNewScene => self.go_to_hash("#edit".to_owned()),
             PageAction::EditToggle => self.toggle_edit(),
-            PageAction::EditUndo => self.do_edit(Deed::Undone),
-            PageAction::EditRedo => self.do_edit(Deed::Redone),
-            PageAction::EditDuplicate => self.do_edit(Deed::Duplicated),
-            PageAction::EditPath => self.do_edit(Deed::PathExtended),
-            PageAction::EditDelete => self.do_edit(Deed::Deleted),
-            PageAction::EditNew => {
-                self.with_editor(|screen, _| screen.editor.replace(String::new(), None))
-            }
+            PageAction::EditUndo => self.screen.edit(&self.ctx, Deed::Undone),
+            PageAction::EditRedo => self.screen.edit(&self.ctx, Deed::Redone),
+            PageAction::EditDuplicate => self.screen.edit(&self.ctx, Deed::Duplicated),
+            PageAction::EditPath => self.screen.edit(&self.ctx, Deed::PathExtended),
+            PageAction::EditDelete => self.screen.edit(&self.ctx, Deed::Deleted),
+            PageAction::EditNew => self
+                .screen
+                .with_editor(&self.ctx, |screen, _| screen.editor.replace(String::new(), None)),
             PageAction::EditPlace => {
                 if let Some(make) = Make::named(value) {
-                    self.with_editor(|screen, now_ms| {
+                    self.screen.with_editor(&self.ctx, |screen, now_ms| {
                         let at: Vec2 = screen.view.center;
                         screen.update(now_ms, Deed::Placed(make, at));
                     });
@@ -305,13 +289,13 @@ impl App {
             return;
         };
         screen.editor.refusal = Some(error);
-        if self.edit_screen().is_none() {
+        if self.screen.edit_screen().is_none() {
             self.toggle_edit();
         }
     }
 
     fn go_to_error(&mut self) {
-        let at = self.edit_screen().and_then(|screen| screen.editor.error_bytes());
+        let at = self.screen.edit_screen().and_then(|screen| screen.editor.error_bytes());
         if let Some(at) = at {
             self.ctx.request(Effect::FocusText(at.start));
         }
@@ -334,13 +318,13 @@ impl App {
     fn editor_command(&mut self, key: &Key) -> bool {
         let letter = key.letter.to_lowercase();
         match (letter.as_str(), key.command, key.shift) {
-            ("z", true, false) => self.do_edit(Deed::Undone),
-            ("z", true, true) | ("y", true, _) => self.do_edit(Deed::Redone),
+            ("z", true, false) => self.screen.edit(&self.ctx, Deed::Undone),
+            ("z", true, true) | ("y", true, _) => self.screen.edit(&self.ctx, Deed::Redone),
             ("s", true, _) => self.save_file(),
             ("escape", ..) if key.focus == Focus::Field => self.ctx.request(Effect::FocusStage),
             _ if key.focus == Focus::Field => return false,
-            ("d", true, _) => self.do_edit(Deed::Duplicated),
-            ("a", true, _) => self.do_edit(Deed::SelectedAll),
+            ("d", true, _) => self.screen.edit(&self.ctx, Deed::Duplicated),
+            ("a", true, _) => self.screen.edit(&self.ctx, Deed::SelectedAll),
             _ if key.modified => return false,
             _ if self.settings.keys.actions(&key.code, &key.letter).contains(&Action::Edit) => {
                 if !key.repeat {
@@ -348,9 +332,11 @@ impl App {
                 }
             }
             ("?", ..) => self.toggle_help(),
-            ("delete" | "backspace", ..) => self.do_edit(Deed::Deleted),
-            ("escape", ..) => self.do_edit(Deed::Deselected),
-            ("tab", _, back) if key.focus == Focus::Elsewhere => return self.tab(back),
+            ("delete" | "backspace", ..) => self.screen.edit(&self.ctx, Deed::Deleted),
+            ("escape", ..) => self.screen.edit(&self.ctx, Deed::Deselected),
+            ("tab", _, back) if key.focus == Focus::Elsewhere => {
+                return self.screen.tab(&self.ctx, back);
+            }
             (arrow, _, far) => {
                 let way = match arrow {
                     "arrowleft" => -Vec2::X,
@@ -359,23 +345,9 @@ impl App {
                     "arrowdown" => -Vec2::Y,
                     _ => return false,
                 };
-                self.do_edit(Deed::Nudged { way, far });
+                self.screen.edit(&self.ctx, Deed::Nudged { way, far });
             }
         }
         true
-    }
-
-    /// Selects the next piece. After the last one the focus goes on to the buttons, so that it is never caught.
-    fn tab(&mut self, back: bool) -> bool {
-        let Activity::Edit(screen) = &mut self.activity else { return false };
-        let editor = &mut screen.editor;
-        let ends = match back {
-            false => editor.sheet.pieces.last(),
-            true => editor.sheet.pieces.first(),
-        };
-        let at_end = ends.is_none_or(|piece| editor.selection.last() == Some(&piece.id));
-        let deed = if at_end { Deed::Deselected } else { Deed::Next { back } };
-        self.do_edit(deed);
-        !at_end
     }
 }

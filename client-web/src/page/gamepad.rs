@@ -20,7 +20,7 @@ impl App {
         let is_free = self.top() == Layer::Page;
         // The right stick picks then.
         let picks = self.visit.wheel.is_some();
-        self.with_game(|game, ctx| {
+        self.screen.with_game(&mut self.ctx, |game, ctx| {
             game.controls.pad = if is_free { input.buttons } else { Buttons::default() };
             if is_free && !picks {
                 aim(game, &input);
@@ -46,9 +46,9 @@ impl App {
             self.settings.toggle_full_screen(&mut self.ctx);
         }
         if is_pressed(Action::Clip) {
-            self.with_game(GameScreen::keep_clip);
+            self.screen.with_game(&mut self.ctx, GameScreen::keep_clip);
         }
-        if is_pressed(Action::Again) && self.is_round_over() {
+        if is_pressed(Action::Again) && self.screen.is_round_over() {
             self.go_on();
         }
     }

@@ -30,8 +30,8 @@ pub fn state() -> Option<JsString> {
 
 fn describe(page: &Page) -> JsValue {
     let app = &page.app;
-    let (game, replay) = (app.game(), app.replay());
-    let replica = app.replica();
+    let (game, replay) = (app.screen.game(), app.screen.replay());
+    let replica = app.screen.replica();
     let played = replica.filter(|_| replay.is_none());
     let seated = played.filter(|_| !game.is_some_and(|game| game.watches()));
     let particles = replay.map(|replay| replay.player.particles());
@@ -176,7 +176,7 @@ fn shown_replay(replay: &OpenReplay) -> JsValue {
 /// Position at which the last frame drew the player's hero, world units: `[x, y]`, or nothing.
 #[wasm_bindgen]
 pub fn own_place() -> Option<js_sys::Array> {
-    let center = |app: &App| Some(app.game()?.replica()?.own_hero()?.center);
+    let center = |app: &App| Some(app.screen.game()?.replica()?.own_hero()?.center);
     let at = shell::with(|page| center(&page.app)).flatten()?;
     Some(js_sys::Array::of2(&at.x.into(), &at.y.into()))
 }

@@ -1,17 +1,13 @@
 //! Keys: the ones that belong to the world, to the page, and to a replay.
 
 use crate::input::action::Action;
-use crate::page::app::{Activity, App};
+use crate::page::app::App;
 use crate::page::event::{Effect, Focus, Key};
 use crate::page::game::GameScreen;
 use crate::page::layers::Layer;
+use crate::page::screen::Screen;
 use crate::replay::player::ReplayPlayer;
 use crate::world::replica::Replica;
-use jostle_game::Tools;
-use jostle_sim::TICKS_PER_SECOND;
-
-/// An arrow key skips this many ticks.
-const SKIP_TICKS: i64 = TICKS_PER_SECOND as i64;
 
 impl App {
     pub(super) fn key_down(&mut self, key: &Key) {
@@ -29,17 +25,17 @@ impl App {
                 return self.ctx.request(Effect::PreventDefault);
             }
         }
-        match &self.activity {
-            Activity::Game(_) => self.game_key_down(key),
-            Activity::Replay(_) => self.replay_key_down(key),
-            Activity::Edit(_) => self.editor_key_down(key),
+        match &self.screen {
+            Screen::Game(_) => self.game_key_down(key),
+            Screen::Replay(_) => self.replay_key_down(key),
+            Screen::Edit(_) => self.editor_key_down(key),
             _ => {}
         }
     }
 
     pub(super) fn key_up(&mut self, key: &Key) {
         self.wheel_key_up(&key.code);
-        self.with_game(|game, ctx| {
+        self.screen.with_game(&mut self.ctx, |game, ctx| {
             game.controls.key_up(&key.code);
             game.send_due(ctx);
         });
@@ -82,20 +78,20 @@ impl App {
     /// Presses what a key means to the world; `false` if that is nothing. A spectator follows a player with a digit, in
     /// the order of the list.
     fn world_key_down(&mut self, key: &Key) -> bool {
-        if self.game().is_some_and(GameScreen::watches) {
+        if self.screen.game().is_some_and(GameScreen::watches) {
             let Ok(number) = key.letter.parse::<usize>() else { return false };
-            let ranking = self.replica().map_or(Vec::new(), Replica::ranking);
+            let ranking = self.screen.replica().map_or(Vec::new(), Replica::ranking);
             let seat = number.checked_sub(1).and_then(|index| ranking.get(index));
             let seat = seat.map(|player| player.seat);
             if !key.repeat {
-                self.with_game(|game, _| game.follow_player(seat));
+                self.screen.with_game(&mut self.ctx, |game, _| game.follow_player(seat));
             }
             return true;
         }
         let buttons = self.settings.keys.buttons(&key.code, &key.letter);
         let known = buttons.0 != 0;
         if known && !key.repeat {
-            self.with_game(|game, ctx| {
+            self.screen.with_game(&mut self.ctx, |game, ctx| {
                 game.controls.key_down(&key.code, buttons);
                 game.send_due(ctx);
             });
@@ -108,28 +104,35 @@ impl App {
         let actions = self.settings.keys.actions(&key.code, &key.letter);
         let is_for = |action| self.top() == Layer::Page && actions.contains(&action);
         match (key.code.as_str(), key.letter.as_str(), self.top()) {
-            _ if is_for(Action::Again) && key.focus != Focus::Button && self.is_round_over() => {
+            _ if is_for(Action::Again)
+                && key.focus != Focus::Button
+                && self.screen.is_round_over() =>
+            {
                 Some(App::go_on)
             }
-            _ if is_for(Action::Edit) && self.game().is_some_and(GameScreen::is_in_page) => {
+            _ if is_for(Action::Edit) && self.screen.game().is_some_and(GameScreen::is_in_page) => {
                 Some(App::toggle_edit)
             }
-            _ if is_for(Action::Clip) => Some(|app| app.with_game(GameScreen::keep_clip)),
-            (_, "h" | "H", Layer::Page) if self.game().is_some_and(GameScreen::watches) => {
+            _ if is_for(Action::Clip) => {
+                Some(|app| app.screen.with_game(&mut app.ctx, GameScreen::keep_clip))
+            }
+            (_, "h" | "H", Layer::Page) if self.screen.game().is_some_and(GameScreen::watches) => {
                 Some(|app| app.panels.clean = !app.panels.clean)
             }
             ("Escape", _, Layer::Page)
-                if self.game().is_some_and(|game| game.showing.is_some()) =>
+                if self.screen.game().is_some_and(|game| game.showing.is_some()) =>
             {
-                Some(|app| app.with_game(GameScreen::toggle_highlights))
+                Some(|app| app.screen.with_game(&mut app.ctx, GameScreen::toggle_highlights))
             }
             _ if is_for(Action::FullScreen) => {
                 Some(|app| app.settings.toggle_full_screen(&mut app.ctx))
             }
-            _ if is_for(Action::Mute) && self.may_mute() => {
+            _ if is_for(Action::Mute) && self.screen.may_mute() => {
                 Some(|app| app.sound.toggle_mute(&mut app.ctx))
             }
-            ("F2", ..) => Some(|app| app.with_game(|game, _| game.toggle_bounds())),
+            ("F2", ..) => {
+                Some(|app| app.screen.with_game(&mut app.ctx, |game, _| game.toggle_bounds()))
+            }
             ("F3", ..) => Some(|app| app.panels.figures = !app.panels.figures),
             ("F4", ..) => Some(App::toggle_network),
             (_, "?", _) | ("Escape", _, Layer::Help) => Some(App::toggle_help),
@@ -138,15 +141,10 @@ impl App {
         }
     }
 
-    /// Whether M is free: where bodies are selected it selects a minion.
-    fn may_mute(&self) -> bool {
-        self.replica().is_none_or(|replica| !replica.scene.tools.contains(Tools::SELECT))
-    }
-
     fn replay_key_down(&mut self, key: &Key) {
         let top = self.top();
         match (key.code.as_str(), key.letter.as_str()) {
-            ("F2", _) if !key.repeat => self.with_replay(ReplayPlayer::toggle_bounds),
+            ("F2", _) if !key.repeat => self.screen.with_replay(ReplayPlayer::toggle_bounds),
             (_, "?") if !key.repeat => self.toggle_help(),
             ("Escape", _) if top == Layer::Help => self.toggle_help(),
             _ if key.modified || top != Layer::Page || is_used_by_focus(key) => return,
@@ -157,39 +155,12 @@ impl App {
                 }
             }
             (_, letter) => {
-                if !self.control_replay(letter) {
+                if !self.screen.control_replay(letter) {
                     return;
                 }
             }
         }
         self.ctx.request(Effect::PreventDefault);
-    }
-
-    /// Does what a letter means to the replay; `false` if that is nothing.
-    fn control_replay(&mut self, letter: &str) -> bool {
-        let mut known = true;
-        self.with_replay(|player| match letter {
-            " " => player.toggle(),
-            "," => player.step_by(-1),
-            "." => player.step_by(1),
-            "ArrowLeft" => player.skip(-SKIP_TICKS),
-            "ArrowRight" => player.skip(SKIP_TICKS),
-            "ArrowUp" => player.shift_speed(true),
-            "ArrowDown" => player.shift_speed(false),
-            "Home" => player.aim(player.first_tick()),
-            "End" => player.aim(player.last_tick()),
-            "g" => player.skip_to_goal(true),
-            "G" => player.skip_to_goal(false),
-            "0" => player.follow(None),
-            digit => match digit.parse::<usize>() {
-                Ok(number @ 1..) => {
-                    let seat = player.players().get(number - 1).map(|player| player.seat);
-                    seat.into_iter().for_each(|seat| player.toggle_follow(seat));
-                }
-                _ => known = false,
-            },
-        });
-        known
     }
 }
 

@@ -2,8 +2,9 @@
 
 use crate::net::api::{self, Request};
 use crate::net::report::Fetched;
-use crate::page::app::{Activity, App};
+use crate::page::app::App;
 use crate::page::event::Effect;
+use crate::page::screen::Screen;
 use crate::page::strings;
 use jostle_game::RoundPhase;
 use jostle_protocol::web::Posted;
@@ -11,7 +12,8 @@ use jostle_protocol::web::Posted;
 impl App {
     /// Name of the scene of this site that is played alone now.
     pub fn ranked_scene(&self) -> Option<&str> {
-        let is_played = self.game().is_some_and(|game| game.is_alone()) && self.edited.is_none();
+        let is_played =
+            self.screen.game().is_some_and(|game| game.is_alone()) && self.edited.is_none();
         self.alone().0.filter(|_| is_played && !self.ctx.is_static)
     }
 
@@ -39,7 +41,9 @@ impl App {
         if !self.ranked_scene().is_some_and(is_kept) {
             return;
         }
-        let (Some(game), Some(replica)) = (self.game(), self.replica()) else { return };
+        let (Some(game), Some(replica)) = (self.screen.game(), self.screen.replica()) else {
+            return;
+        };
         let round = replica.round().filter(|round| round.phase == RoundPhase::Over);
         let Some(round) = round.filter(|r| self.records.result_since != Some(r.since)) else {
             return;
@@ -59,7 +63,7 @@ impl App {
 
     /// Takes the replay of a ghost.
     pub(super) fn take_ghost(&mut self, file: &str, fetched: Fetched) {
-        let Activity::Game(game) = &mut self.activity else { return };
+        let Screen::Game(game) = &mut self.screen else { return };
         if !game.awaits_ghost(file) {
             return;
         }

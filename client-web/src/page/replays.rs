@@ -1,10 +1,11 @@
 //! Replays: fetched from the server or read from a file, opened, refused, and controlled.
 
 use crate::net::report::Fetched;
-use crate::page::app::{Activity, App};
+use crate::page::app::App;
 use crate::page::dialogs::Card;
 use crate::page::event::Effect;
 use crate::page::replay_screen::{OpenReplay, Opening};
+use crate::page::screen::Screen;
 use crate::page::strings;
 use crate::replay::error::ReplayLoadError;
 use crate::replay::player::ReplayPlayer;
@@ -14,21 +15,14 @@ use jostle_protocol::replay::{ReplayError, ReplayReader};
 const FILE_HASH: &str = "#file";
 
 impl App {
-    /// Calls `work` with the player of the replay that is on, if one is.
-    pub(super) fn with_replay(&mut self, work: impl FnOnce(&mut ReplayPlayer)) {
-        if let Activity::Replay(replay) = &mut self.activity {
-            work(&mut replay.player);
-        }
-    }
-
     /// Asks for a replay by the address of its file.
     pub(super) fn fetch_replay(&mut self, name: String, file: String) {
-        self.activity = Activity::Fetching { name, file: file.clone() };
+        self.screen = Screen::Fetching { name, file: file.clone() };
         self.ctx.request(Effect::FetchReplay(file));
     }
 
     pub(super) fn take_fetched(&mut self, from: &str, fetched: Fetched) {
-        let Activity::Fetching { name, file } = &self.activity else {
+        let Screen::Fetching { name, file } = &self.screen else {
             return self.take_ghost(from, fetched);
         };
         if file != from {
@@ -43,7 +37,7 @@ impl App {
             Fetched::Refused(status) => (strings::REPLAY_REFUSED, format!("HTTP status {status}")),
             Fetched::Nothing => (strings::REPLAY_REFUSED, String::new()),
         };
-        self.activity = Activity::NoReplay;
+        self.screen = Screen::NoReplay;
         self.visit.dialogs.card = Some(Card { detail, ..card });
     }
 
@@ -88,16 +82,16 @@ impl App {
         }
         let replay = OpenReplay::new(player, name, file, self.ctx.now_ms);
         self.visit.dialogs.card = replay.cut();
-        self.activity = Activity::Replay(Box::new(replay));
+        self.screen = Screen::Replay(Box::new(replay));
         self.picture.drawn_frames = 0;
         self.ctx.request(Effect::FocusStage);
     }
 
     /// Says why a file cannot be watched. What is being watched stays.
     fn refuse_replay(&mut self, error: &ReplayLoadError) {
-        let watching = self.replay().is_some() || self.game().is_some();
-        if let Activity::Fetching { .. } = self.activity {
-            self.activity = Activity::NoReplay;
+        let watching = self.screen.replay().is_some() || self.screen.game().is_some();
+        if let Screen::Fetching { .. } = self.screen {
+            self.screen = Screen::NoReplay;
         }
         self.visit.dialogs.card = Some(strings::bad_replay(error, watching));
     }

@@ -17,7 +17,7 @@ impl App {
     /// Opens the wheel, or closes it.
     pub(super) fn toggle_wheel(&mut self) {
         let opens =
-            self.visit.wheel.is_none() && self.game().is_some() && self.top() == Layer::Page;
+            self.visit.wheel.is_none() && self.screen.game().is_some() && self.top() == Layer::Page;
         self.visit.wheel = opens.then(Wheel::default);
     }
 
@@ -25,7 +25,7 @@ impl App {
     pub(super) fn emote(&mut self, emote: u8) {
         self.visit.wheel = None;
         if emote < EMOTES {
-            self.with_game(|game, ctx| game.emote(ctx, emote));
+            self.screen.with_game(&mut self.ctx, |game, ctx| game.emote(ctx, emote));
         }
     }
 

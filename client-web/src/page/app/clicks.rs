@@ -1,6 +1,6 @@
 //! What the buttons of the page and of its cards do.
 
-use super::{Activity, App};
+use super::App;
 use crate::input::action::Action;
 use crate::net::api;
 use crate::page::choices::Choice;
@@ -46,31 +46,38 @@ impl App {
             }
             PageAction::Kick => self.ask_to_kick(value),
             PageAction::Confirm => match self.visit.dialogs.question.take() {
-                Some(Question::Kick(seat, _)) => self.with_game(|game, ctx| game.kick(ctx, seat)),
-                Some(Question::CloseRoom) => self.with_game(|game, ctx| game.close_room(ctx)),
+                Some(Question::Kick(seat, _)) => {
+                    self.screen.with_game(&mut self.ctx, |game, ctx| game.kick(ctx, seat))
+                }
+                Some(Question::CloseRoom) => {
+                    self.screen.with_game(&mut self.ctx, |game, ctx| game.close_room(ctx))
+                }
                 None => {}
             },
             PageAction::Cancel => self.visit.dialogs.question = None,
             PageAction::Again => self.go_on(),
-            PageAction::Clip => self.with_game(GameScreen::keep_clip),
-            PageAction::Highlights => self.with_game(GameScreen::toggle_highlights),
+            PageAction::Clip => self.screen.with_game(&mut self.ctx, GameScreen::keep_clip),
+            PageAction::Highlights => {
+                self.screen.with_game(&mut self.ctx, GameScreen::toggle_highlights)
+            }
             PageAction::SwitchTeam => {
-                self.press(Buttons::TEAM, true);
-                self.press(Buttons::TEAM, false);
+                self.screen.press(&mut self.ctx, Buttons::TEAM, true);
+                self.screen.press(&mut self.ctx, Buttons::TEAM, false);
             }
             PageAction::Notice => self.act(self.notice().map(|card| card.action)),
             PageAction::NoticeOther => {
                 let other = self.notice().and_then(|card| card.other);
                 self.act(other.map(|(_, action)| action));
             }
-            PageAction::PlayPause => self.with_replay(ReplayPlayer::toggle),
+            PageAction::PlayPause => self.screen.with_replay(ReplayPlayer::toggle),
             PageAction::Step => {
-                self.with_replay(|player| player.step_by(value.parse().unwrap_or(0)))
+                self.screen.with_replay(|player| player.step_by(value.parse().unwrap_or(0)))
             }
             PageAction::Follow => {
                 let seat = value.parse().ok().map(Seat);
-                self.with_game(|game, _| game.follow_player(seat));
-                self.with_replay(|player| seat.into_iter().for_each(|s| player.toggle_follow(s)));
+                self.screen.with_game(&mut self.ctx, |game, _| game.follow_player(seat));
+                self.screen
+                    .with_replay(|player| seat.into_iter().for_each(|s| player.toggle_follow(s)));
             }
             _ => self.click_editor(action, value),
         }
@@ -82,7 +89,7 @@ impl App {
             Some(CardAction::Lobby) => self.go_home(),
             Some(CardAction::Play) => self.go(&format!("/{}", api::FIRST_SCENE)),
             Some(CardAction::Watch) => {
-                if let Some(code) = self.game().map(|game| game.code.clone()) {
+                if let Some(code) = self.screen.game().map(|game| game.code.clone()) {
                     self.watch_room(&code);
                 }
             }
@@ -93,13 +100,9 @@ impl App {
             Some(CardAction::Draft) => self.take_other_draft(),
             Some(CardAction::Unplay) => self.toggle_edit(),
             Some(CardAction::PlayHeavy) => self.play_heavy(),
-            Some(CardAction::Resume) => match &mut self.activity {
-                Activity::Game(game) => game.status.stalled_ms = None,
-                Activity::Replay(replay) => replay.stalled_ms = None,
-                _ => {}
-            },
+            Some(CardAction::Resume) => self.screen.resume(),
             Some(CardAction::Refetch) => self.route(self.site.address.clone()),
-            Some(CardAction::Again) => self.with_game(|game, ctx| {
+            Some(CardAction::Again) => self.screen.with_game(&mut self.ctx, |game, ctx| {
                 if game.status.state == State::Refused { game.connect(ctx) } else { game.hurry() }
             }),
             None => {}
@@ -108,7 +111,7 @@ impl App {
 
     fn ask_to_kick(&mut self, seat: &str) {
         self.release_input();
-        let Some(replica) = self.replica() else { return };
+        let Some(replica) = self.screen.replica() else { return };
         let player = replica.players().iter().find(|player| player.seat.0.to_string() == seat);
         let question = player.map(|p| Question::Kick(p.seat, p.appearance.clone()));
         self.visit.dialogs.question = question;

@@ -47,12 +47,15 @@ impl Stage {
     /// The canvas of the next frame; `None` while nothing can be drawn. `covered_css` are the CSS pixels that the
     /// hud covers at the top and at the bottom.
     pub fn canvas(&mut self, app: &App, covered_css: [f32; 2]) -> Option<Canvas> {
-        if app.game().is_none() && app.replay().is_none() && app.edit_screen().is_none() {
+        if app.screen.game().is_none()
+            && app.screen.replay().is_none()
+            && app.screen.edit_screen().is_none()
+        {
             return None;
         }
-        let in_page = app.game().is_some_and(|game| game.is_in_page());
-        self.keep_pixels |= in_page || app.edit_screen().is_some();
-        let still = match (app.game(), app.replay()) {
+        let in_page = app.screen.game().is_some_and(|game| game.is_in_page());
+        self.keep_pixels |= in_page || app.screen.edit_screen().is_some();
+        let still = match (app.screen.game(), app.screen.replay()) {
             (Some(game), _) => game.is_frozen(),
             (_, Some(replay)) => !replay.player.playing,
             _ => true,
@@ -68,8 +71,8 @@ impl Stage {
 
     /// Draws what has changed: `None` if nothing has, `false` if there was nothing to draw on.
     pub fn draw(&mut self, app: &App) -> Option<bool> {
-        let frame = app.frame()?;
-        let particles = app.replica().is_some_and(|replica| replica.plan.features.particles);
+        let frame = app.screen.frame(app.now_ms(), app.settings.calm)?;
+        let particles = app.screen.replica().is_some_and(|replica| replica.plan.features.particles);
         self.with_graphics(app, |graphics| {
             let Graphics { renderer, device, queue, .. } = graphics;
             // Pipelines of earlier scenes are kept.

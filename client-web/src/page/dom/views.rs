@@ -2,7 +2,7 @@
 
 use crate::browser;
 use crate::net::api::query_value;
-use crate::page::app::{Activity, App, Panels};
+use crate::page::app::{App, Panels};
 use crate::page::dom;
 use crate::page::dom::editor::EditorView;
 use crate::page::dom::language::Translated;
@@ -15,6 +15,7 @@ use crate::page::game::membership::GameView;
 use crate::page::lobby::Note;
 use crate::page::panels::{self, dialogs, emotes, zones};
 use crate::page::queue::Events;
+use crate::page::screen::Screen;
 use crate::view::frame::View;
 
 /// Time between two updates of the numbers, milliseconds.
@@ -84,10 +85,10 @@ impl Views {
             // Their numbers follow with the next frame.
             self.numbers_ms = 0.0;
         }
-        if let Activity::Lobby = app.activity {
+        if let Screen::Lobby = app.screen {
             self.show_lobby(app, had_events);
         }
-        if let Some(screen) = app.edit_screen() {
+        if let Some(screen) = app.screen.edit_screen() {
             self.editor.text.show(&screen.editor);
         }
         if std::mem::take(&mut self.focus_stage) {
@@ -127,7 +128,7 @@ impl Views {
 
     /// The canvas of the next frame; `None` while nothing can be drawn.
     pub fn canvas(&mut self, app: &App) -> Option<Canvas> {
-        let covered_css = match app.replay() {
+        let covered_css = match app.screen.replay() {
             Some(_) => {
                 let covered = dom::html("deck").get_bounding_client_rect();
                 let stage_css = f64::from(dom::html("stage").client_height());
@@ -145,7 +146,7 @@ impl Views {
     /// Draws the picture if it has changed: `None` if not, `false` if there was nothing to draw on.
     pub fn draw(&mut self, app: &App) -> Option<bool> {
         let drawn = self.stage.draw(app)?;
-        if let (Some(replica), Some(view)) = (app.pictured_replica(), view(app)) {
+        if let (Some(replica), Some(view)) = (app.screen.pictured_replica(), view(app)) {
             let css_per_pixel = stage::css_per_pixel(view.pixels);
             self.tags.update(replica, view, css_per_pixel);
             self.patch.show(emotes::shown(app, view, css_per_pixel));
@@ -157,11 +158,11 @@ impl Views {
     /// Shows everything that may change with every frame.
     pub fn show_frame(&mut self, app: &App) {
         let now_ms = app.now_ms();
-        let tick = if let Some(game) = app.game() {
+        let tick = if let Some(game) = app.screen.game() {
             game.replica().map(|replica| format!("{:.0}", replica.display.floor()))
-        } else if let Some(replay) = app.replay() {
+        } else if let Some(replay) = app.screen.replay() {
             Some(replay.player.tick().to_string())
-        } else if let Some(screen) = app.edit_screen() {
+        } else if let Some(screen) = app.screen.edit_screen() {
             self.editor.show_frame(&screen.editor, &mut self.patch);
             Some("0".to_owned())
         } else {
@@ -181,9 +182,9 @@ impl Views {
 
 /// The view of the last frame.
 pub fn view(app: &App) -> Option<&View> {
-    match (app.game(), app.replay()) {
+    match (app.screen.game(), app.screen.replay()) {
         (Some(game), _) => Some(game.view()),
         (_, Some(replay)) => Some(&replay.view),
-        _ => app.edit_screen().map(|screen| &screen.view),
+        _ => app.screen.edit_screen().map(|screen| &screen.view),
     }
 }

@@ -12,7 +12,7 @@ use jostle_game::scene::FieldForm;
 const RESTING: [&str; 4] = ["#palette", "#edit-tabs", "#edit-form", "#edit-code"];
 
 pub fn view(app: &App) -> View {
-    let (edits, edited) = (app.edit_screen().is_some(), app.edited());
+    let (edits, edited) = (app.screen.edit_screen().is_some(), app.edited());
     let mode = edited.map(|_| if edits { "edit" } else { "play" });
     let view = View::panel("editor")
         .with_or_without("", "data-editor", mode)
@@ -48,7 +48,7 @@ fn bar(view: View, screen: &EditScreen, edits: bool) -> View {
 /// What is wrong with the text.
 pub fn error(app: &App) -> View {
     let view = View::panel("error");
-    match app.edit_screen().map(|screen| screen.editor.problem()) {
+    match app.screen.edit_screen().map(|screen| screen.editor.problem()) {
         Some(problem) => view.text_or_hide("#edit-error", problem.map(ToString::to_string)),
         None => view,
     }

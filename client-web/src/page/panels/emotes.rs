@@ -34,7 +34,7 @@ pub fn wheel(app: &App) -> View {
 
 /// The emotes of this moment over their heroes, in a picture of so many CSS pixels a pixel. The newest is read out.
 pub fn shown(app: &App, view: &frame::View, css_per_pixel: f32) -> View {
-    let game = app.game().and_then(|game| Some((game, game.pictured_replica()?)));
+    let game = app.screen.game().and_then(|game| Some((game, game.pictured_replica()?)));
     let mut said = String::new();
     let mut items = Vec::new();
     let emotes =

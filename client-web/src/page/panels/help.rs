@@ -13,8 +13,8 @@ pub fn view(app: &App) -> View {
     if !app.visit.dialogs.help {
         return view;
     }
-    let game = app.game().and_then(|game| game.replica());
-    let (title, scene, close, hint, keys) = match (game, app.replay()) {
+    let game = app.screen.game().and_then(|game| game.replica());
+    let (title, scene, close, hint, keys) = match (game, app.screen.replay()) {
         (Some(replica), _) => {
             let (scene, settings) = (&replica.scene, &app.settings);
             let (hint, keys) = (hint(scene, settings), of_game(scene, settings));

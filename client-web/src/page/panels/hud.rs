@@ -25,7 +25,7 @@ const DENIED_MS: f64 = 5000.0;
 /// What is on, and what can be done with its link.
 pub fn title(app: &App) -> View {
     let view = View::panel("title");
-    let (game, replay) = (app.game(), app.replay());
+    let (game, replay) = (app.screen.game(), app.screen.replay());
     let replica = game.and_then(GameScreen::replica);
     let view = match (game.zip(replica), replay) {
         (Some((game, replica)), _) => game_title(view, app, game, &replica.scene),
@@ -90,7 +90,7 @@ pub fn length(player: &ReplayPlayer) -> String {
 
 /// The key caps of a game; those whose buttons are down or whose body is picked are lit.
 pub fn caps(app: &App) -> View {
-    let game = app.game();
+    let game = app.screen.game();
     let joined_ms = game.and_then(|game| game.status.joined_ms);
     let small = joined_ms.is_some_and(|joined| app.now_ms() - joined > CAPS_LARGE_MS);
     let caps = game.and_then(|game| {
@@ -125,7 +125,7 @@ fn cap_of(cap: &tools::Cap, lit: (Buttons, Option<Kind>), settings: &Settings) -
 
 /// Answers to what the player asked for.
 pub fn answers(app: &App) -> View {
-    let (game, now_ms) = (app.game(), app.now_ms());
+    let (game, now_ms) = (app.screen.game(), app.now_ms());
     let denied_ms = game.and_then(|game| game.status.denied_ms);
     let denied = denied_ms.is_some_and(|at| now_ms - at <= DENIED_MS);
     let answer = say("Only the host can do that, and a host can't be removed.");
@@ -180,7 +180,7 @@ fn line(number: usize, news: &News) -> View {
 
 /// What need not change with every frame: the buttons of a host, and what the network does.
 pub fn status(app: &App) -> View {
-    let game = app.game();
+    let game = app.screen.game();
     let closing_ms = game.and_then(|game| game.status.closing_ms);
     let closing = closing_ms.map(|closing_ms| {
         let seconds = ((closing_ms - app.now_ms()) / 1000.0).ceil().max(0.0);

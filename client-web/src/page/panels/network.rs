@@ -50,7 +50,7 @@ fn kinds(mut view: View, game: &GameScreen, now_ms: f64) -> View {
 /// The numbers and the plot of the panel, both lines in one scale.
 pub fn connection(app: &App) -> View {
     let mut view = View::panel("connection");
-    let game = app.game().filter(|_| app.panels.network);
+    let game = app.screen.game().filter(|_| app.panels.network);
     let Some((game, membership)) = game.and_then(|game| Some((game, game.membership.as_ref()?)))
     else {
         return view;
@@ -87,7 +87,7 @@ pub fn connection(app: &App) -> View {
 
 pub fn figures(app: &App) -> View {
     let view = View::panel("figures");
-    let Some(game) = app.game().filter(|_| app.panels.figures) else { return view };
+    let Some(game) = app.screen.game().filter(|_| app.panels.figures) else { return view };
     let now_ms = app.now_ms();
     let clock = game.membership.as_ref().map(|membership| &membership.clock);
     let ticks = |figure: fn(&Clock) -> f64| {

@@ -19,7 +19,7 @@ pub fn view(app: &App) -> View {
         .style("", "--own", color_var(app.visit.own_color))
         .yes("", "data-calm", app.settings.calm)
         .yes("", "data-clean", app.panels.clean)
-        .yes("", "data-watching", app.game().is_some_and(GameScreen::watches))
+        .yes("", "data-watching", app.screen.game().is_some_and(GameScreen::watches))
         .yes("", "data-touch", app.settings.touched)
         .yes("", "data-world", app.picture.world_shown)
         .with_or_without("", "data-hud", hud);

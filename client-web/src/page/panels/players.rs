@@ -22,7 +22,7 @@ enum Reader {
 }
 
 pub fn view(app: &App) -> View {
-    let game = app.game();
+    let game = app.screen.game();
     let reader = match game {
         Some(game) if game.watches() => Reader::Spectator(game.followed()),
         Some(game) if game.status.host => Reader::Host,

@@ -17,7 +17,7 @@ const MARKS_WIDTH: f64 = 1000.0;
 
 pub fn view(app: &App) -> View {
     let view = View::panel("deck");
-    let Some(replay) = app.replay() else { return view.list("#cast", []) };
+    let Some(replay) = app.screen.replay() else { return view.list("#cast", []) };
     let player = &replay.player;
     let cast = (0..)
         .zip(player.players())
@@ -113,7 +113,7 @@ fn chip(place: usize, player: &PlayerState, followed: bool) -> View {
 /// Marks on the timeline: what was compared, and what happened.
 pub fn marks(app: &App) -> View {
     let view = View::panel("marks");
-    let Some(replay) = app.replay() else { return view };
+    let Some(replay) = app.screen.replay() else { return view };
     let player = &replay.player;
     let (checks, chapters) = (&player.checks, &player.chapters.known);
     let first = f64::from(player.first_tick());

@@ -14,7 +14,7 @@ use jostle_protocol::web::RecordTable;
 
 /// The round of the displayed moment; nothing where there is none.
 pub fn view(app: &App) -> View {
-    let round = app.replica().and_then(round_of);
+    let round = app.screen.replica().and_then(round_of);
     let is_on = round.is_some();
     let round = round.unwrap_or_default();
     let goal = |side: &SideView| side.goal.map_or_else(String::new, |goal| format!(" / {goal}"));
@@ -50,7 +50,7 @@ fn result(view: View, result: Option<&ResultView>) -> View {
 
 /// The tick that the highlights are at, in place of the result.
 pub fn highlights(app: &App) -> View {
-    let game = app.game();
+    let game = app.screen.game();
     let showing = game.and_then(|game| game.showing.as_ref());
     let text = showing.map(|showing| {
         let [number, count] = [showing.player.number, showing.player.count].map(|n| n.to_string());
@@ -72,7 +72,7 @@ pub fn record(app: &App) -> View {
         .text_or_hide("#result-said", said.map(|said| say(said).to_owned()))
         .show("#result-best", best.is_some());
     let Some((scene, (table, run))) = best else { return view };
-    let heroes = app.replica().is_some_and(|replica| replica.scene.hero.is_some());
+    let heroes = app.screen.replica().is_some_and(|replica| replica.scene.hero.is_some());
     let race = is_raced(table, heroes).then(|| api::race(run, scene));
     view.text("#best-run", strings::best_run(table, run))
         .with("#best-watch", "href", api::watch(run))

@@ -11,7 +11,7 @@ use jostle_sim::Vec2;
 
 pub fn view(app: &App) -> View {
     let view = View::panel("touchpad");
-    let Some(replica) = app.game().and_then(|game| game.replica()) else { return view };
+    let Some(replica) = app.screen.game().and_then(|game| game.replica()) else { return view };
     let stick = app.visit.fingers.stick();
     let (left, top, bottom) = match stick {
         Some((at, _)) => (format!("{}px", at.x), format!("{}px", at.y - stick::RADIUS_PX), "auto"),

@@ -38,11 +38,11 @@ fn scene_file(text: &str) -> Event {
 }
 
 fn bots(browser: &Browser) -> usize {
-    browser.app.replica().map_or(0, |replica| replica.players().len()) - 1
+    browser.app.screen.replica().map_or(0, |replica| replica.players().len()) - 1
 }
 
 fn hash(browser: &Browser) -> Option<(u32, u64)> {
-    let room = browser.app.game()?.room_in_page()?;
+    let room = browser.app.screen.game()?.room_in_page()?;
     Some((room.tick_count(), room.state_hash()))
 }
 
@@ -56,7 +56,7 @@ fn a_scene_of_the_lobby_is_played_alone_with_bots_and_again_after_a_reload() {
         assert!(hash_part.starts_with("#alone=splash&bots=3&seed="), "{hash_part}");
         browser.wait(1000);
         assert_eq!((browser.app.state(), bots(&browser)), ("playing", 3));
-        assert!(browser.app.game().is_some_and(GameScreen::is_alone));
+        assert!(browser.app.screen.game().is_some_and(GameScreen::is_alone));
         let first = hash(&browser);
 
         let mut again = Browser::open("/", "");
@@ -76,18 +76,24 @@ fn the_end_of_a_round_is_shown_once_more_and_the_game_goes_on_meanwhile() {
     );
     browser.say(scene_file(&race));
     browser.wait(4000);
-    assert!(!browser.app.game().is_some_and(GameScreen::has_highlights));
+    assert!(!browser.app.screen.game().is_some_and(GameScreen::has_highlights));
     browser.wait(2000);
-    assert!(browser.app.is_round_over());
+    assert!(browser.app.screen.is_round_over());
     browser.say(clicked("highlights", ""));
     browser.wait(100);
     let displays = |browser: &Browser| {
-        let replicas = [browser.app.pictured_replica(), browser.app.replica()];
+        let replicas = [browser.app.screen.pictured_replica(), browser.app.screen.replica()];
         replicas.map(|replica| replica.map_or(0.0, |replica| replica.display))
     };
     let [shown, live] = displays(&browser);
     assert!(shown + 120.0 < live, "{shown} {live}");
-    let copy = |browser: &Browser| browser.app.frame().map(|frame| frame.copy);
+    let copy = |browser: &Browser| {
+        browser
+            .app
+            .screen
+            .frame(browser.app.now_ms(), browser.app.settings.calm)
+            .map(|frame| frame.copy)
+    };
     let shown_copy = copy(&browser);
     browser.say(Event::KeyDown(key("Escape", "Escape")));
     browser.wait(20);
@@ -130,7 +136,7 @@ fn a_scene_link_is_played_and_asks_for_nothing() {
     let done = browser.say(Event::Navigated(at(&link)));
     assert!(!has(&done, "Fetch") && !has(&done, "Request"), "{done:?}");
     browser.wait(400);
-    let title = browser.app.replica().map(|replica| replica.scene.title.clone());
+    let title = browser.app.screen.replica().map(|replica| replica.scene.title.clone());
     assert_eq!((browser.app.state(), title.as_deref()), ("playing", Some("Yard")));
     browser.say(Event::Navigated(at(&format!("{link}&bots=2"))));
     browser.wait(400);
@@ -151,7 +157,7 @@ fn a_scene_file_is_played_and_its_link_stands_in_the_address() {
     assert!(has(&browser.say(Event::FileDragged), "OfferDrop(true)"));
     browser.say(scene_file(&YARD.replace("Yard", "Court")));
     browser.wait(40);
-    let title = |browser: &Browser| browser.app.replica().map(|r| r.scene.title.clone());
+    let title = |browser: &Browser| browser.app.screen.replica().map(|r| r.scene.title.clone());
     assert_eq!(title(&browser).as_deref(), Some("Court"));
     // A wrong one does not.
     browser.say(scene_file(&YARD.replace("320", "-3")));
@@ -256,27 +262,27 @@ fn a_heavy_scene_of_a_stranger_is_played_after_a_question() {
     let asks = |browser: &Browser| browser.title() == "This scene is heavy";
     let mut browser = Browser::open("/", "");
     browser.say(Event::Navigated(at(&link)));
-    assert!(asks(&browser) && browser.app.game().is_none());
+    assert!(asks(&browser) && browser.app.screen.game().is_none());
     let detail = browser.app.notice().map(|card| card.detail).unwrap_or_default();
     assert!(detail.contains("layouts[1].count"), "{detail}");
     browser.click("notice-other");
     assert_eq!((browser.app.state(), browser.address.as_str()), ("lobby", "/"));
 
     browser.say(scene_file(&heavy));
-    assert!(asks(&browser) && browser.app.game().is_none());
+    assert!(asks(&browser) && browser.app.screen.game().is_none());
     browser.click("notice");
-    assert!(browser.app.game().is_some_and(GameScreen::is_alone) && !asks(&browser));
+    assert!(browser.app.screen.game().is_some_and(GameScreen::is_alone) && !asks(&browser));
     // The editor asks once.
     browser.wait(20);
     browser.press("KeyE", "e");
     browser.press("KeyE", "e");
     assert!(asks(&browser) && browser.app.state() == "editing");
     browser.click("notice");
-    assert!(browser.app.game().is_some());
+    assert!(browser.app.screen.game().is_some());
     browser.wait(20);
     browser.press("KeyE", "e");
     browser.press("KeyE", "e");
-    assert!(browser.app.game().is_some() && !asks(&browser));
+    assert!(browser.app.screen.game().is_some() && !asks(&browser));
 }
 
 #[test]

@@ -29,11 +29,17 @@ fn a_shipped_scene_is_edited_played_and_edited_again() {
     browser.wait(100);
     assert_eq!(browser.app.state(), "editing");
     let source = text(&browser);
-    assert!(browser.app.frame().is_some_and(|frame| !frame.bodies.is_empty()));
+    assert!(
+        browser
+            .app
+            .screen
+            .frame(browser.app.now_ms(), browser.app.settings.calm)
+            .is_some_and(|frame| !frame.bodies.is_empty())
+    );
     browser.press("KeyE", "e");
     assert_eq!(browser.app.state(), "playing");
     browser.wait(200);
-    assert!(browser.app.game().is_some_and(|game| game.replica().is_some()));
+    assert!(browser.app.screen.game().is_some_and(|game| game.replica().is_some()));
     browser.press("KeyE", "e");
     assert_eq!(browser.app.state(), "editing");
     assert_eq!(text(&browser), source);
@@ -196,7 +202,7 @@ fn a_room_with_the_edited_scene_is_opened_and_entered_as_its_host() {
     let effects = browser.say(Event::Answered(request, Some(answer)));
     assert!(has(&effects, "StoreSession(\"jostle.host.fox\""), "{effects:?}");
     assert_eq!(browser.address, "/fox");
-    assert!(browser.app.game().is_some_and(|game| game.code == "fox"));
+    assert!(browser.app.screen.game().is_some_and(|game| game.code == "fox"));
 }
 
 #[test]
@@ -315,7 +321,7 @@ fn pointed(browser: &mut Browser, change: PointerChange, id: i32, touch: bool, a
 /// The world point at a place of the canvas.
 fn world_at(browser: &mut Browser, at: [f32; 2]) -> Vec2 {
     browser.wait(50);
-    let screen = browser.app.edit_screen().expect("the editor");
+    let screen = browser.app.screen.edit_screen().expect("the editor");
     screen.view.to_world(Vec2::from(at))
 }
 
@@ -326,7 +332,8 @@ fn the_wheel_zooms_at_the_pointer_and_back_to_the_whole_scene() {
     let effects = browser.say(Event::Wheel(Vec2::new(500.0, 200.0), -600.0));
     assert!(has(&effects, "PreventDefault"));
     assert!((world_at(&mut browser, [500.0, 200.0]) - before).length() < 0.01);
-    let height = |browser: &Browser| browser.app.edit_screen().map(|screen| screen.view.height);
+    let height =
+        |browser: &Browser| browser.app.screen.edit_screen().map(|screen| screen.view.height);
     let near = height(&browser).expect("a view");
     // The middle button drags the point that it is on.
     pointed(&mut browser, PointerChange::Down, 1, false, [500.0, 200.0]);

@@ -21,7 +21,10 @@ fn joining_says_hello_and_remembers_the_seat() {
     let seat = |effect: &Effect| matches!(effect, Effect::StoreSession(key, Some(_)) if key == "jostle.seat.arena");
     assert!(browser.effects.iter().any(seat));
     browser.wait(100);
-    assert!(browser.app.frame().is_some() && browser.app.picture.world_shown);
+    assert!(
+        browser.app.screen.frame(browser.now_ms, false).is_some()
+            && browser.app.picture.world_shown
+    );
 }
 
 #[test]
@@ -134,12 +137,12 @@ fn pointer(change: PointerChange, at: Vec2) -> Pointer {
 fn the_mouse_points_at_the_same_place_of_the_world() {
     let mut browser = Browser::playing();
     browser.say(Event::Pointer(pointer(PointerChange::Moved, Vec2::new(200.0, 150.0))));
-    let game = browser.app.game().expect("a game");
+    let game = browser.app.screen.game().expect("a game");
     let View { center, .. } = *game.view();
     let seen = game.controls.pointer(game.view()).expect("a pointer");
     assert!((seen - center).length() < 1e-3, "{seen:?} is not the middle, {center:?}");
     browser.say(Event::Pointer(pointer(PointerChange::Left, Vec2::ZERO)));
-    let game = browser.app.game().expect("a game");
+    let game = browser.app.screen.game().expect("a game");
     assert_eq!(game.controls.pointer(game.view()), None);
 }
 
@@ -184,7 +187,14 @@ fn a_lost_connection_is_retried_until_it_is_back() {
         ("reconnecting", strings::RECONNECTING.title)
     );
     assert_eq!(browser.held(), Buttons(0));
-    assert!(browser.app.frame().is_some_and(|frame| frame.dimmed), "still on view");
+    assert!(
+        browser
+            .app
+            .screen
+            .frame(browser.app.now_ms(), browser.app.settings.calm)
+            .is_some_and(|frame| frame.dimmed),
+        "still on view"
+    );
     browser.wait(600);
     assert!(browser.session > session, "a new socket");
     browser.accept("arena");
@@ -241,7 +251,7 @@ fn a_server_that_closes_is_announced_and_waited_for() {
     for (keeps_room, card) in [(false, strings::RESTARTING), (true, strings::BACK_SOON)] {
         let mut browser = Browser::playing();
         browser.server_says(&ServerMessage::Draining { seconds: 2, keeps_room });
-        assert!(browser.app.game().is_some_and(|game| game.status.closing_ms.is_some()));
+        assert!(browser.app.screen.game().is_some_and(|game| game.status.closing_ms.is_some()));
         browser.socket(SocketEvent::Closed { code: 1006 });
         assert_eq!((browser.app.state(), browser.title()), ("reconnecting", card.title));
     }
@@ -310,10 +320,10 @@ fn a_demo_that_cannot_start_says_why() {
     assert!(!browser.effects.iter().any(|effect| matches!(effect, Effect::FetchScene(_))));
     assert_eq!(browser.app.state(), "refused");
     let awaits_arena =
-        || Activity::FetchingScene(Awaited::Demo(DemoRequest::parse("?demo=arena").expect("one")));
+        || Screen::FetchingScene(Awaited::Demo(DemoRequest::parse("?demo=arena").expect("one")));
     let broken = Fetched::Bytes(b"title".to_vec());
     for fetched in [Fetched::Nothing, Fetched::Refused(404), broken] {
-        browser.app.activity = awaits_arena();
+        browser.app.screen = awaits_arena();
         browser.app.visit.dialogs.card = None;
         browser.say(Event::SceneFetched("arena".into(), fetched));
         let title = browser.app.visit.dialogs.card.as_ref().map(|card| card.title);
@@ -324,11 +334,15 @@ fn a_demo_that_cannot_start_says_why() {
 #[test]
 fn a_scene_that_comes_late_starts_no_demo() {
     let mut browser = Browser::open("/", "?demo=arena&ticks=30");
-    let game = browser.app.game().and_then(|game| game.state_hash());
+    let game = browser.app.screen.game().and_then(|game| game.state_hash());
     assert!(game.is_some());
     assert!(browser.effects.iter().any(|effect| matches!(effect, Effect::FocusStage)));
     browser.say(scene_fetched("pile"));
-    assert_eq!(browser.app.game().and_then(|game| game.state_hash()), game, "not the one awaited");
+    assert_eq!(
+        browser.app.screen.game().and_then(|game| game.state_hash()),
+        game,
+        "not the one awaited"
+    );
     browser.say(Event::Navigated(Address { path: "/".into(), ..Address::default() }));
     browser.say(scene_fetched("arena"));
     assert_eq!(browser.app.state(), "lobby");
@@ -339,11 +353,15 @@ fn a_frozen_demo_counts_once_it_is_drawn() {
     let mut browser = Browser::open("/", "?demo=arena&ticks=30&bots=2");
     assert_eq!((browser.app.state(), browser.app.visit.own_color), ("connecting", 0));
     browser.say(Event::Frame(Some(CANVAS)));
-    let hash = browser.app.game().and_then(|game| game.state_hash());
+    let hash = browser.app.screen.game().and_then(|game| game.state_hash());
     browser.say(Event::Drawn(true));
     assert_eq!(browser.app.state(), "frozen");
     browser.wait(200);
-    assert_eq!(browser.app.game().and_then(|game| game.state_hash()), hash, "it stands still");
+    assert_eq!(
+        browser.app.screen.game().and_then(|game| game.state_hash()),
+        hash,
+        "it stands still"
+    );
     assert_eq!(browser.app.picture.frozen_hud, Some(false));
 }
 
@@ -361,7 +379,7 @@ fn the_help_opens_over_the_game_and_takes_its_keys() {
 #[test]
 fn a_host_confirms_before_a_player_is_removed() {
     let mut browser = Browser::playing();
-    let seat = browser.app.replica().expect("a room").seat;
+    let seat = browser.app.screen.replica().expect("a room").seat;
     browser.say(clicked("kick", &seat.0.to_string()));
     assert_eq!(browser.app.top(), Layer::Ask);
     browser.click("cancel");
@@ -424,7 +442,7 @@ fn the_copy_button_shows_its_result_for_a_moment() {
 fn prediction_and_simulated_networks_are_chosen_in_the_panel() {
     let mut browser = Browser::playing();
     let predicts = |browser: &Browser| {
-        let membership = browser.app.game().and_then(|game| game.membership.as_ref());
+        let membership = browser.app.screen.game().and_then(|game| game.membership.as_ref());
         membership.is_some_and(|membership| membership.predictor.is_some())
     };
     assert!(predicts(&browser));

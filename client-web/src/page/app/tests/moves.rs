@@ -84,15 +84,15 @@ impl Browser {
     }
 
     fn display(&self) -> f64 {
-        self.app.replica().expect("a room").display
+        self.app.screen.replica().expect("a room").display
     }
 
     fn copy(&self) -> u32 {
-        self.app.frame().expect("a frame").copy
+        self.app.screen.frame(self.now_ms, false).expect("a frame").copy
     }
 
     fn hero_x(&self) -> f32 {
-        self.app.replica().and_then(|replica| replica.own_hero()).expect("a hero").center.x
+        self.app.screen.replica().and_then(|replica| replica.own_hero()).expect("a hero").center.x
     }
 
     fn hello(&self) -> (Option<Token>, Option<Token>) {
@@ -113,7 +113,13 @@ fn the_picture_goes_on_where_it_was_when_the_room_moved() {
     assert_eq!(asked.as_deref(), Some(B));
     browser.run(20);
     assert_eq!((browser.app.state(), browser.title(), browser.display()), ("moving", "", display));
-    assert!(browser.app.frame().is_some_and(|frame| !frame.dimmed));
+    assert!(
+        browser
+            .app
+            .screen
+            .frame(browser.app.now_ms(), browser.app.settings.calm)
+            .is_some_and(|frame| !frame.dimmed)
+    );
     assert_eq!(browser.held(), Buttons::RIGHT, "the key is still down");
 
     let (sent, mut x) = (browser.sent.len(), browser.hero_x());
@@ -175,7 +181,7 @@ fn a_move_that_takes_long_is_shown_as_a_lost_connection() {
 #[test]
 fn a_seat_that_is_regained_soon_goes_on_too() {
     let delay = |browser: &Browser| {
-        let membership = browser.app.game().and_then(|game| game.membership.as_ref());
+        let membership = browser.app.screen.game().and_then(|game| game.membership.as_ref());
         membership.expect("a seat").clock.delay_ticks()
     };
     let mut browser = Browser::running();
@@ -196,7 +202,8 @@ fn a_seat_that_is_regained_soon_goes_on_too() {
         "{} ticks: the time away is no jitter",
         delay(&browser)
     );
-    let newest = browser.app.replica().and_then(|replica| replica.newest()).expect("one").tick;
+    let newest =
+        browser.app.screen.replica().and_then(|replica| replica.newest()).expect("one").tick;
     assert!(f64::from(newest) - browser.display() < before + 0.5, "{newest}");
 }
 

@@ -40,7 +40,7 @@ pub fn watching_file(bytes: Vec<u8>) -> Browser {
 }
 
 fn player(browser: &Browser) -> &ReplayPlayer {
-    &browser.app.replay().expect("a replay").player
+    &browser.app.screen.replay().expect("a replay").player
 }
 
 #[test]
@@ -74,12 +74,12 @@ fn a_still_replay_is_not_drawn_again() {
     let mut browser = watching();
     browser.press("Space", " ");
     browser.wait(100);
-    assert!(browser.app.frame().is_none());
+    assert!(browser.app.screen.frame(browser.now_ms, false).is_none());
     browser.press("F2", "F2");
-    assert!(browser.app.frame().is_some());
+    assert!(browser.app.screen.frame(browser.now_ms, false).is_some());
     browser.say(Event::Drawn(true));
     browser.say(Event::ContextLost);
-    assert!(browser.app.frame().is_some(), "what was drawn is gone");
+    assert!(browser.app.screen.frame(browser.now_ms, false).is_some(), "what was drawn is gone");
 }
 
 #[test]
@@ -114,7 +114,10 @@ fn a_fetched_replay_is_shown_unless_the_player_has_left() {
     assert!(has(&browser.click("notice"), "FetchReplay"), "asks again");
     browser.say(Event::ReplayFetched(api::replay_file("arena-1"), Fetched::Bytes(replay())));
     assert_eq!(browser.app.state(), "replay");
-    assert_eq!(browser.app.replay().and_then(|replay| replay.name.as_deref()), Some("arena-1"));
+    assert_eq!(
+        browser.app.screen.replay().and_then(|replay| replay.name.as_deref()),
+        Some("arena-1")
+    );
 }
 
 /// A file long enough to be read in several steps: with notes that no player of replays looks at.
@@ -154,7 +157,7 @@ fn a_long_replay_is_read_in_slices_and_the_page_says_how_far_it_is() {
             browser.wait(20);
         }
         assert!(seen.len() > 6, "{seen:?}");
-        let file = browser.app.replay().map(|replay| replay.file.as_str());
+        let file = browser.app.screen.replay().map(|replay| replay.file.as_str());
         assert_eq!((browser.app.state(), file), ("replay", Some("long.jostle")));
     }
 }

@@ -1,0 +1,224 @@
+//! The screens of the page, and what each makes of buttons, pointers and time.
+
+use crate::editor::update::Deed;
+use crate::page::awaited::Awaited;
+use crate::page::context::Context;
+use crate::page::edit_screen::EditScreen;
+use crate::page::event::Pointer;
+use crate::page::game::GameScreen;
+use crate::page::replay_screen::OpenReplay;
+use crate::replay::player::ReplayPlayer;
+use crate::sound::cue::Cue;
+use crate::view::frame::{Frame, View};
+use crate::world::replica::Replica;
+use jostle_game::{Buttons, RoundPhase, Tools};
+use jostle_sim::{TICKS_PER_SECOND, Vec2};
+
+/// An arrow key skips this many ticks.
+const SKIP_TICKS: i64 = TICKS_PER_SECOND as i64;
+
+/// What the page is at.
+pub enum Screen {
+    Lobby,
+    Game(Box<GameScreen>),
+    /// Waiting for a scene to play it in the page.
+    FetchingScene(Awaited),
+    /// Waiting for a replay.
+    Fetching {
+        /// Its name, for people.
+        name: String,
+        /// The address of its file.
+        file: String,
+    },
+    /// It did not come, or cannot be watched; a card says why.
+    NoReplay,
+    Replay(Box<OpenReplay>),
+    Edit(Box<EditScreen>),
+}
+
+impl Screen {
+    pub fn game(&self) -> Option<&GameScreen> {
+        match self {
+            Screen::Game(game) => Some(game),
+            _ => None,
+        }
+    }
+
+    pub fn replay(&self) -> Option<&OpenReplay> {
+        match self {
+            Screen::Replay(replay) => Some(replay),
+            _ => None,
+        }
+    }
+
+    pub fn edit_screen(&self) -> Option<&EditScreen> {
+        match self {
+            Screen::Edit(screen) => Some(screen),
+            _ => None,
+        }
+    }
+
+    /// Calls `work` with the game that is on, if one is.
+    pub fn with_game(
+        &mut self,
+        ctx: &mut Context,
+        work: impl FnOnce(&mut GameScreen, &mut Context),
+    ) {
+        if let Screen::Game(game) = self {
+            work(game, ctx);
+        }
+    }
+
+    /// Calls `work` with the player of the replay that is on, if one is.
+    pub fn with_replay(&mut self, work: impl FnOnce(&mut ReplayPlayer)) {
+        if let Screen::Replay(replay) = self {
+            work(&mut replay.player);
+        }
+    }
+
+    pub fn with_editor(&mut self, ctx: &Context, work: impl FnOnce(&mut EditScreen, f64)) {
+        if let Screen::Edit(screen) = self {
+            work(screen, ctx.now_ms);
+        }
+    }
+
+    pub fn edit(&mut self, ctx: &Context, deed: Deed) {
+        self.with_editor(ctx, |screen, now_ms| screen.update(now_ms, deed));
+    }
+
+    /// The copy of the room on display.
+    pub fn replica(&self) -> Option<&Replica> {
+        match self {
+            Screen::Game(game) => game.replica(),
+            Screen::Replay(replay) => Some(replay.player.replica()),
+            Screen::Edit(screen) => screen.picture(),
+            _ => None,
+        }
+    }
+
+    /// The copy of the room in the picture: that of a highlight, while one is shown.
+    pub fn pictured_replica(&self) -> Option<&Replica> {
+        match self {
+            Screen::Game(game) => game.pictured_replica(),
+            _ => self.replica(),
+        }
+    }
+
+    /// The frame to draw now, or `None` if the one on the canvas is still right.
+    pub fn frame(&self, now_ms: f64, calm: bool) -> Option<Frame<'_>> {
+        let seconds = (now_ms / 1000.0) as f32;
+        match self {
+            Screen::Game(game) => game.frame(seconds, calm),
+            Screen::Replay(replay) => replay.frame(calm),
+            Screen::Edit(screen) => Some(screen.frame(seconds)),
+            _ => None,
+        }
+    }
+
+    /// What was heard since the last frame, and where the camera was.
+    pub fn take_cues(&mut self) -> Option<(Vec<Cue>, View)> {
+        match self {
+            Screen::Game(game) if !game.is_frozen() => Some((game.take_cues(), *game.view())),
+            Screen::Replay(replay) => Some((replay.take_cues(), replay.view)),
+            _ => None,
+        }
+    }
+
+    pub fn has_sound(&self) -> bool {
+        matches!(self, Screen::Game(_) | Screen::Replay(_))
+    }
+
+    pub fn is_round_over(&self) -> bool {
+        let round = self.replica().and_then(Replica::round);
+        round.is_some_and(|round| round.phase == RoundPhase::Over)
+    }
+
+    /// Whether M is free: where bodies are selected it selects a minion.
+    pub fn may_mute(&self) -> bool {
+        self.replica().is_none_or(|replica| !replica.scene.tools.contains(Tools::SELECT))
+    }
+
+    /// Presses or releases buttons that are not keys, and sends that at once.
+    pub fn press(&mut self, ctx: &mut Context, buttons: Buttons, down: bool) {
+        self.with_game(ctx, |game, ctx| {
+            game.controls.press(buttons, down);
+            game.send_due(ctx);
+        });
+    }
+
+    /// Steers by thumb.
+    pub fn steer(&mut self, ctx: &mut Context, directions: Buttons) {
+        self.with_game(ctx, |game, ctx| {
+            game.controls.steer(directions);
+            game.send_due(ctx);
+        });
+    }
+
+    pub fn point(&mut self, ctx: &mut Context, pointer: Option<&Pointer>) {
+        let share =
+            |pointer: &Pointer| pointer.at / pointer.canvas.max(Vec2::splat(f32::MIN_POSITIVE));
+        self.with_game(ctx, |game, ctx| {
+            game.controls.point(pointer.map(share));
+            game.send_due(ctx);
+        });
+    }
+
+    /// A frame was drawn, or could not be.
+    pub fn note_drawn(&mut self, now_ms: f64, drawn: bool) {
+        match self {
+            Screen::Game(game) if drawn => game.meter.drawn(now_ms),
+            Screen::Replay(replay) => replay.note_drawn(drawn, now_ms),
+            _ => {}
+        }
+    }
+
+    /// Goes on with a game or a replay that stands still.
+    pub fn resume(&mut self) {
+        match self {
+            Screen::Game(game) => game.status.stalled_ms = None,
+            Screen::Replay(replay) => replay.stalled_ms = None,
+            _ => {}
+        }
+    }
+
+    /// Selects the next piece. After the last one the focus goes on to the buttons, so that it is never caught.
+    pub fn tab(&mut self, ctx: &Context, back: bool) -> bool {
+        let Screen::Edit(screen) = self else { return false };
+        let editor = &mut screen.editor;
+        let ends = match back {
+            false => editor.sheet.pieces.last(),
+            true => editor.sheet.pieces.first(),
+        };
+        let at_end = ends.is_none_or(|piece| editor.selection.last() == Some(&piece.id));
+        let deed = if at_end { Deed::Deselected } else { Deed::Next { back } };
+        self.edit(ctx, deed);
+        !at_end
+    }
+
+    /// Does what a letter means to the replay; `false` if that is nothing.
+    pub fn control_replay(&mut self, letter: &str) -> bool {
+        let mut known = true;
+        self.with_replay(|player| match letter {
+            " " => player.toggle(),
+            "," => player.step_by(-1),
+            "." => player.step_by(1),
+            "ArrowLeft" => player.skip(-SKIP_TICKS),
+            "ArrowRight" => player.skip(SKIP_TICKS),
+            "ArrowUp" => player.shift_speed(true),
+            "ArrowDown" => player.shift_speed(false),
+            "Home" => player.aim(player.first_tick()),
+            "End" => player.aim(player.last_tick()),
+            "g" => player.skip_to_goal(true),
+            "G" => player.skip_to_goal(false),
+            "0" => player.follow(None),
+            digit => match digit.parse::<usize>() {
+                Ok(number @ 1..) => {
+                    let seat = player.players().get(number - 1).map(|player| player.seat);
+                    seat.into_iter().for_each(|seat| player.toggle_follow(seat));
+                }
+                _ => known = false,
+            },
+        });
+        known
+    }
+}
