@@ -33,8 +33,6 @@ use jostle_game::{Buttons, Scene};
 use jostle_protocol::{Appearance, limits};
 use std::sync::Arc;
 
-/// A wheel that turns so far doubles the picture of the editor, CSS pixels.
-const WHEEL_PIXELS: f32 = 300.0;
 /// The copy button says for this long what came of it, milliseconds.
 const COPIED_MS: i32 = 1500;
 
@@ -116,6 +114,20 @@ pub struct Picture {
     pub world_shown: bool,
     /// Whether the controls are shown over a frozen demo, if one is on.
     pub frozen_hud: Option<bool>,
+}
+
+impl Picture {
+    /// Takes what happened to the drawing context.
+    fn update(&mut self, ctx: &mut Context, event: &Event) {
+        match event {
+            Event::GraphicsFailed => self.graphics.failed = true,
+            Event::ContextRestored => self.graphics = GraphicsStatus::default(),
+            _ => {
+                self.graphics.lost_ms.get_or_insert(ctx.now_ms);
+                ctx.request(Effect::DropGraphics);
+            }
+        }
+    }
 }
 
 /// The page's address.
@@ -206,22 +218,12 @@ impl App {
                 }
             }
             Event::Drawn(drawn) => self.note_drawn(drawn),
-            Event::Online => self.screen.with_game(&mut self.ctx, |game, _| game.hurry()),
             Event::FocusLost => self.release_input(),
             Event::Closing => self.close_tab(),
             Event::KeyDown(key) => self.key_down(&key),
             Event::KeyUp(key) => self.key_up(&key),
             Event::Pointer(pointer) => self.pointer(&pointer),
-            Event::Wheel(at, by) => {
-                if self.screen.edit_screen().is_some() {
-                    self.screen.with_editor(&self.ctx, |screen, _| {
-                        screen.zoom(at, (-by / WHEEL_PIXELS).exp2())
-                    });
-                    self.ctx.request(Effect::PreventDefault);
-                }
-            }
             Event::ToolArmed(buttons) => self.visit.fingers.armed = buttons,
-            Event::ToolPressed(buttons, down) => self.screen.press(&mut self.ctx, buttons, down),
             Event::Clicked(action, value) => self.click(action, &value),
             Event::FormChanged(form) => _ = self.read_form(&form),
             Event::PlayClicked(form) => self.play(&form),
@@ -231,19 +233,6 @@ impl App {
                 }
             }
             Event::AloneClicked(scene, form) => self.play_scene_alone(&scene, &form),
-            Event::Socket(session, event) => {
-                self.screen
-                    .with_game(&mut self.ctx, |game, ctx| game.on_socket(ctx, session, event));
-            }
-            Event::Edited(deed) => self.screen.edit(&self.ctx, deed),
-            Event::FieldChanged(path, values) => {
-                self.screen.with_editor(&self.ctx, |screen, now_ms| {
-                    screen.editor.set_field(now_ms, &path, &values);
-                })
-            }
-            Event::ConnectionCut => {
-                self.screen.with_game(&mut self.ctx, |game, ctx| game.drop_socket(ctx))
-            }
             Event::Answered(Request::OpenGuest(text), answer) => {
                 self.take_guest_room(&text, answer.as_deref());
             }
@@ -263,11 +252,19 @@ impl App {
             }
             Event::Copied(copied) => self.note_copied(copied),
             Event::CopyShown => self.visit.copied = None,
-            Event::GraphicsFailed => self.picture.graphics.failed = true,
-            Event::ContextLost => self.lose_context(),
-            Event::ContextRestored => self.picture.graphics = GraphicsStatus::default(),
-            Event::SeekChosen(tick) => self.screen.with_replay(|player| player.aim(tick)),
-            Event::SpeedChosen(speed) => self.screen.with_replay(|player| player.set_speed(speed)),
+            Event::GraphicsFailed | Event::ContextLost | Event::ContextRestored => {
+                self.picture.update(&mut self.ctx, &event);
+                self.screen.update(&mut self.ctx, event);
+            }
+            Event::Online
+            | Event::Socket(..)
+            | Event::ConnectionCut
+            | Event::ToolPressed(..)
+            | Event::Wheel(..)
+            | Event::Edited(_)
+            | Event::FieldChanged(..)
+            | Event::SeekChosen(_)
+            | Event::SpeedChosen(_) => self.screen.update(&mut self.ctx, event),
             Event::PredictionChosen(on) => {
                 self.ctx.storage.keep_flag(storage::PREDICT, on);
                 self.set_prediction(on);
@@ -276,16 +273,10 @@ impl App {
                 self.conditions = conditions;
                 self.ctx.request(Effect::SetConditions(conditions));
             }
-            Event::Sound(event) => {
-                if let SoundEvent::Hidden(_) = event {
-                    self.release_input();
-                }
-                self.sound.update(&mut self.ctx, event);
-            }
+            Event::Sound(event) => self.take_sound(event),
             Event::Settings(event) => {
-                if let Some(state) = self.settings.update(&mut self.ctx, event) {
-                    self.play_by_pad(&state);
-                }
+                let played = self.settings.update(&mut self.ctx, event);
+                played.iter().for_each(|state| self.play_by_pad(state));
             }
             Event::StoredElsewhere(key, value) => self.take_stored(&key, value),
             Event::DraftKept(draft, kept) => self.note_draft(draft, kept),
@@ -543,12 +534,11 @@ impl App {
         }
     }
 
-    fn lose_context(&mut self) {
-        self.picture.graphics.lost_ms.get_or_insert(self.ctx.now_ms);
-        self.ctx.request(Effect::DropGraphics);
-        if let Screen::Replay(replay) = &mut self.screen {
-            replay.drawn = None;
+    fn take_sound(&mut self, event: SoundEvent) {
+        if let SoundEvent::Hidden(_) = event {
+            self.release_input();
         }
+        self.sound.update(&mut self.ctx, event);
     }
 
     // The lobby's form.

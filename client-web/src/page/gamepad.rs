@@ -31,7 +31,12 @@ impl App {
             let is_in = |actions: u32, action: Action| actions >> action as u32 & 1 == 1;
             let pressed = input.actions & !before;
             let released = is_in(before & !input.actions, Action::Emote);
-            self.wheel_pad(&input, is_in(pressed, Action::Emote), released);
+            if is_in(pressed, Action::Emote) {
+                self.toggle_wheel();
+                self.visit.wheel.iter_mut().for_each(|wheel| wheel.pad = true);
+            }
+            let used = self.visit.wheel_pad(&input, released);
+            self.use_wheel(used);
             self.press_on_pad(pressed);
         }
     }

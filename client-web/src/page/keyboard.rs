@@ -34,7 +34,8 @@ impl App {
     }
 
     pub(super) fn key_up(&mut self, key: &Key) {
-        self.wheel_key_up(&key.code);
+        let picked = self.visit.wheel_key_up(&key.code);
+        picked.into_iter().for_each(|emote| self.emote(emote));
         self.screen.with_game(&mut self.ctx, |game, ctx| {
             game.controls.key_up(&key.code);
             game.send_due(ctx);
@@ -51,13 +52,15 @@ impl App {
         if key.modified {
             return self.release_input();
         }
-        if self.wheel_key_down(key) {
+        let used = self.visit.wheel_key_down(key);
+        if self.use_wheel(used) {
             return self.ctx.request(Effect::PreventDefault);
         }
         let opens = self.settings.keys.actions(&key.code, &key.letter).contains(&Action::Emote);
         if opens && self.top() == Layer::Page {
             if !key.repeat {
-                self.hold_wheel(key);
+                self.toggle_wheel();
+                self.visit.wheel.iter_mut().for_each(|wheel| wheel.key = Some(key.code.clone()));
             }
             return self.ctx.request(Effect::PreventDefault);
         }

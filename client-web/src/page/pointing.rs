@@ -11,7 +11,11 @@ impl App {
         // The first touch brings the stick and the tool buttons, also where a mouse is present.
         self.settings.touched |= pointer.touch && pointer.change == PointerChange::Down;
         self.screen.with_editor(&self.ctx, |screen, now_ms| screen.point(now_ms, pointer));
-        if self.screen.game().is_none() || self.wheel_pointer(pointer) {
+        if self.screen.game().is_none() {
+            return;
+        }
+        let used = self.visit.wheel_pointer(pointer);
+        if self.use_wheel(used) {
             return;
         }
         if pointer.touch {

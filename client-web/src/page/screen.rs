@@ -4,16 +4,19 @@ use crate::editor::update::Deed;
 use crate::page::awaited::Awaited;
 use crate::page::context::Context;
 use crate::page::edit_screen::EditScreen;
-use crate::page::event::Pointer;
+use crate::page::event::{Effect, Event, Pointer};
 use crate::page::game::GameScreen;
+use crate::page::page_action::PageAction;
 use crate::page::replay_screen::OpenReplay;
 use crate::replay::player::ReplayPlayer;
 use crate::sound::cue::Cue;
 use crate::view::frame::{Frame, View};
 use crate::world::replica::Replica;
-use jostle_game::{Buttons, RoundPhase, Tools};
+use jostle_game::{Buttons, RoundPhase, Seat, Tools};
 use jostle_sim::{TICKS_PER_SECOND, Vec2};
 
+/// A wheel that turns so far doubles the picture of the editor, CSS pixels.
+const WHEEL_PIXELS: f32 = 300.0;
 /// An arrow key skips this many ticks.
 const SKIP_TICKS: i64 = TICKS_PER_SECOND as i64;
 
@@ -55,6 +58,54 @@ impl Screen {
         match self {
             Screen::Edit(screen) => Some(screen),
             _ => None,
+        }
+    }
+
+    /// Handles an event that concerns the screen alone.
+    pub fn update(&mut self, ctx: &mut Context, event: Event) {
+        match (self, event) {
+            (Screen::Game(game), Event::Online) => game.hurry(),
+            (Screen::Game(game), Event::Socket(session, event)) => {
+                game.on_socket(ctx, session, event);
+            }
+            (Screen::Game(game), Event::ConnectionCut) => game.drop_socket(ctx),
+            (screen @ Screen::Game(_), Event::ToolPressed(buttons, down)) => {
+                screen.press(ctx, buttons, down);
+            }
+            (Screen::Edit(screen), Event::Wheel(at, by)) => {
+                screen.zoom(at, (-by / WHEEL_PIXELS).exp2());
+                ctx.request(Effect::PreventDefault);
+            }
+            (Screen::Edit(screen), Event::Edited(deed)) => screen.update(ctx.now_ms, deed),
+            (Screen::Edit(screen), Event::FieldChanged(path, values)) => {
+                screen.editor.set_field(ctx.now_ms, &path, &values);
+            }
+            (Screen::Replay(replay), Event::SeekChosen(tick)) => replay.player.aim(tick),
+            (Screen::Replay(replay), Event::SpeedChosen(speed)) => replay.player.set_speed(speed),
+            (Screen::Replay(replay), Event::ContextLost) => replay.drawn = None,
+            _ => {}
+        }
+    }
+
+    /// Does what a button of a game or a replay says.
+    pub fn click(&mut self, ctx: &mut Context, action: PageAction, value: &str) {
+        let seat = value.parse().ok().map(Seat);
+        match (self, action) {
+            (Screen::Game(game), PageAction::Clip) => game.keep_clip(ctx),
+            (Screen::Game(game), PageAction::Highlights) => game.toggle_highlights(ctx),
+            (Screen::Game(game), PageAction::Follow) => game.follow_player(seat),
+            (screen @ Screen::Game(_), PageAction::SwitchTeam) => {
+                screen.press(ctx, Buttons::TEAM, true);
+                screen.press(ctx, Buttons::TEAM, false);
+            }
+            (Screen::Replay(replay), PageAction::PlayPause) => replay.player.toggle(),
+            (Screen::Replay(replay), PageAction::Step) => {
+                replay.player.step_by(value.parse().unwrap_or(0));
+            }
+            (Screen::Replay(replay), PageAction::Follow) => {
+                seat.into_iter().for_each(|seat| replay.player.toggle_follow(seat));
+            }
+            _ => {}
         }
     }
 

@@ -6,12 +6,12 @@ use crate::net::api;
 use crate::page::choices::Choice;
 use crate::page::dialogs::Question;
 use crate::page::event::{Address, Effect};
-use crate::page::game::GameScreen;
 use crate::page::game::status::State;
+use crate::page::layers::Layer;
 use crate::page::page_action::PageAction;
 use crate::page::strings::{self, CardAction};
-use crate::replay::player::ReplayPlayer;
-use jostle_game::{Buttons, Seat};
+use crate::page::wheel::WheelUse;
+use jostle_protocol::limits::EMOTES;
 
 impl App {
     /// Does what was clicked says.
@@ -56,29 +56,17 @@ impl App {
             },
             PageAction::Cancel => self.visit.dialogs.question = None,
             PageAction::Again => self.go_on(),
-            PageAction::Clip => self.screen.with_game(&mut self.ctx, GameScreen::keep_clip),
-            PageAction::Highlights => {
-                self.screen.with_game(&mut self.ctx, GameScreen::toggle_highlights)
-            }
-            PageAction::SwitchTeam => {
-                self.screen.press(&mut self.ctx, Buttons::TEAM, true);
-                self.screen.press(&mut self.ctx, Buttons::TEAM, false);
-            }
             PageAction::Notice => self.act(self.notice().map(|card| card.action)),
             PageAction::NoticeOther => {
                 let other = self.notice().and_then(|card| card.other);
                 self.act(other.map(|(_, action)| action));
             }
-            PageAction::PlayPause => self.screen.with_replay(ReplayPlayer::toggle),
-            PageAction::Step => {
-                self.screen.with_replay(|player| player.step_by(value.parse().unwrap_or(0)))
-            }
-            PageAction::Follow => {
-                let seat = value.parse().ok().map(Seat);
-                self.screen.with_game(&mut self.ctx, |game, _| game.follow_player(seat));
-                self.screen
-                    .with_replay(|player| seat.into_iter().for_each(|s| player.toggle_follow(s)));
-            }
+            PageAction::Clip
+            | PageAction::Highlights
+            | PageAction::SwitchTeam
+            | PageAction::PlayPause
+            | PageAction::Step
+            | PageAction::Follow => self.screen.click(&mut self.ctx, action, value),
             _ => self.click_editor(action, value),
         }
     }
@@ -107,6 +95,28 @@ impl App {
             }),
             None => {}
         }
+    }
+
+    /// Opens the wheel of emotes, or closes it.
+    pub(in crate::page) fn toggle_wheel(&mut self) {
+        let may_open = self.screen.game().is_some() && self.top() == Layer::Page;
+        self.visit.toggle_wheel(may_open);
+    }
+
+    /// Shows an emote, and closes the wheel.
+    pub(in crate::page) fn emote(&mut self, emote: u8) {
+        self.visit.wheel = None;
+        if emote < EMOTES {
+            self.screen.with_game(&mut self.ctx, |game, ctx| game.emote(ctx, emote));
+        }
+    }
+
+    /// Shows what was picked on the wheel; `false` if the wheel has no use for it.
+    pub(in crate::page) fn use_wheel(&mut self, used: WheelUse) -> bool {
+        if let WheelUse::Emote(emote) = used {
+            self.emote(emote);
+        }
+        used != WheelUse::Unused
     }
 
     fn ask_to_kick(&mut self, seat: &str) {
