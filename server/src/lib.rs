@@ -6,7 +6,7 @@
 //! configured, [`net::http`] answers or upgrades it, [`net::session`] runs the game session. A session meets
 //! its room at two bounded queues: the inbox that it fills and the [`host::outbox`] that it empties.
 //! [`host::ticker`] is the room's thread between them; [`host::rooms`] lists the rooms.
-//! [`replays`] records games on a thread of its own, [`records`] keeps the best runs, and [`durable`] keeps rooms on another, so that they outlive
+//! [`replays`] records games on a thread of its own, [`runs`] keeps the best runs, and [`durable`] keeps rooms on another, so that they outlive
 //! the process. [`limits`] bounds what an address, a network and a socket
 //! may do. [`ops`] counts events, shows them to operators on a port of their own and logs refusals.
 
@@ -19,8 +19,8 @@ pub mod host;
 pub mod limits;
 pub mod net;
 pub mod ops;
-pub mod records;
 pub mod replays;
+pub mod runs;
 pub mod state;
 
 pub use config::Config;
@@ -36,8 +36,8 @@ use net::socket_threads::SocketThreads;
 use ops::agones;
 use ops::bans::Bans;
 use ops::supervisor::{self, Sign};
-use records::Records;
 use replays::Recording;
+use runs::Records;
 use std::convert::Infallible;
 use std::io;
 use std::sync::Arc;

@@ -11,7 +11,7 @@ use jostle_server::host::token_signer::TokenSigner;
 use jostle_server::limits::{GUEST_BUDGET, GUEST_SCENE_BYTES_MAX};
 use jostle_server::net::http;
 use jostle_server::net::listen::speak_http;
-use jostle_server::{Config, Parts, Phase, ServerState, records, replays};
+use jostle_server::{Config, Parts, Phase, ServerState, replays, runs};
 use std::net::{IpAddr, Ipv4Addr};
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
@@ -104,7 +104,7 @@ pub fn run(mut bytes: &[u8]) {
     static SCENES: OnceLock<Vec<Arc<Scene>>> = OnceLock::new();
     let scenes = SCENES
         .get_or_init(|| vec![Arc::new(Scene::parse("hop.toml", RUN_SCENE).expect("a scene"))]);
-    let prove = || records::prove(file.clone(), scenes, Duration::from_secs(1), || true);
+    let prove = || runs::prove(file.clone(), scenes, Duration::from_secs(1), || true);
     match prove() {
         Ok((scene, run)) => {
             assert_eq!(scene.source, RUN_SCENE);

@@ -5,7 +5,7 @@ use super::read;
 use super::response::{Answer, busy, failed, json, not_found};
 use crate::limits;
 use crate::ops::refusal_log::Foreign;
-use crate::records::{BestRuns, Record};
+use crate::runs::{BestRuns, Record};
 use crate::state::ServerState;
 use hyper::body::Incoming;
 use hyper::header::{self, HeaderValue};
