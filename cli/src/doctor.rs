@@ -14,7 +14,7 @@ use crate::serve::Serve;
 use clock::Clocks;
 use cpu::Times;
 use finding::Finding;
-use jostle_server::durable::Sync;
+use jostle_server::log::Sync;
 use serde::Serialize;
 use std::time::SystemTime;
 

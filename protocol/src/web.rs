@@ -115,7 +115,7 @@ pub struct Replays {
     /// Replays that ended because a disk failed.
     #[serde(skip_deserializing)]
     pub errors: u64,
-    /// Blocks of replays that were dropped because a disk was too slow.
+    /// Of these, those that ended because it was too slow.
     #[serde(skip_deserializing)]
     pub dropped: u64,
 }

@@ -5,12 +5,11 @@
 
 mod bots;
 pub mod camera;
-pub mod clip;
 pub mod divergence;
 mod input_queue;
+pub mod log;
 mod members;
 pub mod playback;
-mod recorder;
 mod replication;
 mod room;
 pub mod run;
@@ -19,8 +18,8 @@ mod saved;
 pub use input_queue::{
     INPUTS_QUEUED_MAX, INPUTS_WAITING_GOAL, LONG_QUEUE_TICKS, SEQ_AHEAD_MAX, SILENCE_TICKS,
 };
+pub use log::GameLog;
 pub use playback::{Playback, PlaybackError, Played};
-pub use recorder::{BLOCK_TICKS, KEYFRAME_TICKS_MIN, Recorder};
 pub use replication::{BufferPool, InterestArea, Rate, Subscriber, view_of};
 pub use room::{Claim, Room, SEAT_HELD_TICKS, VIEW_EVERY_TICKS, Welcome};
 pub use run::{Measure, Run, Unproven};

@@ -3,9 +3,8 @@
 mod restore;
 
 use crate::bots::Bots;
-use crate::clip::ClipBuffer;
+use crate::log::{self, GameLog, Looks};
 use crate::members::{Member, Members};
-use crate::recorder::Recorder;
 use crate::replication::{InterestArea, LiveParticles, Rate, Replication, Subscriber, view_of};
 use bytes::Bytes;
 use jostle_game::{Game, Input, Scene, Seat};
@@ -38,11 +37,8 @@ pub struct Room {
     /// The snapshot before, kept for its memory.
     spare: Arc<Snapshot>,
     replication: Replication,
-    recorder: Option<Recorder>,
-    /// The recording from which the room can be restored.
-    restorable: Option<Recorder>,
-    /// The last seconds, where clips may be asked for.
-    clips: Option<ClipBuffer>,
+    /// What was played, where somebody reads it.
+    log: Option<GameLog>,
     /// Grows with every change of what [`Room::saved_members`] returns.
     members_revision: u64,
 }
@@ -107,9 +103,7 @@ impl Room {
             spare: Arc::clone(&newest),
             newest,
             replication: Replication::default(),
-            recorder: None,
-            restorable: None,
-            clips: None,
+            log: None,
             members_revision: 0,
         }
     }
@@ -352,19 +346,9 @@ impl Room {
     }
 
     fn record_tick(&mut self, changes: Vec<replay::Change>) {
-        let Room { game, inputs, members, recorder, restorable, clips, .. } = self;
-        if recorder.is_none() && restorable.is_none() && clips.is_none() {
-            return;
-        }
-        let hash = game.hash();
-        if let Some(clips) = clips {
-            clips.tick(changes.clone(), inputs, game, hash, || members.appearances());
-        }
-        if let Some(restorable) = restorable {
-            restorable.tick(changes.clone(), inputs, game, hash, || members.appearances());
-        }
-        if let Some(recorder) = recorder {
-            recorder.tick(changes, inputs, game, hash, || members.appearances());
+        let Room { game, inputs, members, log, .. } = self;
+        if let Some(log) = log {
+            log.tick(changes, inputs, game, || members.appearances());
         }
     }
 
@@ -397,67 +381,89 @@ impl Room {
         }
     }
 
-    /// Starts recording. `program` is the version that plays, `unix_s` the time, 0 if unknown.
-    pub fn record(&mut self, program: &str, unix_s: u64) {
-        let (start, members) = self.recording_start(program, unix_s);
-        self.recorder = Some(Recorder::new(start, &self.game, members));
+    /// Keeps a log of the game from now on, with its last seconds: [`Room::clip`] has them. `program` is the version that plays.
+    pub fn keep_clips(&mut self, program: &str) {
+        self.begin_log(program, true);
     }
 
-    /// The start of a recording, and the players who are in the game.
-    fn recording_start(
-        &self,
-        program: &str,
-        unix_s: u64,
-    ) -> (replay::Start, Vec<(Seat, Appearance)>) {
+    fn begin_log(&mut self, program: &str, keeps_clips: bool) {
         let scene = self.game.scene();
         let start = replay::Start {
             program: program.to_owned(),
-            unix_s,
+            unix_s: 0,
             room: self.code.clone(),
             scene_name: scene.name.clone(),
             scene: scene.source.clone(),
             seed: self.seed,
-            first_tick: self.game.tick_count(),
+            first_tick: 0,
         };
-        // A player who joins with the next tick is recorded with it.
-        let joins = |seat| self.changes.contains(&Change::Join(seat));
-        let mut members = self.members.appearances();
-        members.retain(|&(seat, _)| !joins(seat));
-        (start, members)
+        self.log = Some(GameLog::new(start, keeps_clips, &self.game, self.looks()));
     }
 
-    /// Keeps the last seconds of the game from now on, so that [`Room::clip`] has them.
-    pub fn keep_clips(&mut self, program: &str) {
-        let (start, members) = self.recording_start(program, 0);
-        self.clips = Some(ClipBuffer::new(start, &self.game, members));
+    /// The players who are in the game. One who joins with the next tick is recorded with it.
+    fn looks(&self) -> Looks {
+        let joins = |seat| self.changes.contains(&Change::Join(seat));
+        let mut looks = self.members.appearances();
+        looks.retain(|&(seat, _)| !joins(seat));
+        looks
+    }
+
+    /// The log, where one is kept.
+    pub fn log(&self) -> Option<&GameLog> {
+        self.log.as_ref()
+    }
+
+    /// Ends the block of the log that is being filled, so that readers have all ticks.
+    pub fn flush_log(&mut self) {
+        self.log.iter_mut().for_each(GameLog::flush);
+    }
+
+    /// Appends notes of the host to the log. They are of the last tick.
+    pub fn log_notes(&mut self, notes: Record) {
+        self.log.iter_mut().for_each(|log| log.append(notes.clone()));
+    }
+
+    /// Appends the whole state to the log.
+    pub fn log_keyframe(&mut self) {
+        let looks = self.looks();
+        self.log.iter_mut().for_each(|log| log.keyframe(&self.game, looks.clone()));
+    }
+
+    /// Appends the end of the game, or of what replays are to have of it, to the log.
+    pub fn end_log(&mut self) {
+        self.log.iter_mut().for_each(|log| log.append(log::end(&self.game)));
     }
 
     /// The last seconds as the records of a replay, which ends now and begins up to half a minute earlier than the
-    /// clip; [`crate::clip::cut`] shortens it. `None` where none are kept.
-    pub fn clip(&self, unix_s: u64) -> Option<Vec<Record>> {
-        self.clips.as_ref().map(|clips| clips.records(&self.game, unix_s))
+    /// clip; [`log::cut`] shortens it. `None` where none are kept.
+    pub fn clip(&self, unix_s: u64) -> Option<Vec<Arc<Record>>> {
+        self.log.as_ref()?.clip(unix_s, &self.game)
     }
 
-    /// Takes the records that are ready, in order; none without a recording.
+    /// Starts a replay in memory. `program` is the version that plays, `unix_s` the time, 0 if unknown.
+    pub fn record(&mut self, program: &str, unix_s: u64) {
+        if self.log.is_none() {
+            self.begin_log(program, false);
+        }
+        let looks = self.looks();
+        self.log.iter_mut().for_each(|log| log.record(unix_s, &self.game, looks.clone()));
+    }
+
+    /// Takes the records of that replay which are ready, in order; none if there is none.
     pub fn take_records(&mut self) -> Vec<Record> {
-        self.recorder.as_mut().map(Recorder::take).unwrap_or_default()
+        self.log.as_mut().map(GameLog::take_records).unwrap_or_default()
     }
 
-    /// The last records of the recording if it ended now. It goes on.
+    /// The last records of that replay if it ended now. It goes on.
     pub fn recording_end(&self) -> Vec<Record> {
-        let recorder = self.recorder.clone();
-        recorder.map(|recorder| recorder.finish(&self.game)).unwrap_or_default()
+        self.log.as_ref().map(|log| log.recording_end(&self.game)).unwrap_or_default()
     }
 
-    /// Ends the recording, and returns its last records.
+    /// Ends that replay, and returns its last records.
     pub fn stop_recording(&mut self) -> Vec<Record> {
-        let recorder = self.recorder.take();
-        recorder.map(|recorder| recorder.finish(&self.game)).unwrap_or_default()
-    }
-
-    /// Ends the recording of a game that failed inside a tick, and returns what was played until then.
-    pub fn break_off_recording(&mut self) -> Vec<Record> {
-        self.recorder.take().map(Recorder::break_off).unwrap_or_default()
+        let last = self.recording_end();
+        self.log.iter_mut().for_each(GameLog::stop_recording);
+        last
     }
 
     /// Subscribes a client to snapshots of the whole world. Returns its subscription and the coded

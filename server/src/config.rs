@@ -1,14 +1,13 @@
 //! The configuration of a server.
 
-use crate::durable::StateSettings;
 use crate::fleet::settings::FleetSettings;
 use crate::guests::GuestScenes;
 use crate::limits;
+use crate::log::{self, StateSettings};
 use crate::net::http::host::Hosts;
 use crate::net::{assets, tls};
 use crate::ops::agones;
 use crate::ops::supervisor::Supervisor;
-use crate::replays;
 use ipnet::IpNet;
 use jostle_game::Scene;
 use std::path::PathBuf;
@@ -47,7 +46,7 @@ pub struct Config {
     /// Counter of dropped log lines, if the log drops any.
     pub log_drops: Option<ErrorCounter>,
     /// Directory and limits of recordings; `None` records nothing.
-    pub replays: Option<replays::Settings>,
+    pub replays: Option<log::Settings>,
     /// Where rooms are kept, so that they outlive the process; `None` lets them end with it.
     pub state: Option<StateSettings>,
     /// How the server takes part in a fleet; `None` for a server of its own. Needs the feature `nats`, and excludes

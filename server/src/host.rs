@@ -15,7 +15,6 @@ pub mod phase;
 pub mod random;
 pub mod room_handle;
 pub mod room_shares;
-pub mod room_state;
 pub mod rooms;
 pub mod run_queue;
 pub mod schedule;

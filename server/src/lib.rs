@@ -6,20 +6,19 @@
 //! configured, [`net::http`] answers or upgrades it, [`net::session`] runs the game session. A session meets
 //! its room at two bounded queues: the inbox that it fills and the [`host::outbox`] that it empties.
 //! [`host::ticker`] is the room's thread between them; [`host::rooms`] lists the rooms.
-//! [`replays`] records games on a thread of its own, [`runs`] keeps the best runs, and [`durable`] keeps rooms on another, so that they outlive
-//! the process. [`limits`] bounds what an address, a network and a socket
+//! [`log`] has the readers of the rooms' logs, which record games and keep rooms, so that they outlive the process; [`runs`] keeps the best
+//! runs. [`limits`] bounds what an address, a network and a socket
 //! may do. [`ops`] counts events, shows them to operators on a port of their own and logs refusals.
 
 pub mod config;
-pub mod durable;
 pub mod files;
 pub mod fleet;
 pub mod guests;
 pub mod host;
 pub mod limits;
+pub mod log;
 pub mod net;
 pub mod ops;
-pub mod replays;
 pub mod runs;
 pub mod state;
 
@@ -27,16 +26,15 @@ pub use config::Config;
 pub use host::phase::Phase;
 pub use state::{Parts, ServerState};
 
-use durable::StateWriter;
 use fleet::handle::Fleet;
 use fleet::joining::Joining;
 use host::rooms::Rooms;
+use log::Logs;
 use net::listen::accept;
 use net::socket_threads::SocketThreads;
 use ops::agones;
 use ops::bans::Bans;
 use ops::supervisor::{self, Sign};
-use replays::Recording;
 use runs::Records;
 use std::convert::Infallible;
 use std::io;
@@ -72,32 +70,29 @@ pub async fn run_with_ops(
         tokio::spawn(async move { tls.keep_current(every).await })
     });
     let rooms = config.rooms_in_all();
-    let replays = config.replays.clone();
-    let recording = replays.map(|settings| Recording::start(settings, rooms)).transpose()?;
-    let state = config.state.as_ref();
-    let files = state.map(|settings| StateWriter::start(settings, rooms)).transpose()?;
-    let saved = files.as_ref().map(|files| files.saved_rooms()).transpose()?;
+    let mut logs = Logs::open(config.replays.as_ref(), config.state.as_ref(), rooms)?;
+    let saved = logs.saved_rooms()?;
     let records = open_records(&config)?;
     let joining = match config.fleet.clone() {
-        Some(settings) => Some(Joining::new(settings).await?),
+        Some(settings) => {
+            let (joining, stream) = Joining::new(settings).await?;
+            logs.stream = Some(stream);
+            Some(joining)
+        }
         None => None,
     };
     let state = Arc::new(ServerState::new(
         Parts {
             phase: followed,
-            recording,
             records,
-            bans: Bans::open(files.as_ref().map(|files| files.dir().bans())),
-            key: key(&config, files.as_deref()),
+            bans: Bans::open(logs.states.as_ref().map(|states| states.dir().bans())),
+            key: key(&config, &logs),
             fleet: joining.as_ref().map(|joining| Arc::clone(&joining.fleet)),
-            state_writer: match &joining {
-                Some(joining) => Some(Arc::clone(&joining.keeper)),
-                None => files.map(|files| files as _),
-            },
+            logs,
         },
         config,
     ));
-    state.rooms.restore(saved.unwrap_or_default());
+    state.rooms.restore(saved);
     let fleet =
         joining.map(|joining| joining.start(Arc::clone(&state.rooms), Arc::clone(&state.host)));
     let ops = ops.map(|ops| tokio::spawn(ops::port::serve(ops, Arc::clone(&state))));
@@ -158,16 +153,9 @@ async fn drain(
     let rooms_and_files = async {
         let rooms = Arc::clone(&state.rooms);
         blocking(closes_by, "some rooms did not close in time", move || rooms.wait()).await;
-        let recording = state.host.recording.clone();
-        let replays =
-            blocking(ends_at, "some replays were not written to their end in time", || {
-                recording.inspect(|recording| recording.close());
-            });
-        let writer = state.host.state_writer.clone();
-        let kept = blocking(ends_at, "some rooms were not kept to their end in time", || {
-            writer.inspect(|writer| writer.close());
-        });
-        tokio::join!(replays, kept);
+        let host = Arc::clone(&state.host);
+        let close = move || host.logs.close();
+        blocking(ends_at, "some logs were not written to their end in time", close).await;
         // A socket that does not close takes no time from this: other nodes would wait for the lease to end.
         if let Some(fleet) = &state.fleet {
             fleet.leave(ends_at.min(Instant::now() + limits::FLEET_ANSWER)).await;
@@ -202,9 +190,9 @@ fn open_records(config: &Config) -> io::Result<Option<Arc<Records>>> {
 }
 
 /// The key that signs tokens: that of the fleet, or that of the process before.
-fn key(config: &Config, files: Option<&StateWriter>) -> Option<[u8; 32]> {
+fn key(config: &Config, logs: &Logs) -> Option<[u8; 32]> {
     let of_fleet = config.fleet.as_ref().map(|fleet| fleet.secret);
-    of_fleet.or_else(|| files.map(|files| *files.dir().key()))
+    of_fleet.or_else(|| logs.states.as_ref().map(|states| *states.dir().key()))
 }
 
 fn check(config: &Config) -> io::Result<()> {

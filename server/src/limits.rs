@@ -373,11 +373,8 @@ pub const CLIPS_WAITING_MAX: usize = 4;
 pub const REPLAY_UNDELETABLE_MAX: usize = 16;
 /// Days for which a file is kept, unless `--replays-days` says otherwise.
 pub const REPLAYS_DAYS: u32 = 30;
-/// Batches of records that wait for the writer, for each room that may be open. Each hands over one in five seconds, so that
-/// all of them can wait out a disk that stands still for twenty.
-pub const REPLAY_BATCHES_PER_ROOM: usize = 4;
-/// Bytes of records that wait for the writer, in memory.
-pub const REPLAY_QUEUE_BYTES_MAX: usize = 64 << 20;
+/// Time after which the writer of the rooms' logs looks for something new.
+pub const LOG_READ_EVERY: Duration = Duration::from_millis(50);
 /// Time after which a room whose recording failed begins a fresh file.
 pub const REPLAY_RETRY: Duration = Duration::from_secs(60);
 /// Time between two scans of the directory, and between two log lines of counters.
@@ -421,9 +418,6 @@ pub const STATE_FILE_TICKS: u32 = 20 * TICKS_PER_SECOND;
 pub const STATE_NOTES_EVERY_TICKS: u32 = 6;
 /// Time between two syncs of the files with the disk.
 pub const STATE_SYNC_EVERY: Duration = Duration::from_millis(400);
-/// Jobs that wait for the writer of the files, for each room that may be open. Each has some two a second, so that all of
-/// them can wait out a disk that stands still for eight seconds.
-pub const STATE_JOBS_PER_ROOM: usize = 16;
 /// Time after which a room whose file was given up begins a new one.
 pub const STATE_RETRY: Duration = Duration::from_secs(5);
 
@@ -449,9 +443,6 @@ pub const DRAIN_FILES: Duration = Duration::from_secs(1);
 pub const FLEET_DRAIN: Duration = Duration::from_millis(2500);
 /// Time in which a node reads a room's records, and opens it.
 pub const FLEET_OPEN: Duration = Duration::from_secs(10);
-/// Batches of a room's records that may wait for the stream. Each room has two a second, so that it can wait
-/// out a change of the stream's leader.
-pub const FLEET_BATCHES_MAX: usize = 32;
 /// Bytes of a message of the stream; NATS allows 1 MiB unless it is configured otherwise.
 pub const FLEET_MESSAGE_BYTES_MAX: usize = 512 << 10;
 /// Time after which a batch of records that cannot be written is given up.

@@ -1,7 +1,6 @@
 //! The state that all connections of a server share.
 
 use crate::config::Config;
-use crate::durable::RecordKeeper;
 use crate::fleet::handle::Fleet;
 use crate::host::neighbours::Neighbours;
 use crate::host::phase::Phase;
@@ -13,11 +12,11 @@ use crate::limits::address_rate_limiter::AddressRateLimiter;
 use crate::limits::connection_limits::{ConnectionLimits, Permit};
 use crate::limits::trial_queue::TrialQueue;
 use crate::limits::uplink::Uplink;
+use crate::log::{Logs, ReplayStore};
 use crate::ops::bans::Bans;
 use crate::ops::metrics::Metrics;
 use crate::ops::refusal_log::RefusalLog;
 use crate::ops::spare::SpareDescriptors;
-use crate::replays::{Recording, ReplayStore};
 use crate::runs::Records;
 use std::fmt::Display;
 use std::net::IpAddr;
@@ -61,12 +60,10 @@ pub struct ServerState {
 pub struct Parts {
     /// Phase of its life.
     pub phase: watch::Receiver<Phase>,
-    /// The writer of replays; `None` records nothing.
-    pub recording: Option<Arc<Recording>>,
+    /// What writes the rooms' logs.
+    pub logs: Logs,
     /// The best runs; `None` keeps none.
     pub records: Option<Arc<Records>>,
-    /// Keeps the rooms' state; `None` lets them end with the process.
-    pub state_writer: Option<Arc<dyn RecordKeeper>>,
     /// Its part in a fleet.
     pub fleet: Option<Arc<Fleet>>,
     /// Key that signs tokens; `None` draws one.
@@ -78,9 +75,8 @@ pub struct Parts {
 impl Parts {
     /// The parts of a server that keeps nothing, and is in no fleet.
     pub fn new(phase: watch::Receiver<Phase>) -> Parts {
-        let bans = Bans::default();
-        let (recording, records) = (None, None);
-        Parts { phase, recording, records, state_writer: None, fleet: None, key: None, bans }
+        let (logs, bans) = (Logs::default(), Bans::default());
+        Parts { phase, logs, records: None, fleet: None, key: None, bans }
     }
 }
 
@@ -91,15 +87,14 @@ impl ServerState {
         let usual = || limits::address_sessions_max(in_all);
         let address_max = config.address_sessions_max.unwrap_or_else(usual);
         let connections_max = limits::address_connections_max(in_all, address_max);
-        let Parts { phase, recording, records, state_writer, fleet, key, bans } = parts;
+        let Parts { phase, logs, records, fleet, key, bans } = parts;
         // With the key of the process before, or of the fleet, its tokens go on giving seats back.
         let signer = key.map_or_else(TokenSigner::with_random_key, |key| TokenSigner::new(&key));
         let threads = limits::processors().min(limits::SOCKET_THREADS_MAX);
         let host = Arc::new(Host {
             waits: config.waits,
             phase,
-            recording,
-            state_writer,
+            logs,
             neighbours: Neighbours::default(),
             send_queues: (0..threads).map(|_| Arc::default()).collect(),
             // As many as it may have sockets at all.
@@ -148,7 +143,7 @@ impl ServerState {
 
     /// The replays, if games are recorded.
     pub fn replays(&self) -> Option<&ReplayStore> {
-        self.host.recording.as_deref().map(Recording::store)
+        self.host.logs.recording.as_ref().map(|recording| &**recording.store())
     }
 
     /// Admits a request of an address, or names the reason why not. The permit is held until the response was sent.

@@ -1,8 +1,8 @@
 //! The disks of `--state` and `--replays`.
 
 use super::finding::{Finding, megabytes};
-use jostle_server::durable::StateDir;
 use jostle_server::limits::STATE_SYNC_EVERY;
+use jostle_server::log::StateDir;
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};

@@ -1,7 +1,6 @@
 //! Memory, as far as Linux tells it.
 
 use super::finding::{Finding, megabytes};
-use jostle_server::limits::REPLAY_QUEUE_BYTES_MAX;
 use std::fs;
 
 /// Memory of one player in a full room of 16, bytes (docs/development.md, Load).
@@ -25,10 +24,10 @@ fn judge(free: Option<u64>, [limit, used]: [Option<u64>; 2], connections: u64) -
     let Some(free) = free.into_iter().chain(left).min() else {
         return Finding::fine("memory", "unknown: this system does not tell it");
     };
-    let needed = PROGRAM_BYTES + REPLAY_QUEUE_BYTES_MAX as u64 + connections * PLAYER_BYTES;
+    let needed = PROGRAM_BYTES + connections * PLAYER_BYTES;
     let [shown, all] = [free, needed].map(megabytes);
-    let found = format!("{shown} are free; {connections} players and slow disks take {all}");
-    let spared = free.saturating_sub(PROGRAM_BYTES + REPLAY_QUEUE_BYTES_MAX as u64);
+    let found = format!("{shown} are free; {connections} players take {all}");
+    let spared = free.saturating_sub(PROGRAM_BYTES);
     let players = spared / PLAYER_BYTES;
     let change = format!("free {all}, or let --connections-max say {players}");
     Finding::judged("memory", found, free >= needed, change)
@@ -56,7 +55,7 @@ mod tests {
         {
             let change = finding.change.expect("too little");
             assert!(
-                change.starts_with("free 4") && change.contains("--connections-max"),
+                change.starts_with("free 3") && change.contains("--connections-max"),
                 "{change}"
             );
         }

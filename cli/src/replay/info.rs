@@ -3,7 +3,7 @@
 use super::file::{duration, read};
 use crate::output::{Failure, say};
 use jostle_protocol::replay::{Change, Replay, ReplayError, Sizes, Start};
-use jostle_server::replays::calendar;
+use jostle_server::log::calendar;
 use jostle_sim::TICKS_PER_SECOND;
 use serde::Serialize;
 use serde_json::{Value, json};

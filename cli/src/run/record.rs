@@ -4,7 +4,7 @@ use super::bots::appearance;
 use crate::output::{Failure, OrFail};
 use jostle_game::{Game, Input, Seat};
 use jostle_protocol::replay::{Change, Record, Start, header};
-use jostle_room::Recorder;
+use jostle_room::GameLog;
 use std::fs::File;
 use std::io::Write;
 use std::path::Path;
@@ -16,7 +16,7 @@ const ROOM: &str = "run";
 pub struct ReplayFile {
     file: File,
     name: String,
-    recorder: Recorder,
+    log: GameLog,
 }
 
 impl ReplayFile {
@@ -34,8 +34,9 @@ impl ReplayFile {
             seed,
             first_tick: 0,
         };
-        let recorder = Recorder::new(start, game, Vec::new());
-        let mut replay = ReplayFile { file, name, recorder };
+        let mut log = GameLog::new(start, false, game, Vec::new());
+        log.record(0, game, Vec::new());
+        let mut replay = ReplayFile { file, name, log };
         replay.write(&header())?;
         Ok(replay)
     }
@@ -51,14 +52,14 @@ impl ReplayFile {
             let seats = game.players().map(|player| player.seat);
             seats.map(|seat| (seat, appearance(seat))).collect()
         };
-        self.recorder.tick(changes, inputs, game, game.hash(), members);
-        let records = self.recorder.take();
+        self.log.tick(changes, inputs, game, members);
+        let records = self.log.take_records();
         self.append(&records)
     }
 
     /// Ends the replay with the game.
     pub fn finish(mut self, game: &Game) -> Result<(), Failure> {
-        let records = self.recorder.clone().finish(game);
+        let records = self.log.recording_end(game);
         self.append(&records)
     }
 

@@ -4,9 +4,9 @@
 use crate::net::api::query_value;
 use jostle_game::{Buttons, Input, Scene, Seat, Tools};
 use jostle_protocol::limits::TOKEN_BYTES;
-use jostle_protocol::replay::{Record, Replay, header};
+use jostle_protocol::replay::{Replay, header};
 use jostle_protocol::{Appearance, ClientMessage, ServerMessage, Token, WelcomeSeat};
-use jostle_room::clip::{CLIP_TICKS, cut};
+use jostle_room::log::{CLIP_TICKS, cut};
 use jostle_room::run::RUN_TICKS_MAX;
 use jostle_room::{Claim, Measure, Rate, Room, Subscriber, Welcome};
 use jostle_sim::{TICKS_PER_SECOND, Vec2};
@@ -223,7 +223,8 @@ impl RoomInPage {
     /// The last seconds as the bytes of a replay.
     pub fn clip(&self) -> Option<Vec<u8>> {
         let records = self.room.clip(0)?;
-        let bytes = header().into_iter().chain(records.iter().flat_map(Record::seal)).collect();
+        let bytes =
+            header().into_iter().chain(records.iter().flat_map(|record| record.seal())).collect();
         cut(Replay::read(bytes).ok()?, self.tick.saturating_sub(CLIP_TICKS), self.tick).ok()
     }
 

@@ -1,8 +1,9 @@
 //! Bots: they come and go with people, and play whole matches.
 
 use super::*;
+use crate::Room;
 use crate::divergence;
-use crate::{Recorder, Room};
+use crate::log::GameLog;
 use jostle_game::{RoundPhase, Scene};
 use jostle_protocol::replay::{Change, Replay, Start, header};
 use std::sync::Arc;
@@ -251,7 +252,8 @@ fn play_match(name: &str, players: u16, seed: u64) -> Match {
     let mut bots = Bots::of(&game, seed).expect("a scene with bots");
     let (scene_name, source) = (scene.name.clone(), scene.source.clone());
     let start = Start { scene_name, scene: source, seed, ..Start::default() };
-    let mut recorder = Recorder::new(start, &game, Vec::new());
+    let mut log = GameLog::new(start, false, &game, Vec::new());
+    log.record(0, &game, Vec::new());
     let mut changes = Vec::new();
     for seat in (0..players).map(Seat) {
         changes.push(Change::Join(seat, bots.look()));
@@ -261,11 +263,11 @@ fn play_match(name: &str, players: u16, seed: u64) -> Match {
     loop {
         let inputs: Vec<(Seat, Input)> = bots.play(&game).collect();
         game.tick(&inputs);
-        recorder.tick(std::mem::take(&mut changes), &inputs, &game, game.hash(), Vec::new);
+        log.tick(std::mem::take(&mut changes), &inputs, &game, Vec::new);
         let round = game.round().expect("a round");
         if round.phase == RoundPhase::Over {
             let mut bytes = header();
-            recorder.finish(&game).iter().for_each(|record| bytes.extend(record.seal()));
+            log.recording_end(&game).iter().for_each(|record| bytes.extend(record.seal()));
             return Match { ticks: game.tick_count(), winners: round.winners, bytes };
         }
         assert!(game.tick_count() < 1200 * SECOND, "{name} has no end");

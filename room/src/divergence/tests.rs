@@ -79,7 +79,7 @@ fn a_change_of_one_unit_is_found_in_a_plain_replay() {
 
 #[test]
 fn a_larger_change_is_shown_at_the_next_keyframe() {
-    let records = records("impulse", crate::KEYFRAME_TICKS_MIN + 10, 4);
+    let records = records("impulse", crate::log::KEYFRAME_TICKS_MIN + 10, 4);
     let replay = Arc::new(Replay::read(file(&records)).unwrap());
     let mut other = records.clone();
     // As a recorder that differs would have written it: another state at the keyframe.

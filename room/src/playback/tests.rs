@@ -1,7 +1,8 @@
 //! Recorded games replay, from any of their ticks.
 
 use super::*;
-use crate::{BLOCK_TICKS, Claim, KEYFRAME_TICKS_MIN, Room};
+use crate::log::{KEYFRAME_TICKS_MIN, REPLAY_BLOCK_TICKS};
+use crate::{Claim, Room};
 use jostle_game::{Buttons, Input};
 use jostle_protocol::replay::{Ending, Record, header};
 use jostle_sim::Rng;
@@ -136,7 +137,7 @@ fn a_recording_that_begins_in_mid_game_begins_with_a_keyframe() {
 
 #[test]
 fn records_are_ready_while_the_game_runs() {
-    let records = records("pile", 3 * BLOCK_TICKS as u32 + 10, 2);
+    let records = records("pile", 3 * REPLAY_BLOCK_TICKS as u32 + 10, 2);
     let kinds: Vec<_> = records
         .iter()
         .map(|record| match record {

@@ -4,27 +4,10 @@
 use super::{Change, Room};
 use crate::members::Member;
 use crate::playback::Moment;
-use crate::recorder::Recorder;
 use crate::saved::{SavedMembers, SavedSeat};
 use jostle_game::{Input, Seat};
-use jostle_protocol::replay::Record;
 
 impl Room {
-    /// Starts the recording from which the room can be restored. See [`Recorder::for_restoring`].
-    pub fn record_for_restoring(&mut self, program: &str, unix_s: u64) {
-        let (start, members) = self.recording_start(program, unix_s);
-        self.restorable = Some(Recorder::for_restoring(start, &self.game, members));
-    }
-
-    /// Takes the records of that recording that are ready; with `flush` all ticks up to now.
-    pub fn take_restorable(&mut self, flush: bool) -> Vec<Record> {
-        let Some(restorable) = &mut self.restorable else { return Vec::new() };
-        if flush {
-            restorable.flush();
-        }
-        restorable.take()
-    }
-
     /// Grows with every change of what [`Room::saved_members`] returns.
     pub fn members_revision(&self) -> u64 {
         self.members_revision

@@ -2,9 +2,9 @@
 
 use super::handle::Fleet;
 use super::settings::FleetSettings;
-use crate::durable::RecordKeeper;
 use crate::host::room_handle::Host;
 use crate::host::rooms::Rooms;
+use crate::log::StreamEnd;
 use std::io;
 use std::sync::Arc;
 use tokio::task::JoinHandle;
@@ -16,8 +16,6 @@ use super::nats::{Driver, Publisher, connect};
 pub struct Joining {
     /// The fleet, as sessions see it.
     pub fleet: Arc<Fleet>,
-    /// Keeps the records of its rooms.
-    pub keeper: Arc<dyn RecordKeeper>,
     #[cfg(feature = "nats")]
     publisher: Arc<Publisher>,
     #[cfg(feature = "nats")]
@@ -28,18 +26,21 @@ pub struct Joining {
 
 #[cfg(feature = "nats")]
 impl Joining {
-    /// Begins to connect. Errors: an address or the credentials cannot be read.
-    pub async fn new(settings: FleetSettings) -> io::Result<Joining> {
+    /// Begins to connect, and returns the end of the rooms' stream, too. Errors: an address or the credentials cannot be
+    /// read.
+    pub async fn new(settings: FleetSettings) -> io::Result<(Joining, StreamEnd)> {
         let context = connect(&settings).await?;
         let fleet = Arc::new(Fleet::new(&settings, crate::host::random::random()));
         let handle = tokio::runtime::Handle::current();
         let publisher = Arc::new(Publisher::new(Arc::clone(&fleet), handle));
-        Ok(Joining { fleet, keeper: Arc::clone(&publisher) as _, publisher, context, settings })
+        let (policy, closed) = (Arc::clone(publisher.policy()), Arc::clone(&publisher));
+        let stream = StreamEnd { policy, close: Box::new(move || closed.close()) };
+        Ok((Joining { fleet, publisher, context, settings }, stream))
     }
 
     /// Starts the driver of these rooms.
     pub fn start(self, rooms: Arc<Rooms>, host: Arc<Host>) -> JoinHandle<()> {
-        let Joining { fleet, publisher, context, settings, .. } = self;
+        let Joining { fleet, publisher, context, settings } = self;
         tokio::spawn(Driver::new(settings, fleet, rooms, host, publisher).run(context))
     }
 }
@@ -47,7 +48,7 @@ impl Joining {
 #[cfg(not(feature = "nats"))]
 impl Joining {
     /// Returns an error: this program was built without the feature `nats`.
-    pub async fn new(_: FleetSettings) -> io::Result<Joining> {
+    pub async fn new(_: FleetSettings) -> io::Result<(Joining, StreamEnd)> {
         let text = "a fleet needs a program that was built with the feature `nats`";
         Err(io::Error::new(io::ErrorKind::Unsupported, text))
     }

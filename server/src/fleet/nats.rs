@@ -5,7 +5,6 @@ mod follower;
 mod link;
 mod publisher;
 mod records;
-mod room_sink;
 mod room_task;
 mod store;
 

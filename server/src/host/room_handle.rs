@@ -1,6 +1,5 @@
 //! The handle of a room: everything that is known of it and sent to it from outside its thread.
 
-use crate::durable::{RecordKeeper, RecordSink};
 use crate::fleet::lease::RoomLease;
 use crate::host::inbox::Inbox;
 use crate::host::last_tick::LastTick;
@@ -11,8 +10,8 @@ use crate::host::send_queue::SendQueue;
 use crate::host::token_signer::{SeatClaim, TokenSigner};
 use crate::limits::Waits;
 use crate::limits::uplink::Uplink;
+use crate::log::{Logs, Notes, SharedLog};
 use crate::ops::metrics::Metrics;
-use crate::replays::Recording;
 use ipnet::IpNet;
 use jostle_game::{Scene, Seat};
 use jostle_protocol::{Appearance, ClientMessage, PlayerState, Role};
@@ -80,6 +79,12 @@ impl RoomInfo {
             bodies: AtomicUsize::new(0),
         }
     }
+
+    /// What the notes in the room's log say of itself.
+    pub fn notes(&self) -> Notes {
+        let RoomInfo { number, private, creator, guest, .. } = *self;
+        Notes { number, private, creator, guest, ..Notes::default() }
+    }
 }
 
 /// A session that asks for a seat, or to watch. The answer comes through its outbox: a welcome or the end.
@@ -125,8 +130,8 @@ pub struct RoomHandle {
     pub commands: SyncSender<AdminCommand>,
     /// Under which it is held, in a fleet.
     pub lease: Option<RoomLease>,
-    /// Keeps what the room records, if rooms outlive the process.
-    pub records: Option<Arc<dyn RecordSink>>,
+    /// Where the readers of its log find that, if it has any.
+    pub shared: Option<Arc<SharedLog>>,
     pub thread: JoinHandle<()>,
 }
 
@@ -136,10 +141,8 @@ pub struct Host {
     pub waits: Waits,
     /// Phase of the server's life.
     pub phase: watch::Receiver<Phase>,
-    /// The writer of replays, if rooms are recorded.
-    pub recording: Option<Arc<Recording>>,
-    /// Keeps the rooms' state, if rooms outlive the process.
-    pub state_writer: Option<Arc<dyn RecordKeeper>>,
+    /// What writes the rooms' logs.
+    pub logs: Logs,
     /// The other nodes of the fleet, if there is one.
     pub neighbours: Neighbours,
     /// Send what rooms have put into outboxes; one for each thread that serves sockets.

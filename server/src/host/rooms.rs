@@ -1,7 +1,6 @@
 //! The list of open rooms. A code that is a scene's name is that scene's standing room and opens on
 //! demand; others are created with a random code. Rooms take themselves off the list when empty.
 
-use crate::durable::{Job, Notes, RecordSink, SavedRoom};
 use crate::fleet::entry::RoomFacts;
 use crate::fleet::lease::RoomLease;
 use crate::host::clock::SystemClock;
@@ -9,11 +8,11 @@ use crate::host::phase::Phase;
 use crate::host::random::random;
 use crate::host::room_handle::{AdminCommand, Host, Join, RoomHandle, RoomInfo, take_off};
 use crate::host::room_shares::{NoRoomLeft, RoomShares};
-use crate::host::room_state::room_file;
 use crate::host::thread_time;
 use crate::host::ticker::{Ends, Ticker};
 use crate::limits;
 use crate::limits::networks::network;
+use crate::log::{Notes, SavedRoom, Seal, SharedLog};
 use crate::ops::panic_log::ROOM_THREAD;
 use jostle_game::Scene;
 use jostle_protocol::limits::ROOM_CODE_BYTES_MAX;
@@ -274,14 +273,12 @@ impl Rooms {
     }
 
     /// Gives up a room whose thread does not answer: its sessions end, its records are removed, and its code is free.
-    /// The thread cannot be ended from outside; it ends when it wakes. May wait for a place in the queue of records.
+    /// The thread cannot be ended from outside; it ends when it wakes.
     pub fn give_up(&self, info: &Arc<RoomInfo>) {
         // First, so that a thread that wakes meanwhile begins no new file.
         info.given_up.cancel();
         let Some(room) = take_off(&mut self.host.lock(), info) else { return };
-        if let Some(records) = room.records {
-            records.send(Job::Remove(room_file(info)));
-        }
+        room.shared.inspect(|shared| shared.seal(Seal::Remove));
     }
 
     /// Sends a command to a room; `false` if there is no such room, or its queue is full.
@@ -323,12 +320,7 @@ impl Rooms {
         if *self.host.phase.borrow() != Phase::Running {
             return None;
         }
-        self.start(info, None, self.records(), |room| Ticker::new(room, random()))
-    }
-
-    /// The sink of rooms outside a fleet.
-    fn records(&self) -> Option<Arc<dyn RecordSink>> {
-        self.host.state_writer.clone()?.common_sink()
+        self.start(info, None, None, |room| Ticker::new(room, random()))
     }
 
     /// Keeps a guest's scene for the room that the fleet's directory is about to give to this node.
@@ -350,14 +342,14 @@ impl Rooms {
     }
 
     /// Opens a room that the fleet's directory gives to this node, from what was saved of it if there is something:
-    /// a new one needs its scene, and each a thread. The room drops its sink of `records` when it ends here.
+    /// a new one needs its scene, and each a thread. The room seals its `shared` log when it ends here.
     pub fn adopt(
         &self,
         code: &str,
         facts: &RoomFacts,
         saved: Option<SavedRoom>,
         lease: RoomLease,
-        records: Arc<dyn RecordSink>,
+        shared: Arc<SharedLog>,
     ) -> Adopted {
         let mut rooms = self.host.lock();
         if rooms.contains_key(code) || rooms.len() >= self.max + self.scenes.len() {
@@ -372,7 +364,7 @@ impl Rooms {
         };
         let info = RoomInfo::new(code, facts.number, facts.private, facts.creator, &scene);
         let info = RoomInfo { guest: facts.guest, ..info };
-        let room = self.start(info, Some(lease), Some(records), |ends| match saved {
+        let room = self.start(info, Some(lease), Some(shared), |ends| match saved {
             Some(saved) => Ticker::restored(ends, saved),
             None => Ticker::new(ends, random()),
         });
@@ -401,24 +393,23 @@ impl Rooms {
             let info = RoomInfo::new(&saved.code, number, private, creator, &saved.scene);
             let info = RoomInfo { guest, ..info };
             let code = saved.code.clone();
-            if let Some(room) =
-                self.start(info, None, self.records(), |room| Ticker::restored(room, saved))
-            {
+            if let Some(room) = self.start(info, None, None, |room| Ticker::restored(room, saved)) {
                 rooms.insert(code, room);
             }
         }
     }
 
-    /// Starts the thread of a room; `None` if that is not possible.
+    /// Starts the thread of a room; `None` if that is not possible. In a fleet the reader of the stream has its log already.
     fn start(
         &self,
         info: RoomInfo,
         lease: Option<RoomLease>,
-        records: Option<Arc<dyn RecordSink>>,
+        of_stream: Option<Arc<SharedLog>>,
         ticker: impl FnOnce(Ends) -> Ticker,
     ) -> Option<RoomHandle> {
         let info = Arc::new(info);
         let guest = info.guest;
+        let shared = self.host.logs.share(&info.code, info.number, info.private, of_stream);
         let (sender, receiver) = sync_channel(limits::JOINS_WAITING_MAX);
         let (commands, commanded) = sync_channel(limits::COMMANDS_WAITING_MAX);
         let ticker = ticker(Ends {
@@ -427,7 +418,7 @@ impl Rooms {
             joins: receiver,
             commands: commanded,
             lease: lease.clone(),
-            records: records.clone(),
+            shared: shared.clone(),
         });
         let spawned = std::thread::Builder::new()
             .name(format!("{ROOM_THREAD}{}", info.code))
@@ -438,8 +429,11 @@ impl Rooms {
                 ticker.run(&mut SystemClock::of_this_thread());
             })
             .inspect_err(|error| error!(room = %info.code, %error, "no thread for a room"));
-        let thread = spawned.ok()?;
-        Some(RoomHandle { info, joins: sender, commands, lease, records, thread })
+        let Ok(thread) = spawned else {
+            shared.inspect(|shared| shared.seal(Seal::Leave));
+            return None;
+        };
+        Some(RoomHandle { info, joins: sender, commands, lease, shared, thread })
     }
 }
 

@@ -5,7 +5,6 @@ mod joining;
 mod opening;
 mod timing;
 
-use crate::durable::{RecordSink, SavedRoom};
 use crate::fleet::lease::RoomLease;
 use crate::guests::Share;
 use crate::host::admission::Admission;
@@ -16,13 +15,12 @@ use crate::host::outbox::Outbox;
 use crate::host::phase::Phase;
 use crate::host::random::random;
 use crate::host::room_handle::{AdminCommand, Host, Join, RoomInfo, take_off};
-use crate::host::room_state::RoomState;
 use crate::host::schedule::Schedule;
 use crate::host::seat_rates::SeatRates;
 use crate::host::spectators::Spectators;
 use crate::limits;
+use crate::log::{RoomLog, SavedRoom, Seal, SharedLog};
 use crate::ops::metrics::Late;
-use crate::replays::RoomRecording;
 use bytes::Bytes;
 use ipnet::IpNet;
 use jostle_game::Seat;
@@ -48,8 +46,8 @@ pub struct Ends {
     pub commands: Receiver<AdminCommand>,
     /// Under which the room is held, in a fleet.
     pub lease: Option<RoomLease>,
-    /// Keeps what the room records, if rooms outlive the process.
-    pub records: Option<Arc<dyn RecordSink>>,
+    /// Where the readers of its log find that, if it has any.
+    pub shared: Option<Arc<SharedLog>>,
 }
 
 /// State of a room's thread.
@@ -74,8 +72,8 @@ pub struct Ticker {
     abandoned: bool,
     /// Under which the room is held, in a fleet.
     lease: Option<RoomLease>,
-    /// Keeps what the room records, if rooms outlive the process.
-    records: Option<Arc<dyn RecordSink>>,
+    /// Where the readers of its log find that, if it has any.
+    shared: Option<Arc<SharedLog>>,
     /// Since when the lease is over, and the room stands still.
     still_since: Option<Instant>,
     /// Why it is to end, if another node goes on with it.
@@ -104,7 +102,7 @@ enum End {
 impl Ticker {
     /// A room without players, which has not played yet.
     pub fn new(ends: Ends, seed: u64) -> Ticker {
-        let Ends { host, info, joins, commands, lease, records } = ends;
+        let Ends { host, info, joins, commands, lease, shared } = ends;
         let (members, admission) = (Vec::new(), Admission::default());
         let spectators = Spectators::new(host.address_spectators_max);
         Ticker {
@@ -130,7 +128,7 @@ impl Ticker {
             closed: false,
             abandoned: false,
             lease,
-            records,
+            shared,
             still_since: None,
             leaving: None,
             moved_to: None,
@@ -169,14 +167,14 @@ impl Ticker {
             }
         };
         refusal.into_iter().for_each(|refusal| self.end_all_sessions(refusal));
-        match (opened, &self.records) {
-            (Some(opened), _) => self.end(opened, played.as_ref().ok(), clock.now()),
-            (None, Some(records)) if !self.info.given_up.is_cancelled() => {
+        match (opened, &self.shared) {
+            (Some(opened), _) => self.end(opened, played.as_ref().ok()),
+            (None, Some(shared)) if !self.info.given_up.is_cancelled() => {
                 let reason = match &played {
                     Ok(_) => "its scene takes too much of the server",
                     Err(_) => "the room failed as it was restored",
                 };
-                records.give_up(&code, reason);
+                shared.seal(self.host.logs.give_up(&code, reason));
             }
             (None, _) => {}
         }
@@ -192,27 +190,19 @@ impl Ticker {
 
     /// Ends the files of a room, which failed if `end` is `None`. The records of one that was given up are removed, and those
     /// under its name may be another room's.
-    fn end(&self, opened: Opened, end: Option<&End>, now: Instant) {
-        let Opened { mut room, recording, state } = opened;
-        if let Some(state) = state.filter(|_| !self.info.given_up.is_cancelled()) {
-            match end {
-                Some(End::Closing | End::Parted) => state.close(&mut room, &self.admission),
-                Some(End::Elsewhere | End::GivenUp) => {}
-                Some(End::Empty | End::Closed | End::TooCostly) | None => state.remove(),
-            }
-        }
-        if let Some(recording) = recording {
-            // A tick that failed halfway is left out.
-            let last = match end {
-                Some(End::TooCostly) | None => room.break_off_recording(),
-                Some(_) => room.stop_recording(),
-            };
-            recording.end(&mut room, last, now);
-        }
+    fn end(&self, opened: Opened, end: Option<&End>) {
+        let Opened { mut room, log } = opened;
+        let seal = match end {
+            Some(End::Closing | End::Parted) => Seal::Keep,
+            Some(End::Elsewhere | End::GivenUp) => Seal::Leave,
+            Some(End::Empty | End::Closed | End::TooCostly) | None => Seal::Remove,
+        };
+        let whole = !matches!(end, Some(End::TooCostly) | None);
+        log.end(&mut room, &self.admission, whole, seal);
     }
 
     fn play(&mut self, opened: &mut Opened, clock: &mut impl Clock) -> End {
-        let Opened { room, recording, state } = opened;
+        let Opened { room, log } = opened;
         let mut empty_since = clock.now();
         let mut schedule = Schedule::new(empty_since);
         let mut missed = Missed::default();
@@ -281,15 +271,8 @@ impl Ticker {
                 empty_since = now;
             }
             let empty = now - empty_since;
-            if let Some(recording) = recording {
-                match empty < self.host.waits.record_empty {
-                    true => recording.after_ticks(room, now),
-                    false => recording.pause(room, now),
-                }
-            }
-            if let Some(state) = state {
-                state.after_ticks(room, &self.admission, now);
-            }
+            let unwatched = empty >= self.host.waits.record_empty;
+            log.after_ticks(room, &self.admission, unwatched);
             if self.closed {
                 return End::Closed;
             }
@@ -407,7 +390,9 @@ impl Ticker {
         let answer = move |kept| {
             outbox.control(ServerMessage::Clip { kept }.encode());
         };
-        let Some(recording) = &self.host.recording else { return answer(Err(ClipRefusal::Off)) };
+        let Some(recording) = &self.host.logs.recording else {
+            return answer(Err(ClipRefusal::Off));
+        };
         let asked_by = self.admission.address(seat);
         let admitted = |address| recording.admit_clip(address, Instant::now());
         // The address first: a refusal does not count for the seat.
@@ -573,11 +558,10 @@ impl Ticker {
     }
 }
 
-/// An open room and its files.
+/// An open room and the readers of its log.
 struct Opened {
     room: Room,
-    recording: Option<RoomRecording>,
-    state: Option<RoomState>,
+    log: RoomLog,
 }
 
 #[cfg(test)]

@@ -94,7 +94,7 @@ async fn serve(socket: &mut Socket, caller: &Caller, state: &ServerState) -> End
     // A task of its own, which is not polled at each message. It ends with the session.
     let mut follows = JoinSet::new();
     let seconds = state.config.waits.drain_notice.as_secs().try_into().unwrap_or(u8::MAX);
-    let keeps_room = state.host.state_writer.is_some();
+    let keeps_room = state.host.logs.keeps_rooms();
     let notice = ServerMessage::Draining { seconds, keeps_room };
     let (info, outbox) = (Arc::clone(&seated.info), Arc::clone(&seated.outbox));
     follows.spawn(follow(phase, info, outbox, notice));

@@ -3,9 +3,9 @@
 
 use crate::files::read_regular;
 use crate::limits;
+use crate::log::calendar;
 use crate::net::maybe_tls_stream::{MaybeTlsStream, Socket};
 use crate::net::validity::Validity;
-use crate::replays::calendar;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, PoisonError, RwLock};

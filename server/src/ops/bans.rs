@@ -1,8 +1,8 @@
 //! Networks that operators have banned for a while. With a state directory bans outlive the process.
 
-use crate::durable::write_closed;
 use crate::files::read_regular;
 use crate::limits::{BANS_BYTES_MAX, BANS_MAX};
+use crate::log::write_closed;
 use ipnet::IpNet;
 use serde::{Deserialize, Serialize};
 use std::fs;

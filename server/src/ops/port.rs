@@ -108,8 +108,8 @@ fn gauges(state: &ServerState) -> Gauges {
     let now = Instant::now();
     let oldest = rooms.iter().map(|info| info.last_tick.age(now)).max();
     let replays = state.replays().map(|store| {
-        let counters = store.counters();
-        [&counters.bytes, &counters.errors].map(|count| count.load(Ordering::Relaxed))
+        let [_, bytes, errors] = store.counts();
+        [bytes, errors]
     });
     Gauges {
         rooms: rooms.len() as i64,
@@ -118,7 +118,7 @@ fn gauges(state: &ServerState) -> Gauges {
         bodies: sum(|info| info.bodies.load(Ordering::Relaxed)),
         room_tick_age: oldest.unwrap_or_default().as_secs_f64(),
         replays,
-        state_errors: state.host.state_writer.as_ref().map_or(0, |writer| writer.errors()),
+        state_errors: state.host.logs.state_errors(),
         log_drops: state.config.log_drops.as_ref().map_or(0, |drops| drops.dropped_lines() as u64),
         fleet: state.fleet.as_ref().map(|fleet| FleetGauges {
             nodes: fleet.ask(|directory| directory.nodes()) as i64,

@@ -2,13 +2,12 @@
 
 use super::best_runs::{BestRuns, Moved, Record};
 use super::proof::{NoRun, prove};
-use crate::durable::write_closed;
 use crate::files::read_regular;
 use crate::host::thread_time;
 use crate::limits;
 use crate::limits::connection_limits::ConnectionLimits;
 use crate::limits::trial_queue::{Place, TrialQueue};
-use crate::replays::Readable;
+use crate::log::{Readable, write_closed};
 use jostle_game::Scene;
 use jostle_room::{Measure, Run};
 use std::collections::BTreeMap;

@@ -11,7 +11,7 @@ use jostle_server::host::token_signer::TokenSigner;
 use jostle_server::limits::{GUEST_BUDGET, GUEST_SCENE_BYTES_MAX};
 use jostle_server::net::http;
 use jostle_server::net::listen::speak_http;
-use jostle_server::{Config, Parts, Phase, ServerState, replays, runs};
+use jostle_server::{Config, Parts, Phase, ServerState, log, runs};
 use std::net::{IpAddr, Ipv4Addr};
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
@@ -29,7 +29,7 @@ pub fn link(bytes: &[u8]) {
         assert!(is_code(&code), "{code:?}");
         assert_eq!(http::meant_code(&code).as_ref(), Some(&code));
     }
-    if replays::is_name(word) {
+    if log::is_name(word) {
         assert!(!word.contains(['/', '.', '\\']), "{word:?} leads out of the directory");
     }
 }

@@ -7,10 +7,10 @@
 use anyhow::{Context, bail};
 use jostle_game::Scene;
 use jostle_server::limits::Waits;
+use jostle_server::log::Settings;
 use jostle_server::net::assets;
 use jostle_server::net::http::host::Hosts;
 use jostle_server::net::tls::Tls;
-use jostle_server::replays::Settings;
 use jostle_server::{Config, run_with_ops};
 use jostle_tests::scenes::{CROWD, RESTLESS, SMALL};
 use jostle_tests::server::{OPS_TOKEN, PATIENT, PROXY};

@@ -3,7 +3,7 @@
 use anyhow::{Context, Result, anyhow, ensure};
 use jostle_game::Scene;
 use jostle_server::Config;
-use jostle_server::durable::{StateSettings, Sync};
+use jostle_server::log::{StateSettings, Sync};
 use jostle_tests::runner::{Case, Stage, artifacts};
 use jostle_tests::runs::{DASH, DASH_NAME, dash, file, race};
 use jostle_tests::scripts::HASTE;

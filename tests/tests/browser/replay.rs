@@ -8,7 +8,7 @@ use jostle_protocol::Appearance;
 use jostle_protocol::replay::{Record, Replay, header};
 use jostle_room::{Playback, Room};
 use jostle_server::Config;
-use jostle_server::replays::Settings;
+use jostle_server::log::Settings;
 use jostle_tests::runner::{Stage, is_long};
 use jostle_tests::scripts::HASTE;
 use jostle_tests::server::{Server, patient};

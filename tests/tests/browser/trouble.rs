@@ -4,7 +4,7 @@
 use anyhow::{Context, Result};
 use jostle_protocol::Refusal;
 use jostle_server::Config;
-use jostle_server::durable::{StateSettings, Sync};
+use jostle_server::log::{StateSettings, Sync};
 use jostle_tests::runner::Stage;
 use jostle_tests::server::{Server, patient};
 use jostle_tests::state::State;

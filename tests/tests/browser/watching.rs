@@ -4,7 +4,7 @@ use super::hands::ensure_named;
 use super::replay::until;
 use anyhow::{Context, Result, ensure};
 use jostle_server::Config;
-use jostle_server::replays::Settings;
+use jostle_server::log::Settings;
 use jostle_tests::runner::{Case, Stage};
 use jostle_tests::server::{Server, patient};
 use jostle_tests::state::State;

@@ -8,12 +8,12 @@ use crate::server::{Server, until_count};
 use jostle_game::scene::Budget;
 use jostle_protocol::{Appearance, ClientMessage, Refusal, Role, Token, VERSION};
 use jostle_server::Config;
-use jostle_server::durable::{StateSettings, Sync};
 use jostle_server::guests::GuestScenes;
 use jostle_server::limits::{
     ADDRESS_ROOMS_MIN, GUEST_BUDGET, GUEST_SCENE_BYTES_MAX, GUESTS_UPLINK_SHARE,
     PRIVATE_CODE_CHARS, UPLINK_BURST_SECONDS, Waits, guest_rooms_max,
 };
+use jostle_server::log::{StateSettings, Sync};
 use jostle_tests::guest_scenes::{DEAR, random_scene};
 use jostle_tests::server::{LONG, PATIENT, patient};
 use serde_json::Value;

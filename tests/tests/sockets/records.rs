@@ -7,10 +7,10 @@ use crate::server::Server;
 use jostle_game::{Buttons, Scene};
 use jostle_protocol::replay::{Block, Record, Start};
 use jostle_server::Config;
-use jostle_server::durable::{StateSettings, Sync};
 use jostle_server::limits::{
     ADDRESS_LONG_BODIES_MAX, LONG_BODIES_MAX, RECORDS_MAX, RUN_BYTES_MAX, RUN_TRIALS_MAX, Waits,
 };
+use jostle_server::log::{StateSettings, Sync};
 use jostle_tests::runs::{DASH, DASH_NAME, dash, file, race};
 use jostle_tests::server::{LONG, OPS_TOKEN, PATIENT, patient};
 use serde_json::Value;

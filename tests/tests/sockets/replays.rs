@@ -9,7 +9,7 @@ use jostle_protocol::Refusal;
 use jostle_protocol::replay::{Change, Ending, Replay, Tick};
 use jostle_room::divergence;
 use jostle_server::Config;
-use jostle_server::replays::{Create, Settings};
+use jostle_server::log::{Create, Settings};
 use jostle_sim::Vec2;
 use jostle_tests::server::patient;
 use std::fs::{self, File};

@@ -14,7 +14,7 @@ use jostle_protocol::replay::Replay;
 use jostle_protocol::{ServerMessage, Token, VERSION};
 use jostle_room::Playback;
 use jostle_server::Config;
-use jostle_server::durable::{StateSettings, Sync};
+use jostle_server::log::{StateSettings, Sync};
 use jostle_sim::{Rng, TICKS_PER_SECOND, Vec2};
 use jostle_tests::server::patient;
 use std::collections::BTreeMap;

@@ -9,18 +9,28 @@ use jostle_protocol::replay::{Replay, header};
 struct Kept {
     room: Room,
     file: Vec<u8>,
+    position: u64,
 }
 
 impl Kept {
     fn new(room: Room) -> Kept {
-        let mut kept = Kept { room, file: header() };
-        kept.room.record_for_restoring("test", 0);
+        let mut kept = Kept { room, file: header(), position: 0 };
+        kept.room.keep_clips("test");
+        let (tick, blocks) = (kept.room.game().tick_count(), kept.room.log().unwrap().blocks());
+        kept.file.extend(blocks.start(0, tick).seal());
+        // The state before the first tick follows from scene and seed.
+        kept.position = u64::from(tick == 0);
         kept.write(false);
         kept
     }
 
     fn write(&mut self, flush: bool) {
-        let records = self.room.take_restorable(flush);
+        if flush {
+            self.room.flush_log();
+        }
+        let blocks = self.room.log().unwrap().blocks();
+        let records = blocks.since(self.position).unwrap();
+        self.position = blocks.end();
         records.iter().for_each(|record| self.file.extend(record.seal()));
     }
 

@@ -4,7 +4,6 @@ use super::link::Link;
 use super::publisher::Publisher;
 use super::records::{Message, Published, RecordStream, Records, RoomRecords};
 use super::store::Store;
-use crate::durable::{Job, RoomFile, SavedRoom};
 use crate::fleet::directory::{Action, Answer, RETRY};
 use crate::fleet::entry::{RoomCounts, RoomEntry};
 use crate::fleet::handle::Fleet;
@@ -13,6 +12,7 @@ use crate::fleet::settings::FleetSettings;
 use crate::host::room_handle::{AdminCommand, Host};
 use crate::host::rooms::{Adopted, Rooms};
 use crate::limits;
+use crate::log::{SavedRoom, Seal};
 use async_nats::jetstream::Context;
 use bytes::Bytes;
 use std::sync::Arc;
@@ -233,17 +233,16 @@ impl Connected {
         let incarnation = self.fleet.ask(|directory| directory.owned_under(code));
         let incarnation = incarnation.ok_or("it went to another node meanwhile")?;
         let lease = RoomLease::new(Arc::clone(self.fleet.lease()), incarnation);
-        let sink = self.publisher.open(&self.records, code, entry.epoch, records.last);
-        let sink = sink.ok_or("the server ends")?;
-        let adopted = self.rooms.adopt(code, &entry.room, saved, lease, Arc::clone(&sink));
+        let shared = self.publisher.open(&self.records, code, entry.epoch, records.last);
+        let shared = shared.ok_or("the server ends")?;
+        let adopted = self.rooms.adopt(code, &entry.room, saved, lease, Arc::clone(&shared));
         match adopted {
             Adopted::NotHere => {
+                shared.seal(Seal::Leave);
                 return Err(format!("no thread or no scene {:?}", entry.room.scene));
             }
             Adopted::Over => {
-                let (code, number) = (code.to_owned(), entry.room.number);
-                let file = RoomFile::new(code, number);
-                sink.try_send(Job::Remove(Arc::new(file)));
+                shared.seal(Seal::Remove);
             }
             Adopted::Open => {}
         }

@@ -1,11 +1,10 @@
-//! The sink of the rooms' records: a task for each room writes them into the stream, one after another.
+//! The stream of the rooms' records: a task for each room writes them into the stream, one after another.
 
 use super::records::{Records, Sequence};
-use super::room_sink::RoomSink;
 use super::room_task::{Outcome, RoomTask, Shared};
-use crate::durable::{RecordKeeper, RecordSink};
 use crate::fleet::handle::Fleet;
 use crate::limits;
+use crate::log::{Policy, Reader, STATE, SharedLog};
 use std::convert::Infallible;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::runtime::Handle;
@@ -14,6 +13,7 @@ use tokio::sync::mpsc;
 /// Keeps the records of rooms for the other nodes.
 pub struct Publisher {
     shared: Arc<Shared>,
+    policy: Arc<Policy>,
     handle: Handle,
     /// Every task holds a sender; once all are dropped, none is left.
     alive: Mutex<Option<mpsc::Sender<Infallible>>>,
@@ -24,6 +24,7 @@ impl Publisher {
     /// A publisher whose tasks run on this runtime.
     pub fn new(fleet: Arc<Fleet>, handle: Handle) -> Publisher {
         let (alive, all_gone) = mpsc::channel(1);
+        let cannot = "CANNOT KEEP A ROOM: another node would not know what is played from here on";
         Publisher {
             shared: Arc::new(Shared::new(fleet.first_incarnation(), move |code, outcome| {
                 fleet.tell(|directory, now| match outcome {
@@ -32,6 +33,7 @@ impl Publisher {
                     Outcome::Fenced => directory.fenced(code, now),
                 });
             })),
+            policy: Policy::new(cannot, limits::STATE_RETRY),
             handle,
             alive: Mutex::new(Some(alive)),
             all_gone: Mutex::new(all_gone),
@@ -43,35 +45,33 @@ impl Publisher {
         self.shared.next_writer()
     }
 
-    /// Starts the task of a room whose last message is `last`, and returns the room's sink; `None` if the server ends.
+    /// The policy for records that cannot be written.
+    pub fn policy(&self) -> &Arc<Policy> {
+        &self.policy
+    }
+
+    /// Starts the task of a room whose last message is `last`, and returns the log that it reads until that is sealed; `None`
+    /// if the server ends.
     pub fn open(
         &self,
         records: &Records,
         code: &str,
         epoch: u64,
         last: Sequence,
-    ) -> Option<Arc<dyn RecordSink>> {
+    ) -> Option<Arc<SharedLog>> {
         let alive = lock(&self.alive).clone()?;
-        let (sender, jobs) = mpsc::channel(limits::FLEET_BATCHES_MAX);
+        let shared = Arc::default();
+        let reader = Reader::new(&shared, &self.policy.of_room(), STATE);
         let task = RoomTask::new(Arc::clone(&self.shared), records.clone(), code, epoch, last);
         self.handle.spawn(async move {
-            task.run(jobs).await;
+            task.run(reader).await;
             drop(alive);
         });
-        Some(Arc::new(RoomSink::new(sender, self.shared.error_count())))
-    }
-}
-
-impl RecordKeeper for Publisher {
-    fn common_sink(self: Arc<Self>) -> Option<Arc<dyn RecordSink>> {
-        None
+        Some(shared)
     }
 
-    fn errors(&self) -> u64 {
-        self.shared.errors()
-    }
-
-    fn close(&self) {
+    /// Waits until everything that was handed over is written, and ends.
+    pub fn close(&self) {
         lock(&self.alive).take();
         lock(&self.all_gone).blocking_recv();
     }

@@ -1,16 +1,15 @@
 //! The task of one room's records: it writes them into the stream one after another, and removes them at the end.
 
 use super::records::{Message, Published, RecordStream, Sequence, Tail, payloads};
-use crate::durable::{Job, RoomFile};
 use crate::fleet::directory::RETRY;
 use crate::limits;
+use crate::log::{Next, Reader, Seal};
 use bytes::Bytes;
 use jostle_protocol::replay::Record;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use tokio::sync::mpsc;
-use tokio::time::{Instant, sleep};
-use tracing::{error, warn};
+use tokio::time::{Instant, sleep, timeout};
+use tracing::warn;
 
 /// News of a room for the directory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,7 +29,6 @@ type Report = dyn Fn(&str, Outcome) + Send + Sync;
 pub struct Shared {
     /// Numbers of messages; the process begins at a random one.
     next_writer: AtomicU64,
-    errors: Arc<AtomicU64>,
     report: Box<Report>,
 }
 
@@ -40,23 +38,12 @@ impl Shared {
         first_writer: u64,
         report: impl Fn(&str, Outcome) + Send + Sync + 'static,
     ) -> Shared {
-        let next_writer = AtomicU64::new(first_writer);
-        Shared { next_writer, errors: Arc::default(), report: Box::new(report) }
+        Shared { next_writer: AtomicU64::new(first_writer), report: Box::new(report) }
     }
 
     /// A number that no other message has.
     pub fn next_writer(&self) -> u64 {
         self.next_writer.fetch_add(1, Ordering::Relaxed)
-    }
-
-    /// Times that the records of a room were given up, so far.
-    pub fn errors(&self) -> u64 {
-        self.errors.load(Ordering::Relaxed)
-    }
-
-    /// The counter behind [`Shared::errors`].
-    pub fn error_count(&self) -> Arc<AtomicU64> {
-        Arc::clone(&self.errors)
     }
 }
 
@@ -105,32 +92,40 @@ impl<S: RecordStream> RoomTask<S> {
         }
     }
 
-    /// Does the jobs of a room until its thread has ended, or the sink is closed.
-    pub async fn run(mut self, mut jobs: mpsc::Receiver<Job>) {
-        let mut current: Option<Arc<RoomFile>> = None;
-        while let Some(job) = jobs.recv().await {
-            let is_current =
-                |file: &Arc<RoomFile>| current.as_ref().is_some_and(|c| Arc::ptr_eq(c, file));
-            match job {
-                Job::Begin(file, records) => {
-                    let begun = self.begin(&records).await;
-                    current = self.note(file, begun);
-                }
-                Job::Append(file, records) if is_current(&file) => {
-                    let appended = self.append(bytes(&records).into(), None).await;
-                    current = self.note(file, appended.is_some());
-                }
-                Job::Close(file) if is_current(&file) => {
-                    self.report(Outcome::Parted);
-                }
-                Job::Remove(_) => self.remove().await,
-                Job::Append(..) | Job::Close(_) | Job::End => {}
+    /// Writes what this reader reads, until its room has ended.
+    pub async fn run(mut self, mut reader: Reader) {
+        while !reader.is_finished {
+            let next = reader.next(Instant::now().into_std(), false);
+            if next == Next::Nothing {
+                // It may be time to try again.
+                let _ = timeout(limits::STATE_SYNC_EVERY, reader.changed()).await;
+            } else if self.carry_out(&next).await {
+                reader.done(&next);
+            } else {
+                self.give_up(&mut reader);
             }
         }
     }
 
+    /// Does what is next. Returns whether that is done.
+    async fn carry_out(&mut self, next: &Next) -> bool {
+        match next {
+            Next::Begin(records) => self.begin(records).await,
+            Next::Append(records) => self.append(bytes(records).into(), None).await.is_some(),
+            Next::Seal(Seal::Keep) => {
+                self.report(Outcome::Parted);
+                true
+            }
+            Next::Seal(Seal::Remove) => {
+                self.remove().await;
+                true
+            }
+            Next::Seal(Seal::Leave) | Next::Nothing => true,
+        }
+    }
+
     /// Writes the beginning of a new file, and removes the one before once it is whole.
-    async fn begin(&mut self, records: &[Record]) -> bool {
+    async fn begin(&mut self, records: &[Arc<Record>]) -> bool {
         let payloads = payloads(bytes(records));
         let count = payloads.len();
         let mut first = 0;
@@ -251,27 +246,21 @@ impl<S: RecordStream> RoomTask<S> {
         tail.sequence < self.last && tail.epoch <= self.epoch
     }
 
-    /// Gives a file up after an error: its room begins a new one after a while.
-    fn note(&mut self, file: Arc<RoomFile>, is_kept: bool) -> Option<Arc<RoomFile>> {
-        if is_kept {
-            return Some(file);
-        }
-        self.shared.errors.fetch_add(1, Ordering::Relaxed);
-        let is_first = !file.failed.swap(true, Ordering::Relaxed);
+    /// Gives the file up after an error.
+    fn give_up(&mut self, reader: &mut Reader) {
+        let now = Instant::now().into_std();
         if std::mem::take(&mut self.forgotten) {
             warn!(room = %self.code, "NATS has forgotten records of a room; they are written again");
-        } else if is_first && !self.shut_out {
-            error!(
-                room = %self.code, reason = %self.reason, retry_s = limits::STATE_RETRY.as_secs(),
-                "CANNOT KEEP A ROOM: another node would not know what is played from here on"
-            );
+        } else if !self.shut_out {
+            return reader.failed(&self.reason, now);
         }
-        None
+        reader.policy.count();
+        reader.give_up(now);
     }
 }
 
-fn bytes(records: &[Record]) -> Vec<u8> {
-    records.iter().flat_map(Record::seal).collect()
+fn bytes(records: &[Arc<Record>]) -> Vec<u8> {
+    records.iter().flat_map(|record| record.seal()).collect()
 }
 
 #[cfg(test)]

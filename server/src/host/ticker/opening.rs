@@ -1,11 +1,9 @@
 //! Opens a room, or restores that of the process before.
 
 use super::{Opened, Ticker};
-use crate::durable::SavedRoom;
 use crate::host::clock::Clock;
 use crate::host::random::random;
-use crate::host::room_state::RoomState;
-use crate::replays::RoomRecording;
+use crate::log::{RoomLog, SavedRoom};
 use jostle_room::Room;
 use std::sync::Arc;
 use tracing::info;
@@ -13,7 +11,7 @@ use tracing::info;
 impl Ticker {
     /// Opens a new room, or that of the process before; `None` if that takes too much of the server.
     pub(super) fn open(&mut self, clock: &impl Clock) -> Option<Opened> {
-        let (is_saved, now) = (self.saved.is_some(), clock.now());
+        let is_saved = self.saved.is_some();
         let mut room = match self.saved.take() {
             Some(saved) => self.restore(&saved, clock)?,
             None => self.new_room(),
@@ -22,16 +20,9 @@ impl Ticker {
             // Also one that begins again under the same number: old tokens name it.
             room.begin_epoch(random() as u32);
         }
-        if self.host.recording.is_some() {
-            room.keep_clips(env!("CARGO_PKG_VERSION"));
-        }
-        let recording = self.host.recording.clone().filter(|_| !self.info.private);
-        let recording = recording.map(|recording| RoomRecording::start(recording, &mut room, now));
-        let records = self.records.clone().filter(|_| !self.info.given_up.is_cancelled());
-        let state = records.map(|records| {
-            RoomState::begin(records, Arc::clone(&self.info), &mut room, &self.admission, now)
-        });
-        Some(Opened { room, recording, state })
+        let (logs, shared) = (&self.host.logs, self.shared.clone());
+        let log = RoomLog::begin(logs, shared, self.info.notes(), &mut room, &self.admission);
+        Some(Opened { room, log })
     }
 
     fn new_room(&self) -> Room {
@@ -52,10 +43,8 @@ impl Ticker {
             }
             Ok(None) => None,
             Err(reason) => {
-                if let Some(records) = &self.records
-                    && !self.info.given_up.is_cancelled()
-                {
-                    records.set_aside(&self.info.code, &reason);
+                if !self.info.given_up.is_cancelled() {
+                    self.host.logs.set_aside(&self.info.code, &reason);
                 }
                 Some(self.new_room())
             }

@@ -1,5 +1,4 @@
 use super::*;
-use crate::durable::Job;
 use crate::fleet::lease::Lease;
 use crate::host::clock::SystemClock;
 use crate::host::delivery::{Delivery, ParticlePermits};
@@ -11,6 +10,7 @@ use crate::host::rooms::Rooms;
 use crate::host::token_signer::TokenSigner;
 use crate::limits::Waits;
 use crate::limits::uplink::Uplink;
+use crate::log::Logs;
 use bytes::Bytes;
 use jostle_game::Scene;
 use jostle_protocol::limits::ROOM_CODE_BYTES_MAX;
@@ -18,7 +18,7 @@ use jostle_protocol::{Appearance, ClientMessage, Role};
 use std::cell::Cell;
 use std::net::IpAddr;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, AtomicU32};
+use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::{SyncSender, sync_channel};
 use std::task::{Wake, Waker};
 use std::time::Duration;
@@ -41,8 +41,7 @@ fn room(code: &str, empty_grace: Duration) -> (Ticker, Outside) {
         Arc::new(Host {
             waits: Waits { room_empty: empty_grace, ..Waits::default() },
             phase: followed.clone(),
-            recording: None,
-            state_writer: None,
+            logs: Logs::default(),
             neighbours: Neighbours::default(),
             send_queues: vec![Arc::default()],
             address_spectators_max: limits::SPECTATORS_MAX / 2,
@@ -63,7 +62,7 @@ fn room(code: &str, empty_grace: Duration) -> (Ticker, Outside) {
             joins: receiver,
             commands,
             lease: None,
-            records: None,
+            shared: None,
         },
         1,
     );
@@ -96,51 +95,21 @@ fn end_of(outbox: &Outbox) -> Refusal {
     outbox.end_reason().expect("the session ended")
 }
 
-/// Counts the jobs of rooms, and those that were given up.
-#[derive(Default)]
-struct Sink {
-    removed: AtomicU32,
-    given_up: AtomicU32,
-    /// Jobs of any kind.
-    jobs: AtomicU32,
-}
-
-impl RecordSink for Sink {
-    fn try_send(&self, _: Job) -> bool {
-        self.jobs.fetch_add(1, Ordering::Relaxed);
-        true
-    }
-
-    fn send(&self, job: Job) {
-        self.jobs.fetch_add(1, Ordering::Relaxed);
-        let is_removal = matches!(job, Job::Remove(_));
-        self.removed.fetch_add(u32::from(is_removal), Ordering::Relaxed);
-    }
-
-    fn set_aside(&self, _: &str, _: &str) {}
-
-    fn give_up(&self, _: &str, _: &str) {
-        self.given_up.fetch_add(1, Ordering::Relaxed);
-    }
-}
-
-/// Runs a room on a clock that sleeps in no time; returns whether its records were removed, and whether they were given
-/// up. Its sink must have ended with it.
-fn records_of(mut ticker: Ticker) -> (u32, u32) {
-    let sink = Arc::new(Sink::default());
-    ticker.records = Some(Arc::clone(&sink) as _);
+/// Runs a room on a clock that sleeps in no time; returns what becomes of its state.
+fn seal_of(mut ticker: Ticker) -> Option<Seal> {
+    let shared = Arc::new(SharedLog::default());
+    ticker.shared = Some(Arc::clone(&shared));
     ticker.run(&mut TestClock::new());
-    let sink = Arc::into_inner(sink).expect("the room has dropped its sink");
-    (sink.removed.into_inner(), sink.given_up.into_inner())
+    shared.lock().seal.clone()
 }
 
 #[test]
-fn a_room_drops_its_sink_at_its_end_and_gives_records_up_that_make_it_fail() {
+fn a_room_seals_its_log_at_its_end_and_gives_a_state_up_that_makes_it_fail() {
     let (ends, _outside) = room("over", Duration::from_secs(1));
-    assert_eq!(records_of(ends), (1, 0));
+    assert_eq!(seal_of(ends), Some(Seal::Remove));
     // This code makes it panic before it has played, as a fault in the records would.
     let (fails, _outside) = room(&"x".repeat(ROOM_CODE_BYTES_MAX + 1), Duration::MAX);
-    assert_eq!(records_of(fails), (0, 1));
+    assert_eq!(seal_of(fails), Some(Seal::Leave));
 }
 
 /// A clock that sleeps in no time.
@@ -318,7 +287,7 @@ fn a_tick_over_the_budget_of_a_step_closes_a_room_before_it_is_sent() {
     (info.guest, info.scene) = (true, Arc::new(scene));
     let (join, _inbox, outbox) = join();
     outside.joins.send(join).expect("a place");
-    assert_eq!(records_of(ticker), (1, 0));
+    assert_eq!(seal_of(ticker), Some(Seal::Remove));
     assert_eq!(end_of(&outbox), Refusal::TooCostly);
 }
 
@@ -388,7 +357,7 @@ async fn a_command_that_is_insisted_on_waits_for_a_place_in_the_queue() {
     commands.send(AdminCommand::Evict(network)).expect("a place");
     let (info, joins) = (Arc::clone(&ticker.info), outside.joins.clone());
     let thread = std::thread::spawn(|| {});
-    let handle = RoomHandle { info, joins, commands, lease: None, records: None, thread };
+    let handle = RoomHandle { info, joins, commands, lease: None, shared: None, thread };
     ticker.host.lock().insert("full".into(), handle);
 
     let rooms = Rooms::new(&[], Arc::clone(&ticker.host), true, 64);

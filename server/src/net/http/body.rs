@@ -3,7 +3,7 @@
 use crate::files::open_regular;
 use crate::limits::HTTP_FRAME_BYTES_MAX;
 use crate::limits::connection_limits::Permit;
-use crate::replays::Readable;
+use crate::log::Readable;
 use hyper::body::{Body as HttpBody, Bytes, Frame, SizeHint};
 use std::io;
 use std::pin::Pin;

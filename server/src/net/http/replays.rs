@@ -3,7 +3,7 @@
 
 use super::body::Body;
 use super::response::{Answer, failed, json, not_found};
-use crate::replays::Refused;
+use crate::log::Refused;
 use crate::state::ServerState;
 use hyper::header::{self, HeaderValue};
 use hyper::{Response, StatusCode};
@@ -14,7 +14,7 @@ use std::net::IpAddr;
 pub fn list(state: &ServerState) -> Answer {
     let (mut replays, mut errors, mut dropped) = (Vec::new(), 0, 0);
     if let Some(store) = state.replays() {
-        [_, _, dropped, errors] = store.counters().read();
+        (errors, dropped) = (store.policy().errors(), store.policy().dropped());
         replays = store.list();
     }
     json(StatusCode::OK, &Replays { replays, errors, dropped })

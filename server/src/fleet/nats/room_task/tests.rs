@@ -1,7 +1,9 @@
 //! The task of a room against a stream whose network is at the hands of the test.
 
 use super::*;
+use std::sync::atomic::AtomicU32;
 use std::sync::{Mutex, PoisonError};
+use tokio::sync::mpsc;
 
 const CODE: &str = "k7f3q2";
 /// Number of the first message that the task sends.
@@ -132,7 +134,9 @@ impl RecordStream for Stream {
 
 /// The task of a room, which runs beside the test.
 struct Room {
-    jobs: mpsc::Sender<Job>,
+    work: mpsc::UnboundedSender<Next>,
+    /// Files that were given up.
+    failed: Arc<AtomicU32>,
     outcomes: mpsc::UnboundedReceiver<Outcome>,
     shared: Arc<Shared>,
     task: tokio::task::JoinHandle<()>,
@@ -147,18 +151,31 @@ impl Room {
         };
         let shared = Arc::new(Shared::new(FIRST_WRITER, report));
         let stream = stream.clone();
-        let task = RoomTask::new(Arc::clone(&shared), stream, CODE, 1, TAKEN_OVER.sequence);
-        let (jobs, receiver) = mpsc::channel(limits::FLEET_BATCHES_MAX);
-        Room { jobs, outcomes, shared, task: tokio::spawn(task.run(receiver)) }
+        let mut task = RoomTask::new(Arc::clone(&shared), stream, CODE, 1, TAKEN_OVER.sequence);
+        let (work, mut receiver) = mpsc::unbounded_channel();
+        let failed = Arc::new(AtomicU32::new(0));
+        let failures = Arc::clone(&failed);
+        let task = tokio::spawn(async move {
+            while let Some(next) = receiver.recv().await {
+                let done = task.carry_out(&next).await;
+                failures.fetch_add(u32::from(!done), Ordering::Relaxed);
+            }
+        });
+        Room { work, failed, outcomes, shared, task }
     }
 
-    async fn does(&self, job: Job) {
-        self.jobs.send(job).await.expect("a task");
+    fn does(&self, next: Next) {
+        self.work.send(next).expect("a task");
+    }
+
+    /// Waits until a file was given up.
+    async fn gives_up(&self) {
+        until(|| self.failed.load(Ordering::Relaxed) > 0).await;
     }
 
     /// Ends the room's thread, waits for the task, and returns what it reported.
     async fn ends(mut self) -> Vec<Outcome> {
-        drop(self.jobs);
+        drop(self.work);
         self.task.await.expect("a task without a panic");
         drop(self.shared);
         let mut outcomes = Vec::new();
@@ -167,10 +184,6 @@ impl Room {
         }
         outcomes
     }
-}
-
-fn file() -> Arc<RoomFile> {
-    Arc::new(RoomFile::new(CODE.to_owned(), 0))
 }
 
 /// Waits until a condition holds. The time of these tests stands still but while all tasks wait.
@@ -184,19 +197,18 @@ async fn until(is_so: impl Fn() -> bool) {
 async fn a_message_that_was_given_up_and_arrives_late_is_its_own() {
     let stream = Stream::new();
     let room = Room::begin(&stream);
-    let files = [file(), file()];
-    room.does(Job::Begin(Arc::clone(&files[0]), Vec::new())).await;
+    room.does(Next::Begin(Vec::new()));
     until(|| stream.kept().iter().any(|kept| kept.writer == FIRST_WRITER)).await;
 
     stream.cut_off();
-    room.does(Job::Append(Arc::clone(&files[0]), Vec::new())).await;
-    until(|| files[0].failed.load(Ordering::Relaxed)).await;
+    room.does(Next::Append(Vec::new()));
+    room.gives_up().await;
     stream.comes_back(|_| {});
     let late = stream.kept().last().map(|kept| kept.writer);
     assert_eq!(late, Some(FIRST_WRITER + 1));
 
-    room.does(Job::Begin(Arc::clone(&files[1]), Vec::new())).await;
-    room.does(Job::Close(Arc::clone(&files[1]))).await;
+    room.does(Next::Begin(Vec::new()));
+    room.does(Next::Seal(Seal::Keep));
     assert_eq!(room.ends().await, [Outcome::Parted]);
     assert_eq!(stream.kept().last().map(|kept| kept.writer), Some(FIRST_WRITER + 2));
 }
@@ -205,15 +217,14 @@ async fn a_message_that_was_given_up_and_arrives_late_is_its_own() {
 async fn a_message_of_another_node_shuts_the_task_out() {
     let stream = Stream::new();
     let room = Room::begin(&stream);
-    let begun = file();
     stream.cut_off();
-    room.does(Job::Begin(Arc::clone(&begun), Vec::new())).await;
-    until(|| begun.failed.load(Ordering::Relaxed)).await;
+    room.does(Next::Begin(Vec::new()));
+    room.gives_up().await;
     let other = Kept { sequence: 2, writer: 7, epoch: 2 };
     stream.comes_back(|state| {
         state.carry_out(Request::Write { writer: 7, epoch: 2, last: TAKEN_OVER.sequence });
     });
-    room.does(Job::Begin(file(), Vec::new())).await;
+    room.does(Next::Begin(Vec::new()));
     assert_eq!(room.ends().await, [Outcome::Fenced]);
     assert_eq!(stream.kept(), [TAKEN_OVER, other]);
 }
@@ -222,10 +233,10 @@ async fn a_message_of_another_node_shuts_the_task_out() {
 async fn a_room_has_ended_once_its_records_are_gone() {
     let stream = Stream::new();
     let mut room = Room::begin(&stream);
-    room.does(Job::Begin(file(), Vec::new())).await;
+    room.does(Next::Begin(Vec::new()));
     until(|| stream.kept().len() == 1).await;
     stream.cut_off();
-    room.does(Job::Remove(file())).await;
+    room.does(Next::Seal(Seal::Remove));
     sleep(20 * RETRY).await;
     assert!(room.outcomes.try_recv().is_err());
     stream.comes_back(|_| {});
@@ -238,7 +249,7 @@ async fn a_removal_that_arrives_late_leaves_the_records_of_the_next_node() {
     let stream = Stream::new();
     let room = Room::begin(&stream);
     stream.with(|state| state.falls_silent = true);
-    room.does(Job::Remove(file())).await;
+    room.does(Next::Seal(Seal::Remove));
     until(|| stream.with(|state| !state.waiting.is_empty())).await;
     let other = Kept { sequence: 2, writer: 7, epoch: 2 };
     stream.comes_back(|state| {
@@ -253,17 +264,16 @@ async fn records_that_the_stream_has_forgotten_are_written_again() {
     for forgotten in [Vec::new(), vec![TAKEN_OVER]] {
         let stream = Stream::new();
         let room = Room::begin(&stream);
-        let files = [file(), file()];
-        room.does(Job::Begin(Arc::clone(&files[0]), Vec::new())).await;
+        room.does(Next::Begin(Vec::new()));
         until(|| stream.kept().len() == 1 && stream.kept()[0] != TAKEN_OVER).await;
         stream.with(|state| {
             state.sequences = forgotten.last().map_or(0, |kept| kept.sequence);
             state.kept = forgotten;
         });
-        room.does(Job::Append(Arc::clone(&files[0]), Vec::new())).await;
-        until(|| files[0].failed.load(Ordering::Relaxed)).await;
-        room.does(Job::Begin(Arc::clone(&files[1]), Vec::new())).await;
-        room.does(Job::Close(Arc::clone(&files[1]))).await;
+        room.does(Next::Append(Vec::new()));
+        room.gives_up().await;
+        room.does(Next::Begin(Vec::new()));
+        room.does(Next::Seal(Seal::Keep));
         assert_eq!(room.ends().await, [Outcome::Parted]);
         assert_eq!(stream.kept().last().map(|kept| kept.writer), Some(FIRST_WRITER + 2));
     }

@@ -7,8 +7,8 @@ fn a_room_that_was_given_up_leaves_the_records_of_its_name_alone() {
     // Its thread wakes as it plays, as the server closes, or as it stands still without a lease.
     for (closes, has_lease) in [(false, true), (true, true), (false, false)] {
         let (mut ticker, outside) = room("given-up", Duration::MAX);
-        let sink = Arc::new(Sink::default());
-        ticker.records = Some(Arc::clone(&sink) as _);
+        let shared = Arc::new(SharedLog::default());
+        ticker.shared = Some(Arc::clone(&shared));
         let lease = Arc::new(Lease::new(Instant::now()));
         ticker.lease = (!has_lease).then(|| RoomLease::new(lease, INCARNATION));
         let mut clock = TestClock {
@@ -18,7 +18,7 @@ fn a_room_that_was_given_up_leaves_the_records_of_its_name_alone() {
             ..TestClock::new()
         };
         ticker.run(&mut clock);
-        assert_eq!((clock.sleeps, sink.jobs.load(Ordering::Relaxed)), (1, 1), "the first file");
+        assert_eq!((clock.sleeps, shared.lock().seal.clone()), (1, Some(Seal::Leave)));
     }
 }
 
@@ -30,6 +30,6 @@ fn a_room_that_was_given_up_before_it_failed_leaves_the_records_of_its_name_alon
         if given_up {
             ticker.info.given_up.cancel();
         }
-        assert_eq!(records_of(ticker), (0, u32::from(!given_up)));
+        assert_eq!(seal_of(ticker), (!given_up).then_some(Seal::Leave));
     }
 }

@@ -7,7 +7,7 @@ use std::net::IpAddr;
 
 /// The notes of the host in a room's file, as JSON. New fields have defaults, so that files of an older version
 /// can be read.
-#[derive(Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Notes {
     /// [`crate::host::room_handle::RoomInfo::number`]: tokens and host keys name it.
     pub number: u64,

@@ -1,10 +1,9 @@
-//! The settings and the counters of recording.
+//! The settings of recording.
 
 use crate::limits;
 use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, SystemTime};
 
 /// Creates a new file, and fails if there is one of that name.
@@ -55,22 +54,4 @@ pub fn days(count: u32) -> Duration {
 /// Unbuffered, so that everything written survives a kill of the process.
 fn create_file(path: &Path) -> io::Result<Box<dyn Write + Send>> {
     Ok(Box::new(File::options().write(true).create_new(true).open(path)?))
-}
-
-#[derive(Debug, Default)]
-pub struct Counters {
-    pub files: AtomicU64,
-    pub bytes: AtomicU64,
-    /// Records that the writer had no room for.
-    pub dropped: AtomicU64,
-    /// Files that could not be made, written or deleted.
-    pub errors: AtomicU64,
-}
-
-impl Counters {
-    /// Reads files, bytes, dropped and errors.
-    pub fn read(&self) -> [u64; 4] {
-        [&self.files, &self.bytes, &self.dropped, &self.errors]
-            .map(|counter| counter.load(Ordering::Relaxed))
-    }
 }

@@ -3,7 +3,8 @@
 
 use super::index::{IndexedFile, ReplayIndex, Stamp};
 use super::name::{CLIP_ENDING, ENDING, UNLISTED_ENDING, is_name, is_unlisted, name, numbered};
-use super::settings::{Counters, Settings};
+use super::reader::Policy;
+use super::settings::Settings;
 use crate::files::open_regular;
 use crate::limits;
 use crate::limits::connection_limits::{ConnectionLimits, Permit};
@@ -14,17 +15,43 @@ use std::fs;
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::net::IpAddr;
 use std::path::PathBuf;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::SystemTime;
+use std::time::{Instant, SystemTime};
 use tracing::{info, warn};
 
 /// The replays of a server.
 pub struct ReplayStore {
     settings: Settings,
-    counters: Counters,
+    files: AtomicU64,
+    bytes: AtomicU64,
+    policy: Arc<Policy>,
+    /// Counters as last logged.
+    logged: Mutex<[u64; 3]>,
+    /// The clock by which files are old.
+    clock: Clock,
     index: Mutex<ReplayIndex>,
     readers: Arc<ConnectionLimits>,
+}
+
+/// The wall clock at the start of the server, advanced by a monotonic clock: when the wall clock is set
+/// forward, no replay is suddenly too old. Files stamped after it was set back would be, so the earlier of
+/// the two times counts.
+pub struct Clock {
+    began: Instant,
+    wall: SystemTime,
+}
+
+impl Clock {
+    /// A clock that starts with these two times.
+    pub fn new(began: Instant, wall: SystemTime) -> Clock {
+        Clock { began, wall }
+    }
+
+    /// The time at `now`, when the wall clock reads `wall`.
+    pub fn time(&self, now: Instant, wall: SystemTime) -> SystemTime {
+        wall.min(self.wall + now.saturating_duration_since(self.began))
+    }
 }
 
 /// A replay opened for reading.
@@ -47,10 +74,22 @@ pub enum Refused {
 }
 
 impl ReplayStore {
-    pub(super) fn new(settings: Settings) -> ReplayStore {
+    /// The directory of these settings, which is made once something is written.
+    pub fn new(settings: Settings) -> ReplayStore {
         let (in_all, of_address) = (limits::REPLAY_READERS_MAX, limits::ADDRESS_REPLAY_READERS_MAX);
         let readers = ConnectionLimits::new(in_all, of_address);
-        ReplayStore { settings, counters: Counters::default(), index: Mutex::default(), readers }
+        let cannot =
+            "CANNOT RECORD: games go on unrecorded, and a new file is tried after each retry time";
+        ReplayStore {
+            files: AtomicU64::new(0),
+            bytes: AtomicU64::new(0),
+            policy: Policy::new(cannot, settings.retry),
+            logged: Mutex::default(),
+            clock: Clock::new(Instant::now(), (settings.wall)()),
+            settings,
+            index: Mutex::default(),
+            readers,
+        }
     }
 
     /// The settings of recording.
@@ -58,9 +97,22 @@ impl ReplayStore {
         &self.settings
     }
 
-    /// The counters of recording.
-    pub fn counters(&self) -> &Counters {
-        &self.counters
+    /// Counts files that were begun, and bytes that were written.
+    pub(super) fn count(&self, files: u64, bytes: u64) {
+        self.files.fetch_add(files, Ordering::Relaxed);
+        self.bytes.fetch_add(bytes, Ordering::Relaxed);
+    }
+
+    /// The policy for what cannot be written.
+    pub fn policy(&self) -> &Arc<Policy> {
+        &self.policy
+    }
+
+    /// Files that were begun, bytes that were written, and errors.
+    pub fn counts(&self) -> [u64; 3] {
+        let [files, bytes] =
+            [&self.files, &self.bytes].map(|counter| counter.load(Ordering::Relaxed));
+        [files, bytes, self.policy.errors()]
     }
 
     /// The newest replays, newest first, without clips of private rooms.
@@ -108,8 +160,7 @@ impl ReplayStore {
             self.discard(&name);
             return Err(error);
         }
-        self.counters.files.fetch_add(1, Ordering::Relaxed);
-        self.counters.bytes.fetch_add(count, Ordering::Relaxed);
+        self.count(1, count);
         let players = PlayerCount::of_beginning(bytes).most;
         let last_tick = Record::last_tick(&bytes[bytes.len().saturating_sub(END_BYTES_MAX)..]);
         self.lock().update(&name, |file| {
@@ -177,27 +228,44 @@ impl ReplayStore {
     pub(super) fn make_room(&self, name: &str, bytes: u64) -> io::Result<()> {
         let max = self.settings.bytes_max;
         let is_full = |index: &ReplayIndex| index.charged_bytes_with(name, bytes) > max;
-        self.delete_while("the directory is full", |index, passed| {
-            self.next_to_go(index, passed).filter(|_| is_full(index))
-        });
-        if is_full(&self.lock()) {
-            let max = max >> 20;
-            let text = format!("the games being recorded alone take all {max} MB that are allowed");
-            return Err(io::Error::new(io::ErrorKind::QuotaExceeded, text));
+        if self.delete_until_fits("the directory is full", is_full) {
+            return Ok(());
         }
-        Ok(())
+        let max = max >> 20;
+        let text = format!("the games being recorded alone take all {max} MB that are allowed");
+        Err(io::Error::new(io::ErrorKind::QuotaExceeded, text))
     }
 
     fn make_room_for_file(&self) -> io::Result<()> {
         let is_full = |index: &ReplayIndex| index.len() >= limits::REPLAY_FILES_MAX;
-        self.delete_while("too many files", |index, passed| {
-            self.next_to_go(index, passed).filter(|_| is_full(index))
-        });
-        if is_full(&self.lock()) {
-            let text = format!("{} files, and none can be deleted", limits::REPLAY_FILES_MAX);
-            return Err(io::Error::new(io::ErrorKind::QuotaExceeded, text));
+        if self.delete_until_fits("too many files", is_full) {
+            return Ok(());
         }
-        Ok(())
+        let text = format!("{} files, and none can be deleted", limits::REPLAY_FILES_MAX);
+        Err(io::Error::new(io::ErrorKind::QuotaExceeded, text))
+    }
+
+    /// Deletes finished replays while there are too many. Returns whether there are no longer.
+    fn delete_until_fits(&self, reason: &str, is_full: impl Fn(&ReplayIndex) -> bool) -> bool {
+        self.delete_while(reason, |index, passed| {
+            let next = index.next_to_go(self.settings.bytes_max, passed);
+            next.filter(|_| is_full(index)).cloned()
+        });
+        !is_full(&self.lock())
+    }
+
+    /// Looks at the directory, and logs the counters if they changed.
+    pub(super) fn look_now(&self) {
+        let now = self.clock.time(Instant::now(), (self.settings.wall)());
+        if let Err(error) = self.look(now) {
+            self.policy.failed(&format!("{}: {error}", self.settings.dir.display()));
+        }
+        let counts = self.counts();
+        let mut logged = self.logged.lock().unwrap_or_else(PoisonError::into_inner);
+        if std::mem::replace(&mut *logged, counts) != counts {
+            let [files, bytes, errors] = counts;
+            info!(files, bytes, errors, "recording");
+        }
     }
 
     /// Scans the directory again, and deletes replays that are too old or too many.
@@ -209,14 +277,9 @@ impl ReplayStore {
             let oldest = index.oldest_finished(passed).cloned();
             oldest.filter(|oldest| age(oldest) > self.settings.age_max)
         });
-        let is_full = |index: &ReplayIndex| index.charged_bytes() > self.settings.bytes_max;
-        self.delete_while("the directory is full", |index, passed| {
-            self.next_to_go(index, passed).filter(|_| is_full(index))
-        });
-        let are_many = |index: &ReplayIndex| index.len() > limits::REPLAY_FILES_MAX;
-        self.delete_while("too many files", |index, passed| {
-            self.next_to_go(index, passed).filter(|_| are_many(index))
-        });
+        let bytes_max = self.settings.bytes_max;
+        self.delete_until_fits("the directory is full", |index| index.charged_bytes() > bytes_max);
+        self.delete_until_fits("too many files", |index| index.len() > limits::REPLAY_FILES_MAX);
         // Only now, so that files which go at once are not read.
         for name in new.iter().filter(|name| self.knows(name)) {
             if let Some((start, players)) = self.start_of(name) {
@@ -229,10 +292,6 @@ impl ReplayStore {
             }
         }
         Ok(())
-    }
-
-    fn next_to_go(&self, index: &ReplayIndex, passed: &[Stamp]) -> Option<Stamp> {
-        index.next_to_go(self.settings.bytes_max, passed).cloned()
     }
 
     /// Deletes the finished file that `next` names, as long as it names one. It is told those that cannot be deleted.
@@ -253,7 +312,7 @@ impl ReplayStore {
             Ok(()) => info!(file = %file.display(), reason, "replay deleted"),
             Err(error) if error.kind() == io::ErrorKind::NotFound => {}
             Err(error) => {
-                self.counters.errors.fetch_add(1, Ordering::Relaxed);
+                self.policy.count();
                 warn!(file = %file.display(), reason, %error, "cannot delete a replay");
                 return false;
             }

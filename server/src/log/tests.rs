@@ -1,5 +1,10 @@
-use super::writer::Clock;
+mod state;
+
+use super::replay_file::ReplayFile;
+use super::store::Clock;
+use super::writer::Readers;
 use super::*;
+use crate::host::admission::Admission;
 use crate::limits;
 use jostle_game::{Input, Scene, Seat};
 use jostle_protocol::Appearance;
@@ -9,12 +14,8 @@ use std::fs::{self, File};
 use std::io::{self, Write};
 use std::net::IpAddr;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::sync_channel;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime};
-
-/// Longer than anything takes, on a busy machine too.
-const LONG: Duration = Duration::from_secs(300);
 
 /// An empty directory for one test, removed when the test passed.
 struct Dir(PathBuf);
@@ -70,27 +71,37 @@ impl Drop for Dir {
     }
 }
 
+/// A room that is recorded. Its reader reads when the test says so.
 struct Stage {
-    recording: Arc<Recording>,
+    store: Arc<ReplayStore>,
+    shared: Arc<SharedLog>,
+    readers: Readers,
     room: Room,
     seat: Seat,
     seq: u32,
-    room_recording: RoomRecording,
+    log: RoomLog,
 }
 
 impl Stage {
     fn new(settings: Settings) -> Stage {
-        Stage::over(Recording::start(settings, 64).expect("a thread"))
-    }
-
-    fn over(recording: Arc<Recording>) -> Stage {
+        let store = Arc::new(ReplayStore::new(settings));
+        store.look_now();
         let scene = Arc::new(Scene::built_in().swap_remove(0));
         let mut room = Room::new("k7f3q2", scene, 5);
         let ann = Appearance::new("Ann", 0).expect("a name");
         let seat = room.join(ann, None).expect("a seat").claim.seat;
-        let room_recording =
-            RoomRecording::start(Arc::clone(&recording), &mut room, Instant::now());
-        Stage { recording, room, seat, seq: 0, room_recording }
+        let shared = Arc::default();
+        let (reader, file) = ReplayFile::of(&store, &shared);
+        let mut readers = Readers::default();
+        readers.add(reader, Box::new(file));
+        let (logs, held, admission) =
+            (Logs::default(), Some(Arc::clone(&shared)), Admission::default());
+        let log = RoomLog::begin(&logs, held, Notes::default(), &mut room, &admission);
+        Stage { store, shared, readers, room, seat, seq: 0, log }
+    }
+
+    fn shares(&mut self, empty: bool) {
+        self.log.after_ticks(&mut self.room, &Admission::default(), empty);
     }
 
     /// Ticks with an input each.
@@ -106,28 +117,19 @@ impl Stage {
     fn idle(&mut self, ticks: u32) {
         for _ in 0..ticks {
             self.room.tick();
-            self.room_recording.after_ticks(&mut self.room, Instant::now());
+            self.shares(false);
+            self.readers.step(Instant::now());
         }
     }
 
-    fn counters(&self) -> [u64; 4] {
-        self.recording.store().counters().read()
+    fn end(self) -> Arc<ReplayStore> {
+        self.end_as(true)
     }
 
-    /// Waits until the writer has done something; the room stands still meanwhile.
-    fn until(&self, what: &str, is_so: impl Fn([u64; 4]) -> bool) {
-        let started = Instant::now();
-        while !is_so(self.counters()) {
-            assert!(started.elapsed() < LONG, "{what}: {:?}", self.counters());
-            std::thread::yield_now();
-        }
-    }
-
-    fn end(mut self) -> Arc<Recording> {
-        let last = self.room.stop_recording();
-        self.room_recording.end(&mut self.room, last, Instant::now());
-        self.recording.close();
-        self.recording
+    fn end_as(mut self, whole: bool) -> Arc<ReplayStore> {
+        self.log.end(&mut self.room, &Admission::default(), whole, Seal::Remove);
+        self.readers.step(Instant::now());
+        self.store
     }
 }
 
@@ -136,16 +138,16 @@ fn a_room_is_recorded_to_its_end() {
     let dir = Dir::new("end");
     let mut stage = Stage::new(dir.settings());
     stage.play(700);
-    let recording = stage.end();
+    let store = stage.end();
     let [replay] = &dir.replays()[..] else { panic!("{:?}", dir.names()) };
     assert_eq!((replay.ending(), replay.last_tick()), (Ending::Whole, 700));
     let start = replay.start();
     assert_eq!((start.room.as_str(), start.scene_name.as_str()), ("k7f3q2", "arena"));
     assert_eq!(start.program, env!("CARGO_PKG_VERSION"));
-    let [entry] = &recording.store().list()[..] else { panic!("one entry") };
+    let [entry] = &store.list()[..] else { panic!("one entry") };
     assert!(entry.name.starts_with("arena-k7f3q2-20"), "{}", entry.name);
     assert_eq!((entry.bytes, entry.recording), (replay.byte_count() as u64, false));
-    assert_eq!(recording.store().counters().read(), [1, entry.bytes, 0, 0]);
+    assert_eq!(store.counts(), [1, entry.bytes, 0]);
 }
 
 #[test]
@@ -159,7 +161,8 @@ fn a_long_game_goes_on_in_another_file() {
         replays.iter().map(|replay| (replay.first_tick(), replay.last_tick())).collect();
     // They may have begun in one second, and then their names differ only by a number.
     spans.sort();
-    assert_eq!(spans, [(0, 400), (400, 800), (800, 1000)]);
+    // Each begins with a state that was kept for clips.
+    assert_eq!(spans, [(0, 420), (420, 840), (840, 1000)]);
     assert!(replays.iter().all(|replay| replay.ending() == Ending::Whole));
 }
 
@@ -171,10 +174,11 @@ fn an_empty_room_is_not_recorded() {
     stage.idle(40);
     for _ in 0..7200 {
         stage.room.tick();
-        stage.room_recording.pause(&mut stage.room, Instant::now());
+        stage.shares(true);
+        stage.readers.step(Instant::now());
     }
     stage.play(120);
-    let recording = stage.end();
+    let store = stage.end();
     let replays = dir.replays();
     let mut spans: Vec<_> =
         replays.iter().map(|replay| (replay.first_tick(), replay.last_tick())).collect();
@@ -182,31 +186,31 @@ fn an_empty_room_is_not_recorded() {
     // Tick 401 ends the first file, and the second begins after the first tick with a player.
     assert_eq!(spans, [(0, 401), (7601, 7720)]);
     assert!(replays.iter().all(|replay| replay.ending() == Ending::Whole));
-    let facts = |recording: &Recording| {
-        let list = recording.store().list();
+    let facts = |store: &ReplayStore| {
+        let list = store.list();
         let mut facts: Vec<_> = list.iter().map(|entry| (entry.seconds, entry.players)).collect();
         facts.sort();
         facts
     };
-    let listed = facts(&recording);
+    let listed = facts(&store);
     assert_eq!(listed, [(Some(2), 1), (Some(7), 1)]);
     // A server that starts over these files finds the same.
-    let later = Recording::start(dir.settings(), 64).expect("a thread");
-    later.close();
+    let later = ReplayStore::new(dir.settings());
+    later.look_now();
     assert_eq!(facts(&later), listed);
 }
 
 #[test]
-fn a_room_that_fails_leaves_a_replay_up_to_its_last_record() {
+fn a_room_that_is_given_up_leaves_a_replay_up_to_its_last_block() {
     let dir = Dir::new("failed");
     let mut stage = Stage::new(dir.settings());
     stage.play(650);
-    drop(stage.room_recording);
-    stage.recording.close();
+    stage.shared.seal(Seal::Remove);
+    stage.readers.step(Instant::now());
     let [replay] = &dir.replays()[..] else { panic!("{:?}", dir.names()) };
     assert!(matches!(replay.ending(), Ending::Cut(_)));
-    assert_eq!(replay.last_tick(), 600);
-    assert!(!stage.recording.store().list()[0].recording);
+    assert_eq!(replay.last_tick(), 630);
+    assert!(!stage.store.list()[0].recording);
 }
 
 #[test]
@@ -214,9 +218,7 @@ fn a_room_that_fails_inside_a_tick_leaves_all_whole_ones() {
     let dir = Dir::new("broken-off");
     let mut stage = Stage::new(dir.settings());
     stage.play(650);
-    let last = stage.room.break_off_recording();
-    stage.room_recording.end(&mut stage.room, last, Instant::now());
-    stage.recording.close();
+    stage.end_as(false);
     let [replay] = &dir.replays()[..] else { panic!("{:?}", dir.names()) };
     assert!(matches!(replay.ending(), Ending::Cut(_)));
     assert_eq!(replay.last_tick(), 650);
@@ -230,11 +232,11 @@ fn a_recording_without_an_input_leaves_no_file() {
     stage.play(60);
     // The second file begins after the last input, and long after it was held.
     stage.idle(700);
-    let recording = stage.end();
+    let store = stage.end();
     let [replay] = &dir.replays()[..] else { panic!("{:?}", dir.names()) };
-    assert_eq!((replay.first_tick(), replay.last_tick()), (0, 400));
-    assert_eq!(recording.store().list().len(), 1);
-    assert_eq!(recording.store().counters().read()[0], 3, "files were begun");
+    assert_eq!((replay.first_tick(), replay.last_tick()), (0, 420));
+    assert_eq!(store.list().len(), 1);
+    assert_eq!(store.counts()[0], 3, "files were begun");
 }
 
 #[test]
@@ -306,18 +308,16 @@ fn a_full_disk_truncates_the_file_and_a_new_one_is_tried() {
     for _ in 0..10 {
         stage.play(300);
     }
-    stage.until("an error", |[.., errors]| errors == 1);
-    stage.play(1);
+    assert_eq!(stage.store.counts()[2], 1);
     let [replay] = &dir.replays()[..] else { panic!("{:?}", dir.names()) };
     let last = replay.last_tick();
     assert!(last >= 300 && last.is_multiple_of(300), "{last}");
     assert!(matches!(replay.ending(), Ending::Cut(_)));
     assert_eq!(jostle_room::divergence::verify(&Arc::new(replay.clone()), |_| {}), Ok(None));
     // An hour later.
-    stage.room.tick();
-    stage.room_recording.after_ticks(&mut stage.room, Instant::now() + retry);
-    stage.until("another file", |[files, ..]| files == 2);
-    stage.recording.close();
+    assert_eq!(stage.store.counts()[0], 1);
+    stage.readers.step(Instant::now() + retry);
+    assert_eq!(stage.store.counts()[0], 2, "another file");
 }
 
 #[test]
@@ -327,33 +327,38 @@ fn no_directory_is_one_error_and_no_file() {
     let settings = Settings::new(dir.0.join("file"));
     let mut stage = Stage::new(settings);
     stage.play(10);
-    // One at the first look at the directory, one when the room's file was to be made.
-    stage.until("two errors", |counters| counters == [0, 0, 0, 2]);
     stage.play(600);
-    let recording = stage.end();
-    assert_eq!(recording.store().counters().read(), [0, 0, 0, 2]);
-    assert_eq!(recording.store().list(), []);
+    let store = stage.end();
+    // One at the first look at the directory, one when the room's file was to be made.
+    assert_eq!(store.counts(), [0, 0, 2]);
+    assert_eq!(store.list(), []);
     assert_eq!(fs::read(dir.0.join("file")).expect("still there"), b"in the way");
 }
 
 #[test]
-fn a_writer_that_is_behind_ends_the_recording_and_delays_no_tick() {
+fn a_disk_that_stands_still_costs_the_file_and_no_tick_and_a_new_one_begins() {
     let dir = Dir::new("behind");
-    let (queue, jobs) = sync_channel(2);
-    let recording = Arc::new(Recording {
-        store: Arc::new(ReplayStore::new(dir.settings())),
-        queue,
-        waiting_bytes: Arc::default(),
-        waiting_clips: Arc::default(),
-        clip_rates: Mutex::new(recording::clip_rates()),
-        thread: Mutex::default(),
-    });
-    let mut stage = Stage::over(Arc::clone(&recording));
-    stage.play(900);
-    // Start and first block wait; the second was dropped, and nothing was tried after it.
-    assert_eq!(recording.store().counters().read(), [0, 0, 1, 0]);
-    assert_eq!(jobs.try_iter().count(), 2);
-    assert!(stage.room.take_records().is_empty());
+    let mut stage = Stage::new(dir.settings());
+    stage.play(310);
+    let wait = limits::REPLAY_RETRY;
+    // As long as a clip is, nothing is lost.
+    for (ticks, lost) in
+        [(jostle_room::log::CLIP_TICKS - 60, 0), (jostle_room::log::CLIP_TICKS + 120, 1)]
+    {
+        for _ in 0..ticks {
+            stage.room.tick();
+            stage.shares(false);
+        }
+        stage.readers.step(Instant::now());
+        assert_eq!((stage.store.counts()[2], stage.store.policy().dropped()), (lost, lost));
+    }
+    stage.readers.step(Instant::now() + wait);
+    stage.play(30);
+    stage.end();
+    let mut spans: Vec<_> = dir.replays().iter().map(|replay| replay.last_tick()).collect();
+    spans.sort();
+    assert_eq!(spans[0], 300 + jostle_room::log::CLIP_TICKS - 60, "{spans:?}");
+    assert_eq!(spans[1], 310 + 2 * jostle_room::log::CLIP_TICKS + 60 + 30);
 }
 
 #[test]
@@ -408,11 +413,11 @@ fn a_file_that_is_written_is_never_deleted() {
     for _ in 0..30 {
         stage.play(300);
     }
-    stage.until("an error", |[.., errors]| errors == 1);
-    let recording = stage.end();
+    assert_eq!(stage.store.counts()[2], 1);
+    let store = stage.end();
     let [replay] = &dir.replays()[..] else { panic!("{:?}", dir.names()) };
     assert!(replay.last_tick() >= 300 && replay.byte_count() <= 6000);
-    assert!(!recording.store().list()[0].recording);
+    assert!(!store.list()[0].recording);
 }
 
 #[test]

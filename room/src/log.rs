@@ -1,0 +1,331 @@
+//! The log of a game: blocks of what was played, and states between them. A replay, the file from which a room is
+//! restored, a clip and the proof of a run are readers of it, each with a position of its own.
+//!
+//! **Data.** A block is a [`Record`] of ticks, a keyframe, or what a host appends; it is made once, and shared by all
+//! readers. **Its trip.** Each tick fills a block, which ends after [`BLOCK_TICKS`] or before whatever else is appended. Readers
+//! ask for what follows their position; a [`ReplayTail`] makes the longer blocks of a replay of it, off the tick path where
+//! there is another thread. **Limits.** The log forgets what is older than a clip, whoever has not read it.
+
+use crate::playback::{Playback, PlaybackError};
+use jostle_game::{Game, Input, Seat};
+use jostle_protocol::Appearance;
+use jostle_protocol::limits::REPLAY_BLOCK_TICKS_MAX;
+use jostle_protocol::replay::{
+    Block, Change, Keyframe, Record, Replay, Start, Tick, header, keeps_full_hash,
+};
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+/// Ticks in a block at most: what a crash can lose of a room that is kept.
+pub const BLOCK_TICKS: usize = 30;
+/// Ticks in a block of a replay: the most that a crash can lose of it.
+pub const REPLAY_BLOCK_TICKS: usize = 300;
+/// Least ticks between keyframes of a replay.
+pub const KEYFRAME_TICKS_MIN: u32 = 30 * 60;
+/// Ticks of a clip: 20 seconds.
+pub const CLIP_TICKS: u32 = 20 * 60;
+/// Least ticks between two states where clips are kept.
+const CLIP_KEYFRAME_TICKS_MIN: u32 = 60;
+/// Bytes of state for each tick at most there: large states are kept less often.
+const CLIP_KEYFRAME_BYTES_PER_TICK: usize = 1024;
+
+/// What a keyframe says of the members: their names and colours by seat.
+pub type Looks = Vec<(Seat, Appearance)>;
+
+/// The newest blocks of a log. Each has a position, counted from the first.
+#[derive(Clone, Debug, Default)]
+pub struct Blocks {
+    /// What replays say of the game in their beginning.
+    start: Start,
+    /// The oldest first.
+    kept: VecDeque<Arc<Record>>,
+    /// Blocks that were forgotten.
+    forgotten: u64,
+}
+
+impl Blocks {
+    /// The position after the last block.
+    pub fn end(&self) -> u64 {
+        self.forgotten + self.kept.len() as u64
+    }
+
+    /// The blocks from a position on; `None` if the first of them is forgotten.
+    pub fn since(&self, position: u64) -> Option<Vec<Arc<Record>>> {
+        let index = position.checked_sub(self.forgotten)? as usize;
+        Some(self.kept.range(index..).cloned().collect())
+    }
+
+    /// The position of the newest keyframe.
+    pub fn newest_keyframe(&self) -> Option<u64> {
+        let index = self.kept.iter().rposition(|block| keyframe_tick(block).is_some())?;
+        Some(self.forgotten + index as u64)
+    }
+
+    /// The record with which a file of this time begins, seconds since 1970, after so many ticks.
+    pub fn start(&self, unix_s: u64, first_tick: u32) -> Record {
+        Record::Start(Start { unix_s, first_tick, ..self.start.clone() })
+    }
+}
+
+/// The log of one game.
+#[derive(Clone, Debug)]
+pub struct GameLog {
+    /// None but where clips are kept; the first one is a keyframe.
+    blocks: Blocks,
+    /// The block that is being filled.
+    ticks: Vec<Tick>,
+    /// The last tick played.
+    newest: u32,
+    next_keyframe: u32,
+    keeps_clips: bool,
+    /// A replay that is kept in memory until it is taken.
+    replay: Option<ReplayTail>,
+}
+
+impl GameLog {
+    /// Begins with the game as it is. Where clips are kept, the log has their length of blocks, and states on the way; else
+    /// it is good for a replay in memory only.
+    pub fn new(start: Start, keeps_clips: bool, game: &Game, looks: Looks) -> GameLog {
+        let blocks = Blocks { start, ..Blocks::default() };
+        let (ticks, newest) = (Vec::new(), game.tick_count());
+        let mut log =
+            GameLog { blocks, ticks, newest, next_keyframe: 0, keeps_clips, replay: None };
+        log.keyframe(game, looks);
+        log
+    }
+
+    /// Begins a replay in memory with the game as it is, at this time, seconds since 1970.
+    pub fn record(&mut self, unix_s: u64, game: &Game, looks: Looks) {
+        self.flush();
+        let mut replay = ReplayTail::default();
+        replay.take(&self.blocks.start(unix_s, self.newest));
+        replay.take(&Record::Keyframe(keyframe(game, looks)));
+        self.replay = Some(replay);
+    }
+
+    /// Takes the records of that replay which are ready.
+    pub fn take_records(&mut self) -> Vec<Record> {
+        self.replay.as_mut().map(ReplayTail::ready).unwrap_or_default()
+    }
+
+    /// The last records of that replay if it ended now. It goes on.
+    pub fn recording_end(&self, game: &Game) -> Vec<Record> {
+        let Some(mut replay) = self.replay.clone() else { return Vec::new() };
+        self.unfinished().iter().for_each(|block| replay.take(block));
+        replay.take(&end(game));
+        replay.ready()
+    }
+
+    /// Ends that replay.
+    pub fn stop_recording(&mut self) {
+        self.replay = None;
+    }
+
+    /// The blocks, for readers.
+    pub fn blocks(&self) -> &Blocks {
+        &self.blocks
+    }
+
+    /// Appends the tick that the game has just played, with its inputs and the changes applied before it. `looks` is
+    /// called for a keyframe only.
+    pub fn tick(
+        &mut self,
+        changes: Vec<Change>,
+        inputs: &[(Seat, Input)],
+        game: &Game,
+        looks: impl FnOnce() -> Looks,
+    ) {
+        self.newest = game.tick_count();
+        let hash = if keeps_full_hash(self.newest) { game.hash() } else { game.hash() & 0xffff };
+        self.ticks.push(Tick { changes, inputs: inputs.to_vec(), hash });
+        if self.newest >= self.next_keyframe {
+            self.keyframe(game, looks());
+        } else if self.ticks.len() == BLOCK_TICKS {
+            self.flush();
+        }
+    }
+
+    /// Ends the block that is being filled, so that readers have all ticks.
+    pub fn flush(&mut self) {
+        if let Some(block) = self.unfinished() {
+            self.ticks.clear();
+            self.push(block);
+        }
+    }
+
+    /// Appends something else, after all ticks: the end of a replay, or notes.
+    pub fn append(&mut self, record: Record) {
+        self.flush();
+        self.push(record);
+    }
+
+    /// Appends the state of the game, unless that is the last block.
+    pub fn keyframe(&mut self, game: &Game, members: Looks) {
+        self.flush();
+        if self.blocks.kept.back().is_some_and(|block| keyframe_tick(block) == Some(self.newest)) {
+            return;
+        }
+        let keyframe = keyframe(game, members);
+        let (least, bytes_per_tick) = match self.keeps_clips {
+            true => (CLIP_KEYFRAME_TICKS_MIN, CLIP_KEYFRAME_BYTES_PER_TICK),
+            false => (KEYFRAME_TICKS_MIN, 1),
+        };
+        // That of the beginning follows from scene and seed, and takes no place in a replay.
+        let bytes = if self.newest > 0 || self.keeps_clips { keyframe.state.len() } else { 0 };
+        self.next_keyframe = self.newest + least.max((bytes / bytes_per_tick) as u32);
+        self.push(Record::Keyframe(keyframe));
+    }
+
+    /// The last seconds as the records of a replay, which ends now and may begin a little before the clip; [`cut`] shortens it.
+    /// `None` where none are kept.
+    pub fn clip(&self, unix_s: u64, game: &Game) -> Option<Vec<Arc<Record>>> {
+        let kept = &self.blocks.kept;
+        let first = self.kept_from();
+        let begin = kept.get(first)?;
+        let first_tick = keyframe_tick(begin)?;
+        let ticks = kept.range(first..).filter(|block| matches!(***block, Record::Ticks(_)));
+        let mut records = vec![Arc::new(self.blocks.start(unix_s, first_tick))];
+        records.extend((first_tick > 0).then(|| Arc::clone(begin)));
+        records.extend(ticks.cloned());
+        records.extend(self.unfinished().map(Arc::new));
+        records.push(Arc::new(end(game)));
+        Some(records)
+    }
+
+    /// The block that is being filled, as it is.
+    fn unfinished(&self) -> Option<Record> {
+        let first = self.newest + 1 - self.ticks.len() as u32;
+        (!self.ticks.is_empty()).then(|| Record::Ticks(Block { first, ticks: self.ticks.clone() }))
+    }
+
+    fn push(&mut self, block: Record) {
+        self.replay.iter_mut().for_each(|replay| replay.take(&block));
+        if self.keeps_clips {
+            self.blocks.kept.push_back(Arc::new(block));
+            let gone = self.kept_from();
+            self.blocks.kept.drain(..gone);
+            self.blocks.forgotten += gone as u64;
+        }
+    }
+
+    /// Index of the last keyframe before the clip.
+    fn kept_from(&self) -> usize {
+        let Some(from) = self.newest.checked_sub(CLIP_TICKS) else { return 0 };
+        let is_old = |block: &Arc<Record>| keyframe_tick(block).is_some_and(|tick| tick <= from);
+        self.blocks.kept.iter().rposition(is_old).unwrap_or(0)
+    }
+}
+
+fn keyframe_tick(block: &Record) -> Option<u32> {
+    match block {
+        Record::Keyframe(keyframe) => Some(keyframe.tick),
+        _ => None,
+    }
+}
+
+/// The record that ends a replay with the game.
+pub fn end(game: &Game) -> Record {
+    Record::End { tick: game.tick_count(), hash: game.hash() }
+}
+
+fn keyframe(game: &Game, members: Looks) -> Keyframe {
+    Keyframe { tick: game.tick_count(), hash: game.hash(), members, state: game.save() }
+}
+
+/// What a replay takes of a log: blocks of five seconds, and few of the keyframes.
+#[derive(Clone, Debug, Default)]
+pub struct ReplayTail {
+    /// Ticks that wait for others to share a block with.
+    ticks: Vec<Tick>,
+    /// Number of the first of them.
+    first: u32,
+    next_keyframe: u32,
+    ready: Vec<Record>,
+}
+
+impl ReplayTail {
+    /// Takes the next block of the log, or the start of the replay.
+    pub fn take(&mut self, block: &Record) {
+        match block {
+            Record::Ticks(block) => {
+                for (tick, number) in block.ticks.iter().zip(block.first..) {
+                    if self.ticks.is_empty() {
+                        self.first = number;
+                    }
+                    self.ticks.push(tick.clone());
+                    if self.ticks.len() == REPLAY_BLOCK_TICKS {
+                        self.flush();
+                    }
+                }
+                return;
+            }
+            // The state before the first tick follows from scene and seed.
+            Record::Start(start) if start.first_tick == 0 => {
+                self.next_keyframe = KEYFRAME_TICKS_MIN
+            }
+            Record::Start(_) | Record::End { .. } => {}
+            // A byte of state for each tick: packed, an hour of them is about a fifth of the megabyte that an hour of
+            // one player may take.
+            Record::Keyframe(keyframe) if keyframe.tick >= self.next_keyframe => {
+                let ticks = (keyframe.state.len() as u32).max(KEYFRAME_TICKS_MIN);
+                self.next_keyframe = keyframe.tick + ticks;
+            }
+            Record::Keyframe(_) | Record::Host(_) => return,
+        }
+        self.flush();
+        self.ready.push(block.clone());
+    }
+
+    /// Makes a block of the ticks that wait.
+    pub fn flush(&mut self) {
+        let ticks = std::mem::take(&mut self.ticks);
+        if !ticks.is_empty() {
+            self.ready.push(Record::Ticks(Block { first: self.first, ticks }));
+        }
+    }
+
+    /// Takes the records that are ready.
+    pub fn ready(&mut self) -> Vec<Record> {
+        std::mem::take(&mut self.ready)
+    }
+}
+
+/// Cuts the ticks after `from` up to `to` out of a replay: the bytes of a replay that begins with the state at tick
+/// `from` and ends at `to`, both moved into the replay's own range.
+pub fn cut(replay: Replay, from: u32, to: u32) -> Result<Vec<u8>, PlaybackError> {
+    let to = to.clamp(replay.first_tick(), replay.last_tick());
+    let from = from.clamp(replay.first_tick(), to);
+    let mut playback = Playback::new(Arc::new(replay))?;
+    playback.seek(from)?;
+    let members = &playback.moment().members;
+    let members = members.iter().map(|(&seat, look)| (Seat(seat), look.clone())).collect();
+    let state = keyframe(playback.game(), members);
+    let replay = Arc::clone(playback.replay());
+    let mut ticks = Vec::new();
+    while from + (ticks.len() as u32) < to {
+        let next = from + ticks.len() as u32 + 1;
+        let block = replay.block_with(next).ok_or(PlaybackError::Record { tick: next })?;
+        let skipped = (next - block.first) as usize;
+        let wanted = (to + 1 - next) as usize;
+        ticks.extend(block.ticks.into_iter().skip(skipped).take(wanted));
+    }
+    let hash = match replay.end_hash().filter(|_| to == replay.last_tick()) {
+        Some(hash) => hash,
+        None => {
+            playback.seek(to)?;
+            playback.game().hash()
+        }
+    };
+    let mut records = vec![Record::Start(Start { first_tick: from, ..replay.start().clone() })];
+    // The state at tick 0 follows from scene and seed.
+    records.extend((from > 0).then_some(Record::Keyframe(state)));
+    let firsts = (from + 1..).step_by(REPLAY_BLOCK_TICKS_MAX);
+    let blocks = firsts.zip(ticks.chunks(REPLAY_BLOCK_TICKS_MAX));
+    let blocks = blocks.map(|(first, ticks)| Block { first, ticks: ticks.to_vec() });
+    records.extend(blocks.map(Record::Ticks));
+    records.push(Record::End { tick: to, hash });
+    Ok(header().into_iter().chain(records.iter().flat_map(Record::seal)).collect())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,276 @@
+//! A reader of a room's log, and the one policy for everything that fails in what it writes.
+
+use super::shared::{Contents, Seal, SharedLog};
+use jostle_protocol::replay::Record;
+use std::fmt::Display;
+use std::io;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::{Duration, Instant, SystemTime};
+use tracing::{error, info};
+
+/// Where one reader writes. A function may block; after an error there is no open file until the next one begins.
+pub trait Sink: Send {
+    /// Begins a new file with these records, in the place of the one before.
+    fn begin(&mut self, records: &[Arc<Record>]) -> io::Result<()>;
+
+    /// Appends records to the file.
+    fn append(&mut self, records: &[Arc<Record>]) -> io::Result<()>;
+
+    /// Makes what was appended outlive a power cut, if it is to.
+    fn sync(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+
+    /// Returns whether the file is so long that the next one should begin.
+    fn is_full(&self) -> bool {
+        false
+    }
+
+    /// Ends the file: its room has ended.
+    fn seal(&mut self, seal: &Seal) -> io::Result<()>;
+}
+
+/// What happens when a disk fails or is full, or NATS stalls: a reader gives its file up, the first of consecutive errors
+/// is logged, each is counted, and a new file begins after a while. One for all readers of a kind.
+#[derive(Debug)]
+pub struct Policy {
+    /// What the log says then.
+    cannot: &'static str,
+    /// Time after which a reader that gave its file up begins a new one.
+    retry: Duration,
+    errors: Arc<AtomicU64>,
+    /// Of these, files that were given up because what writes them was too slow.
+    dropped: Arc<AtomicU64>,
+    is_failing: AtomicBool,
+}
+
+impl Policy {
+    /// A policy under which nothing has failed.
+    pub fn new(cannot: &'static str, retry: Duration) -> Arc<Policy> {
+        let (errors, dropped, is_failing) =
+            (Arc::default(), Arc::default(), AtomicBool::new(false));
+        Arc::new(Policy { cannot, retry, errors, dropped, is_failing })
+    }
+
+    /// The same policy for one room, whose first error is logged although another's was.
+    pub fn of_room(&self) -> Arc<Policy> {
+        let (errors, dropped) = (Arc::clone(&self.errors), Arc::clone(&self.dropped));
+        Arc::new(Policy { errors, dropped, is_failing: AtomicBool::new(false), ..*self })
+    }
+
+    /// Errors so far: files that were given up, set aside, or could not be deleted.
+    pub fn errors(&self) -> u64 {
+        self.errors.load(Ordering::Relaxed)
+    }
+
+    /// Errors that came of a disk or a network that was too slow.
+    pub fn dropped(&self) -> u64 {
+        self.dropped.load(Ordering::Relaxed)
+    }
+
+    /// Counts an error that is logged elsewhere.
+    pub fn count(&self) {
+        self.errors.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Counts an error, and logs it if it is the first since something was written.
+    pub fn failed(&self, error: &dyn Display) {
+        self.count();
+        if !self.is_failing.swap(true, Ordering::Relaxed) {
+            error!(%error, retry_s = self.retry.as_secs(), "{}", self.cannot);
+        }
+    }
+
+    /// The log has forgotten what a reader has not written yet.
+    pub fn too_slow(&self) {
+        self.dropped.fetch_add(1, Ordering::Relaxed);
+        self.failed(&"what it is written to is too slow");
+    }
+
+    fn works(&self) {
+        if self.is_failing.swap(false, Ordering::Relaxed) {
+            info!("the log of a room is written again");
+        }
+    }
+}
+
+/// What a reader has to do next.
+#[derive(Debug, PartialEq)]
+pub enum Next {
+    Nothing,
+    Begin(Vec<Arc<Record>>),
+    Append(Vec<Arc<Record>>),
+    Seal(Seal),
+}
+
+/// What a reader is after.
+#[derive(Clone, Copy, Debug)]
+pub struct Wants {
+    /// Ticks after which it begins a new file, at the next keyframe.
+    pub file_ticks_max: u32,
+    /// Whether it is a replay: its files have an end, and none has what happens in an empty room.
+    pub is_replay: bool,
+    /// The clock by which its files are named.
+    pub wall: fn() -> SystemTime,
+}
+
+/// A reader of a room's log, and its position.
+pub struct Reader {
+    shared: Arc<SharedLog>,
+    wants: Wants,
+    /// What to do about errors.
+    pub policy: Arc<Policy>,
+    /// The block with which it goes on; `None` while it has no file.
+    position: Option<u64>,
+    /// The keyframe at which its next file begins, if that is not the newest one.
+    begin_at: Option<u64>,
+    /// Ticks played before its file began.
+    first_tick: u32,
+    /// When it may begin a file again, after an error.
+    retry_at: Option<Instant>,
+    /// Whether its room has ended and all is done.
+    pub is_finished: bool,
+}
+
+impl Reader {
+    /// A reader of this log without a file.
+    pub fn new(shared: &Arc<SharedLog>, policy: &Arc<Policy>, wants: Wants) -> Reader {
+        let (shared, policy) = (Arc::clone(shared), Arc::clone(policy));
+        let (position, begin_at, retry_at, is_finished) = (None, None, None, false);
+        Reader { shared, wants, policy, position, begin_at, first_tick: 0, retry_at, is_finished }
+    }
+
+    /// Waits until there may be something new to read.
+    pub async fn changed(&self) {
+        self.shared.changed().await;
+    }
+
+    /// Has a sink do what is next. Returns false if there is nothing to do now.
+    pub fn step(&mut self, sink: &mut dyn Sink, now: Instant) -> bool {
+        let next = self.next(now, sink.is_full());
+        let done = match &next {
+            Next::Nothing => return false,
+            Next::Begin(records) => sink.begin(records),
+            Next::Append(records) => sink.append(records),
+            Next::Seal(seal) => sink.seal(seal),
+        };
+        match done {
+            Ok(()) => self.done(&next),
+            Err(error) => self.failed(&error, now),
+        }
+        true
+    }
+
+    /// What to do now, and then to tell [`Reader::done`] or [`Reader::give_up`].
+    pub fn next(&mut self, now: Instant, is_full: bool) -> Next {
+        let (shared, is_replay) = (Arc::clone(&self.shared), self.wants.is_replay);
+        let held = shared.lock();
+        let is_kept = !is_replay && held.seal == Some(Seal::Keep);
+        let is_over = !is_replay && matches!(held.seal, Some(Seal::Remove | Seal::Leave));
+        let position = match self.position {
+            _ if self.is_finished => return Next::Nothing,
+            _ if is_over => return self.end(&held),
+            // A last file is begun whatever became of the one before.
+            Some(position) if !is_kept || held.blocks.newest_keyframe() < Some(position) => {
+                position
+            }
+            _ => return self.next_file(&held, is_kept, now),
+        };
+        let Some(mut blocks) = held.blocks.since(position) else {
+            drop(held);
+            self.policy.too_slow();
+            self.give_up(now);
+            return Next::Nothing;
+        };
+        if blocks.is_empty() {
+            return self.end(&held);
+        }
+        self.position = Some(held.blocks.end());
+        let is_end = |block: &Arc<Record>| matches!(**block, Record::End { .. });
+        if let Some(index) = blocks.iter().position(is_end).filter(|_| is_replay) {
+            blocks.truncate(index + 1);
+            self.position = None;
+        }
+        let (first_tick, ticks_max) = (self.first_tick, self.wants.file_ticks_max);
+        let is_next = |block: &Arc<Record>| {
+            keyframe(block).is_some_and(|(tick, _)| is_full || tick - first_tick >= ticks_max)
+        };
+        if let Some(index) = blocks.iter().position(is_next) {
+            let end = keyframe(&blocks[index]).filter(|_| is_replay);
+            blocks.truncate(index);
+            blocks.extend(end.map(|(tick, hash)| Arc::new(Record::End { tick, hash })));
+            (self.position, self.begin_at) = (None, Some(position + index as u64));
+        }
+        if !is_replay {
+            blocks.retain(|block| matches!(**block, Record::Ticks(_) | Record::Host(_)));
+        }
+        Next::Append(blocks)
+    }
+
+    /// Begins a file at a keyframe, if it may now.
+    fn next_file(&mut self, held: &Contents, is_kept: bool, now: Instant) -> Next {
+        let may = is_kept || self.retry_at.is_none_or(|at| now >= at);
+        let is_wanted = !self.wants.is_replay
+            || self.begin_at.is_some()
+            || held.is_recorded && held.seal.is_none();
+        let begin_at = self.begin_at.filter(|_| !is_kept).or_else(|| held.blocks.newest_keyframe());
+        let Some(begin_at) = begin_at.filter(|_| may && is_wanted) else { return self.end(held) };
+        self.begin_at = None;
+        let Some(mut records) = held.blocks.since(begin_at) else { return Next::Nothing };
+        if self.wants.is_replay {
+            records.truncate(1);
+        }
+        self.position = Some(begin_at + records.len() as u64);
+        self.first_tick = keyframe(&records[0]).map_or(0, |(tick, _)| tick);
+        let unix = (self.wants.wall)().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
+        let start = held.blocks.start(unix.as_secs(), self.first_tick);
+        // The state before the first tick follows from scene and seed.
+        let states = usize::from(self.first_tick == 0);
+        let rest = records.split_off(1).into_iter();
+        let rest = rest.filter(|block| matches!(**block, Record::Ticks(_) | Record::Host(_)));
+        records.splice(..states, [Arc::new(start)]);
+        records.extend(rest);
+        Next::Begin(records)
+    }
+
+    /// What is left to do if the room has ended.
+    fn end(&mut self, held: &Contents) -> Next {
+        self.is_finished = held.seal.is_some();
+        match &held.seal {
+            None => Next::Nothing,
+            Some(_) if self.wants.is_replay => Next::Seal(Seal::Keep),
+            Some(Seal::Leave) => Next::Nothing,
+            Some(seal) => Next::Seal(seal.clone()),
+        }
+    }
+
+    /// What was next is done.
+    pub fn done(&self, next: &Next) {
+        // The beginning of a file may find a place where its ticks do not.
+        if let Next::Append(_) = next {
+            self.policy.works();
+        }
+    }
+
+    /// Gives the file up because of an error.
+    pub fn failed(&mut self, error: &dyn Display, now: Instant) {
+        self.policy.failed(error);
+        self.give_up(now);
+    }
+
+    /// Gives the file up after an error, which was counted. A new one begins after a while, unless the room has ended.
+    pub fn give_up(&mut self, now: Instant) {
+        (self.position, self.begin_at) = (None, None);
+        self.retry_at = Some(now + self.policy.retry);
+        self.is_finished |= self.shared.lock().seal.is_some();
+    }
+}
+
+/// Tick and hash of a keyframe.
+fn keyframe(block: &Record) -> Option<(u32, u64)> {
+    match block {
+        Record::Keyframe(keyframe) => Some((keyframe.tick, keyframe.hash)),
+        _ => None,
+    }
+}

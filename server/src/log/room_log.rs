@@ -1,0 +1,103 @@
+//! The log of one room on its thread: after its ticks, what is new goes to the readers of other threads.
+
+use super::logs::Logs;
+use super::notes::Notes;
+use super::shared::{Seal, SharedLog};
+use crate::host::admission::Admission;
+use crate::limits;
+use jostle_protocol::replay::Record;
+use jostle_room::Room;
+use std::sync::Arc;
+
+/// Feeds the readers of a room's log, and waits for nothing.
+pub struct RoomLog {
+    /// What its notes say of the room itself.
+    about: Notes,
+    /// `None` if nothing is kept of the room.
+    shared: Option<Arc<SharedLog>>,
+    /// Whether the log has notes on the players and their seats.
+    has_notes: bool,
+    /// The newest keyframe that has notes after it, and the revision of what these say.
+    noted: (Option<u64>, Revision),
+    /// The tick from which on there may be more notes.
+    note_at: u32,
+    is_recorded: bool,
+    /// The position up to which readers have it.
+    held: u64,
+}
+
+/// Revisions of what the notes say.
+type Revision = (u64, u64);
+
+impl RoomLog {
+    /// Begins the log of a room, which its readers find here.
+    pub fn begin(
+        logs: &Logs,
+        shared: Option<Arc<SharedLog>>,
+        about: Notes,
+        room: &mut Room,
+        admission: &Admission,
+    ) -> RoomLog {
+        if shared.is_some() {
+            room.keep_clips(env!("CARGO_PKG_VERSION"));
+        }
+        let (has_notes, noted) = (logs.keeps_rooms(), (None, (0, 0)));
+        let (note_at, is_recorded, held) = (0, true, 0);
+        let mut log = RoomLog { about, shared, has_notes, noted, note_at, is_recorded, held };
+        log.after_ticks(room, admission, false);
+        log
+    }
+
+    /// Feeds what is new. The replay of a room that is `empty` ends; the next player begins a new one.
+    pub fn after_ticks(&mut self, room: &mut Room, admission: &Admission, empty: bool) {
+        let Some(shared) = &self.shared else { return };
+        if std::mem::replace(&mut self.is_recorded, !empty) == empty {
+            match empty {
+                true => room.end_log(),
+                false => room.log_keyframe(),
+            }
+        }
+        if self.has_notes {
+            let keyframe = room.log().and_then(|log| log.blocks().newest_keyframe());
+            let (revision, tick) = (revision(room, admission), room.game().tick_count());
+            let is_due = self.noted.1 != revision && tick >= self.note_at;
+            if is_due || self.noted.0 != keyframe {
+                room.log_notes(notes(&self.about, room, admission));
+                self.noted = (keyframe, revision);
+                self.note_at = tick + limits::STATE_NOTES_EVERY_TICKS;
+            }
+        }
+        let Some(blocks) = room.log().map(|log| log.blocks()) else { return };
+        if std::mem::replace(&mut self.held, blocks.end()) != blocks.end() {
+            shared.publish(blocks.clone(), self.is_recorded);
+        }
+    }
+
+    /// Ends the log of a room, and has its state sealed so. A replay has no end if the game is not `whole`: a tick that failed
+    /// halfway is left out. A state that is kept ends with a keyframe, from which the room is restored without playing any
+    /// tick again.
+    pub fn end(mut self, room: &mut Room, admission: &Admission, whole: bool, seal: Seal) {
+        if whole {
+            room.end_log();
+        } else {
+            room.flush_log();
+        }
+        if seal == Seal::Keep {
+            room.log_keyframe();
+        }
+        let is_recorded = self.is_recorded;
+        self.has_notes &= seal == Seal::Keep;
+        self.after_ticks(room, admission, !is_recorded);
+        self.shared.inspect(|shared| shared.seal(seal));
+    }
+}
+
+fn notes(about: &Notes, room: &Room, admission: &Admission) -> Record {
+    let (members, admission) = (room.saved_members(), admission.clone());
+    let notes = Notes { members, admission, ..about.clone() };
+    Record::Host(serde_json::to_vec(&notes).expect("notes hold numbers, names and addresses"))
+}
+
+fn revision(room: &Room, admission: &Admission) -> Revision {
+    (room.members_revision(), admission.revision())
+}
