@@ -11,7 +11,7 @@
 //! written before more is.
 //!
 //! **Failures.** There is one [`Policy`]: whatever fails, is full or stalls costs a reader its file and no game a tick. The
-//! first error is logged, each is counted, and a new file begins after a while.
+//! first error is logged, each is counted, and a new file begins after a while. `docs/faults.md` has the table.
 
 mod index;
 mod logs;

@@ -1,3 +1,4 @@
+mod failures;
 mod state;
 
 use super::replay_file::ReplayFile;

@@ -213,6 +213,18 @@ async fn records_outlive_the_server_unless_their_files_were_tampered_with() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_disk_that_fails_costs_a_run_which_can_be_sent_again() {
+    let dir = Dir::new("records-disk");
+    let server = Server::start_with(keeping(&dir, DASH)).await;
+    fs::write(dir.path().join("records"), "in the way").expect("a file");
+    let answer = send(server.address, &file(&dash("Ann", 30))).await;
+    assert_eq!(answer.status, 500);
+    assert!(best(server.address).await.is_empty());
+    fs::remove_file(dir.path().join("records")).expect("it was there");
+    enters(server.address, &file(&dash("Ann", 30)), 1).await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_server_without_a_directory_keeps_no_records() {
     let server = Server::start().await;
     let answer = send(server.address, &file(&dash("Ann", 30))).await;

@@ -1,6 +1,7 @@
 //! The task of a room against a stream whose network is at the hands of the test.
 
 use super::*;
+use crate::log::{Policy, STATE, SharedLog};
 use std::sync::atomic::AtomicU32;
 use std::sync::{Mutex, PoisonError};
 use tokio::sync::mpsc;
@@ -277,4 +278,34 @@ async fn records_that_the_stream_has_forgotten_are_written_again() {
         assert_eq!(room.ends().await, [Outcome::Parted]);
         assert_eq!(stream.kept().last().map(|kept| kept.writer), Some(FIRST_WRITER + 2));
     }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_stream_that_stalls_gets_a_new_file_once_it_answers() {
+    let scene = jostle_game::Scene::built_in().swap_remove(0);
+    let mut room = jostle_room::Room::new(CODE, Arc::new(scene), 5);
+    room.keep_clips("test");
+    let (shared, policy) =
+        (Arc::<SharedLog>::default(), Policy::new("CANNOT", limits::STATE_RETRY));
+    let mut plays = |ticks: u32| {
+        (0..ticks).for_each(|_| room.tick());
+        shared.publish(room.log().expect("it is kept").blocks().clone(), true);
+    };
+    let stream = Stream::new();
+    let (writers, report) = (Shared::new(FIRST_WRITER, |_, _| {}), TAKEN_OVER.sequence);
+    let task = RoomTask::new(Arc::new(writers), stream.clone(), CODE, 1, report);
+    let task = tokio::spawn(task.run(Reader::new(&shared, &policy, STATE)));
+    plays(30);
+    until(|| stream.kept().iter().any(|kept| kept.writer >= FIRST_WRITER)).await;
+    stream.cut_off();
+    plays(30);
+    until(|| policy.errors() == 1).await;
+    stream.comes_back(|_| {});
+    let late = stream.kept().len();
+    plays(60);
+    until(|| stream.kept().len() > late || stream.kept()[0].writer > FIRST_WRITER + 1).await;
+    assert_eq!(policy.errors(), 1);
+    shared.seal(Seal::Remove);
+    task.await.expect("a task without a panic");
+    assert_eq!(stream.kept(), []);
 }
