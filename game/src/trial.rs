@@ -71,10 +71,10 @@ const ANY_TICK_US: f32 = 2.0;
 /// The worst tick promised is this many times as long as the worst two of the trial by their counts, however rare these were:
 /// games have worse moments than a trial, and ticks take longer than others with the same counts. The sweeps of the conjugate
 /// solver vary more.
-const RELAXATION_MARGIN: f32 = 2.0;
-const CONJUGATE_MARGIN: f32 = 2.15;
+const RELAXATION_MARGIN: f32 = 2.05;
+const CONJUGATE_MARGIN: f32 = 2.25;
 /// The same for the part without stirs where players can do nothing: any other game plays much like it.
-const IDLE_MARGIN: f32 = 1.5;
+const IDLE_MARGIN: f32 = 1.6;
 
 /// Findings of a trial.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -142,13 +142,13 @@ impl Trial {
     }
 }
 
-/// The geometric mean of the two highest peaks, so that one chance event does not decide alone.
+/// The weighted geometric mean of the two highest peaks, so that one chance event does not decide alone.
 fn worst(peaks: &[f32]) -> f32 {
     let [mut first, mut second] = [0.0; 2];
     for &peak in peaks {
         (first, second) = (max(first, peak), max(second, min(peak, first)));
     }
-    if peaks.len() < 2 { first } else { (first * second).sqrt() }
+    if peaks.len() < 2 { first } else { (first * (first * second).sqrt()).sqrt() }
 }
 
 /// A game whose players press keys at random, all but those that clear the world and change the team, and whose bodies can be
