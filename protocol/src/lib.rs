@@ -15,6 +15,7 @@ mod origin;
 mod position_history;
 mod refusal;
 pub mod replay;
+mod role;
 mod servers;
 pub mod snapshot;
 mod snapshot_stream;

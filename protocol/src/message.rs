@@ -6,6 +6,7 @@ mod forms;
 pub use crate::appearance::{Appearance, AppearanceError};
 pub use crate::clip::ClipRefusal;
 pub use crate::refusal::Refusal;
+pub use crate::role::{Role, WelcomeSeat};
 
 use crate::error::DecodeError;
 use crate::limits::{CLIENT_MESSAGE_BYTES_MAX, SERVER_MESSAGE_BYTES_MAX};
@@ -21,16 +22,6 @@ use jostle_sim::Vec2;
 
 /// Version of the protocol; both ends must agree.
 pub const VERSION: u16 = 5;
-
-/// The part that a client takes in a room.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Role {
-    /// A player, with a seat.
-    #[default]
-    Player,
-    /// A spectator, without one: it is sent everything and can change nothing.
-    Spectator,
-}
 
 /// A message from client to server.
 #[derive(Clone, Debug, PartialEq)]
@@ -81,17 +72,6 @@ pub enum ClientMessage {
         /// Which, below [`crate::limits::EMOTES`].
         emote: u8,
     },
-}
-
-/// The seat in a welcome.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct WelcomeSeat {
-    /// The seat that the player holds.
-    pub seat: Seat,
-    /// Whether the player is the room's host, because the hello had the right key.
-    pub host: bool,
-    /// The token with which the player gets the seat back after a lost socket, once.
-    pub token: Token,
 }
 
 /// A message from server to client.

@@ -1,6 +1,7 @@
 //! Forms of the fields of messages: how each is written, and how it is read and checked.
 
-use super::{Appearance, ClipRefusal, Refusal, Role, WelcomeSeat};
+use crate::appearance::Appearance;
+use crate::clip::ClipRefusal;
 use crate::error::{DecodeError, check};
 use crate::fields::{read_seat, write_seat};
 use crate::limits::{
@@ -8,6 +9,8 @@ use crate::limits::{
     SCENE_NAME_BYTES_MAX, VIEW_MAX,
 };
 use crate::origin::{read_origin, write_origin};
+use crate::refusal::Refusal;
+use crate::role::{Role, WelcomeSeat};
 use crate::token::Token;
 use crate::wire::{Reader, Writer};
 use jostle_game::{Buttons, Input, Seat};
