@@ -71,10 +71,10 @@ const ANY_TICK_US: f32 = 2.0;
 /// The worst tick promised is this many times as long as the worst two of the trial by their counts, however rare these were:
 /// games have worse moments than a trial, and ticks take longer than others with the same counts. The sweeps of the conjugate
 /// solver vary more.
-const RELAXATION_MARGIN: f32 = 2.05;
-const CONJUGATE_MARGIN: f32 = 2.25;
+const RELAXATION_MARGIN: f32 = 2.0;
+const CONJUGATE_MARGIN: f32 = 2.15;
 /// The same for the part without stirs where players can do nothing: any other game plays much like it.
-const IDLE_MARGIN: f32 = 1.6;
+const IDLE_MARGIN: f32 = 1.5;
 
 /// Findings of a trial.
 #[derive(Clone, Debug, Default, PartialEq)]
