@@ -233,6 +233,10 @@ pub const JOINS_WAITING_MAX: usize = SEATS_MAX;
 pub const JOINS_PER_WAKEUP: usize = 32;
 /// Ticks played in a row to catch up; what is due beyond them is skipped and counted as missed.
 pub const CATCH_UP_TICKS_MAX: u32 = 5;
+/// Time after which a room in which nobody is, and no seat is held, stands still.
+pub const RESTING_AFTER: Duration = Duration::from_secs(1);
+/// Time between two looks of such a room for newcomers: who comes waits for as long at most.
+pub const RESTING_LOOK: Duration = Duration::from_millis(50);
 /// Time between two log lines about missed ticks of a room.
 pub const MISSED_LOG_EVERY: Duration = Duration::from_secs(1);
 

@@ -50,8 +50,8 @@ const CROWD_ROOM: &str = "crowd";
 #[derive(Parser)]
 struct Load {
     /// The program to start: `jostle`, or `counted`, which counts its allocations
-    #[arg(long, value_name = "FILE", required_unless_present = "order", default_value = "")]
-    server: PathBuf,
+    #[arg(long, value_name = "FILE", required_unless_present = "order")]
+    server: Option<PathBuf>,
     /// Bots that this process plays for another one, as JSON
     #[arg(long, hide = true, value_parser = parse_order)]
     order: Option<Order>,
@@ -160,13 +160,17 @@ impl Load {
         parts
     }
 
+    fn program(&self) -> Result<&Path> {
+        self.server.as_deref().context("--server is missing")
+    }
+
     /// Fails if a client fails; figures are only printed.
     fn measure(&self, part: &Part, scenes: &Path) -> Result<()> {
         let probe = JitterProbe::start(1);
         std::thread::sleep(PROBE);
         let before = probe.stop();
         let clients = part.clients + part.spectators;
-        let server = Server::start(&self.server, scenes, part.rooms, clients)?;
+        let server = Server::start(self.program()?, scenes, part.rooms, clients)?;
         let runtime = tokio::runtime::Runtime::new().context("a runtime for the bots")?;
         if self.processes == 1 {
             println!("{}", runtime.block_on(Bare::measure(part.clients))?);
@@ -186,7 +190,7 @@ impl Load {
             return Ok(());
         }
         println!("load: {} empty rooms", self.empty_rooms);
-        let server = Server::start(&self.server, scenes, self.empty_rooms, 0)?;
+        let server = Server::start(self.program()?, scenes, self.empty_rooms, 0)?;
         let runtime = tokio::runtime::Runtime::new().context("a runtime")?;
         let measured = runtime.block_on(lobby::measure(&server, &self.scene, self.empty_rooms));
         server.stop()?;

@@ -39,6 +39,14 @@ impl Schedule {
         played as u32
     }
 
+    /// Passes over what was due until now: it is neither played nor missed. Returns no ticks.
+    pub fn pass(&mut self, now: Instant) -> u32 {
+        let missed = self.missed;
+        self.due(now);
+        self.missed = missed;
+        0
+    }
+
     /// Ticks that were due and never played.
     pub fn missed(&self) -> u64 {
         self.missed
@@ -81,5 +89,9 @@ mod tests {
         assert_eq!(schedule.due(start + Duration::from_millis(1000)), CATCH_UP_TICKS_MAX);
         assert_eq!(schedule.missed(), 60 - 4 - u64::from(CATCH_UP_TICKS_MAX));
         assert_eq!(schedule.due(start + Duration::from_millis(1017)), 1);
+        let missed = schedule.missed();
+        assert_eq!(schedule.pass(start + Duration::from_millis(5000)), 0);
+        assert_eq!(schedule.due(start + Duration::from_millis(5017)), 1);
+        assert_eq!(schedule.missed(), missed, "what is passed over is not missed");
     }
 }

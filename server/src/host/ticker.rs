@@ -31,7 +31,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use timing::{Missed, Stopwatch};
 use tracing::{error, info, warn};
 
@@ -213,19 +213,22 @@ impl Ticker {
             share.as_mut().is_none_or(|share| share.spend(now, Clock::worked(clock)))
         };
         loop {
-            let (awaited, missed_before) = (schedule.next_at(), schedule.missed());
+            let rests = self.rests(room, clock.now() - empty_since);
+            let awaited =
+                if rests { clock.now() + limits::RESTING_LOOK } else { schedule.next_at() };
+            let missed_before = schedule.missed();
             let queued = clock.sleep_until(awaited);
             let now = clock.now();
             // Its records were removed, and its name may be another room's.
             if self.info.given_up.is_cancelled() {
                 return End::GivenUp;
             }
-            let due = schedule.due(now);
+            let due = if rests { schedule.pass(now) } else { schedule.due(now) };
             missed.report(&self.info.code, schedule.missed(), now);
             if self.is_closing() {
                 return End::Closing;
             }
-            if due == 0 {
+            if due == 0 && !rests {
                 continue;
             }
             self.info.last_tick.woke(now);
@@ -279,11 +282,21 @@ impl Ticker {
             let is_awaited = !self.abandoned || room.players() > 0;
             let most = self.host.waits.empty(self.info.guest, room.players());
             let is_over = !is_awaited || empty >= most;
-            let is_left = self.members.is_empty() && self.spectators.is_empty();
-            if is_left && is_over && self.retire(room, now) {
+            if self.is_left() && is_over && self.retire(room, now) {
                 return End::Empty;
             }
         }
+    }
+
+    /// Whether the room has neither players with a socket nor spectators.
+    fn is_left(&self) -> bool {
+        self.members.is_empty() && self.spectators.is_empty()
+    }
+
+    /// Whether nobody is there to see a tick, and nobody's seat is held: the game stands still until someone comes, and the
+    /// thread only looks for that.
+    fn rests(&self, room: &Room, empty: Duration) -> bool {
+        self.is_left() && room.players() == 0 && empty >= limits::RESTING_AFTER
     }
 
     /// A server that was dropped instead of being shut down is gone as well, and its phase with it.

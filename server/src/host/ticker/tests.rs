@@ -125,6 +125,8 @@ struct TestClock {
     stall: Option<(u32, Duration)>,
     /// Closes the server in the sleep of this number.
     closes: Option<(u32, watch::Sender<Phase>)>,
+    /// Has somebody join in the sleep of this number.
+    comes: Option<(u32, SyncSender<Join>, Join)>,
     /// Renews a lease for an hour in the sleep of this number.
     renews: Option<(u32, Arc<Lease>)>,
     /// Gives the room up in the sleep of this number.
@@ -140,6 +142,7 @@ impl TestClock {
             tick_cost: Duration::ZERO,
             looks: Cell::new(0),
             stall: None,
+            comes: None,
             closes: None,
             renews: None,
             gives_up: None,
@@ -160,6 +163,9 @@ impl Clock for TestClock {
         }
         if let Some((_, phase)) = self.closes.take_if(|(sleep, _)| *sleep == self.sleeps) {
             phase.send_replace(Phase::Closing);
+        }
+        if let Some((_, joins, join)) = self.comes.take_if(|(sleep, ..)| *sleep == self.sleeps) {
+            joins.send(join).expect("a place");
         }
         if let Some((_, lease)) = self.renews.take_if(|(sleep, _)| *sleep == self.sleeps) {
             lease.set(INCARNATION, HOUR);
@@ -184,12 +190,28 @@ fn play(ticker: &mut Ticker, clock: &mut TestClock) -> (u32, End) {
 }
 
 #[test]
-fn an_empty_room_ends_after_its_time_and_not_a_tick_before() {
+fn an_empty_room_stands_still_and_ends_after_its_time() {
     let (mut ticker, _outside) = room("empty", Duration::from_secs(45));
     let mut clock = TestClock::new();
     let began = clock.now;
-    assert_eq!(play(&mut ticker, &mut clock), (45 * 60, End::Empty));
-    assert_eq!(clock.now - began, Duration::from_secs(45));
+    assert_eq!(play(&mut ticker, &mut clock), (60, End::Empty), "it plays for a second");
+    let late = clock.now - began - Duration::from_secs(45);
+    assert!(late < limits::RESTING_LOOK, "late by {late:?}");
+    assert!(clock.sleeps < 1000, "{} sleeps", clock.sleeps);
+    assert_eq!(ticker.host.metrics.ticks.missed.get(), 0);
+}
+
+#[test]
+fn a_room_that_stands_still_goes_on_when_somebody_comes() {
+    let (mut ticker, outside) = room("rests", Duration::MAX);
+    let (join, _inbox, outbox) = join();
+    let comes = Some((200, outside.joins, join));
+    let mut clock = TestClock { comes, closes: Some((300, outside.phase)), ..TestClock::new() };
+    let (ticks, end) = play(&mut ticker, &mut clock);
+    // The last wakeup finds the server closing.
+    assert_eq!((ticks, end), (60 + 99, End::Closing));
+    assert_eq!(ticker.host.metrics.ticks.missed.get(), 0);
+    assert_eq!(outbox.end_reason(), None);
 }
 
 #[test]
@@ -205,11 +227,12 @@ fn a_guests_room_without_a_seat_ends_after_seconds_and_keeps_the_seats_of_lost_p
         let input = jostle_game::Input::default();
         inbox.try_send(Some(ClientMessage::Input { seq: 1, ack_tick: 0, input })).expect("a place");
         drop(inbox);
-        let (ticks, end) = play(&mut ticker, &mut TestClock::new());
-        assert_eq!(end, End::Empty);
-        Duration::from_secs(u64::from(ticks.div_ceil(60)))
+        let mut clock = TestClock::new();
+        let began = clock.now;
+        assert_eq!(play(&mut ticker, &mut clock).1, End::Empty);
+        clock.now - began
     };
-    assert_eq!(lasts(false), Waits::USUAL.guest_room_empty);
+    assert!(lasts(false) - Waits::USUAL.guest_room_empty < limits::RESTING_LOOK);
     assert!(lasts(true) > Duration::from_secs(44), "as long as a seat is held");
 }
 
@@ -225,9 +248,10 @@ fn a_room_that_stood_still_waits_for_its_players_as_long_as_any_other() {
     // It stands still from the 15th second to the 300th.
     let renews = Some((300 * 60, lease));
     let mut clock = TestClock { now: began, renews, ..TestClock::new() };
-    let (ticks, end) = play(&mut ticker, &mut clock);
+    let (_, end) = play(&mut ticker, &mut clock);
     assert_eq!((end_of(&outbox), end), (Refusal::Moving, End::Empty));
-    assert!(ticks.abs_diff((15 + 45) * 60) <= 1, "{ticks} ticks");
+    let late = (clock.now - began).abs_diff(Duration::from_secs(300 + 45));
+    assert!(late < limits::RESTING_LOOK, "off by {late:?}");
 }
 
 #[test]
@@ -261,8 +285,10 @@ fn a_guests_room_that_takes_more_than_its_share_for_long_is_closed_and_says_so()
 #[test]
 fn a_guests_room_is_closed_after_the_first_tick_that_takes_too_long() {
     let play_guest = |tick_cost_ms, stall_s| {
-        let (mut ticker, _outside) = room("dear", Duration::from_secs(60));
+        let (mut ticker, outside) = room("dear", Duration::from_secs(60));
         Arc::get_mut(&mut ticker.info).expect("not shared yet").guest = true;
+        let (join, _inbox, _outbox) = join();
+        outside.joins.send(join).expect("a place");
         let tick_cost = Duration::from_millis(tick_cost_ms);
         let stall = Some((1, Duration::from_secs(stall_s)));
         play(&mut ticker, &mut TestClock { tick_cost, stall, ..TestClock::new() })
@@ -335,6 +361,8 @@ fn a_dropped_server_ends_a_room_with_players() {
 fn ticks_of_a_long_stall_are_missed_and_the_next_ones_are_on_time() {
     let (mut ticker, outside) = room("stalled", Duration::MAX);
     let metrics = Arc::clone(&ticker.host.metrics);
+    let (join, _inbox, _outbox) = join();
+    outside.joins.send(join).expect("a place");
     let stall = Some((61, Duration::from_secs(2)));
     let mut clock = TestClock { stall, closes: Some((200, outside.phase)), ..TestClock::new() };
     let began = clock.now;
