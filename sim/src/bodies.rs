@@ -84,7 +84,7 @@ impl Bodies {
     }
 
     /// What is in a slot. Inlined always: fields that a caller leaves unread cost nothing then.
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     pub fn body(&self, slot: u32) -> Body {
         let slot = slot as usize;
         Body {
@@ -150,13 +150,13 @@ impl Bodies {
     }
 
     /// Smaller half-size of the body in a slot, world units.
-    #[inline]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     pub fn thickness(&self, index: usize) -> f32 {
         min(self.half[index].x, self.half[index].y)
     }
 
     /// Whether bodies with this motion are affected by contacts and gravity.
-    #[inline]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     pub fn is_pushed(motion: Motion) -> bool {
         motion == Motion::Dynamic
     }
@@ -175,7 +175,7 @@ impl Bodies {
         self.free.insert(at, id.index);
     }
 
-    #[inline]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     pub fn contains(&self, id: BodyId) -> bool {
         let index = id.index as usize;
         index < self.alive.len() && self.alive[index] && self.generation[index] == id.generation
@@ -183,7 +183,7 @@ impl Bodies {
 
     /// Returns the slot of a body. To ask for one that was removed is a fault of the caller: debug builds panic, in
     /// others it is in no slot.
-    #[inline]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     pub fn find(&self, id: BodyId) -> Option<usize> {
         let exists = self.contains(id);
         debug_assert!(exists, "body {}.{} does not exist", id.index, id.generation);
@@ -211,7 +211,7 @@ impl Bodies {
     }
 
     /// Whether the position and velocity of a body are finite.
-    #[inline]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     pub fn is_finite(&self, slot: usize) -> bool {
         let (center, velocity) = (self.center[slot], self.velocity[slot]);
         (center.x + velocity.x + center.y + velocity.y).is_finite()
@@ -219,7 +219,7 @@ impl Bodies {
 
     /// Moves a body and counts the move; a zero shift, as for a body of infinite mass, is not
     /// counted.
-    #[inline]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     pub fn shift(&mut self, slot: usize, shift: Vec2) {
         if shift != Vec2::ZERO {
             self.center[slot] += shift;
@@ -228,7 +228,7 @@ impl Bodies {
     }
 
     /// Bounding box of a body, grown by `margin` on every side.
-    #[inline]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     pub fn bounds(&self, slot: usize, margin: f32) -> Aabb {
         Aabb::around(self.center[slot], self.half[slot] + Vec2::splat(margin))
     }

@@ -36,7 +36,7 @@ impl fmt::Display for Difference {
 }
 
 impl StateIo for StateHasher {
-    #[inline]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn hashed(&mut self, _: Field, word: Word) {
         let (Word::Bits(bits) | Word::Number(bits)) = word;
         self.push(bits);

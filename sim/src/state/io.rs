@@ -68,22 +68,22 @@ pub trait StateIo: Sized {
     const READS: bool = false;
 
     /// Names the owner of the fields that follow.
-    #[inline]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn subject(&mut self, _: Subject) {}
 
     /// Takes a word that is hashed but not saved, since it follows from what is.
-    #[inline]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn hashed(&mut self, _field: Field, _word: Word) {}
 
     /// Takes bytes that are saved but not hashed: only what is hashed in another form, or decides
     /// nothing in later ticks that is not hashed itself.
-    #[inline]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn saved<const N: usize>(&mut self, _field: Field, given: [u8; N]) -> [u8; N] {
         given
     }
 
     /// Returns `given`, or what was read last means; `None` refuses it.
-    #[inline]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn checked<T>(&mut self, _: Field, given: T, _read: impl FnOnce() -> Option<T>) -> T {
         given
     }
@@ -94,59 +94,59 @@ pub trait StateIo: Sized {
     }
 
     /// Refuses what was read last unless it fits.
-    #[inline]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn check(&mut self, field: Field, fits: impl FnOnce() -> bool) {
         self.checked(field, (), || fits().then_some(()));
     }
 
     /// Takes a count, an index or flags, as [`StateIo::hashed`] does.
-    #[inline]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn bits(&mut self, field: Field, bits: u32) {
         self.hashed(field, Word::Bits(bits));
     }
 
     /// Takes a byte, which is a word of the hash.
-    #[inline]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn byte(&mut self, field: Field, value: u8) -> u8 {
         self.bits(field, u32::from(value));
         self.saved(field, [value])[0]
     }
 
     /// Takes 16 bits, which are a word of the hash.
-    #[inline]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn short(&mut self, field: Field, value: u16) -> u16 {
         self.bits(field, u32::from(value));
         self.saved_short(field, value)
     }
 
     /// Takes 16 bits, as [`StateIo::saved`] does.
-    #[inline]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn saved_short(&mut self, field: Field, value: u16) -> u16 {
         u16::from_le_bytes(self.saved(field, value.to_le_bytes()))
     }
 
     /// Takes a word of 32 bits.
-    #[inline]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn word(&mut self, field: Field, value: u32) -> u32 {
         self.bits(field, value);
         self.saved_word(field, value)
     }
 
     /// Takes a word of 32 bits, as [`StateIo::saved`] does.
-    #[inline]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn saved_word(&mut self, field: Field, value: u32) -> u32 {
         u32::from_le_bytes(self.saved(field, value.to_le_bytes()))
     }
 
     /// Takes 64 bits, the low half first.
-    #[inline]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn long(&mut self, field: Field, value: u64) -> u64 {
         let low = self.word(field, value as u32);
         u64::from(self.word(field, (value >> 32) as u32)) << 32 | u64::from(low)
     }
 
     /// Takes up to seven flags, in one byte.
-    #[inline]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn flags<const N: usize>(&mut self, field: Field, flags: [bool; N]) -> [bool; N] {
         let bits = flags.iter().rev().fold(0, |bits, &flag| bits << 1 | u8::from(flag));
         let bits = self.byte(field, bits);
@@ -155,7 +155,7 @@ pub trait StateIo: Sized {
     }
 
     /// Takes a number; both zeros have the same hash.
-    #[inline]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn number(&mut self, field: Field, value: f32, fits: impl FnOnce(f32) -> bool) -> f32 {
         self.hashed(field, Word::Number((value + 0.0).to_bits()));
         let read = f32::from_le_bytes(self.saved(field, value.to_le_bytes()));
@@ -163,14 +163,14 @@ pub trait StateIo: Sized {
     }
 
     /// Takes both components of a vector.
-    #[inline]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn vector(&mut self, fields: [Field; 2], it: Vec2, fits: impl Fn(f32) -> bool) -> Vec2 {
         let x = self.number(fields[0], it.x, &fits);
         Vec2::new(x, self.number(fields[1], it.y, &fits))
     }
 
     /// Takes the id of a body, or none.
-    #[inline]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn body(&mut self, field: Field, body: Option<BodyId>) -> Option<BodyId> {
         let BodyId { index, generation } = body.unwrap_or(NOBODY);
         self.bits(field, index);
@@ -179,7 +179,7 @@ pub trait StateIo: Sized {
     }
 
     /// Takes the id of a body, or none, as [`StateIo::saved`] does.
-    #[inline]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn saved_body(&mut self, field: Field, body: Option<BodyId>) -> Option<BodyId> {
         let BodyId { index, generation } = body.unwrap_or(NOBODY);
         let index = self.saved_word(field, index);
@@ -188,7 +188,7 @@ pub trait StateIo: Sized {
     }
 
     /// Takes the id of a body, and refuses none.
-    #[inline]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn id(&mut self, field: Field, id: BodyId) -> BodyId {
         let read = self.body(field, Some(id));
         self.checked(field, id, || read)
@@ -202,7 +202,7 @@ pub trait StateIo: Sized {
     }
 
     /// Takes an entry for each that is given.
-    #[inline]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn each<T, U>(
         &mut self,
         given: impl IntoIterator<Item = T>,
@@ -228,7 +228,7 @@ pub trait StateIo: Sized {
 
     /// Takes a list of at most as many entries, of at least as many bytes each, as `limits` says.
     /// Those that are read begin as `blank`.
-    #[inline]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn list<T: Clone>(
         &mut self,
         field: Field,
@@ -242,7 +242,7 @@ pub trait StateIo: Sized {
     }
 
     /// Takes the entries of a list whose number was taken before.
-    #[inline]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn entries<T: Clone>(
         &mut self,
         count: usize,

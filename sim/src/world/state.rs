@@ -267,7 +267,7 @@ fn visit_pairs(pairs: &[Pair], io: &mut impl StateIo) {
     }
 }
 
-#[inline]
+#[cfg_attr(not(target_arch = "wasm32"), inline)]
 fn contact((mut it, touching): Contact, io: &mut impl StateIo) -> Contact {
     io.subject(Subject::Contact(it.a, it.b));
     it.a = io.word("bodies", it.a);
@@ -289,7 +289,7 @@ fn contact((mut it, touching): Contact, io: &mut impl StateIo) -> Contact {
     (it, flags & 1 != 0)
 }
 
-#[inline]
+#[cfg_attr(not(target_arch = "wasm32"), inline)]
 fn rest((lowest, still_steps): Rest, io: &mut impl StateIo) -> Rest {
     let lowest = io.word("lowest body of its sleeping island", lowest);
     (lowest, io.short("steps at rest", still_steps))
@@ -325,7 +325,7 @@ const BLANK: Slot = Slot {
 /// The ranges are those of [`crate::BodyDef`].
 impl Body {
     /// Describes what the hash visits before the motion.
-    #[inline]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn form(mut self, io: &mut impl StateIo) -> Body {
         let is_round = matches!(self.shape, Shape::Circle { .. });
         let tags = [u8::from(is_round), self.motion as u8, self.group];
@@ -350,7 +350,7 @@ impl Body {
     }
 
     /// Describes place and motion.
-    #[inline]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn state(mut self, io: &mut impl StateIo) -> Body {
         self.center = io.vector(["position.x", "position.y"], self.center, plausible);
         self.velocity = io.vector(["velocity.x", "velocity.y"], self.velocity, plausible);
@@ -360,7 +360,7 @@ impl Body {
     }
 
     /// Describes what the hash visits after the motion.
-    #[inline]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn substance(mut self, io: &mut impl StateIo) -> Body {
         self.inverse_mass = io.number("inverse mass", self.inverse_mass, |it| match self.motion {
             Motion::Dynamic => it > 0.0 && it < PLAUSIBLE_MAX,
