@@ -18,14 +18,14 @@ use crate::view::frame::{
 };
 use ears::Ears;
 use highlights::Highlights;
-use jostle_game::scene::{Plan, Whose};
+use jostle_game::scene::Whose;
 use jostle_game::{Event, Kind, RoundInfo, SEATS_MAX, Scene, Seat, Tools};
 use jostle_protocol::{
     Appearance, DecodeError, Decoded, PlayerState, Snapshot, SnapshotStream, TimedEvent,
 };
 use jostle_sim::particles::{Obstacle, dequantise, quantise};
 use jostle_sim::short_sort::sort_few;
-use jostle_sim::{BodyId, EmitterDef, Particles, TICKS_PER_SECOND, Vec2};
+use jostle_sim::{BodyId, EmitterDef, Features, Particles, TICKS_PER_SECOND, Vec2};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
@@ -74,8 +74,8 @@ struct Flash {
 pub struct Replica {
     /// The scene that is played.
     pub scene: Arc<Scene>,
-    /// The needs of the scene.
-    pub plan: Plan,
+    /// Features of the scene, of which the page draws some.
+    pub features: Features,
     pub seat: Seat,
     stream: SnapshotStream,
     timeline: Timeline,
@@ -117,7 +117,7 @@ impl Replica {
     /// An empty copy of a room that plays `scene`.
     pub fn new(scene: Arc<Scene>, seat: Seat) -> Replica {
         Replica {
-            plan: Plan::of(&scene),
+            features: scene.features(),
             ears: Ears::new(&scene),
             highlights: Highlights::of(&scene),
             stream: SnapshotStream::default(),

@@ -69,7 +69,12 @@ pub struct Part {
 impl Scene {
     /// The settings of a World for this scene.
     pub fn world_settings(&self) -> WorldSettings {
-        WorldSettings { features: Plan::of(self).features, ..self.world.clone() }
+        WorldSettings { features: self.features(), ..self.world.clone() }
+    }
+
+    /// Features that the step of its World is prepared for: those of [`Plan::features`], without the reasons.
+    pub fn features(&self) -> Features {
+        features(self, &sources(self))
     }
 }
 
@@ -77,13 +82,10 @@ impl Plan {
     /// Compiles a scene to what it needs.
     pub fn of(scene: &Scene) -> Plan {
         let sources = sources(scene);
-        let brought = sources.iter().flat_map(Bodies::defs).map(|def| Features::of(&def));
-        let features = brought.fold(Features::NONE, Features::with);
-        let emits = emits(scene);
         Plan {
             pairs: pairs(scene, &sources),
-            features: Features { particles: emits.is_ok(), ..features },
-            parts: Reasons { scene, sources: &sources }.parts(emits),
+            features: features(scene, &sources),
+            parts: Reasons { scene, sources: &sources }.parts(emits(scene)),
             bodies: alike(sources),
         }
     }
@@ -169,6 +171,11 @@ pub(super) fn sources(scene: &Scene) -> Vec<Bodies> {
     sources
 }
 
+fn features(scene: &Scene, sources: &[Bodies]) -> Features {
+    let brought = sources.iter().flat_map(Bodies::defs).map(|def| Features::of(&def));
+    Features { particles: has_particles(scene), ..brought.fold(Features::NONE, Features::with) }
+}
+
 /// Joins those of the same kind, group, motion and shapes.
 fn alike(sources: Vec<Bodies>) -> Vec<Bodies> {
     let key =
@@ -218,6 +225,20 @@ fn launches_packs(scene: &Scene) -> Reason {
     let launcher = scene.launchers.iter().position(|launcher| launcher.makes == Kind::Pack);
     let none = || "no \"launch\" in tools, and no launcher of packs".to_owned();
     launcher.map(|index| format!("launchers[{index}] makes packs")).ok_or_else(none)
+}
+
+/// Whether anything makes particles, as [`emits`] says.
+fn has_particles(scene: &Scene) -> bool {
+    let launches = || {
+        scene.tools.contains(Tools::LAUNCH)
+            || scene.launchers.iter().any(|launcher| launcher.makes == Kind::Pack)
+    };
+    let splashes = |body: &Placed| body.breaks.is_some_and(|breaks| breaks.splash.is_some());
+    !scene.emitters.is_empty()
+        || scene.tools.contains(Tools::SPRAY)
+        || scene.rules.rules.iter().any(|rule| rule.effects.splash.is_some())
+        || scene.bodies.iter().any(splashes)
+        || scene.pack.as_ref().is_some_and(|pack| pack.burst > 0) && launches()
 }
 
 /// The field that makes particles.

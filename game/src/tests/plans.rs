@@ -82,6 +82,8 @@ fn compare(scenes: &[Scene]) {
     let mut left_out = 0;
     for scene in scenes.iter().flat_map(|scene| [vec![scene.clone()], barer(scene)].concat()) {
         let plan = Plan::of(&scene);
+        let particles = plan.parts.iter().find(|part| part.name == "particles");
+        assert!(particles.is_some_and(|part| part.used == plan.features.particles));
         let (special, dealt_with) = played(&scene, false);
         let (general, _) = played(&scene, true);
         let at = special.iter().zip(&general).position(|(one, other)| one != other);
