@@ -28,7 +28,7 @@ use crate::body::{GROUPS_MAX, Motion};
 use crate::broad_phase::pairs::Pair;
 use crate::math::max;
 use air::Air;
-pub(crate) use air::{Kind, Move};
+pub(crate) use air::{Move, MoveKind};
 use drag::{Drag, FORCE_MAX};
 use energy_guard::SpringGuard;
 use euler::{EulerBody, EulerGroups};
@@ -180,7 +180,7 @@ impl Forces {
     pub fn extend_reach(&self, bodies: &mut Bodies) -> bool {
         let mut any = false;
         for found in &self.moves {
-            if let Kind::Fast { implicit } = found.kind {
+            if let MoveKind::Fast { implicit } = found.kind {
                 let path = max(found.path.length(), implicit.length());
                 let reach = &mut bodies.reach[found.slot as usize];
                 *reach = max(*reach, REACH_MIN + path);
@@ -258,7 +258,7 @@ impl Forces {
             }
         }
         for found in &self.moves {
-            if let Kind::Held(hold) = found.kind {
+            if let MoveKind::Held(hold) = found.kind {
                 let inverse_mass = &mut bodies.inverse_mass[found.slot as usize];
                 self.masses.push((found.slot, *inverse_mass));
                 *inverse_mass = hold.inverse_mass;

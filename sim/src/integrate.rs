@@ -7,7 +7,7 @@
 //! (v1 + t (v0 - v1) / 2). One weight of v0 for each body and axis covers all cases.
 
 use crate::bodies::{Bodies, REACH_MIN};
-use crate::forces::{Kind, Move};
+use crate::forces::{Move, MoveKind};
 use crate::math::{clamp, clamp_length, max, min};
 use crate::solver::contact_constraint::{ContactConstraint, ContactInfo, ContactSet};
 use crate::solver::step_context::StepContext;
@@ -80,7 +80,7 @@ pub(crate) fn advance(bodies: &mut Bodies, moves: &[Move], start_velocity: &[Vec
         let before = start_velocity[slot];
         let (gain, bend) = (found.velocity - before, found.path - before * dt);
         let squared = gain.length_squared();
-        if matches!(found.kind, Kind::Held(_)) {
+        if matches!(found.kind, MoveKind::Held(_)) {
             center[slot] += found.path - path;
             reach[slot] = REACH_MIN + path.length() + found.path.length();
             continue;
@@ -103,9 +103,9 @@ pub(crate) fn apply_moves(
     for found in moves {
         let slot = found.slot as usize;
         let velocity = match found.kind {
-            Kind::Smooth => found.velocity,
-            Kind::Fast { .. } => found.path / dt,
-            Kind::Held(hold) => hold.velocity,
+            MoveKind::Smooth => found.velocity,
+            MoveKind::Fast { .. } => found.path / dt,
+            MoveKind::Held(hold) => hold.velocity,
         };
         bodies.velocity[slot] = velocity;
         displacements.start_velocity[slot] = found.path * (2.0 / dt) - velocity;
@@ -125,12 +125,14 @@ pub(crate) fn finish_moves(
         let velocity = &mut bodies.velocity[found.slot as usize];
         let mean = found.path / dt;
         let path = match found.kind {
-            Kind::Fast { .. } if (*velocity - mean).length() <= SPEED_ROUNDING * mean.length() => {
+            MoveKind::Fast { .. }
+                if (*velocity - mean).length() <= SPEED_ROUNDING * mean.length() =>
+            {
                 *velocity = found.velocity;
                 found.path
             }
-            Kind::Held(_) => *velocity * dt,
-            Kind::Smooth | Kind::Fast { .. } => continue,
+            MoveKind::Held(_) => *velocity * dt,
+            MoveKind::Smooth | MoveKind::Fast { .. } => continue,
         };
         displacements.given.push((found.slot, path));
     }

@@ -29,21 +29,21 @@ struct Cell {
 
 /// Links of a slot in the chain of its cell.
 #[derive(Clone, Copy, Debug)]
-struct Link {
+struct CellLink {
     cell: Cell,
     next: u32,
     previous: u32,
     listed: bool,
 }
 
-const UNLISTED: Link =
-    Link { cell: Cell { level: 0, x: 0, y: 0 }, next: NONE, previous: NONE, listed: false };
+const UNLISTED: CellLink =
+    CellLink { cell: Cell { level: 0, x: 0, y: 0 }, next: NONE, previous: NONE, listed: false };
 
 #[derive(Clone, Debug, Default)]
 pub(crate) struct StaticGrid {
     /// By hash of the cell: first slot of the chain. A power of two of entries.
     heads: Vec<u32>,
-    links: Vec<Link>,
+    links: Vec<CellLink>,
     /// Number of slots on each level.
     counts: [u32; LEVELS],
     count: usize,
@@ -120,7 +120,7 @@ impl StaticGrid {
         for &head in &self.heads {
             let mut slot = head;
             while slot != NONE {
-                let Link { cell, next, .. } = self.links[slot as usize];
+                let CellLink { cell, next, .. } = self.links[slot as usize];
                 let inside =
                     (low.x..=high.x).contains(&cell.x) && (low.y..=high.y).contains(&cell.y);
                 if cell.level == low.level && inside {

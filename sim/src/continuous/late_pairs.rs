@@ -14,7 +14,7 @@ use crate::bodies::{Bodies, REACH_MIN};
 use crate::broad_phase::pairs::{Pair, near};
 use crate::continuous::paths::predict_manifold;
 use crate::continuous::thin::is_fast;
-use crate::forces::{Kind, Move};
+use crate::forces::{Move, MoveKind};
 use crate::math::max;
 use crate::narrow_phase::manifold::Manifold;
 use crate::shape::shapes;
@@ -87,7 +87,7 @@ impl LatePairs {
             // A spring may take a body further than either of its velocities would.
             let (slot, path) = (found.slot as usize, found.path.length());
             let is_far = path > reach[slot] - REACH_MIN * 0.5;
-            if is_far || !matches!(found.kind, Kind::Smooth) {
+            if is_far || !matches!(found.kind, MoveKind::Smooth) {
                 reach[slot] = max(reach[slot], REACH_MIN + path);
                 self.outruns_reach[slot] = true;
                 self.may_be_late[slot] = Some(true);

@@ -9,12 +9,12 @@ pub(crate) struct Move {
     /// At the end of the step.
     pub velocity: Vec2,
     pub path: Vec2,
-    pub kind: Kind,
+    pub kind: MoveKind,
 }
 
 /// How contacts act on a move.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Kind {
+pub(crate) enum MoveKind {
     /// Nearly a parabola: contacts act on the velocity at its end, as they do in free fall.
     Smooth,
     /// By a spring that turns over within a few steps: the velocity at the end says nothing about
@@ -50,7 +50,7 @@ impl Air {
     pub fn limited_move(&self, slot: u32, velocity: DVec2, path: DVec2) -> Move {
         let velocity = limited(velocity, self.speed_max).as_vec2();
         let path = limited(path, self.speed_max * self.dt).as_vec2();
-        Move { slot, velocity, path, kind: Kind::Smooth }
+        Move { slot, velocity, path, kind: MoveKind::Smooth }
     }
 }
 

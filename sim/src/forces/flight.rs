@@ -11,9 +11,9 @@
 //! path. (The substitution is the classical one for ballistics: Legendre's and Euler's.) Combined
 //! with other forces it acts in two halves, before and after their exact step (Strang 1968).
 
-use super::air::{Air, FAST_PHASE, Hold, Kind, Move};
+use super::air::{Air, FAST_PHASE, Hold, Move, MoveKind};
 use super::drag::Drag;
-use super::obstacles::Obstacle;
+use super::obstacles::NearbyObstacle;
 use super::springs::{Spring, SpringEnd};
 use crate::bodies::Bodies;
 use crate::math::{exp, exp_m1, ln_1p, sin_cos};
@@ -38,7 +38,7 @@ pub(super) struct Flight {
     stiffness: f64,
     damping: f64,
     pull: DVec2,
-    step: Step,
+    step: FlightStep,
 }
 
 impl Flight {
@@ -54,7 +54,7 @@ impl Flight {
             stiffness: 0.0,
             damping: 0.0,
             pull: DVec2::ZERO,
-            step: Step::default(),
+            step: FlightStep::default(),
         };
         for spring in springs.iter().filter(|spring| spring.body.index == slot) {
             let SpringEnd::Point(point) = spring.end else { continue };
@@ -92,11 +92,11 @@ impl Flight {
         }
         let implicit = self.implicit_velocity(bodies, air).0 * air.dt;
         let implicit = air.limited_move(self.slot, slowed, implicit).path;
-        Move { kind: Kind::Fast { implicit }, ..found }
+        Move { kind: MoveKind::Fast { implicit }, ..found }
     }
 
     /// The same by an implicit step, with obstacles.
-    pub fn hold(&self, bodies: &Bodies, obstacles: &[Obstacle], air: &Air) -> Move {
+    pub fn hold(&self, bodies: &Bodies, obstacles: &[NearbyObstacle], air: &Air) -> Move {
         let (free, resistance) = self.implicit_velocity(bodies, air);
         let mut velocity = free;
         for _ in 0..HOLD_ROUNDS {
@@ -111,7 +111,7 @@ impl Flight {
         let velocity = air.limited_move(self.slot, free, DVec2::ZERO).velocity;
         let inverse_mass = f64::from(bodies.inverse_mass[self.slot as usize]) / resistance;
         let hold = Hold { velocity, inverse_mass: inverse_mass as f32 };
-        Move { kind: Kind::Held(hold), ..found }
+        Move { kind: MoveKind::Held(hold), ..found }
     }
 
     /// Velocity at the end of a step of Euler's implicit method, and the factor by which springs and
@@ -218,7 +218,7 @@ fn stumpff(y: f64) -> (f64, f64, f64) {
 
 /// The exact step of x'' = f - c x' - w² x.
 #[derive(Clone, Copy, Debug, Default)]
-struct Step {
+struct FlightStep {
     /// c, w² and the seconds for which the rest was computed; 0 seconds if it was not.
     of: (f64, f64, f64),
     /// Path and change of velocity per unit of distance from the point where the force vanishes ...
@@ -231,21 +231,21 @@ struct Step {
     path_of_force: f64,
 }
 
-impl Step {
+impl FlightStep {
     fn renew(&mut self, rate: f64, stiffness: f64, time: f64) {
         if self.of == (rate, stiffness, time) {
             return;
         }
         *self = if stiffness > 0.0 {
-            Step::oscillator(rate, stiffness, time)
+            FlightStep::oscillator(rate, stiffness, time)
         } else {
-            Step::free(rate, time)
+            FlightStep::free(rate, time)
         };
         self.of = (rate, stiffness, time);
     }
 
     /// Without a spring: velocities tend to f / c.
-    fn free(rate: f64, time: f64) -> Step {
+    fn free(rate: f64, time: f64) -> FlightStep {
         let change_of_speed = exp_m1(-rate * time);
         let small = rate * time < 1e-4;
         let path_of_speed = if small {
@@ -258,10 +258,10 @@ impl Step {
         } else {
             (time - path_of_speed) / rate
         };
-        Step { path_of_speed, change_of_speed, path_of_force, ..Step::default() }
+        FlightStep { path_of_speed, change_of_speed, path_of_force, ..FlightStep::default() }
     }
 
-    fn oscillator(rate: f64, stiffness: f64, time: f64) -> Step {
+    fn oscillator(rate: f64, stiffness: f64, time: f64) -> FlightStep {
         let half = rate / 2.0;
         let spread = half * half - stiffness;
         let (a, b, d) = if spread * time * time > 1.0 {
@@ -280,12 +280,12 @@ impl Step {
             let (decay, s) = (exp(-half * time), s * time);
             (decay * (c + half * s), decay * s, decay * (c - half * s))
         };
-        Step {
+        FlightStep {
             path_of_position: a - 1.0,
             path_of_speed: b,
             change_of_position: -stiffness * b,
             change_of_speed: d - 1.0,
-            ..Step::default()
+            ..FlightStep::default()
         }
     }
 

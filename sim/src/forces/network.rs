@@ -22,13 +22,13 @@ mod held;
 mod link;
 mod plane;
 
-use super::air::{Air, FAST_PHASE, Kind, Move};
+use super::air::{Air, FAST_PHASE, Move, MoveKind};
 use super::drag::Drag;
 use super::elimination::Elimination;
 use crate::bodies::Bodies;
 use crate::math::exp_m1;
 use glam::{DMat2, DVec2};
-use link::{End, Link, max_or_nan};
+use link::{LinkEnd, NetworkLink, max_or_nan};
 use plane::Plane;
 
 /// Phase of the fastest oscillation in a substep, radians.
@@ -72,7 +72,7 @@ const PHASE_MAX: f64 = 4.0;
 
 /// A body of the network.
 #[derive(Clone, Debug, Default)]
-struct Node {
+struct NetworkNode {
     slot: u32,
     drag: Drag,
     /// From here on: values of this step.
@@ -96,8 +96,8 @@ struct Node {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Network {
     /// In the order of elimination.
-    nodes: Vec<Node>,
-    links: Vec<Link>,
+    nodes: Vec<NetworkNode>,
+    links: Vec<NetworkLink>,
     system: Elimination,
     /// Scratch: residual of the velocities, then the change that corrects it.
     residual: Vec<DVec2>,
@@ -134,7 +134,7 @@ struct EndState {
 
 /// The nodes of a link, and their inverse masses; 0 where an end is none.
 #[inline(never)]
-fn inverse_masses(link: &Link, nodes: &[Node]) -> ([Option<u32>; 2], [f64; 2]) {
+fn inverse_masses(link: &NetworkLink, nodes: &[NetworkNode]) -> ([Option<u32>; 2], [f64; 2]) {
     let ends = [link.a.node(), link.b.node()];
     (ends, ends.map(|end| end.map_or(0.0, |node| 1.0 / nodes[node as usize].mass)))
 }
@@ -172,7 +172,7 @@ impl Network {
             self.advance_implicitly(bodies, air, 0.0);
             for node in &self.nodes {
                 let found = air.limited_move(node.slot, node.velocity, node.path);
-                moves.push(Move { kind: Kind::Fast { implicit: found.path }, ..found });
+                moves.push(Move { kind: MoveKind::Fast { implicit: found.path }, ..found });
             }
         }
         // Where one implicit step is hard to solve, and substeps are to be far larger than they should, these are too.
@@ -224,7 +224,7 @@ impl Network {
     }
 
     /// Rate at which the damping of a spring takes energy from its oscillation, 1/s.
-    fn decay(&self, link: &Link) -> f64 {
+    fn decay(&self, link: &NetworkLink) -> f64 {
         let (_, inv_masses) = inverse_masses(link, &self.nodes);
         link.damping * (inv_masses[0] + inv_masses[1])
     }
@@ -461,7 +461,7 @@ impl Network {
         with_matrix: bool,
     ) {
         let link = &self.links[index];
-        let state = |end: End| self.end_state(end, bodies, elapsed);
+        let state = |end: LinkEnd| self.end_state(end, bodies, elapsed);
         let (a, b) = (state(link.a), state(link.b));
         let (node_a, node_b) = (link.a.node(), link.b.node());
         let t = self.weight;
@@ -488,18 +488,18 @@ impl Network {
         }
     }
 
-    fn end_state(&self, end: End, bodies: &Bodies, elapsed: f64) -> EndState {
+    fn end_state(&self, end: LinkEnd, bodies: &Bodies, elapsed: f64) -> EndState {
         match end {
-            End::Node(node) => {
+            LinkEnd::Node(node) => {
                 let node = &self.nodes[node as usize];
                 EndState { position: node.start, before: node.before, velocity: node.velocity }
             }
-            End::Slot(slot) => {
+            LinkEnd::Slot(slot) => {
                 let velocity = bodies.velocity[slot as usize].as_dvec2();
                 let position = bodies.center[slot as usize].as_dvec2() + velocity * elapsed;
                 EndState { position, before: velocity, velocity }
             }
-            End::Point(position) => {
+            LinkEnd::Point(position) => {
                 EndState { position, before: DVec2::ZERO, velocity: DVec2::ZERO }
             }
         }

@@ -6,7 +6,7 @@
 //! obstacles as constraints: it never leads past the point where the springs rest, and it loses
 //! energy whatever the contacts do.
 
-use super::air::{Kind, Move};
+use super::air::{Move, MoveKind};
 use crate::bodies::Bodies;
 use crate::broad_phase::pairs::{Pair, near};
 use crate::math::max;
@@ -18,7 +18,7 @@ const NONE: u32 = u32::MAX;
 
 /// Something in the way of a body.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Obstacle {
+pub(super) struct NearbyObstacle {
     pub slot: u32,
     /// The body in its way.
     pub other: u32,
@@ -32,9 +32,9 @@ pub(super) struct Obstacle {
 /// The obstacles of a step.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Obstacles {
-    all: Vec<Obstacle>,
+    all: Vec<NearbyObstacle>,
     /// Scratch: in the order of pairs, and the slot and index of each.
-    found: Vec<Obstacle>,
+    found: Vec<NearbyObstacle>,
     order: Vec<u64>,
     /// By slot: index of its move, if a stiff spring makes it.
     move_of: Vec<u32>,
@@ -46,7 +46,7 @@ impl Obstacles {
         self.move_of.clear();
         self.move_of.resize(bodies.alive.len(), NONE);
         for (index, found) in (0u32..).zip(moves) {
-            if let Kind::Fast { .. } = found.kind {
+            if let MoveKind::Fast { .. } = found.kind {
                 self.move_of[found.slot as usize] = index;
             }
         }
@@ -59,7 +59,7 @@ impl Obstacles {
                 continue;
             }
             let path = |slot: u32, of: Option<usize>| match of.map(|index| moves[index]) {
-                Some(Move { path, kind: Kind::Fast { implicit }, .. }) => [path, implicit],
+                Some(Move { path, kind: MoveKind::Fast { implicit }, .. }) => [path, implicit],
                 _ => [bodies.velocity[slot as usize] * dt; 2],
             };
             let (paths_a, paths_b) = (path(pair.a, of[0]), path(pair.b, of[1]));
@@ -78,7 +78,7 @@ impl Obstacles {
                     f64::NEG_INFINITY
                 };
                 self.order.push(u64::from(own) << 32 | self.found.len() as u64);
-                self.found.push(Obstacle {
+                self.found.push(NearbyObstacle {
                     slot: own,
                     other: other as u32,
                     normal: normal.as_dvec2(),
@@ -92,7 +92,7 @@ impl Obstacles {
     }
 
     /// Those in the way of a body.
-    pub fn of(&self, slot: u32) -> &[Obstacle] {
+    pub fn of(&self, slot: u32) -> &[NearbyObstacle] {
         let start = self.all.partition_point(|obstacle| obstacle.slot < slot);
         let end = self.all.partition_point(|obstacle| obstacle.slot <= slot);
         &self.all[start..end]

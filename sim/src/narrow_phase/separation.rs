@@ -20,16 +20,16 @@ use glam::Vec2;
 
 /// A placed shape of a pair.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Placed {
+pub(crate) struct PlacedShape {
     pub shape: Shape,
     pub center: Vec2,
     pub slot: u32,
 }
 
 #[inline]
-pub(crate) fn placed(bodies: &Bodies, slot: u32) -> Placed {
+pub(crate) fn placed(bodies: &Bodies, slot: u32) -> PlacedShape {
     let index = slot as usize;
-    Placed { shape: bodies.shape[index], center: bodies.center[index], slot }
+    PlacedShape { shape: bodies.shape[index], center: bodies.center[index], slot }
 }
 
 /// The manifold of two bodies of which b moves by `path` relative to a if nothing stops it. `kept`
@@ -37,7 +37,7 @@ pub(crate) fn placed(bodies: &Bodies, slot: u32) -> Placed {
 /// around a corner, or any two on a path longer than the smaller one.
 // A call would take a fifth of the time of a pair; the page, which is downloaded, makes one.
 #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
-pub(crate) fn between(a: Placed, b: Placed, path: Vec2, kept: Axis) -> Option<Manifold> {
+pub(crate) fn between(a: PlacedShape, b: PlacedShape, path: Vec2, kept: Axis) -> Option<Manifold> {
     let offset = b.center - a.center;
     let size = a.center.abs() + b.center.abs();
     match (a.shape, b.shape) {

@@ -20,7 +20,7 @@ pub const fn encoded_bytes_max(particles: usize) -> usize {
 
 /// Consecutive particles that share recipe and age.
 #[derive(Clone, Copy)]
-struct Run {
+struct ParticleRun {
     recipe: u8,
     age: u16,
     length: u8,
@@ -59,7 +59,7 @@ impl Particles {
         while left > 0 {
             let run = self.run_at(self.len().saturating_sub(left)).state(self.recipes.len(), io);
             let length = usize::from(run.length);
-            let goes_on = || before.is_some_and(|before: Run| before.goes_on_in(run));
+            let goes_on = || before.is_some_and(|before: ParticleRun| before.goes_on_in(run));
             let fits = (1..=left).contains(&length);
             io.check("particles alike", || fits && !goes_on());
             // What does not fit was refused; nothing of it is read.
@@ -76,8 +76,8 @@ impl Particles {
         (emitters, read)
     }
 
-    fn wire_particle(&self, run: Run, mut it: Particle, io: &mut impl StateIo) -> Particle {
-        let Run { recipe, age, .. } = run;
+    fn wire_particle(&self, run: ParticleRun, mut it: Particle, io: &mut impl StateIo) -> Particle {
+        let ParticleRun { recipe, age, .. } = run;
         it.position = io.vector(["position of a particle"; 2], it.position, plausible);
         it.velocity = io.vector(["velocity of a particle"; 2], it.velocity, plausible);
         it.seed = io.word("seed", it.seed);
@@ -87,17 +87,17 @@ impl Particles {
     }
 
     /// The run that begins at `index`.
-    fn run_at(&self, index: usize) -> Run {
+    fn run_at(&self, index: usize) -> ParticleRun {
         let kind = |index: usize| Some((*self.recipe.get(index)?, *self.age.get(index)?));
         let (recipe, age) = kind(index).unwrap_or_default();
         let end = self.len().min(index + usize::from(u8::MAX));
         let alike = (index..end).take_while(|&other| kind(other) == kind(index));
-        Run { recipe, age, length: alike.count() as u8 }
+        ParticleRun { recipe, age, length: alike.count() as u8 }
     }
 }
 
-impl Run {
-    fn state(mut self, recipes: usize, io: &mut impl StateIo) -> Run {
+impl ParticleRun {
+    fn state(mut self, recipes: usize, io: &mut impl StateIo) -> ParticleRun {
         self.recipe = io.byte("recipe of particles", self.recipe);
         io.check("recipe of particles", || usize::from(self.recipe) < recipes);
         self.age = io.short("age", self.age);
@@ -106,7 +106,7 @@ impl Run {
     }
 
     /// Whether the particles of another run could have been part of this one.
-    fn goes_on_in(self, next: Run) -> bool {
+    fn goes_on_in(self, next: ParticleRun) -> bool {
         (self.recipe, self.age) == (next.recipe, next.age) && self.length < u8::MAX
     }
 }

@@ -10,10 +10,10 @@
 //! A chain removes its own impulses from the velocities, pools (see `pava`) and sums the impulses
 //! from its free end: the change of each is that of the momentum beyond it.
 
-use super::gauss_seidel::{Change, solve_friction};
+use super::gauss_seidel::{SweepChange, solve_friction};
 use crate::math::{max, without_dust};
 use crate::solver::contact_constraint::ContactConstraint;
-use crate::solver::pava::{Node, Pool, pool};
+use crate::solver::pava::{ChainNode, Pool, pool};
 use glam::Vec2;
 
 /// Shortest chain, in constraints, and the mass ratio from which two constraints are a chain too.
@@ -49,7 +49,7 @@ pub(crate) struct Chains {
     supports: Vec<u32>,
     visited_by: Vec<u32>,
     path: u32,
-    nodes: Vec<Node>,
+    nodes: Vec<ChainNode>,
     pools: Vec<Pool>,
     changes: Vec<f32>,
 }
@@ -252,8 +252,8 @@ impl Chains {
         &mut self,
         constraints: &mut [ContactConstraint],
         velocity: &mut [Vec2],
-    ) -> Change {
-        let mut change = Change::default();
+    ) -> SweepChange {
+        let mut change = SweepChange::default();
         for index in 0..self.chains.len() {
             self.solve::<FRICTION>(self.chains[index], constraints, velocity, &mut change);
         }
@@ -265,7 +265,7 @@ impl Chains {
         chain: Chain,
         constraints: &mut [ContactConstraint],
         velocity: &mut [Vec2],
-        change: &mut Change,
+        change: &mut SweepChange,
     ) {
         let (first, count) = (chain.bodies as usize, chain.count as usize);
         let bodies = &self.bodies[first..=first + count];
@@ -280,7 +280,7 @@ impl Chains {
             let closing_max = link.map_or(0.0, |constraint| -constraint.min_normal_velocity);
             // Without the chain's own impulses.
             let speed = without_dust(velocity[body as usize][axis] + (above - below) / mass);
-            self.nodes.push(Node { speed, mass, closing_max });
+            self.nodes.push(ChainNode { speed, mass, closing_max });
             below = above;
         }
         pool(&mut self.nodes, &mut self.pools);
@@ -325,7 +325,7 @@ impl Chains {
 #[inline]
 fn sum_impulses(
     pool: Pool,
-    nodes: &[Node],
+    nodes: &[ChainNode],
     links: &[u32],
     constraints: &[ContactConstraint],
     changes: &mut [f32],

@@ -13,7 +13,7 @@ use crate::continuous::paths::{Paths, predict_manifold};
 use crate::growth::{push, reserve};
 use crate::math::{max, min};
 use crate::narrow_phase::manifold::Manifold;
-use crate::narrow_phase::separation::{self, Placed};
+use crate::narrow_phase::separation::{self, PlacedShape};
 use crate::shape::{Shape, shapes};
 use crate::solver::tolerances::{DEEP_SHARE, ROUNDING, SLIDING, SPECULATIVE};
 use glam::Vec2;
@@ -192,8 +192,8 @@ impl PackedBody {
     }
 
     #[inline(always)]
-    fn placed<const SHAPES: u8>(&self, slot: u32) -> Placed {
-        Placed { shape: self.shape::<SHAPES>(), center: self.center, slot }
+    fn placed<const SHAPES: u8>(&self, slot: u32) -> PlacedShape {
+        PlacedShape { shape: self.shape::<SHAPES>(), center: self.center, slot }
     }
 
     #[inline(always)]

@@ -21,7 +21,7 @@ const VISITS: usize = 16_000;
 
 /// A body of an island.
 #[derive(Clone, Copy, Debug)]
-struct Member {
+struct IslandMember {
     body: u32,
     inv_mass: f32,
     /// Velocity before any impulse of the step, and after the warm start.
@@ -34,7 +34,7 @@ struct Member {
 pub(crate) struct EnergyGuard {
     /// All bodies of its constraints, once each: an infinite impulse gives NaN even for the
     /// velocity of a wall.
-    members: Vec<Member>,
+    members: Vec<IslandMember>,
     /// Scratch: slots, and the bits of their inverse masses.
     slots: Vec<u64>,
     /// Largest speed of the immovable bodies, units/s.
@@ -67,7 +67,7 @@ impl EnergyGuard {
         self.members.extend(self.slots.iter().map(|&entry| {
             let (body, inv_mass) = ((entry >> 32) as u32, f32::from_bits(entry as u32));
             let warm_started = velocity[body as usize];
-            Member { body, inv_mass, free: warm_started, warm_started }
+            IslandMember { body, inv_mass, free: warm_started, warm_started }
         }));
         for &index in island {
             let constraint = &constraints[index as usize];
@@ -105,13 +105,13 @@ impl EnergyGuard {
     }
 
     fn is_within(&self, velocity: &[Vec2], allowed: f64) -> bool {
-        let numbers = |member: &Member| velocity[member.body as usize].is_finite();
+        let numbers = |member: &IslandMember| velocity[member.body as usize].is_finite();
         self.energy(|member| velocity[member.body as usize]) <= allowed
             && self.members.iter().all(numbers)
     }
 
     /// Twice the kinetic energy beyond the work of kinematic bodies; NaN stays NaN.
-    fn energy(&self, velocity: impl Fn(&Member) -> Vec2) -> f64 {
+    fn energy(&self, velocity: impl Fn(&IslandMember) -> Vec2) -> f64 {
         let mut sum = 0.0;
         for member in self.members.iter().filter(|member| member.inv_mass > 0.0) {
             let beyond = velocity(member).length() - 2.0 * self.driven_speed_max;
@@ -127,7 +127,7 @@ impl EnergyGuard {
         constraints: &mut [ContactConstraint],
         island: &[u32],
         velocity: &mut [Vec2],
-        to: impl Fn(&Member) -> Vec2,
+        to: impl Fn(&IslandMember) -> Vec2,
     ) {
         for member in &self.members {
             let is_driven = member.inv_mass == 0.0;

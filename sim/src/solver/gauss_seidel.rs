@@ -7,14 +7,14 @@ use glam::Vec2;
 
 /// Changes made by a sweep.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Change {
+pub(crate) struct SweepChange {
     /// Largest change of a relative velocity, units/s.
     pub worst: f32,
     /// |d|^2.
     pub squared: f32,
 }
 
-impl Change {
+impl SweepChange {
     /// Adds a constraint that changed a relative velocity by up to `off`.
     #[inline]
     pub fn count<const FRICTION: bool>(&mut self, constraint: &ContactConstraint, off: f32) {

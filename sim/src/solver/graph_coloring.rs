@@ -10,7 +10,7 @@
 //! [`solve_contact`]: super::gauss_seidel::solve_contact
 
 use super::contact_constraint::ContactConstraint;
-use super::gauss_seidel::Change;
+use super::gauss_seidel::SweepChange;
 use crate::growth::push;
 use crate::math::{DUST, max};
 use glam::{Vec2, Vec4};
@@ -126,7 +126,7 @@ impl ColoredContacts {
     pub fn sweep<const FRICTION: bool>(
         &mut self,
         velocity: &mut [Vec2],
-        change: &mut Change,
+        change: &mut SweepChange,
         factor: f32,
     ) {
         let (mut worst, mut squared) = (Vec4::ZERO, Vec4::ZERO);

@@ -11,7 +11,7 @@
 
 /// A body of a chain.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Node {
+pub(crate) struct ChainNode {
     /// Target speed, and then the result.
     pub speed: f32,
     /// Mass; infinite for an immovable body.
@@ -37,7 +37,7 @@ pub(crate) struct Pool {
 }
 
 /// Solves the speed of every node. `pools` then holds the pools, in order.
-pub(crate) fn pool(nodes: &mut [Node], pools: &mut Vec<Pool>) {
+pub(crate) fn pool(nodes: &mut [ChainNode], pools: &mut Vec<Pool>) {
     pools.clear();
     let mut closing_max = f32::INFINITY;
     for (index, node) in nodes.iter().enumerate() {
@@ -72,7 +72,7 @@ pub(crate) fn pool(nodes: &mut [Node], pools: &mut Vec<Pool>) {
 
 /// Sets the speeds of a pool's nodes from that of the first; returns the momentum gained.
 #[inline]
-fn set_off(nodes: &mut [Node], first: f32) -> f32 {
+fn set_off(nodes: &mut [ChainNode], first: f32) -> f32 {
     let (mut speed, mut gained) = (first, 0.0);
     for node in nodes {
         gained += node.mass * (speed - node.speed);
@@ -109,8 +109,8 @@ mod tests {
     use super::*;
 
     fn solve(bodies: &[(f32, f32, f32)]) -> (Vec<f32>, usize) {
-        let node = |&(speed, mass, closing_max)| Node { speed, mass, closing_max };
-        let mut nodes: Vec<Node> = bodies.iter().map(node).collect();
+        let node = |&(speed, mass, closing_max)| ChainNode { speed, mass, closing_max };
+        let mut nodes: Vec<ChainNode> = bodies.iter().map(node).collect();
         let mut pools = Vec::new();
         pool(&mut nodes, &mut pools);
         (nodes.iter().map(|node| node.speed).collect(), pools.len())

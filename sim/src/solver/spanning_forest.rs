@@ -37,7 +37,7 @@ enum ContactState {
 
 /// A body and the contact that carries it.
 #[derive(Clone, Copy, Debug)]
-struct Node {
+struct TreeNode {
     slot: u32,
     /// The contact; none where a tree floats.
     constraint: u32,
@@ -98,7 +98,7 @@ impl Symmetric {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SpanningForest {
     /// Carriers before the nodes that they carry.
-    nodes: Vec<Node>,
+    nodes: Vec<TreeNode>,
     bodies: Vec<u32>,
     /// By slot: the sum of all impulses, the constraint that contributes most, its contribution,
     /// and a list of the bodies that are carried.
@@ -207,7 +207,7 @@ impl SpanningForest {
         let index = self.best[slot as usize];
         let constraint = &constraints[index as usize];
         let is_b = slot == constraint.b;
-        self.nodes.push(Node {
+        self.nodes.push(TreeNode {
             slot,
             constraint: index,
             carrier,
@@ -350,7 +350,7 @@ impl SpanningForest {
 /// Initial state of the contact of a node, from its impulses and velocities.
 #[inline]
 fn classify<const FRICTION: bool>(
-    node: &mut Node,
+    node: &mut TreeNode,
     constraint: &ContactConstraint,
     velocity: &[Vec2],
 ) {
@@ -367,7 +367,7 @@ fn classify<const FRICTION: bool>(
 
 /// Change of a node's velocity relative to its carrier that would make the contact stick.
 #[inline]
-fn stick_change(node: &Node, constraint: &ContactConstraint, velocity: &[Vec2]) -> Vec2 {
+fn stick_change(node: &TreeNode, constraint: &ContactConstraint, velocity: &[Vec2]) -> Vec2 {
     let relative = constraint.relative_velocity(velocity);
     let relative = if node.slot == constraint.b { relative } else { -relative };
     let change = node.normal * constraint.min_normal_velocity - relative;
@@ -377,7 +377,7 @@ fn stick_change(node: &Node, constraint: &ContactConstraint, velocity: &[Vec2]) 
 /// The apparent mass and the impulse that a node passes to its carrier.
 #[inline]
 fn passed_to_carrier<const FRICTION: bool>(
-    node: &Node,
+    node: &TreeNode,
     constraints: &[ContactConstraint],
 ) -> (Symmetric, Vec2) {
     match node.state {
@@ -398,7 +398,7 @@ fn passed_to_carrier<const FRICTION: bool>(
 /// Change of a node's velocity, and the impulse for it, given the change of its carrier.
 #[inline]
 fn solve_node<const FRICTION: bool>(
-    node: &Node,
+    node: &TreeNode,
     constraints: &[ContactConstraint],
     carrier_change: Vec2,
 ) -> (Vec2, Vec2) {
@@ -419,7 +419,7 @@ fn solve_node<const FRICTION: bool>(
 
 /// Apparent mass of a sliding node along its normal, and its missing speed there.
 #[inline]
-fn along_normal<const FRICTION: bool>(node: &Node) -> (f32, f32) {
+fn along_normal<const FRICTION: bool>(node: &TreeNode) -> (f32, f32) {
     let share = 1.0 / node.normal.dot(node.mass.solve(node.normal));
     let rest =
         if FRICTION { node.bias - node.normal.perp() * node.friction_change } else { node.bias };
@@ -429,7 +429,10 @@ fn along_normal<const FRICTION: bool>(node: &Node) -> (f32, f32) {
 
 /// The impulse that takes back those of an open contact.
 #[inline]
-fn removal_impulse<const FRICTION: bool>(node: &Node, constraints: &[ContactConstraint]) -> Vec2 {
+fn removal_impulse<const FRICTION: bool>(
+    node: &TreeNode,
+    constraints: &[ContactConstraint],
+) -> Vec2 {
     match node.constraint {
         NONE => Vec2::ZERO,
         constraint => {
@@ -447,7 +450,7 @@ fn removal_impulse<const FRICTION: bool>(node: &Node, constraints: &[ContactCons
 /// Updates the state of a node's contact; returns whether it changed.
 #[inline]
 fn update_state<const FRICTION: bool>(
-    node: &mut Node,
+    node: &mut TreeNode,
     constraint: &ContactConstraint,
     carrier_change: Vec2,
 ) -> bool {
@@ -484,7 +487,7 @@ fn update_state<const FRICTION: bool>(
 
 /// Normal and friction impulse of a contact in the solution.
 #[inline]
-fn total<const FRICTION: bool>(node: &Node, constraint: &ContactConstraint) -> (f32, f32) {
+fn total<const FRICTION: bool>(node: &TreeNode, constraint: &ContactConstraint) -> (f32, f32) {
     let normal = constraint.normal_impulse + node.normal.dot(node.impulse);
     let tangent = if FRICTION {
         constraint.tangent_impulse + node.normal.perp().dot(node.impulse)
@@ -498,7 +501,7 @@ fn total<const FRICTION: bool>(node: &Node, constraint: &ContactConstraint) -> (
 /// one.
 #[inline]
 fn apply_impulse<const FRICTION: bool>(
-    node: &mut Node,
+    node: &mut TreeNode,
     constraint: &mut ContactConstraint,
     velocity: &mut [Vec2],
 ) {
@@ -518,7 +521,7 @@ fn apply_impulse<const FRICTION: bool>(
 /// Scales the applied impulse of a node back to a share.
 #[inline]
 fn scale_back<const FRICTION: bool>(
-    node: &Node,
+    node: &TreeNode,
     constraint: &mut ContactConstraint,
     velocity: &mut [Vec2],
     share: f32,

@@ -13,7 +13,7 @@
 //! `solve_in_motion` and `Sequence::Colors` do without forests: they visit contacts colour by colour and over-relax each
 //! visit, the first without directions.
 
-use super::gauss_seidel::{Change, limited, solve_contact, visit_change};
+use super::gauss_seidel::{SweepChange, limited, solve_contact, visit_change};
 use super::graph_coloring::ColoredContacts;
 use crate::features::GENERAL_ONLY;
 use crate::math::{max, without_dust};
@@ -113,7 +113,7 @@ pub(crate) fn solve_in_motion(
     let mut sweeps = limits.sweeps_max;
     for count in 1..=limits.sweeps_max {
         let is_last = count + LAST_SWEEPS > limits.sweeps_max;
-        let mut change = Change::default();
+        let mut change = SweepChange::default();
         sweep(colored, velocity, &mut change, if is_last { 1.0 } else { MOTION_FACTOR });
         if change.worst < limits.tolerance {
             sweeps = count;
@@ -279,7 +279,7 @@ fn sweep<const FRICTION: bool>(
     constraints: &mut [ContactConstraint],
     chains: &mut Chains,
     velocity: &mut [Vec2],
-) -> Change {
+) -> SweepChange {
     let mut change = chains.sweep::<FRICTION>(constraints, velocity);
     for &index in &chains.others {
         let constraint = &mut constraints[index as usize];

@@ -1,7 +1,7 @@
 //! The networks of a world: its connected components of bodies and springs. They are built when springs or bodies change.
 
-use super::link::{End, Link};
-use super::{Network, Node};
+use super::link::{LinkEnd, NetworkLink};
+use super::{Network, NetworkNode};
 use crate::forces::drag::Drag;
 use crate::forces::elimination::{Elimination, EliminationOrder};
 use crate::forces::springs::{Spring, SpringEnd};
@@ -63,16 +63,16 @@ impl Network {
         system.build(bodies.len(), &edges, &mut order);
         let node = |&node: &u32| {
             let (slot, drag) = bodies[node as usize];
-            Node { slot, drag, ..Node::default() }
+            NetworkNode { slot, drag, ..NetworkNode::default() }
         };
         let end = |slot: u32| match index_of(bodies, slot) {
-            Some(node) => End::Node(order.index_of[node as usize]),
-            None => End::Slot(slot),
+            Some(node) => LinkEnd::Node(order.index_of[node as usize]),
+            None => LinkEnd::Slot(slot),
         };
-        let link = |spring: &&Spring| Link {
+        let link = |spring: &&Spring| NetworkLink {
             a: end(spring.body.index),
             b: match spring.end {
-                SpringEnd::Point(point) => End::Point(point.as_dvec2()),
+                SpringEnd::Point(point) => LinkEnd::Point(point.as_dvec2()),
                 SpringEnd::Body(id) => end(id.index),
             },
             rest_length: f64::from(spring.rest_length),

@@ -6,7 +6,7 @@ use super::link::max_or_nan;
 use super::plane::Plane;
 use super::{DIVERGED_IMPLICIT, Network};
 use crate::bodies::Bodies;
-use crate::forces::air::{Air, Hold, Kind, Move};
+use crate::forces::air::{Air, Hold, Move, MoveKind};
 use crate::forces::obstacles::Obstacles;
 use crate::math::clamp_length;
 use glam::DVec2;
@@ -45,7 +45,7 @@ impl Network {
             let velocity = air.limited_move(node.slot, node.free, DVec2::ZERO).velocity;
             if let Some(index) = obstacles.move_of(node.slot) {
                 let hold = Hold { velocity, inverse_mass: (1.0 / node.resistance) as f32 };
-                moves[index] = Move { kind: Kind::Held(hold), ..found };
+                moves[index] = Move { kind: MoveKind::Held(hold), ..found };
             }
         }
     }

@@ -5,7 +5,7 @@ use glam::{DMat2, DVec2};
 
 /// An end of a spring.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum End {
+pub(super) enum LinkEnd {
     Node(u32),
     /// A body that forces do not move.
     Slot(u32),
@@ -14,9 +14,9 @@ pub(super) enum End {
 
 /// A spring of the network.
 #[derive(Clone, Debug)]
-pub(super) struct Link {
-    pub a: End,
-    pub b: End,
+pub(super) struct NetworkLink {
+    pub a: LinkEnd,
+    pub b: LinkEnd,
     pub rest_length: f64,
     pub stiffness: f64,
     pub damping: f64,
@@ -31,16 +31,16 @@ pub(super) struct Pull {
     across: f64,
 }
 
-impl End {
+impl LinkEnd {
     pub fn node(self) -> Option<u32> {
         match self {
-            End::Node(node) => Some(node),
-            End::Slot(_) | End::Point(_) => None,
+            LinkEnd::Node(node) => Some(node),
+            LinkEnd::Slot(_) | LinkEnd::Point(_) => None,
         }
     }
 }
 
-impl Link {
+impl NetworkLink {
     pub fn pull(&self, early: DVec2, late: DVec2, speed: DVec2, t: f64) -> Pull {
         let mean = early * (1.0 - t) + late * t;
         if self.rest_length == 0.0 {
@@ -63,7 +63,7 @@ impl Link {
 impl Pull {
     /// Derivative of the impulse by the velocity at the end of the step, or an upper bound that is the same in every
     /// direction.
-    pub fn stiffness(&self, link: &Link, is_bound: bool, t: f64, dt: f64) -> DMat2 {
+    pub fn stiffness(&self, link: &NetworkLink, is_bound: bool, t: f64, dt: f64) -> DMat2 {
         let along = dt * t * (link.stiffness * t * dt + link.damping);
         if is_bound || link.rest_length == 0.0 {
             return DMat2::IDENTITY * along;

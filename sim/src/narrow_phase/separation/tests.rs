@@ -5,8 +5,8 @@ use super::*;
 use crate::narrow_phase::overlap::collide;
 use crate::rng::Rng;
 
-fn placed(shape: Shape, x: f32, y: f32, slot: u32) -> Placed {
-    Placed { shape, center: Vec2::new(x, y), slot }
+fn placed(shape: Shape, x: f32, y: f32, slot: u32) -> PlacedShape {
+    PlacedShape { shape, center: Vec2::new(x, y), slot }
 }
 
 fn manifold_at(a: Shape, b: Shape, at: (f32, f32), path: (f32, f32)) -> Option<Manifold> {

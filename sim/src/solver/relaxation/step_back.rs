@@ -6,7 +6,7 @@ use crate::bodies::Bodies;
 use crate::broad_phase::pairs::Axis;
 use crate::math::{clamp, max, min};
 use crate::narrow_phase::overlap::{separation_along, side};
-use crate::narrow_phase::separation::{self, Placed, placed};
+use crate::narrow_phase::separation::{self, PlacedShape, placed};
 use crate::shape::Shape;
 use crate::solver::tolerances::{OVERLAP, SAME_FACE};
 use glam::Vec2;
@@ -70,7 +70,7 @@ fn leave_gap(bodies: &mut Bodies, from: &[Vec2], (slot, walls): (u32, [u32; 2]))
     let is_free_at = |share: f32, tolerated: f32| {
         let manifold = |index: usize| {
             let center = starts[index] + (end - starts[index]) * share;
-            let at = Placed { center, ..placed(bodies, slot) };
+            let at = PlacedShape { center, ..placed(bodies, slot) };
             separation::between(placed(bodies, walls[index]), at, Vec2::ZERO, Axis::Free)
         };
         let (Some(one), Some(other)) = (manifold(0), manifold(1)) else { return true };
