@@ -46,9 +46,9 @@ impl Baseline<'_> {
 /// The encoder's lists and output, whose memory is kept from message to message.
 #[derive(Clone, Debug, Default)]
 pub struct EncodeScratch {
-    bodies: bodies::Difference,
-    players: players::Difference,
-    moves: motion::Moves,
+    bodies: bodies::BodyDifference,
+    players: players::PlayerDifference,
+    moves: motion::MoveEncoder,
     writer: Writer,
 }
 
@@ -114,9 +114,9 @@ pub fn encode<'a>(
 /// Encodes all moves. A pointer that disappeared counts as where it was expected.
 fn encode_moves<'a>(
     baseline: &Baseline,
-    bodies: &bodies::Difference,
+    bodies: &bodies::BodyDifference,
     snapshot: &Snapshot,
-    moves: &'a mut motion::Moves,
+    moves: &'a mut motion::MoveEncoder,
 ) -> Option<&'a [u8]> {
     let centers =
         bodies.survivors.iter().map(|&(index, quanta)| (&baseline.bodies[index as usize], quanta));

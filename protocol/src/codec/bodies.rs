@@ -20,7 +20,7 @@ const BIRTH_BYTES_MIN: usize = 10;
 
 /// The difference of the bodies of two snapshots, with memory that is kept from message to message.
 #[derive(Clone, Debug, Default)]
-pub struct Difference {
+pub struct BodyDifference {
     /// Indices into the baseline's list.
     deaths: Vec<u32>,
     /// Bodies of both: the index into the baseline's list, and the position now.
@@ -28,11 +28,11 @@ pub struct Difference {
     births: Vec<SnapshotBody>,
 }
 
-impl Difference {
+impl BodyDifference {
     /// Compares two lists, both in id order. A body that changed more than its position counts as
     /// another body, so that every pair of snapshots can be coded.
     pub fn find(&mut self, base: &[SnapshotBody], bodies: &[SnapshotBody]) {
-        let Difference { deaths, survivors, births } = self;
+        let BodyDifference { deaths, survivors, births } = self;
         deaths.clear();
         survivors.clear();
         births.clear();

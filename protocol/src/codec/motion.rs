@@ -36,19 +36,19 @@ struct Woken {
 
 /// The encoder of moves, with memory that is kept from message to message.
 #[derive(Clone, Debug, Default)]
-pub struct Moves {
+pub struct MoveEncoder {
     bits: BitWriter,
     woken: Vec<Woken>,
 }
 
-impl Moves {
+impl MoveEncoder {
     /// Encodes the moves of points, each with its history and its position now; `None` if all are where they
     /// were expected.
     pub fn encode<'a>(
         &mut self,
         points: impl Iterator<Item = (&'a PositionHistory, Position)>,
     ) -> Option<&[u8]> {
-        let Moves { bits, woken } = self;
+        let MoveEncoder { bits, woken } = self;
         bits.clear();
         woken.clear();
         let (mut surprising, mut asleep) = (false, 0);
@@ -99,7 +99,7 @@ fn gap_width(rest: usize, count: usize) -> u32 {
     (rest / (count + 1)).max(1).ilog2()
 }
 
-/// Reads what [`Moves::encode`] wrote, and returns the positions of the points.
+/// Reads what [`MoveEncoder::encode`] wrote, and returns the positions of the points.
 pub fn read<'a>(
     histories: impl Iterator<Item = &'a PositionHistory>,
     reader: &mut Reader,

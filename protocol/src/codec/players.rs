@@ -39,7 +39,7 @@ const NEW_BYTES_MIN: usize = 11;
 
 /// The difference of the players of two snapshots, with memory that is kept from message to message.
 #[derive(Clone, Debug, Default)]
-pub struct Difference {
+pub struct PlayerDifference {
     /// Whether each player of the baseline is gone; empty if none is.
     gone: Vec<bool>,
     stayed: Vec<Stayed>,
@@ -59,7 +59,7 @@ struct Stayed {
     advanced: bool,
 }
 
-impl Difference {
+impl PlayerDifference {
     /// Compares the players of two snapshots by seat.
     pub fn find(&mut self, base: &Snapshot, snapshot: &Snapshot) {
         let (old, players) = (&base.players, &snapshot.players);

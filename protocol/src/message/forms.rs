@@ -17,35 +17,39 @@ use jostle_game::{Buttons, Input, Seat};
 use jostle_sim::Vec2;
 
 /// Both halves of a field. Reading names the field in errors.
-pub struct Form<T> {
+pub struct FieldCodec<T> {
     pub write: fn(&mut Writer, &T),
     pub read: fn(&mut Reader, &'static str) -> Result<T, DecodeError>,
 }
 
-pub const BYTE: Form<u8> =
-    Form { write: |writer, it| writer.byte(*it), read: |reader, field| reader.byte(field) };
-pub const FLAG: Form<bool> =
-    Form { write: |writer, it| writer.flag(*it), read: |reader, field| reader.flag(field) };
-pub const FIXED16: Form<u16> =
-    Form { write: |writer, it| writer.fixed16(*it), read: |reader, field| reader.fixed16(field) };
-pub const FIXED32: Form<u32> =
-    Form { write: |writer, it| writer.fixed32(*it), read: |reader, field| reader.fixed32(field) };
-pub const LEB32: Form<u32> =
-    Form { write: |writer, it| writer.leb32(*it), read: |reader, field| reader.leb32(field) };
+pub const BYTE: FieldCodec<u8> =
+    FieldCodec { write: |writer, it| writer.byte(*it), read: |reader, field| reader.byte(field) };
+pub const FLAG: FieldCodec<bool> =
+    FieldCodec { write: |writer, it| writer.flag(*it), read: |reader, field| reader.flag(field) };
+pub const FIXED16: FieldCodec<u16> = FieldCodec {
+    write: |writer, it| writer.fixed16(*it),
+    read: |reader, field| reader.fixed16(field),
+};
+pub const FIXED32: FieldCodec<u32> = FieldCodec {
+    write: |writer, it| writer.fixed32(*it),
+    read: |reader, field| reader.fixed32(field),
+};
+pub const LEB32: FieldCodec<u32> =
+    FieldCodec { write: |writer, it| writer.leb32(*it), read: |reader, field| reader.leb32(field) };
 
-pub const SEAT: Form<Seat> =
-    Form { write: |writer, it| write_seat(writer, *it), read: |reader, _| read_seat(reader) };
-pub const APPEARANCE: Form<Appearance> =
-    Form { write: |writer, it| it.write(writer), read: |reader, _| Appearance::read(reader) };
-pub const SOME_TOKEN: Form<Option<Token>> = Form {
+pub const SEAT: FieldCodec<Seat> =
+    FieldCodec { write: |writer, it| write_seat(writer, *it), read: |reader, _| read_seat(reader) };
+pub const APPEARANCE: FieldCodec<Appearance> =
+    FieldCodec { write: |writer, it| it.write(writer), read: |reader, _| Appearance::read(reader) };
+pub const SOME_TOKEN: FieldCodec<Option<Token>> = FieldCodec {
     write: |writer, it| writer.option(it.as_ref(), |writer, token| token.write(writer)),
     read: |reader, field| reader.option(field, |reader| Token::read(reader, field)),
 };
-pub const ROLE: Form<Role> = Form {
+pub const ROLE: FieldCodec<Role> = FieldCodec {
     write: |writer, it| writer.flag(*it == Role::Spectator),
     read: |reader, field| Ok(if reader.flag(field)? { Role::Spectator } else { Role::Player }),
 };
-pub const EMOTE: Form<u8> = Form {
+pub const EMOTE: FieldCodec<u8> = FieldCodec {
     write: BYTE.write,
     read: |reader, field| {
         let emote = reader.byte(field)?;
@@ -54,7 +58,7 @@ pub const EMOTE: Form<u8> = Form {
     },
 };
 
-pub const INPUT: Form<Input> = Form {
+pub const INPUT: FieldCodec<Input> = FieldCodec {
     write: |writer, it| {
         writer.leb32(u32::from(it.buttons().0));
         writer.option(it.pointer(), Writer::point);
@@ -69,7 +73,7 @@ pub const INPUT: Form<Input> = Form {
         Ok(Input::new(buttons, pointer))
     },
 };
-pub const VIEW: Form<Vec2> = Form {
+pub const VIEW: FieldCodec<Vec2> = FieldCodec {
     write: |writer, it| writer.point(*it),
     read: |reader, field| {
         let size = reader.point(field)?;
@@ -79,7 +83,7 @@ pub const VIEW: Form<Vec2> = Form {
     },
 };
 
-pub const WELCOME_SEAT: Form<Option<WelcomeSeat>> = Form {
+pub const WELCOME_SEAT: FieldCodec<Option<WelcomeSeat>> = FieldCodec {
     write: |writer, it| {
         writer.option(it.as_ref(), |writer, WelcomeSeat { seat, host, token }| {
             write_seat(writer, *seat);
@@ -97,18 +101,18 @@ pub const WELCOME_SEAT: Form<Option<WelcomeSeat>> = Form {
 /// A text of at most as many bytes.
 macro_rules! text {
     ($bytes_max:ident) => {
-        Form {
+        FieldCodec {
             write: |writer, it| writer.text(it, $bytes_max),
             read: |reader, field| Ok(reader.text($bytes_max, field)?.to_owned()),
         }
     };
 }
-pub const ROOM_CODE: Form<String> = text!(ROOM_CODE_BYTES_MAX);
-pub const SCENE_NAME: Form<String> = text!(SCENE_NAME_BYTES_MAX);
-pub const SCENE: Form<String> = text!(SCENE_BYTES_MAX);
-const REPLAY_NAME: Form<String> = text!(REPLAY_NAME_BYTES_MAX);
+pub const ROOM_CODE: FieldCodec<String> = text!(ROOM_CODE_BYTES_MAX);
+pub const SCENE_NAME: FieldCodec<String> = text!(SCENE_NAME_BYTES_MAX);
+pub const SCENE: FieldCodec<String> = text!(SCENE_BYTES_MAX);
+const REPLAY_NAME: FieldCodec<String> = text!(REPLAY_NAME_BYTES_MAX);
 
-pub const REFUSAL: Form<Refusal> = Form {
+pub const REFUSAL: FieldCodec<Refusal> = FieldCodec {
     write: |writer, it| writer.byte(*it as u8),
     read: |reader, field| {
         let refusal = Refusal::ALL.get(usize::from(reader.byte(field)?));
@@ -116,7 +120,7 @@ pub const REFUSAL: Form<Refusal> = Form {
     },
 };
 /// The name of a clip after a zero, or why there is none.
-pub const CLIP: Form<Result<String, ClipRefusal>> = Form {
+pub const CLIP: FieldCodec<Result<String, ClipRefusal>> = FieldCodec {
     write: |writer, it| match it {
         Ok(name) => {
             writer.byte(0);
@@ -133,9 +137,11 @@ pub const CLIP: Form<Result<String, ClipRefusal>> = Form {
     },
 };
 
-pub const ORIGIN: Form<String> =
-    Form { write: |writer, it| write_origin(writer, it), read: |reader, _| read_origin(reader) };
-pub const ORIGINS: Form<Vec<String>> = Form {
+pub const ORIGIN: FieldCodec<String> = FieldCodec {
+    write: |writer, it| write_origin(writer, it),
+    read: |reader, _| read_origin(reader),
+};
+pub const ORIGINS: FieldCodec<Vec<String>> = FieldCodec {
     write: |writer, it| {
         assert!(it.len() <= NODES_MAX, "{} nodes exceed {NODES_MAX}", it.len());
         writer.count(it.len());

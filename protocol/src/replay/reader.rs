@@ -16,11 +16,11 @@ const SEARCH_BYTES_MAX: usize = 4 * REPLAY_RECORD_BYTES_MAX;
 #[derive(Debug)]
 pub struct ReplayReader {
     replay: Replay,
-    stage: Stage,
+    stage: ReadStage,
 }
 
 #[derive(Debug)]
-enum Stage {
+enum ReadStage {
     /// The next record begins here.
     Records(usize),
     /// The file seems to end within a record. If another one follows from here on, the length is damaged.
@@ -64,24 +64,24 @@ impl ReplayReader {
             start_bytes: end,
             whole_bytes: end,
         };
-        Ok(ReplayReader { replay, stage: Stage::Records(end) })
+        Ok(ReplayReader { replay, stage: ReadStage::Records(end) })
     }
 
     /// Reads on for a moment; `false` once there is nothing left to read.
     pub fn step(&mut self) -> bool {
         self.stage = match self.stage {
-            Stage::Records(at) => self.read_records(at),
-            Stage::Search { cut, at, bytes_left } => self.search(cut, at, bytes_left),
-            Stage::Done => return false,
+            ReadStage::Records(at) => self.read_records(at),
+            ReadStage::Search { cut, at, bytes_left } => self.search(cut, at, bytes_left),
+            ReadStage::Done => return false,
         };
-        !matches!(self.stage, Stage::Done)
+        !matches!(self.stage, ReadStage::Done)
     }
 
     /// Share of the file that was read, 0..=1.
     pub fn progress(&self) -> f64 {
         let read = match self.stage {
-            Stage::Records(at) | Stage::Search { at, .. } => at,
-            Stage::Done => self.replay.bytes.len(),
+            ReadStage::Records(at) | ReadStage::Search { at, .. } => at,
+            ReadStage::Done => self.replay.bytes.len(),
         };
         read as f64 / self.replay.bytes.len() as f64
     }
@@ -92,13 +92,17 @@ impl ReplayReader {
         self.replay
     }
 
-    fn read_records(&mut self, mut at: usize) -> Stage {
+    fn read_records(&mut self, mut at: usize) -> ReadStage {
         let until = at + STEP_BYTES;
         while at < until {
             match self.take(at) {
                 Ok(end) => (at, self.replay.whole_bytes) = (end, end),
                 Err(error) if error.problem == Problem::CutOff => {
-                    return Stage::Search { cut: error, at: at + 1, bytes_left: SEARCH_BYTES_MAX };
+                    return ReadStage::Search {
+                        cut: error,
+                        at: at + 1,
+                        bytes_left: SEARCH_BYTES_MAX,
+                    };
                 }
                 Err(error) if error.problem == Problem::NoEnd => {
                     return self.end(Ending::Cut(error));
@@ -112,16 +116,16 @@ impl ReplayReader {
                 });
             }
         }
-        Stage::Records(at)
+        ReadStage::Records(at)
     }
 
     /// Looks for a whole record behind a cut: a record that seems to reach past the end has a damaged length then.
-    fn search(&mut self, cut: ReplayError, mut at: usize, mut bytes_left: usize) -> Stage {
+    fn search(&mut self, cut: ReplayError, mut at: usize, mut bytes_left: usize) -> ReadStage {
         let bytes = &self.replay.bytes;
         let (until, rest) = (at + STEP_BYTES, bytes_left.saturating_sub(STEP_BYTES));
         while at < bytes.len() {
             if at >= until || bytes_left < rest {
-                return Stage::Search { cut, at, bytes_left };
+                return ReadStage::Search { cut, at, bytes_left };
             }
             match sealed(bytes, at).map_err(|error| error.problem) {
                 Ok(_) => return self.end(Ending::Damaged(cut)),
@@ -136,9 +140,9 @@ impl ReplayReader {
         self.end(Ending::Cut(cut))
     }
 
-    fn end(&mut self, ending: Ending) -> Stage {
+    fn end(&mut self, ending: Ending) -> ReadStage {
         self.replay.ending = ending;
-        Stage::Done
+        ReadStage::Done
     }
 
     /// Adds the record at `at`, and returns its end.

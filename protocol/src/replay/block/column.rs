@@ -14,7 +14,7 @@ type Pointer = Option<Position>;
 
 /// The behaviour of a pointer in consecutive ticks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Run {
+enum PointerRun {
     Still = 0,
     /// It moves, or comes back into the view.
     Moves = 1,
@@ -22,12 +22,12 @@ enum Run {
     Leaves = 2,
 }
 
-impl Run {
-    fn of(before: Pointer, now: Pointer) -> Run {
+impl PointerRun {
+    fn of(before: Pointer, now: Pointer) -> PointerRun {
         match now {
-            same if same == before => Run::Still,
-            Some(_) => Run::Moves,
-            None => Run::Leaves,
+            same if same == before => PointerRun::Still,
+            Some(_) => PointerRun::Moves,
+            None => PointerRun::Leaves,
         }
     }
 }
@@ -48,15 +48,19 @@ impl Prediction {
 }
 
 /// The coder of a pointer's moves.
-struct Moves {
+struct PointerMoveCoder {
     prediction: Prediction,
     history: PositionHistory,
     codes: [Rice; 2],
 }
 
-impl Moves {
-    fn new(prediction: Prediction) -> Moves {
-        Moves { prediction, history: PositionHistory::default(), codes: [Rice::new(); 2] }
+impl PointerMoveCoder {
+    fn new(prediction: Prediction) -> PointerMoveCoder {
+        PointerMoveCoder {
+            prediction,
+            history: PositionHistory::default(),
+            codes: [Rice::new(); 2],
+        }
     }
 
     fn expected(&self) -> Position {
@@ -141,9 +145,9 @@ fn write_changes(numbers: impl Iterator<Item = u32>, columns: &mut Writer) {
 /// Writes the runs that fill the block, each as its length and behaviour.
 fn write_runs(pointers: &[Pointer], columns: &mut Writer) {
     let mut before = None;
-    let mut runs: Vec<(u32, Run)> = Vec::new();
+    let mut runs: Vec<(u32, PointerRun)> = Vec::new();
     for &pointer in pointers {
-        let run = Run::of(before, pointer);
+        let run = PointerRun::of(before, pointer);
         before = pointer;
         match runs.last_mut() {
             Some((length, last)) if *last == run => *length += 1,
@@ -156,7 +160,7 @@ fn write_runs(pointers: &[Pointer], columns: &mut Writer) {
 }
 
 fn write_moves(pointers: &[Pointer], prediction: Prediction, bits: &mut BitWriter) {
-    let mut moves = Moves::new(prediction);
+    let mut moves = PointerMoveCoder::new(prediction);
     let mut before = None;
     for &pointer in pointers {
         match pointer {
@@ -179,15 +183,15 @@ pub fn read(
     let prediction = usize::from(columns.byte("prediction")?);
     let prediction = Prediction::ALL.get(prediction).copied();
     let prediction = prediction.ok_or(DecodeError::OutOfRange { field: "prediction" })?;
-    let mut moves = Moves::new(prediction);
+    let mut moves = PointerMoveCoder::new(prediction);
     let mut pointer = None;
     let mut inputs = Vec::with_capacity(count);
     for (at, run) in runs.into_iter().enumerate() {
         match run {
-            Run::Moves => pointer = Some(moves.read(bits)?),
-            Run::Still | Run::Leaves => moves.rest(),
+            PointerRun::Moves => pointer = Some(moves.read(bits)?),
+            PointerRun::Still | PointerRun::Leaves => moves.rest(),
         }
-        if run == Run::Leaves {
+        if run == PointerRun::Leaves {
             pointer = None;
         }
         let input = Input::new(Buttons(buttons[at] as u16), pointer.map(in_units));
@@ -215,15 +219,15 @@ fn read_changes(
     Ok(numbers)
 }
 
-fn read_runs(count: usize, columns: &mut Reader) -> Result<Vec<Run>, DecodeError> {
+fn read_runs(count: usize, columns: &mut Reader) -> Result<Vec<PointerRun>, DecodeError> {
     let field = "runs of a pointer";
     let mut runs = Vec::with_capacity(count);
     while runs.len() < count {
         let coded = columns.leb32(field)?;
         let run = match coded & 3 {
-            0 => Run::Still,
-            1 => Run::Moves,
-            2 => Run::Leaves,
+            0 => PointerRun::Still,
+            1 => PointerRun::Moves,
+            2 => PointerRun::Leaves,
             _ => return Err(DecodeError::OutOfRange { field }),
         };
         let length = (coded >> 2) as usize;
