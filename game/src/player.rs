@@ -7,7 +7,7 @@ use jostle_sim::{BodyId, Motion, World};
 
 /// A body that a player holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Held {
+pub(crate) struct HeldBody {
     pub body: BodyId,
     /// Gravity scale that the body gets back on release.
     pub gravity_scale: f32,
@@ -20,7 +20,7 @@ pub(crate) struct Player {
     /// Ticks until the next attempt to place a hero.
     pub hero_wait: u32,
     pub selected: Option<BodyId>,
-    pub held: Option<Held>,
+    pub held: Option<HeldBody>,
     pub score: u16,
     /// The team, in scenes that have teams.
     pub team: Option<u8>,
@@ -35,7 +35,7 @@ pub(crate) struct Player {
     /// Where the hero comes back instead.
     pub checkpoint: Option<Vec2>,
     /// The body that hangs on the hero.
-    pub carried: Option<Held>,
+    pub carried: Option<HeldBody>,
     /// No input arrived for this tick: the connection is closed or silent. Hits on such a player score
     /// nothing.
     pub is_away: bool,
@@ -119,7 +119,7 @@ impl Player {
             self.drop_carried(world);
             let gravity_scale = world.gravity_scale(body);
             world.set_gravity_scale(body, 0.0);
-            self.carried = Some(Held { body, gravity_scale });
+            self.carried = Some(HeldBody { body, gravity_scale });
         }
     }
 

@@ -7,7 +7,7 @@ use crate::actor::{Actor, Rule};
 use crate::event::Event;
 use crate::game::Game;
 use crate::input::{Buttons, Seat};
-use crate::player::{Held, Player};
+use crate::player::{HeldBody, Player};
 use crate::rngs::Rngs;
 use crate::roster::Roster;
 use crate::rules::Rules;
@@ -214,15 +214,15 @@ fn is_loose(id: BodyId, world: &World) -> bool {
 /// Describes a body that is held, and its gravity scale.
 pub(crate) fn held_state(
     [name, scale]: [Field; 2],
-    held: Option<Held>,
+    held: Option<HeldBody>,
     fits: impl Fn(f32) -> bool,
     world: &World,
     io: &mut impl StateIo,
-) -> Option<Held> {
+) -> Option<HeldBody> {
     let body = io.body(name, held.map(|held| held.body));
     io.check(name, || body.is_none_or(|id| is_loose(id, world)));
     let gravity_scale = io.number(scale, held.map_or(0.0, |held| held.gravity_scale), fits);
-    body.map(|body| Held { body, gravity_scale })
+    body.map(|body| HeldBody { body, gravity_scale })
 }
 
 fn pending_state(event: Event, io: &mut impl StateIo) -> Event {

@@ -4,7 +4,7 @@ use crate::actor::Rule;
 use crate::event::Event;
 use crate::input::Buttons;
 use crate::placing::{either_side, is_clear};
-use crate::player::{Held, Player};
+use crate::player::{HeldBody, Player};
 use crate::rngs::Rngs;
 use crate::roster::Roster;
 use crate::scene::{Kind, Scene, Tools};
@@ -210,7 +210,7 @@ fn hold(world: &mut World, roster: &mut Roster, slot: usize, speed_max: f32) {
 }
 
 /// Grabs the body under the pointer, if it is one that players may hold and none holds it yet.
-fn grab(world: &mut World, roster: &Roster, aim: Vec2) -> Option<Held> {
+fn grab(world: &mut World, roster: &Roster, aim: Vec2) -> Option<HeldBody> {
     let is_loose = |id: BodyId| {
         let actor = roster.actors[id.index as usize];
         let kind = actor.is_some_and(|actor| matches!(actor.kind, Kind::Marble | Kind::Block));
@@ -220,7 +220,7 @@ fn grab(world: &mut World, roster: &Roster, aim: Vec2) -> Option<Held> {
     let body = world.body_at(aim, is_loose)?;
     let gravity_scale = world.gravity_scale(body);
     world.set_gravity_scale(body, 0.0);
-    Some(Held { body, gravity_scale })
+    Some(HeldBody { body, gravity_scale })
 }
 
 /// Releases the body that a player holds.

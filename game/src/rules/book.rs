@@ -2,7 +2,7 @@
 
 use super::clock::{Round, RoundPhase};
 use super::memory::{Broken, Changes, Claims, Lap, SignalState, Sling, ZoneState};
-use super::notes::Notes;
+use super::notes::BodyNotes;
 use crate::event::Event;
 use crate::rngs::Rngs;
 use crate::roster::Roster;
@@ -20,7 +20,7 @@ pub(crate) struct Rules {
     pub(super) signals: Vec<SignalState>,
     /// Of the teams; players without a team have theirs in the roster.
     pub teams: Vec<Standing>,
-    pub notes: Notes,
+    pub notes: BodyNotes,
     /// Whether each body of the scene has come since its condition holds.
     pub(super) came: Vec<bool>,
     /// Ticks for which each body of the scene stood still on its path.
@@ -71,7 +71,7 @@ impl Rules {
             zones: vec![ZoneState::default(); set.zones.len()],
             signals: set.signals.iter().map(SignalState::new).collect(),
             teams: vec![Standing::at_start(set.lives(), set.round.is_none()); set.teams.len()],
-            notes: Notes::default(),
+            notes: BodyNotes::default(),
             came: vec![false; scene.bodies.len()],
             stood: vec![0; scene.bodies.len()],
             sling: Sling::at_start(scene),

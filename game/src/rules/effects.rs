@@ -1,7 +1,7 @@
 //! Effects: what rules do.
 
 use super::book::{Rules, Table};
-use super::notes::{Note, Rest, Start};
+use super::notes::{BodyNote, BodyStart, Rest};
 use super::occasions::Occurrence;
 use crate::actor::Rule;
 use crate::event::Event;
@@ -159,7 +159,7 @@ impl Rules {
         }
         let note = self.notes.of(id, world);
         if let Some(position) = home {
-            note.start = Start { position, velocity: Vec2::ZERO };
+            note.start = BodyStart { position, velocity: Vec2::ZERO };
         }
         world.set_position(id, note.start.position);
         // Who carries it or scored with it is no longer who touched it last.
@@ -234,7 +234,7 @@ pub(super) fn splash(recipe: u8, body: BodyId, table: &mut Table) {
 }
 
 /// A body sets off from its start; one that began to either side does so again.
-fn set_off(id: BodyId, note: &Note, table: &mut Table) {
+fn set_off(id: BodyId, note: &BodyNote, table: &mut Table) {
     let start_speed = note.placed.map_or(0.0, |body| table.scene.bodies[body].start_speed);
     let velocity = match start_speed > 0.0 {
         true => placing::either_side(start_speed, &mut table.rngs.spawn),

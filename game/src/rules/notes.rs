@@ -9,14 +9,14 @@ use jostle_sim::{BodyId, World};
 
 /// What rules remember of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Note {
+pub(crate) struct BodyNote {
     pub id: BodyId,
     /// Its collision group, for who is lost.
     pub group: u8,
     /// Which body of the scene it is, if it is one.
     pub placed: Option<usize>,
     /// Where and how it started.
-    pub start: Start,
+    pub start: BodyStart,
     /// The player whose hero or pack touched it last.
     pub touched_by: Option<Seat>,
     /// It returned to its start and rests there.
@@ -29,7 +29,7 @@ pub(crate) struct Note {
 
 /// Where and how a body started.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Start {
+pub(crate) struct BodyStart {
     pub position: Vec2,
     pub velocity: Vec2,
 }
@@ -44,9 +44,9 @@ pub(crate) struct Rest {
 
 /// Notes by body slot.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Notes(Vec<Option<Note>>);
+pub(crate) struct BodyNotes(Vec<Option<BodyNote>>);
 
-impl Notes {
+impl BodyNotes {
     /// Notes where everybody is before a step, and who is new; forgets who was gone before it, whom a saved
     /// state does not have either.
     pub fn observe(&mut self, world: &World, roster: &Roster) {
@@ -60,26 +60,26 @@ impl Notes {
     }
 
     /// The note of an existing body.
-    pub fn of(&mut self, id: BodyId, world: &World) -> &mut Note {
+    pub fn of(&mut self, id: BodyId, world: &World) -> &mut BodyNote {
         let index = id.index as usize;
         if index >= self.0.len() {
             self.0.resize(index + 1, None);
         }
         let slot = &mut self.0[index];
         if slot.is_none_or(|note| note.id != id) {
-            *slot = Some(Note::new(id, world));
+            *slot = Some(BodyNote::new(id, world));
         }
         slot.as_mut().expect("a note that was just made")
     }
 
     /// The note of a body that may be gone.
-    pub fn get(&self, id: BodyId) -> Option<&Note> {
+    pub fn get(&self, id: BodyId) -> Option<&BodyNote> {
         self.0.get(id.index as usize)?.as_ref().filter(|note| note.id == id)
     }
 
     /// The note of an existing body, or what it will be.
-    pub fn of_existing(&self, id: BodyId, world: &World) -> Note {
-        self.get(id).copied().unwrap_or_else(|| Note::new(id, world))
+    pub fn of_existing(&self, id: BodyId, world: &World) -> BodyNote {
+        self.get(id).copied().unwrap_or_else(|| BodyNote::new(id, world))
     }
 
     /// Where a body was before the step; one made since then is where it is now.
@@ -88,7 +88,7 @@ impl Notes {
     }
 
     /// All notes, those of bodies that are gone too.
-    pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut Note> {
+    pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut BodyNote> {
         self.0.iter_mut().flatten()
     }
 
@@ -109,12 +109,12 @@ fn acts(actor: Option<Actor>) -> Option<Seat> {
     actor.filter(|actor| matches!(actor.kind, Kind::Hero | Kind::Pack))?.owner
 }
 
-impl Note {
+impl BodyNote {
     /// A body that was just made.
-    pub fn new(id: BodyId, world: &World) -> Note {
-        let start = Start { position: world.position(id), velocity: world.velocity(id) };
+    pub fn new(id: BodyId, world: &World) -> BodyNote {
+        let start = BodyStart { position: world.position(id), velocity: world.velocity(id) };
         let group = world.group(id);
-        Note {
+        BodyNote {
             id,
             group,
             placed: None,

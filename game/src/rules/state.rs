@@ -3,7 +3,7 @@
 use super::book::{Rules, Scratch};
 use super::clock::{Round, RoundPhase};
 use super::memory::{OrderState, RelayState, SignalState, Sling, Walker, ZoneState};
-use super::notes::{Note, Notes, Rest};
+use super::notes::{BodyNote, BodyNotes, Rest};
 use crate::input::Seat;
 use crate::player::Player;
 use crate::roster::Roster;
@@ -93,7 +93,7 @@ impl Rules {
             zones: Vec::new(),
             signals: Vec::new(),
             teams,
-            notes: Notes::default(),
+            notes: BodyNotes::default(),
             came,
             stood,
             sling,
@@ -106,8 +106,8 @@ impl Rules {
     }
 }
 
-fn restored_notes(read: &[Note], world: &World, roster: &Roster) -> Notes {
-    let mut notes = Notes::default();
+fn restored_notes(read: &[BodyNote], world: &World, roster: &Roster) -> BodyNotes {
+    let mut notes = BodyNotes::default();
     read.iter().for_each(|note| *notes.of(note.id, world) = *note);
     for (body, &id) in roster.placed.iter().enumerate() {
         if let Some(id) = id {
@@ -169,7 +169,7 @@ fn sling_state(it: Sling, io: &mut impl StateIo) -> Sling {
 }
 
 #[inline]
-fn note_state(mut it: Note, scene: &Scene, world: &World, io: &mut impl StateIo) -> Note {
+fn note_state(mut it: BodyNote, scene: &Scene, world: &World, io: &mut impl StateIo) -> BodyNote {
     it.start.position = place_state(["start.x", "start.y"], it.start.position, scene, io);
     let fields = ["start velocity.x", "start velocity.y"];
     it.start.velocity = io.vector(fields, it.start.velocity, plausible);

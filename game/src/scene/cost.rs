@@ -43,7 +43,7 @@ pub struct WorstTick {
 }
 
 /// Time of the bodies or particles that one field brings, microseconds.
-struct Share {
+struct CostShare {
     us: f32,
     field: String,
 }
@@ -54,14 +54,14 @@ impl WorstTick {
         let movers = movers(scene);
         let (any_us, body_us) = costs(scene, &movers);
         let mut room = scene.world.bodies_max as u32;
-        let mut shares: Vec<Share> = Vec::new();
+        let mut shares: Vec<CostShare> = Vec::new();
         for alike in &movers {
             let count = alike.total(scene.players_max).min(room);
             room -= count;
             let (us, field) = (body_us * count as f32, alike.count_field());
             match shares.iter_mut().find(|share| share.field == field) {
                 Some(share) => share.us += us,
-                None => shares.push(Share { us, field }),
+                None => shares.push(CostShare { us, field }),
             }
         }
         let moving = scene.world.bodies_max as u32 - room;
@@ -69,17 +69,17 @@ impl WorstTick {
         let beyond = overlaps.count.saturating_sub(CONTACTS_PER_BODY * moving);
         if beyond > 0 {
             let us = body_us / CONTACTS_PER_BODY as f32 * beyond as f32;
-            shares.push(Share { us, field: overlaps.field });
+            shares.push(CostShare { us, field: overlaps.field });
         }
         if emits(scene) {
             let us = PARTICLE_US * scene.world.particles_max as f32;
-            shares.push(Share { us, field: "limits.particles".to_owned() });
+            shares.push(CostShare { us, field: "limits.particles".to_owned() });
         }
         if !scene.springs.is_empty() {
             let count = scene.springs.len() as f32;
             let many = MANY_SPRINGS_US.0 + MANY_SPRINGS_US.1 * count;
             let us = min(FEW_SPRINGS_US * count, many);
-            shares.push(Share { us, field: "springs".to_owned() });
+            shares.push(CostShare { us, field: "springs".to_owned() });
         }
         let us = any_us + shares.iter().map(|share| share.us).sum::<f32>();
         let largest = shares.into_iter().max_by(|a, b| a.us.total_cmp(&b.us));

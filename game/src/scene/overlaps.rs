@@ -18,7 +18,7 @@ pub(super) struct Overlaps {
 
 /// A body at the start, and the number of its source.
 #[derive(Clone, Copy)]
-struct Start {
+struct StartingBody {
     def: BodyDef,
     source: usize,
 }
@@ -51,8 +51,8 @@ impl Overlaps {
 }
 
 /// All bodies whose start the file fixes: those of `bodies` are source 0, those of a layout its index and 1.
-fn starts(scene: &Scene) -> Vec<Start> {
-    let bodies = scene.bodies.iter().map(|body| Start { def: body.def, source: 0 });
+fn starts(scene: &Scene) -> Vec<StartingBody> {
+    let bodies = scene.bodies.iter().map(|body| StartingBody { def: body.def, source: 0 });
     let layouts = scene.layouts.iter().enumerate().filter(|(_, layout)| layout.exact);
     let exact = layouts.flat_map(|(index, layout)| {
         // Of the shapes that the seed chooses from, the largest.
@@ -60,7 +60,7 @@ fn starts(scene: &Scene) -> Vec<Start> {
         let shape = largest.unwrap_or(layout.def.shape);
         (0..layout.count).map(move |number| {
             let position = layout.cell_center(number);
-            Start { def: BodyDef { shape, position, ..layout.def }, source: index + 1 }
+            StartingBody { def: BodyDef { shape, position, ..layout.def }, source: index + 1 }
         })
     });
     bodies.chain(exact).collect()
@@ -68,7 +68,7 @@ fn starts(scene: &Scene) -> Vec<Start> {
 
 /// Sorts them by their left edges. Plain numbers are sorted, as in the broad phase: a sort of its own would take
 /// 3 kB of the page's program.
-fn by_edge(starts: Vec<Start>) -> Vec<Start> {
+fn by_edge(starts: Vec<StartingBody>) -> Vec<StartingBody> {
     let keys = starts.iter().zip(0u64..);
     let keys = keys.map(|(start, index)| u64::from(ordered_bits(left(&start.def))) << 32 | index);
     let mut keys: Vec<u64> = keys.collect();

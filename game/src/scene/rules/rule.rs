@@ -98,7 +98,7 @@ pub struct Effects {
 }
 
 /// What rules are checked against.
-pub(super) struct Around<'a> {
+pub(super) struct RuleSurroundings<'a> {
     pub has_round: bool,
     pub zones: &'a [ZoneSpec],
     pub signals: &'a [SignalSpec],
@@ -108,7 +108,7 @@ pub(super) struct Around<'a> {
 pub(super) fn rule(
     table: &Table,
     known: &Known,
-    around: &Around,
+    around: &RuleSurroundings,
     recipes: &mut Recipes,
 ) -> RuleSpec {
     let names = known.names;
@@ -160,7 +160,7 @@ fn occasion(table: &Table, known: &Known) -> Occasion {
     }
 }
 
-fn to(field: &Field, names: &Names, around: &Around) -> To {
+fn to(field: &Field, names: &Names, around: &RuleSurroundings) -> To {
     let words = [("it", To::It), ("by", To::By), ("others", To::Others), ("all", To::All)];
     let teams = names.teams.iter().enumerate();
     let teams = teams.map(|(index, name)| (name.as_str(), To::Team(index as u8)));
@@ -200,7 +200,7 @@ fn effects(table: &Table, known: &Known, recipes: &mut Recipes) -> Effects {
 }
 
 /// A rule does something, and each effect has somebody to act on.
-fn check(table: &Table, rule: &RuleSpec, around: &Around) {
+fn check(table: &Table, rule: &RuleSpec, around: &RuleSurroundings) {
     let effects = &rule.effects;
     if *effects == Effects::default() {
         let names =
@@ -227,7 +227,7 @@ fn check(table: &Table, rule: &RuleSpec, around: &Around) {
 }
 
 /// Whether the occasion is about a body.
-fn has_body(rule: &RuleSpec, around: &Around) -> bool {
+fn has_body(rule: &RuleSpec, around: &RuleSurroundings) -> bool {
     match rule.occasion {
         Occasion::Every(_) => false,
         Occasion::On(condition) => around.signals.iter().enumerate().any(|(index, signal)| {

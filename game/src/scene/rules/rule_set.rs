@@ -2,7 +2,7 @@
 
 use super::known::{Known, RULES_MAX, SIGNALS_MAX, TEAMS_MAX, ZONES_MAX};
 use super::round::{self, RoundSpec, TeamSpec};
-use super::rule::{self, Around, RuleSpec};
+use super::rule::{self, RuleSpec, RuleSurroundings};
 use super::signal::{self, SignalSpec};
 use super::zone::{self, ZoneSpec};
 use crate::scene::recipes::Recipes;
@@ -41,7 +41,7 @@ impl RuleSet {
             signals: read_list(root, "signals", SIGNALS_MAX, signal),
             rules: Vec::new(),
         };
-        let around = Around {
+        let around = RuleSurroundings {
             has_round: rules.round.is_some(),
             zones: &rules.zones,
             signals: &rules.signals,
