@@ -34,7 +34,7 @@ pub type Looks = Vec<(Seat, Appearance)>;
 
 /// The newest blocks of a log. Each has a position, counted from the first.
 #[derive(Clone, Debug, Default)]
-pub struct Blocks {
+pub struct RecentBlocks {
     /// What replays say of the game in their beginning.
     start: Start,
     /// The oldest first.
@@ -43,7 +43,7 @@ pub struct Blocks {
     forgotten: u64,
 }
 
-impl Blocks {
+impl RecentBlocks {
     /// The position after the last block.
     pub fn end(&self) -> u64 {
         self.forgotten + self.kept.len() as u64
@@ -71,7 +71,7 @@ impl Blocks {
 #[derive(Clone, Debug)]
 pub struct GameLog {
     /// None but where clips are kept; the first one is a keyframe.
-    blocks: Blocks,
+    blocks: RecentBlocks,
     /// The block that is being filled.
     ticks: Vec<Tick>,
     /// The last tick played.
@@ -86,7 +86,7 @@ impl GameLog {
     /// Begins with the game as it is. Where clips are kept, the log has their length of blocks, and states on the way; else
     /// it is good for a replay in memory only.
     pub fn new(start: Start, keeps_clips: bool, game: &Game, looks: Looks) -> GameLog {
-        let blocks = Blocks { start, ..Blocks::default() };
+        let blocks = RecentBlocks { start, ..RecentBlocks::default() };
         let (ticks, newest) = (Vec::new(), game.tick_count());
         let mut log =
             GameLog { blocks, ticks, newest, next_keyframe: 0, keeps_clips, replay: None };
@@ -122,7 +122,7 @@ impl GameLog {
     }
 
     /// The blocks, for readers.
-    pub fn blocks(&self) -> &Blocks {
+    pub fn blocks(&self) -> &RecentBlocks {
         &self.blocks
     }
 

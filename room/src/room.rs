@@ -30,7 +30,7 @@ pub struct Room {
     /// Serial of the newest claim; each claim of a room has its own.
     serial: u64,
     /// Joins, leaves and changed looks since the last tick, at most three a seat.
-    changes: Vec<Change>,
+    changes: Vec<PendingChange>,
     /// Inputs of the newest tick.
     inputs: Vec<(Seat, Input)>,
     newest: Arc<Snapshot>,
@@ -45,7 +45,7 @@ pub struct Room {
 
 /// A join, a leave or a new look that waits for the next tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Change {
+enum PendingChange {
     Join(Seat),
     Leave(Seat),
     Look(Seat),
@@ -138,7 +138,7 @@ impl Room {
                 let joined_tick = self.game.tick_count();
                 let member = Member { joined_tick, ..Member::new(appearance, self.serial) };
                 self.members.seats.insert(seat, member);
-                self.changes.push(Change::Join(seat));
+                self.changes.push(PendingChange::Join(seat));
             }
         }
         if let Some(member) = self.members.seats.get_mut(&seat) {
@@ -168,8 +168,8 @@ impl Room {
 
     /// Has the next tick announce a changed appearance, once.
     fn note_look(&mut self, seat: Seat) {
-        if !self.changes.contains(&Change::Look(seat)) {
-            self.changes.push(Change::Look(seat));
+        if !self.changes.contains(&PendingChange::Look(seat)) {
+            self.changes.push(PendingChange::Look(seat));
         }
     }
 
@@ -228,11 +228,11 @@ impl Room {
         }
         self.members_revision += 1;
         self.replication.areas.remove(&seat);
-        self.changes.retain(|&change| change != Change::Look(seat));
+        self.changes.retain(|&change| change != PendingChange::Look(seat));
         // A player who leaves before the tick of joining was never in the game.
-        match self.changes.iter().position(|&change| change == Change::Join(seat)) {
+        match self.changes.iter().position(|&change| change == PendingChange::Join(seat)) {
             Some(index) => drop(self.changes.remove(index)),
-            None => self.changes.push(Change::Leave(seat)),
+            None => self.changes.push(PendingChange::Leave(seat)),
         }
     }
 
@@ -306,7 +306,7 @@ impl Room {
             self.members_revision += 1;
             self.serial += 1;
             self.members.seats.insert(seat, Member::new(appearance, self.serial));
-            self.changes.push(Change::Join(seat));
+            self.changes.push(PendingChange::Join(seat));
         }
     }
 
@@ -318,15 +318,15 @@ impl Room {
             member.appearance.clone()
         };
         let changes = self.changes.drain(..).map(|change| match change {
-            Change::Join(seat) => {
+            PendingChange::Join(seat) => {
                 self.game.join(seat);
                 replay::Change::Join(seat, look(&self.members, seat))
             }
-            Change::Leave(seat) => {
+            PendingChange::Leave(seat) => {
                 self.game.leave(seat);
                 replay::Change::Leave(seat)
             }
-            Change::Look(seat) => replay::Change::Look(seat, look(&self.members, seat)),
+            PendingChange::Look(seat) => replay::Change::Look(seat, look(&self.members, seat)),
         });
         changes.collect()
     }
@@ -402,7 +402,7 @@ impl Room {
 
     /// The players who are in the game. One who joins with the next tick is recorded with it.
     fn looks(&self) -> Looks {
-        let joins = |seat| self.changes.contains(&Change::Join(seat));
+        let joins = |seat| self.changes.contains(&PendingChange::Join(seat));
         let mut looks = self.members.appearances();
         looks.retain(|&(seat, _)| !joins(seat));
         looks

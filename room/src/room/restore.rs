@@ -1,7 +1,7 @@
 //! Restores a room after its process has ended, from the game in a recording and the seats of its players
 //! beside it. Players get their seats back with the claims that they have.
 
-use super::{Change, Room};
+use super::{PendingChange, Room};
 use crate::members::Member;
 use crate::playback::Moment;
 use crate::saved::{SavedMembers, SavedSeat};
@@ -51,7 +51,7 @@ impl Room {
             let is_bot = bots.map(|bots| bots.add(seat)).is_some();
             let known = known.filter(|saved| is_bot || !saved.is_bot);
             let Some((saved, appearance)) = known.zip(members.remove(&seat.0)) else {
-                room.changes.push(Change::Leave(seat));
+                room.changes.push(PendingChange::Leave(seat));
                 room.members_revision += 1;
                 continue;
             };

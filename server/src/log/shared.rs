@@ -1,6 +1,6 @@
 //! What a room's thread has logged, as the readers of other threads see it.
 
-use jostle_room::log::Blocks;
+use jostle_room::log::RecentBlocks;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use tokio::sync::Notify;
 
@@ -26,7 +26,7 @@ pub struct SharedLog {
 /// What readers find.
 #[derive(Default)]
 pub struct Contents {
-    pub blocks: Blocks,
+    pub blocks: RecentBlocks,
     /// Whether replays are to have what is played now: an empty room is of no interest.
     pub is_recorded: bool,
     /// What becomes of the room's state once all is read: the room has ended.
@@ -35,7 +35,7 @@ pub struct Contents {
 
 impl SharedLog {
     /// Shares the newest blocks of a room, unless its log is sealed.
-    pub fn publish(&self, blocks: Blocks, is_recorded: bool) {
+    pub fn publish(&self, blocks: RecentBlocks, is_recorded: bool) {
         let mut held = self.lock();
         if held.seal.is_none() {
             (held.blocks, held.is_recorded) = (blocks, is_recorded);
