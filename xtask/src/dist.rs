@@ -8,7 +8,7 @@ mod trial;
 use crate::shell::{output_of, root, run, say, target_dir};
 use crate::web;
 use anyhow::{Context, Result, bail};
-use program::{TARGETS, Target};
+use program::{ReleaseTarget, TARGETS};
 use std::fs;
 use std::path::Path;
 use std::process::Command;
@@ -57,13 +57,13 @@ pub fn dist() -> Result<()> {
 }
 
 /// Name of an archive without its ending, and of the directory that it unpacks to.
-fn name(target: &Target) -> String {
+fn name(target: &ReleaseTarget) -> String {
     format!("jostle-{VERSION}-{}", target.name)
 }
 
 /// Packs an archive. The same files give the same one: entries are in the order of their names, of the commit's date, and
 /// of no user.
-fn pack(target: &Target, program: &Path, licences: &Path, out: &Path) -> Result<()> {
+fn pack(target: &ReleaseTarget, program: &Path, licences: &Path, out: &Path) -> Result<()> {
     let dir = out.join(name(target));
     fs::create_dir_all(&dir)?;
     fs::copy(program, dir.join("jostle"))?;

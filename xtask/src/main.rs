@@ -164,9 +164,9 @@ fn run(task: Task) -> Result<bool> {
         }
         Task::Test { quick, all, since, .. } => {
             let extent = match (quick, all) {
-                (true, _) => test::Extent::Quick,
-                (_, true) => test::Extent::All,
-                _ => test::Extent::Usual,
+                (true, _) => test::TestExtent::Quick,
+                (_, true) => test::TestExtent::All,
+                _ => test::TestExtent::Usual,
             };
             return test::test(extent, since.as_deref());
         }

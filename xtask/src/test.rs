@@ -10,13 +10,13 @@ mod lanes;
 mod steps;
 
 use anyhow::Result;
-use changes::Change;
-pub use steps::Extent;
+use changes::TreeChange;
+pub use steps::TestExtent;
 
 /// Runs the steps and prints a table; whether all of them passed. With `since`, only those that a change since that
 /// revision can affect, in the crates that it can affect.
-pub fn test(extent: Extent, since: Option<&str>) -> Result<bool> {
-    let change = since.map(Change::since).transpose()?;
+pub fn test(extent: TestExtent, since: Option<&str>) -> Result<bool> {
+    let change = since.map(TreeChange::since).transpose()?;
     let steps = steps::chosen(extent, change.as_ref());
     steps::say_needs(&steps);
     let how = lanes::How { packages: change.map(|change| change.packages), extent };

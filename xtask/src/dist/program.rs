@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// A system that a release is built for.
-pub struct Target {
+pub struct ReleaseTarget {
     /// As Rust names it.
     pub name: &'static str,
     /// Prefix of the names of the C compiler and the archiver.
@@ -20,14 +20,14 @@ pub struct Target {
 }
 
 /// Linux on 64-bit x86 and Arm, of any distribution.
-pub const TARGETS: [Target; 2] = [
-    Target {
+pub const TARGETS: [ReleaseTarget; 2] = [
+    ReleaseTarget {
         name: "x86_64-unknown-linux-musl",
         tools: "",
         packages: ["gcc", "libc6-dev"],
         emulator: None,
     },
-    Target {
+    ReleaseTarget {
         name: "aarch64-unknown-linux-musl",
         tools: "aarch64-linux-gnu-",
         packages: ["gcc-aarch64-linux-gnu", "libc6-dev-arm64-cross"],
@@ -37,7 +37,7 @@ pub const TARGETS: [Target; 2] = [
 
 /// Builds the program for a target, and returns its path. It serves and plays, but cannot draw replays, since a static
 /// program can load no graphics driver.
-pub fn build(target: &Target) -> Result<PathBuf> {
+pub fn build(target: &ReleaseTarget) -> Result<PathBuf> {
     let name = target.name;
     say("dist", &format!("build jostle for {name}"));
     let missing: Vec<&str> =

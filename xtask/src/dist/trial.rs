@@ -1,7 +1,7 @@
 //! A short game with a program of a release, as a check that it is whole: it serves the page, plays, and ends in good
 //! order.
 
-use super::program::Target;
+use super::program::ReleaseTarget;
 use crate::apt;
 use crate::shell::{in_path, line_of, output_of, run, say};
 use anyhow::{Context, Result, ensure};
@@ -25,7 +25,7 @@ impl Drop for Server {
 }
 
 /// Serves, fetches the page, plays with bots, and ends the server by SIGTERM.
-pub fn play(target: &Target, program: &Path) -> Result<()> {
+pub fn play(target: &ReleaseTarget, program: &Path) -> Result<()> {
     if let Some([emulator, package]) = target.emulator
         && !in_path(emulator)
     {
@@ -56,7 +56,7 @@ pub fn play(target: &Target, program: &Path) -> Result<()> {
     Ok(())
 }
 
-fn command(target: &Target, program: &Path) -> Command {
+fn command(target: &ReleaseTarget, program: &Path) -> Command {
     match target.emulator {
         None => Command::new(program),
         Some([emulator, _]) => {

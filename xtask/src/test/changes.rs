@@ -24,16 +24,16 @@ const SHARED: [&str; 5] =
     ["Cargo.toml", "Cargo.lock", "rust-toolchain.toml", "clippy.toml", ".cargo/config.toml"];
 
 /// The difference between a revision and the working tree.
-pub struct Change {
+pub struct TreeChange {
     /// Changed, new and removed files, from the root.
     pub paths: Vec<String>,
     /// Names of the crates with such files, and of all that depend on them.
     pub packages: Vec<String>,
 }
 
-impl Change {
+impl TreeChange {
     /// Asks git what differs from a revision.
-    pub fn since(revision: &str) -> Result<Change> {
+    pub fn since(revision: &str) -> Result<TreeChange> {
         let git = |args: &[&str]| output_of(Command::new("git").args(args).current_dir(root()));
         let changed = git(&["diff", "--name-only", "--no-renames", revision, "--"])
             .with_context(|| format!("--since {revision}: no such revision"))?;
@@ -45,7 +45,7 @@ impl Change {
         let all = packages()?;
         let touched = touched(&paths, &directories(&all));
         let packages = above(&touched, &all).into_iter().map(str::to_owned).collect();
-        Ok(Change { paths, packages })
+        Ok(TreeChange { paths, packages })
     }
 
     /// Whether a file below one of these directories differs.

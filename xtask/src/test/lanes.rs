@@ -1,6 +1,6 @@
 //! Runs steps in lanes, each in its order; a step waits for those of other lanes that it needs.
 
-use super::steps::{Extent, LANES, Step};
+use super::steps::{LANES, TestExtent, TestStep};
 use crate::shell::{Skipped, in_path, target_dir};
 use anyhow::{Context, Result};
 use std::fs::{self, File};
@@ -26,12 +26,12 @@ const LONG: &str = "JOSTLE_LONG";
 pub struct How {
     /// The crates to which a step is cut that can be.
     pub packages: Option<Vec<String>>,
-    pub extent: Extent,
+    pub extent: TestExtent,
 }
 
 /// How a step ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Outcome {
+pub enum StepOutcome {
     Passed,
     Skipped(String),
     Failed(String),
@@ -41,7 +41,7 @@ pub enum Outcome {
 pub struct Ended {
     name: &'static str,
     took: Duration,
-    outcome: Outcome,
+    outcome: StepOutcome,
 }
 
 /// State shared by the lanes.
@@ -51,7 +51,7 @@ struct Board {
 }
 
 /// Runs all steps and prints their output and a table; whether none failed.
-pub fn run(steps: &[&Step], how: &How) -> bool {
+pub fn run(steps: &[&TestStep], how: &How) -> bool {
     let began = Instant::now();
     let board = Board { ended: Mutex::new(Vec::new()), changed: Condvar::new() };
     thread::scope(|scope| {
@@ -68,35 +68,36 @@ pub fn run(steps: &[&Step], how: &How) -> bool {
     println!("\n=== summary");
     for step in &ended {
         let text = match &step.outcome {
-            Outcome::Passed => "passed".to_owned(),
-            Outcome::Skipped(reason) => format!("SKIPPED: {reason}"),
-            Outcome::Failed(reason) => format!("FAILED: {reason}"),
+            StepOutcome::Passed => "passed".to_owned(),
+            StepOutcome::Skipped(reason) => format!("SKIPPED: {reason}"),
+            StepOutcome::Failed(reason) => format!("FAILED: {reason}"),
         };
         println!("{:32}{:>8.1} s  {text}", step.name, step.took.as_secs_f32());
     }
     println!("{:32}{:>8.1} s", "all, in three lanes", began.elapsed().as_secs_f32());
     println!("{}", counts(&ended));
-    !ended.iter().any(|step| matches!(step.outcome, Outcome::Failed(_)))
+    !ended.iter().any(|step| matches!(step.outcome, StepOutcome::Failed(_)))
 }
 
 fn counts(ended: &[Ended]) -> String {
-    let count = |is: fn(&Outcome) -> bool| ended.iter().filter(|step| is(&step.outcome)).count();
-    let passed = count(|outcome| *outcome == Outcome::Passed);
-    let skipped = count(|outcome| matches!(outcome, Outcome::Skipped(_)));
-    let failed = count(|outcome| matches!(outcome, Outcome::Failed(_)));
+    let count =
+        |is: fn(&StepOutcome) -> bool| ended.iter().filter(|step| is(&step.outcome)).count();
+    let passed = count(|outcome| *outcome == StepOutcome::Passed);
+    let skipped = count(|outcome| matches!(outcome, StepOutcome::Skipped(_)));
+    let failed = count(|outcome| matches!(outcome, StepOutcome::Failed(_)));
     format!("{passed} passed, {failed} failed, {skipped} skipped")
 }
 
-fn run_step(step: &Step, steps: &[&Step], board: &Board, how: &How) {
+fn run_step(step: &TestStep, steps: &[&TestStep], board: &Board, how: &How) {
     let needed = |name: &&str| steps.iter().any(|step| step.name == *name);
     let needs: Vec<&str> = step.needs.iter().copied().filter(needed).collect();
     let unmet = board.wait_for(&needs);
     let begin = Instant::now();
     let outcome = match unmet {
-        Some(name) => Outcome::Failed(format!("{name:?}, which it needs, did not pass")),
+        Some(name) => StepOutcome::Failed(format!("{name:?}, which it needs, did not pass")),
         None => {
             println!("--- {} begins", step.name);
-            process(step, how).unwrap_or_else(|error| Outcome::Failed(format!("{error:#}")))
+            process(step, how).unwrap_or_else(|error| StepOutcome::Failed(format!("{error:#}")))
         }
     };
     let ended = Ended { name: step.name, took: begin.elapsed(), outcome };
@@ -114,14 +115,14 @@ impl Board {
             ended = self.changed.wait(ended).expect("no lane panicked");
         }
         let passed = |name: &&&str| {
-            ended.iter().any(|step| step.name == **name && step.outcome == Outcome::Passed)
+            ended.iter().any(|step| step.name == **name && step.outcome == StepOutcome::Passed)
         };
         names.iter().find(|name| !passed(name)).copied()
     }
 }
 
 /// Runs a step as a process, and prints what it said once it has ended.
-fn process(step: &Step, how: &How) -> Result<Outcome> {
+fn process(step: &TestStep, how: &How) -> Result<StepOutcome> {
     let dir = target_dir().join("test");
     fs::create_dir_all(&dir).with_context(|| format!("cannot make {}", dir.display()))?;
     let path = dir.join(format!("{}.log", step.name.replace([' ', ','], "-")));
@@ -136,7 +137,7 @@ fn process(step: &Step, how: &How) -> Result<Outcome> {
     if let Some(packages) = &how.packages {
         command.args(["--packages", &packages.join(",")]);
     }
-    if how.extent == Extent::All {
+    if how.extent == TestExtent::All {
         command.env(LONG, "1");
     }
     let begin = Instant::now();
@@ -145,9 +146,9 @@ fn process(step: &Step, how: &How) -> Result<Outcome> {
     println!("\n=== {}, {:.1} s\n{}", step.name, begin.elapsed().as_secs_f32(), text.trim_end());
     let last = text.lines().last().unwrap_or_default().to_owned();
     Ok(match status.code() {
-        Some(0) => Outcome::Passed,
-        Some(SKIPPED_STATUS) => Outcome::Skipped(last),
-        _ => Outcome::Failed(last),
+        Some(0) => StepOutcome::Passed,
+        Some(SKIPPED_STATUS) => StepOutcome::Skipped(last),
+        _ => StepOutcome::Failed(last),
     })
 }
 
@@ -171,21 +172,21 @@ pub fn status_of(result: Result<()>) -> i32 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Board, Ended, Outcome, counts};
+    use super::{Board, Ended, StepOutcome, counts};
     use std::sync::{Condvar, Mutex};
     use std::time::Duration;
 
-    fn ended(name: &'static str, outcome: Outcome) -> Ended {
+    fn ended(name: &'static str, outcome: StepOutcome) -> Ended {
         Ended { name, took: Duration::ZERO, outcome }
     }
 
     #[test]
     fn the_closing_line_counts_outcomes() {
         let steps = [
-            ended("a", Outcome::Passed),
-            ended("b", Outcome::Skipped("no Arm".into())),
-            ended("c", Outcome::Failed("?".into())),
-            ended("d", Outcome::Passed),
+            ended("a", StepOutcome::Passed),
+            ended("b", StepOutcome::Skipped("no Arm".into())),
+            ended("c", StepOutcome::Failed("?".into())),
+            ended("d", StepOutcome::Passed),
         ];
         assert_eq!(counts(&steps), "2 passed, 1 failed, 1 skipped");
     }
@@ -200,8 +201,8 @@ mod tests {
         let (unmet, met) = std::thread::scope(|scope| {
             let unmet = scope.spawn(|| board.wait_for(&["page", "compile"]));
             let met = scope.spawn(|| board.wait_for(&["compile"]));
-            push("compile", Outcome::Passed);
-            push("page", Outcome::Failed("too large".into()));
+            push("compile", StepOutcome::Passed);
+            push("page", StepOutcome::Failed("too large".into()));
             (unmet.join().expect("it ends"), met.join().expect("it ends"))
         });
         assert_eq!((unmet, met), (Some("page"), None));

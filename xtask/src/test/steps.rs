@@ -1,7 +1,7 @@
 //! The table of all steps, and what each runs.
 
 use super::binaries::{self, Binary};
-use super::changes::Change;
+use super::changes::TreeChange;
 use crate::shell::{cargo, cargo_of_bench, run};
 use crate::workspace::USUAL_CRATES;
 use crate::{chromium, goldens, hashes, nats, python, tidy, web};
@@ -28,7 +28,7 @@ const WEB: &str = "web client";
 
 /// How much of it runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Extent {
+pub enum TestExtent {
     /// What needs neither a browser nor drawing.
     Quick,
     /// What continuous integration runs.
@@ -51,30 +51,30 @@ pub enum TestLane {
 pub const LANES: [TestLane; 3] = [TestLane::Native, TestLane::Page, TestLane::Servers];
 
 /// A part of the run, with a process of its own.
-pub struct Step {
+pub struct TestStep {
     pub name: &'static str,
     pub lane: TestLane,
     /// Steps that have to pass before.
     pub needs: &'static [&'static str],
     /// The smallest extent of which it is part.
-    from: Extent,
+    from: TestExtent,
     /// Whether it runs at a lower priority, because the other lanes wait for servers and pages that answer late on a
     /// busy machine.
     pub yields: bool,
     /// Programs without which it cannot run, for the person who waits.
     programs: &'static str,
     /// Whether a change asks for it.
-    concerns: fn(&Change) -> bool,
+    concerns: fn(&TreeChange) -> bool,
     /// Runs it, on these crates only where it can be cut.
     run: fn(Option<&[String]>) -> Result<()>,
 }
 
-const STEP: Step = Step {
+const STEP: TestStep = TestStep {
     name: "",
     lane: TestLane::Native,
     needs: &[],
     yields: false,
-    from: Extent::Quick,
+    from: TestExtent::Quick,
     programs: "",
     concerns: |_| true,
     run: |_| Ok(()),
@@ -94,11 +94,11 @@ const PAGE_PATHS: [&str; 7] = [
 const FLEET_PATHS: [&str; 3] = ["server/src/fleet/", "tests/tests/fleet/", "tests/src/"];
 
 /// In the order of each lane. What takes longest comes first where nothing else decides.
-pub const STEPS: [Step; 19] = [
-    Step { name: "tidy", lane: TestLane::Servers, run: |_| tidy::tidy(), ..STEP },
-    Step { name: "format", lane: TestLane::Servers, run: |_| format(), ..STEP },
-    Step { name: COMPILE, run: |_| binaries::compile(), concerns: compiles, ..STEP },
-    Step {
+pub const STEPS: [TestStep; 19] = [
+    TestStep { name: "tidy", lane: TestLane::Servers, run: |_| tidy::tidy(), ..STEP },
+    TestStep { name: "format", lane: TestLane::Servers, run: |_| format(), ..STEP },
+    TestStep { name: COMPILE, run: |_| binaries::compile(), concerns: compiles, ..STEP },
+    TestStep {
         name: "unit tests",
         needs: &[COMPILE],
         yields: true,
@@ -106,28 +106,28 @@ pub const STEPS: [Step; 19] = [
         concerns: compiles,
         ..STEP
     },
-    Step {
+    TestStep {
         name: "clippy, native",
         needs: &[COMPILE],
         run: |_| binaries::check_warnings(),
         concerns: compiles,
         ..STEP
     },
-    Step {
+    TestStep {
         name: "documentation",
         yields: true,
         run: |_| documentation(),
         concerns: is_whole,
         ..STEP
     },
-    Step {
+    TestStep {
         name: "documentation tests",
         yields: true,
         run: |_| doc_tests(),
         concerns: is_whole,
         ..STEP
     },
-    Step {
+    TestStep {
         name: "clippy, wasm",
         // Both lock the page's target directory.
         needs: &[WEB],
@@ -135,22 +135,22 @@ pub const STEPS: [Step; 19] = [
         run: |_| clippy_wasm(),
         ..STEP
     },
-    Step {
+    TestStep {
         name: BROWSER,
         lane: TestLane::Page,
-        from: Extent::Usual,
+        from: TestExtent::Usual,
         concerns: is_of_page,
         run: |_| chromium::provide(),
         ..STEP
     },
-    Step {
+    TestStep {
         name: WEB,
         lane: TestLane::Page,
         concerns: is_of_page,
         run: |_| web::build_static(web::Profile::Small),
         ..STEP
     },
-    Step {
+    TestStep {
         name: "fleet tests",
         lane: TestLane::Servers,
         needs: &[COMPILE],
@@ -159,7 +159,7 @@ pub const STEPS: [Step; 19] = [
         run: |_| fleet_tests(),
         ..STEP
     },
-    Step {
+    TestStep {
         name: "socket tests",
         lane: TestLane::Servers,
         needs: &[COMPILE, WEB],
@@ -168,7 +168,7 @@ pub const STEPS: [Step; 19] = [
         run: socket_tests,
         ..STEP
     },
-    Step {
+    TestStep {
         name: HASHES,
         lane: TestLane::Servers,
         needs: &[COMPILE],
@@ -176,7 +176,7 @@ pub const STEPS: [Step; 19] = [
         run: |_| hashes::check(),
         ..STEP
     },
-    Step {
+    TestStep {
         name: "golden replays",
         lane: TestLane::Servers,
         needs: &[COMPILE, HASHES],
@@ -184,44 +184,44 @@ pub const STEPS: [Step; 19] = [
         concerns: plays,
         ..STEP
     },
-    Step {
+    TestStep {
         name: "browser tests",
         lane: TestLane::Page,
         needs: &[COMPILE, BROWSER, WEB],
-        from: Extent::Usual,
+        from: TestExtent::Usual,
         programs: "Chromium and Mesa, and what fleet tests need",
         concerns: is_of_page,
         run: |_| browser_tests(),
         ..STEP
     },
-    Step {
+    TestStep {
         name: "drawing and packing tests",
-        from: Extent::All,
+        from: TestExtent::All,
         programs: "Mesa's drivers",
         concerns: |change| change.touches(&["picture/"]),
         run: |_| drawing_tests(),
         ..STEP
     },
-    Step {
+    TestStep {
         name: "golden replays, other builds",
-        from: Extent::All,
+        from: TestExtent::All,
         needs: &[HASHES],
         concerns: is_whole,
         run: |_| goldens::check_builds(),
         ..STEP
     },
-    Step {
+    TestStep {
         name: "golden replays, 64-bit Arm",
-        from: Extent::All,
+        from: TestExtent::All,
         needs: &[HASHES],
         concerns: is_whole,
         programs: "an emulator of 64-bit Arm (qemu-aarch64)",
         run: |_| goldens::check_aarch64(),
         ..STEP
     },
-    Step {
+    TestStep {
         name: "bench, clippy and tests",
-        from: Extent::All,
+        from: TestExtent::All,
         concerns: is_whole,
         run: |_| bench_tests(),
         ..STEP
@@ -229,13 +229,13 @@ pub const STEPS: [Step; 19] = [
 ];
 
 /// Those of this extent that a change asks for, or all.
-pub fn chosen(extent: Extent, change: Option<&Change>) -> Vec<&'static Step> {
-    let asked = |step: &&Step| change.is_none_or(|change| (step.concerns)(change));
+pub fn chosen(extent: TestExtent, change: Option<&TreeChange>) -> Vec<&'static TestStep> {
+    let asked = |step: &&TestStep| change.is_none_or(|change| (step.concerns)(change));
     STEPS.iter().filter(|step| step.from <= extent).filter(asked).collect()
 }
 
 /// Says which programs of others the steps start, before the first does.
-pub fn say_needs(steps: &[&Step]) {
+pub fn say_needs(steps: &[&TestStep]) {
     for step in steps.iter().filter(|step| !step.programs.is_empty()) {
         println!("{} need {}; as root they are installed", step.name, step.programs);
     }
@@ -252,20 +252,20 @@ pub fn run_step(name: &str, packages: Option<&[String]>) -> Result<()> {
     }
 }
 
-fn is_whole(_: &Change) -> bool {
+fn is_whole(_: &TreeChange) -> bool {
     false
 }
 
-fn compiles(change: &Change) -> bool {
+fn compiles(change: &TreeChange) -> bool {
     !change.packages.is_empty()
 }
 
-fn plays(change: &Change) -> bool {
+fn plays(change: &TreeChange) -> bool {
     change.affects(&SIMULATION) || change.touches(&["tests/"])
 }
 
 /// The page is compiled for minutes: with `--since` only where its own files differ.
-fn is_of_page(change: &Change) -> bool {
+fn is_of_page(change: &TreeChange) -> bool {
     change.touches(&PAGE_PATHS)
 }
 
@@ -358,12 +358,12 @@ fn bench_tests() -> Result<()> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Extent, STEPS, chosen};
-    use crate::test::changes::Change;
+    use super::{STEPS, TestExtent, chosen};
+    use crate::test::changes::TreeChange;
 
-    fn names(extent: Extent, paths: &[&str], packages: &[&str]) -> Vec<&'static str> {
+    fn names(extent: TestExtent, paths: &[&str], packages: &[&str]) -> Vec<&'static str> {
         let own = |list: &[&str]| list.iter().map(|text| (*text).to_owned()).collect();
-        let change = Change { paths: own(paths), packages: own(packages) };
+        let change = TreeChange { paths: own(paths), packages: own(packages) };
         chosen(extent, Some(&change)).iter().map(|step| step.name).collect()
     }
 
@@ -380,16 +380,16 @@ mod tests {
 
     #[test]
     fn a_change_runs_what_it_can_break() {
-        let documents = names(Extent::Usual, &["docs/hosting.md"], &[]);
+        let documents = names(TestExtent::Usual, &["docs/hosting.md"], &[]);
         assert_eq!(documents, ["tidy", "format"]);
         let room = ["jostle-room", "jostle-server", "jostle-tests"];
-        let room = names(Extent::Usual, &["room/src/room.rs"], &room);
+        let room = names(TestExtent::Usual, &["room/src/room.rs"], &room);
         assert!(room.contains(&"socket tests") && room.contains(&"golden replays"), "{room:?}");
         assert!(!room.contains(&"browser tests"), "{room:?}");
-        let page = names(Extent::Usual, &["client-web/src/lib.rs"], &["jostle-client-web"]);
+        let page = names(TestExtent::Usual, &["client-web/src/lib.rs"], &["jostle-client-web"]);
         assert!(page.contains(&"browser tests"), "{page:?}");
         assert!(
-            !names(Extent::Quick, &["client-web/src/lib.rs"], &["jostle-client-web"])
+            !names(TestExtent::Quick, &["client-web/src/lib.rs"], &["jostle-client-web"])
                 .contains(&"browser tests")
         );
     }

@@ -3,7 +3,7 @@
 use super::circles::circles;
 use super::files::File;
 use super::imports::{Imports, imports};
-use super::source::{Source, crates, parse};
+use super::source::{SourceFile, crates, parse};
 use super::types::{FILES_MAX, METHODS_MAX, OFTEN, types};
 use anyhow::Result;
 use proc_macro2::Span;
@@ -55,7 +55,7 @@ const PARTS: [(&str, &[(&str, &str)]); 3] = [
 pub fn figures(files: &[File]) -> Result<String> {
     let sources = parse(files)?;
     let imports = imports(&sources, &crates(files));
-    let mut found = Found::default();
+    let mut found = FigureVisitor::default();
     for source in &sources {
         found.path.clone_from(&source.path);
         source.items.iter().for_each(|item| found.visit_item(item));
@@ -102,7 +102,7 @@ fn lies_below(file: &str, other: &str) -> bool {
     file.strip_prefix(dir).is_some_and(|rest| rest.starts_with('/'))
 }
 
-fn lines(sources: &[Source]) -> String {
+fn lines(sources: &[SourceFile]) -> String {
     let mut lines: BTreeMap<&str, usize> = BTreeMap::new();
     for source in sources {
         *lines.entry(source.path.split('/').next().unwrap_or("")).or_default() += source.lines;
@@ -112,7 +112,7 @@ fn lines(sources: &[Source]) -> String {
 }
 
 /// Counts that need no syntax: tracked files, lines of tests, lines of [`PARTS`], short comments and `mod.rs`.
-fn counts(files: &[File], sources: &[Source]) -> String {
+fn counts(files: &[File], sources: &[SourceFile]) -> String {
     let rust = files.iter().filter(|file| file.path.ends_with(".rs"));
     let own = rust.filter(|file| !file.path.starts_with("bench/"));
     let all: usize = own.map(|file| file.text.as_deref().unwrap_or("").lines().count()).sum();
@@ -156,7 +156,7 @@ fn most_imports(imports: &Imports) -> Vec<String> {
 
 /// Findings in the files read so far.
 #[derive(Default)]
-struct Found {
+struct FigureVisitor {
     /// The file that is read.
     path: String,
     functions: Vec<String>,
@@ -164,7 +164,7 @@ struct Found {
     tuples: Vec<String>,
 }
 
-impl Found {
+impl FigureVisitor {
     fn place(&self, span: Span) -> String {
         format!("{}:{}", self.path, span.start().line)
     }
@@ -188,7 +188,7 @@ fn is_tuple_of_references(argument: &FnArg) -> bool {
     tuple.elems.iter().any(|element| matches!(element, Type::Reference(_)))
 }
 
-impl<'ast> Visit<'ast> for Found {
+impl<'ast> Visit<'ast> for FigureVisitor {
     fn visit_item_fn(&mut self, function: &'ast ItemFn) {
         self.function(&function.sig, &function.block);
         visit::visit_item_fn(self, function);

@@ -5,7 +5,7 @@
 //! `pub use` there brings the name from elsewhere; that `pub use` is an import of the parent's.
 //! Tests, visibilities, attributes and documentation import nothing.
 
-use super::source::{Crate, Source};
+use super::source::{Crate, SourceFile};
 use proc_macro2::{Group, TokenStream, TokenTree};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -16,8 +16,8 @@ type ModulePath = Vec<String>;
 type Modules<'a> = BTreeMap<ModulePath, &'a str>;
 
 /// Finds all imports of the workspace's files among themselves.
-pub fn imports<'a>(sources: &'a [Source], crates: &[Crate]) -> Imports<'a> {
-    let module_of = |source: &Source| module_path(&source.path, crates, sources);
+pub fn imports<'a>(sources: &'a [SourceFile], crates: &[Crate]) -> Imports<'a> {
+    let module_of = |source: &SourceFile| module_path(&source.path, crates, sources);
     let modules: Modules =
         sources.iter().map(|source| (module_of(source), source.path.as_str())).collect();
     let mut imports = Imports::new();
@@ -25,7 +25,7 @@ pub fn imports<'a>(sources: &'a [Source], crates: &[Crate]) -> Imports<'a> {
         let from = &source.path;
         let aliases = BTreeMap::new();
         let mut reader =
-            Reader { modules: &modules, from, here: module_of(source), aliases, imports };
+            ImportReader { modules: &modules, from, here: module_of(source), aliases, imports };
         reader.read(source.tokens.clone(), None);
         imports = reader.imports;
     }
@@ -33,7 +33,7 @@ pub fn imports<'a>(sources: &'a [Source], crates: &[Crate]) -> Imports<'a> {
 }
 
 /// The path of a file's module. Outside of `src`, each folder counts as a crate.
-fn module_path(path: &str, crates: &[Crate], sources: &[Source]) -> ModulePath {
+fn module_path(path: &str, crates: &[Crate], sources: &[SourceFile]) -> ModulePath {
     let package = crates.iter().find(|package| path.starts_with(&package.dir));
     let dir = package.map_or("", |package| package.dir.as_str());
     let inside = path[dir.len()..].trim_end_matches(".rs");
@@ -52,7 +52,7 @@ fn module_path(path: &str, crates: &[Crate], sources: &[Source]) -> ModulePath {
 }
 
 /// Collects the imports of one file.
-struct Reader<'a, 'm> {
+struct ImportReader<'a, 'm> {
     modules: &'m Modules<'a>,
     from: &'a str,
     /// The module that is read, inline ones included.
@@ -62,7 +62,7 @@ struct Reader<'a, 'm> {
     imports: Imports<'a>,
 }
 
-impl Reader<'_, '_> {
+impl ImportReader<'_, '_> {
     /// The full path of a path as written, if it leads into this workspace.
     fn absolute(&self, written: &[String]) -> Option<ModulePath> {
         let (first, rest) = written.split_first()?;

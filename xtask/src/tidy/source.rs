@@ -13,7 +13,7 @@ const MEASURING: [&str; 2] = ["tests", "bench"];
 const TEST_FOLDERS: [&str; 2] = ["tests", "benches"];
 
 /// A parsed Rust file.
-pub struct Source {
+pub struct SourceFile {
     /// From the root, with slashes.
     pub path: String,
     /// Items that are built without tests.
@@ -33,10 +33,10 @@ pub struct Crate {
 }
 
 /// Parses the Rust files that are shipped, or used to build what is.
-pub fn parse(files: &[File]) -> Result<Vec<Source>> {
+pub fn parse(files: &[File]) -> Result<Vec<SourceFile>> {
     let rust = files.iter().filter(|file| file.path.ends_with(".rs"));
     rust.filter(|file| is_production(&file.path))
-        .map(|file| Source::parse(file).with_context(|| file.path.clone()))
+        .map(|file| SourceFile::parse(file).with_context(|| file.path.clone()))
         .collect()
 }
 
@@ -75,7 +75,7 @@ pub fn crates(files: &[File]) -> Vec<Crate> {
     crates
 }
 
-impl Source {
+impl SourceFile {
     fn parse(file: &File) -> syn::Result<Self> {
         let text = file.text.as_deref().unwrap_or("");
         let items = syn::parse_file(text)?.items;
@@ -123,13 +123,13 @@ fn inline_lines(item: &Item) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use super::{Source, crates, is_production};
+    use super::{SourceFile, crates, is_production};
     use crate::tidy::files::File;
 
     #[test]
     fn lines_of_inline_test_modules_are_not_counted() {
         let text = "//! A.\n\nfn f() {}\n\n#[cfg(test)]\nmod tests {\n    fn g() {}\n}\n";
-        let source = Source::parse(&File::text("sim/src/a.rs", text)).expect("parses");
+        let source = SourceFile::parse(&File::text("sim/src/a.rs", text)).expect("parses");
         assert_eq!((source.lines, source.items.len()), (4, 1));
     }
 

@@ -1,6 +1,6 @@
 //! Types for `cargo xtask tidy --figures`: how large they are, over how many files they spread, and which names are taken twice.
 
-use super::source::Source;
+use super::source::SourceFile;
 use std::collections::{BTreeMap, BTreeSet};
 use syn::visit::{self, Visit};
 use syn::{Ident, ImplItem, ItemEnum, ItemImpl, ItemStruct, ItemTrait, ItemUnion, Type};
@@ -24,13 +24,13 @@ pub struct Types {
 }
 
 /// Finds them. The methods of types of one name in one crate belong to the one whose file is nearest to theirs.
-pub fn types(sources: &[Source]) -> Types {
-    let mut reader = Reader::default();
+pub fn types(sources: &[SourceFile]) -> Types {
+    let mut reader = TypeVisitor::default();
     for source in sources {
         reader.path.clone_from(&source.path);
         source.items.iter().for_each(|item| reader.visit_item(item));
     }
-    let Reader { defined, methods, .. } = reader;
+    let TypeVisitor { defined, methods, .. } = reader;
     let mut of: BTreeMap<(&str, &str), (usize, BTreeSet<&str>)> = BTreeMap::new();
     for (name, path, count) in &methods {
         let Some(homes) = defined.get(name) else { continue };
@@ -64,7 +64,7 @@ fn shared_bytes(a: &str, b: &str) -> usize {
 }
 
 #[derive(Default)]
-struct Reader {
+struct TypeVisitor {
     /// The file that is read.
     path: String,
     /// The files that define a type, by its name.
@@ -73,13 +73,13 @@ struct Reader {
     methods: Vec<(String, String, usize)>,
 }
 
-impl Reader {
+impl TypeVisitor {
     fn define(&mut self, name: &Ident) {
         self.defined.entry(name.to_string()).or_default().push(self.path.clone());
     }
 }
 
-impl<'ast> Visit<'ast> for Reader {
+impl<'ast> Visit<'ast> for TypeVisitor {
     fn visit_item_struct(&mut self, item: &'ast ItemStruct) {
         self.define(&item.ident);
     }

@@ -1,7 +1,7 @@
 //! Names that the code no longer uses, since the field has words for what they stood for.
 
 use super::finding::Finding;
-use super::source::Source;
+use super::source::SourceFile;
 use proc_macro2::{TokenStream, TokenTree};
 
 /// Old names of modules, then of types and the modules of the same name; and the words for them.
@@ -62,7 +62,7 @@ const WORDS: [(&str, &str); 51] = [
 const KEYWORDS: [&str; 5] = ["struct", "enum", "type", "trait", "mod"];
 
 /// Reports files and declarations with an old name.
-pub fn check(sources: &[Source]) -> Vec<Finding> {
+pub fn check(sources: &[SourceFile]) -> Vec<Finding> {
     let mut findings = Vec::new();
     for source in sources {
         let mut declared = vec![(file_stem(&source.path).to_owned(), 0)];

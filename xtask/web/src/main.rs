@@ -14,7 +14,7 @@ use std::path::PathBuf;
 
 /// Makes the page from its compiled program
 #[derive(Parser)]
-struct Arguments {
+struct WebArguments {
     /// The workspace's root
     #[arg(long, value_name = "DIR")]
     root: PathBuf,
@@ -36,7 +36,7 @@ struct Arguments {
 }
 
 fn main() -> Result<()> {
-    let arguments = Arguments::parse();
+    let arguments = WebArguments::parse();
     println!("web: bind it to JavaScript");
     bind::bind(&arguments.wasm, &arguments.bound)?;
     println!("web: gather and compress client-web/dist");
