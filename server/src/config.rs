@@ -17,7 +17,7 @@ use tracing_appender::non_blocking::ErrorCounter;
 #[derive(Clone, Debug)]
 pub struct Config {
     /// Files of the page, sorted by name.
-    pub files: &'static [assets::File],
+    pub files: &'static [assets::AssetFile],
     /// Scenes on offer, at most [`limits::SCENES_BOUND`], each name once.
     pub scenes: Vec<Scene>,
     /// How long the server waits before it gives up a peer or a room.

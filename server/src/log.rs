@@ -4,7 +4,7 @@
 //! `--state`, or the stream of a fleet in its place, and a clip are readers of it, each with a position of its own.
 //!
 //! **Its trip.** After its ticks a room's [`RoomLog`] puts the newest blocks into its [`SharedLog`], and waits for nothing. The
-//! writer's thread has each [`Reader`] of a disk read on, and its [`Sink`] write; a reader of the network is a task. A
+//! writer's thread has each [`LogReader`] of a disk read on, and its [`Sink`] write; a reader of the network is a task. A
 //! room that outlives the process is a [`SavedRoom`], from the newest file of it.
 //!
 //! **Limits.** A shared log has the length of a clip: a reader that is further behind has lost its place. What was read is
@@ -32,7 +32,7 @@ mod writer;
 pub use logs::{Logs, STATE, StreamEnd};
 pub use name::{calendar, is_name};
 pub use notes::Notes;
-pub use reader::{Next, Policy, Reader, Sink, Wants};
+pub use reader::{LogReader, NextWrite, Policy, Sink, Wants};
 pub use recording::Recording;
 pub use restore::SavedRoom;
 pub use room_log::RoomLog;

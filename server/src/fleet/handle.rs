@@ -17,7 +17,7 @@ use tracing::error;
 /// which wait until the directory tells.
 pub struct Fleet {
     start: Instant,
-    state: Mutex<State>,
+    state: Mutex<FleetState>,
     due: Notify,
     /// Counts changes of the directory.
     changed: watch::Sender<()>,
@@ -26,7 +26,7 @@ pub struct Fleet {
     secret_mark: u32,
 }
 
-struct State {
+struct FleetState {
     directory: Directory,
     /// Origins of all nodes that were heard of, whose pages may play here.
     sites: BTreeSet<String>,
@@ -34,7 +34,7 @@ struct State {
     strangers: BTreeSet<String>,
 }
 
-impl State {
+impl FleetState {
     /// Names a node with another secret in the log, once: its players would lose their seats here, and those from here theirs.
     fn compare_secret(&mut self, name: &str, node: &NodeEntry, mark: u32) {
         if node.secret_mark.is_none_or(|other| other == mark) {
@@ -60,7 +60,7 @@ impl Fleet {
             incarnation,
             secret_mark: settings.secret_mark(),
         };
-        let state = State {
+        let state = FleetState {
             directory: Directory::new(node),
             sites: BTreeSet::new(),
             strangers: BTreeSet::new(),
@@ -216,7 +216,7 @@ impl Fleet {
     }
 
     /// Ignores poisoning: what is left halfway is mended by the next change.
-    fn lock(&self) -> MutexGuard<'_, State> {
+    fn lock(&self) -> MutexGuard<'_, FleetState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

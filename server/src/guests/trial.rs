@@ -25,7 +25,7 @@ pub fn play(
     mut rest: impl FnMut(Duration),
 ) -> Result<(), SceneError> {
     let mut began = worked();
-    let mut players = Players::join(&without_waits(scene));
+    let mut players = RandomPlayers::join(&without_waits(scene));
     let (mut before, mut spent) = (worked(), Duration::ZERO);
     rest(before - began);
     for part in 0..GUEST_TRIAL_PARTS {
@@ -81,7 +81,7 @@ fn too_large(scene: &Scene) -> SceneError {
 }
 
 /// A room, and players with random keys and pointers in it.
-struct Players {
+struct RandomPlayers {
     room: Room,
     rng: Rng,
     size: Vec2,
@@ -89,9 +89,9 @@ struct Players {
     ticks: u32,
 }
 
-impl Players {
+impl RandomPlayers {
     /// As many as a trial has.
-    fn join(scene: &Arc<Scene>) -> Players {
+    fn join(scene: &Arc<Scene>) -> RandomPlayers {
         let mut room = Room::new("trial", Arc::clone(scene), SEED);
         let wanted = scene.players_max.min(GUEST_TRIAL_PLAYERS);
         let appearance = Appearance { name: "Player".into(), color: 0 };
@@ -100,7 +100,7 @@ impl Players {
         for &(seat, _) in &held {
             drop(room.subscribe_view(seat, Rate::Full));
         }
-        Players { room, rng: Rng::new(SEED, 0), size: scene.size, held, ticks: 0 }
+        RandomPlayers { room, rng: Rng::new(SEED, 0), size: scene.size, held, ticks: 0 }
     }
 
     /// Plays a tick with the inputs of all.

@@ -73,14 +73,14 @@ impl Admission {
     }
 
     /// The held seats of a room, with their addresses.
-    pub fn held(&self, room: &Room) -> Held {
+    pub fn held(&self, room: &Room) -> HeldSeats {
         let mut count_by_address = BTreeMap::new();
         let seats = room.held().into_iter().map(|seat| (seat, self.address(seat)));
         let seats: Vec<_> = seats.collect();
         for &(_, address) in &seats {
             *count_by_address.entry(address).or_default() += 1;
         }
-        Held { seats, count_by_address, share: share(room) }
+        HeldSeats { seats, count_by_address, share: share(room) }
     }
 
     /// The connected seat that a newcomer of this address may have in a full room where none is held. A network with more
@@ -145,7 +145,7 @@ fn share(room: &Room) -> usize {
 /// The held seats of a room, valid until a player joins, leaves or is lost. Counted once for all
 /// joins that a full room refuses in a tick.
 #[derive(Debug)]
-pub struct Held {
+pub struct HeldSeats {
     /// The longest-lost comes first.
     seats: Vec<(Seat, Option<IpAddr>)>,
     count_by_address: BTreeMap<Option<IpAddr>, usize>,
@@ -153,7 +153,7 @@ pub struct Held {
     share: usize,
 }
 
-impl Held {
+impl HeldSeats {
     /// The held seat that a newcomer of this address may have in a full room: the longest-lost of the own
     /// address, and else of one that holds more than its share. So no newcomer takes a seat from an address
     /// that holds few, and a client that joins and vanishes again and again only uses up seats of its own address.

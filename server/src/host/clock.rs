@@ -5,7 +5,7 @@ use crate::host::thread_time;
 use std::time::{Duration, Instant};
 
 /// Where a room's thread takes the time from, and how it waits.
-pub trait Clock {
+pub trait TickClock {
     /// The time now. Never goes back.
     fn now(&self) -> Instant;
 
@@ -29,7 +29,7 @@ impl SystemClock {
     }
 }
 
-impl Clock for SystemClock {
+impl TickClock for SystemClock {
     fn now(&self) -> Instant {
         Instant::now()
     }

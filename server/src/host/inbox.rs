@@ -8,24 +8,24 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Creates a queue in which at most `max` messages wait.
 pub fn inbox<T>(max: usize) -> (InboxSender<T>, Inbox<T>) {
-    let queue = Queue { waiting: VecDeque::new(), is_open: true };
+    let queue = InboxQueue { waiting: VecDeque::new(), is_open: true };
     let shared = Arc::new(Mutex::new(queue));
     let sender = InboxSender { shared: Arc::clone(&shared), max };
     (sender, Inbox { shared, taken: VecDeque::new() })
 }
 
 pub struct InboxSender<T> {
-    shared: Arc<Mutex<Queue<T>>>,
+    shared: Arc<Mutex<InboxQueue<T>>>,
     max: usize,
 }
 
 pub struct Inbox<T> {
-    shared: Arc<Mutex<Queue<T>>>,
+    shared: Arc<Mutex<InboxQueue<T>>>,
     /// Messages that were taken together.
     taken: VecDeque<T>,
 }
 
-struct Queue<T> {
+struct InboxQueue<T> {
     waiting: VecDeque<T>,
     /// Whether both ends exist.
     is_open: bool,
@@ -73,7 +73,7 @@ impl<T> Drop for Inbox<T> {
 }
 
 /// Ignores poisoning: no operation here panics halfway.
-fn lock<T>(shared: &Mutex<Queue<T>>) -> MutexGuard<'_, Queue<T>> {
+fn lock<T>(shared: &Mutex<InboxQueue<T>>) -> MutexGuard<'_, InboxQueue<T>> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 

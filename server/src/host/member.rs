@@ -8,7 +8,7 @@ use jostle_protocol::ClientMessage;
 use std::net::IpAddr;
 
 /// One player with a socket.
-pub struct Member {
+pub struct ConnectedMember {
     pub(super) seat: Seat,
     /// Whether it may kick players and close the room.
     pub(super) host: bool,

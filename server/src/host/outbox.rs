@@ -22,7 +22,7 @@ const LATE_SNAPSHOTS_MIN: usize = 4;
 /// The queue from a room to one socket.
 #[derive(Default)]
 pub struct Outbox {
-    state: Mutex<State>,
+    state: Mutex<OutboxState>,
     waker: AtomicWaker,
     /// Sends what was queued.
     send_queue: Arc<SendQueue>,
@@ -31,7 +31,7 @@ pub struct Outbox {
 
 /// That which comes next for a socket.
 #[derive(Debug, PartialEq)]
-pub enum Next {
+pub enum NextToSend {
     /// A message to send.
     Message(Bytes),
     End(Refusal),
@@ -40,7 +40,7 @@ pub enum Next {
 }
 
 #[derive(Default)]
-struct State {
+struct OutboxState {
     control: VecDeque<Bytes>,
     snapshots: VecDeque<Bytes>,
     /// Bytes of `snapshots`, and of the newest keyframe.
@@ -151,19 +151,19 @@ impl Outbox {
     }
 
     /// Takes what comes next for the socket: the end before all else, control messages before snapshots.
-    pub fn take(&self) -> Next {
+    pub fn take(&self) -> NextToSend {
         let mut state = self.lock();
         state.permit_sending = None;
         if let Some(refusal) = state.end {
-            return Next::End(refusal);
+            return NextToSend::End(refusal);
         }
         if let Some(bytes) = state.control.pop_front() {
-            return Next::Message(bytes);
+            return NextToSend::Message(bytes);
         }
-        let Some(bytes) = state.snapshots.pop_front() else { return Next::Nothing };
+        let Some(bytes) = state.snapshots.pop_front() else { return NextToSend::Nothing };
         state.waiting_bytes -= bytes.len();
         state.permit_sending = state.permit.take();
-        Next::Message(bytes)
+        NextToSend::Message(bytes)
     }
 
     /// The reason why the session is to end.
@@ -172,7 +172,7 @@ impl Outbox {
     }
 
     /// Ignores poisoning: no operation here panics halfway.
-    fn lock(&self) -> MutexGuard<'_, State> {
+    fn lock(&self) -> MutexGuard<'_, OutboxState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -181,8 +181,8 @@ impl Sends for Outbox {
     /// If the socket does not take it at once, wakes the session to go on.
     fn send(&self) {
         let next = || match self.take() {
-            Next::Message(bytes) => Some(bytes),
-            Next::End(_) | Next::Nothing => None,
+            NextToSend::Message(bytes) => Some(bytes),
+            NextToSend::End(_) | NextToSend::Nothing => None,
         };
         if !self.writer.send_now(next) {
             self.waker.wake();

@@ -19,7 +19,7 @@ pub trait Sends: Send + Sync {
 /// The outboxes of a thread's sessions that have something to send.
 #[derive(Default)]
 pub struct SendQueue {
-    state: Mutex<State>,
+    state: Mutex<SendQueueState>,
     /// Wakes the task that sends.
     requested: Notify,
     /// Ends the thread's pause.
@@ -27,7 +27,7 @@ pub struct SendQueue {
 }
 
 #[derive(Default)]
-struct State {
+struct SendQueueState {
     filled: Vec<Arc<dyn Sends>>,
     /// Whether they are to be sent.
     is_requested: bool,
@@ -52,7 +52,7 @@ impl SendQueue {
 
     /// Lets the queue's thread pause for this long, or until there is something to send.
     pub fn pause(&self, time: Duration) {
-        let wait = |state: &mut State| !state.is_requested;
+        let wait = |state: &mut SendQueueState| !state.is_requested;
         drop(self.ends_pause.wait_timeout_while(self.lock(), time, wait));
     }
 
@@ -73,7 +73,7 @@ impl SendQueue {
     }
 
     /// Ignores poisoning: no operation here panics halfway.
-    fn lock(&self) -> MutexGuard<'_, State> {
+    fn lock(&self) -> MutexGuard<'_, SendQueueState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -8,9 +8,9 @@ mod timing;
 use crate::fleet::lease::RoomLease;
 use crate::guests::Share;
 use crate::host::admission::Admission;
-use crate::host::clock::Clock;
+use crate::host::clock::TickClock;
 use crate::host::delivery::in_turn;
-use crate::host::member::Member;
+use crate::host::member::ConnectedMember;
 use crate::host::outbox::Outbox;
 use crate::host::phase::Phase;
 use crate::host::random::random;
@@ -61,7 +61,7 @@ pub struct Ticker {
     /// The room of the process before, until it is restored.
     saved: Option<SavedRoom>,
     /// Players with a socket.
-    members: Vec<Member>,
+    members: Vec<ConnectedMember>,
     spectators: Spectators,
     admission: Admission,
     emotes: SeatRates,
@@ -77,7 +77,7 @@ pub struct Ticker {
     /// Since when the lease is over, and the room stands still.
     still_since: Option<Instant>,
     /// Why it is to end, if another node goes on with it.
-    leaving: Option<End>,
+    leaving: Option<RoomEnd>,
     moved_to: Option<Arc<str>>,
     /// The revision of the neighbours that the clients were told.
     told_neighbours: u64,
@@ -85,7 +85,7 @@ pub struct Ticker {
 
 /// The reason why a room's thread ended.
 #[derive(Debug, PartialEq, Eq)]
-enum End {
+enum RoomEnd {
     Empty,
     Closed,
     /// The scene of a guest takes too much of the server.
@@ -142,21 +142,21 @@ impl Ticker {
     }
 
     /// Plays until the room is empty or closed, or the server closes. A panic ends this room alone.
-    pub fn run(mut self, clock: &mut impl Clock) {
+    pub fn run(mut self, clock: &mut impl TickClock) {
         let code = self.info.code.clone();
         // Kept out here, it survives a panic, and the last ticks before it can still be recorded.
         let mut opened = None;
         let played = catch_unwind(AssertUnwindSafe(|| match self.open(clock) {
             Some(open) => self.play(opened.insert(open), clock),
-            None => End::TooCostly,
+            None => RoomEnd::TooCostly,
         }));
         let refusal = match &played {
             Ok(end) => {
                 info!(room = %code, reason = ?end, "room closed");
                 match end {
-                    End::Closed => Some(Refusal::RoomClosed),
-                    End::TooCostly => Some(Refusal::TooCostly),
-                    End::GivenUp => Some(Refusal::RoomFailed),
+                    RoomEnd::Closed => Some(Refusal::RoomClosed),
+                    RoomEnd::TooCostly => Some(Refusal::TooCostly),
+                    RoomEnd::GivenUp => Some(Refusal::RoomFailed),
                     _ => None,
                 }
             }
@@ -179,29 +179,29 @@ impl Ticker {
             (None, _) => {}
         }
         match played {
-            Ok(End::Parted) => {
+            Ok(RoomEnd::Parted) => {
                 self.await_leave();
                 self.move_all_sessions();
             }
-            Ok(End::Elsewhere) => self.move_all_sessions(),
+            Ok(RoomEnd::Elsewhere) => self.move_all_sessions(),
             _ => {}
         }
     }
 
     /// Ends the files of a room, which failed if `end` is `None`. The records of one that was given up are removed, and those
     /// under its name may be another room's.
-    fn end(&self, opened: Opened, end: Option<&End>) {
+    fn end(&self, opened: Opened, end: Option<&RoomEnd>) {
         let Opened { mut room, log } = opened;
         let seal = match end {
-            Some(End::Closing | End::Parted) => Seal::Keep,
-            Some(End::Elsewhere | End::GivenUp) => Seal::Leave,
-            Some(End::Empty | End::Closed | End::TooCostly) | None => Seal::Remove,
+            Some(RoomEnd::Closing | RoomEnd::Parted) => Seal::Keep,
+            Some(RoomEnd::Elsewhere | RoomEnd::GivenUp) => Seal::Leave,
+            Some(RoomEnd::Empty | RoomEnd::Closed | RoomEnd::TooCostly) | None => Seal::Remove,
         };
-        let whole = !matches!(end, Some(End::TooCostly) | None);
+        let whole = !matches!(end, Some(RoomEnd::TooCostly) | None);
         log.end(&mut room, &self.admission, whole, seal);
     }
 
-    fn play(&mut self, opened: &mut Opened, clock: &mut impl Clock) -> End {
+    fn play(&mut self, opened: &mut Opened, clock: &mut impl TickClock) -> RoomEnd {
         let Opened { room, log } = opened;
         let mut empty_since = clock.now();
         let mut schedule = Schedule::new(empty_since);
@@ -210,7 +210,7 @@ impl Ticker {
         let mut share = self.info.guest.then(|| Share::new(waits.guest_excess, waits.guest_tick));
         // Only a room with a share asks for its processor time, which is a call of the system.
         let mut spend = |now, clock: &_| {
-            share.as_mut().is_none_or(|share| share.spend(now, Clock::worked(clock)))
+            share.as_mut().is_none_or(|share| share.spend(now, TickClock::worked(clock)))
         };
         loop {
             let rests = self.rests(room, clock.now() - empty_since);
@@ -221,12 +221,12 @@ impl Ticker {
             let now = clock.now();
             // Its records were removed, and its name may be another room's.
             if self.info.given_up.is_cancelled() {
-                return End::GivenUp;
+                return RoomEnd::GivenUp;
             }
             let due = if rests { schedule.pass(now) } else { schedule.due(now) };
             missed.report(&self.info.code, schedule.missed(), now);
             if self.is_closing() {
-                return End::Closing;
+                return RoomEnd::Closing;
             }
             if due == 0 && !rests {
                 continue;
@@ -246,7 +246,7 @@ impl Ticker {
             let late = Late { raw: now.saturating_duration_since(awaited), queued };
             let mut watch = Stopwatch::start(clock.now());
             if !spend(now, clock) {
-                return End::TooCostly;
+                return RoomEnd::TooCostly;
             }
             for _ in 0..due {
                 self.empty_inboxes(room);
@@ -255,19 +255,19 @@ impl Ticker {
                 watch.lap(1, clock.now());
                 // A tick over its budget is not sent.
                 if room.game().is_over_budget() {
-                    return End::TooCostly;
+                    return RoomEnd::TooCostly;
                 }
                 self.feed(room, clock.now());
                 watch.lap(2, clock.now());
                 if !spend(now, clock) {
-                    return End::TooCostly;
+                    return RoomEnd::TooCostly;
                 }
             }
             let skipped = schedule.missed() - missed_before;
             self.host.metrics.ticks.woke(due, skipped, late, watch.laps);
             // It may have stood still in a tick.
             if self.info.given_up.is_cancelled() {
-                return End::GivenUp;
+                return RoomEnd::GivenUp;
             }
             self.publish(room);
             if !self.members.is_empty() {
@@ -277,13 +277,13 @@ impl Ticker {
             let unwatched = empty >= self.host.waits.record_empty;
             log.after_ticks(room, &self.admission, unwatched);
             if self.closed {
-                return End::Closed;
+                return RoomEnd::Closed;
             }
             let is_awaited = !self.abandoned || room.players() > 0;
             let most = self.host.waits.empty(self.info.guest, room.players());
             let is_over = !is_awaited || empty >= most;
             if self.is_left() && is_over && self.retire(room, now) {
-                return End::Empty;
+                return RoomEnd::Empty;
             }
         }
     }
@@ -460,9 +460,9 @@ impl Ticker {
                     self.closed = true;
                     let _ = answer.send(());
                 }
-                AdminCommand::Part => self.leaving = Some(End::Parted),
+                AdminCommand::Part => self.leaving = Some(RoomEnd::Parted),
                 AdminCommand::Leave(url) => {
-                    (self.leaving, self.moved_to) = (Some(End::Elsewhere), url);
+                    (self.leaving, self.moved_to) = (Some(RoomEnd::Elsewhere), url);
                 }
             }
         }

@@ -30,15 +30,15 @@ pub struct TrialQueue {
     address_max: usize,
     turn: Duration,
     turn_max: Duration,
-    state: Mutex<State>,
+    state: Mutex<TrialQueueState>,
     /// Notified when a trial comes, begins, passes its turn on or ends.
     changed: Condvar,
 }
 
 #[derive(Debug, Default)]
-struct State {
+struct TrialQueueState {
     /// Those that wait or are at work, in the order in which they came.
-    trials: Vec<Trial>,
+    trials: Vec<QueuedTrial>,
     /// Number of the newest.
     number: u64,
     /// When each network last began a turn, the narrowest first.
@@ -46,7 +46,7 @@ struct State {
 }
 
 #[derive(Debug)]
-struct Trial {
+struct QueuedTrial {
     number: u64,
     networks: [IpAddr; LEVELS],
     /// When its turn began; `None` while it waits.
@@ -55,7 +55,7 @@ struct Trial {
 
 /// A place in the queue, until it is dropped.
 #[derive(Debug)]
-pub struct Place {
+pub struct QueuePlace {
     queue: Arc<TrialQueue>,
     number: u64,
 }
@@ -83,7 +83,7 @@ impl TrialQueue {
         self: &Arc<Self>,
         address: IpAddr,
         name: &str,
-        work: impl FnOnce(&Place) -> T + Send + 'static,
+        work: impl FnOnce(&QueuePlace) -> T + Send + 'static,
     ) -> io::Result<Option<T>> {
         let Some(place) = self.enter(address) else { return Ok(None) };
         let (sender, done) = oneshot::channel();
@@ -97,7 +97,7 @@ impl TrialQueue {
         done.await.map_err(|_| io::Error::other("the work of a trial panicked"))
     }
 
-    fn enter(self: &Arc<Self>, address: IpAddr) -> Option<Place> {
+    fn enter(self: &Arc<Self>, address: IpAddr) -> Option<QueuePlace> {
         let mut state = self.lock();
         let networks = networks(address);
         let held = (0..LEVELS).map(|level| state.held(level, networks[level]));
@@ -109,26 +109,26 @@ impl TrialQueue {
         }
         state.number += 1;
         let number = state.number;
-        state.trials.push(Trial { number, networks, since: None });
+        state.trials.push(QueuedTrial { number, networks, since: None });
         self.changed.notify_all();
-        Some(Place { queue: Arc::clone(self), number })
+        Some(QueuePlace { queue: Arc::clone(self), number })
     }
 
-    fn lock(&self) -> MutexGuard<'_, State> {
+    fn lock(&self) -> MutexGuard<'_, TrialQueueState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl State {
+impl TrialQueueState {
     fn held(&self, level: usize, network: IpAddr) -> usize {
         self.trials.iter().filter(|trial| trial.networks[level] == network).count()
     }
 
-    fn waiting(&self) -> impl Iterator<Item = &Trial> {
+    fn waiting(&self) -> impl Iterator<Item = &QueuedTrial> {
         self.trials.iter().filter(|trial| trial.since.is_none())
     }
 
-    fn trial(&mut self, number: u64) -> Option<&mut Trial> {
+    fn trial(&mut self, number: u64) -> Option<&mut QueuedTrial> {
         self.trials.iter_mut().find(|trial| trial.number == number)
     }
 
@@ -140,7 +140,7 @@ impl State {
 
     /// The trial that begins next.
     fn next(&self) -> Option<u64> {
-        let order = |trial: &&Trial| (self.turns(trial.networks), trial.number);
+        let order = |trial: &&QueuedTrial| (self.turns(trial.networks), trial.number);
         self.waiting().min_by_key(order).map(|trial| trial.number)
     }
 
@@ -184,7 +184,7 @@ impl State {
     }
 }
 
-impl Place {
+impl QueuePlace {
     /// Waits for its turn; `false` if the place was lost to another network.
     fn wait(&self) -> bool {
         let mut state = self.queue.lock();
@@ -231,7 +231,7 @@ impl Place {
     }
 }
 
-impl Drop for Place {
+impl Drop for QueuePlace {
     fn drop(&mut self) {
         let mut state = self.queue.lock();
         state.trials.retain(|trial| trial.number != self.number);
@@ -254,13 +254,13 @@ mod tests {
     }
 
     /// The trials of these lines, each of an address of its own.
-    fn entered(queue: &Arc<TrialQueue>, lines: &[u8]) -> Vec<Place> {
+    fn entered(queue: &Arc<TrialQueue>, lines: &[u8]) -> Vec<QueuePlace> {
         let address = |(at, &line): (usize, &u8)| IpAddr::from([198, 51, line, at as u8]);
         lines.iter().enumerate().filter_map(|entry| queue.enter(address(entry))).collect()
     }
 
     /// Plays all trials, each in one turn; returns their order.
-    fn played(queue: &Arc<TrialQueue>, mut places: Vec<Place>) -> Vec<u64> {
+    fn played(queue: &Arc<TrialQueue>, mut places: Vec<QueuePlace>) -> Vec<u64> {
         let mut order = Vec::new();
         let next = || queue.lock().next();
         while let Some(number) = next() {
@@ -296,7 +296,7 @@ mod tests {
         let places = entered(&queue, &[1, 1, 1, 2]);
         assert!(queue.enter(line(1)).is_none(), "it has most itself");
         let newcomer = queue.enter(line(3)).expect("a place");
-        let held: Vec<_> = places.iter().map(Place::is_held).collect();
+        let held: Vec<_> = places.iter().map(QueuePlace::is_held).collect();
         assert_eq!(held, [true, true, false, true]);
         assert!(!places[2].wait(), "it learns of it");
         drop((places, newcomer));
@@ -316,14 +316,15 @@ mod tests {
         let (ends, end) = mpsc::channel::<()>();
         let stuck = Arc::clone(&queue);
         let stuck = tokio::spawn(async move {
-            let work = move |_: &Place| end.recv_timeout(LONG).is_ok();
+            let work = move |_: &QueuePlace| end.recv_timeout(LONG).is_ok();
             stuck.run(line(1), "stuck", work).await
         });
         while queue.lock().turns[0].is_empty() {
             tokio::task::yield_now().await;
         }
         let inner = Arc::clone(&queue);
-        let may_another = move |_: &Place| inner.lock().free_in(Instant::now(), Duration::ZERO);
+        let may_another =
+            move |_: &QueuePlace| inner.lock().free_in(Instant::now(), Duration::ZERO);
         let beside = queue.run(line(2), "beside", may_another).await;
         assert_eq!(beside.expect("no error"), Some(None), "none beside these two");
         ends.send(()).expect("it waits");

@@ -24,13 +24,13 @@ pub struct Uplink {
     /// Bytes a second of an address, and of the guests' rooms together.
     address_per_second: u32,
     guests_per_second: u32,
-    addresses: Mutex<BTreeMap<IpAddr, Arc<Mutex<Address>>>>,
+    addresses: Mutex<BTreeMap<IpAddr, Arc<Mutex<AddressBuckets>>>>,
     guests: Mutex<Guests>,
 }
 
 /// What one address is sent.
 #[derive(Debug)]
-struct Address {
+struct AddressBuckets {
     all: TokenBucket,
     /// Its part of the guests' budget, in their rooms.
     part: TokenBucket,
@@ -49,7 +49,7 @@ struct Guests {
 pub struct Allowance {
     uplink: Arc<Uplink>,
     networks: [IpAddr; LEVELS],
-    address: Arc<Mutex<Address>>,
+    address: Arc<Mutex<AddressBuckets>>,
     /// Whether it is in a room with a guest's scene.
     guest: bool,
     /// Part of a bucket that it leaves to others.
@@ -98,7 +98,7 @@ impl Uplink {
 
     /// The buckets of an address. Those of addresses without sessions are kept until they are full again: no address gets
     /// a full one by coming back.
-    fn address(&self, network: IpAddr, now: Instant) -> Arc<Mutex<Address>> {
+    fn address(&self, network: IpAddr, now: Instant) -> Arc<Mutex<AddressBuckets>> {
         let mut addresses = lock(&self.addresses);
         if addresses.len() >= TRACKED_ADDRESSES_MAX {
             addresses.retain(|_, address| {
@@ -107,7 +107,7 @@ impl Uplink {
         }
         let new = || {
             let [all, part] = [self.address_per_second, self.guests_per_second];
-            Arc::new(Mutex::new(Address { all: bucket(all, now), part: bucket(part, now) }))
+            Arc::new(Mutex::new(AddressBuckets { all: bucket(all, now), part: bucket(part, now) }))
         };
         Arc::clone(addresses.entry(network).or_insert_with(new))
     }

@@ -1,6 +1,6 @@
 //! What writes the logs of all rooms of a server.
 
-use super::reader::{Policy, Reader, Wants};
+use super::reader::{LogReader, Policy, Wants};
 use super::recording::Recording;
 use super::replay_file::ReplayFile;
 use super::restore::SavedRoom;
@@ -72,7 +72,7 @@ impl Logs {
             writer.read(reader, file);
         }
         if let Some(states) = self.states.as_ref().filter(|_| self.stream.is_none()) {
-            let reader = Reader::new(&shared, &states.policy().of_room(), STATE);
+            let reader = LogReader::new(&shared, &states.policy().of_room(), STATE);
             writer.read(reader, StateFile::new(states, code, number));
         }
         Some(shared)

@@ -97,7 +97,7 @@ impl Policy {
 
 /// What a reader has to do next.
 #[derive(Debug, PartialEq)]
-pub enum Next {
+pub enum NextWrite {
     Nothing,
     Begin(Vec<Arc<Record>>),
     Append(Vec<Arc<Record>>),
@@ -116,7 +116,7 @@ pub struct Wants {
 }
 
 /// A reader of a room's log, and its position.
-pub struct Reader {
+pub struct LogReader {
     shared: Arc<SharedLog>,
     wants: Wants,
     /// What to do about errors.
@@ -133,12 +133,21 @@ pub struct Reader {
     pub is_finished: bool,
 }
 
-impl Reader {
+impl LogReader {
     /// A reader of this log without a file.
-    pub fn new(shared: &Arc<SharedLog>, policy: &Arc<Policy>, wants: Wants) -> Reader {
+    pub fn new(shared: &Arc<SharedLog>, policy: &Arc<Policy>, wants: Wants) -> LogReader {
         let (shared, policy) = (Arc::clone(shared), Arc::clone(policy));
         let (position, begin_at, retry_at, is_finished) = (None, None, None, false);
-        Reader { shared, wants, policy, position, begin_at, first_tick: 0, retry_at, is_finished }
+        LogReader {
+            shared,
+            wants,
+            policy,
+            position,
+            begin_at,
+            first_tick: 0,
+            retry_at,
+            is_finished,
+        }
     }
 
     /// Waits until there may be something new to read.
@@ -150,10 +159,10 @@ impl Reader {
     pub fn step(&mut self, sink: &mut dyn Sink, now: Instant) -> bool {
         let next = self.next(now, sink.is_full());
         let done = match &next {
-            Next::Nothing => return false,
-            Next::Begin(records) => sink.begin(records),
-            Next::Append(records) => sink.append(records),
-            Next::Seal(seal) => sink.seal(seal),
+            NextWrite::Nothing => return false,
+            NextWrite::Begin(records) => sink.begin(records),
+            NextWrite::Append(records) => sink.append(records),
+            NextWrite::Seal(seal) => sink.seal(seal),
         };
         match done {
             Ok(()) => self.done(&next),
@@ -162,14 +171,14 @@ impl Reader {
         true
     }
 
-    /// What to do now, and then to tell [`Reader::done`] or [`Reader::give_up`].
-    pub fn next(&mut self, now: Instant, is_full: bool) -> Next {
+    /// What to do now, and then to tell [`LogReader::done`] or [`LogReader::give_up`].
+    pub fn next(&mut self, now: Instant, is_full: bool) -> NextWrite {
         let (shared, is_replay) = (Arc::clone(&self.shared), self.wants.is_replay);
         let held = shared.lock();
         let is_kept = !is_replay && held.seal == Some(Seal::Keep);
         let is_over = !is_replay && matches!(held.seal, Some(Seal::Remove | Seal::Leave));
         let position = match self.position {
-            _ if self.is_finished => return Next::Nothing,
+            _ if self.is_finished => return NextWrite::Nothing,
             _ if is_over => return self.end(&held),
             // A last file is begun whatever became of the one before.
             Some(position) if !is_kept || held.blocks.newest_keyframe() < Some(position) => {
@@ -181,7 +190,7 @@ impl Reader {
             drop(held);
             self.policy.too_slow();
             self.give_up(now);
-            return Next::Nothing;
+            return NextWrite::Nothing;
         };
         if blocks.is_empty() {
             return self.end(&held);
@@ -205,11 +214,11 @@ impl Reader {
         if !is_replay {
             blocks.retain(|block| matches!(**block, Record::Ticks(_) | Record::Host(_)));
         }
-        Next::Append(blocks)
+        NextWrite::Append(blocks)
     }
 
     /// Begins a file at a keyframe, if it may now.
-    fn next_file(&mut self, held: &Contents, is_kept: bool, now: Instant) -> Next {
+    fn next_file(&mut self, held: &Contents, is_kept: bool, now: Instant) -> NextWrite {
         let may = is_kept || self.retry_at.is_none_or(|at| now >= at);
         let is_wanted = !self.wants.is_replay
             || self.begin_at.is_some()
@@ -217,7 +226,7 @@ impl Reader {
         let begin_at = self.begin_at.filter(|_| !is_kept).or_else(|| held.blocks.newest_keyframe());
         let Some(begin_at) = begin_at.filter(|_| may && is_wanted) else { return self.end(held) };
         self.begin_at = None;
-        let Some(mut records) = held.blocks.since(begin_at) else { return Next::Nothing };
+        let Some(mut records) = held.blocks.since(begin_at) else { return NextWrite::Nothing };
         if self.wants.is_replay {
             records.truncate(1);
         }
@@ -231,24 +240,24 @@ impl Reader {
         let rest = rest.filter(|block| matches!(**block, Record::Ticks(_) | Record::Host(_)));
         records.splice(..states, [Arc::new(start)]);
         records.extend(rest);
-        Next::Begin(records)
+        NextWrite::Begin(records)
     }
 
     /// What is left to do if the room has ended.
-    fn end(&mut self, held: &Contents) -> Next {
+    fn end(&mut self, held: &Contents) -> NextWrite {
         self.is_finished = held.seal.is_some();
         match &held.seal {
-            None => Next::Nothing,
-            Some(_) if self.wants.is_replay => Next::Seal(Seal::Keep),
-            Some(Seal::Leave) => Next::Nothing,
-            Some(seal) => Next::Seal(seal.clone()),
+            None => NextWrite::Nothing,
+            Some(_) if self.wants.is_replay => NextWrite::Seal(Seal::Keep),
+            Some(Seal::Leave) => NextWrite::Nothing,
+            Some(seal) => NextWrite::Seal(seal.clone()),
         }
     }
 
     /// What was next is done.
-    pub fn done(&self, next: &Next) {
+    pub fn done(&self, next: &NextWrite) {
         // The beginning of a file may find a place where its ticks do not.
-        if let Next::Append(_) = next {
+        if let NextWrite::Append(_) = next {
             self.policy.works();
         }
     }

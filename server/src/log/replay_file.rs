@@ -1,6 +1,6 @@
 //! The replay of a room: a file in the directory of replays.
 
-use super::reader::{Reader, Sink, Wants};
+use super::reader::{LogReader, Sink, Wants};
 use super::shared::{Seal, SharedLog};
 use super::store::ReplayStore;
 use crate::limits;
@@ -29,12 +29,12 @@ struct Open {
 
 impl ReplayFile {
     /// A reader of a room's log for its replay, and where that is written.
-    pub fn of(store: &Arc<ReplayStore>, shared: &Arc<SharedLog>) -> (Reader, ReplayFile) {
+    pub fn of(store: &Arc<ReplayStore>, shared: &Arc<SharedLog>) -> (LogReader, ReplayFile) {
         let settings = store.settings();
         let (file_ticks_max, wall) = (settings.file_ticks_max, settings.wall);
         let wants = Wants { file_ticks_max, is_replay: true, wall };
         let file = ReplayFile { store: Arc::clone(store), open: None };
-        (Reader::new(shared, store.policy(), wants), file)
+        (LogReader::new(shared, store.policy(), wants), file)
     }
 
     /// Keeps a file that is no longer written, or deletes it if it has no inputs.

@@ -29,7 +29,7 @@ pub struct ReplayStore {
     /// Counters as last logged.
     logged: Mutex<[u64; 3]>,
     /// The clock by which files are old.
-    clock: Clock,
+    clock: AgeClock,
     index: Mutex<ReplayIndex>,
     readers: Arc<ConnectionLimits>,
 }
@@ -37,15 +37,15 @@ pub struct ReplayStore {
 /// The wall clock at the start of the server, advanced by a monotonic clock: when the wall clock is set
 /// forward, no replay is suddenly too old. Files stamped after it was set back would be, so the earlier of
 /// the two times counts.
-pub struct Clock {
+pub struct AgeClock {
     began: Instant,
     wall: SystemTime,
 }
 
-impl Clock {
+impl AgeClock {
     /// A clock that starts with these two times.
-    pub fn new(began: Instant, wall: SystemTime) -> Clock {
-        Clock { began, wall }
+    pub fn new(began: Instant, wall: SystemTime) -> AgeClock {
+        AgeClock { began, wall }
     }
 
     /// The time at `now`, when the wall clock reads `wall`.
@@ -85,7 +85,7 @@ impl ReplayStore {
             bytes: AtomicU64::new(0),
             policy: Policy::new(cannot, settings.retry),
             logged: Mutex::default(),
-            clock: Clock::new(Instant::now(), (settings.wall)()),
+            clock: AgeClock::new(Instant::now(), (settings.wall)()),
             settings,
             index: Mutex::default(),
             readers,

@@ -2,7 +2,7 @@ mod failures;
 mod state;
 
 use super::replay_file::ReplayFile;
-use super::store::Clock;
+use super::store::AgeClock;
 use super::writer::Readers;
 use super::*;
 use crate::host::admission::Admission;
@@ -390,7 +390,7 @@ fn a_clock_that_steps_deletes_nothing() {
     // Set for the first time, set on, and set back.
     for (first, then) in [(unset, today), (today, today + days(40)), (today, today - days(40))] {
         let dir = Dir::new("stepped");
-        let clock = Clock::new(began, first);
+        let clock = AgeClock::new(began, first);
         let store = ReplayStore::new(dir.settings());
         let look = |day| {
             store.look(clock.time(began + days(day), then + days(day))).expect("a directory");

@@ -1,6 +1,6 @@
 //! The thread that writes for all readers whose files are on a disk.
 
-use super::reader::{Reader, Sink};
+use super::reader::{LogReader, Sink};
 use super::store::ReplayStore;
 use crate::limits;
 use std::io;
@@ -11,12 +11,12 @@ use std::time::{Duration, Instant};
 
 /// The writer's thread as others see it.
 pub struct LogWriter {
-    tasks: SyncSender<Task>,
+    tasks: SyncSender<WriterTask>,
     thread: Mutex<Option<JoinHandle<()>>>,
 }
 
-enum Task {
-    Read(Reader, Box<dyn Sink>),
+enum WriterTask {
+    Read(LogReader, Box<dyn Sink>),
     /// Work that is no reader's: a clip.
     Once(Box<dyn FnOnce() + Send>),
     Close,
@@ -33,29 +33,29 @@ impl LogWriter {
 
     /// Has the thread write for a reader, until its room has ended. If the disk has stood still while hundreds of rooms came
     /// and went, there is no place for one more.
-    pub fn read(&self, reader: Reader, sink: impl Sink + 'static) {
+    pub fn read(&self, reader: LogReader, sink: impl Sink + 'static) {
         let policy = Arc::clone(&reader.policy);
-        if self.tasks.try_send(Task::Read(reader, Box::new(sink))).is_err() {
+        if self.tasks.try_send(WriterTask::Read(reader, Box::new(sink))).is_err() {
             policy.too_slow();
         }
     }
 
     /// Has the thread do something once. Returns false if it has no place for that.
     pub fn once(&self, work: impl FnOnce() + Send + 'static) -> bool {
-        self.tasks.try_send(Task::Once(Box::new(work))).is_ok()
+        self.tasks.try_send(WriterTask::Once(Box::new(work))).is_ok()
     }
 
     /// Waits until everything that is in the shares of rooms is written, and ends the thread.
     pub fn close(&self) {
         // A writer that is gone has closed already.
-        let _ = self.tasks.send(Task::Close);
+        let _ = self.tasks.send(WriterTask::Close);
         let thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner).take();
         // One that panicked has logged it.
         let _ = thread.map(JoinHandle::join);
     }
 }
 
-fn run(tasks: &Receiver<Task>, replays: Option<&ReplayStore>) {
+fn run(tasks: &Receiver<WriterTask>, replays: Option<&ReplayStore>) {
     let mut readers = Readers::default();
     let look_every = replays.map_or(Duration::MAX, |store| store.settings().look_every);
     let (mut look_at, mut sync_at) = (Some(Instant::now()), Instant::now());
@@ -71,10 +71,10 @@ fn run(tasks: &Receiver<Task>, replays: Option<&ReplayStore>) {
             sync_at = now + limits::STATE_SYNC_EVERY;
         }
         match tasks.recv_timeout(limits::LOG_READ_EVERY) {
-            Ok(Task::Read(reader, sink)) => readers.add(reader, sink),
-            Ok(Task::Once(work)) => work(),
+            Ok(WriterTask::Read(reader, sink)) => readers.add(reader, sink),
+            Ok(WriterTask::Once(work)) => work(),
             Err(RecvTimeoutError::Timeout) => {}
-            Ok(Task::Close) | Err(RecvTimeoutError::Disconnected) => break,
+            Ok(WriterTask::Close) | Err(RecvTimeoutError::Disconnected) => break,
         }
     }
     readers.step(Instant::now());
@@ -86,14 +86,14 @@ fn run(tasks: &Receiver<Task>, replays: Option<&ReplayStore>) {
 pub struct Readers(Vec<Writing>);
 
 struct Writing {
-    reader: Reader,
+    reader: LogReader,
     sink: Box<dyn Sink>,
     /// Whether something was written that is not synced.
     is_dirty: bool,
 }
 
 impl Readers {
-    pub fn add(&mut self, reader: Reader, sink: Box<dyn Sink>) {
+    pub fn add(&mut self, reader: LogReader, sink: Box<dyn Sink>) {
         self.0.push(Writing { reader, sink, is_dirty: false });
     }
 

@@ -5,7 +5,7 @@
 use super::dist;
 
 #[derive(Debug)]
-pub struct File {
+pub struct AssetFile {
     /// Path below `dist`, like `sprites/hero.png`.
     pub name: &'static str,
     /// Content hash in quotes, as in the ETag header.
@@ -18,19 +18,19 @@ include!(concat!(env!("OUT_DIR"), "/files.rs"));
 
 /// Every file of `client-web/dist`, sorted by name; none before the page was built.
 #[cfg(not(page_on_disk))]
-pub fn files() -> &'static [File] {
+pub fn files() -> &'static [AssetFile] {
     EMBEDDED
 }
 
 /// Every file of `client-web/dist` when this was first called, sorted by name; none before the page was built.
 #[cfg(page_on_disk)]
-pub fn files() -> &'static [File] {
-    static FILES: std::sync::LazyLock<Vec<File>> = std::sync::LazyLock::new(|| {
+pub fn files() -> &'static [AssetFile] {
+    static FILES: std::sync::LazyLock<Vec<AssetFile>> = std::sync::LazyLock::new(|| {
         let dir = concat!(env!("CARGO_MANIFEST_DIR"), "/../client-web/dist");
         let found = dist::files(dir.as_ref()).unwrap_or_default();
         let read = |(name, path): (String, std::path::PathBuf)| {
             let bytes: &[u8] = std::fs::read(path).ok()?.leak();
-            Some(File { name: name.leak(), etag: dist::etag(bytes).leak(), bytes })
+            Some(AssetFile { name: name.leak(), etag: dist::etag(bytes).leak(), bytes })
         };
         found.into_iter().filter_map(read).collect()
     });
@@ -42,24 +42,24 @@ pub const NOT_BUILT: &str = include_str!("not_built.html");
 
 /// Finds the file of this name among `files`, which are sorted. Names are only compared, so no name leads
 /// anywhere else.
-pub fn find(files: &'static [File], name: &str) -> Option<&'static File> {
+pub fn find(files: &'static [AssetFile], name: &str) -> Option<&'static AssetFile> {
     files.binary_search_by(|file| file.name.cmp(name)).ok().map(|index| &files[index])
 }
 
 /// The word that stands before the names of files in the addresses of this build.
-pub fn version(files: &'static [File]) -> Option<&'static str> {
+pub fn version(files: &'static [AssetFile]) -> Option<&'static str> {
     std::str::from_utf8(find(files, "version.txt")?.bytes).ok()
 }
 
 /// The address under which browsers keep a file for good, or have to ask again each time if the page has
 /// no version.
-pub fn address(files: &'static [File], file: &File) -> String {
+pub fn address(files: &'static [AssetFile], file: &AssetFile) -> String {
     let version = version(files).map_or(String::new(), |version| format!("{version}/"));
     format!("/assets/{version}{}", file.name)
 }
 
 /// Finds the brotli variant of a file, if there is one.
-pub fn find_brotli(files: &'static [File], name: &str) -> Option<&'static File> {
+pub fn find_brotli(files: &'static [AssetFile], name: &str) -> Option<&'static AssetFile> {
     find(files, &format!("{name}.br"))
 }
 

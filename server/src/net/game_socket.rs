@@ -18,13 +18,13 @@ use tungstenite::protocol::frame::coding::{CloseCode, Data, OpCode};
 use tungstenite::protocol::{self, CloseFrame, Message, WebSocket, WebSocketConfig};
 
 /// A game socket, with a limit on the bytes that the peer may send.
-pub struct Socket {
-    frames: WebSocket<Peer>,
+pub struct GameSocket {
+    frames: WebSocket<PeerStream>,
     /// Sends to the peer.
     pub writer: Arc<SocketWriter>,
 }
 
-impl Socket {
+impl GameSocket {
     /// The next message of the peer. After an error there is none.
     pub fn poll_next(&mut self, cx: &mut Context<'_>) -> Poll<tungstenite::Result<Message>> {
         self.frames.get_mut().waker.clone_from(cx.waker());
@@ -44,14 +44,14 @@ impl Socket {
 
 /// A peer as the codec of its frames sees it: bytes come from the socket, and the answers to pings and to a close, which
 /// the codec gives by itself, are queued for the writer.
-struct Peer {
+struct PeerStream {
     stream: RateLimitedStream<FromPeer>,
     /// Woken when there is more to read.
     waker: Waker,
     writer: Arc<SocketWriter>,
 }
 
-impl Read for Peer {
+impl Read for PeerStream {
     fn read(&mut self, memory: &mut [u8]) -> io::Result<usize> {
         let mut buffer = ReadBuf::new(memory);
         let mut cx = Context::from_waker(&self.waker);
@@ -62,7 +62,7 @@ impl Read for Peer {
     }
 }
 
-impl Write for Peer {
+impl Write for PeerStream {
     fn write(&mut self, frames: &[u8]) -> io::Result<usize> {
         match self.writer.queue_bytes(frames) {
             true => Ok(frames.len()),
@@ -78,7 +78,7 @@ impl Write for Peer {
 
 /// How a session ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum End {
+pub enum SocketEnd {
     /// The server ends it, and sends the reason.
     Refused(Refusal),
     /// The room is at the server with this origin, and the peer is told so.
@@ -89,14 +89,14 @@ pub enum End {
     Gone,
 }
 
-impl End {
+impl SocketEnd {
     /// The reason and the close code that the peer is sent, unless it closed the socket itself.
     pub fn refusal(&self) -> Option<(Refusal, u16)> {
         match self {
-            End::Refused(refusal) => Some((*refusal, refusal.close_code())),
-            End::Moved(_) => Some((Refusal::Moved, Refusal::Moved.close_code())),
-            End::Violated(violation) => Some((Refusal::BadMessage, *violation as u16)),
-            End::Gone => None,
+            SocketEnd::Refused(refusal) => Some((*refusal, refusal.close_code())),
+            SocketEnd::Moved(_) => Some((Refusal::Moved, Refusal::Moved.close_code())),
+            SocketEnd::Violated(violation) => Some((Refusal::BadMessage, *violation as u16)),
+            SocketEnd::Gone => None,
         }
     }
 }
@@ -119,15 +119,15 @@ pub enum Violation {
 }
 
 /// Wraps an upgraded connection; `read` holds bytes that came with the upgrade.
-pub fn accept(stream: MaybeTlsStream, read: Vec<u8>) -> Socket {
+pub fn accept(stream: MaybeTlsStream, read: Vec<u8>) -> GameSocket {
     // From here on the session itself limits how long a message may take.
     let (from_peer, to_peer) = into_directions(stream);
     let writer = Arc::new(SocketWriter::new(to_peer));
     let stream = RateLimitedStream::new(from_peer);
-    let peer = Peer { stream, waker: Waker::noop().clone(), writer: Arc::clone(&writer) };
+    let peer = PeerStream { stream, waker: Waker::noop().clone(), writer: Arc::clone(&writer) };
     let config = Some(socket_config());
     let frames = WebSocket::from_partially_read(peer, read, protocol::Role::Server, config);
-    Socket { frames, writer }
+    GameSocket { frames, writer }
 }
 
 fn socket_config() -> WebSocketConfig {
@@ -152,56 +152,56 @@ pub struct Hello {
 }
 
 /// Receives the first message of a socket.
-pub async fn receive_hello(socket: &mut Socket) -> Result<Hello, End> {
+pub async fn receive_hello(socket: &mut GameSocket) -> Result<Hello, SocketEnd> {
     loop {
         let bytes = match poll_fn(|cx| socket.poll_next(cx)).await {
             Ok(Message::Binary(bytes)) => bytes,
             Ok(Message::Ping(_) | Message::Pong(_)) => {
-                socket.answer().await.map_err(|_lost| End::Gone)?;
+                socket.answer().await.map_err(|_lost| SocketEnd::Gone)?;
                 continue;
             }
-            Ok(Message::Close(_)) => return Err(End::Gone),
+            Ok(Message::Close(_)) => return Err(SocketEnd::Gone),
             Err(error) => return Err(end_of(&error)),
-            Ok(_) => return Err(End::Violated(Violation::Text)),
+            Ok(_) => return Err(SocketEnd::Violated(Violation::Text)),
         };
         return match ClientMessage::decode(&bytes) {
             Ok(ClientMessage::Hello { version, .. }) if version != VERSION => {
-                Err(End::Refused(Refusal::Version))
+                Err(SocketEnd::Refused(Refusal::Version))
             }
             Ok(ClientMessage::Hello { appearance, token, host_key, role, .. }) => {
                 Ok(Hello { appearance, token, host_key, role })
             }
-            _ => Err(End::Refused(Refusal::BadHello)),
+            _ => Err(SocketEnd::Refused(Refusal::BadHello)),
         };
     }
 }
 
 /// Translates an error of the socket: too many bytes, a lost connection, or else a violation.
-pub fn end_of(error: &Error) -> End {
+pub fn end_of(error: &Error) -> SocketEnd {
     match error {
-        Error::Io(error) if error.kind() == SPENT => End::Refused(Refusal::Flood),
+        Error::Io(error) if error.kind() == SPENT => SocketEnd::Refused(Refusal::Flood),
         Error::Io(_)
         | Error::ConnectionClosed
         | Error::AlreadyClosed
-        | Error::Protocol(ProtocolError::ResetWithoutClosingHandshake) => End::Gone,
-        Error::Capacity(_) => End::Violated(Violation::TooLong),
-        Error::Utf8(_) => End::Violated(Violation::Content),
-        _ => End::Violated(Violation::Framing),
+        | Error::Protocol(ProtocolError::ResetWithoutClosingHandshake) => SocketEnd::Gone,
+        Error::Capacity(_) => SocketEnd::Violated(Violation::TooLong),
+        Error::Utf8(_) => SocketEnd::Violated(Violation::Content),
+        _ => SocketEnd::Violated(Violation::Framing),
     }
 }
 
 /// Sends the reason, closes, and reads on until the peer has closed too: closing a socket with unread bytes
 /// would reset it, and the peer would never see our last message.
-pub async fn close(socket: Socket, end: End) {
-    let Socket { mut frames, writer } = socket;
-    if end == End::Gone {
+pub async fn close(socket: GameSocket, end: SocketEnd) {
+    let GameSocket { mut frames, writer } = socket;
+    if end == SocketEnd::Gone {
         // Answers the peer's close frame, if that is what ended it.
         let _ = frames.flush();
     }
     let Some(mut writer) = writer.take() else { return };
     if let Some((refusal, code)) = end.refusal() {
         let last = match &end {
-            End::Moved(url) => ServerMessage::Moved { url: url.to_string() },
+            SocketEnd::Moved(url) => ServerMessage::Moved { url: url.to_string() },
             _ => ServerMessage::Refused { refusal },
         };
         let reason = CloseFrame { code: CloseCode::from(code), reason: refusal.message().into() };

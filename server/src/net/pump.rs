@@ -2,11 +2,11 @@
 //! state machine over one socket, with one timer, instead of a future for each direction and each limit.
 
 use crate::host::inbox::InboxSender;
-use crate::host::outbox::{Next, Outbox};
+use crate::host::outbox::{NextToSend, Outbox};
 use crate::host::room_handle::RoomInfo;
 use crate::limits;
 use crate::limits::token_bucket::TokenBucket;
-use crate::net::game_socket::{End, Socket, Violation, end_of};
+use crate::net::game_socket::{GameSocket, SocketEnd, Violation, end_of};
 use crate::net::pongs::Pongs;
 use bytes::Bytes;
 use jostle_protocol::{ClientMessage, Refusal};
@@ -33,7 +33,7 @@ pub struct Seated {
 /// The traffic of a session.
 pub struct Pump<'a> {
     seated: &'a Seated,
-    socket: &'a mut Socket,
+    socket: &'a mut GameSocket,
     bucket: TokenBucket,
     pongs: Pongs,
     /// When the peer was heard last.
@@ -50,7 +50,7 @@ pub struct Pump<'a> {
 
 impl<'a> Pump<'a> {
     /// The traffic of a session that begins now.
-    pub fn new(seated: &'a Seated, socket: &'a mut Socket) -> Pump<'a> {
+    pub fn new(seated: &'a Seated, socket: &'a mut GameSocket) -> Pump<'a> {
         let now = Instant::now();
         let (rate, burst) = (limits::MESSAGES_PER_SECOND_MAX, limits::MESSAGES_BURST_MAX);
         let keepalive_at = now + seated.waits.keepalive;
@@ -68,7 +68,7 @@ impl<'a> Pump<'a> {
     }
 
     /// Reads and writes all that it can; ready once one side has ended the session.
-    pub fn poll(&mut self, cx: &mut Context<'_>) -> Poll<End> {
+    pub fn poll(&mut self, cx: &mut Context<'_>) -> Poll<SocketEnd> {
         let now = Instant::now();
         if let Poll::Ready(end) = self.poll_read(cx, now) {
             return Poll::Ready(end);
@@ -79,12 +79,12 @@ impl<'a> Pump<'a> {
         self.poll_limits(cx, now)
     }
 
-    fn poll_read(&mut self, cx: &mut Context<'_>, now: Instant) -> Poll<End> {
+    fn poll_read(&mut self, cx: &mut Context<'_>, now: Instant) -> Poll<SocketEnd> {
         loop {
             let message = ready!(self.socket.poll_next(cx));
             self.heard_at = now;
             if !self.bucket.take(now.into_std()) {
-                return Poll::Ready(End::Refused(Refusal::Flood));
+                return Poll::Ready(SocketEnd::Refused(Refusal::Flood));
             }
             if let Err(end) = self.accept(message) {
                 return Poll::Ready(end);
@@ -92,30 +92,30 @@ impl<'a> Pump<'a> {
         }
     }
 
-    fn accept(&mut self, message: tungstenite::Result<Message>) -> Result<(), End> {
+    fn accept(&mut self, message: tungstenite::Result<Message>) -> Result<(), SocketEnd> {
         match message {
             Ok(Message::Binary(bytes)) => self.accept_bytes(&bytes),
             Ok(Message::Ping(_) | Message::Pong(_)) => Ok(()),
             Ok(Message::Close(frame)) => Err(self.leave(frame)),
             Err(error) => Err(end_of(&error)),
-            Ok(_) => Err(End::Violated(Violation::Text)),
+            Ok(_) => Err(SocketEnd::Violated(Violation::Text)),
         }
     }
 
-    fn accept_bytes(&mut self, bytes: &[u8]) -> Result<(), End> {
+    fn accept_bytes(&mut self, bytes: &[u8]) -> Result<(), SocketEnd> {
         match ClientMessage::decode(bytes) {
             Ok(ClientMessage::Ping { stamp }) => {
                 let tick = self.seated.info.tick.load(Ordering::Relaxed);
                 self.seated.outbox.control(self.pongs.pong(stamp, tick));
                 Ok(())
             }
-            Ok(ClientMessage::Hello { .. }) => Err(End::Violated(Violation::Order)),
+            Ok(ClientMessage::Hello { .. }) => Err(SocketEnd::Violated(Violation::Order)),
             Ok(message) => self.pass_on(Some(message)),
-            Err(_) => Err(End::Violated(Violation::Content)),
+            Err(_) => Err(SocketEnd::Violated(Violation::Content)),
         }
     }
 
-    fn pass_on(&self, message: Option<ClientMessage>) -> Result<(), End> {
+    fn pass_on(&self, message: Option<ClientMessage>) -> Result<(), SocketEnd> {
         match self.seated.inbox.try_send(message) {
             Ok(()) => Ok(()),
             // The token bucket limits floods. A full inbox means that the room's thread is stalled, which is no fault of
@@ -127,16 +127,16 @@ impl<'a> Pump<'a> {
     }
 
     /// Gives the seat up after a close with 1000; after a reload or a lost network it is held.
-    fn leave(&self, frame: Option<CloseFrame>) -> End {
+    fn leave(&self, frame: Option<CloseFrame>) -> SocketEnd {
         if frame.is_some_and(|frame| frame.code == CloseCode::Normal) {
             let _ = self.pass_on(None);
         }
-        End::Gone
+        SocketEnd::Gone
     }
 
     /// Sends what the thread's queue did not, one message after another: what waits in the outbox can still be replaced by
     /// a keyframe.
-    fn poll_write(&mut self, cx: &mut Context<'_>, now: Instant) -> Poll<End> {
+    fn poll_write(&mut self, cx: &mut Context<'_>, now: Instant) -> Poll<SocketEnd> {
         let outbox = &self.seated.outbox;
         outbox.register(cx.waker());
         // No keepalive is due while the peer takes nothing.
@@ -146,25 +146,25 @@ impl<'a> Pump<'a> {
         }
         let mut end = None;
         let sent = self.socket.writer.poll_send(cx, || match outbox.take() {
-            Next::Message(bytes) => Some(bytes),
-            Next::End(refusal) => {
-                end = Some(End::Refused(refusal));
+            NextToSend::Message(bytes) => Some(bytes),
+            NextToSend::End(refusal) => {
+                end = Some(SocketEnd::Refused(refusal));
                 None
             }
-            Next::Nothing => None,
+            NextToSend::Nothing => None,
         });
         match sent {
             Poll::Ready(Ok(())) => {
                 self.stalled_since = None;
                 end.map_or(Poll::Pending, Poll::Ready)
             }
-            Poll::Ready(Err(_lost)) => Poll::Ready(End::Gone),
+            Poll::Ready(Err(_lost)) => Poll::Ready(SocketEnd::Gone),
             Poll::Pending => self.stall(now),
         }
     }
 
     /// The peer takes nothing at the moment. Its session may end all the same.
-    fn stall(&mut self, now: Instant) -> Poll<End> {
+    fn stall(&mut self, now: Instant) -> Poll<SocketEnd> {
         if self.stalled_since.is_none() {
             self.stalled_since = Some(now);
             let limit = now + self.seated.waits.stall;
@@ -174,12 +174,12 @@ impl<'a> Pump<'a> {
             }
         }
         match self.seated.outbox.end_reason() {
-            Some(refusal) => Poll::Ready(End::Refused(refusal)),
+            Some(refusal) => Poll::Ready(SocketEnd::Refused(refusal)),
             None => Poll::Pending,
         }
     }
 
-    fn poll_limits(&mut self, cx: &mut Context<'_>, now: Instant) -> Poll<End> {
+    fn poll_limits(&mut self, cx: &mut Context<'_>, now: Instant) -> Poll<SocketEnd> {
         let waits = &self.seated.waits;
         if self.timer_is_set && now < self.timer.deadline() {
             return Poll::Pending;
@@ -189,7 +189,7 @@ impl<'a> Pump<'a> {
             let silence = self.heard_at + waits.silence;
             if silence <= now || self.stalled_since.is_some_and(|since| since + waits.stall <= now)
             {
-                return Poll::Ready(End::Refused(Refusal::Silent));
+                return Poll::Ready(SocketEnd::Refused(Refusal::Silent));
             }
             let next = self.stalled_since.map_or(self.keepalive_at, |since| since + waits.stall);
             self.timer.as_mut().reset(next.min(silence));

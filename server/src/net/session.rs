@@ -12,7 +12,7 @@ use crate::host::random::random;
 use crate::host::room_handle::{Join, RoomInfo};
 use crate::host::send_queue::SendQueue;
 use crate::limits;
-use crate::net::game_socket::{End, Hello, Socket, accept, close, receive_hello};
+use crate::net::game_socket::{GameSocket, Hello, SocketEnd, accept, close, receive_hello};
 use crate::net::maybe_tls_stream::MaybeTlsStream;
 use crate::net::pump::{Pump, Seated};
 use crate::ops::reasons;
@@ -56,31 +56,31 @@ pub async fn play(stream: MaybeTlsStream, read: Vec<u8>, caller: Caller, state: 
     let _ = timeout(limits::CLOSE_WAIT, close(socket, end)).await;
 }
 
-async fn serve(socket: &mut Socket, caller: &Caller, state: &ServerState) -> End {
+async fn serve(socket: &mut GameSocket, caller: &Caller, state: &ServerState) -> SocketEnd {
     let address = caller.address;
     let Some(_permit) = state.sessions.admit(address) else {
-        return End::Refused(Refusal::TooManySockets);
+        return SocketEnd::Refused(Refusal::TooManySockets);
     };
     if *state.host.phase.borrow() != Phase::Running {
-        return End::Refused(Refusal::Closing);
+        return SocketEnd::Refused(Refusal::Closing);
     }
     // In a fleet there may be one that this server has not heard of yet.
     if state.fleet.is_none() && !state.rooms.knows(&caller.code) {
-        return End::Refused(Refusal::NoSuchRoom);
+        return SocketEnd::Refused(Refusal::NoSuchRoom);
     }
     let mut phase = state.host.phase.clone();
     let hello = tokio::select! {
         hello = timeout(state.config.waits.hello, receive_hello(socket)) => hello,
-        _ = phase.wait_for(|phase| *phase != Phase::Running) => Ok(Err(End::Refused(Refusal::Closing))),
+        _ = phase.wait_for(|phase| *phase != Phase::Running) => Ok(Err(SocketEnd::Refused(Refusal::Closing))),
     };
     let hello = match hello {
         Ok(Ok(hello)) => hello,
         Ok(Err(end)) => return end,
-        Err(_late) => return End::Refused(Refusal::BadHello),
+        Err(_late) => return SocketEnd::Refused(Refusal::BadHello),
     };
     // A ban may have come since the upgrade.
     if state.bans.is_banned(address) {
-        return End::Refused(Refusal::Kicked);
+        return SocketEnd::Refused(Refusal::Kicked);
     }
     if let Some(fleet) = &state.fleet
         && let Err(end) = find(&caller.code, fleet, state).await
@@ -89,7 +89,7 @@ async fn serve(socket: &mut Socket, caller: &Caller, state: &ServerState) -> End
     }
     let seated = match seat(hello, socket, caller, state) {
         Ok(seated) => seated,
-        Err(refusal) => return End::Refused(refusal),
+        Err(refusal) => return SocketEnd::Refused(refusal),
     };
     // A task of its own, which is not polled at each message. It ends with the session.
     let mut follows = JoinSet::new();
@@ -101,14 +101,14 @@ async fn serve(socket: &mut Socket, caller: &Caller, state: &ServerState) -> End
     let mut pump = Pump::new(&seated, socket);
     let end = poll_fn(|cx| pump.poll(cx)).await;
     match seated.outbox.moved_to() {
-        Some(url) if end == End::Refused(Refusal::Moved) => End::Moved(url),
+        Some(url) if end == SocketEnd::Refused(Refusal::Moved) => SocketEnd::Moved(url),
         _ => end,
     }
 }
 
 /// Waits until this server plays the room, and opens a standing one somewhere if needed. An error is the end of the
 /// session: the room is at another server, or is nowhere.
-async fn find(code: &str, fleet: &Fleet, state: &ServerState) -> Result<(), End> {
+async fn find(code: &str, fleet: &Fleet, state: &ServerState) -> Result<(), SocketEnd> {
     let mut located = fleet.find(code).await;
     if let (Located::Unknown, Some(scene)) = (&located, state.rooms.scene(code)) {
         let facts = RoomFacts {
@@ -122,23 +122,23 @@ async fn find(code: &str, fleet: &Fleet, state: &ServerState) -> Result<(), End>
             Ok(located) => located,
             // Another session or node was faster.
             Err(PlaceError::Taken) => fleet.find(code).await,
-            Err(PlaceError::Full) => return Err(End::Refused(Refusal::ServerFull)),
-            Err(PlaceError::NotNow) => return Err(End::Refused(Refusal::Moving)),
+            Err(PlaceError::Full) => return Err(SocketEnd::Refused(Refusal::ServerFull)),
+            Err(PlaceError::NotNow) => return Err(SocketEnd::Refused(Refusal::Moving)),
         };
     }
     match located {
-        Located::Here if fleet.lease_left().is_zero() => Err(End::Refused(Refusal::Moving)),
+        Located::Here if fleet.lease_left().is_zero() => Err(SocketEnd::Refused(Refusal::Moving)),
         Located::Here => Ok(()),
-        Located::At(url) => Err(End::Moved(url.into())),
-        Located::Soon | Located::Lost => Err(End::Refused(Refusal::Moving)),
-        Located::Unknown => Err(End::Refused(Refusal::NoSuchRoom)),
+        Located::At(url) => Err(SocketEnd::Moved(url.into())),
+        Located::Soon | Located::Lost => Err(SocketEnd::Refused(Refusal::Moving)),
+        Located::Unknown => Err(SocketEnd::Refused(Refusal::NoSuchRoom)),
     }
 }
 
 /// Asks a room to seat the player, or to let the spectator watch.
 fn seat(
     hello: Hello,
-    socket: &Socket,
+    socket: &GameSocket,
     caller: &Caller,
     state: &ServerState,
 ) -> Result<Seated, Refusal> {

@@ -28,13 +28,13 @@ pub struct Tls(Arc<Shared>);
 struct Shared {
     /// The file of the certificates, and that of the key.
     files: [PathBuf; 2],
-    pair: RwLock<Pair>,
+    pair: RwLock<LoadedPair>,
     read_again: Notify,
 }
 
 /// Certificates and key as they were read.
 #[derive(Clone, Debug)]
-struct Pair {
+struct LoadedPair {
     config: Arc<ServerConfig>,
     /// The certificates in it.
     chain: Arc<[CertificateDer<'static>]>,
@@ -158,12 +158,12 @@ impl Tls {
         }
     }
 
-    fn pair(&self) -> Pair {
+    fn pair(&self) -> LoadedPair {
         self.0.pair.read().unwrap_or_else(PoisonError::into_inner).clone()
     }
 }
 
-fn read_pair(files: &[PathBuf; 2]) -> Result<Pair, TlsError> {
+fn read_pair(files: &[PathBuf; 2]) -> Result<LoadedPair, TlsError> {
     let [certificates, key] = files;
     // Before the files are read: a change in the meantime is seen at the next look.
     let stamps = stamps(files);
@@ -177,7 +177,7 @@ fn read_pair(files: &[PathBuf; 2]) -> Result<Pair, TlsError> {
         key: key.clone(),
         found,
     })?;
-    Ok(Pair { config: Arc::new(config), chain: kept, validity, stamps })
+    Ok(LoadedPair { config: Arc::new(config), chain: kept, validity, stamps })
 }
 
 fn stamps(files: &[PathBuf; 2]) -> Stamps {

@@ -37,7 +37,7 @@ pub struct BestRuns {
 
 /// A change that the file of a run has to follow.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Moved {
+pub enum RunFileChange {
     /// It was displaced, and is kept: its name, and when that was, seconds since 1970.
     Displaced(String, u64),
     /// One that had been displaced then is among the best again.
@@ -65,9 +65,9 @@ impl BestRuns {
     }
 
     /// Enters a run at this time, seconds since 1970, and returns what follows from that.
-    pub fn enter(&mut self, new: Record, now_s: u64) -> Vec<Moved> {
+    pub fn enter(&mut self, new: Record, now_s: u64) -> Vec<RunFileChange> {
         if self.listed.iter().chain(&self.displaced).any(|record| record.name == new.name) {
-            let again = new.displaced_s.map(|at_s| Moved::Gone(new.name, at_s));
+            let again = new.displaced_s.map(|at_s| RunFileChange::Gone(new.name, at_s));
             return again.into_iter().collect();
         }
         self.listed.push(new);
@@ -75,12 +75,12 @@ impl BestRuns {
     }
 
     /// Removes one of the best runs, if it has this name, and returns what follows from that.
-    pub fn remove(&mut self, name: &str, now_s: u64) -> Vec<Moved> {
+    pub fn remove(&mut self, name: &str, now_s: u64) -> Vec<RunFileChange> {
         self.listed.retain(|record| record.name != name);
         self.settle(now_s)
     }
 
-    fn settle(&mut self, now_s: u64) -> Vec<Moved> {
+    fn settle(&mut self, now_s: u64) -> Vec<RunFileChange> {
         let mut all = std::mem::take(&mut self.listed);
         all.append(&mut self.displaced);
         all.sort_by_key(|record| (record.run.rank(), record.unix_s));
@@ -89,11 +89,11 @@ impl BestRuns {
             let is_same = |better: &Record| better.players().eq(record.players());
             if self.listed.len() < limits::RECORDS_MAX && !self.listed.iter().any(is_same) {
                 let since_s = record.displaced_s.take();
-                moved.extend(since_s.map(|at_s| Moved::Listed(record.name.clone(), at_s)));
+                moved.extend(since_s.map(|at_s| RunFileChange::Listed(record.name.clone(), at_s)));
                 self.listed.push(record);
             } else {
                 if record.displaced_s.is_none() {
-                    moved.push(Moved::Displaced(record.name.clone(), now_s));
+                    moved.push(RunFileChange::Displaced(record.name.clone(), now_s));
                 }
                 record.displaced_s.get_or_insert(now_s);
                 self.displaced.push(record);
@@ -104,7 +104,7 @@ impl BestRuns {
     }
 
     /// Forgets displaced runs that are too old or too many.
-    fn forget(&mut self, now_s: u64) -> Vec<Moved> {
+    fn forget(&mut self, now_s: u64) -> Vec<RunFileChange> {
         let at_s = |record: &Record| record.displaced_s.unwrap_or(now_s);
         self.displaced.sort_by_key(|record| Reverse(at_s(record).saturating_sub(record.unix_s)));
         let mut kept = 0;
@@ -116,7 +116,9 @@ impl BestRuns {
         });
         self.displaced = kept;
         let gone: Vec<Record> = gone;
-        gone.into_iter().map(|record| Moved::Gone(record.name.clone(), at_s(&record))).collect()
+        gone.into_iter()
+            .map(|record| RunFileChange::Gone(record.name.clone(), at_s(&record)))
+            .collect()
     }
 }
 
@@ -139,13 +141,13 @@ mod tests {
     }
 
     /// Names of the runs that were displaced, and of those that are among the best again.
-    fn names_of(moved: &[Moved]) -> (Vec<&str>, Vec<&str>) {
+    fn names_of(moved: &[RunFileChange]) -> (Vec<&str>, Vec<&str>) {
         let (mut displaced, mut listed) = (Vec::new(), Vec::new());
         for moved in moved {
             match moved {
-                Moved::Displaced(name, _) => displaced.push(name.as_str()),
-                Moved::Listed(name, _) => listed.push(name.as_str()),
-                Moved::Gone(..) => {}
+                RunFileChange::Displaced(name, _) => displaced.push(name.as_str()),
+                RunFileChange::Listed(name, _) => listed.push(name.as_str()),
+                RunFileChange::Gone(..) => {}
             }
         }
         (displaced, listed)
@@ -157,13 +159,13 @@ mod tests {
         assert!(runs.enter(record("a", "Ann", 500, 3), 3).is_empty());
         assert!(runs.enter(record("b", "Bob", 400, 4), 4).is_empty());
         let moved = runs.enter(record("c", "Ann", 300, 5), 5);
-        assert_eq!(moved, [Moved::Displaced("a".to_owned(), 5)], "Ann was faster");
+        assert_eq!(moved, [RunFileChange::Displaced("a".to_owned(), 5)], "Ann was faster");
         assert_eq!(names(&runs), ["c", "b"]);
         assert!(!runs.takes(&record("d", "Ann", 301, 6)));
         assert!(!runs.takes(&record("b", "Bob", 400, 4)), "it is there");
         assert!(runs.enter(record("b", "Bob", 400, 7), 7).is_empty());
         assert_eq!((names(&runs), runs.rank("b"), runs.rank("a")), (vec!["c", "b"], Some(2), None));
-        assert_eq!(runs.remove("c", 8), [Moved::Listed("a".to_owned(), 5)]);
+        assert_eq!(runs.remove("c", 8), [RunFileChange::Listed("a".to_owned(), 5)]);
         assert_eq!(names(&runs), ["b", "a"]);
     }
 
@@ -195,7 +197,7 @@ mod tests {
                 record(&format!("bot-{number}"), &format!("Bot {number}"), 299 - number, 5000);
             let moved = runs.enter(bot, 5000 + u64::from(number));
             displaced += names_of(&moved).0.len();
-            gone += moved.iter().filter(|moved| matches!(moved, Moved::Gone(..))).count();
+            gone += moved.iter().filter(|moved| matches!(moved, RunFileChange::Gone(..))).count();
         }
         assert_eq!((displaced, gone), (bots as usize, bots as usize - limits::DISPLACED_MAX));
         assert!(names(&runs).iter().all(|name| name.starts_with("bot")));
@@ -214,9 +216,9 @@ mod tests {
         runs.enter(record("b", "Ann", 400, 4), 4);
         let late = 4 + limits::DISPLACED_KEPT_S;
         let moved = runs.enter(record("c", "Cid", 400, late), late);
-        assert_eq!(moved, [Moved::Gone("a".to_owned(), 4)]);
+        assert_eq!(moved, [RunFileChange::Gone("a".to_owned(), 4)]);
         // Its file may be read again after it was entered once more.
         let again = Record { displaced_s: Some(9), ..record("b", "Ann", 400, 4) };
-        assert_eq!(runs.enter(again, late), [Moved::Gone("b".to_owned(), 9)]);
+        assert_eq!(runs.enter(again, late), [RunFileChange::Gone("b".to_owned(), 9)]);
     }
 }

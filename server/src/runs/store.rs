@@ -1,12 +1,12 @@
 //! The directory of records, and the thread that plays one replay at a time.
 
-use super::best_runs::{BestRuns, Moved, Record};
+use super::best_runs::{BestRuns, Record, RunFileChange};
 use super::proof::{NoRun, prove};
 use crate::files::read_regular;
 use crate::host::thread_time;
 use crate::limits;
 use crate::limits::connection_limits::ConnectionLimits;
-use crate::limits::trial_queue::{Place, TrialQueue};
+use crate::limits::trial_queue::{QueuePlace, TrialQueue};
 use crate::log::{Readable, write_closed};
 use jostle_game::Scene;
 use jostle_room::{Measure, Run};
@@ -170,7 +170,11 @@ impl Records {
         played.await?.transpose()
     }
 
-    fn submit_here(&self, bytes: Vec<u8>, place: &Place) -> io::Result<Result<Entered, NoRun>> {
+    fn submit_here(
+        &self,
+        bytes: Vec<u8>,
+        place: &QueuePlace,
+    ) -> io::Result<Result<Entered, NoRun>> {
         let proven = prove(bytes.clone(), &self.scenes, self.most, || place.pass());
         let (scene, run) = match proven {
             Ok(proven) => proven,
@@ -218,23 +222,25 @@ impl Records {
         drop(tables);
         self.move_files(&moved);
         let back = moved.into_iter().filter_map(|moved| match moved {
-            Moved::Listed(name, _) => Some(name),
-            Moved::Displaced(..) | Moved::Gone(..) => None,
+            RunFileChange::Listed(name, _) => Some(name),
+            RunFileChange::Displaced(..) | RunFileChange::Gone(..) => None,
         });
         Ok(Some(back.collect()))
     }
 
     /// Has the files of runs follow the table.
-    fn move_files(&self, moved: &[Moved]) {
+    fn move_files(&self, moved: &[RunFileChange]) {
         for moved in moved {
             let done = match moved {
-                Moved::Displaced(name, at_s) => {
+                RunFileChange::Displaced(name, at_s) => {
                     fs::rename(self.path(name), self.displaced_path(name, *at_s))
                 }
-                Moved::Listed(name, at_s) => {
+                RunFileChange::Listed(name, at_s) => {
                     fs::rename(self.displaced_path(name, *at_s), self.path(name))
                 }
-                Moved::Gone(name, at_s) => fs::remove_file(self.displaced_path(name, *at_s)),
+                RunFileChange::Gone(name, at_s) => {
+                    fs::remove_file(self.displaced_path(name, *at_s))
+                }
             };
             if let Err(error) = done {
                 warn!(?moved, %error, "the file of a record cannot follow it");

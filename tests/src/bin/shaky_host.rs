@@ -106,8 +106,8 @@ fn waits() -> Waits {
 }
 
 /// The page's file without a build, large enough to fill every buffer on its way.
-static FILES: [assets::File; 1] =
-    [assets::File { name: "big.bin", etag: "\"big\"", bytes: &[7; 4 << 20] }];
+static FILES: [assets::AssetFile; 1] =
+    [assets::AssetFile { name: "big.bin", etag: "\"big\"", bytes: &[7; 4 << 20] }];
 
 fn config(dir: PathBuf) -> anyhow::Result<Config> {
     let retry = Duration::from_secs(1);

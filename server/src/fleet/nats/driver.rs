@@ -1,6 +1,6 @@
 //! Carries out what the directory decides, and tells it what it hears of.
 
-use super::link::Link;
+use super::link::NatsLink;
 use super::publisher::Publisher;
 use super::records::{Message, Published, RecordStream, Records, RoomRecords};
 use super::store::Store;
@@ -41,7 +41,7 @@ pub struct Driver {
 /// The driver with its connection.
 #[derive(Clone)]
 struct Connected {
-    link: Arc<Link>,
+    link: Arc<NatsLink>,
     store: Store,
     records: Records,
     fleet: Arc<Fleet>,
@@ -63,7 +63,7 @@ impl Driver {
 
     /// Takes part in the fleet by this connection, until the task is dropped.
     pub async fn run(self, context: Context) {
-        let link = Link::new(context, self.settings.clone(), Arc::clone(&self.fleet));
+        let link = NatsLink::new(context, self.settings.clone(), Arc::clone(&self.fleet));
         let (store, records) = link.open().await;
         store.warn_of_one_copy();
         let connected = Connected {

@@ -4,7 +4,7 @@
 
 use super::follower::Follower;
 use super::records::Records;
-use super::store::{Born, Kind, Store};
+use super::store::{Born, BucketKind, Store};
 use crate::fleet::directory::RETRY;
 use crate::fleet::entry::Key;
 use crate::fleet::handle::Fleet;
@@ -25,7 +25,7 @@ use tracing::warn;
 const LINK_LOOK: Duration = Duration::from_millis(50);
 
 /// The connection of a node.
-pub struct Link {
+pub struct NatsLink {
     context: Context,
     client: Client,
     statistics: Arc<Statistics>,
@@ -37,12 +37,20 @@ pub struct Link {
     failed: Notify,
 }
 
-impl Link {
+impl NatsLink {
     /// The connection of this context.
-    pub fn new(context: Context, settings: FleetSettings, fleet: Arc<Fleet>) -> Link {
+    pub fn new(context: Context, settings: FleetSettings, fleet: Arc<Fleet>) -> NatsLink {
         let client = context.client();
         let (statistics, failed) = (client.statistics(), Notify::new());
-        Link { context, client, statistics, settings, fleet, begun_at: AtomicU64::new(0), failed }
+        NatsLink {
+            context,
+            client,
+            statistics,
+            settings,
+            fleet,
+            begun_at: AtomicU64::new(0),
+            failed,
+        }
     }
 
     /// Opens the buckets and the stream, as soon as NATS lets it. They are made if they are missing.
@@ -94,8 +102,8 @@ impl Link {
                         known_born = born;
                         self.begin(connects, true);
                     }
-                    () = self.follow_bucket(store, Kind::Nodes) => {}
-                    () = self.follow_bucket(store, Kind::Rooms) => {}
+                    () = self.follow_bucket(store, BucketKind::Nodes) => {}
+                    () = self.follow_bucket(store, BucketKind::Rooms) => {}
                 }
             }
         }
@@ -128,7 +136,7 @@ impl Link {
     }
 
     /// Follows a bucket, and begins again from all that is there if its watcher ends.
-    async fn follow_bucket(&self, store: &Store, kind: Kind) {
+    async fn follow_bucket(&self, store: &Store, kind: BucketKind) {
         let mut follower = Follower::default();
         loop {
             follower.begin();
@@ -143,7 +151,7 @@ impl Link {
     async fn follow_once(
         &self,
         store: &Store,
-        kind: Kind,
+        kind: BucketKind,
         follower: &mut Follower,
     ) -> Result<(), String> {
         let mut watch = store.watch(kind).await?;
@@ -162,10 +170,10 @@ impl Link {
         Err("the watcher ended".to_owned())
     }
 
-    fn synced(&self, kind: Kind, present: &BTreeSet<Key>) {
+    fn synced(&self, kind: BucketKind, present: &BTreeSet<Key>) {
         self.fleet.tell(|directory, now| match kind {
-            Kind::Nodes => directory.synced_nodes(present, now),
-            Kind::Rooms => directory.synced_rooms(present, now),
+            BucketKind::Nodes => directory.synced_nodes(present, now),
+            BucketKind::Rooms => directory.synced_rooms(present, now),
         });
     }
 }

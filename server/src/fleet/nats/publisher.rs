@@ -1,10 +1,10 @@
 //! The stream of the rooms' records: a task for each room writes them into the stream, one after another.
 
 use super::records::{Records, Sequence};
-use super::room_task::{Outcome, RoomTask, Shared};
+use super::room_task::{RoomOutcome, RoomTask, RoomTaskContext};
 use crate::fleet::handle::Fleet;
 use crate::limits;
-use crate::log::{Policy, Reader, STATE, SharedLog};
+use crate::log::{LogReader, Policy, STATE, SharedLog};
 use std::convert::Infallible;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::runtime::Handle;
@@ -12,7 +12,7 @@ use tokio::sync::mpsc;
 
 /// Keeps the records of rooms for the other nodes.
 pub struct Publisher {
-    shared: Arc<Shared>,
+    shared: Arc<RoomTaskContext>,
     policy: Arc<Policy>,
     handle: Handle,
     /// Every task holds a sender; once all are dropped, none is left.
@@ -26,13 +26,16 @@ impl Publisher {
         let (alive, all_gone) = mpsc::channel(1);
         let cannot = "CANNOT KEEP A ROOM: another node would not know what is played from here on";
         Publisher {
-            shared: Arc::new(Shared::new(fleet.first_incarnation(), move |code, outcome| {
-                fleet.tell(|directory, now| match outcome {
-                    Outcome::Parted => directory.parted(code, now),
-                    Outcome::Ended => directory.ended(code, now),
-                    Outcome::Fenced => directory.fenced(code, now),
-                });
-            })),
+            shared: Arc::new(RoomTaskContext::new(
+                fleet.first_incarnation(),
+                move |code, outcome| {
+                    fleet.tell(|directory, now| match outcome {
+                        RoomOutcome::Parted => directory.parted(code, now),
+                        RoomOutcome::Ended => directory.ended(code, now),
+                        RoomOutcome::Fenced => directory.fenced(code, now),
+                    });
+                },
+            )),
             policy: Policy::new(cannot, limits::STATE_RETRY),
             handle,
             alive: Mutex::new(Some(alive)),
@@ -61,7 +64,7 @@ impl Publisher {
     ) -> Option<Arc<SharedLog>> {
         let alive = lock(&self.alive).clone()?;
         let shared = Arc::default();
-        let reader = Reader::new(&shared, &self.policy.of_room(), STATE);
+        let reader = LogReader::new(&shared, &self.policy.of_room(), STATE);
         let task = RoomTask::new(Arc::clone(&self.shared), records.clone(), code, epoch, last);
         self.handle.spawn(async move {
             task.run(reader).await;

@@ -3,7 +3,7 @@
 use super::records::{Message, Published, RecordStream, Sequence, Tail, payloads};
 use crate::fleet::directory::RETRY;
 use crate::limits;
-use crate::log::{Next, Reader, Seal};
+use crate::log::{LogReader, NextWrite, Seal};
 use bytes::Bytes;
 use jostle_protocol::replay::Record;
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use tracing::warn;
 
 /// News of a room for the directory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome {
+pub enum RoomOutcome {
     /// Its last record is written, for the node that goes on with it.
     Parted,
     /// It is over, and its records are gone.
@@ -23,22 +23,22 @@ pub enum Outcome {
 }
 
 /// Takes what becomes of the room of a code.
-type Report = dyn Fn(&str, Outcome) + Send + Sync;
+type Report = dyn Fn(&str, RoomOutcome) + Send + Sync;
 
 /// Shared by the tasks of all rooms.
-pub struct Shared {
+pub struct RoomTaskContext {
     /// Numbers of messages; the process begins at a random one.
     next_writer: AtomicU64,
     report: Box<Report>,
 }
 
-impl Shared {
+impl RoomTaskContext {
     /// Numbers messages from `first_writer` on, and reports what becomes of rooms.
     pub fn new(
         first_writer: u64,
-        report: impl Fn(&str, Outcome) + Send + Sync + 'static,
-    ) -> Shared {
-        Shared { next_writer: AtomicU64::new(first_writer), report: Box::new(report) }
+        report: impl Fn(&str, RoomOutcome) + Send + Sync + 'static,
+    ) -> RoomTaskContext {
+        RoomTaskContext { next_writer: AtomicU64::new(first_writer), report: Box::new(report) }
     }
 
     /// A number that no other message has.
@@ -49,7 +49,7 @@ impl Shared {
 
 /// The task of one room.
 pub struct RoomTask<S> {
-    shared: Arc<Shared>,
+    shared: Arc<RoomTaskContext>,
     stream: S,
     code: String,
     epoch: u64,
@@ -71,7 +71,7 @@ pub struct RoomTask<S> {
 impl<S: RecordStream> RoomTask<S> {
     /// The task of a room whose last message is `last`, as the node writes under this epoch of the room's entry.
     pub fn new(
-        shared: Arc<Shared>,
+        shared: Arc<RoomTaskContext>,
         stream: S,
         code: &str,
         epoch: u64,
@@ -93,10 +93,10 @@ impl<S: RecordStream> RoomTask<S> {
     }
 
     /// Writes what this reader reads, until its room has ended.
-    pub async fn run(mut self, mut reader: Reader) {
+    pub async fn run(mut self, mut reader: LogReader) {
         while !reader.is_finished {
             let next = reader.next(Instant::now().into_std(), false);
-            if next == Next::Nothing {
+            if next == NextWrite::Nothing {
                 // It may be time to try again.
                 let _ = timeout(limits::STATE_SYNC_EVERY, reader.changed()).await;
             } else if self.carry_out(&next).await {
@@ -108,19 +108,19 @@ impl<S: RecordStream> RoomTask<S> {
     }
 
     /// Does what is next. Returns whether that is done.
-    async fn carry_out(&mut self, next: &Next) -> bool {
+    async fn carry_out(&mut self, next: &NextWrite) -> bool {
         match next {
-            Next::Begin(records) => self.begin(records).await,
-            Next::Append(records) => self.append(bytes(records).into(), None).await.is_some(),
-            Next::Seal(Seal::Keep) => {
-                self.report(Outcome::Parted);
+            NextWrite::Begin(records) => self.begin(records).await,
+            NextWrite::Append(records) => self.append(bytes(records).into(), None).await.is_some(),
+            NextWrite::Seal(Seal::Keep) => {
+                self.report(RoomOutcome::Parted);
                 true
             }
-            Next::Seal(Seal::Remove) => {
+            NextWrite::Seal(Seal::Remove) => {
                 self.remove().await;
                 true
             }
-            Next::Seal(Seal::Leave) | Next::Nothing => true,
+            NextWrite::Seal(Seal::Leave) | NextWrite::Nothing => true,
         }
     }
 
@@ -205,10 +205,10 @@ impl<S: RecordStream> RoomTask<S> {
     fn is_shut_out(&mut self) {
         self.shut_out = true;
         warn!(room = %self.code, epoch = self.epoch, "records were refused: another node plays the room");
-        self.report(Outcome::Fenced);
+        self.report(RoomOutcome::Fenced);
     }
 
-    fn report(&self, outcome: Outcome) {
+    fn report(&self, outcome: RoomOutcome) {
         (self.shared.report)(&self.code, outcome);
     }
 
@@ -230,7 +230,7 @@ impl<S: RecordStream> RoomTask<S> {
         }
         // The request may arrive late: what another node has written since stays.
         self.stream.purge(&self.code, tail.sequence + 1).await?;
-        self.report(Outcome::Ended);
+        self.report(RoomOutcome::Ended);
         Ok(())
     }
 
@@ -247,7 +247,7 @@ impl<S: RecordStream> RoomTask<S> {
     }
 
     /// Gives the file up after an error.
-    fn give_up(&mut self, reader: &mut Reader) {
+    fn give_up(&mut self, reader: &mut LogReader) {
         let now = Instant::now().into_std();
         if std::mem::take(&mut self.forgotten) {
             warn!(room = %self.code, "NATS has forgotten records of a room; they are written again");

@@ -120,10 +120,10 @@ impl Store {
     }
 
     /// Follows a bucket, from all entries that there are on.
-    pub async fn watch(&self, kind: Kind) -> Result<Watch, StoreError> {
+    pub async fn watch(&self, kind: BucketKind) -> Result<Watch, StoreError> {
         let bucket = match kind {
-            Kind::Nodes => &self.nodes,
-            Kind::Rooms => &self.rooms,
+            BucketKind::Nodes => &self.nodes,
+            BucketKind::Rooms => &self.rooms,
         };
         bucket.watch_with_history(">").await.map_err(|error| error.to_string())
     }
@@ -138,19 +138,19 @@ impl Store {
 
 /// One of the two buckets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum BucketKind {
     /// That of the nodes.
     Nodes,
     /// That of the rooms.
     Rooms,
 }
 
-impl Kind {
+impl BucketKind {
     /// The name of an entry in this bucket; `None` if it is no entry of the directory.
     pub fn key(self, name: &str) -> Option<Key> {
         match self {
-            Kind::Nodes => Some(Key::Node(name.to_owned())),
-            Kind::Rooms => (name != FORMAT).then(|| Key::Room(name.to_owned())),
+            BucketKind::Nodes => Some(Key::Node(name.to_owned())),
+            BucketKind::Rooms => (name != FORMAT).then(|| Key::Room(name.to_owned())),
         }
     }
 }

@@ -1,12 +1,12 @@
 use super::*;
-use crate::host::outbox::Next;
+use crate::host::outbox::NextToSend;
 use crate::limits::uplink::Uplink;
 use jostle_game::{Event, Scene};
 use jostle_protocol::{Appearance, ServerMessage, SnapshotStream};
 
 /// Takes the waiting snapshots, and adds the ticks in which a player joined or left.
 fn listen(outbox: &Outbox, stream: &mut SnapshotStream, events: &mut Vec<u32>) {
-    while let Next::Message(bytes) = outbox.take() {
+    while let NextToSend::Message(bytes) = outbox.take() {
         let message = ServerMessage::decode(&bytes).expect("a message");
         let ServerMessage::Snapshot(coded) = message else { panic!("{message:?}") };
         let heard = stream.decode(&coded).expect("a snapshot");
@@ -38,7 +38,7 @@ fn a_keyframe_for_late_acknowledgements_waits_for_the_budget() {
             if feed.rate != Rate::Full {
                 return (tick, sent);
             }
-            while let Next::Message(_) = outbox.take() {}
+            while let NextToSend::Message(_) = outbox.take() {}
         }
         panic!("it never falls");
     };
@@ -104,7 +104,7 @@ fn of_a_crowd_that_reads_nothing_few_are_sent_particles() {
         outbox
     };
     let bytes = |outbox: &Outbox| match outbox.take() {
-        Next::Message(message) => message.len(),
+        NextToSend::Message(message) => message.len(),
         other => panic!("{other:?} instead of a keyframe"),
     };
     let alive = room.game().world().particles().len();
@@ -116,7 +116,7 @@ fn of_a_crowd_that_reads_nothing_few_are_sent_particles() {
     // It was handed to a socket, which may have sent a part of it only.
     assert!(bytes(&newcomer(&mut room, None)) < first / 2);
     // The socket asks for more: it has sent all of it.
-    assert_eq!(crowd[0].take(), Next::Nothing);
+    assert_eq!(crowd[0].take(), NextToSend::Nothing);
     assert_eq!(bytes(&newcomer(&mut room, None)), first);
     assert!(crowd[1..].iter().all(|outbox| bytes(outbox) == first));
 }

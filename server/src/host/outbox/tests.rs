@@ -2,9 +2,9 @@ use super::*;
 
 fn take(outbox: &Outbox) -> Option<Bytes> {
     match outbox.take() {
-        Next::Message(bytes) => Some(bytes),
-        Next::Nothing => None,
-        Next::End(refusal) => panic!("{refusal:?}"),
+        NextToSend::Message(bytes) => Some(bytes),
+        NextToSend::Nothing => None,
+        NextToSend::End(refusal) => panic!("{refusal:?}"),
     }
 }
 
@@ -76,7 +76,7 @@ fn the_first_reason_to_end_counts_and_nothing_more_is_queued() {
     assert_eq!(outbox.snapshot(&bytes(1, 1)), 0);
     assert!(outbox.is_drained());
     assert_eq!(outbox.end_reason(), Some(Refusal::Flood));
-    assert_eq!(outbox.take(), Next::End(Refusal::Flood));
+    assert_eq!(outbox.take(), NextToSend::End(Refusal::Flood));
 }
 
 #[test]

@@ -1,9 +1,9 @@
 //! How sessions come into a room: as players with a seat, or as spectators.
 
 use super::Ticker;
-use crate::host::admission::Held;
+use crate::host::admission::HeldSeats;
 use crate::host::delivery::Delivery;
-use crate::host::member::Member;
+use crate::host::member::ConnectedMember;
 use crate::host::names;
 use crate::host::outbox::Outbox;
 use crate::host::room_handle::Join;
@@ -32,7 +32,7 @@ impl Ticker {
         &mut self,
         room: &mut Room,
         join: Join,
-        held: &mut Option<Held>,
+        held: &mut Option<HeldSeats>,
         now: Instant,
     ) {
         if join.role == Role::Spectator {
@@ -64,7 +64,7 @@ impl Ticker {
                 feed.welcome(room.welcome(Some(WelcomeSeat { seat, host, token })), now);
                 self.name_neighbours(&feed.outbox);
                 self.abandoned &= !host;
-                self.members.push(Member { seat, host, inbox: join.inbox, feed });
+                self.members.push(ConnectedMember { seat, host, inbox: join.inbox, feed });
             }
             Err(refusal) => join.outbox.end(refusal),
         }
@@ -102,7 +102,7 @@ impl Ticker {
         room: &mut Room,
         join: &Join,
         host: bool,
-        held: &mut Option<Held>,
+        held: &mut Option<HeldSeats>,
     ) -> Result<Welcome, Refusal> {
         let seat = |room: &mut Room| {
             let claim = join.claim.map(|signed| signed.claim);

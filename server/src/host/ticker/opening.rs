@@ -1,7 +1,7 @@
 //! Opens a room, or restores that of the process before.
 
 use super::{Opened, Ticker};
-use crate::host::clock::Clock;
+use crate::host::clock::TickClock;
 use crate::host::random::random;
 use crate::log::{RoomLog, SavedRoom};
 use jostle_room::Room;
@@ -10,7 +10,7 @@ use tracing::info;
 
 impl Ticker {
     /// Opens a new room, or that of the process before; `None` if that takes too much of the server.
-    pub(super) fn open(&mut self, clock: &impl Clock) -> Option<Opened> {
+    pub(super) fn open(&mut self, clock: &impl TickClock) -> Option<Opened> {
         let is_saved = self.saved.is_some();
         let mut room = match self.saved.take() {
             Some(saved) => self.restore(&saved, clock)?,
@@ -33,7 +33,7 @@ impl Ticker {
 
     /// The room of the process before. One that cannot be restored begins again, under the same link; that of a guest
     /// whose scene takes too much is over.
-    fn restore(&mut self, saved: &SavedRoom, clock: &impl Clock) -> Option<Room> {
+    fn restore(&mut self, saved: &SavedRoom, clock: &impl TickClock) -> Option<Room> {
         let began = clock.worked();
         let most = self.info.guest.then_some(self.host.waits.guest_excess);
         match saved.restore(|| most.is_none_or(|most| clock.worked() - began <= most)) {

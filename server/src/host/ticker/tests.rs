@@ -4,7 +4,7 @@ use crate::host::clock::SystemClock;
 use crate::host::delivery::{Delivery, ParticlePermits};
 use crate::host::inbox::{Inbox, InboxSender, inbox};
 use crate::host::neighbours::Neighbours;
-use crate::host::outbox::{Next, Outbox};
+use crate::host::outbox::{NextToSend, Outbox};
 use crate::host::room_handle::RoomHandle;
 use crate::host::rooms::Rooms;
 use crate::host::token_signer::TokenSigner;
@@ -84,11 +84,11 @@ fn join() -> (Join, InboxSender<Option<ClientMessage>>, Arc<Outbox>) {
     (join, sender, outbox)
 }
 
-fn member(seat: Seat, inbox: Inbox<Option<ClientMessage>>, outbox: Arc<Outbox>) -> Member {
+fn member(seat: Seat, inbox: Inbox<Option<ClientMessage>>, outbox: Arc<Outbox>) -> ConnectedMember {
     let uplink = Uplink::new(limits::UPLINK_MEGABITS, Instant::now());
     let allowance = uplink.open(IpAddr::from([127, 0, 0, 1]), false, false, Instant::now());
     let feed = Delivery::new(Some(seat), outbox, allowance, ParticlePermits::default(), 0);
-    Member { seat, host: false, inbox, feed }
+    ConnectedMember { seat, host: false, inbox, feed }
 }
 
 fn end_of(outbox: &Outbox) -> Refusal {
@@ -150,7 +150,7 @@ impl TestClock {
     }
 }
 
-impl Clock for TestClock {
+impl TickClock for TestClock {
     fn now(&self) -> Instant {
         self.now
     }
@@ -183,7 +183,7 @@ impl Clock for TestClock {
 }
 
 /// Plays a room to its end; returns the ticks played and the reason.
-fn play(ticker: &mut Ticker, clock: &mut TestClock) -> (u32, End) {
+fn play(ticker: &mut Ticker, clock: &mut TestClock) -> (u32, RoomEnd) {
     let mut opened = ticker.open(clock).expect("it opens");
     let end = ticker.play(&mut opened, clock);
     (opened.room.game().tick_count(), end)
@@ -194,7 +194,7 @@ fn an_empty_room_stands_still_and_ends_after_its_time() {
     let (mut ticker, _outside) = room("empty", Duration::from_secs(45));
     let mut clock = TestClock::new();
     let began = clock.now;
-    assert_eq!(play(&mut ticker, &mut clock), (60, End::Empty), "it plays for a second");
+    assert_eq!(play(&mut ticker, &mut clock), (60, RoomEnd::Empty), "it plays for a second");
     let late = clock.now - began - Duration::from_secs(45);
     assert!(late < limits::RESTING_LOOK, "late by {late:?}");
     assert!(clock.sleeps < 1000, "{} sleeps", clock.sleeps);
@@ -209,7 +209,7 @@ fn a_room_that_stands_still_goes_on_when_somebody_comes() {
     let mut clock = TestClock { comes, closes: Some((300, outside.phase)), ..TestClock::new() };
     let (ticks, end) = play(&mut ticker, &mut clock);
     // The last wakeup finds the server closing.
-    assert_eq!((ticks, end), (60 + 99, End::Closing));
+    assert_eq!((ticks, end), (60 + 99, RoomEnd::Closing));
     assert_eq!(ticker.host.metrics.ticks.missed.get(), 0);
     assert_eq!(outbox.end_reason(), None);
 }
@@ -229,7 +229,7 @@ fn a_guests_room_without_a_seat_ends_after_seconds_and_keeps_the_seats_of_lost_p
         drop(inbox);
         let mut clock = TestClock::new();
         let began = clock.now;
-        assert_eq!(play(&mut ticker, &mut clock).1, End::Empty);
+        assert_eq!(play(&mut ticker, &mut clock).1, RoomEnd::Empty);
         clock.now - began
     };
     assert!(lasts(false) - Waits::USUAL.guest_room_empty < limits::RESTING_LOOK);
@@ -249,7 +249,7 @@ fn a_room_that_stood_still_waits_for_its_players_as_long_as_any_other() {
     let renews = Some((300 * 60, lease));
     let mut clock = TestClock { now: began, renews, ..TestClock::new() };
     let (_, end) = play(&mut ticker, &mut clock);
-    assert_eq!((end_of(&outbox), end), (Refusal::Moving, End::Empty));
+    assert_eq!((end_of(&outbox), end), (Refusal::Moving, RoomEnd::Empty));
     let late = (clock.now - began).abs_diff(Duration::from_secs(300 + 45));
     assert!(late < limits::RESTING_LOOK, "off by {late:?}");
 }
@@ -268,10 +268,10 @@ fn a_guests_room_that_takes_more_than_its_share_for_long_is_closed_and_says_so()
         let end = ticker.play(&mut opened, &mut clock);
         (end, clock.sleeps, outbox)
     };
-    assert_eq!(play_guest(false, 16_000).0, End::Closing, "a room of the server's own scenes");
-    assert_eq!(play_guest(true, 2_000).0, End::Closing, "within the share");
+    assert_eq!(play_guest(false, 16_000).0, RoomEnd::Closing, "a room of the server's own scenes");
+    assert_eq!(play_guest(true, 2_000).0, RoomEnd::Closing, "within the share");
     let (end, ticks, _outbox) = play_guest(true, 16_000);
-    assert_eq!(end, End::TooCostly);
+    assert_eq!(end, RoomEnd::TooCostly);
     assert!((300..420).contains(&ticks), "closed after {ticks} ticks");
 
     let (mut ticker, outside) = room("dear", Duration::from_secs(60));
@@ -294,10 +294,10 @@ fn a_guests_room_is_closed_after_the_first_tick_that_takes_too_long() {
         play(&mut ticker, &mut TestClock { tick_cost, stall, ..TestClock::new() })
     };
     // The stall makes five ticks due at once.
-    assert_eq!(play_guest(101, 1), (1, End::TooCostly));
+    assert_eq!(play_guest(101, 1), (1, RoomEnd::TooCostly));
     // The share is asked after each of them, too: five seconds pay for some 25 wakeups.
     let (ticks, end) = play_guest(99, 1);
-    assert_eq!(end, End::TooCostly);
+    assert_eq!(end, RoomEnd::TooCostly);
     assert!((20..40).contains(&ticks), "{ticks} ticks");
 }
 
@@ -319,9 +319,9 @@ fn a_tick_over_the_budget_of_a_step_closes_a_room_before_it_is_sent() {
 
 #[test]
 fn a_room_ends_when_its_host_leaves_it_empty() {
-    let cases = [(true, false, 1, End::Empty), (false, false, 60, End::Empty)];
+    let cases = [(true, false, 1, RoomEnd::Empty), (false, false, 60, RoomEnd::Empty)];
     for (is_host, with_another, ticks, expected) in
-        cases.into_iter().chain([(true, true, 200, End::Closing)])
+        cases.into_iter().chain([(true, true, 200, RoomEnd::Closing)])
     {
         let (mut ticker, outside) = room("left", Duration::from_secs(1));
         let (mut host, inbox, _outbox) = join();
@@ -345,7 +345,7 @@ fn a_closing_server_ends_a_room_with_players() {
     let (join, _inbox, _outbox) = join();
     outside.joins.send(join).expect("a place");
     let mut clock = TestClock { closes: Some((100, outside.phase)), ..TestClock::new() };
-    assert_eq!(play(&mut ticker, &mut clock), (99, End::Closing));
+    assert_eq!(play(&mut ticker, &mut clock), (99, RoomEnd::Closing));
 }
 
 #[test]
@@ -354,7 +354,7 @@ fn a_dropped_server_ends_a_room_with_players() {
     let (join, _inbox, _outbox) = join();
     outside.joins.send(join).expect("a place");
     drop(outside.phase);
-    assert_eq!(play(&mut ticker, &mut TestClock::new()), (0, End::Closing));
+    assert_eq!(play(&mut ticker, &mut TestClock::new()), (0, RoomEnd::Closing));
 }
 
 #[test]
@@ -369,7 +369,7 @@ fn ticks_of_a_long_stall_are_missed_and_the_next_ones_are_on_time() {
     let (ticks, end) = play(&mut ticker, &mut clock);
     // The last wakeup finds the server closing, and does not play.
     let due = (clock.now - began).as_secs_f64() * 60.0 - 1.0;
-    assert_eq!((end, metrics.ticks.played.get()), (End::Closing, u64::from(ticks)));
+    assert_eq!((end, metrics.ticks.played.get()), (RoomEnd::Closing, u64::from(ticks)));
     assert_eq!(metrics.ticks.missed.get(), 120 + 1 - u64::from(limits::CATCH_UP_TICKS_MAX));
     assert_eq!(u64::from(ticks) + metrics.ticks.missed.get(), due.round() as u64);
     assert_eq!(ticks, 60 + limits::CATCH_UP_TICKS_MAX + (199 - 61));
@@ -399,7 +399,7 @@ async fn a_command_that_is_insisted_on_waits_for_a_place_in_the_queue() {
     assert_eq!(ticker.leaving, None);
     insists.await.expect("no panic");
     ticker.run_commands(&mut room);
-    assert_eq!(ticker.leaving, Some(End::Elsewhere));
+    assert_eq!(ticker.leaving, Some(RoomEnd::Elsewhere));
 }
 
 #[test]
@@ -432,9 +432,9 @@ fn a_failed_room_ends_its_sessions_and_no_other_room_notices() {
 fn message(outbox: &Outbox) -> Bytes {
     loop {
         match outbox.take() {
-            Next::Message(bytes) => return bytes,
-            Next::Nothing => std::thread::sleep(Duration::from_millis(1)),
-            Next::End(refusal) => panic!("{refusal:?}"),
+            NextToSend::Message(bytes) => return bytes,
+            NextToSend::Nothing => std::thread::sleep(Duration::from_millis(1)),
+            NextToSend::End(refusal) => panic!("{refusal:?}"),
         }
     }
 }

@@ -85,7 +85,7 @@ impl Read {
         let (shared, policy) = (Arc::default(), Policy::new("CANNOT", RETRY));
         let wants = Wants { file_ticks_max: u32::MAX, is_replay, wall: SystemTime::now };
         let (mut readers, sink) = (Readers::default(), FakeSink::default());
-        readers.add(Reader::new(&shared, &policy, wants), Box::new(sink.clone()));
+        readers.add(LogReader::new(&shared, &policy, wants), Box::new(sink.clone()));
         let admission = Admission::default();
         let log =
             RoomLog::begin(&Logs::default(), Some(shared), Notes::default(), &mut room, &admission);

@@ -67,7 +67,7 @@ impl Written {
         admission: Admission,
     ) -> Written {
         let (shared, mut readers) = (Arc::default(), Readers::default());
-        let reader = Reader::new(&shared, files.policy(), STATE);
+        let reader = LogReader::new(&shared, files.policy(), STATE);
         let file = StateFile::new(&files, &info.code, info.number);
         readers.add(reader, Box::new(file));
         let mut logs = Logs::default();

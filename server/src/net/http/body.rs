@@ -16,47 +16,52 @@ use tokio::task::spawn_blocking;
 /// A body of known length, sent in frames of at most [`HTTP_FRAME_BYTES_MAX`], so that a connection which has
 /// to copy them, as TLS does, never copies more than a frame ahead of its peer.
 #[derive(Debug)]
-pub struct Body {
-    source: Source,
+pub struct ResponseBody {
+    source: BodySource,
     left: u64,
     /// The connection is idle once this was sent.
-    busy: Option<Busy>,
+    busy: Option<BusyGuard>,
     /// Counts the response until then.
     counted: Option<Permit>,
 }
 
 /// Makes a connection idle when it is dropped.
 #[derive(Debug)]
-struct Busy(Arc<Permit>);
+struct BusyGuard(Arc<Permit>);
 
-impl Drop for Busy {
+impl Drop for BusyGuard {
     fn drop(&mut self) {
         self.0.set_idle(true);
     }
 }
 
 #[derive(Debug)]
-enum Source {
+enum BodySource {
     Memory(Bytes),
     File { file: File, chunk: Box<[u8]>, _permit: Permit },
 }
 
-impl Body {
+impl ResponseBody {
     /// A body of these bytes.
-    pub fn new(bytes: Bytes) -> Body {
-        Body { left: bytes.len() as u64, source: Source::Memory(bytes), busy: None, counted: None }
+    pub fn new(bytes: Bytes) -> ResponseBody {
+        ResponseBody {
+            left: bytes.len() as u64,
+            source: BodySource::Memory(bytes),
+            busy: None,
+            counted: None,
+        }
     }
 
     /// Opens the readable part of a replay.
-    pub async fn open(readable: Readable) -> io::Result<Body> {
+    pub async fn open(readable: Readable) -> io::Result<ResponseBody> {
         let path = readable.path;
         let opened = spawn_blocking(move || open_regular(&path)).await;
         let mut file = File::from_std(opened.map_err(io::Error::other)??);
         file.set_max_buf_size(HTTP_FRAME_BYTES_MAX);
         let left = file.metadata().await?.len().min(readable.bytes);
         let chunk = vec![0; HTTP_FRAME_BYTES_MAX].into_boxed_slice();
-        let source = Source::File { file, chunk, _permit: readable.permit };
-        Ok(Body { source, left, busy: None, counted: None })
+        let source = BodySource::File { file, chunk, _permit: readable.permit };
+        Ok(ResponseBody { source, left, busy: None, counted: None })
     }
 
     /// Counts the response until it was sent.
@@ -66,11 +71,11 @@ impl Body {
 
     /// Notes that the connection is idle as soon as this was sent.
     pub fn frees(&mut self, permit: &Arc<Permit>) {
-        self.busy = Some(Busy(Arc::clone(permit)));
+        self.busy = Some(BusyGuard(Arc::clone(permit)));
     }
 }
 
-impl HttpBody for Body {
+impl HttpBody for ResponseBody {
     type Data = Bytes;
     type Error = io::Error;
 
@@ -83,8 +88,8 @@ impl HttpBody for Body {
             return Poll::Ready(None);
         }
         let bytes = match &mut self.source {
-            Source::Memory(bytes) => bytes.split_to(length),
-            Source::File { file, chunk, .. } => {
+            BodySource::Memory(bytes) => bytes.split_to(length),
+            BodySource::File { file, chunk, .. } => {
                 let mut buffer = ReadBuf::new(&mut chunk[..length]);
                 ready!(Pin::new(file).poll_read(context, &mut buffer))?;
                 Bytes::copy_from_slice(buffer.filled())
@@ -114,7 +119,7 @@ mod tests {
     #[tokio::test]
     async fn bytes_come_in_short_frames_and_in_order() {
         let bytes: Vec<u8> = (0..3 * HTTP_FRAME_BYTES_MAX + 1).map(|at| (at % 251) as u8).collect();
-        let mut body = Body::new(Bytes::from(bytes.clone()));
+        let mut body = ResponseBody::new(Bytes::from(bytes.clone()));
         let mut collected = Vec::new();
         while !body.is_end_stream() {
             let left = (bytes.len() - collected.len()) as u64;

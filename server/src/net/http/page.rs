@@ -2,7 +2,7 @@
 
 use super::response::{Answer, TEXT, accepts, not_found, respond};
 use crate::host::rooms::is_code;
-use crate::net::assets::{self, File};
+use crate::net::assets::{self, AssetFile};
 use crate::state::ServerState;
 use hyper::StatusCode;
 use hyper::body::Bytes;
@@ -39,7 +39,7 @@ fn redirect(code: &str) -> Answer {
 }
 
 /// Serves the page with this status, or says how to build it.
-pub fn page(files: &'static [File], headers: &HeaderMap, status: StatusCode) -> Answer {
+pub fn page(files: &'static [AssetFile], headers: &HeaderMap, status: StatusCode) -> Answer {
     match assets::find(files, "index.html") {
         Some(file) => served(files, headers, file, status),
         None => respond(status, assets::content_type("index.html"), assets::NOT_BUILT),
@@ -48,7 +48,7 @@ pub fn page(files: &'static [File], headers: &HeaderMap, status: StatusCode) -> 
 
 /// Serves a file of the page. Under an address with the version of this build browsers keep it for good.
 /// A document of another build gets the file of this one, as without a version.
-pub fn asset(files: &'static [File], headers: &HeaderMap, name: &str) -> Answer {
+pub fn asset(files: &'static [AssetFile], headers: &HeaderMap, name: &str) -> Answer {
     let versioned = name.split_once('/').filter(|(word, _)| word.starts_with("v-"));
     let (version, name) = versioned.map_or((None, name), |(word, name)| (Some(word), name));
     let Some(file) = assets::find(files, name) else { return not_found() };
@@ -61,9 +61,9 @@ pub fn asset(files: &'static [File], headers: &HeaderMap, name: &str) -> Answer 
 
 /// Serves a file. Browsers must revalidate it each time; the ETag makes that cheap.
 fn served(
-    files: &'static [File],
+    files: &'static [AssetFile],
     headers: &HeaderMap,
-    file: &'static File,
+    file: &'static AssetFile,
     status: StatusCode,
 ) -> Answer {
     served_from(headers, file, assets::find_brotli(files, file.name), status)
@@ -71,8 +71,8 @@ fn served(
 
 fn served_from(
     headers: &HeaderMap,
-    file: &'static File,
-    packed: Option<&'static File>,
+    file: &'static AssetFile,
+    packed: Option<&'static AssetFile>,
     status: StatusCode,
 ) -> Answer {
     let chosen = packed.filter(|_| accepts(headers, "br")).unwrap_or(file);
@@ -118,8 +118,10 @@ mod tests {
         }
     }
 
-    static PLAIN: File = File { name: "client.js", etag: "\"plain\"", bytes: b"let answer = 42;" };
-    static PACKED: File = File { name: "client.js.br", etag: "\"packed\"", bytes: b"packed" };
+    static PLAIN: AssetFile =
+        AssetFile { name: "client.js", etag: "\"plain\"", bytes: b"let answer = 42;" };
+    static PACKED: AssetFile =
+        AssetFile { name: "client.js.br", etag: "\"packed\"", bytes: b"packed" };
 
     /// Status, ETag and whether brotli is used, for a browser that sends these two headers.
     fn asked(accepts: &'static str, holds: &'static str) -> (u16, String, bool) {

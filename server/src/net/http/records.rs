@@ -1,6 +1,6 @@
 //! Records over HTTP: `POST /api/records` with a replay, the lists of the best runs, and their files.
 
-use super::body::Body;
+use super::body::ResponseBody;
 use super::read;
 use super::response::{Answer, busy, failed, json, not_found};
 use crate::limits;
@@ -105,7 +105,7 @@ pub async fn file(file: &str, address: IpAddr, state: &ServerState) -> Answer {
             return failed(StatusCode::SERVICE_UNAVAILABLE, text);
         }
     };
-    match Body::open(readable).await {
+    match ResponseBody::open(readable).await {
         Ok(body) => {
             let mut answer = Response::new(body);
             let bytes = HeaderValue::from_static("application/octet-stream");

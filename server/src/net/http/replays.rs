@@ -1,7 +1,7 @@
 //! Replays over HTTP: the list, the files, and the page that plays one. A name is only looked up in
 //! the list of replays, so no path leads out of their directory.
 
-use super::body::Body;
+use super::body::ResponseBody;
 use super::response::{Answer, failed, json, not_found};
 use crate::log::Refused;
 use crate::state::ServerState;
@@ -45,7 +45,7 @@ pub async fn file(file: &str, address: IpAddr, state: &ServerState) -> Answer {
             return failed(StatusCode::SERVICE_UNAVAILABLE, text);
         }
     };
-    match Body::open(readable).await {
+    match ResponseBody::open(readable).await {
         Ok(body) => {
             let mut answer = Response::new(body);
             let headers = answer.headers_mut();

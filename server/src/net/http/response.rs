@@ -1,6 +1,6 @@
 //! Responses of both ports.
 
-use super::body::Body;
+use super::body::ResponseBody;
 use hyper::body::Bytes;
 use hyper::header::{self, HeaderMap, HeaderValue};
 use hyper::{Request, Response, StatusCode};
@@ -19,16 +19,16 @@ const PACKING_LEVEL: u8 = 6;
 const BUSY_RETRY: HeaderValue = HeaderValue::from_static("3");
 
 /// A response of either port.
-pub type Answer = Response<Body>;
+pub type Answer = Response<ResponseBody>;
 
 /// The response that accepts a WebSocket upgrade.
 pub fn upgrading<T>(request: &Request<T>) -> tungstenite::Result<Answer> {
-    create_response_with_body(request, || Body::new(Bytes::new()))
+    create_response_with_body(request, || ResponseBody::new(Bytes::new()))
 }
 
 /// Builds a response from its parts.
 pub fn respond(status: StatusCode, content_type: &'static str, body: impl Into<Bytes>) -> Answer {
-    let mut answer = Response::new(Body::new(body.into()));
+    let mut answer = Response::new(ResponseBody::new(body.into()));
     *answer.status_mut() = status;
     answer.headers_mut().insert(header::CONTENT_TYPE, HeaderValue::from_static(content_type));
     answer

@@ -1,13 +1,14 @@
 use super::*;
 use crate::config::Config;
-use crate::net::assets::File;
+use crate::net::assets::AssetFile;
 use crate::state::Parts;
 use std::net::Ipv4Addr;
 use std::time::Duration;
 use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream, duplex};
 use tokio::time::Instant;
 
-static FILES: [File; 1] = [File { name: "big.bin", etag: "\"big\"", bytes: &[7; 1 << 20] }];
+static FILES: [AssetFile; 1] =
+    [AssetFile { name: "big.bin", etag: "\"big\"", bytes: &[7; 1 << 20] }];
 /// Less than a head, so that everything else of the answer waits for its reader.
 const PIPE_BYTES: usize = 64;
 

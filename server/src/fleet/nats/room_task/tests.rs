@@ -135,11 +135,11 @@ impl RecordStream for Stream {
 
 /// The task of a room, which runs beside the test.
 struct Room {
-    work: mpsc::UnboundedSender<Next>,
+    work: mpsc::UnboundedSender<NextWrite>,
     /// Files that were given up.
     failed: Arc<AtomicU32>,
-    outcomes: mpsc::UnboundedReceiver<Outcome>,
-    shared: Arc<Shared>,
+    outcomes: mpsc::UnboundedReceiver<RoomOutcome>,
+    shared: Arc<RoomTaskContext>,
     task: tokio::task::JoinHandle<()>,
 }
 
@@ -150,7 +150,7 @@ impl Room {
             assert_eq!(code, CODE);
             sender.send(outcome).expect("the test listens");
         };
-        let shared = Arc::new(Shared::new(FIRST_WRITER, report));
+        let shared = Arc::new(RoomTaskContext::new(FIRST_WRITER, report));
         let stream = stream.clone();
         let mut task = RoomTask::new(Arc::clone(&shared), stream, CODE, 1, TAKEN_OVER.sequence);
         let (work, mut receiver) = mpsc::unbounded_channel();
@@ -165,7 +165,7 @@ impl Room {
         Room { work, failed, outcomes, shared, task }
     }
 
-    fn does(&self, next: Next) {
+    fn does(&self, next: NextWrite) {
         self.work.send(next).expect("a task");
     }
 
@@ -175,7 +175,7 @@ impl Room {
     }
 
     /// Ends the room's thread, waits for the task, and returns what it reported.
-    async fn ends(mut self) -> Vec<Outcome> {
+    async fn ends(mut self) -> Vec<RoomOutcome> {
         drop(self.work);
         self.task.await.expect("a task without a panic");
         drop(self.shared);
@@ -198,19 +198,19 @@ async fn until(is_so: impl Fn() -> bool) {
 async fn a_message_that_was_given_up_and_arrives_late_is_its_own() {
     let stream = Stream::new();
     let room = Room::begin(&stream);
-    room.does(Next::Begin(Vec::new()));
+    room.does(NextWrite::Begin(Vec::new()));
     until(|| stream.kept().iter().any(|kept| kept.writer == FIRST_WRITER)).await;
 
     stream.cut_off();
-    room.does(Next::Append(Vec::new()));
+    room.does(NextWrite::Append(Vec::new()));
     room.gives_up().await;
     stream.comes_back(|_| {});
     let late = stream.kept().last().map(|kept| kept.writer);
     assert_eq!(late, Some(FIRST_WRITER + 1));
 
-    room.does(Next::Begin(Vec::new()));
-    room.does(Next::Seal(Seal::Keep));
-    assert_eq!(room.ends().await, [Outcome::Parted]);
+    room.does(NextWrite::Begin(Vec::new()));
+    room.does(NextWrite::Seal(Seal::Keep));
+    assert_eq!(room.ends().await, [RoomOutcome::Parted]);
     assert_eq!(stream.kept().last().map(|kept| kept.writer), Some(FIRST_WRITER + 2));
 }
 
@@ -219,14 +219,14 @@ async fn a_message_of_another_node_shuts_the_task_out() {
     let stream = Stream::new();
     let room = Room::begin(&stream);
     stream.cut_off();
-    room.does(Next::Begin(Vec::new()));
+    room.does(NextWrite::Begin(Vec::new()));
     room.gives_up().await;
     let other = Kept { sequence: 2, writer: 7, epoch: 2 };
     stream.comes_back(|state| {
         state.carry_out(Request::Write { writer: 7, epoch: 2, last: TAKEN_OVER.sequence });
     });
-    room.does(Next::Begin(Vec::new()));
-    assert_eq!(room.ends().await, [Outcome::Fenced]);
+    room.does(NextWrite::Begin(Vec::new()));
+    assert_eq!(room.ends().await, [RoomOutcome::Fenced]);
     assert_eq!(stream.kept(), [TAKEN_OVER, other]);
 }
 
@@ -234,14 +234,14 @@ async fn a_message_of_another_node_shuts_the_task_out() {
 async fn a_room_has_ended_once_its_records_are_gone() {
     let stream = Stream::new();
     let mut room = Room::begin(&stream);
-    room.does(Next::Begin(Vec::new()));
+    room.does(NextWrite::Begin(Vec::new()));
     until(|| stream.kept().len() == 1).await;
     stream.cut_off();
-    room.does(Next::Seal(Seal::Remove));
+    room.does(NextWrite::Seal(Seal::Remove));
     sleep(20 * RETRY).await;
     assert!(room.outcomes.try_recv().is_err());
     stream.comes_back(|_| {});
-    assert_eq!(room.ends().await, [Outcome::Ended]);
+    assert_eq!(room.ends().await, [RoomOutcome::Ended]);
     assert_eq!(stream.kept(), []);
 }
 
@@ -250,13 +250,13 @@ async fn a_removal_that_arrives_late_leaves_the_records_of_the_next_node() {
     let stream = Stream::new();
     let room = Room::begin(&stream);
     stream.with(|state| state.falls_silent = true);
-    room.does(Next::Seal(Seal::Remove));
+    room.does(NextWrite::Seal(Seal::Remove));
     until(|| stream.with(|state| !state.waiting.is_empty())).await;
     let other = Kept { sequence: 2, writer: 7, epoch: 2 };
     stream.comes_back(|state| {
         state.carry_out(Request::Write { writer: 7, epoch: 2, last: TAKEN_OVER.sequence });
     });
-    assert_eq!(room.ends().await, [Outcome::Fenced]);
+    assert_eq!(room.ends().await, [RoomOutcome::Fenced]);
     assert_eq!(stream.kept(), [other]);
 }
 
@@ -265,17 +265,17 @@ async fn records_that_the_stream_has_forgotten_are_written_again() {
     for forgotten in [Vec::new(), vec![TAKEN_OVER]] {
         let stream = Stream::new();
         let room = Room::begin(&stream);
-        room.does(Next::Begin(Vec::new()));
+        room.does(NextWrite::Begin(Vec::new()));
         until(|| stream.kept().len() == 1 && stream.kept()[0] != TAKEN_OVER).await;
         stream.with(|state| {
             state.sequences = forgotten.last().map_or(0, |kept| kept.sequence);
             state.kept = forgotten;
         });
-        room.does(Next::Append(Vec::new()));
+        room.does(NextWrite::Append(Vec::new()));
         room.gives_up().await;
-        room.does(Next::Begin(Vec::new()));
-        room.does(Next::Seal(Seal::Keep));
-        assert_eq!(room.ends().await, [Outcome::Parted]);
+        room.does(NextWrite::Begin(Vec::new()));
+        room.does(NextWrite::Seal(Seal::Keep));
+        assert_eq!(room.ends().await, [RoomOutcome::Parted]);
         assert_eq!(stream.kept().last().map(|kept| kept.writer), Some(FIRST_WRITER + 2));
     }
 }
@@ -292,9 +292,9 @@ async fn a_stream_that_stalls_gets_a_new_file_once_it_answers() {
         shared.publish(room.log().expect("it is kept").blocks().clone(), true);
     };
     let stream = Stream::new();
-    let (writers, report) = (Shared::new(FIRST_WRITER, |_, _| {}), TAKEN_OVER.sequence);
+    let (writers, report) = (RoomTaskContext::new(FIRST_WRITER, |_, _| {}), TAKEN_OVER.sequence);
     let task = RoomTask::new(Arc::new(writers), stream.clone(), CODE, 1, report);
-    let task = tokio::spawn(task.run(Reader::new(&shared, &policy, STATE)));
+    let task = tokio::spawn(task.run(LogReader::new(&shared, &policy, STATE)));
     plays(30);
     until(|| stream.kept().iter().any(|kept| kept.writer >= FIRST_WRITER)).await;
     stream.cut_off();

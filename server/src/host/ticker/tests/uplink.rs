@@ -49,7 +49,7 @@ impl Session {
 
     /// Receives what waits, and has to be able to decode it.
     fn receive(&mut self, reads: bool) {
-        while let Next::Message(bytes) = self.outbox.take() {
+        while let NextToSend::Message(bytes) = self.outbox.take() {
             self.bytes += bytes.len();
             self.snapshots += 1;
             if !reads {
