@@ -16,13 +16,13 @@ pub struct BotInput {
     size: Vec2,
     reach: Reach,
     tremor: Vec2,
-    steer: Held,
-    act: Held,
+    steer: HeldButtons,
+    act: HeldButtons,
 }
 
 /// Buttons that are held for some more ticks.
 #[derive(Clone, Copy, Default)]
-struct Held {
+struct HeldButtons {
     buttons: u16,
     ticks: u32,
 }
@@ -52,7 +52,7 @@ impl BotInput {
         let rng = Rng::new(seed, index.into());
         let middle = size * 0.5;
         let reach = Reach { from: middle, to: middle, tick: 1, ticks: 1 };
-        let (steer, act) = (Held::default(), Held::default());
+        let (steer, act) = (HeldButtons::default(), HeldButtons::default());
         BotInput { rng, size, reach, tremor: Vec2::ZERO, steer, act }
     }
 
@@ -84,15 +84,15 @@ impl BotInput {
     }
 
     /// A direction or none, for some time.
-    fn choose_direction(&mut self) -> Held {
+    fn choose_direction(&mut self) -> HeldButtons {
         let none = Buttons::default();
         let sideways = [Buttons::LEFT, Buttons::RIGHT, none][self.rng.below(3) as usize];
         let upright = [Buttons::UP, Buttons::DOWN, none][self.rng.below(3) as usize];
-        Held { buttons: sideways.0 | upright.0, ticks: 15 + self.rng.below(60) }
+        HeldButtons { buttons: sideways.0 | upright.0, ticks: 15 + self.rng.below(60) }
     }
 
     /// Clicks are common, tools less so, and a clear of the whole room is rare.
-    fn choose_act(&mut self) -> Held {
+    fn choose_act(&mut self) -> HeldButtons {
         let (button, ticks) = match self.rng.below(512) {
             0..=149 => (Buttons::FIRE, 4 + self.rng.below(6)),
             150..=179 => (Buttons::FIRE, 20 + self.rng.below(40)),
@@ -102,7 +102,7 @@ impl BotInput {
             300 => (Buttons::CLEAR, 2),
             _ => (Buttons::default(), 5 + self.rng.below(30)),
         };
-        Held { buttons: button.0, ticks }
+        HeldButtons { buttons: button.0, ticks }
     }
 }
 

@@ -10,10 +10,10 @@ pub mod target;
 mod text;
 
 use crate::output::{Failure, OrFail, json, say};
-use crowd::{Crowd, CrowdPlan, evenly};
+use crowd::{BotCrowd, CrowdPlan, evenly};
 use report::{ClientReport, Report};
 use std::time::Duration;
-use target::Target;
+use target::BotTarget;
 use tokio::time::sleep;
 
 /// Clients that one process plays.
@@ -34,7 +34,7 @@ const LOSS_EVERY: Duration = Duration::from_secs(60);
 pub struct Bots {
     /// Where to play; of several rooms each gets its share of the clients
     #[arg(value_name = "ws://HOST/ROOM", required = true)]
-    urls: Vec<Target>,
+    urls: Vec<BotTarget>,
     /// Number of clients
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(CLIENTS_MAX)))]
     clients: u32,
@@ -81,7 +81,7 @@ impl Bots {
 }
 
 async fn play(plan: &CrowdPlan, length: Duration) -> Vec<ClientReport> {
-    let crowd = Crowd::join(plan).await;
+    let crowd = BotCrowd::join(plan).await;
     sleep(SETTLE).await;
     crowd.begin();
     sleep(length).await;

@@ -12,7 +12,7 @@ use toml::de::{DeTable, DeValue};
 
 /// A flag of the file, as it would stand on a command line.
 #[derive(Debug, PartialEq)]
-pub struct Entry {
+pub struct ConfigEntry {
     /// Name of the flag, without its hyphens.
     pub name: String,
     /// One for each value; none if the flag is switched off.
@@ -21,7 +21,7 @@ pub struct Entry {
 
 /// Reads a file of which these are the possible flags. The error names file, line and field, the value that was found
 /// and those that are allowed.
-pub fn read(file: &str, source: &str, flags: &[&Arg]) -> Result<Vec<Entry>, Failure> {
+pub fn read(file: &str, source: &str, flags: &[&Arg]) -> Result<Vec<ConfigEntry>, Failure> {
     let table = DeTable::parse(source).map_err(|error| {
         let at = error.span().map_or(0, |span| span.start);
         let found = error.message().lines().next().unwrap_or("an error");
@@ -70,7 +70,7 @@ pub fn word(flag: &Arg, value: &str) -> String {
 }
 
 /// The words of a value, or where in the file which values are allowed.
-fn words(flag: &Arg, value: &Spanned<DeValue>) -> Result<Entry, (Range<usize>, String)> {
+fn words(flag: &Arg, value: &Spanned<DeValue>) -> Result<ConfigEntry, (Range<usize>, String)> {
     let name = flag.get_long().unwrap_or_default().to_owned();
     let words = match (flag.get_action(), value.get_ref()) {
         (ArgAction::SetTrue, DeValue::Boolean(true)) => vec![format!("--{name}")],
@@ -80,7 +80,7 @@ fn words(flag: &Arg, value: &Spanned<DeValue>) -> Result<Entry, (Range<usize>, S
         }
         _ => vec![one_word(flag, value)?],
     };
-    Ok(Entry { name, words })
+    Ok(ConfigEntry { name, words })
 }
 
 fn one_word(flag: &Arg, value: &Spanned<DeValue>) -> Result<String, (Range<usize>, String)> {

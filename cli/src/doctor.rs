@@ -36,7 +36,7 @@ pub struct Doctor {
 
 /// All that was found.
 #[derive(Serialize)]
-struct Report {
+struct DoctorReport {
     fine: bool,
     findings: Vec<Finding>,
 }
@@ -47,7 +47,7 @@ impl Doctor {
         let findings = self.look()?;
         let to_change = findings.iter().filter(|finding| !finding.is_fine()).count();
         match self.json {
-            true => say(json(&Report { fine: to_change == 0, findings }))?,
+            true => say(json(&DoctorReport { fine: to_change == 0, findings }))?,
             false => findings.iter().try_for_each(say)?,
         }
         match to_change {

@@ -28,14 +28,14 @@ const LINE_ALLOWED: &str = r#"{"tick":60,"seat":0,"buttons":["right"],"pointer":
 #[derive(Debug, Default)]
 pub struct Inputs {
     /// Sorted by tick; lines of one tick in file order.
-    changes: Vec<Change>,
+    changes: Vec<InputChange>,
     next: usize,
     /// The present input of every seat, in seat order.
     held: Vec<(Seat, Input)>,
 }
 
 #[derive(Debug, PartialEq)]
-struct Change {
+struct InputChange {
     tick: u32,
     seat: Seat,
     input: Input,
@@ -97,7 +97,7 @@ impl Inputs {
     }
 }
 
-fn parse_line(line: &str, seats_max: u16) -> Result<Change, String> {
+fn parse_line(line: &str, seats_max: u16) -> Result<InputChange, String> {
     let line: Line = serde_json::from_str(line)
         .map_err(|error| format!("line: found {error}; allowed: {LINE_ALLOWED}"))?;
     if line.seat >= seats_max {
@@ -114,7 +114,7 @@ fn parse_line(line: &str, seats_max: u16) -> Result<Change, String> {
     {
         return Err(format!("pointer: found {pointer}; allowed: two finite numbers"));
     }
-    Ok(Change { tick: line.tick, seat: Seat(line.seat), input: Input::new(buttons, pointer) })
+    Ok(InputChange { tick: line.tick, seat: Seat(line.seat), input: Input::new(buttons, pointer) })
 }
 
 fn button(name: &str) -> Result<Buttons, String> {

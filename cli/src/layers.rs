@@ -115,7 +115,7 @@ fn from_variable(flag: &Arg, value: &OsString) -> Result<Vec<OsString>, Failure>
     words.collect()
 }
 
-fn from_file(file: &Path, flags: &[&Arg]) -> Result<Vec<config_file::Entry>, Failure> {
+fn from_file(file: &Path, flags: &[&Arg]) -> Result<Vec<config_file::ConfigEntry>, Failure> {
     let name = file.display().to_string();
     let bytes = read_regular(file, SETTINGS_FILE_BYTES_MAX);
     let bytes = bytes.or_usage(format_args!("--config {name}"))?;

@@ -31,7 +31,7 @@ use tracing_subscriber::EnvFilter;
 /// A multiplayer physics playground.
 #[derive(Parser)]
 #[command(name = "jostle", version, arg_required_else_help = true)]
-struct Arguments {
+struct CommandLine {
     /// What to log on stderr: error, warn, info, debug, trace, or a filter like
     /// `info,jostle_server=debug`. [default: RUST_LOG, else info for `serve` and warn otherwise]
     #[arg(long, global = true, value_name = "FILTER")]
@@ -55,11 +55,12 @@ enum Command {
 /// Runs the command that the process was started with.
 pub fn main() -> ExitCode {
     let words = std::env::args_os().collect();
-    let words = match layers::complete(Arguments::command(), words, |name| std::env::var_os(name)) {
+    let words = match layers::complete(CommandLine::command(), words, |name| std::env::var_os(name))
+    {
         Ok(words) => words,
         Err(failure) => return fail(failure),
     };
-    let arguments = match Arguments::try_parse_from(words) {
+    let arguments = match CommandLine::try_parse_from(words) {
         Ok(arguments) => arguments,
         // Help and version, in clap's own layout.
         Err(error) if is_help(&error) => error.exit(),
@@ -93,7 +94,7 @@ fn fail(failure: Failure) -> ExitCode {
 
 /// Starts the log. A thread of its own writes it, and lasts as long as the guard. Lines beyond the limit are
 /// dropped and counted, so that a log that is not read stops nothing else.
-fn start_log(arguments: &Arguments) -> Result<(ErrorCounter, WorkerGuard), Failure> {
+fn start_log(arguments: &CommandLine) -> Result<(ErrorCounter, WorkerGuard), Failure> {
     let named = arguments.log.clone().or_else(|| std::env::var("RUST_LOG").ok());
     let usual = if matches!(arguments.command, Command::Serve(_)) {
         // The client of NATS tells of each attempt to connect; the server says the same more seldom.
@@ -132,6 +133,6 @@ mod tests {
 
     #[test]
     fn the_command_line_is_well_formed() {
-        Arguments::command().debug_assert();
+        CommandLine::command().debug_assert();
     }
 }

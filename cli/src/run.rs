@@ -4,13 +4,13 @@ pub mod bots;
 mod record;
 
 use super::inputs::Inputs;
-use super::trace::{self, Sink, Sums};
+use super::trace::{self, Sums, TraceSink};
 use crate::output::{Failure, json, say};
 use crate::scenes::scene_named;
 use bots::Bots;
 use jostle_game::{Game, Input, Scene, Seat};
 use jostle_protocol::replay::Change;
-use record::ReplayFile;
+use record::ReplayOutput;
 use serde::Serialize;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -112,10 +112,10 @@ impl Run {
     pub fn run(self) -> Result<(), Failure> {
         let scene = Arc::new(scene_named(&self.scene)?);
         let mut players = self.players(&scene)?;
-        let mut sink = self.trace.as_deref().map(Sink::create).transpose()?;
+        let mut sink = self.trace.as_deref().map(TraceSink::create).transpose()?;
         let mut game = Game::new(scene, self.seed);
         let mut replay = match &self.replay {
-            Some(path) => Some(ReplayFile::create(path, &game, self.seed)?),
+            Some(path) => Some(ReplayOutput::create(path, &game, self.seed)?),
             None => None,
         };
         let (mut elapsed_ms, mut step_ms_max) = (0.0, 0.0f64);
@@ -136,8 +136,8 @@ impl Run {
                 sink.write(&trace::line(&game))?;
             }
         }
-        let is_traced_to_stdout = sink.as_ref().is_some_and(Sink::is_stdout);
-        sink.map(Sink::finish).transpose()?;
+        let is_traced_to_stdout = sink.as_ref().is_some_and(TraceSink::is_stdout);
+        sink.map(TraceSink::finish).transpose()?;
         replay.map(|replay| replay.finish(&game)).transpose()?;
         let summary = self.summary(&game, elapsed_ms, step_ms_max);
         match (self.json, is_traced_to_stdout) {

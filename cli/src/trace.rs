@@ -11,12 +11,12 @@ use std::path::Path;
 
 /// One line of a trace.
 #[derive(Debug, Serialize)]
-pub struct Line {
+pub struct TraceLine {
     pub tick: u32,
     /// State hash, 16 hex digits.
     pub hash: String,
     /// Bodies in index order.
-    pub bodies: Vec<Body>,
+    pub bodies: Vec<TracedBody>,
     pub particles: usize,
     pub emitters: usize,
     /// Sums over the world.
@@ -25,7 +25,7 @@ pub struct Line {
 }
 
 #[derive(Debug, Serialize)]
-pub struct Body {
+pub struct TracedBody {
     /// Index, plus 2^32 times the number of earlier bodies of that index.
     pub id: u64,
     pub kind: &'static str,
@@ -49,15 +49,15 @@ pub struct Sums {
 }
 
 /// The state of a game now.
-pub fn line(game: &Game) -> Line {
+pub fn line(game: &Game) -> TraceLine {
     let world = game.world();
-    let body = |info: jostle_game::SnapshotBody| Body {
+    let body = |info: jostle_game::SnapshotBody| TracedBody {
         id: number(info.id),
         kind: info.kind.name(),
         pos: world.position(info.id).to_array(),
         vel: world.velocity(info.id).to_array(),
     };
-    Line {
+    TraceLine {
         tick: game.tick_count(),
         hash: hash(game),
         bodies: game.bodies().map(body).collect(),
@@ -96,7 +96,7 @@ pub fn sums(world: &World) -> Sums {
 }
 
 /// The destination of a trace.
-pub struct Sink {
+pub struct TraceSink {
     /// The file as it is named in errors; `None` for stdout.
     file: Option<String>,
     out: BufWriter<Box<dyn Write>>,
@@ -104,19 +104,19 @@ pub struct Sink {
     is_closed: bool,
 }
 
-impl Sink {
+impl TraceSink {
     /// Creates a file; `-` is stdout.
-    pub fn create(path: &Path) -> Result<Sink, Failure> {
+    pub fn create(path: &Path) -> Result<TraceSink, Failure> {
         if path == Path::new("-") {
-            return Ok(Sink::stdout());
+            return Ok(TraceSink::stdout());
         }
         let file = path.display().to_string();
         let out = Box::new(File::create(path).or_usage(format_args!("--trace {file}"))?);
-        Ok(Sink { file: Some(file), out: BufWriter::new(out), is_closed: false })
+        Ok(TraceSink { file: Some(file), out: BufWriter::new(out), is_closed: false })
     }
 
-    pub fn stdout() -> Sink {
-        Sink { file: None, out: BufWriter::new(Box::new(io::stdout())), is_closed: false }
+    pub fn stdout() -> TraceSink {
+        TraceSink { file: None, out: BufWriter::new(Box::new(io::stdout())), is_closed: false }
     }
 
     /// Whether it is stdout.

@@ -6,10 +6,10 @@
 use crate::addresses::address_of;
 use crate::processor::Used;
 use anyhow::{Context, Result, bail};
-use jostle_cli::bots::crowd::{Crowd, CrowdPlan, evenly};
+use jostle_cli::bots::crowd::{BotCrowd, CrowdPlan, evenly};
 use jostle_cli::bots::histogram::Percentiles;
 use jostle_cli::bots::report::Report;
-use jostle_cli::bots::target::Target;
+use jostle_cli::bots::target::BotTarget;
 use serde::{Deserialize, Serialize};
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
@@ -51,7 +51,7 @@ impl Order {
     /// The plan of its bots; the first of all decodes everything.
     pub fn plan(&self, decoders: u32) -> CrowdPlan {
         let target =
-            |room: &String| Target { authority: self.authority.clone(), room: room.clone() };
+            |room: &String| BotTarget { authority: self.authority.clone(), room: room.clone() };
         CrowdPlan {
             targets: self.rooms.iter().map(target).collect(),
             clients: self.clients,
@@ -90,7 +90,7 @@ impl Order {
         let runtime = tokio::runtime::Runtime::new().context("a runtime for the bots")?;
         runtime.block_on(async {
             let plan = self.plan(0);
-            let crowd = Crowd::join(&plan).await;
+            let crowd = BotCrowd::join(&plan).await;
             say("seated")?;
             heard("begin").await?;
             let before = Used::so_far();

@@ -18,7 +18,7 @@ use bare::Bare;
 use clap::Parser;
 use crowds::{BotProcess, Order, Share};
 use jitter::{Jitter, JitterProbe};
-use jostle_cli::bots::crowd::Crowd;
+use jostle_cli::bots::crowd::BotCrowd;
 use jostle_cli::bots::report::Report;
 use jostle_cli::bots::{DECODERS, SETTLE};
 use operators::{Operators, Scrape, ServerReport};
@@ -220,7 +220,7 @@ impl Load {
         let (witness, snapshots) = Witness::new();
         let mut plan = orders[0].plan(DECODERS);
         plan.snapshots = Some(snapshots);
-        let crowd = Crowd::join(&plan).await;
+        let crowd = BotCrowd::join(&plan).await;
         others.iter_mut().try_for_each(BotProcess::wait)?;
         let spectators = Spectators::come(part.spectators, &plan.targets[0]).await?;
         sleep(SETTLE).await;

@@ -2,7 +2,7 @@
 
 use anyhow::{Result, anyhow};
 use jostle_cli::bots::socket::{next, send, watch};
-use jostle_cli::bots::target::Target;
+use jostle_cli::bots::target::BotTarget;
 use jostle_game::Input;
 use jostle_protocol::{Appearance, ClientMessage, SnapshotStream};
 use tokio::task::JoinHandle;
@@ -24,7 +24,7 @@ pub struct Spectators(Vec<JoinHandle<Result<Watched>>>);
 
 impl Spectators {
     /// Connects this many to a room.
-    pub async fn come(count: u32, target: &Target) -> Result<Spectators> {
+    pub async fn come(count: u32, target: &BotTarget) -> Result<Spectators> {
         let mut tasks = Vec::new();
         for _ in 0..count {
             let appearance = Appearance { name: "eye".into(), color: 0 };

@@ -2,7 +2,7 @@
 
 use jostle_cli::bots::histogram::{Durations, Percentiles};
 use jostle_cli::bots::socket::connect;
-use jostle_cli::bots::target::Target;
+use jostle_cli::bots::target::BotTarget;
 use jostle_protocol::{Appearance, Snapshot};
 use serde::Serialize;
 use std::collections::VecDeque;
@@ -91,7 +91,7 @@ impl Newcomers {
     pub async fn come(
         count: u32,
         over: Duration,
-        target: Target,
+        target: BotTarget,
         witness: Arc<Witness>,
     ) -> Newcomers {
         let start = tokio::time::Instant::now();
@@ -113,7 +113,7 @@ impl Newcomers {
         (self.wrong > 0).then(|| format!("{} newcomers were shown a wrong state", self.wrong))
     }
 
-    async fn one_more(&mut self, number: u32, target: &Target, witness: &Witness) {
+    async fn one_more(&mut self, number: u32, target: &BotTarget, witness: &Witness) {
         let appearance = Appearance { name: format!("newcomer {}", number + 1).into(), color: 0 };
         let arrival = match connect(target, None, appearance, None).await {
             Ok(arrival) => arrival,

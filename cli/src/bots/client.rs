@@ -1,9 +1,9 @@
 //! One bot: a real socket and a [`BotInput`]. It joins, plays, loses its socket now and then, and resumes its
-//! seat with its token. [`Stage`] says when.
+//! seat with its token. [`CrowdStage`] says when.
 
 use super::report::ClientReport;
-use super::socket::{Arrival, SessionEnd, connect, connect_within, next, read, send};
-use super::target::Target;
+use super::socket::{JoinedBot, SessionEnd, connect, connect_within, next, read, send};
+use super::target::BotTarget;
 use crate::bot_input::BotInput;
 use jostle_game::Input;
 use jostle_protocol::{
@@ -49,7 +49,7 @@ impl Default for ServerTimeouts {
 
 /// The stage of all bots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stage {
+pub enum CrowdStage {
     /// They join; nothing is measured yet.
     Joining,
     /// They play and measure, from this time on.
@@ -64,7 +64,7 @@ pub struct Bot {
     /// Seed of all bots.
     pub seed: u64,
     /// The room to join.
-    pub target: Target,
+    pub target: BotTarget,
     /// The address of this machine to join from, if it matters.
     pub from: Option<IpAddr>,
     /// Time before it joins.
@@ -78,7 +78,7 @@ pub struct Bot {
     /// How long it waits for servers.
     pub timeouts: ServerTimeouts,
     /// The stage that it follows.
-    pub stage: watch::Receiver<Stage>,
+    pub stage: watch::Receiver<CrowdStage>,
     /// Notified once it has a seat, or has failed to get one.
     pub seated: mpsc::Sender<()>,
     /// Receives every snapshot that it decodes.
@@ -112,7 +112,7 @@ impl Bot {
 
     async fn play_on(
         &mut self,
-        arrival: Arrival,
+        arrival: JoinedBot,
         mut servers: Servers,
         report: &mut ClientReport,
     ) -> Result<(), SessionEnd> {
@@ -130,12 +130,12 @@ impl Bot {
                 changed = self.stage.changed() => {
                     let stage = *self.stage.borrow_and_update();
                     match stage {
-                        Stage::Playing(now) => {
+                        CrowdStage::Playing(now) => {
                             report.begin(now);
                             loss_at = losses.next().map(|after| now + after);
                         }
-                        Stage::Over => break,
-                        Stage::Joining => {}
+                        CrowdStage::Over => break,
+                        CrowdStage::Joining => {}
                     }
                     if changed.is_err() { break }
                     continue;
@@ -178,8 +178,9 @@ impl Bot {
         servers: &mut Servers,
         report: &mut ClientReport,
     ) -> Result<Option<Player>, SessionEnd> {
-        let Player { arrival: Arrival { socket, seat, token, .. }, hero, input, snapshots, .. } =
-            player;
+        let Player {
+            arrival: JoinedBot { socket, seat, token, .. }, hero, input, snapshots, ..
+        } = player;
         let lost_at = Instant::now();
         drop(socket);
         let mut token = Some(token);
@@ -201,9 +202,9 @@ impl Bot {
         servers: &mut Servers,
         token: &mut Option<Token>,
         report: &mut ClientReport,
-    ) -> Result<Option<Arrival>, SessionEnd> {
+    ) -> Result<Option<JoinedBot>, SessionEnd> {
         let begun = Instant::now();
-        while *self.stage.borrow() != Stage::Over {
+        while *self.stage.borrow() != CrowdStage::Over {
             match self.ask(servers, *token).await {
                 Ok(mut arrival) => {
                     servers.welcomed();
@@ -219,7 +220,7 @@ impl Bot {
         Ok(None)
     }
 
-    async fn ask(&self, servers: &Servers, token: Option<Token>) -> Result<Arrival, SessionEnd> {
+    async fn ask(&self, servers: &Servers, token: Option<Token>) -> Result<JoinedBot, SessionEnd> {
         let no_tls = || SessionEnd::Lost(format!("no way to {}", servers.current()));
         let target = self.target.at(servers.current()).ok_or_else(no_tls)?;
         if servers.has_untried() {
@@ -279,7 +280,7 @@ async fn sleep_until_some(at: Option<Instant>) {
 
 /// A bot with a seat and a socket.
 struct Player {
-    arrival: Arrival,
+    arrival: JoinedBot,
     hero: Option<BodyId>,
     /// Tick of the newest snapshot.
     tick: u32,
@@ -295,7 +296,7 @@ struct Player {
 
 impl Player {
     fn new(
-        arrival: Arrival,
+        arrival: JoinedBot,
         input: Option<BotInput>,
         decodes: bool,
         snapshots: Option<UnboundedSender<Arc<Snapshot>>>,

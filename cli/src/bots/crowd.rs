@@ -1,8 +1,8 @@
 //! Many bots that join, play and leave together.
 
-use super::client::{Bot, JOIN_EVERY, ServerTimeouts, Stage};
+use super::client::{Bot, CrowdStage, JOIN_EVERY, ServerTimeouts};
 use super::report::ClientReport;
-use super::target::Target;
+use super::target::BotTarget;
 use jostle_protocol::Snapshot;
 use std::net::IpAddr;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use tokio::task::JoinHandle;
 #[derive(Clone, Debug)]
 pub struct CrowdPlan {
     /// Rooms; each gets its share of the bots.
-    pub targets: Vec<Target>,
+    pub targets: Vec<BotTarget>,
     pub clients: u32,
     /// Number of the first of them.
     pub first: u32,
@@ -34,16 +34,16 @@ pub struct CrowdPlan {
     pub snapshots: Option<UnboundedSender<Arc<Snapshot>>>,
 }
 
-pub struct Crowd {
-    stage: watch::Sender<Stage>,
+pub struct BotCrowd {
+    stage: watch::Sender<CrowdStage>,
     bots: Vec<JoinHandle<ClientReport>>,
 }
 
-impl Crowd {
+impl BotCrowd {
     /// Connects all bots, and waits until each has a seat or has failed to get one. They play, but nothing is
     /// measured yet.
-    pub async fn join(plan: &CrowdPlan) -> Crowd {
-        let (stage, followed) = watch::channel(Stage::Joining);
+    pub async fn join(plan: &CrowdPlan) -> BotCrowd {
+        let (stage, followed) = watch::channel(CrowdStage::Joining);
         let (seated, mut waiting) = mpsc::channel(plan.clients as usize);
         let bot = |index: u32| Bot {
             index: plan.first + index,
@@ -63,16 +63,16 @@ impl Crowd {
         for _ in 0..plan.clients {
             waiting.recv().await;
         }
-        Crowd { stage, bots }
+        BotCrowd { stage, bots }
     }
 
     pub fn begin(&self) {
-        self.stage.send_replace(Stage::Playing(Instant::now()));
+        self.stage.send_replace(CrowdStage::Playing(Instant::now()));
     }
 
     /// Disconnects all bots, and returns their measurements.
     pub async fn end(self) -> Vec<ClientReport> {
-        self.stage.send_replace(Stage::Over);
+        self.stage.send_replace(CrowdStage::Over);
         let mut reports = Vec::new();
         for bot in self.bots {
             reports.push(bot.await.expect("a bot does not panic"));

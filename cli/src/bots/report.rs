@@ -1,7 +1,7 @@
 //! The measurements of bots, one by one and together.
 
 use super::histogram::{Durations, Percentiles};
-use super::target::Target;
+use super::target::BotTarget;
 use jostle_sim::{BodyId, TICKS_PER_SECOND};
 use serde::Serialize;
 use std::time::{Duration, Instant};
@@ -11,7 +11,7 @@ const KINDS: [&str; 4] = ["deltas", "keyframes", "pongs", "others"];
 
 /// A kind of message, in the order of [`KINDS`].
 #[derive(Clone, Copy, Debug)]
-enum Kind {
+enum MessageKind {
     /// A snapshot with the changes since the last.
     Delta,
     /// A snapshot that needs no other.
@@ -34,12 +34,12 @@ pub struct ClientReport {
     made_at: Instant,
     began_at: Option<Instant>,
     ended_at: Option<Instant>,
-    counts: Counts,
+    counts: MessageCounts,
 }
 
 #[derive(Debug, Default)]
-struct Counts {
-    /// By [`Kind`].
+struct MessageCounts {
+    /// By [`MessageKind`].
     bytes: [u64; KINDS.len()],
     snapshots: u64,
     gaps: u64,
@@ -60,7 +60,7 @@ struct Counts {
 impl ClientReport {
     /// A report without measurements.
     pub fn new(index: u32) -> ClientReport {
-        let (made_at, counts) = (Instant::now(), Counts::default());
+        let (made_at, counts) = (Instant::now(), MessageCounts::default());
         let (seat, error, began_at, ended_at) = (None, None, None, None);
         ClientReport { index, seat, error, made_at, began_at, ended_at, counts }
     }
@@ -84,7 +84,7 @@ impl ClientReport {
             return;
         }
         self.counts.snapshots += 1;
-        let kind = if keyframe { Kind::Keyframe } else { Kind::Delta };
+        let kind = if keyframe { MessageKind::Keyframe } else { MessageKind::Delta };
         self.counts.bytes[kind as usize] += bytes as u64;
         if let Some((_, before)) = self.counts.last {
             let skipped = ticks.saturating_sub(1);
@@ -99,7 +99,7 @@ impl ClientReport {
     /// Counts a message of another kind.
     pub fn count_other(&mut self, bytes: usize) {
         if self.began_at.is_some() {
-            self.counts.bytes[Kind::Other as usize] += bytes as u64;
+            self.counts.bytes[MessageKind::Other as usize] += bytes as u64;
         }
     }
 
@@ -113,7 +113,7 @@ impl ClientReport {
         if self.began_at.is_none() {
             return;
         }
-        self.counts.bytes[Kind::Pong as usize] += bytes as u64;
+        self.counts.bytes[MessageKind::Pong as usize] += bytes as u64;
         let ping = Duration::from_micros(self.stamp(now).wrapping_sub(stamp).into());
         self.counts.pings.record(ping);
         if let Some(before) = self.counts.ping_before.replace(ping) {
@@ -190,7 +190,7 @@ pub struct Report {
     pub(super) server_missed_ticks: u32,
     #[serde(flatten)]
     pub(super) returns: Returns,
-    pub(super) per_client: Vec<Entry>,
+    pub(super) per_client: Vec<ClientEntry>,
 }
 
 /// Returns after the loss of a socket, or to a room that moved to another server.
@@ -210,7 +210,7 @@ pub(super) struct Returns {
 
 /// One bot of the report.
 #[derive(Debug, Serialize)]
-pub(super) struct Entry {
+pub(super) struct ClientEntry {
     pub client: u32,
     seat: Option<u16>,
     seconds: f64,
@@ -224,12 +224,12 @@ pub(super) struct Entry {
     pub error: Option<String>,
 }
 
-impl Entry {
-    fn of(client: &ClientReport) -> Entry {
+impl ClientEntry {
+    fn of(client: &ClientReport) -> ClientEntry {
         let seconds = client.seconds();
         let rate = |count: u64| if seconds > 0.0 { count as f64 / seconds } else { 0.0 };
         let bytes = client.counts.bytes.iter().sum();
-        Entry {
+        ClientEntry {
             client: client.index,
             seat: client.seat,
             seconds,
@@ -247,8 +247,8 @@ impl Entry {
 
 impl Report {
     /// Combines the measurements of all clients.
-    pub fn new(targets: &[Target], decoders: u32, clients: Vec<ClientReport>) -> Report {
-        let per_client: Vec<_> = clients.iter().map(Entry::of).collect();
+    pub fn new(targets: &[BotTarget], decoders: u32, clients: Vec<ClientReport>) -> Report {
+        let per_client: Vec<_> = clients.iter().map(ClientEntry::of).collect();
         let all = |tally: fn(&ClientReport) -> &Durations| {
             let mut sum = Durations::default();
             clients.iter().for_each(|client| sum.merge(tally(client)));

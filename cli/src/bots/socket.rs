@@ -1,6 +1,6 @@
 //! The socket of a bot: it connects, receives the welcome and the first keyframe, and then messages.
 
-use super::target::Target;
+use super::target::BotTarget;
 use bytes::Bytes;
 use futures_util::{SinkExt, StreamExt};
 use jostle_game::{Scene, Seat};
@@ -53,7 +53,7 @@ fn socket_error(error: tungstenite::Error) -> SessionEnd {
 }
 
 /// A bot that has received its first keyframe.
-pub struct Arrival {
+pub struct JoinedBot {
     pub socket: Socket,
     pub seat: u16,
     /// Token that resumes the seat on another socket.
@@ -67,7 +67,7 @@ pub struct Arrival {
     scene: [String; 2],
 }
 
-impl Arrival {
+impl JoinedBot {
     pub fn hero(&self) -> Option<BodyId> {
         let newest = self.stream.newest()?;
         newest.players.iter().find(|player| player.seat.0 == self.seat)?.hero
@@ -88,33 +88,33 @@ impl Arrival {
 
 /// Joins a room, or resumes a seat with a token, from this address if there is one.
 pub async fn connect(
-    target: &Target,
+    target: &BotTarget,
     from: Option<IpAddr>,
     appearance: Appearance,
     token: Option<Token>,
-) -> Result<Arrival, SessionEnd> {
+) -> Result<JoinedBot, SessionEnd> {
     connect_within(ARRIVAL_WAIT, target, from, appearance, token).await
 }
 
 /// [`connect`] within this time.
 pub async fn connect_within(
     wait: Duration,
-    target: &Target,
+    target: &BotTarget,
     from: Option<IpAddr>,
     appearance: Appearance,
     token: Option<Token>,
-) -> Result<Arrival, SessionEnd> {
+) -> Result<JoinedBot, SessionEnd> {
     let arrival = timeout(wait, arrive(target, from, appearance, token)).await;
     let late = |_| SessionEnd::Lost(format!("no welcome and keyframe within {} s", wait.as_secs()));
     arrival.map_err(late)?
 }
 
 async fn arrive(
-    target: &Target,
+    target: &BotTarget,
     from: Option<IpAddr>,
     appearance: Appearance,
     token: Option<Token>,
-) -> Result<Arrival, SessionEnd> {
+) -> Result<JoinedBot, SessionEnd> {
     let mut socket = open(target, from).await?;
     let hello_at = Instant::now();
     let (host_key, role) = (None, Role::Player);
@@ -141,11 +141,11 @@ async fn arrive(
         }
     }
     let scene = [scene_name, scene];
-    Ok(Arrival { socket, seat, token, stream, took: hello_at.elapsed(), nodes, scene })
+    Ok(JoinedBot { socket, seat, token, stream, took: hello_at.elapsed(), nodes, scene })
 }
 
 /// Connects to a room as a spectator, and waits for the welcome; snapshots follow.
-pub async fn watch(target: &Target, appearance: Appearance) -> Result<Socket, SessionEnd> {
+pub async fn watch(target: &BotTarget, appearance: Appearance) -> Result<Socket, SessionEnd> {
     let mut socket = open(target, None).await?;
     let (host_key, role) = (None, Role::Spectator);
     let hello = ClientMessage::Hello { version: VERSION, appearance, token: None, host_key, role };
@@ -168,7 +168,7 @@ pub async fn dial(authority: &str, from: Option<IpAddr>) -> std::io::Result<TcpS
 }
 
 /// Opens the socket of a room.
-async fn open(target: &Target, from: Option<IpAddr>) -> Result<Socket, SessionEnd> {
+async fn open(target: &BotTarget, from: Option<IpAddr>) -> Result<Socket, SessionEnd> {
     let stream = dial(&target.authority, from).await;
     let unconnected = |error| SessionEnd::Lost(format!("no connection: {error}"));
     let stream = stream.map_err(unconnected)?;

@@ -4,35 +4,35 @@ use jostle_server::host::rooms::is_code;
 use std::str::FromStr;
 
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Target {
+pub struct BotTarget {
     pub authority: String,
     /// The word in the room's link.
     pub room: String,
 }
 
-impl FromStr for Target {
+impl FromStr for BotTarget {
     type Err = &'static str;
 
-    fn from_str(url: &str) -> Result<Target, &'static str> {
+    fn from_str(url: &str) -> Result<BotTarget, &'static str> {
         let parts = url.strip_prefix("ws://").and_then(|rest| rest.split_once('/'));
         match parts {
             Some((host, room)) if !host.is_empty() && is_code(room) => {
                 let port = if has_port(host) { "" } else { ":80" };
-                Ok(Target { authority: format!("{host}{port}"), room: room.to_owned() })
+                Ok(BotTarget { authority: format!("{host}{port}"), room: room.to_owned() })
             }
             _ => Err("allowed: ws://HOST/ROOM"),
         }
     }
 }
 
-impl Target {
+impl BotTarget {
     /// Origin of its server.
     pub fn origin(&self) -> String {
         format!("http://{}", self.authority)
     }
 
     /// The same room on the server with this origin; `None` if only TLS leads there, which bots do not speak.
-    pub fn at(&self, origin: &str) -> Option<Target> {
+    pub fn at(&self, origin: &str) -> Option<BotTarget> {
         format!("ws://{}/{}", origin.strip_prefix("http://")?, self.room).parse().ok()
     }
 }
@@ -47,7 +47,7 @@ mod tests {
 
     #[test]
     fn a_room_is_at_the_same_path_of_another_server() {
-        let target: Target = "ws://a:1/oak".parse().expect("a target");
+        let target: BotTarget = "ws://a:1/oak".parse().expect("a target");
         assert_eq!(target.at(&target.origin()), Some(target.clone()));
         assert_eq!(target.at("http://b:2"), "ws://b:2/oak".parse().ok());
         assert_eq!(target.at("http://b"), "ws://b:80/oak".parse().ok());
@@ -61,11 +61,11 @@ mod tests {
             ("ws://example.org/arena", "example.org:80"),
             ("ws://[::1]:9/arena", "[::1]:9"),
         ] {
-            let target: Target = url.parse().expect(url);
-            assert_eq!(target, Target { authority: authority.into(), room: "arena".into() });
+            let target: BotTarget = url.parse().expect(url);
+            assert_eq!(target, BotTarget { authority: authority.into(), room: "arena".into() });
         }
         for url in ["wss://h/arena", "ws://h", "ws://h/", "ws:///arena", "ws://h/a/b", "arena"] {
-            assert!(url.parse::<Target>().is_err(), "{url}");
+            assert!(url.parse::<BotTarget>().is_err(), "{url}");
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The report of bots as text.
 
-use super::report::{Entry, Report};
+use super::report::{ClientEntry, Report};
 use std::fmt;
 
 /// Clients that are shown one by one.
@@ -49,7 +49,7 @@ impl fmt::Display for Report {
     }
 }
 
-fn show_client(f: &mut fmt::Formatter, entry: &Entry) -> fmt::Result {
+fn show_client(f: &mut fmt::Formatter, entry: &ClientEntry) -> fmt::Result {
     write!(
         f,
         "bot {:>3}: {:>8.0} bytes/s, {:>5.1} snapshots/s, {:>3} gaps (at most {} ticks), ping {}",

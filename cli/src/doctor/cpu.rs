@@ -20,7 +20,7 @@ const SEED: u64 = 1;
 
 /// A scene that was played on one core.
 #[derive(Debug)]
-pub struct Played {
+pub struct PlayedScene {
     scene: String,
     bots: u16,
     /// Mean time of a tick, milliseconds.
@@ -52,7 +52,7 @@ impl Times {
 }
 
 /// Plays the scene whose worst tick takes the longest, with as many bots as it allows, for two seconds.
-pub fn play_largest(scenes: &[Scene]) -> Option<Played> {
+pub fn play_largest(scenes: &[Scene]) -> Option<PlayedScene> {
     let cost = |scene: &&Scene| WorstTick::of(scene).ms;
     let largest = scenes.iter().max_by(|a, b| cost(a).total_cmp(&cost(b)))?;
     let bots = largest.players_max;
@@ -75,12 +75,12 @@ pub fn play_largest(scenes: &[Scene]) -> Option<Played> {
     let mean_ms = ticks_ms.iter().sum::<f64>() / ticks_ms.len() as f64;
     ticks_ms.sort_by(f64::total_cmp);
     let p99_ms = ticks_ms[ticks_ms.len() - 1 - ticks_ms.len() / LATE_TICKS];
-    Some(Played { scene: largest.name.clone(), bots, mean_ms, p99_ms })
+    Some(PlayedScene { scene: largest.name.clone(), bots, mean_ms, p99_ms })
 }
 
 /// Judges the speed of a core, of this many.
-pub fn judge_speed(played: Option<Played>, cores: usize, is_release: bool) -> Finding {
-    let Some(Played { scene, bots, mean_ms, p99_ms }) = played else {
+pub fn judge_speed(played: Option<PlayedScene>, cores: usize, is_release: bool) -> Finding {
+    let Some(PlayedScene { scene, bots, mean_ms, p99_ms }) = played else {
         return Finding::fine("processor", format!("{cores} cores; there is no scene to play"));
     };
     let tick_ms = 1e3 * f64::from(DT);
@@ -117,8 +117,8 @@ pub fn judge_steal(times: [Option<Times>; 2]) -> Finding {
 mod tests {
     use super::*;
 
-    fn played(mean_ms: f64, p99_ms: f64) -> Option<Played> {
-        Some(Played { scene: "hall".to_owned(), bots: 64, mean_ms, p99_ms })
+    fn played(mean_ms: f64, p99_ms: f64) -> Option<PlayedScene> {
+        Some(PlayedScene { scene: "hall".to_owned(), bots: 64, mean_ms, p99_ms })
     }
 
     #[test]

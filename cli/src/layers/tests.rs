@@ -1,5 +1,5 @@
 use super::*;
-use crate::Arguments;
+use crate::CommandLine;
 use clap::{CommandFactory, Parser};
 use std::fs;
 
@@ -20,7 +20,7 @@ fn added(words: &[&str], variables: &[(&str, &str)]) -> Result<Vec<String>, Fail
         value.map(|(_, value)| OsString::from(value))
     };
     let words: Vec<OsString> = ["jostle"].iter().chain(words).map(OsString::from).collect();
-    let completed = complete(Arguments::command(), words.clone(), variable)?;
+    let completed = complete(CommandLine::command(), words.clone(), variable)?;
     assert!(completed.starts_with(&words), "{completed:?}");
     let added = completed[words.len()..].iter();
     Ok(added.map(|word| word.to_str().expect("text").to_owned()).collect())
@@ -110,14 +110,15 @@ fn nothing_is_added_to_other_commands_and_to_those_that_are_refused() {
     let words =
         ["jostle", "serve", "--listen", "here", "--config", "/no/such/file"].map(OsString::from);
     let completed =
-        complete(Arguments::command(), words.into(), |_| None).expect("no file is read");
-    let error = Arguments::try_parse_from(completed).map(drop).expect_err("no address").to_string();
+        complete(CommandLine::command(), words.into(), |_| None).expect("no file is read");
+    let error =
+        CommandLine::try_parse_from(completed).map(drop).expect_err("no address").to_string();
     assert!(error.contains("--listen"), "{error}");
 }
 
 #[test]
 fn the_example_has_every_setting() {
-    let mut command = Arguments::command();
+    let mut command = CommandLine::command();
     command.build();
     let settings = settings(&command);
     let read = |text: &str| {

@@ -3,7 +3,7 @@
 
 use super::file::read;
 use crate::output::Failure;
-use crate::trace::{Sink, line};
+use crate::trace::{TraceSink, line};
 use jostle_game::Phase;
 use jostle_protocol::replay::Replay;
 use jostle_room::Playback;
@@ -47,7 +47,7 @@ impl Trace {
         let last = self.last(&file, &replay)?;
         let failed = |error| Failure::Check(format!("{file}: {error}"));
         let mut playback = Playback::new(Arc::clone(&replay)).map_err(failed)?;
-        let mut sink = Sink::stdout();
+        let mut sink = TraceSink::stdout();
         let mut differs = None;
         while playback.tick() < last {
             let tick = playback.tick() + 1;
@@ -96,7 +96,7 @@ impl Trace {
 fn print_phases(
     playback: &Playback,
     replay: &Replay,
-    sink: &mut Sink,
+    sink: &mut TraceSink,
 ) -> Result<Result<(), Failure>, jostle_room::PlaybackError> {
     let tick = playback.tick() + 1;
     let Some(block) = replay.block_with(tick) else { return Ok(Ok(())) };

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::channel;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
-use verdict::{Outcome, Verdict};
+use verdict::{Verdict, VerifyOutcome};
 
 /// On stderr, if that is a terminal; measured in bytes of the files.
 const PROGRESS: &str = "[{bar:30}] {percent} %, {msg}, {eta} left";
@@ -38,7 +38,7 @@ pub struct Verify {
 }
 
 #[derive(Serialize)]
-struct Report {
+struct VerifyReport {
     files: Vec<Verdict>,
     /// Whole files that play again as they were recorded.
     equal: usize,
@@ -64,7 +64,7 @@ impl Verify {
             .with_message(format!("0 of {} files", self.files.len()));
         let started = Instant::now();
         let verdicts = self.verify(&sizes, &progress)?;
-        let report = Report::new(verdicts, started.elapsed().as_secs_f64());
+        let report = VerifyReport::new(verdicts, started.elapsed().as_secs_f64());
         if self.json { say(json(&report)) } else { say(report.sentence()) }?;
         report.failure()
     }
@@ -122,7 +122,7 @@ fn verify(path: &Path, bytes: u64, progress: &ProgressBar) -> Verdict {
             reach(bytes);
             // The file is named by the verdict.
             let reason = reason.strip_prefix(&format!("{file}: ")).unwrap_or(&reason).to_owned();
-            return Verdict { file, ticks: 0, outcome: Outcome::Unreadable { reason } };
+            return Verdict { file, ticks: 0, outcome: VerifyOutcome::Unreadable { reason } };
         }
     };
     let first_tick = replay.first_tick();
@@ -135,26 +135,31 @@ fn verify(path: &Path, bytes: u64, progress: &ProgressBar) -> Verdict {
     });
     reach(bytes);
     let (ticks, outcome) = match (found, replay.ending()) {
-        (Err(error), _) => (0, Outcome::Unreadable { reason: error.to_string() }),
-        (Ok(Some(divergence)), _) => (divergence.tick - first_tick, Outcome::differs(&divergence)),
-        (Ok(None), Ending::Cut(error)) => (ticks, Outcome::cut(&error, replay.last_tick())),
-        (Ok(None), Ending::Damaged(error)) => (ticks, Outcome::damaged(&error, replay.last_tick())),
-        (Ok(None), Ending::Whole) => (ticks, Outcome::Ok),
+        (Err(error), _) => (0, VerifyOutcome::Unreadable { reason: error.to_string() }),
+        (Ok(Some(divergence)), _) => {
+            (divergence.tick - first_tick, VerifyOutcome::differs(&divergence))
+        }
+        (Ok(None), Ending::Cut(error)) => (ticks, VerifyOutcome::cut(&error, replay.last_tick())),
+        (Ok(None), Ending::Damaged(error)) => {
+            (ticks, VerifyOutcome::damaged(&error, replay.last_tick()))
+        }
+        (Ok(None), Ending::Whole) => (ticks, VerifyOutcome::Ok),
     };
     Verdict { file, ticks, outcome }
 }
 
-impl Report {
-    fn new(files: Vec<Verdict>, seconds: f64) -> Report {
-        let count =
-            |is: fn(&Outcome) -> bool| files.iter().filter(|verdict| is(&verdict.outcome)).count();
+impl VerifyReport {
+    fn new(files: Vec<Verdict>, seconds: f64) -> VerifyReport {
+        let count = |is: fn(&VerifyOutcome) -> bool| {
+            files.iter().filter(|verdict| is(&verdict.outcome)).count()
+        };
         let ticks = files.iter().map(|verdict| u64::from(verdict.ticks)).sum();
-        Report {
-            equal: count(|outcome| matches!(outcome, Outcome::Ok)),
-            cut: count(|outcome| matches!(outcome, Outcome::Cut { .. })),
-            differ: count(|outcome| matches!(outcome, Outcome::Differs { .. })),
-            damaged: count(|outcome| matches!(outcome, Outcome::Damaged { .. })),
-            unreadable: count(|outcome| matches!(outcome, Outcome::Unreadable { .. })),
+        VerifyReport {
+            equal: count(|outcome| matches!(outcome, VerifyOutcome::Ok)),
+            cut: count(|outcome| matches!(outcome, VerifyOutcome::Cut { .. })),
+            differ: count(|outcome| matches!(outcome, VerifyOutcome::Differs { .. })),
+            damaged: count(|outcome| matches!(outcome, VerifyOutcome::Damaged { .. })),
+            unreadable: count(|outcome| matches!(outcome, VerifyOutcome::Unreadable { .. })),
             files,
             ticks,
             seconds,
@@ -189,8 +194,9 @@ impl Report {
 
     /// Fails with the first file that is not equal, if there is one.
     fn failure(&self) -> Result<(), Failure> {
-        let is_bad =
-            |verdict: &&Verdict| !matches!(verdict.outcome, Outcome::Ok | Outcome::Cut { .. });
+        let is_bad = |verdict: &&Verdict| {
+            !matches!(verdict.outcome, VerifyOutcome::Ok | VerifyOutcome::Cut { .. })
+        };
         match self.files.iter().find(is_bad) {
             None => Ok(()),
             Some(first) => {

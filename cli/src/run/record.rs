@@ -13,16 +13,16 @@ use std::path::Path;
 const ROOM: &str = "run";
 
 /// A file that is being written.
-pub struct ReplayFile {
+pub struct ReplayOutput {
     file: File,
     name: String,
     log: GameLog,
 }
 
-impl ReplayFile {
+impl ReplayOutput {
     /// Begins a replay of a game in which nothing has happened yet. It says nothing of the time: the
     /// same run gives the same bytes.
-    pub fn create(path: &Path, game: &Game, seed: u64) -> Result<ReplayFile, Failure> {
+    pub fn create(path: &Path, game: &Game, seed: u64) -> Result<ReplayOutput, Failure> {
         let name = path.display().to_string();
         let file = File::create(path).or_usage(format_args!("--replay {name}"))?;
         let start = Start {
@@ -36,7 +36,7 @@ impl ReplayFile {
         };
         let mut log = GameLog::new(start, false, game, Vec::new());
         log.record(0, game, Vec::new());
-        let mut replay = ReplayFile { file, name, log };
+        let mut replay = ReplayOutput { file, name, log };
         replay.write(&header())?;
         Ok(replay)
     }

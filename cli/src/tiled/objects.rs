@@ -184,7 +184,7 @@ fn list_of(class: &str, origin: &Origin) -> Result<(&'static str, Option<Kind>),
 }
 
 /// The shape of an object, in pixels of the map.
-enum Drawing {
+enum DrawnShape {
     Point([f64; 2]),
     /// Lowest and highest coordinates.
     Box([f64; 2], [f64; 2]),
@@ -192,7 +192,7 @@ enum Drawing {
     Line(Vec<[f64; 2]>),
 }
 
-fn drawing(object: &Object, moved: [f64; 2], origin: &Origin) -> Result<Drawing, Box<Wrong>> {
+fn drawing(object: &Object, moved: [f64; 2], origin: &Origin) -> Result<DrawnShape, Box<Wrong>> {
     let (x, y) = (object.x + moved[0], object.y + moved[1]);
     let [low, high] = [[x, y], [x + object.width, y + object.height]];
     let shapes = "a rectangle, a circle, a point or a polyline";
@@ -219,23 +219,23 @@ fn drawing(object: &Object, moved: [f64; 2], origin: &Origin) -> Result<Drawing,
         });
     }
     if let Some(corners) = &object.polyline {
-        return Ok(Drawing::Line(points(corners)));
+        return Ok(DrawnShape::Line(points(corners)));
     }
     if object.point || (object.width == 0.0 && object.height == 0.0) {
-        return Ok(Drawing::Point([x, y]));
+        return Ok(DrawnShape::Point([x, y]));
     }
     if !object.ellipse {
-        return Ok(Drawing::Box(low, high));
+        return Ok(DrawnShape::Box(low, high));
     }
     if (object.width - object.height).abs() > EQUAL {
         let found = format!("an ellipse of {} x {}", object.width, object.height);
         return Err(origin.wrong("ellipse", found, "a circle: as wide as high"));
     }
-    Ok(Drawing::Circle(middle(low, high), object.width / 2.0))
+    Ok(DrawnShape::Circle(middle(low, high), object.width / 2.0))
 }
 
 /// The rectangle that a polygon of four corners is, if it is one.
-fn box_of(corners: &[[f64; 2]]) -> Option<Drawing> {
+fn box_of(corners: &[[f64; 2]]) -> Option<DrawnShape> {
     let of = |axis: usize, pick: fn(f64, f64) -> f64| {
         corners.iter().map(|corner| corner[axis]).reduce(pick).unwrap_or_default()
     };
@@ -251,7 +251,7 @@ fn box_of(corners: &[[f64; 2]]) -> Option<Drawing> {
         let [[ax, ay], [bx, by]] = [corners[at], corners[(at + 1) % corners.len()]];
         near(ax, bx) || near(ay, by)
     });
-    (corners.len() == 4 && all && upright).then_some(Drawing::Box(low, high))
+    (corners.len() == 4 && all && upright).then_some(DrawnShape::Box(low, high))
 }
 
 fn middle(low: [f64; 2], high: [f64; 2]) -> [f64; 2] {
@@ -261,7 +261,7 @@ fn middle(low: [f64; 2], high: [f64; 2]) -> [f64; 2] {
 /// The fields of an entry that its drawing decides.
 fn geometry(
     list: &str,
-    drawing: &Drawing,
+    drawing: &DrawnShape,
     origin: &Origin,
     scale: &Scale,
 ) -> Result<Vec<(&'static str, Value)>, Box<Wrong>> {
@@ -279,30 +279,30 @@ fn geometry(
         ("area", Value::Array(corners.map(|corner| scale.point(corner)).to_vec()))
     };
     match (list, drawing) {
-        ("bodies", Drawing::Point(at)) => Ok(vec![position(*at)]),
-        ("bodies", Drawing::Box(low, high)) => {
+        ("bodies", DrawnShape::Point(at)) => Ok(vec![position(*at)]),
+        ("bodies", DrawnShape::Box(low, high)) => {
             Ok(vec![position(middle(*low, *high)), ("size", size(*low, *high))])
         }
-        ("bodies" | "zones", Drawing::Circle(center, radius)) => {
+        ("bodies" | "zones", DrawnShape::Circle(center, radius)) => {
             Ok(vec![position(*center), ("radius", scale.length(*radius))])
         }
-        ("bodies", Drawing::Line(points)) => {
+        ("bodies", DrawnShape::Line(points)) => {
             let points = points.iter().map(|point| scale.point(*point)).collect();
             Ok(vec![("path", Value::Array(points))])
         }
-        ("zones" | "layouts", Drawing::Box(low, high)) => Ok(vec![area(*low, *high)]),
-        ("zones", Drawing::Point(at)) => Ok(vec![position(*at)]),
-        ("marks", Drawing::Circle(center, radius)) => {
+        ("zones" | "layouts", DrawnShape::Box(low, high)) => Ok(vec![area(*low, *high)]),
+        ("zones", DrawnShape::Point(at)) => Ok(vec![position(*at)]),
+        ("marks", DrawnShape::Circle(center, radius)) => {
             Ok(vec![position(*center), ("size", scale.length(2.0 * radius))])
         }
-        ("springs", Drawing::Point(at)) => Ok(vec![("to", scale.point(*at))]),
-        ("launchers" | "emitters" | "marks", Drawing::Point(at)) => Ok(vec![position(*at)]),
+        ("springs", DrawnShape::Point(at)) => Ok(vec![("to", scale.point(*at))]),
+        ("launchers" | "emitters" | "marks", DrawnShape::Point(at)) => Ok(vec![position(*at)]),
         (_, drawing) => {
             let found = match drawing {
-                Drawing::Point(_) => "a point",
-                Drawing::Box(..) => "a rectangle",
-                Drawing::Circle(..) => "a circle",
-                Drawing::Line(_) => "a polyline",
+                DrawnShape::Point(_) => "a point",
+                DrawnShape::Box(..) => "a rectangle",
+                DrawnShape::Circle(..) => "a circle",
+                DrawnShape::Line(_) => "a polyline",
             };
             let allowed = match list {
                 "zones" => "a rectangle, a circle, or a point with a radius",
@@ -317,12 +317,12 @@ fn geometry(
 
 /// A spawn point of the heroes.
 fn write_spawn(
-    drawing: &Drawing,
+    drawing: &DrawnShape,
     origin: &Origin,
     scale: &Scale,
     scene: &mut Table,
 ) -> Result<(), Box<Wrong>> {
-    let Drawing::Point(at) = drawing else {
+    let DrawnShape::Point(at) = drawing else {
         return Err(origin.wrong("shape", "another shape", "a point"));
     };
     let hero = scene.entry("hero").or_insert_with(|| Value::Table(Table::new()));

@@ -96,8 +96,8 @@ async fn play(socket: &mut Socket, ticks: u32) {
 /// tokens that each server was shown.
 async fn followed(nodes: Vec<Node>, until: usize) -> (Report, Vec<Vec<Option<Token>>>) {
     let url = nodes[0].origin().replace("http", "ws") + "/impulse";
-    let target: Target = url.parse().expect("an address");
-    let (stage, watched) = watch::channel(Stage::Playing(Instant::now()));
+    let target: BotTarget = url.parse().expect("an address");
+    let (stage, watched) = watch::channel(CrowdStage::Playing(Instant::now()));
     let (seated, _waiting) = mpsc::channel(1);
     let (sender, mut snapshots) = mpsc::unbounded_channel();
     let bot = Bot {
@@ -117,14 +117,14 @@ async fn followed(nodes: Vec<Node>, until: usize) -> (Report, Vec<Vec<Option<Tok
     let servers: Vec<_> = nodes.into_iter().map(|node| tokio::spawn(node.serve())).collect();
     let bot = tokio::spawn(bot.play());
     // Marked as seen when the bot came: this is the change that begins the measurement.
-    stage.send_replace(Stage::Playing(Instant::now()));
+    stage.send_replace(CrowdStage::Playing(Instant::now()));
     for _ in 0..until {
         let snapshot = timeout(LONG, snapshots.recv()).await.expect("in time");
         if snapshot.is_none() {
             break;
         }
     }
-    stage.send_replace(Stage::Over);
+    stage.send_replace(CrowdStage::Over);
     let report = bot.await.expect("a bot does not panic");
     let mut tokens = Vec::new();
     for server in servers {

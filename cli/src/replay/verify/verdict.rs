@@ -13,12 +13,12 @@ pub struct Verdict {
     /// Ticks that were played again.
     pub ticks: u32,
     #[serde(flatten)]
-    pub outcome: Outcome,
+    pub outcome: VerifyOutcome,
 }
 
 #[derive(Debug, Serialize)]
 #[serde(tag = "result", rename_all = "lowercase")]
-pub enum Outcome {
+pub enum VerifyOutcome {
     /// Every tick is equal.
     Ok,
     /// Every tick is equal, but the end is missing.
@@ -55,19 +55,23 @@ pub enum Outcome {
     Unreadable { reason: String },
 }
 
-impl Outcome {
+impl VerifyOutcome {
     /// A file that ends too early.
-    pub fn cut(error: &ReplayError, last_tick: u32) -> Outcome {
-        Outcome::Cut { offset: error.offset, reason: error.problem.to_string(), last_tick }
+    pub fn cut(error: &ReplayError, last_tick: u32) -> VerifyOutcome {
+        VerifyOutcome::Cut { offset: error.offset, reason: error.problem.to_string(), last_tick }
     }
 
     /// A file with a damaged record.
-    pub fn damaged(error: &ReplayError, last_tick: u32) -> Outcome {
-        Outcome::Damaged { offset: error.offset, reason: error.problem.to_string(), last_tick }
+    pub fn damaged(error: &ReplayError, last_tick: u32) -> VerifyOutcome {
+        VerifyOutcome::Damaged {
+            offset: error.offset,
+            reason: error.problem.to_string(),
+            last_tick,
+        }
     }
 
     /// A game that diverges from the recording.
-    pub fn differs(divergence: &Divergence) -> Outcome {
+    pub fn differs(divergence: &Divergence) -> VerifyOutcome {
         let (phases, subject, field) = match &divergence.cause {
             Cause::Nudge { phases, body, field, .. } => {
                 let phases = phases.iter().map(|phase| phase.name()).collect();
@@ -80,7 +84,7 @@ impl Outcome {
             Cause::Unknown => (Vec::new(), None, None),
         };
         let (tick, reason) = (divergence.tick, divergence.to_string());
-        Outcome::Differs { tick, phases, subject, field, reason }
+        VerifyOutcome::Differs { tick, phases, subject, field, reason }
     }
 }
 
@@ -88,15 +92,15 @@ impl fmt::Display for Verdict {
     fn fmt(&self, out: &mut fmt::Formatter) -> fmt::Result {
         write!(out, "{}: ", self.file)?;
         match &self.outcome {
-            Outcome::Ok => write!(out, "ok"),
-            Outcome::Cut { offset, reason, last_tick } => {
+            VerifyOutcome::Ok => write!(out, "ok"),
+            VerifyOutcome::Cut { offset, reason, last_tick } => {
                 write!(out, "ok, cut at byte {offset} ({reason}), equal to tick {last_tick}")
             }
-            Outcome::Damaged { offset, reason, last_tick } => {
+            VerifyOutcome::Damaged { offset, reason, last_tick } => {
                 write!(out, "DAMAGED at byte {offset} ({reason}), equal to tick {last_tick}")
             }
-            Outcome::Differs { reason, .. } => write!(out, "DIFFERS: {reason}"),
-            Outcome::Unreadable { reason } => write!(out, "CANNOT BE READ: {reason}"),
+            VerifyOutcome::Differs { reason, .. } => write!(out, "DIFFERS: {reason}"),
+            VerifyOutcome::Unreadable { reason } => write!(out, "CANNOT BE READ: {reason}"),
         }
     }
 }
