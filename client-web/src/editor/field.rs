@@ -26,7 +26,7 @@ pub enum Spot {
 }
 
 /// One step of a path.
-enum Part<'a> {
+enum PathPart<'a> {
     Name(&'a str),
     Index(usize),
 }
@@ -37,33 +37,33 @@ pub fn find(text: &str, path: &str) -> Option<Spot> {
     let parts = parts(path)?;
     let mut table = root.get_ref();
     // Header of the table, if it has one; whether it has braces; names before its fields.
-    let mut around = Around { header: None, braces: None, prefix: String::new() };
+    let mut notation = TableNotation { header: None, braces: None, prefix: String::new() };
     let mut value: Option<&Spanned<DeValue>> = None;
     let last = parts.len() - 1;
     for (index, part) in parts.iter().enumerate() {
         match part {
-            Part::Name(name) => {
+            PathPart::Name(name) => {
                 if let Some(found) = value {
                     table = found.get_ref().as_table()?;
-                    around = around.within(text, found);
+                    notation = notation.within(text, found);
                 }
                 let Some(found) = table.get(*name) else {
-                    let rest: Vec<&Part> = parts[index..].iter().collect();
-                    return missing(text, table, &around, &rest);
+                    let rest: Vec<&PathPart> = parts[index..].iter().collect();
+                    return missing(text, table, &notation, &rest);
                 };
                 if index == last {
                     let key = table.keys().find(|key| key.get_ref() == name)?.span();
-                    return Some(there(text, key, found.span(), around.braces.is_some()));
+                    return Some(there(text, key, found.span(), notation.braces.is_some()));
                 }
                 let is_dotted = found.get_ref().as_table().is_some()
                     && !text[found.span()].starts_with(['[', '{']);
                 if is_dotted {
                     // `walk.speed = 3`: the names before it are part of each line.
-                    around.prefix = format!("{}{name}.", around.prefix);
+                    notation.prefix = format!("{}{name}.", notation.prefix);
                 }
                 value = Some(found);
             }
-            Part::Index(at) => {
+            PathPart::Index(at) => {
                 let found = value?.get_ref().as_array()?.get(*at)?;
                 if index == last {
                     let value = found.span();
@@ -77,31 +77,33 @@ pub fn find(text: &str, path: &str) -> Option<Spot> {
 }
 
 /// How the fields of a table are written.
-struct Around {
+struct TableNotation {
     header: Option<usize>,
     braces: Option<Range<usize>>,
     prefix: String,
 }
 
-impl Around {
+impl TableNotation {
     /// How those of a table within it are written.
-    fn within(self, text: &str, table: &Spanned<DeValue>) -> Around {
+    fn within(self, text: &str, table: &Spanned<DeValue>) -> TableNotation {
         let at = table.span();
         match text[at.clone()].chars().next() {
-            Some('[') => Around { header: Some(at.start), braces: None, prefix: String::new() },
-            Some('{') => Around { header: None, braces: Some(at), prefix: String::new() },
+            Some('[') => {
+                TableNotation { header: Some(at.start), braces: None, prefix: String::new() }
+            }
+            Some('{') => TableNotation { header: None, braces: Some(at), prefix: String::new() },
             _ => self,
         }
     }
 }
 
-fn parts(path: &str) -> Option<Vec<Part<'_>>> {
+fn parts(path: &str) -> Option<Vec<PathPart<'_>>> {
     let mut parts = Vec::new();
     for step in path.split('.') {
         let mut pieces = step.split('[');
-        parts.push(Part::Name(pieces.next().filter(|name| !name.is_empty())?));
+        parts.push(PathPart::Name(pieces.next().filter(|name| !name.is_empty())?));
         for piece in pieces {
-            parts.push(Part::Index(piece.strip_suffix(']')?.parse().ok()?));
+            parts.push(PathPart::Index(piece.strip_suffix(']')?.parse().ok()?));
         }
     }
     Some(parts)
@@ -127,19 +129,24 @@ fn there(text: &str, key: Range<usize>, value: Range<usize>, in_braces: bool) ->
     Spot::There { value, whole }
 }
 
-fn missing(text: &str, table: &DeTable, around: &Around, rest: &[&Part]) -> Option<Spot> {
+fn missing(
+    text: &str,
+    table: &DeTable,
+    notation: &TableNotation,
+    rest: &[&PathPart],
+) -> Option<Spot> {
     let names: Option<Vec<&str>> = rest
         .iter()
         .map(|part| match part {
-            Part::Name(name) => Some(*name),
-            Part::Index(_) => None,
+            PathPart::Name(name) => Some(*name),
+            PathPart::Index(_) => None,
         })
         .collect();
     let names = names?;
-    if let Some(braces) = &around.braces {
+    if let Some(braces) = &notation.braces {
         let last = last_byte(table);
         let name = names.join(".");
-        let prefix = &around.prefix;
+        let prefix = &notation.prefix;
         return Some(match table.is_empty() {
             true => Spot::Missing {
                 at: braces.start + 1,
@@ -153,8 +160,8 @@ fn missing(text: &str, table: &DeTable, around: &Around, rest: &[&Part]) -> Opti
             },
         });
     }
-    let own = last_own_byte(text, table).or(around.header);
-    if names.len() > 1 && around.header.is_none() && around.prefix.is_empty() {
+    let own = last_own_byte(text, table).or(notation.header);
+    if names.len() > 1 && notation.header.is_none() && notation.prefix.is_empty() {
         // A table of the top level that is not there: it gets a header, at the end.
         let (name, tables) = names.split_last()?;
         let gap = if text.is_empty() { "" } else { "\n" };
@@ -163,7 +170,7 @@ fn missing(text: &str, table: &DeTable, around: &Around, rest: &[&Part]) -> Opti
         return Some(Spot::Missing { at: text.len(), before, after: "\n".to_owned() });
     }
     let at = own.map_or(0, |own| line_end(text, own));
-    let before = format!("{}{}{} = ", newline_at(text, at), around.prefix, names.join("."));
+    let before = format!("{}{}{} = ", newline_at(text, at), notation.prefix, names.join("."));
     Some(Spot::Missing { at, before, after: "\n".to_owned() })
 }
 

@@ -2,7 +2,7 @@
 //! text as it was, and each move makes the new text from that one.
 
 use super::edit::{self, Splice, apply};
-use super::hand::{Gesture, Grip, Hand};
+use super::hand::{EditGesture, Grip, Hand};
 use super::palette::{self, Make};
 use super::snap::{Extents, Guides};
 use super::state::{Editor, path_of};
@@ -54,7 +54,7 @@ impl Editor {
     }
 
     fn begin(&mut self, grip: Grip, id: i32, from: Vec2) {
-        self.gesture = Some(Gesture {
+        self.gesture = Some(EditGesture {
             id,
             grip,
             from,
@@ -123,7 +123,7 @@ impl Editor {
         self.gesture = Some(gesture);
     }
 
-    fn drag(&mut self, gesture: &Gesture, hand: &Hand) {
+    fn drag(&mut self, gesture: &EditGesture, hand: &Hand) {
         self.guides = Guides::default();
         let splices = match gesture.grip {
             Grip::Box => return self.select_within(gesture),
@@ -137,7 +137,7 @@ impl Editor {
         self.show(apply(&gesture.base, splices));
     }
 
-    fn select_within(&mut self, gesture: &Gesture) {
+    fn select_within(&mut self, gesture: &EditGesture) {
         let Some([low, high]) = gesture.frame() else { return };
         let mut ids = gesture.selection.clone();
         for piece in &self.sheet.pieces {
@@ -153,7 +153,7 @@ impl Editor {
     }
 
     /// A new piece hangs on the hand as long as that is over the picture.
-    fn carry(&mut self, gesture: &Gesture, make: Make, hand: &Hand) {
+    fn carry(&mut self, gesture: &EditGesture, make: Make, hand: &Hand) {
         self.selection.clear();
         if !hand.inside {
             return self.show(gesture.base.clone());
@@ -175,7 +175,7 @@ impl Editor {
         }
     }
 
-    fn move_selection(&mut self, gesture: &Gesture, hand: &Hand) -> Vec<Splice> {
+    fn move_selection(&mut self, gesture: &EditGesture, hand: &Hand) -> Vec<Splice> {
         let pieces: Vec<&Piece> =
             self.selection.iter().filter_map(|id| gesture.sheet.piece(*id)).collect();
         let rects: Vec<Extents> = pieces.iter().filter_map(|piece| self.extents(piece)).collect();
@@ -197,7 +197,7 @@ impl Editor {
         splices
     }
 
-    fn move_point(&mut self, gesture: &Gesture, index: usize, hand: &Hand) -> Vec<Splice> {
+    fn move_point(&mut self, gesture: &EditGesture, index: usize, hand: &Hand) -> Vec<Splice> {
         let piece = self.selection.first().and_then(|id| gesture.sheet.piece(*id));
         let Some(Place::Path(points)) = piece.and_then(|piece| piece.place.as_ref()) else {
             return Vec::new();
@@ -213,7 +213,7 @@ impl Editor {
     }
 
     /// Moves an edge or a corner; the opposite one stays.
-    fn size_selected(&mut self, gesture: &Gesture, way: Vec2, hand: &Hand) -> Vec<Splice> {
+    fn size_selected(&mut self, gesture: &EditGesture, way: Vec2, hand: &Hand) -> Vec<Splice> {
         let piece = self.selection.first().and_then(|id| gesture.sheet.piece(*id));
         let Some(piece) = piece else { return Vec::new() };
         let Some(Extents { mut low, mut high }) = self.extents(piece) else { return Vec::new() };
@@ -259,7 +259,7 @@ impl Editor {
 
     fn size_circle(
         &mut self,
-        gesture: &Gesture,
+        gesture: &EditGesture,
         piece: &Piece,
         way: Vec2,
         hand: &Hand,

@@ -38,7 +38,7 @@ pub enum Grip {
 
 /// A gesture that is on.
 #[derive(Clone, Debug)]
-pub struct Gesture {
+pub struct EditGesture {
     pub(super) id: i32,
     /// The thing that is held.
     pub(super) grip: Grip,
@@ -54,7 +54,7 @@ pub struct Gesture {
     pub(super) free: bool,
 }
 
-impl Gesture {
+impl EditGesture {
     /// The corners of the box that selects.
     pub fn frame(&self) -> Option<[Vec2; 2]> {
         let selects = self.grip == Grip::Box && self.moving;

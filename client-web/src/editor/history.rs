@@ -7,7 +7,7 @@ const PAUSE_MS: f64 = 1000.0;
 
 /// One step: what stood at a byte, and what stands there now.
 #[derive(Clone, Debug, PartialEq, Eq)]
-struct Step {
+struct EditStep {
     at: usize,
     before: String,
     after: String,
@@ -16,15 +16,15 @@ struct Step {
 /// Steps back and forth between all texts that there were.
 #[derive(Clone, Debug, Default)]
 pub struct History {
-    done: Vec<Step>,
-    undone: Vec<Step>,
+    done: Vec<EditStep>,
+    undone: Vec<EditStep>,
     /// When the last step was typed, if it was.
     typed_ms: Option<f64>,
 }
 
-impl Step {
+impl EditStep {
     /// The difference of two texts; `None` if nothing does.
-    fn between(before: &str, after: &str) -> Option<Step> {
+    fn between(before: &str, after: &str) -> Option<EditStep> {
         if before == after {
             return None;
         }
@@ -38,7 +38,7 @@ impl Step {
         {
             tail -= 1;
         }
-        Some(Step {
+        Some(EditStep {
             at: start,
             before: before[start..before.len() - tail].to_owned(),
             after: after[start..after.len() - tail].to_owned(),
@@ -67,7 +67,7 @@ fn floor(before: &str, after: &str, mut same: usize) -> usize {
 impl History {
     /// Notes that `before` became `after` in one step.
     pub fn note(&mut self, before: &str, after: &str) {
-        if let Some(step) = Step::between(before, after) {
+        if let Some(step) = EditStep::between(before, after) {
             self.done.push(step);
             self.undone.clear();
             self.typed_ms = None;
@@ -82,7 +82,7 @@ impl History {
 
     /// Notes that it became so by typing: letters of one word, typed without a pause, are one step.
     pub fn note_typed(&mut self, before: &str, after: &str, now_ms: f64) {
-        let Some(step) = Step::between(before, after) else { return };
+        let Some(step) = EditStep::between(before, after) else { return };
         self.undone.clear();
         let went_on = self.typed_ms.is_some_and(|typed| now_ms - typed <= PAUSE_MS);
         self.typed_ms = Some(now_ms);

@@ -129,7 +129,7 @@ pub fn added(text: &str, make: Make, at: Vec2) -> Option<(String, PieceId)> {
     let list = make.list();
     let index = sheet.pieces.iter().filter(|piece| piece.id.list == list).count();
     let id = PieceId { list, index };
-    let draft = Draft { at, world, text: &text };
+    let draft = PieceDraft { at, world, text: &text };
     let new = match make {
         Make::Spawn => spawned(&draft)?,
         _ => {
@@ -148,13 +148,13 @@ fn is_bare(text: &str) -> bool {
     text.lines().all(|line| line.trim().is_empty() || line.trim_start().starts_with('#'))
 }
 
-struct Draft<'a> {
+struct PieceDraft<'a> {
     at: Vec2,
     world: Vec2,
     text: &'a str,
 }
 
-impl Draft<'_> {
+impl PieceDraft<'_> {
     fn number(&self, value: f32) -> String {
         rounded(value, decimals_of(unit_of(self.world)) + 1)
     }
@@ -207,7 +207,7 @@ impl Draft<'_> {
 }
 
 /// A spawn point joins those of `[hero]`. Where that is missing it is added, with the keys that steer it.
-fn spawned(draft: &Draft) -> Option<String> {
+fn spawned(draft: &PieceDraft) -> Option<String> {
     let point = draft.point(draft.at);
     if let Some(splice) = field::push(draft.text, "hero.spawns", &point) {
         return Some(apply(draft.text, vec![splice]));

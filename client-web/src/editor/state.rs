@@ -2,7 +2,7 @@
 
 use super::edit::{Splice, apply};
 use super::field::{self, Spot};
-use super::hand::{Gesture, Grip, Hand};
+use super::hand::{EditGesture, Grip, Hand};
 use super::history::History;
 use super::number::{DECIMALS_MAX, decimals_of, rounded};
 use super::snap::{Extents, Guides, Snapping, unit_of};
@@ -37,7 +37,7 @@ pub struct Editor {
     unchecked: bool,
     pub(super) history: History,
     pub selection: Vec<PieceId>,
-    pub(super) gesture: Option<Gesture>,
+    pub(super) gesture: Option<EditGesture>,
     /// Lines along which something is aligned now.
     pub guides: Guides,
     /// The words for a screen reader.

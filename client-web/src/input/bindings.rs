@@ -90,11 +90,11 @@ impl Bindings {
 
 /// What the caps of the keyboard read, as far as that is known.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Layout {
+pub struct KeyboardLayout {
     labels: LiteMap<String, String>,
 }
 
-impl Layout {
+impl KeyboardLayout {
     /// The key at a place has this letter; other words name no cap.
     pub fn note(&mut self, place: &str, letter: &str) {
         if letter.chars().count() == 1 && letter != " " {

@@ -106,7 +106,7 @@ pub struct Visit {
 
 /// The picture on the canvas.
 #[derive(Debug, Default)]
-pub struct Picture {
+pub struct CanvasPicture {
     pub graphics: GraphicsStatus,
     /// Frames drawn since the page was opened or a demo or replay began.
     pub drawn_frames: u64,
@@ -116,7 +116,7 @@ pub struct Picture {
     pub frozen_hud: Option<bool>,
 }
 
-impl Picture {
+impl CanvasPicture {
     /// Takes what happened to the drawing context.
     fn update(&mut self, ctx: &mut Context, event: &Event) {
         match event {
@@ -153,7 +153,7 @@ pub struct App {
     pub panels: Panels,
     pub sound: SoundDesk,
     pub conditions: NetworkConditions,
-    pub picture: Picture,
+    pub picture: CanvasPicture,
     pub(super) site: Site,
     pub settings: Settings,
 }
@@ -186,7 +186,7 @@ impl App {
             panels: Panels::default(),
             sound,
             conditions,
-            picture: Picture::default(),
+            picture: CanvasPicture::default(),
             site: Site { address: Address::default(), origin },
             settings,
         }

@@ -11,7 +11,7 @@ const OWN: &str = "my-scene";
 const NUMBER_MAX: u32 = 99;
 
 /// A storage of the browser, or of a test.
-pub trait Store {
+pub trait DraftStore {
     /// The value under a key.
     fn read(&self, key: &str) -> Option<String>;
     /// Keeps a value, or forgets it; `false` if the storage is full or forbidden.
@@ -37,7 +37,7 @@ pub fn key(origin: Option<&str>) -> String {
 impl Draft {
     /// Keeps the text. Returns the name of the scene as whose draft it is there: another one than wanted if that draft is
     /// not the known one. `None` if the storage does not take it.
-    pub fn keep(&self, store: &mut impl Store) -> Option<Option<String>> {
+    pub fn keep(&self, store: &mut impl DraftStore) -> Option<Option<String>> {
         let wanted = key(self.origin.as_deref());
         let there = store.read(&wanted);
         let is_known = there.is_none() || there == self.base || there == self.text;
@@ -51,7 +51,7 @@ impl Draft {
     }
 
     /// A name like that of the scene under which no draft is kept.
-    fn free_name(&self, store: &impl Store) -> Option<String> {
+    fn free_name(&self, store: &impl DraftStore) -> Option<String> {
         let name = self.origin.as_deref().unwrap_or(OWN);
         let name = &name[..name.len().min(SCENE_NAME_BYTES_MAX - 3)];
         let mut names = (2..=NUMBER_MAX).map(|number| format!("{name}-{number}"));

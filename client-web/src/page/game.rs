@@ -26,8 +26,8 @@ use crate::world::room_in_page::RoomInPage;
 use jostle_game::Seat;
 use jostle_protocol::{Appearance, Role};
 use jostle_sim::{TICKS_PER_SECOND, Vec2};
-use link::{Connection, Link};
-use membership::{GameView, Membership};
+use link::{Link, RoomConnection};
+use membership::{GameView, RoomMembership};
 use showing::Showing;
 use status::{State, Status};
 
@@ -70,7 +70,7 @@ pub struct GameScreen {
     /// The stage that it is at.
     pub status: Status,
     /// The seat, once there was a welcome.
-    pub membership: Option<Membership>,
+    pub membership: Option<RoomMembership>,
     /// In a game that is played alone.
     pub ghost: Option<GhostSlot>,
     /// Round trip and delay of the newest pulses, milliseconds.
@@ -92,7 +92,7 @@ pub struct GameScreen {
 impl GameScreen {
     /// A game in a room of the server.
     pub fn join(ctx: &mut Context, code: &str, appearance: Appearance) -> GameScreen {
-        let link = Link::Server(Connection::new(ctx.now_ms));
+        let link = Link::Server(RoomConnection::new(ctx.now_ms));
         let mut game = GameScreen::new(ctx, code, appearance, link);
         game.connect(ctx);
         game
@@ -352,7 +352,7 @@ impl GameScreen {
             room.tick();
             self.receive_in_page(ctx);
             let eye = Eye { pointer: None, bounds: self.view.bounds(self.replica()) };
-            if let Some(Membership { replica, .. }) = &mut self.membership
+            if let Some(RoomMembership { replica, .. }) = &mut self.membership
                 && let Some(tick) = replica.newest().map(|snapshot| snapshot.tick)
             {
                 replica.advance(f64::from(tick), eye);

@@ -16,7 +16,7 @@ const REPLAYS_MS: f64 = 15_000.0;
 
 /// A line under the form.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Note {
+pub struct LobbyNote {
     pub text: String,
     /// It reports a problem.
     pub bad: bool,
@@ -31,7 +31,7 @@ pub struct Lobby {
     /// Replays, the newest first.
     pub replays: Vec<ReplayCard>,
     /// The line under the form.
-    pub note: Note,
+    pub note: LobbyNote,
     /// The typed name cannot be used.
     pub name_invalid: bool,
     /// A room is being opened.
@@ -44,7 +44,7 @@ impl Lobby {
     /// Starts over, and asks the server for its lists.
     pub fn show(&mut self, ctx: &mut Context) {
         self.busy = false;
-        self.note = Note::default();
+        self.note = LobbyNote::default();
         self.name_invalid = false;
         self.replays_asked_ms = None;
         self.ask(ctx);
@@ -79,7 +79,7 @@ impl Lobby {
         match Appearance::new(name::finished(&form.name), form.color) {
             Ok(appearance) => {
                 self.name_invalid = false;
-                self.note = Note::default();
+                self.note = LobbyNote::default();
                 Some(appearance)
             }
             Err(error) => {
@@ -123,7 +123,7 @@ impl Lobby {
                 Some(Rooms { rooms, .. }) => {
                     (self.rooms, self.rooms_known) = (rooms, true);
                     if self.note.text == strings::UNANSWERED {
-                        self.note = Note::default();
+                        self.note = LobbyNote::default();
                     }
                 }
                 None => self.say(strings::UNANSWERED, true),
@@ -161,7 +161,7 @@ impl Lobby {
     }
 
     fn say(&mut self, text: &str, bad: bool) {
-        self.note = Note { text: text.to_owned(), bad };
+        self.note = LobbyNote { text: text.to_owned(), bad };
     }
 }
 

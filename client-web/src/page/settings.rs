@@ -1,7 +1,7 @@
 //! The settings: keys, gamepad, calm, full screen and language. What is chosen is remembered.
 
 use crate::input::action::Action;
-use crate::input::bindings::{Bindings, Layout};
+use crate::input::bindings::{Bindings, KeyboardLayout};
 use crate::input::pad::{PadBindings, PadState};
 use crate::language::{self, say};
 use crate::page::choices::Choice;
@@ -18,7 +18,7 @@ pub const LANGUAGES: [&str; 2] = ["en", "de"];
 #[derive(Debug)]
 pub struct Settings {
     pub keys: Bindings,
-    pub layout: Layout,
+    pub layout: KeyboardLayout,
     pub pad: PadBindings,
     /// No particles to speak of, no flashes, nothing that shakes.
     pub calm: bool,
@@ -43,7 +43,7 @@ impl Settings {
     pub fn new(storage: &Storage, preferred: &str, calm: bool) -> Settings {
         let mut settings = Settings {
             keys: Bindings::default(),
-            layout: Layout::default(),
+            layout: KeyboardLayout::default(),
             pad: PadBindings::default(),
             calm,
             is_full: false,

@@ -14,9 +14,9 @@ use crate::page::dom::editor;
 use crate::page::dom::listeners;
 use crate::page::dom::settings;
 use crate::page::dom::views::Views;
-use crate::page::drafts::Store;
+use crate::page::drafts::DraftStore;
 use crate::page::event::{Address, Effect, Event};
-use crate::page::queue::{self, Arrival, Events};
+use crate::page::queue::{self, Events, QueuedEvent};
 use crate::page::storage::Storage;
 use crate::sound::player::{Player, Silence};
 use crate::sound::task::{SoundEvent, SoundTask};
@@ -170,14 +170,14 @@ fn drain() {
 }
 
 impl Page {
-    fn handle(&mut self, Arrival { event, source }: Arrival) {
+    fn handle(&mut self, QueuedEvent { event, source }: QueuedEvent) {
         for effect in self.app.update(browser::now_ms(), event) {
             self.perform(effect, source.as_ref());
         }
     }
 
     fn handle_own(&mut self, event: Event) {
-        self.handle(Arrival { event, source: None });
+        self.handle(QueuedEvent { event, source: None });
     }
 
     fn frame(&mut self) {
@@ -313,7 +313,7 @@ fn store(storage: Option<web_sys::Storage>, key: &str, value: Option<&str>) {
     storage.into_iter().for_each(|mut storage| _ = storage.write(key, value));
 }
 
-impl Store for web_sys::Storage {
+impl DraftStore for web_sys::Storage {
     fn read(&self, key: &str) -> Option<String> {
         self.get_item(key).ok().flatten()
     }

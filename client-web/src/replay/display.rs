@@ -1,6 +1,6 @@
 //! The display of ticks that were played in a row: bodies with their springs, flashes, news.
 
-use crate::view::draw::motion::Spring;
+use crate::view::draw::motion::SquashSpring;
 use crate::view::frame::FrameBody;
 use crate::world::replica::{Eye, Replica};
 use jostle_game::Seat;
@@ -30,7 +30,7 @@ pub struct ReplayDisplay {
 #[derive(Clone, Copy)]
 struct Sprung {
     id: BodyId,
-    spring: Spring,
+    spring: SquashSpring,
     /// Its squash a tick before.
     before: f32,
 }
@@ -71,7 +71,8 @@ impl ReplayDisplay {
                 self.springs.resize(slot + 1, None);
             }
             let known = self.springs[slot].filter(|sprung| sprung.id == body.id);
-            let mut spring = known.map_or(Spring::at_rest(body.velocity), |sprung| sprung.spring);
+            let mut spring =
+                known.map_or(SquashSpring::at_rest(body.velocity), |sprung| sprung.spring);
             let before = spring.squash;
             spring.advance(body.velocity, DT);
             self.springs[slot] = Some(Sprung { id: body.id, spring, before });

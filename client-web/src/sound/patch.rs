@@ -4,7 +4,7 @@ use super::cue::Sound;
 
 /// The material of a layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Source {
+pub enum SoundSource {
     Sine,
     /// A tone with a few soft overtones.
     Triangle,
@@ -14,8 +14,8 @@ pub enum Source {
 
 /// A tone or a band of noise that glides from one frequency to another while it fades.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Layer {
-    pub source: Source,
+pub struct SoundLayer {
+    pub source: SoundSource,
     /// Frequency at its beginning, Hz.
     pub from_hz: f32,
     /// Frequency at its end, Hz.
@@ -28,71 +28,77 @@ pub struct Layer {
     pub length_s: f32,
 }
 
-const fn layer(source: Source, from_hz: f32, to_hz: f32, gain: f32, length_s: f32) -> Layer {
-    Layer { source, from_hz, to_hz, gain, start_s: 0.0, length_s }
+const fn layer(
+    source: SoundSource,
+    from_hz: f32,
+    to_hz: f32,
+    gain: f32,
+    length_s: f32,
+) -> SoundLayer {
+    SoundLayer { source, from_hz, to_hz, gain, start_s: 0.0, length_s }
 }
 
-const fn sine(from_hz: f32, to_hz: f32, gain: f32, length_s: f32) -> Layer {
-    layer(Source::Sine, from_hz, to_hz, gain, length_s)
+const fn sine(from_hz: f32, to_hz: f32, gain: f32, length_s: f32) -> SoundLayer {
+    layer(SoundSource::Sine, from_hz, to_hz, gain, length_s)
 }
 
-const fn noise(from_hz: f32, to_hz: f32, gain: f32, length_s: f32) -> Layer {
-    layer(Source::Noise, from_hz, to_hz, gain, length_s)
+const fn noise(from_hz: f32, to_hz: f32, gain: f32, length_s: f32) -> SoundLayer {
+    layer(SoundSource::Noise, from_hz, to_hz, gain, length_s)
 }
 
-const fn later(start_s: f32, layer: Layer) -> Layer {
-    Layer { start_s, ..layer }
+const fn later(start_s: f32, layer: SoundLayer) -> SoundLayer {
+    SoundLayer { start_s, ..layer }
 }
 
 /// A struck bar of wood, as of a marimba.
-const fn bar(start_s: f32, hz: f32, gain: f32, length_s: f32) -> Layer {
-    Layer { start_s, ..layer(Source::Triangle, hz, hz, gain, length_s) }
+const fn bar(start_s: f32, hz: f32, gain: f32, length_s: f32) -> SoundLayer {
+    SoundLayer { start_s, ..layer(SoundSource::Triangle, hz, hz, gain, length_s) }
 }
 
 /// A soft tock: a short tone that sinks a little, a dull overtone, and the knock itself.
-const WOOD: [Layer; 3] = [
+const WOOD: [SoundLayer; 3] = [
     sine(345.0, 310.0, 0.62, 0.16),
     sine(880.0, 860.0, 0.16, 0.06),
     noise(1500.0, 900.0, 0.5, 0.025),
 ];
 /// A bounce: a low tone that sinks by half an octave.
-const RUBBER: [Layer; 2] = [sine(235.0, 150.0, 0.75, 0.18), noise(520.0, 300.0, 0.4, 0.03)];
+const RUBBER: [SoundLayer; 2] = [sine(235.0, 150.0, 0.75, 0.18), noise(520.0, 300.0, 0.4, 0.03)];
 /// A click of two high tones.
-const GLASS: [Layer; 2] = [sine(1050.0, 1040.0, 0.32, 0.1), sine(2470.0, 2460.0, 0.1, 0.045)];
-const THROW: [Layer; 2] = [noise(480.0, 1500.0, 0.6, 0.17), sine(250.0, 430.0, 0.14, 0.12)];
-const BURST: [Layer; 3] = [
+const GLASS: [SoundLayer; 2] = [sine(1050.0, 1040.0, 0.32, 0.1), sine(2470.0, 2460.0, 0.1, 0.045)];
+const THROW: [SoundLayer; 2] = [noise(480.0, 1500.0, 0.6, 0.17), sine(250.0, 430.0, 0.14, 0.12)];
+const BURST: [SoundLayer; 3] = [
     noise(1900.0, 260.0, 0.9, 0.34),
     sine(210.0, 62.0, 0.5, 0.24),
     later(0.03, noise(2600.0, 1200.0, 0.25, 0.12)),
 ];
-const SPAWN: [Layer; 1] = [sine(330.0, 640.0, 0.3, 0.11)];
-const BREAK: [Layer; 4] = [
+const SPAWN: [SoundLayer; 1] = [sine(330.0, 640.0, 0.3, 0.11)];
+const BREAK: [SoundLayer; 4] = [
     noise(1700.0, 500.0, 0.8, 0.26),
     sine(420.0, 370.0, 0.4, 0.1),
     later(0.05, sine(530.0, 480.0, 0.32, 0.1)),
     later(0.11, sine(300.0, 270.0, 0.34, 0.14)),
 ];
 /// A chord of C upwards.
-const GOAL: [Layer; 4] = [
+const GOAL: [SoundLayer; 4] = [
     bar(0.0, 523.25, 0.3, 0.35),
     bar(0.09, 659.25, 0.3, 0.35),
     bar(0.18, 783.99, 0.3, 0.4),
     bar(0.27, 1046.5, 0.32, 0.7),
 ];
-const COUNT: [Layer; 2] = [bar(0.0, 392.0, 0.36, 0.22), noise(1200.0, 900.0, 0.2, 0.02)];
-const GO: [Layer; 2] = [bar(0.0, 784.0, 0.34, 0.5), bar(0.0, 587.33, 0.2, 0.5)];
+const COUNT: [SoundLayer; 2] = [bar(0.0, 392.0, 0.36, 0.22), noise(1200.0, 900.0, 0.2, 0.02)];
+const GO: [SoundLayer; 2] = [bar(0.0, 784.0, 0.34, 0.5), bar(0.0, 587.33, 0.2, 0.5)];
 /// The same chord from its fifth to the fifth above, which stays.
-const WON: [Layer; 4] = [
+const WON: [SoundLayer; 4] = [
     bar(0.0, 392.0, 0.3, 0.4),
     bar(0.13, 523.25, 0.3, 0.4),
     bar(0.26, 659.25, 0.3, 0.5),
     bar(0.42, 783.99, 0.34, 1.1),
 ];
-const LOST: [Layer; 3] =
+const LOST: [SoundLayer; 3] =
     [bar(0.0, 329.63, 0.3, 0.4), bar(0.18, 293.66, 0.3, 0.4), bar(0.36, 261.63, 0.34, 0.8)];
 
 /// The layers of a sound, at its middle pitch.
-pub fn layers(sound: Sound) -> &'static [Layer] {
+pub fn layers(sound: Sound) -> &'static [SoundLayer] {
     match sound {
         Sound::Wood => &WOOD,
         Sound::Rubber => &RUBBER,

@@ -2,7 +2,7 @@
 //! one that is only computed ([`rendered`]), which tests use.
 
 use super::mixer::{STARTS_A_FRAME_MAX, VOICES_MAX, Voice};
-use super::patch::{Layer, Source, layers};
+use super::patch::{SoundLayer, SoundSource, layers};
 use super::task::SoundTask;
 use crate::browser;
 use jostle_sim::Rng;
@@ -86,7 +86,7 @@ impl Graph {
 
     fn layer(
         &self,
-        layer: &Layer,
+        layer: &SoundLayer,
         voice: &Voice,
         at_s: f64,
         into: &AudioNode,
@@ -103,7 +103,7 @@ impl Graph {
         gain.linear_ramp_to_value_at_time(layer.gain, at_s + ATTACK_S)?;
         gain.exponential_ramp_to_value_at_time(layer.gain * FADED, end_s)?;
         envelope.connect_with_audio_node(into)?;
-        let source: AudioScheduledSourceNode = if layer.source == Source::Noise {
+        let source: AudioScheduledSourceNode = if layer.source == SoundSource::Noise {
             let source = self.context.create_buffer_source()?;
             source.set_buffer(Some(&self.noise));
             source.set_loop(true);
@@ -117,7 +117,7 @@ impl Graph {
         } else {
             let source = self.context.create_oscillator()?;
             source.set_type(match layer.source {
-                Source::Triangle => OscillatorType::Triangle,
+                SoundSource::Triangle => OscillatorType::Triangle,
                 _ => OscillatorType::Sine,
             });
             glide(&source.frequency())?;

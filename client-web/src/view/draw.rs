@@ -24,9 +24,9 @@ pub use vertex::{Globals, ParticleVertex, SolidKind, SolidVertex};
 use crate::view::frame::{Frame, View};
 use crate::view::palette::INK;
 use jostle_sim::{Particles, Vec2};
-use motion::{Motion, Pose};
+use motion::{BodySprings, Pose};
 use quads::Quads;
-use stage::Stage;
+use stage::DrawStage;
 use vertex::rgba;
 
 /// Particles drawn at a time; further ones are left out.
@@ -48,7 +48,7 @@ pub struct DrawList {
     pub particles: Vec<ParticleVertex>,
     /// The light that glowing things throw.
     pub light: LightField,
-    motion: Motion,
+    motion: BodySprings,
     /// The copy of the room that moved.
     copy: u32,
     posed: Vec<(u32, Pose)>,
@@ -66,11 +66,11 @@ impl DrawList {
         self.light.begin(frame.view.center, half);
         if self.copy != frame.copy {
             self.copy = frame.copy;
-            self.motion = Motion::default();
+            self.motion = BodySprings::default();
         }
         self.motion.begin(frame.time, frame.calm);
 
-        let mut stage = Stage { quads: &mut self.quads, light: &mut self.light, frame };
+        let mut stage = DrawStage { quads: &mut self.quads, light: &mut self.light, frame };
         sketch::fill_under(&mut stage);
         zones::fill(&mut stage);
         marks::fill(&mut stage);
@@ -81,9 +81,9 @@ impl DrawList {
 
         self.overlay_start = self.quads.vertices.len();
         if frame.bounds {
-            outline::fill(&mut Stage { quads: &mut self.quads, light: &mut self.light, frame });
+            outline::fill(&mut DrawStage { quads: &mut self.quads, light: &mut self.light, frame });
         }
-        sketch::fill_over(&mut Stage { quads: &mut self.quads, light: &mut self.light, frame });
+        sketch::fill_over(&mut DrawStage { quads: &mut self.quads, light: &mut self.light, frame });
         if frame.dimmed {
             let veil = rgba(INK[0], 0.62);
             self.quads.push(SolidVertex::new(SolidKind::Box, frame.view.center, half, veil));

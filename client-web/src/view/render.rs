@@ -11,7 +11,7 @@ mod shared;
 use crate::view::draw::DrawList;
 use buffers::QuadIndices;
 use quads::QuadPass;
-use shared::Shared;
+use shared::SharedBindings;
 
 /// Everything that a renderer has made on its device: the cost of a scene there.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -25,7 +25,7 @@ pub struct Made {
 /// Pipelines, buffers and textures for one device.
 pub struct Renderer {
     format: wgpu::TextureFormat,
-    shared: Shared,
+    shared: SharedBindings,
     indices: QuadIndices,
     ground: wgpu::RenderPipeline,
     solids: QuadPass,
@@ -39,7 +39,7 @@ impl Renderer {
         queue: &wgpu::Queue,
         format: wgpu::TextureFormat,
     ) -> Renderer {
-        let shared = Shared::new(device, queue);
+        let shared = SharedBindings::new(device, queue);
         Renderer {
             format,
             ground: ground_pipeline(device, &shared, format),
@@ -139,7 +139,7 @@ fn texel_bytes(texture: &wgpu::Texture) -> u64 {
 
 fn ground_pipeline(
     device: &wgpu::Device,
-    shared: &Shared,
+    shared: &SharedBindings,
     format: wgpu::TextureFormat,
 ) -> wgpu::RenderPipeline {
     shared::pipeline(

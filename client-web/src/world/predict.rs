@@ -18,7 +18,7 @@ use jostle_protocol::{PlayerState, Snapshot};
 use jostle_sim::{BodyDef, BodyId, Vec2};
 pub(crate) use near::placed;
 use predicted::PredictedSim;
-use schedule::{Schedule, next_tick};
+use schedule::{InputSchedule, next_tick};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
@@ -49,7 +49,7 @@ pub struct Predicted {
 pub struct Predictor {
     scene: Arc<Scene>,
     seat: Seat,
-    schedule: Schedule,
+    schedule: InputSchedule,
     authoritative: Option<AuthoritativeSim>,
     predicted: Option<PredictedSim>,
     /// The moment that is drawn, as the tick whose snapshot will show it.
@@ -71,7 +71,7 @@ impl Predictor {
         (steers && scene.hero.is_some()).then(|| Predictor {
             scene: Arc::clone(scene),
             seat,
-            schedule: Schedule::default(),
+            schedule: InputSchedule::default(),
             authoritative: None,
             predicted: None,
             moment: None,

@@ -73,20 +73,20 @@ fn choices_are_remembered() {
 #[test]
 fn caps_read_as_on_the_real_keyboard() {
     let bindings = Bindings::default();
-    let cap = |layout: &Layout, action| layout.cap(&bindings, action).expect("a key");
-    let unknown = Layout::default();
+    let cap = |layout: &KeyboardLayout, action| layout.cap(&bindings, action).expect("a key");
+    let unknown = KeyboardLayout::default();
     assert_eq!([Action::Up, Action::Make].map(|action| cap(&unknown, action)), ["W", "Z"]);
-    let mut french = Layout::default();
+    let mut french = KeyboardLayout::default();
     for (place, letter) in [("KeyW", "z"), ("KeyA", "q"), ("KeyZ", "w"), ("KeyQ", "a")] {
         french.note(place, letter);
     }
     let caps = [Action::Up, Action::Left, Action::Make].map(|action| cap(&french, action));
     assert_eq!(caps, ["Z", "Q", "W"]);
-    let mut german = Layout::default();
+    let mut german = KeyboardLayout::default();
     german.note("KeyY", "z");
     german.note("KeyZ", "y");
     assert_eq!(cap(&german, Action::Make), "Z");
-    let mut russian = Layout::default();
+    let mut russian = KeyboardLayout::default();
     russian.note("KeyC", "\u{441}");
     assert_eq!(cap(&russian, Action::Agitate), "\u{421}");
     let mut own = Bindings::default();

@@ -1,7 +1,7 @@
 use super::*;
 use crate::net::api::Request;
 use crate::net::report::SocketEvent;
-use crate::page::drafts::Store;
+use crate::page::drafts::DraftStore;
 use crate::page::event::{Focus, Key};
 use crate::page::page_action::PageAction;
 use jostle_game::Buttons;
@@ -37,7 +37,7 @@ struct Browser {
 
 type Shared = Rc<RefCell<LiteMap<String, String>>>;
 
-impl Store for LiteMap<String, String> {
+impl DraftStore for LiteMap<String, String> {
     fn read(&self, key: &str) -> Option<String> {
         LiteMap::get(self, key).cloned()
     }

@@ -12,7 +12,7 @@ use crate::page::dom::stage::{self, Stage};
 use crate::page::dom::tags::Tags;
 use crate::page::event::Canvas;
 use crate::page::game::membership::GameView;
-use crate::page::lobby::Note;
+use crate::page::lobby::LobbyNote;
 use crate::page::panels::{self, dialogs, emotes, zones};
 use crate::page::queue::Events;
 use crate::page::screen::Screen;
@@ -26,7 +26,7 @@ pub struct Views {
     pub stage: Stage,
     patch: Patch,
     /// The note in the lobby.
-    note: Note,
+    note: LobbyNote,
     translated: Translated,
     tags: Tags,
     pub editor: EditorView,
@@ -50,7 +50,7 @@ impl Views {
         Views {
             stage: Stage::new(events, query_value(&query, "sharp") == Some("1")),
             patch: Patch::default(),
-            note: Note::default(),
+            note: LobbyNote::default(),
             translated: Translated::collect(),
             tags: Tags::default(),
             editor: EditorView::default(),

@@ -8,13 +8,13 @@ use jostle_protocol::Servers;
 const SILENCE_MS: f64 = 6000.0;
 
 pub enum Link {
-    Server(Connection),
+    Server(RoomConnection),
     InPage(Box<RoomInPage>),
 }
 
 /// The connection to a room on the server.
 #[derive(Debug)]
-pub struct Connection {
+pub struct RoomConnection {
     /// Origins of the servers that may play the room; an empty one is the page's own.
     pub servers: Servers,
     /// Number of the newest session.
@@ -31,10 +31,10 @@ pub struct Connection {
     pub backoff: Backoff,
 }
 
-impl Connection {
+impl RoomConnection {
     /// A connection that is not open yet, to the page's own server.
-    pub fn new(now_ms: f64) -> Connection {
-        Connection {
+    pub fn new(now_ms: f64) -> RoomConnection {
+        RoomConnection {
             servers: Servers::new(String::new()),
             session: 0,
             open: false,

@@ -16,7 +16,7 @@ use jostle_sim::Vec2;
 const GAP_TICKS_MAX: u32 = 30;
 
 /// A seat in a room: the copy of the room, its time, and the inputs on their way.
-pub struct Membership {
+pub struct RoomMembership {
     /// The copy of the room.
     pub replica: Replica,
     /// Number of the copy: drawing carries nothing over from one to the next.
@@ -32,9 +32,9 @@ pub struct Membership {
     pub welcomed_tick: u32,
 }
 
-impl Membership {
-    pub fn new(replica: Replica, copy: u32, welcomed_tick: u32) -> Membership {
-        Membership {
+impl RoomMembership {
+    pub fn new(replica: Replica, copy: u32, welcomed_tick: u32) -> RoomMembership {
+        RoomMembership {
             replica,
             copy,
             clock: Clock::default(),

@@ -2,7 +2,7 @@
 
 use super::GameScreen;
 use super::link::Link;
-use super::membership::Membership;
+use super::membership::RoomMembership;
 use super::status::State;
 use crate::net::meter::Traffic;
 use crate::page::context::Context;
@@ -84,7 +84,7 @@ impl GameScreen {
             }
             _ => {
                 self.view.adopt(&replica, same);
-                self.membership = Some(Membership::new(replica, ctx.next_number(), tick));
+                self.membership = Some(RoomMembership::new(replica, ctx.next_number(), tick));
                 self.set_prediction(ctx.predicts);
             }
         }
@@ -97,7 +97,7 @@ impl GameScreen {
 
     fn file(&mut self, ctx: &mut Context, coded: &[u8]) {
         let Some(membership) = &mut self.membership else { return };
-        let Membership { replica, clock, predictor, .. } = membership;
+        let RoomMembership { replica, clock, predictor, .. } = membership;
         match replica.hear(coded) {
             Ok((arrival, emitters)) => {
                 clock.arrived(arrival, ctx.now_ms);

@@ -14,7 +14,7 @@ const LISTED_MAX: usize = 10;
 
 /// Who looks at the list.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Reader {
+enum Viewer {
     Player,
     Host,
     /// A spectator, and the player whom they follow.
@@ -23,24 +23,24 @@ enum Reader {
 
 pub fn view(app: &App) -> View {
     let game = app.screen.game();
-    let reader = match game {
-        Some(game) if game.watches() => Reader::Spectator(game.followed()),
-        Some(game) if game.status.host => Reader::Host,
-        _ => Reader::Player,
+    let viewer = match game {
+        Some(game) if game.watches() => Viewer::Spectator(game.followed()),
+        Some(game) if game.status.host => Viewer::Host,
+        _ => Viewer::Player,
     };
     let class = if game.is_some_and(|game| game.status.host) { "players host" } else { "players" };
-    let entries = game.and_then(|game| game.replica()).map(|replica| entries(replica, reader));
+    let entries = game.and_then(|game| game.replica()).map(|replica| entries(replica, viewer));
     View::panel("players")
         .with("#players", "class", class)
         .list("#players", entries.unwrap_or_default())
 }
 
-fn entries(replica: &Replica, reader: Reader) -> Vec<View> {
+fn entries(replica: &Replica, viewer: Viewer) -> Vec<View> {
     let mut order = replica.ranking();
-    let most = if reader == Reader::Host { order.len() } else { LISTED_MAX };
+    let most = if viewer == Viewer::Host { order.len() } else { LISTED_MAX };
     let more = order.len().saturating_sub(most);
-    let kept = match reader {
-        Reader::Spectator(Some(followed)) => followed,
+    let kept = match viewer {
+        Viewer::Spectator(Some(followed)) => followed,
         _ => replica.seat,
     };
     let kept = order.iter().position(|player| player.seat == kept).unwrap_or(0);
@@ -48,7 +48,7 @@ fn entries(replica: &Replica, reader: Reader) -> Vec<View> {
         order.swap(kept, most - 1);
     }
     order.truncate(most);
-    let entries = order.into_iter().map(|player| entry(replica, player, reader));
+    let entries = order.into_iter().map(|player| entry(replica, player, viewer));
     let more = (more > 0).then(|| {
         View::item("more-item", "")
             .text("", fill("and {count} more", &[("count", &more.to_string())]))
@@ -56,7 +56,7 @@ fn entries(replica: &Replica, reader: Reader) -> Vec<View> {
     entries.chain(more).collect()
 }
 
-fn entry(replica: &Replica, player: &PlayerState, reader: Reader) -> View {
+fn entry(replica: &Replica, player: &PlayerState, viewer: Viewer) -> View {
     let own = player.seat == replica.seat;
     let team = replica.round().and_then(|round| round.player(player.seat)?.team);
     let class = match (own, player.connected) {
@@ -64,9 +64,9 @@ fn entry(replica: &Replica, player: &PlayerState, reader: Reader) -> View {
         (false, true) => "",
         (false, false) => "away",
     };
-    let template = match reader {
-        Reader::Host if !own => "guest-item",
-        Reader::Spectator(_) => "watched-item",
+    let template = match viewer {
+        Viewer::Host if !own => "guest-item",
+        Viewer::Spectator(_) => "watched-item",
         _ => "player-item",
     };
     let item = View::item(template, player.seat.0)
@@ -76,12 +76,12 @@ fn entry(replica: &Replica, player: &PlayerState, reader: Reader) -> View {
         .text("bdi", player.appearance.name.to_string())
         // The score of a team stands on the board.
         .text(".score", team.map_or_else(|| player.score.to_string(), |_| String::new()));
-    let item = match reader {
-        Reader::Host if !own => {
+    let item = match viewer {
+        Viewer::Host if !own => {
             let label = fill("Remove {player}", &[("player", &*player.appearance.name)]);
             item.with("button", "aria-label", label.clone()).with("button", "title", label)
         }
-        Reader::Spectator(followed) => {
+        Viewer::Spectator(followed) => {
             item.with("button", "aria-pressed", word(followed == Some(player.seat)))
         }
         _ => return item,

@@ -1,8 +1,8 @@
 //! Bodies: slabs first, then the shadows of everything that moves, then those toys with their faces.
 
 use super::faces;
-use super::motion::{Motion, Pose};
-use super::stage::Stage;
+use super::motion::{BodySprings, Pose};
+use super::stage::DrawStage;
 use super::vertex::{SolidKind, SolidVertex, rgba};
 use crate::view::frame::FrameBody;
 use crate::view::palette::{self, INK, MINION, PAPER, Rgb, SLATE, TOYS, WOOD};
@@ -16,7 +16,7 @@ const SHADOW_SOFT: f32 = 1.5;
 /// How far a body's drawing may reach past its outline, world units.
 const MARGIN: f32 = 8.0;
 /// Adds all bodies in view. `posed` is scratch memory.
-pub fn fill(stage: &mut Stage, motion: &mut Motion, posed: &mut Vec<(u32, Pose)>) {
+pub fn fill(stage: &mut DrawStage, motion: &mut BodySprings, posed: &mut Vec<(u32, Pose)>) {
     let bodies = stage.frame.bodies;
     posed.clear();
     for (index, body) in bodies.iter().enumerate() {
@@ -51,7 +51,7 @@ pub fn fill(stage: &mut Stage, motion: &mut Motion, posed: &mut Vec<(u32, Pose)>
 }
 
 /// A hero that one sees through, without a shadow: nothing meets it.
-fn ghost(stage: &mut Stage, body: &FrameBody) {
+fn ghost(stage: &mut DrawStage, body: &FrameBody) {
     let (center, half) = (body.center, body.shape.half_extent());
     if !stage.quads.sees(center, half) {
         return;
@@ -69,7 +69,7 @@ fn ghost(stage: &mut Stage, body: &FrameBody) {
     }
 }
 
-fn sees(stage: &Stage, body: &FrameBody) -> bool {
+fn sees(stage: &DrawStage, body: &FrameBody) -> bool {
     let reach = body.shape.half_extent() + Vec2::splat(MARGIN);
     !body.hidden && stage.quads.sees(body.center, reach)
 }
@@ -78,7 +78,7 @@ fn is_slab(body: &FrameBody) -> bool {
     matches!(body.kind, Kind::Wall | Kind::Platform)
 }
 
-fn slab(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
+fn slab(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
     if body.hot {
         ring(stage, body, pose);
     }
@@ -94,7 +94,7 @@ fn slab(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
     stage.quads.push(quad.rounded(corner(body, pose.half)).edged(edge));
 }
 
-fn shadow(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
+fn shadow(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
     let kind = if is_round(body) { SolidKind::ShadowOval } else { SolidKind::ShadowBox };
     let alpha = if body.kind == Kind::Pack { 0.3 } else { 0.55 };
     // Small things lie flat on the ground: their shadow is short.
@@ -104,7 +104,7 @@ fn shadow(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
     stage.quads.push(quad.rounded(corner(body, pose.half)).soft(SHADOW_SOFT * scale));
 }
 
-fn toy(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
+fn toy(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
     if body.hot {
         ring(stage, body, pose);
     } else if let Some(color) = body.ring {
@@ -140,13 +140,13 @@ fn skin(body: &FrameBody) -> (Rgb, Rgb) {
     }
 }
 
-fn matte(stage: &mut Stage, body: &FrameBody, pose: &Pose, fill: Rgb, edge: Rgb) {
+fn matte(stage: &mut DrawStage, body: &FrameBody, pose: &Pose, fill: Rgb, edge: Rgb) {
     let kind = if is_round(body) { SolidKind::MatteOval } else { SolidKind::MatteBox };
     let quad = SolidVertex::new(kind, pose.center, pose.half, stage.shade(fill, 1.0));
     stage.quads.push(quad.rounded(corner(body, pose.half)).edged(stage.shade(edge, 1.0)));
 }
 
-fn block(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
+fn block(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
     let fill = palette::mix(WOOD[0], WOOD[1], 0.35 + 0.5 * tone(body));
     if is_round(body) {
         let paint = TOYS[body.id.index as usize % TOYS.len()];
@@ -161,7 +161,7 @@ fn block(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
 }
 
 /// Lines across a body that a blow has cracked.
-fn cracks(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
+fn cracks(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
     if !body.cracked {
         return;
     }
@@ -183,7 +183,7 @@ fn tone(body: &FrameBody) -> f32 {
 }
 
 /// A drop that points where it flies, with a wake and a small glow.
-fn pack(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
+fn pack(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
     let color = body.color.map_or(palette::NOBODY, palette::player);
     let radius = pose.half.x.min(pose.half.y);
     let speed = body.velocity.length();
@@ -222,11 +222,11 @@ fn pack(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
 }
 
 /// A soft outline around what can be dragged.
-fn ring(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
+fn ring(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
     colored_ring(stage, body, pose, PAPER[0]);
 }
 
-fn colored_ring(stage: &mut Stage, body: &FrameBody, pose: &Pose, color: Rgb) {
+fn colored_ring(stage: &mut DrawStage, body: &FrameBody, pose: &Pose, color: Rgb) {
     let kind = if is_round(body) { SolidKind::RingOval } else { SolidKind::RingBox };
     let grown = pose.half + Vec2::splat(0.9);
     let quad = SolidVertex::new(kind, pose.center, grown, rgba(color, 0.75));

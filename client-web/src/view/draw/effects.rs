@@ -1,6 +1,6 @@
 //! Effects that flare up and fade: sparks of hard contacts, splashes of packs, puffs of bodies that left.
 
-use super::stage::Stage;
+use super::stage::DrawStage;
 use super::vertex::{SolidKind, SolidVertex, rgba};
 use crate::view::frame::{Effect, EffectKind};
 use crate::view::palette::{self, EMBER, PAPER, Rgb};
@@ -10,7 +10,7 @@ use jostle_sim::Vec2;
 const SPARK_SPEED: f32 = 60.0;
 
 /// Adds all effects in view.
-pub fn fill(stage: &mut Stage) {
+pub fn fill(stage: &mut DrawStage) {
     for effect in stage.frame.effects {
         if !stage.quads.sees(effect.point, Vec2::splat(40.0)) || effect.age < 0.0 {
             continue;
@@ -25,7 +25,7 @@ pub fn fill(stage: &mut Stage) {
 }
 
 /// Short bright streaks away from the contact, and a blink of light.
-fn spark(stage: &mut Stage, effect: &Effect) {
+fn spark(stage: &mut DrawStage, effect: &Effect) {
     let force = (effect.strength / SPARK_SPEED).clamp(0.15, 1.0);
     let life_s = 0.16 + 0.16 * force;
     let left = 1.0 - effect.age / life_s;
@@ -53,7 +53,7 @@ fn spark(stage: &mut Stage, effect: &Effect) {
 }
 
 /// Droplets of the pack's colour, a ring that widens, and a flash that cools to ember.
-fn splash(stage: &mut Stage, effect: &Effect) {
+fn splash(stage: &mut DrawStage, effect: &Effect) {
     let life_s = 0.7;
     let done = effect.age / life_s;
     if done >= 1.0 {
@@ -91,7 +91,7 @@ fn splash(stage: &mut Stage, effect: &Effect) {
 }
 
 /// A ring that closes and a few motes that rise.
-fn gone(stage: &mut Stage, effect: &Effect) {
+fn gone(stage: &mut DrawStage, effect: &Effect) {
     let life_s = 0.6;
     let left = 1.0 - effect.age / life_s;
     if left <= 0.0 {
@@ -116,7 +116,7 @@ fn gone(stage: &mut Stage, effect: &Effect) {
     }
 }
 
-fn glow(stage: &mut Stage, center: Vec2, radius: f32, color: Rgb, strength: f32) {
+fn glow(stage: &mut DrawStage, center: Vec2, radius: f32, color: Rgb, strength: f32) {
     let quad =
         SolidVertex::new(SolidKind::Glow, center, Vec2::splat(radius), rgba(color, strength));
     stage.quads.push(quad);

@@ -1,7 +1,7 @@
 //! Faces: heroes have eyes that look, blink and widen; minions have a hint of a face, marbles doze.
 
 use super::motion::Pose;
-use super::stage::Stage;
+use super::stage::DrawStage;
 use super::vertex::{SolidKind, SolidVertex};
 use crate::view::frame::{EffectKind, FrameBody};
 use crate::view::palette::{INK, PAPER};
@@ -14,7 +14,7 @@ const PIXELS_MIN: f32 = 4.0;
 const SHOCK_S: f32 = 0.9;
 
 /// Adds the face of a body, if it has one and is large enough to show it.
-pub fn fill(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
+pub fn fill(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
     let least = pose.half.x.min(pose.half.y);
     if least < PIXELS_MIN * stage.quads.unit_per_pixel {
         return;
@@ -27,7 +27,7 @@ pub fn fill(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
     }
 }
 
-fn hero(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
+fn hero(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
     let shock = shock(stage, body);
     let look = gaze(body, 14.0);
     let open = 1.0 - blink(stage.frame.time, body.id.index, 4.3);
@@ -66,7 +66,7 @@ fn hero(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
     stage.quads.push(quad);
 }
 
-fn minion(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
+fn minion(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
     let least = pose.half.x.min(pose.half.y);
     let look = gaze(body, 6.0);
     let open = 1.0 - blink(stage.frame.time, body.id.index, 3.1);
@@ -83,7 +83,7 @@ fn minion(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
     stage.quads.push(smile.soft(0.06 * least));
 }
 
-fn marble(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
+fn marble(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
     let least = pose.half.x.min(pose.half.y);
     let awake = (body.velocity.length() / 12.0).min(1.0);
     let look = gaze(body, 12.0);
@@ -116,7 +116,7 @@ fn blink(time: f32, index: u32, period_s: f32) -> f32 {
 }
 
 /// How much a body shows that it was hit, 0..=1.
-fn shock(stage: &Stage, body: &FrameBody) -> f32 {
+fn shock(stage: &DrawStage, body: &FrameBody) -> f32 {
     let hits = stage.frame.effects.iter().filter(|effect| {
         effect.kind == EffectKind::Splash && effect.body == Some(body.id) && effect.age < SHOCK_S
     });

@@ -1,6 +1,6 @@
 //! Marks on the wall, and the lamps that shine on them.
 
-use super::stage::Stage;
+use super::stage::DrawStage;
 use super::vertex::{SolidKind, SolidVertex, rgba};
 use crate::view::palette::{EMBER, PAPER};
 use jostle_sim::Vec2;
@@ -18,7 +18,7 @@ const DICE: [&[(f32, f32)]; 6] = [
 const DOT: f32 = 0.24;
 
 /// Adds all lamps and marks in view.
-pub fn fill(stage: &mut Stage) {
+pub fn fill(stage: &mut DrawStage) {
     for lamp in stage.frame.lamps {
         let half = Vec2::splat(lamp.reach);
         stage.quads.push(SolidVertex::new(SolidKind::Glow, lamp.center, half, rgba(EMBER[0], 0.3)));

@@ -18,15 +18,15 @@ const KICK_MIN: f32 = 4.0;
 const POP_S: f32 = 0.18;
 
 #[derive(Clone, Copy)]
-struct Sprung {
+struct SprungBody {
     id: BodyId,
     seen_frame: u32,
-    spring: Spring,
+    spring: SquashSpring,
 }
 
 /// How flat a body is, and how fast that changes.
 #[derive(Clone, Copy, Debug)]
-pub struct Spring {
+pub struct SquashSpring {
     velocity: Vec2,
     /// By what share the body is flatter.
     pub squash: f32,
@@ -44,15 +44,15 @@ pub struct Pose {
 
 /// Springs of all bodies, by index.
 #[derive(Default)]
-pub struct Motion {
-    springs: Vec<Option<Sprung>>,
+pub struct BodySprings {
+    springs: Vec<Option<SprungBody>>,
     time: f32,
     step_s: f32,
     frame: u32,
     calm: bool,
 }
 
-impl Motion {
+impl BodySprings {
     /// Starts a frame at a time in seconds.
     pub fn begin(&mut self, time: f32, calm: bool) {
         self.step_s = (time - self.time).clamp(0.0, 0.05);
@@ -101,18 +101,18 @@ impl Motion {
             Some(old) if old.id == body.id && old.seen_frame == self.frame.wrapping_sub(1) => {
                 old.spring
             }
-            _ => Spring::at_rest(body.velocity),
+            _ => SquashSpring::at_rest(body.velocity),
         };
         spring.advance(body.velocity, self.step_s);
-        *slot = Some(Sprung { id: body.id, seen_frame: self.frame, spring });
+        *slot = Some(SprungBody { id: body.id, seen_frame: self.frame, spring });
         spring.squash
     }
 }
 
-impl Spring {
+impl SquashSpring {
     /// Of a body that has moved like this for long.
-    pub fn at_rest(velocity: Vec2) -> Spring {
-        Spring { velocity, squash: 0.0, rate: 0.0 }
+    pub fn at_rest(velocity: Vec2) -> SquashSpring {
+        SquashSpring { velocity, squash: 0.0, rate: 0.0 }
     }
 
     /// Advances by this many seconds with a velocity.

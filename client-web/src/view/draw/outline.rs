@@ -2,7 +2,7 @@
 //! four lines (A1.10), a circle 16 segments from angle 0 (A1.11), and an X of 0.5 by 0.5 units
 //! marks each centre (A1.6).
 
-use super::stage::Stage;
+use super::stage::DrawStage;
 use super::vertex::{SolidKind, SolidVertex, rgba};
 use crate::view::frame::FrameBody;
 use crate::view::palette::PAPER;
@@ -25,7 +25,7 @@ const SLAB: [u8; 4] = [255, 51, 51, 255];
 const TOUCHING: [u8; 4] = [255, 0, 0, 255];
 
 /// Adds the bounds of all bodies in view.
-pub fn fill(stage: &mut Stage) {
+pub fn fill(stage: &mut DrawStage) {
     let ring = circle_corners();
     // While a body is selected, only the bodies that it touches are red (A1.4).
     let selecting = stage.frame.bodies.iter().any(|body| body.hidden);
@@ -55,7 +55,7 @@ pub fn fill(stage: &mut Stage) {
 }
 
 /// Fills the bounds of the selected body, whose picture is hidden.
-fn chosen(stage: &mut Stage, body: &FrameBody, kind: SolidKind) {
+fn chosen(stage: &mut DrawStage, body: &FrameBody, kind: SolidKind) {
     if body.hidden {
         let fill = rgba(PAPER[0], CHOSEN_ALPHA);
         stage.quads.push(SolidVertex::new(kind, body.center, body.shape.half_extent(), fill));
@@ -81,13 +81,13 @@ fn circle_corners() -> [Vec2; SEGMENTS] {
     corners
 }
 
-fn closed(stage: &mut Stage, corners: &[Vec2], color: [u8; 4]) {
+fn closed(stage: &mut DrawStage, corners: &[Vec2], color: [u8; 4]) {
     for (i, &corner) in corners.iter().enumerate() {
         line(stage, corner, corners[(i + 1) % corners.len()], color);
     }
 }
 
-fn line(stage: &mut Stage, from: Vec2, to: Vec2, color: [u8; 4]) {
+fn line(stage: &mut DrawStage, from: Vec2, to: Vec2, color: [u8; 4]) {
     let tall = stage.frame.view.pixels[1] as f32 / 720.0;
     let width = 0.5 * LINE_PIXELS * tall.max(1.0) * stage.quads.unit_per_pixel;
     stage.line(from, to, width, color);

@@ -1,6 +1,6 @@
 //! The editor's marks: a grid under the scene; outlines, handles and signs over it.
 
-use super::stage::Stage;
+use super::stage::DrawStage;
 use super::vertex::{SolidKind, SolidVertex, rgba};
 use crate::view::frame::{Sketch, Stroke, Tone};
 use crate::view::palette::{self, EMBER, INK, PAPER, SLATE};
@@ -15,7 +15,7 @@ const HANDLE_CSS: f32 = 5.0;
 /// Half the width of a sign, CSS pixels.
 const SIGN_CSS: f32 = 11.0;
 
-pub fn fill_under(stage: &mut Stage) {
+pub fn fill_under(stage: &mut DrawStage) {
     let Some(sketch) = stage.frame.sketch else { return };
     let size = stage.frame.world_size;
     for axis in 0..2 {
@@ -35,7 +35,7 @@ pub fn fill_under(stage: &mut Stage) {
     }
 }
 
-pub fn fill_over(stage: &mut Stage) {
+pub fn fill_over(stage: &mut DrawStage) {
     let Some(sketch) = stage.frame.sketch else { return };
     for stroke in &sketch.strokes {
         match *stroke {
@@ -60,7 +60,7 @@ fn color(tone: Tone) -> [u8; 4] {
     }
 }
 
-fn outline(stage: &mut Stage, sketch: &Sketch, shape: Shape, center: Vec2, tone: Tone) {
+fn outline(stage: &mut DrawStage, sketch: &Sketch, shape: Shape, center: Vec2, tone: Tone) {
     let (fill, ring) = match shape {
         Shape::Box { .. } => (SolidKind::Box, SolidKind::RingBox),
         Shape::Circle { .. } => (SolidKind::Oval, SolidKind::RingOval),
@@ -75,7 +75,7 @@ fn outline(stage: &mut Stage, sketch: &Sketch, shape: Shape, center: Vec2, tone:
     stage.quads.push(ring.soft(width).edged([255; 4]));
 }
 
-fn handle(stage: &mut Stage, sketch: &Sketch, at: Vec2, round: bool) {
+fn handle(stage: &mut DrawStage, sketch: &Sketch, at: Vec2, round: bool) {
     let kind = if round { SolidKind::Oval } else { SolidKind::Box };
     let (outer, inner) = (HANDLE_CSS * sketch.pixel, (HANDLE_CSS - 1.5) * sketch.pixel);
     let corner = if round { 0.0 } else { 2.0 * sketch.pixel };
@@ -86,7 +86,7 @@ fn handle(stage: &mut Stage, sketch: &Sketch, at: Vec2, round: bool) {
 }
 
 /// A disc of ink, on which a sign is seen over anything.
-fn plate(stage: &mut Stage, sketch: &Sketch, at: Vec2) {
+fn plate(stage: &mut DrawStage, sketch: &Sketch, at: Vec2) {
     let half = Vec2::splat(SIGN_CSS * sketch.pixel);
     stage.quads.push(SolidVertex::new(SolidKind::Oval, at, half, rgba(INK[1], 0.85)));
     let width = 1.5 * sketch.pixel;
@@ -94,7 +94,7 @@ fn plate(stage: &mut Stage, sketch: &Sketch, at: Vec2) {
     stage.quads.push(ring.soft(width).edged([255; 4]));
 }
 
-fn flame(stage: &mut Stage, sketch: &Sketch, at: Vec2) {
+fn flame(stage: &mut DrawStage, sketch: &Sketch, at: Vec2) {
     plate(stage, sketch, at);
     let pixel = sketch.pixel;
     for (up, half, fill) in [(-1.0, 5.0, EMBER[2]), (-2.0, 3.4, EMBER[1]), (-3.0, 1.8, EMBER[0])] {
@@ -109,7 +109,7 @@ fn flame(stage: &mut Stage, sketch: &Sketch, at: Vec2) {
     }
 }
 
-fn target(stage: &mut Stage, sketch: &Sketch, at: Vec2) {
+fn target(stage: &mut DrawStage, sketch: &Sketch, at: Vec2) {
     plate(stage, sketch, at);
     let (pixel, fill) = (sketch.pixel, rgba(palette::player(6), 1.0));
     for way in [Vec2::X, -Vec2::X, Vec2::Y, -Vec2::Y] {
@@ -120,7 +120,7 @@ fn target(stage: &mut Stage, sketch: &Sketch, at: Vec2) {
 }
 
 /// The ghost of a hero.
-fn spawn(stage: &mut Stage, sketch: &Sketch, at: Vec2, half: Vec2) {
+fn spawn(stage: &mut DrawStage, sketch: &Sketch, at: Vec2, half: Vec2) {
     let least = half.min_element();
     let own = palette::player(1);
     let body = SolidVertex::new(SolidKind::Box, at, half, rgba(own, 0.22));

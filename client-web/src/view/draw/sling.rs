@@ -1,6 +1,6 @@
 //! The sling: its post and band, the way that the ball will take, and the shots that are left.
 
-use super::stage::Stage;
+use super::stage::DrawStage;
 use super::vertex::{SolidKind, SolidVertex, rgba};
 use crate::view::palette::{self, PAPER, WOOD};
 use jostle_sim::Vec2;
@@ -15,7 +15,7 @@ const BAND_HALF: f32 = 0.45;
 const DOT: f32 = 0.9;
 
 /// Adds the sling, if there is one.
-pub fn fill(stage: &mut Stage) {
+pub fn fill(stage: &mut DrawStage) {
     let Some(sling) = stage.frame.sling else { return };
     let (start, wood) = (sling.start, stage.shade(WOOD[0], 1.0));
     let neck = start - Vec2::new(0.0, FORK.y);

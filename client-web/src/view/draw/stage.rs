@@ -8,7 +8,7 @@ use crate::view::palette::{self, INK, Rgb};
 use jostle_sim::Vec2;
 
 /// The frame that is drawn, and the lists that it is drawn into.
-pub(super) struct Stage<'a> {
+pub(super) struct DrawStage<'a> {
     pub quads: &'a mut Quads,
     /// Light that glowing things throw.
     pub light: &'a mut LightField,
@@ -16,7 +16,7 @@ pub(super) struct Stage<'a> {
     pub frame: &'a Frame<'a>,
 }
 
-impl Stage<'_> {
+impl DrawStage<'_> {
     /// A body's colour; the bounds view steps all of them back behind its lines.
     pub fn shade(&self, color: Rgb, alpha: f32) -> [u8; 4] {
         let back = if self.frame.bounds { 0.22 } else { 0.0 };

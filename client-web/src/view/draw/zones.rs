@@ -1,7 +1,7 @@
 //! Zones of a game: a tint on the stage with a bright edge, brighter while they are on. A zone that is held
 //! has the colour of its holder.
 
-use super::stage::Stage;
+use super::stage::DrawStage;
 use super::vertex::{SolidKind, SolidVertex, rgba};
 use crate::view::frame::FrameZone;
 use crate::view::palette::{self, PAPER, Rgb};
@@ -11,7 +11,7 @@ use jostle_sim::{Shape, Vec2};
 const EDGE_PIXELS: f32 = 2.0;
 
 /// Adds how far a zone is taken: it fills from the floor up, or from the middle.
-fn fill_up(stage: &mut Stage, zone: &FrameZone, color: Rgb, share: f32) {
+fn fill_up(stage: &mut DrawStage, zone: &FrameZone, color: Rgb, share: f32) {
     let half = zone.shape.half_extent();
     let (kind, center, half) = match zone.shape {
         Shape::Box { .. } => {
@@ -24,7 +24,7 @@ fn fill_up(stage: &mut Stage, zone: &FrameZone, color: Rgb, share: f32) {
 }
 
 /// Adds all zones in view.
-pub fn fill(stage: &mut Stage) {
+pub fn fill(stage: &mut DrawStage) {
     for zone in stage.frame.zones {
         let half = zone.shape.half_extent();
         if !stage.quads.sees(zone.center, half) {

@@ -2,7 +2,7 @@
 //! one sprite blended additively (A3.4, A3.5, A3.6).
 
 use super::buffers::VertexStore;
-use super::shared::{self, PipelineParts, Shared};
+use super::shared::{self, PipelineParts, SharedBindings};
 use crate::view::draw::{ParticleVertex, SolidVertex, sprite};
 use bytemuck::Pod;
 use std::ops::Range;
@@ -31,7 +31,11 @@ pub struct QuadPass {
 
 impl QuadPass {
     /// Compiles the pipeline of everything but ground and particles.
-    pub fn solids(device: &wgpu::Device, shared: &Shared, format: wgpu::TextureFormat) -> QuadPass {
+    pub fn solids(
+        device: &wgpu::Device,
+        shared: &SharedBindings,
+        format: wgpu::TextureFormat,
+    ) -> QuadPass {
         let attributes = wgpu::vertex_attr_array![
             0 => Float32x2, 1 => Float32x2, 2 => Float32x2, 3 => Float32x2,
             4 => Unorm8x4, 5 => Unorm8x4, 6 => Uint32,
@@ -52,7 +56,7 @@ impl QuadPass {
     pub fn particles(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
-        shared: &Shared,
+        shared: &SharedBindings,
         format: wgpu::TextureFormat,
     ) -> QuadPass {
         let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {

@@ -4,7 +4,7 @@ use crate::view::draw::{DrawList, Globals, LIGHT_CELLS};
 use std::borrow::Cow;
 
 /// Bind group 0 and what is behind it.
-pub struct Shared {
+pub struct SharedBindings {
     globals: wgpu::Buffer,
     /// Light that glowing things throw on others.
     pub light: wgpu::Texture,
@@ -13,9 +13,9 @@ pub struct Shared {
     pub group: wgpu::BindGroup,
 }
 
-impl Shared {
+impl SharedBindings {
     /// Buffers of fixed size; the light field starts dark.
-    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Shared {
+    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> SharedBindings {
         let globals = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("globals"),
             size: size_of::<Globals>() as u64,
@@ -53,7 +53,7 @@ impl Shared {
                 wgpu::BindingResource::Sampler(&sampler),
             ],
         );
-        Shared { globals, light, layout, group }
+        SharedBindings { globals, light, layout, group }
     }
 
     /// Sends camera and light of a frame for a target of `size` pixels.

@@ -1,7 +1,7 @@
 //! The hero and what is near it as a small world of the simulation, kept true to the snapshots.
 
 use super::near::{self, NEAR_MAX, Near, body_of, step_between};
-use super::schedule::Schedule;
+use super::schedule::InputSchedule;
 use jostle_game::scene::LaneAxis;
 use jostle_game::{Buttons, RoundPhase, RoundPlayer, Scene, Seat};
 use jostle_protocol::{Snapshot, SnapshotBody};
@@ -97,7 +97,7 @@ impl AuthoritativeSim {
     pub fn advance_to(
         &mut self,
         scene: &Scene,
-        schedule: &Schedule,
+        schedule: &InputSchedule,
         seat: Seat,
         newest: &Snapshot,
         before: Option<&Snapshot>,
@@ -171,7 +171,7 @@ impl AuthoritativeSim {
     }
 
     /// Plays one tick, as the room does.
-    pub fn step(&mut self, scene: &Scene, schedule: &Schedule) {
+    pub fn step(&mut self, scene: &Scene, schedule: &InputSchedule) {
         self.tick += 1;
         if self.stands_still {
             return;

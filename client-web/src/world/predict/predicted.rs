@@ -2,7 +2,7 @@
 //! server has not played yet.
 
 use super::authoritative::{AuthoritativeSim, Carrier};
-use super::schedule::Schedule;
+use super::schedule::InputSchedule;
 use jostle_game::Scene;
 use jostle_sim::{BodyId, Vec2};
 
@@ -22,7 +22,7 @@ impl PredictedSim {
     }
 
     /// Steps to the end of a tick.
-    pub fn go_on(&mut self, scene: &Scene, schedule: &Schedule, last: u32) {
+    pub fn go_on(&mut self, scene: &Scene, schedule: &InputSchedule, last: u32) {
         while self.world.tick < last {
             self.before = self.world.center();
             self.world.step(scene, schedule);

@@ -18,7 +18,7 @@ const SENT_MAX: usize = 256;
 
 /// Inputs in the order in which they were sent.
 #[derive(Debug)]
-pub(super) struct Schedule {
+pub(super) struct InputSchedule {
     sent: VecDeque<Sent>,
     acknowledged: u32,
     /// How far the tick in which an input is played is ahead of the server's tick at its leaving,
@@ -37,13 +37,13 @@ struct Sent {
     at: Option<f64>,
 }
 
-impl Default for Schedule {
-    fn default() -> Schedule {
-        Schedule { sent: VecDeque::new(), acknowledged: 0, lead: LEAD_TICKS, measured: 0 }
+impl Default for InputSchedule {
+    fn default() -> InputSchedule {
+        InputSchedule { sent: VecDeque::new(), acknowledged: 0, lead: LEAD_TICKS, measured: 0 }
     }
 }
 
-impl Schedule {
+impl InputSchedule {
     /// Forgets all inputs, as the room does with those of a socket that is gone. The lead stays.
     pub fn restart(&mut self) {
         self.sent.clear();
@@ -138,7 +138,7 @@ mod tests {
 
     #[test]
     fn an_input_holds_from_the_tick_after_its_moment_to_the_next_one() {
-        let mut schedule = Schedule::default();
+        let mut schedule = InputSchedule::default();
         assert!(schedule.send(1, RIGHT, 9.0, 10.4));
         assert!(!schedule.send(2, RIGHT, 13.0, 14.4), "nothing changes");
         assert!(schedule.send(3, Buttons::default(), 14.0, 15.4));
@@ -148,7 +148,7 @@ mod tests {
 
     #[test]
     fn inputs_are_released_after_silence_as_the_room_does() {
-        let mut schedule = Schedule::default();
+        let mut schedule = InputSchedule::default();
         schedule.send(1, RIGHT, 9.0, 10.4);
         assert_eq!(schedule.at(11 + SILENCE_TICKS), RIGHT);
         assert_eq!(schedule.at(12 + SILENCE_TICKS), Buttons::default());
@@ -156,7 +156,7 @@ mod tests {
 
     #[test]
     fn inputs_of_one_tick_are_played_one_after_the_other() {
-        let mut schedule = Schedule::default();
+        let mut schedule = InputSchedule::default();
         schedule.send(1, RIGHT, 9.0, 10.2);
         schedule.send(2, Buttons::LEFT, 9.2, 10.4);
         assert_eq!((schedule.at(11), schedule.at(12)), (RIGHT, Buttons::LEFT));
@@ -164,7 +164,7 @@ mod tests {
 
     #[test]
     fn the_server_says_when_they_were_played() {
-        let mut schedule = Schedule::default();
+        let mut schedule = InputSchedule::default();
         schedule.send(1, RIGHT, 9.0, 10.2);
         schedule.send(2, Buttons::LEFT, 9.2, 10.4);
         schedule.acknowledge(0, 11, 12);
@@ -180,7 +180,7 @@ mod tests {
 
     #[test]
     fn the_lead_is_learned_from_inputs_that_did_not_wait() {
-        let mut schedule = Schedule::default();
+        let mut schedule = InputSchedule::default();
         for seq in 1..=60 {
             // Sent at any phase, each arrives 7.3 ticks later and is played in the tick after.
             let at = f64::from(seq) * 4.83;
