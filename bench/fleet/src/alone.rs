@@ -4,6 +4,7 @@ use crate::processor_time;
 use anyhow::{Result, ensure};
 use jostle_server::fleet::directory::{
     Action, Answer, CLAIM_STEP, Change, Directory, LEASE_TTL, Load, NodeSettings, RENEW_EVERY,
+    RoomEvent,
 };
 use jostle_server::fleet::entry::{
     Entry, Key, NodeEntry, Owner, Revision, RoomCounts, RoomEntry, RoomFacts,
@@ -70,7 +71,7 @@ impl One {
         }
         one.directory.synced_rooms(&present, one.now);
         for room in 0..rooms {
-            one.directory.opened(&code(0, room), one.now);
+            one.directory.room(&code(0, room), RoomEvent::Opened, one.now);
         }
         one.directory.take_actions();
         ensure!(one.directory.holds() == rooms, "it holds its rooms");

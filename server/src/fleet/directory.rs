@@ -6,80 +6,74 @@
 //! stand still [`HELD_FOR`] after a renewal was sent, and its entry is gone [`LEASE_TTL`] after the renewal was
 //! written, so that no other node can begin before. The rooms of a node that is gone are claimed by the others.
 
-mod connection;
-mod lease;
-mod missing;
-mod placement;
-mod rooms;
-mod settle;
-mod state;
+mod handover;
+mod members;
+mod membership;
+mod placements;
+mod requests;
 mod terms;
 #[cfg(test)]
 mod tests;
 
 pub use terms::*;
 
-use super::entry::{Entry, Key, Owner, Revision, RoomCounts, RoomEntry, RoomFacts};
-use state::{Connection, Held, Look, Membership, Missing, Operation, Peer, Phase};
-use std::collections::{BTreeMap, BTreeSet};
+use super::entry::{Entry, Key, NodeEntry, Owner, Revision, RoomCounts, RoomEntry, RoomFacts};
+use handover::{Handover, Operation, Surroundings};
+use members::Members;
+use placements::Placements;
+use requests::Requests;
+use std::collections::BTreeSet;
 
-/// One node's copy of the directory, and its part in it.
-#[derive(Debug)]
+/// One node's copy of the directory, and its part in it: who is alive, which node plays which room, and what this one
+/// does about it. Each event goes to the part that it concerns, and what it changes there to the others.
+#[derive(Debug, Default)]
 pub struct Directory {
-    node: NodeSettings,
-    membership: Membership,
-    connection: Connection,
-    load: Load,
-    nodes: BTreeMap<String, Peer>,
-    entries: BTreeMap<String, (RoomEntry, Revision)>,
-    /// The codes of these by owner.
-    rooms_of: BTreeMap<Owner, BTreeSet<String>>,
-    /// Rooms that were removed, as an answer told, and the newest revision of which watchers may still tell.
-    removed: BTreeMap<String, Revision>,
-    held: BTreeMap<String, Held>,
-    operations: BTreeMap<String, Operation>,
-    /// Looks that are on their way.
-    looks: BTreeMap<Key, Look>,
-    /// Owners of rooms that are not among the nodes.
-    missing: BTreeMap<Owner, Missing>,
-    /// Newer epochs that the records of rooms have than their entries.
-    newer_epochs: BTreeMap<String, u64>,
-    /// Rooms that are to be looked at again.
-    unsettled: BTreeSet<String>,
-    nodes_synced: bool,
-    rooms_synced: bool,
-    draining: bool,
-    actions: Vec<Action>,
+    members: Members,
+    placements: Placements,
+    handover: Handover,
+    requests: Requests,
+    connection: u64,
 }
 
 impl Directory {
     /// A directory of which nothing is known yet.
     pub fn new(node: NodeSettings) -> Directory {
-        Directory {
-            membership: Membership::default(),
-            connection: Connection::default(),
-            node,
-            load: Load::default(),
-            nodes: BTreeMap::new(),
-            entries: BTreeMap::new(),
-            rooms_of: BTreeMap::new(),
-            removed: BTreeMap::new(),
-            held: BTreeMap::new(),
-            operations: BTreeMap::new(),
-            looks: BTreeMap::new(),
-            missing: BTreeMap::new(),
-            newer_epochs: BTreeMap::new(),
-            unsettled: BTreeSet::new(),
-            nodes_synced: false,
-            rooms_synced: false,
-            draining: false,
-            actions: Vec::new(),
-        }
+        let mut directory = Directory::default();
+        directory.members.own.node = node;
+        directory
     }
 
     /// Takes the actions that are due.
     pub fn take_actions(&mut self) -> Vec<Action> {
-        std::mem::take(&mut self.actions)
+        std::mem::take(&mut self.requests.actions)
+    }
+
+    /// A connection to the store was made, whose watchers are about to tell all entries. Requests of the connection
+    /// before it get no answer any more. `may_have_forgotten` says that it need not be the store of that connection, with
+    /// everything that was acknowledged: it may have lost its disk, or what was not synced when power failed.
+    ///
+    /// Two rules keep one owner for each room. A node claims no room of another before it has held its lease for
+    /// [`LEASE_TTL`], since the others may be about to connect as well. And it renews its lease only once every room
+    /// that it holds under this lease has an entry that names it; entries of rooms that it still played are written
+    /// again.
+    pub fn connected(&mut self, may_have_forgotten: bool, now: Time) {
+        self.connection += 1;
+        self.requests.cancel();
+        self.handover.connected(now);
+        self.placements.synced = false;
+        // A process that has just started knows of nothing that could be forgotten.
+        let may_have_forgotten = may_have_forgotten && self.connection > 1;
+        self.members.connected(may_have_forgotten, now);
+        if may_have_forgotten {
+            let doubts_go_on = self.placements.is_doubtful(now);
+            self.handover.doubt(self.members.own.leased(now), doubts_go_on);
+            self.placements.doubt(self.members.own.claims_from);
+        }
+    }
+
+    /// Number of the present connection, from 1; 0 before the first.
+    pub fn connection(&self) -> u64 {
+        self.connection
     }
 
     /// Takes a change of the directory, in the order of their revisions.
@@ -89,7 +83,11 @@ impl Directory {
                 self.heard_of(name, entry, revision, now);
             }
             Change::Written(Key::Room(code), Entry::Room(entry), revision) => {
-                self.heard_of_room(code, entry, revision, now);
+                if self.placements.is_news(&code, revision) {
+                    self.forget(&code);
+                    self.placements.insert(code.clone(), entry, revision);
+                    self.compare([code], now);
+                }
             }
             Change::Gone(key, revision) => self.removed_by(key, revision, now),
             Change::Written(..) => {}
@@ -97,25 +95,18 @@ impl Directory {
     }
 
     fn removed_by(&mut self, key: Key, revision: Revision, now: Time) {
-        if let Some(look) = self.looks.get_mut(&key) {
-            look.removed_by = revision;
-        }
+        self.requests.removed_by(&key, revision);
         match key {
             Key::Node(name) => {
-                if self.nodes.get(&name).is_some_and(|peer| peer.revision < revision) {
+                if self.members.revision(&name).is_some_and(|known| known < revision) {
                     self.node_is_gone(&name, now);
                 }
             }
             Key::Room(code) => {
-                if self.removed.get(&code).is_some_and(|by| *by <= revision) {
-                    self.removed.remove(&code);
-                }
-                if self.entries.get(&code).is_some_and(|(_, known)| *known < revision) {
+                if self.placements.removed_by(&code, revision) {
                     self.forget(&code);
-                    self.connection.missed.remove(&code);
-                    self.newer_epochs.remove(&code);
-                    self.stop_removed(&code);
-                    self.settle(&code, now);
+                    let (handover, mut around) = self.handover(now);
+                    handover.removed(&code, &mut around);
                 }
             }
         }
@@ -124,244 +115,333 @@ impl Directory {
     /// All nodes that there were when their bucket began to be watched were passed to [`Directory::changed`]; those
     /// that were known before and are not among these are gone.
     pub fn synced_nodes(&mut self, present: &BTreeSet<Key>, now: Time) {
-        // The owners of rooms among them are looked for before their rooms are claimed.
-        self.nodes.retain(|name, _| present.contains(&Key::Node(name.clone())));
-        self.nodes_synced = true;
-        self.settle_all(now);
+        self.members.synced(present);
+        self.compare_all(now);
     }
 
     /// The same for rooms.
     pub fn synced_rooms(&mut self, present: &BTreeSet<Key>, now: Time) {
-        let is_gone = |code: &String| !present.contains(&Key::Room(code.clone()));
-        self.removed.retain(|code, _| !is_gone(code));
-        let gone: Vec<String> = self.entries.keys().filter(|code| is_gone(code)).cloned().collect();
-        gone.iter().for_each(|code| self.forget(code));
-        self.rooms_synced = true;
-        self.rooms_are_known(gone);
-        self.settle_all(now);
-    }
-
-    fn has_synced(&self) -> bool {
-        self.nodes_synced && self.rooms_synced
+        let absent = self.placements.absent(present);
+        absent.iter().for_each(|code| self.forget(code));
+        self.placements.synced(present, absent);
+        self.compare_all(now);
     }
 
     /// Takes the answer to an [`Action::Write`] or [`Action::Remove`], once for each.
     pub fn answered(&mut self, key: Key, answer: Answer, now: Time) {
         match key {
-            Key::Node(name) if name == self.node.name => self.lease_answered(answer, now),
+            Key::Node(name) if name == self.members.own.node.name => {
+                let gone = self.members.answered(answer, &mut self.requests, now);
+                self.claim_rooms_of(gone, now);
+            }
             // The others were told that a node is gone.
             Key::Node(_) => {}
-            Key::Room(code) => self.room_answered(&code, answer, now),
+            Key::Room(code) => self.room_answered(code, answer, now),
         }
+    }
+
+    fn room_answered(&mut self, code: String, answer: Answer, now: Time) {
+        let Some(operation) = self.handover.answered(&code) else { return };
+        match (answer, operation) {
+            (Answer::Done(revision), Operation::Change { to }) => {
+                let written = Change::Written(Key::Room(code.clone()), Entry::Room(to), revision);
+                self.changed(written, now);
+                // A watcher may have told of it before this answer, which it had to wait for.
+                self.compare([code], now);
+                if self.members.own.draining {
+                    self.compare_held(now);
+                }
+            }
+            // Otherwise a watcher has told of it already.
+            (Answer::Done(_), Operation::Remove { revision }) => {
+                self.found_removed(&code, revision, now);
+            }
+            (Answer::Done(_), Operation::Pause { .. }) => {}
+            (Answer::Refused | Answer::Unknown, _) => {
+                let (handover, mut around) = self.handover(now);
+                handover.ask_again(&code, &mut around);
+            }
+        }
+    }
+
+    /// Asks for the entry of a room, unless it was asked for already.
+    pub fn look(&mut self, code: &str) {
+        self.placements.look_up(code, &mut self.requests);
     }
 
     /// Returns whether the entry of a room was asked for, and no answer has come yet.
     pub fn looks_for(&self, code: &str) -> bool {
-        self.looks.contains_key(&Key::Room(code.to_owned()))
+        self.requests.is_looking_up(&Key::Room(code.to_owned()))
     }
 
     /// Takes the answer to an [`Action::Look`]: the entry, `None` if there is none.
     pub fn looked(&mut self, key: Key, found: Option<(Entry, Revision)>, now: Time) {
-        let Some(Look { known, removed_by }) = self.looks.remove(&key) else { return };
+        let Some(lookup) = self.requests.looked_up(&key) else { return };
         // A watcher may have told since that what was found is gone.
-        let found = found.filter(|(_, revision)| *revision > removed_by);
+        let found = found.filter(|(_, revision)| *revision > lookup.removed_by);
         match (key, found) {
             (Key::Node(name), found) => {
                 let found = found.and_then(|(entry, revision)| match entry {
                     Entry::Node(entry) => Some((entry, revision)),
                     Entry::Room(_) => None,
                 });
-                self.node_looked_up(name, found, known, now);
+                self.node_looked_up(name, found, lookup.known, now);
             }
             (key, Some((entry, revision))) => {
                 self.changed(Change::Written(key, entry, revision), now);
             }
             (Key::Room(code), None) => {
-                // There may be another since the look was sent.
-                let entry = self.entries.get(&code).map(|(_, revision)| *revision);
-                if let Some(revision) = entry
-                    && known == entry
+                // There may be another since the lookup was sent.
+                if let Some(revision) = lookup.known
+                    && self.found_removed(&code, revision, now)
                 {
-                    self.removed.insert(code.clone(), revision);
-                    self.forget(&code);
-                    if now < self.connection.doubtful_until {
-                        self.connection.missed.insert(code.clone());
-                    }
-                    self.settle(&code, now);
+                    self.placements.miss(code, now);
                 }
             }
         }
     }
 
+    fn node_looked_up(
+        &mut self,
+        name: String,
+        found: Option<(NodeEntry, Revision)>,
+        known: Option<Revision>,
+        now: Time,
+    ) {
+        let incarnation = found.as_ref().map(|(entry, _)| entry.incarnation);
+        let gone = self.members.decide_doubts(&name, incarnation, now);
+        self.claim_rooms_of(gone, now);
+        if self.members.own.looks_for(&name) {
+            let before = self.members.own.owner();
+            let gone = self.members.own_looked_up(found, &mut self.requests, now);
+            if !self.members.own.is(&before) {
+                self.handover.lease_lost();
+            }
+            self.claim_rooms_of(gone, now);
+        } else if let Some((entry, revision)) = found {
+            self.heard_of(name, entry, revision, now);
+        } else if known.is_some() && self.members.revision(&name) == known {
+            self.node_is_gone(&name, now);
+            self.requests.actions.push(Action::Remove(Key::Node(name), 0));
+        }
+    }
+
     /// No answer came to an [`Action::Look`].
     pub fn look_failed(&mut self, key: &Key, now: Time) {
-        self.looks.remove(key);
+        self.requests.looked_up(key);
         if let Key::Node(name) = key {
-            self.lease_look_failed(name, now);
-            self.still_doubtful(name, now);
+            self.members.look_failed(name, now);
         }
     }
 
     /// Does what is due at this time: renews the lease, looks for silent nodes, claims rooms. To be called some ten
     /// times a second.
     pub fn poll(&mut self, now: Time) {
-        self.poll_lease(now);
-        if now >= self.connection.doubtful_until {
-            self.connection.missed.clear();
-        }
+        let may_renew = |incarnation| !self.handover.has_doubts(incarnation);
+        let own = &self.members.own.node.name;
+        let known = self.members.revision(own);
+        self.members.own.poll(known, may_renew, &mut self.requests, now);
+        self.placements.poll(now);
         if !self.has_synced() {
             return;
         }
-        self.look_for_silent_nodes(now);
-        for code in std::mem::take(&mut self.unsettled) {
-            self.settle(&code, now);
-        }
+        self.members.look_for_silent(&mut self.requests, now);
+        let due = std::mem::take(&mut self.handover.due);
+        self.compare(due, now);
     }
 
     /// Takes the measured load for the next renewal.
     pub fn measured(&mut self, load: Load) {
-        self.load = load;
+        self.members.own.load = load;
     }
 
     /// Hands all rooms over, and takes no other.
     pub fn drain(&mut self, now: Time) {
-        self.draining = true;
-        self.renew_at(now);
-        self.settle_held_rooms(now);
+        self.members.own.drain(now);
+        self.compare_held(now);
     }
 
-    fn settle_held_rooms(&mut self, now: Time) {
-        for code in self.held.keys().cloned().collect::<Vec<_>>() {
-            self.settle(&code, now);
+    /// Removes this node's entry, so that the others need not wait for its end. Rooms that it still plays stand
+    /// still from now on. It does not register again.
+    pub fn leave(&mut self) {
+        self.members.own.leave(&mut self.requests);
+    }
+
+    /// Takes news of a room that this node holds.
+    pub fn room(&mut self, code: &str, event: RoomEvent, now: Time) {
+        let (handover, mut around) = self.handover(now);
+        handover.on(code, event, &mut around);
+    }
+
+    /// The records of a room that this node is to open were continued in a later epoch. If that is another node's, its
+    /// entry is about to be heard of; if not, the directory has forgotten it, and the room goes on after it.
+    pub fn outdated(&mut self, code: &str, epoch: u64, now: Time) {
+        self.placements.has_records_of(code, epoch);
+        self.room(code, RoomEvent::Fenced, now);
+    }
+
+    /// Places a room that there is not yet. [`Directory::locate`] tells where, once it is placed.
+    pub fn place(&mut self, code: &str, room: RoomFacts, now: Time) -> Result<(), PlaceError> {
+        // A standing room has the code of the one before it, which another node may play.
+        if room.creator.is_none() && self.placements.is_doubtful(now) {
+            return Err(PlaceError::NotNow);
         }
+        self.place_at(code, room, |_| true)
+    }
+
+    /// Places such a room at this node.
+    pub fn place_here(&mut self, code: &str, room: RoomFacts) -> Result<(), PlaceError> {
+        let own = self.members.own.node.name.clone();
+        self.place_at(code, room, |name| name == own)
+    }
+
+    fn place_at(
+        &mut self,
+        code: &str,
+        room: RoomFacts,
+        allowed: impl Fn(&str) -> bool,
+    ) -> Result<(), PlaceError> {
+        if self.has_room(code) || self.handover.is_busy_with(code) {
+            return Err(PlaceError::Taken);
+        }
+        if !self.has_synced() || !self.is_registered() {
+            return Err(PlaceError::NotNow);
+        }
+        let owner = self.members.roomiest(allowed).ok_or(PlaceError::Full)?;
+        self.members.reserve(&owner);
+        self.handover.write(code, RoomEntry { owner, epoch: 1, room }, 0, &mut self.requests);
+        Ok(())
+    }
+
+    /// Returns whether this node is registered.
+    pub fn is_registered(&self) -> bool {
+        self.members.own.is_registered()
     }
 
     /// The incarnation of this node that a room's entry names; `None` if it names another node.
     pub fn owned_under(&self, code: &str) -> Option<u64> {
-        let (entry, _) = self.entries.get(code)?;
-        (entry.owner.node == self.node.name).then_some(entry.owner.incarnation)
+        let owner = self.placements.owner(code)?;
+        (owner.node == self.members.own.node.name).then_some(owner.incarnation)
     }
 
     /// Returns whether this node holds a room in this epoch of it, or in a later one.
     pub fn holds_epoch(&self, code: &str, epoch: u64) -> bool {
-        self.held.get(code).is_some_and(|held| held.epoch >= epoch)
+        self.handover.holds_epoch(code, epoch)
     }
 
     /// The nodes that are registered, this one among them.
     pub fn nodes(&self) -> usize {
-        self.nodes.len()
+        self.members.count()
     }
 
     /// The rooms that this node plays, hands over or opens.
     pub fn holds(&self) -> usize {
-        self.held.len()
+        self.handover.rooms().len()
     }
 
     /// The other nodes' addresses.
     pub fn urls(&self) -> impl Iterator<Item = &str> {
-        let others = self.nodes.iter().filter(|(name, _)| **name != self.node.name);
-        others.map(|(_, peer)| peer.entry.url.as_str())
+        self.members.others().map(|(_, entry)| entry.url.as_str())
     }
 
     /// The rooms of other nodes that they list, and their facts.
     pub fn listed_elsewhere(&self) -> impl Iterator<Item = (&RoomCounts, &RoomFacts)> {
-        let others = self.nodes.iter().filter(|(name, _)| **name != self.node.name);
-        let counts =
-            others.flat_map(|(name, peer)| peer.entry.rooms.iter().map(move |c| (name, c)));
+        let others = self.members.others();
+        let counts = others.flat_map(|(name, node)| node.rooms.iter().map(move |c| (name, c)));
         counts.filter_map(|(name, counts)| {
-            let (entry, _) = self.entries.get(&counts.code)?;
+            let (entry, _) = self.placements.get(&counts.code)?;
             (entry.owner.node == *name && !entry.room.private).then_some((counts, &entry.room))
         })
     }
 
     /// Returns whether there is a room of this code.
     pub fn has_room(&self, code: &str) -> bool {
-        self.entries.contains_key(code)
+        self.placements.get(code).is_some()
     }
 
     /// The facts of all rooms.
-    pub fn rooms(&self) -> impl Iterator<Item = (&str, &RoomEntry)> {
-        self.entries.iter().map(|(code, (entry, _))| (code.as_str(), entry))
+    pub fn rooms(&self) -> impl Iterator<Item = (&String, &RoomEntry)> {
+        self.placements.rooms()
     }
 
     /// The place of a room.
     pub fn locate(&self, code: &str) -> Located {
-        match (self.held.get(code), self.entries.get(code)) {
-            (Some(Held { phase: Phase::Playing, .. }), _) => Located::Here,
-            (Some(_), _) => Located::Soon,
-            (None, _) if self.operations.contains_key(code) => Located::Soon,
-            (None, Some((entry, _))) if self.is_me(&entry.owner) => Located::Soon,
-            (None, Some((entry, _))) => match self.peer_of(&entry.owner) {
-                Some(peer) if entry.owner.node != self.node.name => {
-                    Located::At(peer.entry.url.clone())
-                }
+        if self.handover.plays(code) {
+            return Located::Here;
+        }
+        if self.handover.is_busy_with(code) {
+            return Located::Soon;
+        }
+        let own = &self.members.own;
+        match self.placements.owner(code) {
+            Some(owner) if own.is(owner) => Located::Soon,
+            Some(owner) => match self.members.entry_of(owner) {
+                Some(entry) if owner.node != own.node.name => Located::At(entry.url.clone()),
                 _ => Located::Lost,
             },
-            (None, None) if self.connection.missed.contains(code) => Located::Lost,
-            (None, None) => Located::Unknown,
+            None if self.placements.is_missed(code) => Located::Lost,
+            None => Located::Unknown,
         }
     }
 
-    fn me(&self) -> Owner {
-        Owner { node: self.node.name.clone(), incarnation: self.node.incarnation }
+    fn has_synced(&self) -> bool {
+        self.members.synced && self.placements.synced
     }
 
-    fn is_me(&self, owner: &Owner) -> bool {
-        owner.node == self.node.name && owner.incarnation == self.node.incarnation
+    fn heard_of(&mut self, name: String, entry: NodeEntry, revision: Revision, now: Time) {
+        let gone = self.members.heard_of(name, entry, revision, now);
+        self.claim_rooms_of(gone, now);
     }
 
-    /// The entry of an owner that is not gone.
-    fn peer_of(&self, owner: &Owner) -> Option<&Peer> {
-        let peer = self.nodes.get(&owner.node)?;
-        (peer.entry.incarnation == owner.incarnation).then_some(peer)
+    fn node_is_gone(&mut self, name: &str, now: Time) {
+        let gone = self.members.remove(name);
+        self.claim_rooms_of(gone, now);
     }
 
-    fn heard_of_room(&mut self, code: String, entry: RoomEntry, revision: Revision, now: Time) {
-        // An answer may have told of it already, and of what came after it.
-        let known = self.entries.get(&code).map(|(_, known)| *known);
-        if known.max(self.removed.get(&code).copied()) >= Some(revision) {
-            return;
+    /// The rooms of owners that are gone are to be claimed.
+    fn claim_rooms_of(&mut self, gone: impl IntoIterator<Item = Owner>, now: Time) {
+        for owner in gone {
+            if let Some(codes) = self.placements.rooms_of(&owner).cloned() {
+                self.members.is_gone(owner, now);
+                self.compare(codes, now);
+            }
         }
-        self.forget(&code);
-        self.removed.remove(&code);
-        self.connection.missed.remove(&code);
-        if self.newer_epochs.get(&code).is_some_and(|newer| *newer < entry.epoch) {
-            self.newer_epochs.remove(&code);
+    }
+
+    /// The entry of a room is removed that was of this revision; returns whether no other is known.
+    fn found_removed(&mut self, code: &str, revision: Revision, now: Time) -> bool {
+        let is_known = self.placements.found_removed(code, revision);
+        if is_known {
+            self.forget(code);
+            self.compare([code.to_owned()], now);
         }
-        self.rooms_of.entry(entry.owner.clone()).or_default().insert(code.clone());
-        self.entries.insert(code.clone(), (entry, revision));
-        self.settle(&code, now);
+        is_known
     }
 
     fn forget(&mut self, code: &str) {
-        let Some((entry, _)) = self.entries.remove(code) else { return };
-        let codes = self.rooms_of.get_mut(&entry.owner).expect("each entry is in it");
-        codes.remove(code);
-        if codes.is_empty() {
-            self.rooms_of.remove(&entry.owner);
-            self.missing.remove(&entry.owner);
+        if let Some(owner) = self.placements.forget(code) {
+            self.members.has_no_rooms(&owner);
         }
     }
 
-    /// Asks for an entry, unless it was asked for already; returns whether it was not.
-    pub fn look(&mut self, key: Key) -> bool {
-        if self.looks.contains_key(&key) {
-            return false;
-        }
-        let known = match &key {
-            Key::Node(name) => self.nodes.get(name).map(|peer| peer.revision),
-            Key::Room(code) => self.entries.get(code).map(|(_, revision)| *revision),
-        };
-        self.looks.insert(key.clone(), Look { known, removed_by: 0 });
-        self.actions.push(Action::Look(key));
-        true
+    fn compare_all(&mut self, now: Time) {
+        let known = self.placements.rooms().map(|(code, _)| code);
+        let codes: BTreeSet<String> = known.chain(self.handover.rooms()).cloned().collect();
+        self.compare(codes, now);
     }
 
-    fn settle_all(&mut self, now: Time) {
-        let codes: BTreeSet<String> =
-            self.entries.keys().chain(self.held.keys()).cloned().collect();
-        for code in codes {
-            self.settle(&code, now);
-        }
+    fn compare_held(&mut self, now: Time) {
+        let codes: Vec<String> = self.handover.rooms().cloned().collect();
+        self.compare(codes, now);
+    }
+
+    fn compare(&mut self, codes: impl IntoIterator<Item = String>, now: Time) {
+        let (handover, mut around) = self.handover(now);
+        codes.into_iter().for_each(|code| handover.compare(&code, &mut around));
+    }
+
+    fn handover(&mut self, now: Time) -> (&mut Handover, Surroundings<'_>) {
+        let Directory { members, placements, handover, requests, .. } = self;
+        (handover, Surroundings { members, placements, requests, now })
     }
 }

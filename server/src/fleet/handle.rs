@@ -151,7 +151,7 @@ impl Fleet {
         if self.ask(|directory| directory.locate(code)) == Located::Here {
             return Located::Here;
         }
-        self.tell(|directory, _| directory.look(Key::Room(code.to_owned())));
+        self.tell(|directory, _| directory.look(code));
         let known = async {
             loop {
                 let located = self.ask(|directory| match directory.looks_for(code) {

@@ -6,7 +6,7 @@ use super::settings::Violation;
 use super::store::Tail;
 use super::{POLL_EVERY, RECORD_EVERY, Simulation};
 use jostle_server::fleet::directory::{
-    Action, Directory, LEASE_TTL, Load, NodeSettings, ROOM_COST,
+    Action, Directory, LEASE_TTL, Load, NodeSettings, ROOM_COST, RoomEvent,
 };
 use jostle_server::fleet::entry::{RoomCounts, RoomEntry, RoomFacts};
 use std::collections::BTreeMap;
@@ -233,7 +233,9 @@ impl Simulation {
         let Some(node) = self.node(process) else { return };
         let clock = node.clock(now);
         let Some(room) = node.room(&code, number) else { return };
-        let Some(sequence) = accepted else { return node.directory.fenced(&code, clock) };
+        let Some(sequence) = accepted else {
+            return node.directory.room(&code, RoomEvent::Fenced, clock);
+        };
         room.last = sequence;
         if room.state == RoomState::Opening {
             let opened = NodeEvent::Opened(code, number, true);
@@ -255,11 +257,11 @@ impl Simulation {
         let Some(room) = node.room(&code, number) else { return Ok(()) };
         if !well {
             node.rooms.remove(&code);
-            node.directory.open_failed(&code, clock);
+            node.directory.room(&code, RoomEvent::OpenFailed, clock);
             return Ok(());
         }
         room.state = RoomState::Playing;
-        node.directory.opened(&code, clock);
+        node.directory.room(&code, RoomEvent::Opened, clock);
         self.playing.entry(code.clone()).or_default().insert(process.node);
         self.check_room(&code)?;
         if let Some(lost_at) = self.lost_at.remove(&code) {
@@ -280,7 +282,7 @@ impl Simulation {
         if node.room(code, number).is_some() {
             let clock = node.clock(now);
             node.rooms.remove(code);
-            node.directory.parted(code, clock);
+            node.directory.room(code, RoomEvent::Parted, clock);
             self.ceases(process.node, code);
         }
     }
@@ -306,7 +308,7 @@ impl Simulation {
             let clock = node.clock(now);
             node.ended.insert(code.to_owned(), epoch);
             node.rooms.remove(code);
-            node.directory.ended(code, clock);
+            node.directory.room(code, RoomEvent::Ended, clock);
             self.store.forget_records(code);
             self.ceases(process.node, code);
         }

@@ -34,9 +34,9 @@ pub enum Action {
     Remove(Key, Revision),
     /// Reads an entry; [`looked`](super::Directory::looked) takes it, [`look_failed`](super::Directory::look_failed) that there is no answer.
     Look(Key),
-    /// Opens a room from its records, or as a new one where there are none; then [`opened`](super::Directory::opened).
+    /// Opens a room from its records, or as a new one where there are none; then [`RoomEvent::Opened`].
     Open(String, RoomEntry),
-    /// Has a room end with a last record of its whole state; then [`parted`](super::Directory::parted).
+    /// Has a room end with a last record of its whole state; then [`RoomEvent::Parted`].
     Part(String),
     /// Ends a room that another node plays; its players are told the address, if it is known.
     Stop(String, Option<String>),
@@ -44,6 +44,22 @@ pub enum Action {
     Resume(String),
     /// The lease of this incarnation lasts until then.
     Lease(u64, Time),
+}
+
+/// News of a room that this node holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RoomEvent {
+    /// The driver has opened it.
+    Opened,
+    /// It could not be opened here.
+    OpenFailed,
+    /// It is over, and its records are gone.
+    Ended,
+    /// It has ended here, and its last record is written.
+    Parted,
+    /// A write of its records was refused: another node has begun to play it, or this one has by a process that is
+    /// gone.
+    Fenced,
 }
 
 /// The answer to a conditional write or removal.
@@ -104,7 +120,7 @@ pub struct Load {
 }
 
 /// The settings of a node.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct NodeSettings {
     /// Its name, which no other node of the fleet may have.
     pub name: String,

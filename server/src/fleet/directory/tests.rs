@@ -3,7 +3,6 @@
 mod reconnecting;
 
 use super::*;
-use crate::fleet::entry::NodeEntry;
 use std::time::Duration;
 
 const A: u64 = 100;
@@ -70,7 +69,7 @@ fn registered() -> Directory {
     let mut directory = unregistered();
     directory.poll(s(0.0));
     directory.answered(node_key("a"), Answer::Done(1), s(0.0));
-    directory.connection.claims_from = s(0.0);
+    directory.members.own.claims_from = s(0.0);
     directory.take_actions();
     directory
 }
@@ -88,7 +87,7 @@ fn beside_b() -> Directory {
 fn playing() -> Directory {
     let mut directory = beside_b();
     directory.changed(written(room_key("y"), room(owner("a", A), 1), 2), s(0.0));
-    directory.opened("y", s(0.0));
+    directory.room("y", RoomEvent::Opened, s(0.0));
     assert!(matches!(&directory.take_actions()[..], [Action::Open(code, _)] if code == "y"));
     assert_eq!(directory.locate("y"), Located::Here);
     directory
@@ -271,7 +270,7 @@ fn a_late_answer_does_not_undo_what_was_heard_since() {
     assert_eq!(polled(&mut directory, late + s(1.0)), [], "b registered after it was looked for");
 
     let mut directory = playing();
-    directory.fenced("y", s(1.0));
+    directory.room("y", RoomEvent::Fenced, s(1.0));
     directory.changed(written(room_key("y"), room(owner("a", A), 3), 8), s(1.1));
     directory.looked(room_key("y"), None, s(1.2));
     directory.take_actions();
@@ -282,7 +281,7 @@ fn a_late_answer_does_not_undo_what_was_heard_since() {
 #[test]
 fn a_room_that_was_removed_does_not_come_back() {
     let mut directory = playing();
-    directory.ended("y", s(1.0));
+    directory.room("y", RoomEvent::Ended, s(1.0));
     assert_eq!(directory.take_actions(), [Action::Remove(room_key("y"), 2)]);
     directory.answered(room_key("y"), Answer::Unknown, s(2.5));
     assert_eq!(directory.take_actions(), [Action::Look(room_key("y"))]);
@@ -292,7 +291,7 @@ fn a_room_that_was_removed_does_not_come_back() {
     assert_eq!(polled(&mut directory, s(3.5)), [], "the look was answered before the removal");
 
     let mut directory = playing();
-    directory.ended("y", s(1.0));
+    directory.room("y", RoomEvent::Ended, s(1.0));
     directory.answered(room_key("y"), Answer::Done(3), s(1.1));
     directory.take_actions();
     directory.changed(written(room_key("y"), before.0, before.1), s(1.2));
@@ -306,21 +305,21 @@ fn a_removed_room_is_remembered_until_the_watcher_tells_of_it() {
     let removal = Change::Gone(room_key("y"), 3);
     for watcher_is_first in [false, true] {
         let mut directory = playing();
-        directory.ended("y", s(1.0));
+        directory.room("y", RoomEvent::Ended, s(1.0));
         if watcher_is_first {
             directory.changed(removal.clone(), s(1.1));
         }
         directory.answered(room_key("y"), Answer::Done(3), s(1.2));
-        assert_eq!(directory.removed.is_empty(), watcher_is_first);
+        assert_eq!(directory.placements.removed.is_empty(), watcher_is_first);
         directory.changed(removal.clone(), s(1.3));
-        assert!(directory.removed.is_empty() && directory.held.is_empty());
+        assert!(directory.placements.removed.is_empty() && directory.holds() == 0);
     }
 }
 
 #[test]
 fn a_fenced_room_is_stopped_and_opened_again_if_it_is_still_ones_own() {
     let mut directory = playing();
-    directory.fenced("y", s(1.0));
+    directory.room("y", RoomEvent::Fenced, s(1.0));
     let stop = Action::Stop("y".into(), None);
     assert_eq!(directory.take_actions(), [stop, Action::Look(room_key("y"))]);
     directory.looked(room_key("y"), Some((room(owner("a", A), 1), 2)), s(1.1));
@@ -344,7 +343,7 @@ fn a_draining_node_parts_with_a_room_and_then_gives_it_away() {
     assert_eq!(directory.take_actions(), [], "no other has room");
     directory.changed(written(node_key("b"), node(7, 3, 0.5), 3), s(1.1));
     assert_eq!(polled(&mut directory, s(1.2)), [Action::Part("y".into())]);
-    directory.parted("y", s(1.3));
+    directory.room("y", RoomEvent::Parted, s(1.3));
     let given = Action::Write(room_key("y"), room(owner("b", 7), 2), 2);
     assert_eq!(directory.take_actions(), [given]);
     directory.answered(room_key("y"), Answer::Done(3), s(1.4));
@@ -359,7 +358,7 @@ fn a_room_that_cannot_be_opened_here_is_given_to_another_later() {
     let mut directory = beside_b();
     directory.changed(written(room_key("y"), room(owner("a", A), 1), 2), s(0.0));
     directory.changed(written(node_key("b"), node(7, 3, 0.5), 3), s(0.0));
-    directory.open_failed("y", s(0.0));
+    directory.room("y", RoomEvent::OpenFailed, s(0.0));
     directory.take_actions();
     assert_eq!(polled(&mut directory, s(4.9)), []);
     let given = Action::Write(room_key("y"), room(owner("b", 7), 2), 2);
@@ -408,7 +407,8 @@ fn of_all_nodes_that_know_of_each_other_one_claims_first() {
     });
     for code in ["x", "y", "z"] {
         for count in 1..=5 {
-            let claim = directories.iter().filter(|directory| directory.may_claim(code, count));
+            let claim =
+                directories.iter().filter(|directory| directory.members.may_claim(code, count));
             assert_eq!(claim.count(), count, "{code}");
         }
     }

@@ -4,7 +4,7 @@ use super::link::NatsLink;
 use super::publisher::Publisher;
 use super::records::{Message, Published, RecordStream, Records, RoomRecords};
 use super::store::Store;
-use crate::fleet::directory::{Action, Answer, RETRY};
+use crate::fleet::directory::{Action, Answer, RETRY, RoomEvent};
 use crate::fleet::entry::{RoomCounts, RoomEntry};
 use crate::fleet::handle::Fleet;
 use crate::fleet::lease::RoomLease;
@@ -201,14 +201,14 @@ impl Connected {
             }
             Ok(_) => {
                 info!(room = %code, epoch = entry.epoch, "the room is played here");
-                self.fleet.tell(|directory, now| directory.opened(&code, now));
+                self.fleet.tell(|directory, now| directory.room(&code, RoomEvent::Opened, now));
                 if !self.fleet.ask(|directory| directory.holds_epoch(&code, entry.epoch)) {
                     self.insist(code, AdminCommand::Leave(None));
                 }
             }
             Err(reason) => {
                 error!(room = %code, reason, "a room of the fleet cannot be opened here");
-                self.fleet.tell(|directory, now| directory.open_failed(&code, now));
+                self.fleet.tell(|directory, now| directory.room(&code, RoomEvent::OpenFailed, now));
             }
         }
     }

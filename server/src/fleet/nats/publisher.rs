@@ -2,6 +2,7 @@
 
 use super::records::{Records, Sequence};
 use super::room_task::{RoomOutcome, RoomTask, RoomTaskContext};
+use crate::fleet::directory::RoomEvent;
 use crate::fleet::handle::Fleet;
 use crate::limits;
 use crate::log::{LogReader, Policy, STATE, SharedLog};
@@ -30,9 +31,9 @@ impl Publisher {
                 fleet.first_incarnation(),
                 move |code, outcome| {
                     fleet.tell(|directory, now| match outcome {
-                        RoomOutcome::Parted => directory.parted(code, now),
-                        RoomOutcome::Ended => directory.ended(code, now),
-                        RoomOutcome::Fenced => directory.fenced(code, now),
+                        RoomOutcome::Parted => directory.room(code, RoomEvent::Parted, now),
+                        RoomOutcome::Ended => directory.room(code, RoomEvent::Ended, now),
+                        RoomOutcome::Fenced => directory.room(code, RoomEvent::Fenced, now),
                     });
                 },
             )),

@@ -75,7 +75,7 @@ fn an_entry_that_went_back_to_another_node_is_written_again_before_the_lease_is_
     let mut directory = playing();
     directory.changed(written(room_key("y"), room(owner("b", 7), 2), 3), s(0.5));
     directory.changed(written(room_key("y"), room(owner("a", A), 3), 4), s(0.6));
-    directory.opened("y", s(0.7));
+    directory.room("y", RoomEvent::Opened, s(0.7));
     directory.take_actions();
     connect(&mut directory, true, &[("y", room(owner("b", 7), 2), 3)], s(5.0));
     directory.poll(s(5.0));
@@ -154,7 +154,7 @@ fn a_room_whose_records_are_newer_than_its_entry_goes_on_after_them() {
 #[test]
 fn what_was_asked_over_the_connection_before_is_not_answered() {
     let mut directory = playing();
-    directory.ended("y", s(1.0));
+    directory.room("y", RoomEvent::Ended, s(1.0));
     connect(&mut directory, false, &[("y", room(owner("a", A), 1), 2)], s(2.0));
     assert!(polled(&mut directory, s(2.1)).iter().all(|action| matches!(action, Action::Look(_))));
     directory.looked(node_key("a"), Some((node(A, 10, 0.0), 1)), s(2.2));

@@ -1,0 +1,255 @@
+//! The node's own entry, and the lease that it stands for.
+
+use super::requests::Requests;
+use super::terms::{
+    Action, Answer, HELD_FOR, LEASE_TTL, Load, NodeSettings, RENEW_EVERY, RETRY, Time,
+};
+use crate::fleet::entry::{Entry, Key, NodeEntry, Owner, Revision};
+use std::time::Duration;
+use tracing::{info, warn};
+
+/// This node's membership of the fleet.
+#[derive(Debug, Default)]
+pub struct Membership {
+    pub node: NodeSettings,
+    pub load: Load,
+    /// Whether all rooms are to be handed over.
+    pub draining: bool,
+    /// Time from which rooms of other nodes may be claimed.
+    pub claims_from: Time,
+    /// Whether the present incarnation was registered since the store may have forgotten.
+    pub has_registered: bool,
+    /// Revision of its entry; `None` while it has none.
+    revision: Option<Revision>,
+    /// While it has none, revision of the entry that it may write over: none, or that of an incarnation before.
+    replaces: Revision,
+    /// Whether a write of the present incarnation was not answered.
+    may_be_written: bool,
+    /// Incarnations that this process had before.
+    lost: u64,
+    /// Whether the revision may be another by now.
+    unsure: bool,
+    /// When the write or lookup that is under way was sent.
+    asked_at: Option<Time>,
+    /// Whether that is a lookup.
+    is_looking: bool,
+    /// When the next one is due.
+    next_at: Time,
+    /// When the lease ends.
+    held_until: Time,
+    /// Whether it was logged that the name is taken.
+    said_taken: bool,
+    /// Whether it leaves for good.
+    has_left: bool,
+}
+
+impl Membership {
+    /// This node under its present incarnation.
+    pub fn owner(&self) -> Owner {
+        Owner { node: self.node.name.clone(), incarnation: self.node.incarnation }
+    }
+
+    pub fn is(&self, owner: &Owner) -> bool {
+        owner.node == self.node.name && owner.incarnation == self.node.incarnation
+    }
+
+    /// Returns whether this node is registered.
+    pub fn is_registered(&self) -> bool {
+        self.revision.is_some()
+    }
+
+    /// Returns whether the store was found to have the entry of this incarnation.
+    pub fn is_confirmed(&self) -> bool {
+        self.is_registered() && !self.unsure
+    }
+
+    /// Returns whether the lookup of this node's entry is its own, after a write that was refused or not answered.
+    pub fn looks_for(&self, name: &str) -> bool {
+        name == self.node.name && self.is_looking
+    }
+
+    /// The incarnation that holds a lease now.
+    pub fn leased(&self, now: Time) -> Option<u64> {
+        (now < self.held_until).then_some(self.node.incarnation)
+    }
+
+    /// Hands all rooms over, and takes no other.
+    pub fn drain(&mut self, now: Time) {
+        self.draining = true;
+        self.next_at = self.next_at.min(now);
+    }
+
+    /// A connection was made: whether the store has the entry is not known any more.
+    pub fn connected(&mut self, may_have_forgotten: bool, now: Time) {
+        self.claims_from = now + LEASE_TTL;
+        if may_have_forgotten {
+            self.has_registered = false;
+            self.replaces = 0;
+        }
+        let was_asked = self.asked_at.take().is_some();
+        self.may_be_written |= was_asked && !self.is_looking;
+        self.is_looking = false;
+        self.unsure = self.revision.is_some() || self.may_be_written;
+        self.next_at = now;
+        if self.has_left {
+            // The entry ends by itself.
+            self.revision = None;
+        }
+    }
+
+    /// Renews the lease if that is due and `may_renew` this incarnation. `known` is the revision that watchers reported.
+    pub fn poll(
+        &mut self,
+        known: Option<Revision>,
+        may_renew: impl FnOnce(u64) -> bool,
+        out: &mut Requests,
+        now: Time,
+    ) {
+        if self.has_left || self.asked_at.is_some() || now < self.next_at {
+            return;
+        }
+        let key = Key::Node(self.node.name.clone());
+        if self.unsure {
+            // A lookup that is under way already may have been answered before the write.
+            self.is_looking = out.look_up(key, known);
+            self.asked_at = self.is_looking.then_some(now);
+        } else if self.revision.is_none() || may_renew(self.node.incarnation) {
+            let expected = self.revision.unwrap_or(self.replaces);
+            out.actions.push(Action::Write(key, Entry::Node(self.entry()), expected));
+            self.asked_at = Some(now);
+        }
+    }
+
+    /// Removes this node's entry. Rooms that it still plays stand still from now on, and it does not register again.
+    pub fn leave(&mut self, out: &mut Requests) {
+        self.draining = true;
+        self.has_left = true;
+        self.end_lease(out);
+        // Otherwise the revision is not known yet.
+        if self.asked_at.is_none() {
+            self.remove_entry(self.revision, out);
+        }
+    }
+
+    /// Until that is answered, the node counts as registered.
+    fn remove_entry(&mut self, revision: Option<Revision>, out: &mut Requests) {
+        self.revision = revision;
+        if let Some(revision) = revision {
+            out.actions.push(Action::Remove(Key::Node(self.node.name.clone()), revision));
+        }
+    }
+
+    /// The entry as it is written next.
+    pub fn entry(&self) -> NodeEntry {
+        NodeEntry {
+            incarnation: self.node.incarnation,
+            url: self.node.url.clone(),
+            draining: self.draining,
+            capacity: self.node.capacity,
+            used: self.load.used,
+            rooms_left: self.load.rooms_left,
+            secret_mark: Some(self.node.secret_mark),
+            rooms: self.load.rooms.clone(),
+        }
+    }
+
+    /// Takes the answer to a write or removal of the entry; returns its new revision if the lease is renewed.
+    pub fn answered(&mut self, answer: Answer, out: &mut Requests, now: Time) -> Option<Revision> {
+        let asked_at = self.asked_at.take();
+        if self.has_left {
+            match (answer, asked_at) {
+                (Answer::Done(revision), Some(_)) => self.remove_entry(Some(revision), out),
+                _ => self.revision = None,
+            }
+            return None;
+        }
+        let asked_at = asked_at?;
+        let Answer::Done(revision) = answer else {
+            self.unsure = true;
+            self.may_be_written |= answer == Answer::Unknown;
+            self.next_at = if answer == Answer::Refused { now } else { now + RETRY };
+            return None;
+        };
+        let is_new = self.revision.replace(revision).is_none();
+        self.next_at = asked_at + RENEW_EVERY;
+        // The others may have been without the store as well, and are about to come back.
+        if now >= self.held_until {
+            self.claims_from = self.claims_from.max(now + LEASE_TTL);
+        }
+        self.held_until = asked_at + HELD_FOR;
+        out.actions.push(Action::Lease(self.node.incarnation, self.held_until));
+        if is_new {
+            self.has_registered = true;
+            info!(node = %self.node.name, "registered in the fleet");
+        }
+        Some(revision)
+    }
+
+    /// Takes the entry that the store has under this node's name; returns whether it is not that of this incarnation.
+    pub fn looked_up(
+        &mut self,
+        found: Option<&(NodeEntry, Revision)>,
+        out: &mut Requests,
+        now: Time,
+    ) -> bool {
+        self.asked_at = None;
+        self.is_looking = false;
+        self.next_at = now;
+        self.unsure = false;
+        let own = found.filter(|(entry, _)| entry.incarnation == self.node.incarnation);
+        let own = own.map(|(_, revision)| *revision);
+        if self.has_left {
+            self.remove_entry(own, out);
+            return false;
+        }
+        if own.is_some() {
+            self.revision = own;
+            return false;
+        }
+        self.lose_lease(out);
+        self.replaces = 0;
+        let Some((entry, revision)) = found else { return true };
+        let age = self.node.incarnation.wrapping_sub(entry.incarnation);
+        if (1..=self.lost).contains(&age) {
+            // A write that was late. The rooms of that incarnation stand still.
+            self.replaces = *revision;
+        } else {
+            self.next_at = now + RETRY;
+            if !std::mem::replace(&mut self.said_taken, true) {
+                warn!(
+                    node = %self.node.name,
+                    "a node of this name is registered; waiting until it leaves or its lease ends"
+                );
+            }
+        }
+        true
+    }
+
+    /// A lookup of this node's own entry was not answered.
+    pub fn look_failed(&mut self, now: Time) {
+        self.is_looking = false;
+        self.asked_at = None;
+        self.next_at = now + RETRY;
+        if self.has_left {
+            self.revision = None;
+        }
+    }
+
+    /// The others may take this incarnation for gone by now: it is not used again, if any write of it was seen.
+    fn lose_lease(&mut self, out: &mut Requests) {
+        let may_be_written = std::mem::take(&mut self.may_be_written);
+        if self.revision.take().is_some() {
+            warn!(node = %self.node.name, "the lease is lost; rooms stand still until they are claimed again");
+        } else if !may_be_written {
+            return;
+        }
+        self.lost += 1;
+        self.node.incarnation = self.node.incarnation.wrapping_add(1);
+        self.end_lease(out);
+    }
+
+    fn end_lease(&mut self, out: &mut Requests) {
+        self.held_until = Duration::ZERO;
+        out.actions.push(Action::Lease(self.node.incarnation, Duration::ZERO));
+    }
+}
