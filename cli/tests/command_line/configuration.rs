@@ -25,8 +25,8 @@ fn a_refused_configuration_is_named_with_line_and_field() {
     let place = |line: u32| format!("{}:{line}: ", path_text(&file));
     let found = "listen: found \"here\"; allowed: an IP address and a port";
     refuses(b"\nlisten = \"here\"", 1, &format!("{}{found}", place(2)));
-    let found = "address-sockets: found 5000; allowed: a whole number from 1 to 4096";
-    refuses(b"address-sockets = 5000", 1, &format!("{}{found}", place(1)));
+    let found = "address-sockets: found 70000; allowed: a whole number from 1 to 65536";
+    refuses(b"address-sockets = 70000", 1, &format!("{}{found}", place(1)));
     refuses(b"port = 80", 1, &format!("{}port: found an unknown field; allowed: ", place(1)));
     refuses(b"listen = ", 1, &format!("{}file: found ", place(1)));
     refuses(b"# \xff", 1, "found bytes that are not UTF-8");
