@@ -168,7 +168,7 @@ pub const UPLINK_MEGABITS: u32 = 100;
 /// The most that `--uplink` may say, which no machine reaches.
 pub const UPLINK_MEGABITS_MAX: u32 = 30_000;
 /// Of these, the part that may be sent to one address (IPv6: one /64). A quarter of 100 Mbit/s is 24 kB/s for each of
-/// [`ADDRESS_SESSIONS_MAX`], where a player in a pile of 900 boxes is sent 7 on the wire.
+/// [`ADDRESS_SESSIONS_MIN`], where a player in a pile of 900 boxes is sent 7 on the wire.
 pub const ADDRESS_UPLINK_SHARE: u32 = 4;
 /// The part that all rooms with guests' scenes may send together. Such a scene can be one that sends 178 kB/s to each client.
 pub const GUESTS_UPLINK_SHARE: u32 = 4;
