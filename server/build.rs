@@ -26,14 +26,14 @@ fn main() -> io::Result<()> {
     let watched = if dir.is_dir() { &dir } else { &client };
     println!("cargo::rerun-if-changed={}", watched.display());
 
-    let mut table = String::from("static EMBEDDED: &[File] = &[\n");
+    let mut table = String::from("static EMBEDDED: &[AssetFile] = &[\n");
     for (name, path) in &dist::files(&dir)? {
         println!("cargo::rerun-if-changed={}", path.display());
         let etag = dist::etag(&fs::read(path)?);
         let path = path.canonicalize()?;
         writeln!(
             table,
-            "File {{ name: {name:?}, etag: {etag:?}, bytes: include_bytes!({path:?}) }},"
+            "AssetFile {{ name: {name:?}, etag: {etag:?}, bytes: include_bytes!({path:?}) }},"
         )
         .expect("a String takes any text");
     }
