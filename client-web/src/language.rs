@@ -7,7 +7,7 @@
 use std::cell::RefCell;
 
 thread_local! {
-    /// The sentences of the language; a few hundred, and few are said in a frame.
+    /// The sentences of the language; a few hundred, and some tens are said in a frame.
     static TABLE: RefCell<Vec<(&'static str, &'static str)>> = const { RefCell::new(Vec::new()) };
 }
 

@@ -218,7 +218,7 @@ impl<'a> Trier<'a> {
         Trier { played: RandomGame::new(Arc::new(scene), SEED), tick, found }
     }
 
-    /// Stirs a game that begins anew, with a seed of its own, and goes back to the present one.
+    /// Stirs a game that begins anew, with another seed, and returns to the present one.
     fn play_anew(&mut self, number: u64) -> bool {
         let scene = Arc::clone(self.played.game.scene());
         let new = RandomGame::new(scene, SEED + 1 + number);
@@ -386,7 +386,7 @@ mod tests {
         assert!(worst_tick(&heap).ms >= WorstTick::of(&heap).ms);
         let crowd = blocks(30, 200, &format!("{exact}\nradius = 1").replace("10]", "5]"));
         let trial = Trial::of(&crowd);
-        let step_us = STEP.work as f32 * 0.03 + STEP.pairs as f32;
+        let step_us = STEP.work as f32 * CONJUGATE_US[4].1 + STEP.pairs as f32;
         let parts_us = PART_US.iter().sum::<f32>() + NEW_GAMES as f32 * NEW_US;
         let most_us = parts_us + (2.0 + NEW_GAMES as f32) * step_us;
         assert!(trial.total_us < most_us, "{} us in {} ticks", trial.total_us, trial.ticks);

@@ -29,13 +29,13 @@ const CLIP_KEYFRAME_TICKS_MIN: u32 = 60;
 /// Bytes of state for each tick at most there: large states are kept less often.
 const CLIP_KEYFRAME_BYTES_PER_TICK: usize = 1024;
 
-/// What a keyframe says of the members: their names and colours by seat.
+/// The members in a keyframe: their names and colours by seat.
 pub type Looks = Vec<(Seat, Appearance)>;
 
 /// The newest blocks of a log. Each has a position, counted from the first.
 #[derive(Clone, Debug, Default)]
 pub struct RecentBlocks {
-    /// What replays say of the game in their beginning.
+    /// The beginning of a replay of the game.
     start: Start,
     /// The oldest first.
     kept: VecDeque<Arc<Record>>,
@@ -232,7 +232,7 @@ fn keyframe(game: &Game, members: Looks) -> Keyframe {
     Keyframe { tick: game.tick_count(), hash: game.hash(), members, state: game.save() }
 }
 
-/// What a replay takes of a log: blocks of five seconds, and few of the keyframes.
+/// The part of a log that a replay takes: blocks of five seconds, and few of the keyframes.
 #[derive(Clone, Debug, Default)]
 pub struct ReplayTail {
     /// Ticks that wait for others to share a block with.

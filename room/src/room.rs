@@ -37,7 +37,7 @@ pub struct Room {
     /// The snapshot before, kept for its memory.
     spare: Arc<Snapshot>,
     replication: Replication,
-    /// What was played, where somebody reads it.
+    /// The log of the game, if there is a reader.
     log: Option<GameLog>,
     /// Grows with every change of what [`Room::saved_members`] returns.
     members_revision: u64,

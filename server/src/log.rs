@@ -1,4 +1,4 @@
-//! What becomes of the logs of all rooms: readers with a position each, and what they write.
+//! The logs of all rooms: readers with a position each, and the files that they write.
 //!
 //! **Data.** A room's [`GameLog`](jostle_room::GameLog) has blocks, made once and shared. A replay, the file of
 //! `--state`, or the stream of a fleet in its place, and a clip are readers of it, each with a position of its own.

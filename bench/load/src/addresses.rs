@@ -8,7 +8,7 @@ const BOTS_PER_ADDRESS: u32 = 64;
 const FIRST: u32 = 64;
 const NUMBERS: u32 = 128;
 
-/// The address from which a bot with this number joins, in a /24 of its own. Only Linux takes all of 127.0.0.0/8 as its own.
+/// The address from which a bot with this number joins, in a /24 that 64 bots share. Only Linux takes all of 127.0.0.0/8 as its own.
 pub fn address_of(bot: u32) -> Option<IpAddr> {
     let network = bot / BOTS_PER_ADDRESS;
     let (high, low) = (FIRST + network / NUMBERS % NUMBERS, network % NUMBERS);

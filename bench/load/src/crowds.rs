@@ -34,7 +34,7 @@ pub struct Order {
     pub seconds: u32,
 }
 
-/// What the bots of one process saw.
+/// Measurements of the bots of one process.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Share {
     pub clients: usize,
@@ -177,7 +177,7 @@ impl BotProcess {
         writeln!(self.orders, "end").context("a process of bots is gone")
     }
 
-    /// What its bots saw.
+    /// The measurements of its bots.
     pub fn share(mut self) -> Result<Share> {
         let share =
             serde_json::from_str(&self.line()?).context("the share of a process of bots")?;

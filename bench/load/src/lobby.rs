@@ -26,7 +26,7 @@ struct Listed {
     total: usize,
 }
 
-/// Opens rooms of a scene, each from an address of its own; returns their codes.
+/// Opens rooms of a scene, each from a different address; returns their codes.
 pub async fn open_rooms(server: &Server, scene: &str, count: u32) -> Result<Vec<String>> {
     let mut codes = Vec::new();
     for number in 0..count {

@@ -22,7 +22,7 @@ pub struct LoadReport {
     pub server_bytes_per_client: Option<f64>,
     /// Threads and memory of the server with all clients.
     pub resources: String,
-    /// What the bots of each process saw, those of this one first.
+    /// Measurements of each process of bots, those of this one first.
     pub shares: Vec<Share>,
     /// The bots of this process one by one.
     #[serde(flatten)]

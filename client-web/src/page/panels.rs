@@ -45,6 +45,6 @@ pub const OF_FRAMES: [fn(&App) -> View; 10] = [
     editor::error,
 ];
 
-/// Those with numbers that nobody could read if they changed with every frame.
+/// Those with numbers, which would be unreadable if they changed with every frame.
 pub const OF_NUMBERS: [fn(&App) -> View; 5] =
     [players::view, hud::status, network::connection, network::figures, replay::marks];

@@ -20,7 +20,7 @@ const WHEEL_PIXELS: f32 = 300.0;
 /// An arrow key skips this many ticks.
 const SKIP_TICKS: i64 = TICKS_PER_SECOND as i64;
 
-/// What the page is at.
+/// The screen that the page shows.
 pub enum Screen {
     Lobby,
     Game(Box<GameScreen>),

@@ -12,7 +12,7 @@ const MIDDLE: f32 = 0.06;
 /// The same for a stick, which is at most 1 from its middle.
 const STICK_MIDDLE: f32 = 0.4;
 
-/// What a key or a pointer is to the wheel.
+/// The meaning of a key or a pointer to the wheel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WheelUse {
     /// Nothing: there is none, or it has no use for it.

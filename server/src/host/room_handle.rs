@@ -80,7 +80,7 @@ impl RoomInfo {
         }
     }
 
-    /// What the notes in the room's log say of itself.
+    /// The room's own facts in the notes of its log.
     pub fn notes(&self) -> Notes {
         let RoomInfo { number, private, creator, guest, .. } = *self;
         Notes { number, private, creator, guest, ..Notes::default() }
@@ -141,7 +141,7 @@ pub struct Host {
     pub waits: Waits,
     /// Phase of the server's life.
     pub phase: watch::Receiver<Phase>,
-    /// What writes the rooms' logs.
+    /// The writers of the rooms' logs.
     pub logs: Logs,
     /// The other nodes of the fleet, if there is one.
     pub neighbours: Neighbours,

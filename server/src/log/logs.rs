@@ -1,4 +1,4 @@
-//! What writes the logs of all rooms of a server.
+//! The writers of the logs of all rooms of a server.
 
 use super::reader::{LogReader, Policy, Wants};
 use super::recording::Recording;
@@ -28,7 +28,7 @@ pub struct Logs {
     pub stream: Option<StreamEnd>,
 }
 
-/// What a server knows of the stream of its fleet.
+/// The stream of a server's fleet, as far as the server knows it.
 pub struct StreamEnd {
     pub policy: Arc<Policy>,
     /// Waits until everything that is in the shares of rooms is written.

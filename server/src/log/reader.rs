@@ -35,7 +35,7 @@ pub trait Sink: Send {
 /// is logged, each is counted, and a new file begins after a while. One for all readers of a kind.
 #[derive(Debug)]
 pub struct Policy {
-    /// What the log says then.
+    /// The line in the program's log then.
     cannot: &'static str,
     /// Time after which a reader that gave its file up begins a new one.
     retry: Duration,
@@ -95,7 +95,7 @@ impl Policy {
     }
 }
 
-/// What a reader has to do next.
+/// The next step of a reader.
 #[derive(Debug, PartialEq)]
 pub enum NextWrite {
     Nothing,
@@ -104,7 +104,7 @@ pub enum NextWrite {
     Seal(Seal),
 }
 
-/// What a reader is after.
+/// The purpose of a reader.
 #[derive(Clone, Copy, Debug)]
 pub struct Wants {
     /// Ticks after which it begins a new file, at the next keyframe.
@@ -119,9 +119,9 @@ pub struct Wants {
 pub struct LogReader {
     shared: Arc<SharedLog>,
     wants: Wants,
-    /// What to do about errors.
+    /// The policy for errors.
     pub policy: Arc<Policy>,
-    /// The block with which it goes on; `None` while it has no file.
+    /// Position of the next block; `None` while it has no file.
     position: Option<u64>,
     /// The keyframe at which its next file begins, if that is not the newest one.
     begin_at: Option<u64>,
@@ -243,7 +243,7 @@ impl LogReader {
         NextWrite::Begin(records)
     }
 
-    /// What is left to do if the room has ended.
+    /// The steps that are left if the room has ended.
     fn end(&mut self, held: &Contents) -> NextWrite {
         self.is_finished = held.seal.is_some();
         match &held.seal {
@@ -254,7 +254,7 @@ impl LogReader {
         }
     }
 
-    /// What was next is done.
+    /// The next step was taken.
     pub fn done(&self, next: &NextWrite) {
         // The beginning of a file may find a place where its ticks do not.
         if let NextWrite::Append(_) = next {

@@ -15,7 +15,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant, UNIX_EPOCH};
 
-/// What the rooms of a server know of its replays.
+/// A server's replays, as its rooms know them.
 pub struct Recording {
     store: Arc<ReplayStore>,
     writer: Arc<LogWriter>,

@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 /// Feeds the readers of a room's log, and waits for nothing.
 pub struct RoomLog {
-    /// What its notes say of the room itself.
+    /// The room's own facts in its notes.
     about: Notes,
     /// `None` if nothing is kept of the room.
     shared: Option<Arc<SharedLog>>,

@@ -4,7 +4,7 @@ use jostle_room::log::RecentBlocks;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use tokio::sync::Notify;
 
-/// What becomes of the state of a room that has ended.
+/// The fate of the state of a room that has ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Seal {
     /// It is kept, from its newest keyframe on: the room goes on later, or elsewhere.
@@ -23,7 +23,7 @@ pub struct SharedLog {
     changed: Notify,
 }
 
-/// What readers find.
+/// The part that readers see.
 #[derive(Default)]
 pub struct Contents {
     pub blocks: RecentBlocks,

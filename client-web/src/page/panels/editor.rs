@@ -45,7 +45,7 @@ fn bar(view: View, screen: &EditScreen, edits: bool) -> View {
         .text("#edit-said", editor.said.clone())
 }
 
-/// What is wrong with the text.
+/// The error in the text.
 pub fn error(app: &App) -> View {
     let view = View::panel("error");
     match app.screen.edit_screen().map(|screen| screen.editor.problem()) {

@@ -8,7 +8,7 @@ use super::terms::{Action, CLAIM_STEP, RETRY, ROOMS_PER_PARTING, RoomEvent, Time
 use crate::fleet::entry::{Entry, Key, Owner, Revision, RoomEntry, RoomFacts};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What this node does with rooms.
+/// The rooms that this node holds, takes over or gives away.
 #[derive(Debug, Default)]
 pub struct Handover {
     held: BTreeMap<String, Held>,
@@ -32,7 +32,7 @@ struct Held {
     epoch: u64,
     /// How far it is.
     phase: Phase,
-    /// What its entry says of the room.
+    /// The entry of the room.
     room: RoomFacts,
     /// The incarnation of this node under which it is held.
     incarnation: u64,
