@@ -38,8 +38,8 @@ fn quote(field: &str) -> String {
     field.to_owned()
 }
 
-/// All points of a problem, one line per norm.
-pub fn of_study(study: &Study) -> String {
+/// All points of all problems, one line per norm.
+pub fn of_studies(studies: &[Study]) -> String {
     let columns = [
         "problem",
         "method",
@@ -55,6 +55,11 @@ pub fn of_study(study: &Study) -> String {
         "f32_floor",
     ];
     let mut csv = Csv::new(&columns);
+    studies.iter().for_each(|study| study_rows(study, &mut csv));
+    csv.finish()
+}
+
+fn study_rows(study: &Study, csv: &mut Csv) {
     for curve in &study.curves {
         for point in &curve.points {
             for (index, (norm, error)) in study.problem.norms.iter().zip(&point.errors).enumerate()
@@ -76,7 +81,6 @@ pub fn of_study(study: &Study) -> String {
             }
         }
     }
-    csv.finish()
 }
 
 /// All figures of the stability cases.
@@ -125,27 +129,27 @@ pub fn of_heaps(heaps: &[Heap], solvers: &[&str]) -> String {
     csv.finish()
 }
 
-/// The drawn runs of a case.
-pub fn of_series(verdicts: &Verdicts, solvers: &[&str]) -> Option<String> {
+/// The drawn runs of all cases.
+pub fn of_series(cases: &[Verdicts], solvers: &[&str]) -> String {
     let columns = ["case", "solver", "variant", "time_s", "overlap", "energy", "rms_speed"];
     let mut csv = Csv::new(&columns);
-    let mut any = false;
-    for (solver, outcome) in solvers.iter().zip(&verdicts.outcomes) {
-        let Some((variant, samples)) = &outcome.series else { continue };
-        any = true;
-        for sample in samples {
-            csv.row(&[
-                verdicts.case.id.into(),
-                (*solver).into(),
-                variant.clone(),
-                format!("{:.4}", sample.time_s),
-                format!("{:e}", sample.overlap),
-                format!("{:e}", sample.energy),
-                format!("{:e}", sample.rms),
-            ]);
+    for verdicts in cases {
+        for (solver, outcome) in solvers.iter().zip(&verdicts.outcomes) {
+            let Some((variant, samples)) = &outcome.series else { continue };
+            for sample in samples {
+                csv.row(&[
+                    verdicts.case.id.into(),
+                    (*solver).into(),
+                    variant.clone(),
+                    format!("{:.4}", sample.time_s),
+                    format!("{:e}", sample.overlap),
+                    format!("{:e}", sample.energy),
+                    format!("{:e}", sample.rms),
+                ]);
+            }
         }
     }
-    any.then(|| csv.finish())
+    csv.finish()
 }
 
 #[cfg(test)]

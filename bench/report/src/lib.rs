@@ -111,6 +111,8 @@ pub fn run(arguments: &Arguments, peers: &[Method]) -> Result<()> {
 
 /// File of the picture at the head of the report.
 pub const GLANCE: &str = "glance.svg";
+/// Problems whose pictures README.md shows. The page has those of all of them.
+const IN_README: [&str; 2] = ["9b", "13"];
 
 /// Runs the stability cases on all cores, since they need no clock.
 fn judge_all(
@@ -134,8 +136,8 @@ fn write(results: &Results, out: &Path) -> Result<()> {
         fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))
     };
     let solvers = results.solvers();
-    for study in &results.studies {
-        put(&format!("problem-{}.csv", study.problem.id), csv::of_study(study))?;
+    put("problems.csv", csv::of_studies(&results.studies))?;
+    for study in results.studies.iter().filter(|study| IN_README.contains(&study.problem.id)) {
         let figure = figures::of_study(study, &results.methods);
         put(&format!("problem-{}.svg", study.problem.id), figure.svg())?;
     }
@@ -146,11 +148,7 @@ fn write(results: &Results, out: &Path) -> Result<()> {
     }
     put("stability.csv", csv::of_stability(&results.cases, &solvers))?;
     put("ensembles.csv", csv::of_stability(&results.ensembles, &solvers))?;
-    for case in &results.cases {
-        if let Some(text) = csv::of_series(case, &solvers) {
-            put(&format!("case-{}.csv", case.case.id), text)?;
-        }
-    }
+    put("stability-over-time.csv", csv::of_series(&results.cases, &solvers))?;
     if let Some(svg) = glance::svg(&results.studies, &results.methods) {
         put(GLANCE, svg)?;
     }

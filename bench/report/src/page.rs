@@ -166,9 +166,9 @@ fn problem(study: &Study, methods: &[Method], page: &mut String) {
 fn numbers(study: &Study, page: &mut String) {
     let _ = write!(
         page,
-        "<details><summary>All numbers ({} timed runs of each point; problem-{}.csv)</summary>\n\
+        "<details><summary>All numbers ({} timed runs of each point; problems.csv)</summary>\n\
          <table class=numbers><thead><tr><th>Setting",
-        study.rounds, study.problem.id
+        study.rounds
     );
     for norm in study.problem.norms {
         let unit = if norm.unit.is_empty() { String::new() } else { format!(", {}", norm.unit) };
