@@ -1,20 +1,21 @@
 //! `cargo xtask fuzz`: the properties of `tests/fuzz` on millions of inputs, guided by what they reach.
-//! Each target is a libFuzzer program, built by cargo-fuzz with a nightly compiler; both are installed
-//! if they are missing, cargo-fuzz into the target directory.
+//! cargo-fuzz builds a libFuzzer program with a nightly compiler, once without the server and once with it; both are
+//! installed if they are missing, cargo-fuzz into the target directory.
 
 use crate::shell::{cargo, in_path, line_of, root, run, say, target_dir};
 use anyhow::{Context, Result, bail};
 use std::fs;
 use std::io::{BufRead, BufReader};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-const TARGETS: &str = "tests/fuzz/targets";
+const FUZZ_DIR: &str = "tests/fuzz/targets";
+const TARGET: &str = "property";
 const TOOL: &str = "cargo-fuzz";
 const TOOL_VERSION: &str = "0.13.2";
-/// Those that need the server compiled, which takes minutes.
-const OF_SERVER: [&str; 6] = ["link", "handshake", "token", "guest_scene", "run", "tiled_map"];
-/// Inputs besides the corpus, by target.
+/// Folders of the corpus, by the program that tries it, and what that is built with.
+const PROGRAMS: [(&str, &[&str]); 2] = [("rooms", &[]), ("servers", &["--features", "server"])];
+/// Inputs besides the corpus, by property.
 const MORE_INPUTS: [(&str, &str); 2] = [("scene", "assets/scenes"), ("scene", "tests/scenes")];
 /// Lines of the fuzzer that are shown when it found something.
 const LINES_SHOWN: usize = 60;
@@ -22,18 +23,18 @@ const LINES_SHOWN: usize = 60;
 const LIMITS: [&str; 4] =
     ["-max_len=8192", "-timeout=20", "-rss_limit_mb=2048", "-malloc_limit_mb=256"];
 
-/// Tries one target, or all of them one after another, for so long each. What they find is told when
+/// Tries one property, or all of them one after another, for so long each. What they find is told when
 /// all are done.
 pub fn fuzz(only: Option<&str>, seconds: u32) -> Result<()> {
-    let names = chosen(only)?;
-    provide()?;
     let corpus = ["run", "--quiet", "--package", "jostle-fuzz", "--example", "corpus", "--"];
     run(cargo(&corpus).arg(dir("seeds")))?;
+    let chosen = chosen(only)?;
+    provide()?;
     let (mut inputs, mut failed) = (0, Vec::new());
-    for name in &names {
+    for Chosen { seeds, features, name } in &chosen {
         say("fuzz", &format!("{name}: build, then {seconds} s"));
-        run(&mut tool("build", name))?;
-        let (tried, failure) = try_target(name, seconds)?;
+        run(tool("build", features).arg(TARGET))?;
+        let (tried, failure) = try_property(name, seeds, features, seconds)?;
         say("fuzz", &format!("{name}: {tried} inputs"));
         inputs += tried;
         if let Some(last_lines) = failure {
@@ -41,22 +42,41 @@ pub fn fuzz(only: Option<&str>, seconds: u32) -> Result<()> {
             failed.push(name.as_str());
         }
     }
-    say("fuzz", &format!("{inputs} inputs in {} targets, {} failed", names.len(), failed.len()));
+    say(
+        "fuzz",
+        &format!("{inputs} inputs for {} properties, {} failed", chosen.len(), failed.len()),
+    );
     if failed.is_empty() { Ok(()) } else { bail!("found something: {}", failed.join(", ")) }
 }
 
-fn chosen(only: Option<&str>) -> Result<Vec<String>> {
-    let mut names = Vec::new();
-    for entry in fs::read_dir(root().join(TARGETS)).with_context(|| format!("no {TARGETS}"))? {
-        let file = entry?.file_name().to_string_lossy().into_owned();
-        names.extend(file.strip_suffix(".rs").map(str::to_owned));
+/// A property to be tried.
+struct Chosen {
+    /// Folder of its corpus.
+    seeds: PathBuf,
+    features: &'static [&'static str],
+    name: String,
+}
+
+/// Those with a corpus, in the order in which the programs are built.
+fn chosen(only: Option<&str>) -> Result<Vec<Chosen>> {
+    let mut all = Vec::new();
+    for (program, features) in PROGRAMS {
+        let folder = dir("seeds").join(program);
+        let entries = fs::read_dir(&folder).with_context(|| folder.display().to_string())?;
+        for entry in entries {
+            let entry = entry?;
+            let name = entry.file_name().to_string_lossy().into_owned();
+            all.push(Chosen { seeds: entry.path(), features, name });
+        }
     }
-    names.sort();
-    let Some(only) = only else { return Ok(names) };
-    if !names.iter().any(|name| name == only) {
-        bail!("no target {only:?}; there are {}", names.join(", "));
+    all.sort_by(|a, b| a.seeds.cmp(&b.seeds));
+    let Some(only) = only else { return Ok(all) };
+    let known: Vec<String> = all.iter().map(|chosen| chosen.name.clone()).collect();
+    all.retain(|chosen| chosen.name == only);
+    if all.is_empty() {
+        bail!("no property {only:?}; there are {}", known.join(", "));
     }
-    Ok(vec![only.to_owned()])
+    Ok(all)
 }
 
 /// The compiler and the tool.
@@ -73,7 +93,7 @@ fn provide() -> Result<()> {
     Ok(())
 }
 
-/// Folder of the fuzz targets.
+/// A folder of what the fuzzer builds, reads and keeps.
 fn dir(name: &str) -> PathBuf {
     target_dir().join("fuzz").join(name)
 }
@@ -89,27 +109,29 @@ fn nightly(program: &str) -> Command {
     command
 }
 
-fn tool(task: &str, name: &str) -> Command {
+fn tool(task: &str, features: &[&str]) -> Command {
     let own = installed();
     let program = if own.is_file() { own.to_string_lossy().into_owned() } else { TOOL.to_owned() };
     let mut command = nightly(&program);
-    command.args(["fuzz", task, "--fuzz-dir", TARGETS, "--target-dir"]).arg(dir("build"));
-    if OF_SERVER.contains(&name) {
-        command.args(["--features", "server"]);
-    }
-    command.arg(name);
+    command.args(["fuzz", task, "--fuzz-dir", FUZZ_DIR, "--target-dir"]).arg(dir("build"));
+    command.args(features);
     command
 }
 
 /// Returns how many inputs were tried, and the fuzzer's last lines if one failed: they name the input and how
 /// to try it again. New inputs are kept for the next time, beside the corpus.
-fn try_target(name: &str, seconds: u32) -> Result<(u64, Option<Vec<String>>)> {
+fn try_property(
+    name: &str,
+    seeds: &Path,
+    features: &[&str],
+    seconds: u32,
+) -> Result<(u64, Option<Vec<String>>)> {
     let (found, broken) = (dir("corpus").join(name), dir("artifacts").join(name));
     fs::create_dir_all(&found)?;
     fs::create_dir_all(&broken)?;
-    let mut command = tool("run", name);
-    command.arg(found).arg(dir("seeds").join(name));
-    command.args(MORE_INPUTS.iter().filter(|(target, _)| *target == name).map(|(_, dir)| dir));
+    let mut command = tool("run", features);
+    command.env("JOSTLE_PROPERTY", name).arg(TARGET).arg(found).arg(seeds);
+    command.args(MORE_INPUTS.iter().filter(|(property, _)| *property == name).map(|(_, dir)| dir));
     command.arg("--").args(LIMITS).arg("-print_final_stats=1");
     command.arg(format!("-max_total_time={seconds}"));
     command.arg(format!("-artifact_prefix={}/", broken.display()));

@@ -1,15 +1,17 @@
-//! Writes the corpus for the fuzzer, a directory a property:
+//! Writes the corpus for the fuzzer, a directory a property, in `rooms` those of the smaller program:
 //!
 //!     cargo run --package jostle-fuzz --example corpus -- DIR
 
-use jostle_fuzz::{PROPERTIES, corpus};
+use jostle_fuzz::{OF_ROOMS, OF_SERVERS, corpus};
 use std::path::PathBuf;
 use std::{env, fs, io};
 
 fn main() -> io::Result<()> {
     let dir = PathBuf::from(env::args_os().nth(1).expect("a directory for the corpus"));
-    for (property, _) in PROPERTIES {
-        let dir = dir.join(property);
+    let rooms = OF_ROOMS.iter().map(|(name, _)| ("rooms", *name));
+    let servers = OF_SERVERS.iter().map(|(name, _)| ("servers", *name));
+    for (program, property) in rooms.chain(servers) {
+        let dir = dir.join(program).join(property);
         fs::create_dir_all(&dir)?;
         for (number, input) in corpus(property).iter().enumerate() {
             fs::write(dir.join(format!("{number:02}")), input)?;

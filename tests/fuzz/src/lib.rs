@@ -1,6 +1,6 @@
 //! Properties that hold for any bytes from a peer or a file, one function per kind of input. Each
 //! panics if it does not hold. `tests` tries a corpus and thousands of mutations of it
-//! in every run, the fuzzer in `targets` tries millions: `cargo xtask fuzz`.
+//! in every run, the fuzzer's program in `targets` tries millions: `cargo xtask fuzz`.
 
 #[cfg(feature = "server")]
 mod corpus;
@@ -27,9 +27,8 @@ pub use tiled::tiled_map;
 /// A property of bytes; panics if it does not hold.
 pub type Property = fn(&[u8]);
 
-/// All properties. The fuzzer's targets have these names.
-#[cfg(feature = "server")]
-pub const PROPERTIES: [(&str, Property); 15] = [
+/// Properties of which the fuzzer's program is small and fast.
+pub const OF_ROOMS: [(&str, Property); 9] = [
     ("client_message", client_message),
     ("server_message", server_message),
     ("keyframe", keyframe),
@@ -39,6 +38,11 @@ pub const PROPERTIES: [(&str, Property); 15] = [
     ("replay", replay),
     ("scene", scene),
     ("room", room),
+];
+
+/// Properties of what only a server or the command line reads.
+#[cfg(feature = "server")]
+pub const OF_SERVERS: [(&str, Property); 6] = [
     ("link", link),
     ("handshake", handshake),
     ("token", token),
@@ -46,6 +50,16 @@ pub const PROPERTIES: [(&str, Property); 15] = [
     ("run", run),
     ("tiled_map", tiled_map),
 ];
+
+/// The property of this name; without the feature `server` there are those [`OF_ROOMS`].
+pub fn property(name: &str) -> Option<Property> {
+    #[cfg(feature = "server")]
+    let servers = OF_SERVERS.as_slice();
+    #[cfg(not(feature = "server"))]
+    let servers = [].as_slice();
+    let mut all = OF_ROOMS.iter().chain(servers);
+    all.find(|(known, _)| *known == name).map(|(_, property)| *property)
+}
 
 /// Takes a part off an input that consists of several, each after its kind and length; a length
 /// that is too large takes the rest.

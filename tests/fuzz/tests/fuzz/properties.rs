@@ -1,11 +1,10 @@
 //! The properties hold for the corpus, for thousands of mutations of it, and for random
 //! bytes. The fuzzer does the same, guided by coverage and without a time limit.
 
-use jostle_fuzz::{PROPERTIES, corpus};
+use jostle_fuzz::{corpus, property};
 use proptest::prelude::*;
 use proptest::sample::Index;
 use proptest::test_runner::{Config, RngSeed, TestRunner};
-use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -54,7 +53,7 @@ fn mutated(mut bytes: Vec<u8>, other: &[u8], edits: &[Edit]) -> Vec<u8> {
 
 /// Tries the corpus, and this many mutations of it and random inputs.
 fn check(name: &str, cases: u32) {
-    let (_, property) = PROPERTIES.iter().find(|(known, _)| *known == name).expect("a property");
+    let property = property(name).expect("a property");
     let inputs = inputs(name);
     assert!(inputs.len() > 2, "{name} has a corpus");
     inputs.iter().for_each(|input| property(input));
@@ -150,14 +149,4 @@ fn a_guests_scene_keeps_to_its_budget_or_is_refused_by_a_line() {
 #[test]
 fn a_map_of_tiled_is_refused_or_becomes_a_scene() {
     check("tiled_map", 2_000);
-}
-
-#[test]
-fn every_property_has_a_target() {
-    let properties: BTreeSet<String> =
-        PROPERTIES.iter().map(|(name, _)| name.to_string()).collect();
-    let stem = |path: PathBuf| path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
-    let mut targets = files(&here().join("targets"));
-    targets.retain(|path| path.extension().is_some_and(|ending| ending == "rs"));
-    assert_eq!(targets.into_iter().filter_map(stem).collect::<BTreeSet<_>>(), properties);
 }
