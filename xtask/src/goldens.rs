@@ -2,8 +2,8 @@
 //! hash of each tick; and the replays of the golden hashes. Every build of the simulation must play them
 //! again bit for bit; where one does not, the tick, the phase, the body and the field are named.
 
-use crate::apt;
 use crate::hashes;
+use crate::packages;
 use crate::shell::{Skipped, cargo, in_path, output_of, root, run, say, target_dir};
 use crate::workspace::USUAL_CRATES;
 use anyhow::{Context, Result, bail};
@@ -40,7 +40,7 @@ pub fn check_aarch64() -> Result<()> {
         bail!(Skipped("the emulator runs programs of Linux".into()));
     }
     if !in_path(EMULATOR) {
-        apt::provide("the tests for 64-bit Arm", &["qemu-user"])
+        packages::provide("the tests for 64-bit Arm", &["qemu-user"])
             .map_err(|error| Skipped(format!("no {EMULATOR}: {error}")))?;
     }
     let mut target = Command::new("rustup");

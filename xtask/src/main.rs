@@ -3,22 +3,16 @@
 //! Each task does the set-up it needs and says what it does, one line a step. Nothing here is
 //! needed to use the crates: plain `cargo build` and `cargo test` work without it.
 
-mod apt;
-mod chromium;
 mod dist;
-mod fleet;
 mod fuzz;
 mod goldens;
 mod hashes;
-mod latency;
 #[cfg(test)]
 mod lints;
-mod load;
-mod nats;
+mod measure;
+mod packages;
 mod pictures;
 mod play;
-mod python;
-mod report;
 mod shell;
 mod test;
 mod tidy;
@@ -95,7 +89,7 @@ enum Task {
     /// Try the decoders, replays, scenes, rooms and handshakes on millions of broken inputs
     Fuzz {
         /// Only this one, such as keyframe
-        target: Option<String>,
+        property: Option<String>,
         /// Seconds for each
         #[arg(long, value_name = "N", default_value_t = 60)]
         seconds: u32,
@@ -178,12 +172,12 @@ fn run(task: Task) -> Result<bool> {
         Task::Dist => dist::dist()?,
         Task::Tidy { figures: false, .. } => tidy::tidy()?,
         Task::Tidy { root, .. } => tidy::figures(&root.unwrap_or_else(shell::root))?,
-        Task::Fuzz { target, seconds } => fuzz::fuzz(target.as_deref(), seconds)?,
-        Task::Latency { presses, json } => latency::latency(presses, json.as_deref())?,
-        Task::Fleet { options } => fleet::fleet(&options)?,
-        Task::Load { allocations, options } => load::load(&options, allocations)?,
+        Task::Fuzz { property, seconds } => fuzz::fuzz(property.as_deref(), seconds)?,
+        Task::Latency { presses, json } => measure::latency(presses, json.as_deref())?,
+        Task::Fleet { options } => measure::fleet(&options)?,
+        Task::Load { allocations, options } => measure::load(&options, allocations)?,
         Task::Pictures => pictures::take()?,
-        Task::Report { quick, peers, out } => report::report(quick, peers, &out)?,
+        Task::Report { quick, peers, out } => measure::report(quick, peers, &out)?,
         Task::OpenWhenReady { link, address } => play::open_when_ready(&link, address)?,
     }
     Ok(true)

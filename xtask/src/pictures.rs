@@ -1,13 +1,13 @@
 //! `cargo xtask pictures`: the screenshot of the README, from a game that is really played.
 
 use crate::shell::{cargo, root, run, say, target_dir};
-use crate::{chromium, web};
+use crate::{packages, web};
 use anyhow::Result;
 use std::process::Command;
 
 /// Builds the page, plays in a real browser, writes `docs/screenshot.png`.
 pub fn take() -> Result<()> {
-    chromium::provide()?;
+    packages::provide_browser()?;
     web::build(web::Profile::Small)?;
     say("pictures", "play the arena with three players");
     run(&mut cargo(&["build", "--workspace", "--example", "screenshot"]))?;

@@ -1,7 +1,7 @@
 //! The static programs of a release: built for musl, and linked by Rust's own linker. The C compiler is for ring alone,
 //! whose C code calls no C library but wants the headers of one, so that any compiler for the processor will do.
 
-use crate::apt;
+use crate::packages;
 use crate::shell::{cargo, output_of, root, run, say, target_dir};
 use anyhow::{Result, ensure};
 use std::path::{Path, PathBuf};
@@ -41,8 +41,8 @@ pub fn build(target: &ReleaseTarget) -> Result<PathBuf> {
     let name = target.name;
     say("dist", &format!("build jostle for {name}"));
     let missing: Vec<&str> =
-        target.packages.into_iter().filter(|package| !apt::has(package)).collect();
-    apt::provide(&format!("programs for {name}"), &missing)?;
+        target.packages.into_iter().filter(|package| !packages::has(package)).collect();
+    packages::provide(&format!("programs for {name}"), &missing)?;
     run(Command::new("rustup").args(["target", "add", name]).current_dir(root()))?;
     let variable = name.replace('-', "_");
     let mut build = cargo(&["build", "--locked", "--release", "--target", name]);

@@ -2,7 +2,7 @@
 //! order.
 
 use super::program::ReleaseTarget;
-use crate::apt;
+use crate::packages;
 use crate::shell::{in_path, line_of, output_of, run, say};
 use anyhow::{Context, Result, ensure};
 use std::io::{BufRead, BufReader, Read, Write};
@@ -29,7 +29,7 @@ pub fn play(target: &ReleaseTarget, program: &Path) -> Result<()> {
     if let Some([emulator, package]) = target.emulator
         && !in_path(emulator)
     {
-        apt::provide(&format!("trials of programs for {}", target.name), &[package])?;
+        packages::provide(&format!("trials of programs for {}", target.name), &[package])?;
     }
     let mut serve = command(target, program);
     serve.args(["serve", "--listen", "127.0.0.1:0", "--log", "warn"]).stdout(Stdio::piped());

@@ -4,7 +4,7 @@ use super::binaries::{self, Binary};
 use super::changes::TreeChange;
 use crate::shell::{cargo, cargo_of_bench, run};
 use crate::workspace::USUAL_CRATES;
-use crate::{chromium, goldens, hashes, nats, python, tidy, web};
+use crate::{goldens, hashes, packages, tidy, web};
 use anyhow::{Result, bail};
 use std::thread;
 
@@ -140,7 +140,7 @@ pub const STEPS: [TestStep; 19] = [
         lane: TestLane::Page,
         from: TestExtent::Usual,
         concerns: is_of_page,
-        run: |_| chromium::provide(),
+        run: |_| packages::provide_browser(),
         ..STEP
     },
     TestStep {
@@ -319,7 +319,7 @@ fn integration(name: &str, args: &[&str]) -> Result<()> {
 
 /// All of them, or with `--since` all but the soak.
 fn socket_tests(packages: Option<&[String]>) -> Result<()> {
-    python::provide()?;
+    packages::provide_python()?;
     let mut args = vec!["--skip", FLEET_TESTS, "--test-threads"];
     match packages {
         Some(_) => args.extend([CUT_SOCKET_TEST_THREADS, "--skip", SOAK_TESTS]),
@@ -329,19 +329,19 @@ fn socket_tests(packages: Option<&[String]>) -> Result<()> {
 }
 
 fn fleet_tests() -> Result<()> {
-    nats::provide()?;
+    packages::provide_nats()?;
     integration(SOCKET_TEST, &[FLEET_TESTS, "--test-threads", FLEET_TEST_THREADS])
 }
 
 /// One case follows a room to another server of a fleet.
 fn browser_tests() -> Result<()> {
-    nats::provide()?;
+    packages::provide_nats()?;
     integration(BROWSER_TEST, &[])
 }
 
 /// Native drawing, the program that draws replays with it, and the maker of the page.
 fn drawing_tests() -> Result<()> {
-    chromium::provide()?;
+    packages::provide_browser()?;
     let selection = ["--package", "jostle-picture", "--package", "jostle-cli"];
     let features = ["--features", "jostle-cli/render", "--all-targets"];
     run(cargo(&["clippy"]).args(selection).args(features).args(["--", "--deny", "warnings"]))?;

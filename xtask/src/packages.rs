@@ -1,0 +1,84 @@
+//! What the tests need besides Rust: found, or installed as Debian's packages where that is possible, else named with the
+//! command that does.
+
+use crate::shell::{in_path, output_of, run, say, target_dir};
+use anyhow::{Context, Result, bail};
+use std::fs::File;
+use std::process::{Command, Stdio};
+
+/// Chromium without the windows around its pages, which needs a sixth less time than all of Chromium.
+const SHELL: &str = "chromium-headless-shell";
+/// Names under which the browser may be started; `JOSTLE_CHROMIUM` outranks them.
+const BROWSERS: [&str; 5] =
+    [SHELL, "chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
+/// Debian's names; the libraries draw WebGL without a graphics card.
+const BROWSER_PACKAGES: [&str; 5] =
+    [SHELL, "libegl1", "libegl-mesa0", "libgl1-mesa-dri", "libgles2"];
+
+/// Makes sure that the browser can be started.
+pub fn provide_browser() -> Result<()> {
+    let browser =
+        std::env::var_os("JOSTLE_CHROMIUM").is_some() || BROWSERS.into_iter().any(in_path);
+    let lacks = |package: &&str| match *package {
+        SHELL => !browser,
+        library => !has(library),
+    };
+    let missing: Vec<&str> = BROWSER_PACKAGES.into_iter().filter(lacks).collect();
+    provide("the browser tests (Chromium, Mesa's EGL and OpenGL ES 2)", &missing)
+}
+
+/// Makes sure that the tests can start NATS servers, or build them with Go.
+pub fn provide_nats() -> Result<()> {
+    let named = std::env::var_os("JOSTLE_NATS_SERVER").is_some();
+    let found = named || in_path("nats-server") || in_path("go");
+    let missing: &[&str] = if found { &[] } else { &["golang-go"] };
+    provide("the fleet tests (nats-server, or Go 1.21 or newer to build it)", missing)
+}
+
+/// Makes sure that Python can be started.
+pub fn provide_python() -> Result<()> {
+    let missing: &[&str] = if in_path("python3") { &[] } else { &["python3"] };
+    provide("the tests of the clients in docs/examples", missing)
+}
+
+/// Installs packages. `what` needs them, for the person who has to do it.
+pub fn provide(what: &str, packages: &[&str]) -> Result<()> {
+    if packages.is_empty() {
+        return Ok(());
+    }
+    let install = format!("apt-get install --no-install-recommends {}", packages.join(" "));
+    if !in_path("apt-get") {
+        bail!("{what} need Debian's packages {}, or what they hold", packages.join(" "));
+    }
+    if !is_root()? {
+        bail!("{what} need packages that are not installed; run: sudo {install}");
+    }
+    // Steps of the tests that run side by side may all lack something; the second would find the package lists locked.
+    let lock = File::create(target_dir().join("apt.lock")).context("target/apt.lock")?;
+    lock.lock().context("target/apt.lock")?;
+    say("packages", &install);
+    run(apt().arg("update"))?;
+    run(apt().args(["install", "--yes", "--no-install-recommends"]).args(packages))
+}
+
+/// Whether a package is installed; true where Debian's packages are unknown.
+pub fn has(package: &str) -> bool {
+    if !in_path("dpkg-query") {
+        return true;
+    }
+    let query = Command::new("dpkg-query")
+        .args(["--show", "--showformat=${db:Status-Status}", package])
+        .stderr(Stdio::null())
+        .output();
+    query.is_ok_and(|output| output.stdout == b"installed")
+}
+
+fn apt() -> Command {
+    let mut command = Command::new("apt-get");
+    command.arg("--quiet").env("DEBIAN_FRONTEND", "noninteractive");
+    command
+}
+
+fn is_root() -> Result<bool> {
+    Ok(output_of(Command::new("id").arg("-u"))?.trim() == "0")
+}
