@@ -1,4 +1,4 @@
-//! One directory of a fleet that is too large to be simulated as a whole: the other nodes are entries alone.
+//! Measures one directory of a fleet too large to simulate as a whole: the other nodes exist only as entries.
 
 use crate::processor_time;
 use anyhow::{Result, ensure};
@@ -19,10 +19,10 @@ static MEMORY: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 
 /// Time between two polls.
 const POLL_EVERY: Duration = Duration::from_millis(100);
-/// Of how many nodes one is lost.
+/// One node in this many is lost.
 const ZONE: usize = 3;
 
-/// Measures the directory of the first of these nodes, and prints what it costs.
+/// Measures the directory of the first node and prints its cost.
 pub fn run(nodes: usize, rooms: usize) -> Result<()> {
     let memory = Region::new(MEMORY);
     let mut one = One::new(nodes, rooms)?;
@@ -83,13 +83,14 @@ impl One {
         self.directory.changed(Change::Written(key, entry, self.revision), self.now);
     }
 
-    /// The bytes of a renewal.
+    /// Encodes a lease renewal.
     fn renewal(&self, node: usize) -> Result<Vec<u8>> {
         let Entry::Node(entry) = entry(node, self.rooms) else { unreachable!("it is a node's") };
         Ok(serde_json::to_vec(&entry)?)
     }
 
-    /// Every other node renews its lease once. Processor seconds a second for reading, and for the directory.
+    /// Lets every other node renew its lease once. Returns the processor seconds per second spent on decoding, and in
+    /// the directory.
     fn hear_renewals(&mut self, renewals: &[Vec<u8>]) -> Result<(f64, f64)> {
         let began = processor_time();
         let entries = renewals
@@ -106,7 +107,7 @@ impl One {
         Ok((a_second(read - began), a_second(heard - read)))
     }
 
-    /// Polls; the longest one in processor time.
+    /// Polls the directory for this long; returns the processor time of the longest poll, and the actions.
     fn poll_for(&mut self, time: Duration) -> (Duration, Vec<Action>) {
         let (end, mut longest, mut actions) = (self.now + time, Duration::ZERO, Vec::new());
         while self.now < end {
@@ -115,7 +116,7 @@ impl One {
             self.directory.poll(self.now);
             longest = longest.max(processor_time() - began);
             for action in self.directory.take_actions() {
-                // Its own lease is renewed throughout.
+                // The node's own lease is renewed throughout.
                 match action {
                     Action::Write(Key::Node(node), ..) => {
                         self.revision += 1;
@@ -129,13 +130,13 @@ impl One {
         (longest, actions)
     }
 
-    /// One in [`ZONE`] of the nodes is silent from now on. The nearest nodes look for each, as this one does, and
-    /// tell; rooms that this one does not claim are claimed by others half a second later.
+    /// Silences one node in [`ZONE`]. As in a real fleet, the nodes nearest to each lost one report it; rooms that this
+    /// node does not claim are claimed by others half a second later.
     fn lose_zone(&mut self, nodes: usize, rooms: usize) -> Result<()> {
         let alive: Vec<usize> = (1..nodes).filter(|node| node % ZONE != 0).collect();
         let lost: Vec<usize> = (1..nodes).filter(|node| node % ZONE == 0).collect();
         let mut actions = Vec::new();
-        // They were heard of before the last renewals ended.
+        // The lost nodes' last renewals arrived before the last round of renewals ended.
         let silent_at = self.now - RENEW_EVERY + LEASE_TTL;
         while self.now <= silent_at {
             for node in &alive {

@@ -1,5 +1,6 @@
 //! `cargo xtask fleet`: the directory code that servers run, with thousands of simulated nodes, a simulated store and
-//! failures. What it costs the store, how long rooms are without a node, and that no room is ever played by two.
+//! failures. Measures the load on the store and how long rooms are without a node, and checks that no two nodes ever
+//! play the same room.
 
 mod alone;
 
@@ -11,29 +12,29 @@ use std::time::Duration;
 
 /// Time in which the nodes start and the rooms open.
 const OPENING: Duration = Duration::from_secs(60);
-/// Time of each part.
+/// Length of each part.
 const PART: Duration = Duration::from_secs(60);
-/// Nodes of a hundred that a zone has.
+/// Percentage of the nodes that are in one zone.
 const ZONE_SHARE: usize = 33;
-/// Nodes that drain one after another, and the time from one to the next.
+/// Nodes that drain one after another, and the interval between them.
 const DRAINS: usize = 10;
 const DRAIN_EVERY: Duration = Duration::from_secs(3);
-/// Time for which a store of three does not answer when its leader is lost.
+/// Time for which a store of three servers does not answer after losing its leader.
 const LEADER_LOST: Duration = Duration::from_secs(7);
 
-/// Runs the directory of fleets of several sizes through failures, and prints what happened
+/// Simulates the directory of fleets of several sizes through failures and prints the results
 #[derive(Parser)]
 struct Fleet {
-    /// Nodes of each fleet, separated by commas
+    /// Sizes of the simulated fleets, separated by commas
     #[arg(long, value_name = "N,N", value_delimiter = ',', default_value = "10,30,100,300")]
     nodes: Vec<usize>,
-    /// Rooms of each node
+    /// Rooms per node
     #[arg(long, value_name = "N", default_value_t = 40)]
     rooms: usize,
-    /// Nodes of fleets of which one node alone is measured, separated by commas
+    /// Sizes of fleets in which a single node is measured, separated by commas
     #[arg(long, value_name = "N,N", value_delimiter = ',', default_value = "100,300,1000,3000")]
     alone: Vec<usize>,
-    /// Start of the random numbers
+    /// Seed of the random numbers
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
 }
@@ -56,7 +57,7 @@ fn run(nodes: usize, fleet: &Fleet) -> Result<()> {
         lasting: nodes,
         rooms: nodes * fleet.rooms,
         ending: 0,
-        // The others can take the rooms of a zone.
+        // Enough for the other nodes to take over the rooms of a zone.
         rooms_max: fleet.rooms * 2,
         faulty_for: 2 * OPENING,
         faults: Faults { skew: 0.001, ..Faults::default() },
@@ -64,7 +65,7 @@ fn run(nodes: usize, fleet: &Fleet) -> Result<()> {
     };
     println!("{nodes} nodes with {} rooms each", fleet.rooms);
     let mut simulation = Simulation::new(settings);
-    // Rooms open in the first half of the time of faults.
+    // Rooms open in the first half of the period with faults.
     advance(&mut simulation, OPENING + PART / 2)?;
     let quiet = part(&mut simulation, "nothing happens", |_| Ok(()))?;
     println!(
@@ -110,13 +111,13 @@ fn run(nodes: usize, fleet: &Fleet) -> Result<()> {
 
 /// The figures of a part.
 struct Part {
-    /// Bytes that watchers were sent, a second.
+    /// Bytes per second sent to watchers.
     delivered_bytes: f64,
-    /// Processor time of all nodes and the simulation, seconds in all.
+    /// Total processor time of all nodes and the simulation, seconds.
     processor_s: f64,
 }
 
-/// Begins a part with something that happens, and measures it.
+/// Starts a part with an incident and measures it.
 fn part(
     simulation: &mut Simulation,
     name: &str,

@@ -1,6 +1,6 @@
 //! Measures the time from a key press to the frame that shows it. `cargo xtask latency` builds the
-//! page and a release server first and then runs this: a real Chromium, real key events, and for
-//! each press the first frame in which the own hero has moved.
+//! page and a release server first and then runs this program. It sends real key events to a real Chromium and finds,
+//! for each press, the first frame in which the player's hero has moved.
 
 use anyhow::{Context, Result, bail, ensure};
 use jostle_tests::browser::Browser;
@@ -15,12 +15,12 @@ use std::time::Duration;
 const MOVED: f64 = 0.25 / 64.0;
 /// Time for which a key is held, milliseconds.
 const HELD_MS: u64 = 60;
-/// Least time from one press to the next, milliseconds; by then the hero is at rest again.
+/// Shortest time between two presses, milliseconds; long enough for the hero to come to rest again.
 const PAUSE_MS: u64 = 700;
-/// Largest addition to that time, so that presses fall into every phase of a tick.
+/// Largest amount added to that time, milliseconds, so that presses fall into every phase of a tick.
 const PHASES_MS: u64 = 97;
 
-/// In the page: records each press and the frames after it, until one draws the hero elsewhere.
+/// Runs in the page: records each press and the frames after it until one draws the hero in a different position.
 const WATCH: &str = r#"(() => {
     const watch = window.watch = {armed: null, done: [], frames: [], costs: []};
     let last = performance.now();
@@ -64,9 +64,9 @@ const CASES: [Case; 4] = [
 
 #[derive(Clone, Copy, Debug, Deserialize)]
 struct Press {
-    /// From the key event to the end of the drawing of the frame, milliseconds.
+    /// Time from the key event to the end of the frame that shows it, milliseconds.
     ms: f64,
-    /// Frames up to that one.
+    /// Number of frames up to that one.
     frames: u32,
 }
 
@@ -78,13 +78,13 @@ struct Figures {
     p50_ms: f64,
     p99_ms: f64,
     max_ms: f64,
-    /// Frames from the press to the one that shows it, both included.
+    /// Frames from the press to the one that shows it, inclusive.
     p50_frames: f64,
     p99_frames: f64,
     /// Time from one frame to the next.
     frame_p50_ms: f64,
     frame_p99_ms: f64,
-    /// The page's own figure at the end, world units.
+    /// The page's own figure for the prediction error at the end, world units.
     prediction_error: Option<f64>,
 }
 
@@ -142,7 +142,7 @@ async fn measure(
         tokio::time::sleep(Duration::from_millis(PAUSE_MS + phase)).await;
         tab.eval::<bool>("(watch.armed = {at: null, place: null, seen: 0}, true)").await?;
         tab.until_true("watch.armed.place").await?;
-        // To and fro, so that the hero always has room.
+        // Back and forth, so that the hero always has room.
         let key = if press % 2 == 0 { "d" } else { "a" };
         tab.key_down(key).await?;
         tokio::time::sleep(Duration::from_millis(HELD_MS)).await;
@@ -178,7 +178,7 @@ fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
     values
 }
 
-/// The value that this share of all values does not exceed.
+/// The quantile: the value that this share of all values does not exceed.
 fn at(sorted: &[f64], share: f64) -> f64 {
     let index = (share * sorted.len() as f64).ceil() as usize;
     sorted[index.clamp(1, sorted.len()) - 1]
@@ -205,10 +205,10 @@ fn print_table(rows: &[Figures]) {
     }
 }
 
-/// A running `jostle serve`, which ends with this program.
+/// A running `jostle serve`, stopped when this program ends.
 struct Server {
     child: Child,
-    /// Its address, with a slash at the end.
+    /// The server's URL, with a trailing slash.
     link: String,
 }
 

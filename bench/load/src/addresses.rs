@@ -1,21 +1,24 @@
-//! Addresses of the loopback network, so that the bots of a load come from as many networks as people at home do.
+//! Loopback addresses for the bots of a load test, so that they come from as many networks as players at home would.
 
 use std::net::{IpAddr, Ipv4Addr};
 
-/// Bots that share an address: fewer than a server lets one have.
+/// Bots that share an address: fewer than the server's limit per address.
 const BOTS_PER_ADDRESS: u32 = 64;
-/// First number of the second byte, so that no address is one that other programs use, and numbers of each byte that are used.
+/// First value of the second byte, chosen so that other programs do not use these addresses, and the number of values
+/// used in each byte.
 const FIRST: u32 = 64;
 const NUMBERS: u32 = 128;
 
-/// The address from which a bot with this number joins, in a /24 that 64 bots share. Only Linux takes all of 127.0.0.0/8 as its own.
+/// The address from which the bot with this number joins, in a /24 that 64 bots share. Only Linux treats all of
+/// 127.0.0.0/8 as local.
 pub fn address_of(bot: u32) -> Option<IpAddr> {
     let network = bot / BOTS_PER_ADDRESS;
     let (high, low) = (FIRST + network / NUMBERS % NUMBERS, network % NUMBERS);
     cfg!(target_os = "linux").then_some(Ipv4Addr::new(127, high as u8, low as u8, 1).into())
 }
 
-/// The address from which the room with this number is opened: one may have an eighth of all rooms.
+/// The address from which the room with this number is opened. They differ because one address may open at most an
+/// eighth of all rooms.
 pub fn opener_of(room: u32) -> Option<IpAddr> {
     address_of(room * BOTS_PER_ADDRESS)
 }

@@ -1,5 +1,5 @@
-//! The floor of a message's cost: one thread that writes as many bytes to as many sockets as the server, and does
-//! nothing else. The peers read, and send as much as players do, in this process, as the bots are.
+//! A lower bound for the cost of a message: one thread that only writes as many bytes to as many sockets as the server
+//! does. Its peers read, and send as much as players do; like the bots, they run in this process.
 
 use anyhow::{Context, Result};
 use jostle_server::host::schedule::Schedule;
@@ -14,19 +14,19 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::task::JoinHandle;
 use tokio::time::interval;
 
-/// Bytes of a message with its frame, about those of a snapshot.
+/// Bytes of a message with its frame, about the size of a snapshot.
 const MESSAGE_BYTES: usize = 102;
 /// Bytes of an input with its frame.
 const INPUT_BYTES: usize = 24;
 /// Length of each measurement.
 const LENGTH: Duration = Duration::from_secs(5);
 
-/// Processor time of a message by a bare loop, microseconds.
+/// Processor time per message of a bare loop, microseconds.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Bare {
-    /// Where it only writes.
+    /// For a loop that only writes.
     pub write_us: f64,
-    /// Where it also reads an input of every socket once a tick.
+    /// For a loop that also reads an input from every socket once per tick.
     pub read_and_write_us: f64,
 }
 
@@ -68,7 +68,7 @@ async fn measure(clients: u32, reads: bool) -> Result<f64> {
     cost
 }
 
-/// A peer that reads all it gets, and may send an input a tick.
+/// A peer that reads everything it receives and sends an input per tick if `sends` is set.
 async fn play(mut stream: tokio::net::TcpStream, sends: bool) -> std::io::Result<()> {
     let mut inputs = interval(Duration::from_secs(1) / TICKS_PER_SECOND);
     let mut bytes = [0; 4096];
@@ -80,7 +80,7 @@ async fn play(mut stream: tokio::net::TcpStream, sends: bool) -> std::io::Result
     }
 }
 
-/// Serves all sockets from this thread; returns its processor time a message, microseconds.
+/// Serves all sockets from this thread; returns its processor time per message, microseconds.
 fn serve(sockets: &mut [TcpStream], reads: bool) -> Result<f64> {
     let (mut messages, mut bytes) = (0_u64, [0; 4096]);
     let (began, before) = (Instant::now(), processor_time());
@@ -102,7 +102,7 @@ fn serve(sockets: &mut [TcpStream], reads: bool) -> Result<f64> {
     Ok(spent.as_secs_f64() * 1e6 / messages.max(1) as f64)
 }
 
-/// A socket that has nothing to read, or cannot take more, costs a call as well.
+/// Ignores `WouldBlock`: a socket with nothing to read, or whose buffer is full, still costs a system call.
 fn would_block_or(done: std::io::Result<usize>) -> Result<()> {
     match done {
         Err(error) if error.kind() != ErrorKind::WouldBlock => Err(error.into()),

@@ -1,7 +1,7 @@
-//! Bots in processes of their own, which begin and end together: one process cannot play thousands of them in step.
+//! Bots in separate processes that start and stop together, because one process cannot play thousands of bots on time.
 //!
-//! This program starts itself again with an [`Order`]. The other process says `seated` once its bots have seats, begins to
-//! measure at the line `begin`, and answers the line `end` with its [`Share`].
+//! This program starts copies of itself, each with an [`Order`]. A copy prints `seated` once its bots have seats,
+//! starts measuring at the line `begin`, and answers the line `end` with its [`Share`].
 
 use crate::addresses::address_of;
 use crate::processor::Used;
@@ -15,7 +15,7 @@ use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::time::Duration;
 
-/// Option with which this program is started for an order.
+/// Command-line option that passes an order to a copy of this program.
 pub const OPTION: &str = "--order";
 
 /// The bots of one process.
@@ -25,11 +25,11 @@ pub struct Order {
     pub authority: String,
     pub rooms: Vec<String>,
     pub clients: u32,
-    /// Number of the first of them.
+    /// Number of the first bot.
     pub first: u32,
-    /// Whether they press nothing.
+    /// Whether the bots press nothing.
     pub idle: bool,
-    /// Sockets that they lose, evenly over these seconds.
+    /// Sockets that the bots lose, spread evenly over `seconds`.
     pub losses: u32,
     pub seconds: u32,
 }
@@ -48,7 +48,7 @@ pub struct Share {
 }
 
 impl Order {
-    /// The plan of its bots; the first of all decodes everything.
+    /// The plan for the bots of this order. The first bot of all decodes everything.
     pub fn plan(&self, decoders: u32) -> CrowdPlan {
         let target =
             |room: &String| BotTarget { authority: self.authority.clone(), room: room.clone() };
@@ -65,7 +65,8 @@ impl Order {
         }
     }
 
-    /// Divides an order among this many processes: rooms are played by one each, or by all where they are fewer.
+    /// Divides an order among this many processes: each room is played by one process, or by all of them if there are
+    /// fewer rooms than processes.
     pub fn divided(&self, processes: u32) -> Vec<Order> {
         let few = self.rooms.len() < processes as usize;
         let mut orders = Vec::new();
@@ -85,7 +86,7 @@ impl Order {
         orders
     }
 
-    /// Plays them as another process ordered it.
+    /// Plays the bots of an order from another process.
     pub fn obey(&self) -> Result<()> {
         let runtime = tokio::runtime::Runtime::new().context("a runtime for the bots")?;
         runtime.block_on(async {
@@ -103,7 +104,7 @@ impl Order {
     }
 }
 
-/// How many of `all` are in one of `parts`.
+/// Size of part number `part` when `all` is divided into `parts`.
 fn share(all: u32, part: u32, parts: u32) -> u32 {
     all / parts + u32::from(part < all % parts)
 }
@@ -114,7 +115,7 @@ fn say(line: &str) -> Result<()> {
     Ok(stdout.flush()?)
 }
 
-/// Waits for a line of stdin, beside the bots.
+/// Waits for a line on stdin without blocking the bots.
 async fn heard(expected: &'static str) -> Result<()> {
     let read = || std::io::stdin().lines().next();
     match tokio::task::spawn_blocking(read).await.context("stdin")? {
@@ -124,7 +125,7 @@ async fn heard(expected: &'static str) -> Result<()> {
 }
 
 impl Share {
-    /// Of the bots of a process that used this much.
+    /// The measurements of the bots in a process that used this much processor time.
     pub fn of(report: &Report, used: Used) -> Share {
         Share {
             clients: report.clients,
@@ -147,7 +148,7 @@ pub struct BotProcess {
 }
 
 impl BotProcess {
-    /// Starts it; its bots join.
+    /// Starts the process, whose bots then join.
     pub fn start(order: &Order) -> Result<BotProcess> {
         let program = std::env::current_exe().context("this program")?;
         let mut process = Command::new(program)
@@ -161,7 +162,7 @@ impl BotProcess {
         Ok(BotProcess { process, orders, answers })
     }
 
-    /// Waits until all of its bots have seats, or failed to get one.
+    /// Waits until all bots of the process have seats or have failed to get one.
     pub fn wait(&mut self) -> Result<()> {
         let line = self.line()?;
         if line != "seated" { bail!("a process of bots said {line:?}") } else { Ok(()) }
@@ -177,7 +178,7 @@ impl BotProcess {
         writeln!(self.orders, "end").context("a process of bots is gone")
     }
 
-    /// The measurements of its bots.
+    /// Reads the measurements of the process's bots.
     pub fn share(mut self) -> Result<Share> {
         let share =
             serde_json::from_str(&self.line()?).context("the share of a process of bots")?;

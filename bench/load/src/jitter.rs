@@ -11,9 +11,9 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// If an idle thread is later than this once in a hundred times, the machine is too busy to judge.
+/// If the p99 lateness of an idle thread exceeds this, the machine is too busy for the figures to mean anything.
 const LATE_P99_MS_MAX: f64 = 1.0;
-/// The same holds if it waits for a processor during this share of the time.
+/// If an idle thread waits for a processor during more than this share of the time, the machine is too busy as well.
 const QUEUED_SHARE_MAX: f64 = 0.005;
 
 pub struct JitterProbe {
@@ -24,14 +24,14 @@ pub struct JitterProbe {
 /// Jitter of the machine while a probe ran.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Jitter {
-    /// Lateness of all threads.
+    /// Lateness over all threads.
     pub late_ms: Percentiles,
-    /// The same without waits for a processor: a virtual machine stands still while its host runs
-    /// others, and no run queue counts that.
+    /// Lateness without waits for a processor. A virtual machine is also paused while its host runs others, and no run
+    /// queue shows that.
     pub late_own_ms: Percentiles,
-    /// Share of the time spent waiting for a processor; `None` if the system does not count it.
+    /// Share of the time spent waiting for a processor; `None` if the system does not report it.
     pub queued_share: Option<f64>,
-    /// Ticks that the worst thread would have missed by its own lateness, by a room's rule.
+    /// Ticks that a room would have missed with the lateness of the worst thread, processor waits excluded.
     pub missed_ticks: u64,
 }
 
@@ -81,7 +81,7 @@ impl Jitter {
     }
 }
 
-/// The time and the run queue of one thread; tests have clocks of their own.
+/// Clock and run-queue wait of one thread; tests replace it.
 trait Clock {
     fn now(&self) -> Instant;
     fn sleep_until(&self, at: Instant);
@@ -112,11 +112,11 @@ struct Watched {
     own: Durations,
     queued: Option<Duration>,
     length: Duration,
-    /// Ticks missed by that alone.
+    /// Ticks missed because of `own` alone.
     missed: u64,
 }
 
-/// Wakes at every tick until the end.
+/// Wakes at every tick until `is_over` says so.
 fn watch(clock: &impl Clock, is_over: impl Fn() -> bool) -> Watched {
     let (start, begun) = (clock.now(), clock.waited());
     let since = |before: Option<Duration>| Some(clock.waited()?.saturating_sub(before?));
@@ -143,7 +143,7 @@ mod tests {
     use super::*;
     use std::cell::Cell;
 
-    /// Wakes as late as a script says, waiting for a processor during a part of that.
+    /// A clock that wakes as late as a script says, with part of the delay spent waiting for a processor.
     struct ScriptedClock<'a> {
         now: Cell<Instant>,
         waited: Cell<Duration>,

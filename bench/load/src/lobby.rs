@@ -1,4 +1,4 @@
-//! Rooms that are opened, listed, searched and closed through the server's own doors.
+//! Opens, lists, searches and closes rooms through the server's HTTP interface.
 
 use crate::addresses::opener_of;
 use crate::operators::Operators;
@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::time::timeout;
 
-/// Time limit for an answer, and longest one that is read, bytes.
+/// Time limit for a response, and its maximum length in bytes.
 const ANSWER_WAIT: Duration = Duration::from_secs(20);
 const ANSWER_BYTES_MAX: u64 = 4 << 20;
 
@@ -39,7 +39,7 @@ pub async fn open_rooms(server: &Server, scene: &str, count: u32) -> Result<Vec<
     Ok(codes)
 }
 
-/// Opens this many empty rooms, lists them, finds one, and closes all; says how long each took.
+/// Opens this many empty rooms, lists them, finds one, and closes all; prints how long each took.
 pub async fn measure(server: &Server, scene: &str, count: u32) -> Result<()> {
     let operators = Operators(server.operators.clone());
     let few = server.resources();
@@ -87,7 +87,7 @@ async fn scrape(operators: &Operators) -> Result<crate::operators::Scrape> {
     tokio::task::spawn_blocking(move || operators.scrape()).await.context("a scrape")?
 }
 
-/// Sends a request; returns the status and the body of its answer.
+/// Sends a request; returns the status and body of the response.
 async fn request(
     authority: &str,
     from: Option<IpAddr>,

@@ -1,5 +1,4 @@
-//! `cargo xtask load`: a server in one process, bots in this one, and the figures of both. Each part has a server
-//! of its own.
+//! `cargo xtask load`: measures a server in one process with bots in this one. Each part starts a new server.
 
 mod addresses;
 mod bare;
@@ -36,53 +35,53 @@ use witness::{Newcomers, Witness};
 
 /// Players in each of many rooms.
 const ROOM_PLAYERS: u32 = 16;
-/// Lost sockets per newcomer.
+/// One newcomer joins for every this many lost sockets.
 const NEWCOMERS_SHARE: u32 = 3;
 /// Interval at which each bot loses its socket, unless set otherwise.
 const LOSS_EVERY_S: u32 = 60;
-/// Time during which an idle thread watches the machine before the bots connect.
+/// Time for which an idle thread measures the machine's jitter before the bots connect.
 const PROBE: Duration = Duration::from_secs(2);
-/// The scene of the crowd, and its room.
+/// The crowd's scene and room code.
 const CROWD: &str = include_str!("../crowd.toml");
 const CROWD_ROOM: &str = "crowd";
 
-/// Measures a server under load: a crowd in one room, many rooms, and lost sockets and newcomers in the crowd
+/// Measures a server under load: a crowd in one room, many rooms, and a crowd with lost sockets and newcomers
 #[derive(Parser)]
 struct Load {
     /// The program to start: `jostle`, or `counted`, which counts its allocations
     #[arg(long, value_name = "FILE", required_unless_present = "order")]
     server: Option<PathBuf>,
-    /// Bots that this process plays for another one, as JSON
+    /// The bots that this process plays for another one, as JSON
     #[arg(long, hide = true, value_parser = parse_order)]
     order: Option<Order>,
-    /// Processes that play bots; one can play some hundreds in step
+    /// Number of processes that play bots; one can keep a few hundred on time
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=64))]
     processes: u32,
-    /// Bots press nothing, and send as little as a page whose player does nothing
+    /// Let bots press nothing and send as little as the page of an idle player
     #[arg(long)]
     idle: bool,
-    /// Scene of the many rooms
+    /// Scene played in the many rooms
     #[arg(long, value_name = "NAME", default_value = "arena")]
     scene: String,
-    /// Empty rooms to open, list, search and close; 0 leaves that out
+    /// Number of empty rooms to open, list, search and close; 0 skips this part
     #[arg(long, value_name = "N", default_value_t = 0)]
     empty_rooms: u32,
-    /// Clients of the one room; 0 leaves that out
+    /// Clients in the single room; 0 skips this part
     #[arg(long, value_name = "N", default_value_t = 500)]
     clients: u32,
-    /// Rooms of 16 players; 0 leaves that out
+    /// Number of rooms with 16 players each; 0 skips this part
     #[arg(long, value_name = "N", default_value_t = 16)]
     rooms: u32,
-    /// Seconds of each part
+    /// Length of each part in seconds
     #[arg(long, value_name = "S", default_value_t = 60)]
     seconds: u32,
-    /// Spectators of the first of these rooms
+    /// Spectators in the first of these rooms
     #[arg(long, value_name = "N", default_value_t = 0)]
     spectators: u32,
-    /// Sockets lost one after another while the crowd plays; 0 leaves that part out
+    /// Number of sockets lost one after another while the crowd plays; 0 skips this part
     #[arg(long, value_name = "N", default_value_t = 1000)]
     reconnects: u32,
-    /// Lose no socket in the first two parts, since a new one allocates
+    /// Lose no sockets in the first two parts, because reconnecting allocates
     #[arg(long)]
     steady: bool,
 }
@@ -93,7 +92,7 @@ fn parse_order(text: &str) -> Result<Order, serde_json::Error> {
 
 /// One part: a crowd, and its losses.
 struct Part {
-    /// Rooms to open; 0 for the crowd's own.
+    /// Number of rooms to open; 0 means the crowd's room.
     rooms: u32,
     clients: u32,
     losses: u32,
@@ -117,7 +116,7 @@ fn main() -> Result<()> {
     measured
 }
 
-/// The scene of the crowd.
+/// Writes the crowd's scene to a directory.
 fn write_scenes(dir: &Path) -> Result<()> {
     fs::create_dir_all(dir).context("a directory for scenes")?;
     Ok(fs::write(dir.join(format!("{CROWD_ROOM}.toml")), CROWD)?)
@@ -164,7 +163,7 @@ impl Load {
         self.server.as_deref().context("--server is missing")
     }
 
-    /// Fails if a client fails; figures are only printed.
+    /// Measures one part and prints its figures. Fails only if a client fails.
     fn measure(&self, part: &Part, scenes: &Path) -> Result<()> {
         let probe = JitterProbe::start(1);
         std::thread::sleep(PROBE);
@@ -184,7 +183,7 @@ impl Load {
         report.failure().map_or(Ok(()), |failure| bail!(failure))
     }
 
-    /// The list of many empty rooms.
+    /// Measures the lobby with many empty rooms.
     fn measure_lobby(&self, scenes: &Path) -> Result<()> {
         if self.empty_rooms == 0 {
             return Ok(());
@@ -266,7 +265,7 @@ impl Load {
     }
 }
 
-/// Reads the operators' port without delaying the bots.
+/// Scrapes the operators' port without delaying the bots.
 async fn scrape(operators: &Operators) -> Result<Scrape> {
     let operators = operators.clone();
     tokio::task::spawn_blocking(move || operators.scrape()).await.context("a scrape")?

@@ -1,4 +1,4 @@
-//! The server's own figures, read from its operators' port before and after a part.
+//! The server's metrics, read from its operators' port before and after a part.
 
 use anyhow::{Context, Result};
 use serde::Serialize;
@@ -7,9 +7,9 @@ use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::time::Duration;
 
-/// Time limit for the port's response.
+/// Time limit for a response.
 const ANSWER_WAIT: Duration = Duration::from_secs(20);
-/// Longest response that is read, bytes.
+/// Maximum length of a response, bytes.
 const ANSWER_BYTES_MAX: u64 = 1 << 20;
 
 /// The operators' port, `host:port`.
@@ -27,14 +27,14 @@ pub struct ServerReport {
     pub ticks: u64,
     /// Ticks that were due but never played.
     pub ticks_missed: u64,
-    /// Time from when ticks were due to when they began: p50, p90, p99 and maximum, milliseconds,
-    /// each the end of its bucket.
+    /// Delay between when ticks were due and when they began, milliseconds: p50, p90, p99 and maximum, each rounded up
+    /// to its bucket's upper bound.
     pub late_ms: Option<[f64; 4]>,
-    /// The same without waits for a processor.
+    /// Lateness of ticks without waits for a processor, in the same form.
     pub late_own_ms: Option<[f64; 4]>,
-    /// Mean time per wakeup spent on inputs, play and send, milliseconds.
+    /// Mean time per wakeup spent on reading inputs, playing and sending, milliseconds.
     pub phases_ms: [f64; 3],
-    /// Sockets that fell too far behind for deltas.
+    /// Number of times that a socket fell too far behind for deltas.
     pub sockets_late: u64,
     /// Seconds of processor time.
     pub cpu_seconds: Option<f64>,
@@ -65,7 +65,7 @@ impl Operators {
 }
 
 impl Scrape {
-    /// Parses lines of a name with its labels and a number; ignores all others.
+    /// Parses lines that consist of a name with labels and a number; ignores all others.
     fn parse(text: &str) -> Scrape {
         let series = text.lines().filter(|line| !line.starts_with('#')).filter_map(|line| {
             let (name, value) = line.rsplit_once(' ')?;
@@ -83,7 +83,7 @@ impl Scrape {
         self.0.get(name).copied()
     }
 
-    /// Upper ends of a histogram's buckets, seconds, with the cumulative counts.
+    /// Upper bounds of a histogram's buckets, seconds, with cumulative counts.
     fn buckets(&self, name: &str) -> Vec<(f64, f64)> {
         let start = format!("{name}_bucket{{le=\"");
         let of_it = self.0.range(start.clone()..).take_while(|(key, _)| key.starts_with(&start));
@@ -124,7 +124,7 @@ impl ServerReport {
     }
 }
 
-/// p50, p90, p99 and maximum, milliseconds: the end of the bucket that each falls into.
+/// p50, p90, p99 and maximum, milliseconds, each as the upper bound of its bucket.
 fn percentiles(before: &Scrape, after: &Scrape, name: &str) -> Option<[f64; 4]> {
     let (old, mut buckets) = (before.buckets(name), after.buckets(name));
     for (bucket, old) in buckets.iter_mut().zip(old) {

@@ -1,23 +1,23 @@
-//! Processor time of this program, which decides whether a measurement says anything about the server.
+//! Processor time of this program. It shows whether a measurement says anything about the server.
 
 use rustix::time::{ClockId, clock_gettime};
 use serde::{Deserialize, Serialize};
 use std::fs;
 
-/// Share of the time that its threads were ready to run in which they had no processor, from which this program is short of
-/// processors: what bots see is then as much its own delay as the server's.
+/// If runnable threads had to wait for a processor during more than this share of the time, this program is short of
+/// processors, and delays seen by bots are as much its own as the server's.
 const WAITED_SHARE_MAX: f64 = 0.1;
 
 /// Processor time of a process, seconds.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Used {
     pub spent: f64,
-    /// Time for which its threads were ready to run and had no processor; 0 where the system does not tell it.
+    /// Time for which its threads were runnable but had no processor; 0 if the system does not report it.
     pub waited: f64,
 }
 
 impl Used {
-    /// Of this process so far. Threads that ended do not count.
+    /// The time used by this process so far. Threads that ended do not count.
     pub fn so_far() -> Used {
         let spent = clock_gettime(ClockId::ProcessCPUTime);
         let threads = fs::read_dir("/proc/self/task").into_iter().flatten().flatten();
@@ -31,17 +31,17 @@ impl Used {
         }
     }
 
-    /// The difference to an earlier time.
+    /// The time used since an earlier reading.
     pub fn since(self, before: Used) -> Used {
         Used { spent: self.spent - before.spent, waited: (self.waited - before.waited).max(0.0) }
     }
 
-    /// The sum of two processes.
+    /// The sum for two processes.
     pub fn plus(self, other: Used) -> Used {
         Used { spent: self.spent + other.spent, waited: self.waited + other.waited }
     }
 
-    /// Whether it waited for processors too long to judge a server.
+    /// Whether the process waited for processors too long to judge a server.
     pub fn is_short(self) -> bool {
         self.waited > WAITED_SHARE_MAX * (self.spent + self.waited)
     }

@@ -20,11 +20,11 @@ pub struct LoadReport {
     pub server: ServerReport,
     /// Physical memory of the server per client.
     pub server_bytes_per_client: Option<f64>,
-    /// Threads and memory of the server with all clients.
+    /// Threads and memory of the server with all clients connected.
     pub resources: String,
-    /// Measurements of each process of bots, those of this one first.
+    /// Measurements of each process that plays bots, this one first.
     pub shares: Vec<Share>,
-    /// The bots of this process one by one.
+    /// Results of the individual bots in this process.
     #[serde(flatten)]
     pub play: Report,
 }
@@ -67,7 +67,7 @@ impl fmt::Display for LoadReport {
 }
 
 impl LoadReport {
-    /// How the processes of bots fared, and whether they had processors enough.
+    /// Shows the figures of the bot processes, and whether they had enough processor time.
     fn show_shares(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let used = self.shares.iter().fold(Used::default(), |sum, share| sum.plus(share.used));
         let seconds = self.play.seconds.max(1e-9);

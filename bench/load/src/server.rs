@@ -1,4 +1,4 @@
-//! The server under test, in a process of its own, so that its memory and descriptors start fresh.
+//! The server under test, in a separate process, so that its memory and descriptors start fresh.
 
 use anyhow::{Context, Result, bail};
 use std::io::{BufRead, BufReader};
@@ -6,10 +6,10 @@ use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Stdio};
 use std::thread::JoinHandle;
 
-/// Prefix of the lines in which the program `counted` prints the allocations of a second.
+/// Prefix of the lines in which the program `counted` prints the allocations per second.
 const COUNTED: &str = "allocations: ";
 
-/// Token of the operators of a server that lives for a measurement on loopback.
+/// Operators' token; the server runs only for the measurement, on loopback.
 pub const OPS_TOKEN: &str = "operators-of-the-load";
 
 /// A running `jostle serve`.
@@ -23,12 +23,12 @@ pub struct Server {
 }
 
 impl Server {
-    /// Starts a program with the scenes in a directory, and waits until it listens. It lets this many rooms be opened, and
-    /// takes as many clients.
+    /// Starts the server with the scenes in a directory and waits until it listens. It accepts this many rooms and
+    /// clients.
     pub fn start(program: &Path, scenes: &Path, rooms: u32, clients: u32) -> Result<Server> {
         let mut command = Command::new(program);
         command.args(["serve", "--listen", "127.0.0.1:0", "--ops", "127.0.0.1:0", "--log", "warn"]);
-        // More than play, since a socket that was just lost may still count.
+        // More than the number of players, since a socket that was just lost may still count.
         let connections = (2 * clients).clamp(4096, 65_536);
         command.args(["--connections-max", &connections.to_string(), "--uplink", "30000"]);
         command.args(["--address-sockets", &(2 * clients).clamp(128, 65_536).to_string()]);
@@ -57,7 +57,7 @@ impl Server {
         }
     }
 
-    /// Its threads, and its physical memory, as Linux tells them.
+    /// The server's threads and physical memory, as Linux reports them.
     pub fn resources(&self) -> String {
         let status = std::fs::read_to_string(format!("/proc/{}/status", self.process.id()));
         let status = status.unwrap_or_default();
@@ -68,8 +68,7 @@ impl Server {
         format!("{} threads, {}", field("Threads"), field("VmRSS"))
     }
 
-    /// Ends it and prints its log; returns the allocations of the median second, if they were
-    /// counted.
+    /// Stops the server and prints its log; returns the median of the allocations per second, if they were counted.
     pub fn stop(mut self) -> Result<Option<u64>> {
         let ended = self.process.try_wait()?;
         self.process.kill().context("cannot end the server")?;
@@ -85,7 +84,7 @@ impl Server {
     }
 }
 
-/// The addresses that a server prints: the players' port and the operators' port.
+/// The two addresses that the server prints: the players' and the operators' port.
 fn addresses(said: ChildStdout) -> Result<[String; 2]> {
     let mut lines = BufReader::new(said).lines();
     let mut address = || -> Result<String> {
@@ -96,7 +95,7 @@ fn addresses(said: ChildStdout) -> Result<[String; 2]> {
     Ok([address()?, address()?])
 }
 
-/// The median is neither a second in which players came nor an idle one.
+/// Median of the allocations per second. It excludes both the seconds in which players joined and idle ones.
 fn median(lines: &[&String]) -> Option<u64> {
     let count = |line: &&String| line[COUNTED.len()..].parse().ok();
     let mut counts: Vec<u64> = lines.iter().filter_map(count).collect();

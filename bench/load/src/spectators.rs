@@ -1,4 +1,4 @@
-//! Spectators of a room: they read what comes, and acknowledge it four times a second.
+//! Spectators of a room, which read every snapshot and acknowledge four times per second.
 
 use anyhow::{Result, anyhow};
 use jostle_cli::bots::socket::{next, send, watch};
@@ -7,13 +7,13 @@ use jostle_game::Input;
 use jostle_protocol::{Appearance, ClientMessage, SnapshotStream};
 use tokio::task::JoinHandle;
 
-/// Snapshots from one acknowledgement to the next.
+/// Snapshots per acknowledgement.
 const ACK_EVERY: u64 = 15;
-/// Bits of the kind of a message: a snapshot, and a keyframe.
+/// Bits in a message's first byte that mark a snapshot and a keyframe.
 const SNAPSHOT: u8 = 0x80;
 const KEYFRAME: u8 = 0x40;
 
-/// What one spectator was sent.
+/// Traffic sent to one spectator.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Watched {
     pub snapshots: u64,
@@ -23,7 +23,7 @@ pub struct Watched {
 pub struct Spectators(Vec<JoinHandle<Result<Watched>>>);
 
 impl Spectators {
-    /// Connects this many to a room.
+    /// Connects this many spectators to a room.
     pub async fn come(count: u32, target: &BotTarget) -> Result<Spectators> {
         let mut tasks = Vec::new();
         for _ in 0..count {
@@ -34,7 +34,7 @@ impl Spectators {
         Ok(Spectators(tasks))
     }
 
-    /// Ends them; fails if one has lost its socket.
+    /// Disconnects the spectators; fails if one has lost its socket.
     pub async fn go(self) -> Result<()> {
         for task in self.0 {
             if task.is_finished() {

@@ -1,4 +1,4 @@
-//! Newcomers to a room in play, and a bot that knows what they should be shown.
+//! Newcomers to a running room, checked against a bot that has been there throughout.
 
 use jostle_cli::bots::histogram::{Durations, Percentiles};
 use jostle_cli::bots::socket::connect;
@@ -14,14 +14,14 @@ use tokio::time::sleep;
 use tokio_tungstenite::tungstenite::protocol::CloseFrame;
 use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
 
-/// Snapshots kept, worth some seconds.
+/// Number of snapshots kept, enough for a few seconds.
 const SEEN_MAX: usize = 240;
-/// Time limit for the witness to see a newcomer's tick, and the interval between checks.
+/// Time limit for the witness to see a newcomer's tick.
 const WITNESS_WAIT: Duration = Duration::from_secs(3);
-/// See [`WITNESS_WAIT`].
+/// Interval between checks while waiting for the witness.
 const WITNESS_EVERY: Duration = Duration::from_millis(50);
 
-/// The newest snapshots of a bot that was present all the time.
+/// The newest snapshots of a bot that was present throughout.
 #[derive(Default)]
 pub struct Witness(Mutex<VecDeque<Arc<Snapshot>>>);
 
@@ -61,7 +61,7 @@ impl Witness {
         seen.back().map_or(0, |seen| seen.tick)
     }
 
-    /// Returns whether the witness saw the same at that tick; `None` if it has no snapshot of it.
+    /// Returns whether the witness saw the same state at that tick; `None` if it has no snapshot of it.
     fn agrees(&self, snapshot: &Snapshot) -> Option<bool> {
         let seen = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let same = seen.iter().find(|seen| seen.tick == snapshot.tick)?;
@@ -69,19 +69,19 @@ impl Witness {
     }
 }
 
-/// Newcomers, and the correctness of what they were shown.
+/// How newcomers fared, and whether they were shown the right state.
 #[derive(Debug, Default, Serialize)]
 pub struct Newcomers {
     #[serde(skip)]
     took: Durations,
     /// Time from the hello to the first decoded keyframe.
     took_ms: Percentiles,
-    /// Newcomers with the same state as the witness, with another state, and with a tick that the
-    /// witness did not see.
+    /// Numbers of newcomers whose state matched the witness's, differed from it, or was of a tick that the witness did
+    /// not see.
     right: u32,
     wrong: u32,
     unseen: u32,
-    /// Newcomers that failed before that, and the reason of the first one.
+    /// Newcomers that failed before their first keyframe, and the reason of the first.
     failed: u32,
     error: Option<String>,
 }
@@ -133,7 +133,7 @@ impl Newcomers {
         }
         let mut socket = arrival.socket;
         let frame = CloseFrame { code: CloseCode::Normal, reason: "".into() };
-        // If the server is gone by now, the failure was reported before.
+        // If the server is gone by now, the failure has already been reported.
         let _ = socket.close(Some(frame)).await;
     }
 }

@@ -1,4 +1,4 @@
-//! Box2D 3.2 through its C interface. The only unsafe code of the repository.
+//! Box2D 3.2 through its C interface. This is the only unsafe code in the repository.
 
 use crate::forces::{Forces, damping, is_joint};
 use boxdd_sys::ffi;
@@ -6,7 +6,7 @@ use glam::DVec2;
 use jostle_report::engine::{Engine, State};
 use jostle_report::scene::{Body, Hook, Motion, Scene, Shape, Spring};
 
-/// The default caps speeds at 400.
+/// Raised because the default caps speeds at 400.
 const SPEED_MAX: f32 = 1e5;
 
 pub struct Box2d {
@@ -56,7 +56,7 @@ impl Box2d {
 }
 
 impl Box2d {
-    /// A distance joint with a spring; its least length is Box2D's.
+    /// Adds a distance joint with a spring, no shorter than Box2D's minimum length.
     fn tie(&mut self, scene: &Scene, spring: &Spring) {
         let mass = scene.swinging_mass(spring);
         let turn = (spring.stiffness / mass).sqrt();
@@ -92,8 +92,8 @@ impl Box2d {
     }
 }
 
-/// Box2D prints a warning about its limits in every step, which drowns everything else; the figures
-/// show them too.
+/// Drops Box2D's warnings: it prints one about its limits in every step, which would drown everything else. The figures
+/// show these limits too.
 unsafe extern "C" fn ignore_warning(_: *const std::ffi::c_char) {}
 
 fn vector(v: DVec2) -> ffi::b2Vec2 {
@@ -149,7 +149,7 @@ impl Engine for Box2d {
             if !self.forces.is_empty() {
                 self.push();
             }
-            // SAFETY: the world lives until drop; runs of one length unit at a time.
+            // SAFETY: the world lives until drop; the length unit is global and set before every step.
             unsafe {
                 ffi::b2SetLengthUnitsPerMeter(self.length_unit);
                 ffi::b2World_Step(self.world, self.tick_s / steps as f32, sub_steps);

@@ -1,5 +1,5 @@
-//! The report with the peers in it; `cargo xtask report --peers` starts it. With `--search` random scenes
-//! beside Box2D instead.
+//! The report with the peers included; `cargo xtask report --peers` starts it. With `--search` it compares Jostle with
+//! Box2D in random scenes instead.
 
 use anyhow::{Context, Result};
 use clap::Parser;
@@ -13,7 +13,7 @@ use std::fs;
 struct Command {
     #[command(flatten)]
     report: Arguments,
-    /// Instead of the report: this many random scenes in motion in Jostle and Box2D, the slowest ones listed
+    /// Instead of the report, play this many random scenes in Jostle and Box2D and list the slowest
     #[arg(long, value_name = "COUNT")]
     search: Option<u64>,
     /// Seed of the random scenes

@@ -48,7 +48,7 @@ impl Rapier {
 }
 
 impl Rapier {
-    /// Slows a body down by this share of its speed per second.
+    /// Sets the linear damping of a body, 1/s.
     pub fn set_damping(&mut self, body: usize, damping: f64) {
         if let Some(body) = self.world.bodies.get_mut(self.bodies[body]) {
             body.set_linear_damping(damping as f32);

@@ -1,11 +1,11 @@
-//! rapier2d in the scenes of `traffic`: its defaults, with sleep.
+//! rapier2d in the scenes of `traffic`, with its defaults and sleep enabled.
 
 use crate::rapier::Rapier;
 use glam::DVec2;
 use jostle_report::engine::{Engine, State};
 use jostle_report::traffic::{Crowd, Script};
 
-/// Sub-steps per tick, the default.
+/// Sub-steps per tick; rapier's default.
 const SUB_STEPS: usize = 4;
 
 /// The bodies of a script in rapier2d.

@@ -1,4 +1,4 @@
-//! Runs work that needs no clock of its own on all cores.
+//! Runs work that is not timed on all cores.
 
 use std::sync::Mutex;
 

@@ -1,4 +1,4 @@
-//! The numbers behind the plots as comma-separated files (RFC 4180).
+//! Writes the numbers behind the plots as comma-separated files (RFC 4180).
 
 use crate::piles::Heap;
 use crate::stability::Verdicts;
@@ -18,7 +18,7 @@ impl Csv {
         csv
     }
 
-    /// Adds a line; a field with a comma, a quote or a line break is quoted.
+    /// Adds a line; fields with a comma, a quote or a line break are quoted.
     pub fn row(&mut self, fields: &[String]) {
         debug_assert_eq!(fields.len(), self.columns, "{fields:?}");
         let quoted: Vec<String> = fields.iter().map(|field| quote(field)).collect();

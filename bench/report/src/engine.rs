@@ -1,5 +1,5 @@
-//! The interface of all engines: adding bodies, stepping, reading states. Peers implement it in
-//! their own workspace.
+//! The interface of all engines: adding bodies, stepping and reading states. Peers implement it in a separate
+//! workspace.
 
 use crate::scene::{Body, Scene};
 use glam::DVec2;
@@ -8,7 +8,7 @@ use glam::DVec2;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct State {
     pub position: DVec2,
-    /// Units/s.
+    /// Velocity, units/s.
     pub velocity: DVec2,
 }
 
@@ -25,33 +25,33 @@ pub trait Engine {
     /// Sets the velocity of a kinematic or dynamic body.
     fn set_velocity(&mut self, body: usize, velocity: DVec2);
 
-    /// Removes a body; it may not be read any more.
+    /// Removes a body, which may not be read afterwards.
     fn remove(&mut self, body: usize);
 
     /// Changes the gravity of the scene.
     fn set_gravity(&mut self, _: DVec2) {}
 
-    /// Whether a body sleeps, in a scene that allows it.
+    /// Whether a body is asleep, in a scene that allows sleep.
     fn is_asleep(&self, _: usize) -> bool {
         false
     }
 
-    /// Pair solves so far, counted once per pass: a measure of work independent of the machine.
-    /// `None` if the engine does not count them.
+    /// Pair solves so far, counted once per pass: a machine-independent measure of work. `None` if the engine does not
+    /// count them.
     fn pair_solves(&self) -> Option<u64>;
 
-    /// Body steps so far: the remaining work if nothing touches.
+    /// Body steps so far: the only work left if nothing touches.
     fn body_steps(&self) -> u64;
 }
 
-/// Creates an engine with the bodies of a scene, or returns why it cannot.
+/// Creates an engine with the bodies of a scene, or returns the reason why it cannot.
 pub type Build = fn(&Scene, f64) -> Result<Box<dyn Engine>, String>;
 
-/// All readings of a run: `states[tick][body]`, from tick 0, the start.
+/// All readings of a run as `states[tick][body]`; tick 0 is the start.
 pub struct Trace {
     /// Seconds between two readings.
     pub tick_s: f64,
-    /// Bodies by index, ticks by time.
+    /// States by tick, then by body.
     pub states: Vec<Vec<State>>,
 }
 

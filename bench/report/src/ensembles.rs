@@ -2,9 +2,9 @@
 //! pressure of a gas from many seeds follows the gas law, and its speeds follow Maxwell's law; the
 //! particles of an emitter have the moments of their distributions.
 //!
-//! Pressure: with the kinetic energy E of discs whose centres have the area A to themselves, P A =
-//! E Z in two dimensions, where Z = 1 + 2 pi r^2 n / A is the correction for discs of radius r
-//! (second virial coefficient; McQuarrie 1976, "Statistical mechanics", chapter 12).
+//! Pressure: with the kinetic energy E of discs whose centres can move in the area A, P A = E Z in two dimensions,
+//! where Z = 1 + 2 pi r^2 n / A is the correction for discs of radius r (second virial coefficient; McQuarrie 1976,
+//! "Statistical mechanics", chapter 12).
 
 use crate::engine::{Engine, State};
 use crate::methods::{Family, Method};
@@ -31,9 +31,9 @@ const SEEDS: u32 = 32;
 const SIDE: f64 = 120.0;
 const RADIUS: f64 = 0.5;
 const DISCS: u32 = 100;
-/// Ten seconds.
+/// Length of a run: ten seconds.
 const TICKS: usize = 600;
-/// Ticks between two readings of the speeds.
+/// Interval between readings of the speeds, ticks.
 const LOOK: usize = 60;
 
 fn gas(subject: &Subject) -> Outcome {
@@ -55,7 +55,7 @@ fn gas(subject: &Subject) -> Outcome {
         out.check(variant, "pressure, standard error of the mean", PRESSURE / 2.0, standard);
         let worst = largest(energies.into_iter());
         out.check(variant, "energy, largest relative error", ENERGY, worst);
-        // Kolmogorov's bound at 0.1 % for as many independent energies as there are discs.
+        // Kolmogorov's bound at 0.1 %, with one independent energy per disc.
         let independent = f64::from(SEEDS * DISCS);
         let distance = from_exponential(speeds);
         out.check(variant, "distance from Maxwell's law", 1.95 / independent.sqrt(), distance);
@@ -63,13 +63,13 @@ fn gas(subject: &Subject) -> Outcome {
     })
 }
 
-/// Results of a run of the gas.
+/// Results of one gas run.
 struct Gas {
-    /// Mean on all four walls, relative to the gas law at the initial energy.
+    /// Mean pressure on the four walls, relative to the gas law at the initial energy.
     pressure: f64,
     /// Final energy, relative to the initial one.
     energy: f64,
-    /// Energies of every disc at every reading of the second half, relative to the initial mean.
+    /// Energy of every disc at every reading in the second half, relative to the initial mean.
     energies: Vec<f64>,
 }
 
@@ -106,7 +106,7 @@ impl Gas {
     }
 }
 
-/// Random directions of velocity, positions on a grid.
+/// A gas scene: random velocities, positions on a grid.
 fn scene(seed: u32) -> Scene {
     let mut scene = Scene { bounce_threshold: 0.0, ..Scene::new(0.0) };
     scene.contain(SIDE, SIDE, 0.0, 1.0);
@@ -120,14 +120,14 @@ fn scene(seed: u32) -> Scene {
     scene
 }
 
-/// A number with mean 0 and variance 1: the sum of twelve, which is close enough to a normal one
-/// for a gas that reaches its own distribution.
+/// A random number with mean 0 and variance 1. A sum of twelve uniform ones is close enough to normal, since the gas
+/// reaches its equilibrium distribution anyway.
 fn normal(draws: &mut Mulberry) -> f64 {
     (0..12).map(|_| draws.unit()).sum::<f64>() - 6.0
 }
 
-/// The change of speed that walls gave a disc in a tick: of a component that was reversed within
-/// reach of a wall ahead.
+/// The change of a disc's speed by walls in a tick. A velocity component counts if it was reversed within reach of the
+/// wall ahead.
 fn from_walls(old: &State, new: &State, tick_s: f64) -> f64 {
     let along = |axis: usize| {
         let (speed, then) = (old.velocity[axis], new.velocity[axis]);
@@ -138,8 +138,8 @@ fn from_walls(old: &State, new: &State, tick_s: f64) -> f64 {
     along(0) + along(1)
 }
 
-/// In two dimensions energies are exponentially distributed: the Kolmogorov-Smirnov distance of
-/// numbers from that distribution with a mean of 1.
+/// Kolmogorov-Smirnov distance of values from the exponential distribution with mean 1, which energies follow in two
+/// dimensions.
 fn from_exponential(mut found: Vec<f64>) -> f64 {
     found.sort_by(f64::total_cmp);
     let count = found.len() as f64;
@@ -201,12 +201,12 @@ fn emitters(subject: &Subject) -> Outcome {
     })
 }
 
-/// Particles do not depend on the solver of the contacts.
+/// Whether a method has particles, which do not depend on the contact solver.
 fn has_particles(method: &Method) -> bool {
     method.family == Family::Jostle
 }
 
-/// Compares mean and variance with their expected values, in standard errors of as many draws.
+/// Compares mean and variance with their expected values, in standard errors for this number of draws.
 fn check_moments(
     out: &mut Outcome,
     variant: &str,
@@ -227,8 +227,8 @@ fn uniform(low: f64, high: f64) -> Law {
     Law { mean: f64::midpoint(low, high), variance: (high - low).powi(2) / 12.0, kurtosis: 1.8 }
 }
 
-/// A square (x, y) in [-1, 1]^2 mapped to a disc, x sqrt(1 - y^2 / 2): the second moment is 1/3 (1
-/// - 1/6), the fourth 1/5 (1 - 1/3 + 1/20).
+/// For a square (x, y) in [-1, 1]^2 mapped to a disc by x sqrt(1 - y^2 / 2), the second moment is 1/3 (1 - 1/6) and the
+/// fourth 1/5 (1 - 1/3 + 1/20).
 fn law_of_ellipse(low: f64, high: f64) -> Law {
     let half = (high - low) / 2.0;
     let (second, fourth) = (5.0 / 18.0, 43.0 / 300.0);
@@ -236,7 +236,7 @@ fn law_of_ellipse(low: f64, high: f64) -> Law {
     Law { mean: f64::midpoint(low, high), variance: half * half * second, kurtosis }
 }
 
-/// All particles, once every emitter has finished; nothing acts on them.
+/// All particles after every emitter has finished. No forces act on them.
 fn emitted(round: bool) -> Particles {
     let recipe = Recipe {
         life_ticks: LIFE,

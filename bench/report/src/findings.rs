@@ -1,4 +1,4 @@
-//! Findings of a problem in sentences: where the default is, what more work gains, which engine is
+//! States the findings on a problem in sentences: how the default does, how much more work gains, and which engine is
 //! better.
 
 use crate::methods::{Family, Method, SOLVERS};
@@ -7,19 +7,19 @@ use crate::problems::FORCE_ERROR;
 use crate::stability::{Outcome, Verdicts};
 use crate::study::{Curve, Point, Study};
 
-/// A claim against a peer needs this share of its error at equal time ...
+/// To claim a win against a peer, Jostle needs at most this share of its error at equal time ...
 pub const ERROR_SHARE: f64 = 0.1;
-/// ... and this share of its time at equal error.
+/// ... and at most this share of its time at equal error.
 pub const TIME_SHARE: f64 = 1.0 / 3.0;
 
 /// Jostle compared with one peer on one problem.
 pub struct Comparison {
     /// Name of the peer.
     pub peer: &'static str,
-    /// Jostle's error relative to the peer's at the peer's time; the worst over its settings.
-    /// Infinite if no point of Jostle's is as fast.
+    /// Jostle's error relative to the peer's, given the peer's time; the worst ratio over the peer's settings. Infinite
+    /// if no point of Jostle's is as fast.
     pub error_share: f64,
-    /// Jostle's time relative to the peer's at the peer's error; likewise.
+    /// Jostle's time relative to the peer's, given the peer's error; likewise the worst.
     pub time_share: f64,
 }
 
@@ -35,7 +35,7 @@ impl Comparison {
         self.error_share < 1.0 && self.time_share < 1.0
     }
 
-    /// The result in a word: better by both margins, ahead but short of them, or a loss.
+    /// The result in one word: better by both margins, ahead without reaching them, or a loss.
     pub fn verdict(&self) -> &'static str {
         match (self.is_won(), self.is_ahead()) {
             (true, _) => "better",
@@ -50,7 +50,7 @@ fn engine_of(method: &Method) -> &'static str {
     method.name.split(", ").next().unwrap_or(method.name)
 }
 
-/// One comparison per peer that took part, over all its settings.
+/// One comparison per participating peer, over all its settings.
 pub fn comparisons(study: &Study) -> Vec<Comparison> {
     let of = |family| move |curve: &&Curve| curve.method.family == family;
     let ours: Vec<&Point> =
@@ -76,16 +76,16 @@ pub fn comparisons(study: &Study) -> Vec<Comparison> {
     found
 }
 
-/// Jostle's results against the peers, by the numbers of the problems.
+/// Jostle's results against the peers, as numbers of problems.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub struct Tally {
-    /// Problems of which every part is better than every peer.
+    /// Problems in which Jostle beats every peer by both margins in every part.
     pub won: Vec<u32>,
-    /// Problems of which every part is ahead of every peer, or better.
+    /// Problems in which Jostle is at least ahead of every peer in every part.
     pub ahead: Vec<u32>,
-    /// Problems with a part that is not.
+    /// Problems in which Jostle is behind a peer in some part.
     pub lost: Vec<u32>,
-    /// A sentence on each part that is not better.
+    /// A sentence on each part that is not won.
     pub short: Vec<String>,
 }
 
@@ -113,7 +113,7 @@ pub fn tally(studies: &[Study]) -> Tally {
     tally
 }
 
-/// "9b" is a part of problem 9.
+/// Number of a problem from its id: "9b" is a part of problem 9.
 pub fn number_of(id: &str) -> u32 {
     id.trim_end_matches(|c: char| c.is_ascii_alphabetic()).parse().unwrap_or(u32::MAX)
 }
@@ -123,7 +123,7 @@ pub fn listed(numbers: &[u32]) -> String {
     if words.is_empty() { "none".into() } else { words.join(", ") }
 }
 
-/// Descriptions of the drawn runs of a case, one sentence per solver.
+/// Describes the drawn runs of a case, one sentence per solver.
 pub fn seen_over_time(verdicts: &Verdicts, solvers: &[&str]) -> Vec<String> {
     let of = |(solver, outcome): (&&str, &Outcome)| {
         let (_, samples) = outcome.series.as_ref()?;
@@ -146,7 +146,7 @@ pub fn seen_over_time(verdicts: &Verdicts, solvers: &[&str]) -> Vec<String> {
     solvers.iter().zip(&verdicts.outcomes).filter_map(of).collect()
 }
 
-/// Sentences on a problem.
+/// The findings on a problem.
 pub fn seen(study: &Study) -> Vec<String> {
     let mut sentences = Vec::new();
     sentences.extend(on_defaults(study));
@@ -173,7 +173,7 @@ fn named(study: &Study, curve: &Curve, point: &Point) -> String {
     )
 }
 
-/// The results of the scenes' solvers with default settings.
+/// States the results of the scene solvers with default settings.
 fn on_defaults(study: &Study) -> Vec<String> {
     let of = |method: &&str| {
         let (curve, point) = study.default_of(method)?;
@@ -196,7 +196,7 @@ fn on_slopes(study: &Study) -> Option<String> {
     (!slopes.is_empty()).then(|| format!("Order in the step: {}.", slopes.join("; ")))
 }
 
-/// Jostle's curves on which more work gains nothing.
+/// Names Jostle's curves on which more work gains nothing.
 fn on_stalled(study: &Study) -> Option<String> {
     let stalls = |curve: &&Curve| {
         let (Some(first), Some(last)) = (curve.points.first(), curve.points.last()) else {
@@ -216,8 +216,8 @@ fn on_stalled(study: &Study) -> Option<String> {
         .then(|| format!("Turning the knob up does not halve the error: {}.", names.join("; ")))
 }
 
-/// If contact forces are known: the least setting of each knob from which on they are correct to a
-/// thousandth and to a millionth.
+/// If contact forces are known, states the lowest setting of each knob from which on they are correct to a thousandth
+/// and to a millionth.
 fn on_sweeps(study: &Study) -> Option<String> {
     let norm = study.problem.norms.iter().position(|norm| norm.name == FORCE_ERROR)?;
     let least = |curve: &Curve, most: f64| {

@@ -8,7 +8,7 @@ use crate::methods::{Family, Method, SOLVERS};
 use crate::plot::Style;
 use crate::study::{Point, Study};
 
-/// Problems that a method must play, of those measured, for its medians to say something about all.
+/// Share of the measured problems that a method must play for its medians to be representative.
 const PLAYED_MIN: f64 = 0.4;
 
 /// An error and a time relative to those of the most precise point of the peers.
@@ -31,7 +31,7 @@ struct Trail {
     problems: usize,
 }
 
-/// A problem, with the default of each solver of the scenes and that of each peer.
+/// A problem, with the default point of each scene solver and of each peer.
 struct Row {
     id: &'static str,
     title: &'static str,
@@ -61,12 +61,12 @@ pub fn svg(studies: &[Study], methods: &[Method]) -> Option<String> {
     Some(draw::svg(&trails, &rows))
 }
 
-/// A peer at its ordinary setting.
+/// Whether a method is a peer in its usual configuration.
 fn is_peer(method: &Method) -> bool {
     method.family == Family::Peer && method.in_stability
 }
 
-/// Relative to the most precise point of the peers; errors below the floor of f32 count as the floor.
+/// A point relative to the peers' most precise point. Errors below the floor of f32 count as the floor.
 fn ratio(study: &Study, point: &Point) -> Ratio {
     let floor = study.problem.floor();
     let (_, best) = study.best(Family::Peer).expect("only studies with peers take part");
@@ -90,7 +90,7 @@ fn trail(method: &Method, style: Style, studies: &[&Study]) -> Option<Trail> {
                 Some(ratio(study, curve.points.iter().find(|p| p.setting == setting)?))
             });
             let ratios: Vec<Ratio> = points.collect();
-            // A setting with which half of the problems blow up has no median.
+            // A setting with which half of the problems blow up gets no median.
             let counts = !ratios.is_empty() && 2 * ratios.len() > curves.len();
             counts.then(|| (setting, median(&ratios)))
         })

@@ -1,5 +1,5 @@
-//! Small reference integrators for bodies without contacts: textbook schemes that the World does
-//! not offer. They are yardsticks and no part of Jostle.
+//! Small reference integrators for bodies without contacts: textbook schemes that the World does not offer. They serve
+//! as yardsticks and are not part of Jostle.
 
 use crate::engine::{Engine, State};
 use crate::scene::{Body, Drag, Hook, Scene};
@@ -10,18 +10,18 @@ use glam::DVec2;
 pub enum Scheme {
     /// x += h v, then v += h a: order 1, gains energy.
     ExplicitEuler,
-    /// v += h a, then x += h v: order 1, keeps energy bounded; the scheme of the World.
+    /// v += h a, then x += h v: order 1, keeps energy bounded. This is the scheme of the World.
     SymplecticEuler,
-    /// Half a kick, a drift, half a kick (velocity Verlet), each kick by the midpoint rule: order 2.
+    /// Half a kick, a drift, half a kick (velocity Verlet), with kicks by the midpoint rule: order 2.
     KickDriftKick,
 }
 
 /// Precision of the state between steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Precision {
-    /// f32, as in engines: shows their rounding floor.
+    /// f32, as in game engines: shows their rounding floor.
     Single,
-    /// f64: shows only the scheme.
+    /// f64: shows only the error of the scheme.
     Double,
 }
 

@@ -20,11 +20,11 @@ pub struct Jostle {
     body_steps: u64,
 }
 
-/// Bodies that a case may add to those of its scene.
+/// Maximum number of bodies that a case may add to its scene.
 const BODIES_SPARE: usize = 8192;
 
 impl Jostle {
-    /// Creates a World with all bodies of the scene and this solver.
+    /// Creates a World with this solver and all bodies of the scene.
     pub fn new(scene: &Scene, steps: u32, solver: Solver) -> Result<Jostle, String> {
         if scene.sleeping && !matches!(solver, Solver::Conjugate(_)) {
             return Err("only the conjugate solver knows who may sleep".into());
@@ -80,7 +80,7 @@ impl Jostle {
     }
 }
 
-/// Seconds of one step in f32; one step per tick of 1/60 s has the same bits as in the simulation.
+/// Length of one step in seconds, as f32. With one step per tick of 1/60 s it is bit for bit the simulation's.
 fn step_of(scene: &Scene, steps: u32) -> f32 {
     (scene.tick_s / f64::from(steps)) as f32
 }
@@ -161,11 +161,10 @@ impl Engine for Jostle {
     }
 }
 
-/// Particles in place of bodies: free flight with linear drag.
+/// Particles instead of bodies, for free flight with linear drag.
 ///
-/// They always move by [`DT`]. `steps` per tick are simulated by slower time: with velocities
-/// divided by n, accelerations by n^2 and the n-th root of the drag factor, n particle steps make
-/// one step of the scene.
+/// Particles always move by [`DT`], so `steps` per tick are simulated by slowing down time: with velocities divided by
+/// n, accelerations by n^2 and the n-th root of the drag factor, n particle steps make one tick of the scene.
 pub struct ParticleFlight {
     particles: Particles,
     recipes: Vec<Recipe>,

@@ -1,7 +1,7 @@
-//! Measures error against time and work on problems with known answers, and stiff and extreme
-//! cases, for every solver, and writes the results as one page with the numbers behind it.
+//! Measures every solver: error against time and work on problems with known answers, and stability in stiff and
+//! extreme cases. Writes the results as one page, with the underlying numbers.
 //!
-//! Peers are added by the program that calls [`run`] with them, in a workspace of its own.
+//! Peers are added by a program in a separate workspace, which passes them to [`run`].
 
 mod cores;
 pub mod csv;
@@ -45,22 +45,22 @@ use study::{Effort, Study};
 /// Measures Jostle and writes the report.
 #[derive(Clone, Debug, Parser)]
 pub struct Arguments {
-    /// A few minutes instead of an hour: fewer runs, no largest variants
+    /// Take a few minutes instead of an hour: fewer runs, and no largest variants
     #[arg(long)]
     pub quick: bool,
-    /// Where the page, the summary and the tables go
+    /// Output directory for the page, the summary and the tables
     #[arg(long, value_name = "DIR", default_value = "target/report")]
     pub out: PathBuf,
-    /// Commit of the source, to stand in the report
+    /// Commit of the source, shown in the report
     #[arg(long, default_value = "unknown")]
     pub commit: String,
     /// Date of the run
     #[arg(long, default_value = "unknown")]
     pub date: String,
-    /// What compiled it
+    /// Name and version of the compiler
     #[arg(long, default_value = "an unknown compiler")]
     pub compiler: String,
-    /// The program `steps`: what features cost scenes without them is measured too
+    /// Path of the program `steps`; with it, the cost of unused features is measured too
     #[arg(long, value_name = "PROGRAM")]
     pub costs: Option<PathBuf>,
     /// Only problems, cases and piles with these ids, such as 9a, S2 or rain-4000
@@ -68,7 +68,7 @@ pub struct Arguments {
     pub only: Vec<String>,
 }
 
-/// Measures everything, peers included, and writes the report.
+/// Measures everything, including the peers, and writes the report.
 pub fn run(arguments: &Arguments, peers: &[Method]) -> Result<()> {
     let methods: Vec<Method> = METHODS.iter().chain(peers).copied().collect();
     let wanted = |id: &str| {
@@ -111,10 +111,10 @@ pub fn run(arguments: &Arguments, peers: &[Method]) -> Result<()> {
 
 /// File of the picture at the head of the report.
 pub const GLANCE: &str = "glance.svg";
-/// Problems whose pictures README.md shows. The page has those of all of them.
+/// Problems whose pictures README.md shows. The page shows all of them.
 const IN_README: [&str; 2] = ["9b", "13"];
 
-/// Runs the stability cases on all cores, since they need no clock.
+/// Runs the stability cases on all cores, since they are not timed.
 fn judge_all(
     cases: &[Case],
     methods: &[Method],

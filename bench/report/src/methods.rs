@@ -1,5 +1,5 @@
-//! The table of methods: everything that is measured, each with its knob. A new solver, knob or
-//! peer is one more entry.
+//! The table of methods: every engine configuration that is measured, with its knob. A new solver, knob or peer is one
+//! more entry.
 
 use crate::engine::{Build, Engine};
 use crate::integrators::{FreeFlight, Precision, Scheme};
@@ -23,16 +23,15 @@ pub enum Family {
 pub enum Field {
     /// All scenes that the engine can play.
     All,
-    /// Scenes with contacts, without which the knob has no effect.
+    /// Scenes with contacts only, because the knob has no effect without them.
     Contacts,
-    /// Scenes with contacts and gravity as strong as in Jostle's scenes, for a setting made for
-    /// them.
+    /// Scenes with contacts and gravity as strong as in Jostle's scenes, for a configuration made for them.
     StrongGravity,
-    /// Scenes without contacts, which the method cannot handle.
+    /// Scenes without contacts only, because the method cannot handle them.
     FreeFlight,
 }
 
-/// One curve: an engine and the knob that makes its points.
+/// One curve: an engine, and the knob that is varied along it.
 #[derive(Clone, Copy)]
 pub struct Method {
     pub name: &'static str,
@@ -42,22 +41,22 @@ pub struct Method {
     pub knob: &'static str,
     /// Settings of the curve's points, from cheap to expensive.
     pub settings: &'static [f64],
-    /// The default setting of its users, with which the stability cases run.
+    /// The default setting, with which the stability cases run.
     pub default: Option<f64>,
-    /// Whether the knob divides the step, so that the error has an order in it.
+    /// Whether the knob divides the step, so that an order of convergence is defined.
     pub divides_step: bool,
-    /// Scenes in which it takes part; it is silently omitted elsewhere.
+    /// Scenes in which the method takes part; elsewhere it is silently omitted.
     pub field: Field,
-    /// Whether the stability cases run it: one entry per solver.
+    /// Whether the stability cases include it; true for one entry per solver.
     pub in_stability: bool,
     /// Creates the engine with a setting.
     pub build: Build,
 }
 
-/// The solvers of scenes: "relaxation", which is the default, and "conjugate".
+/// The solvers that scene files can choose: "relaxation", the default, and "conjugate".
 pub const SOLVERS: [&str; 2] = ["Jostle relaxation, 15 passes", "Jostle conjugate"];
 
-/// Steps, or sub-steps, per tick.
+/// Steps or sub-steps per tick.
 pub const STEPS: &[f64] = &[1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
 const PASSES: &[f64] = &[1.0, 2.0, 4.0, 8.0, 15.0, 30.0, 60.0];
 const TOLERANCES: &[f64] = &[0.5, 0.1, 0.02, 0.005, 1e-3, 1e-4];
@@ -201,7 +200,7 @@ fn relaxation(scene: &Scene, tune: impl Fn(&mut Relaxation)) -> Solver {
     Solver::Relaxation(settings)
 }
 
-/// The conjugate solver likewise.
+/// The conjugate solver, likewise.
 fn conjugate(scene: &Scene, tune: impl Fn(&mut Conjugate)) -> Solver {
     let bounce_threshold = scene.bounce_threshold as f32;
     let mut settings = Conjugate { bounce_threshold, ..Conjugate::default() };
@@ -218,7 +217,7 @@ fn flight(
     boxed(FreeFlight::new(scene, scheme, precision, steps as u32))
 }
 
-/// Boxes an engine for the table.
+/// Boxes an engine for [`Method::build`].
 pub fn boxed<E: Engine + 'static>(made: Result<E, String>) -> Result<Box<dyn Engine>, String> {
     made.map(|engine| Box::new(engine) as Box<dyn Engine>)
 }

@@ -1,8 +1,8 @@
-//! Random scenes in motion, each a function of (seed, number) alone: 200 to 1000 bodies in a container, sizes,
-//! masses to 1 : 10^6, restitution, springs, lifts and disturbances drawn by chance.
+//! Random scenes in motion, each determined by (seed, number) alone: 200 to 1000 bodies in a container, with random
+//! sizes, mass ratios up to 1 : 10^6, restitution, springs, platforms and disturbances.
 //!
-//! Beside an engine as peer they show where a step is slow. The named scenes of [`crate::piles`] were all looked
-//! at while the solver was built; these were not.
+//! Compared with a peer, they show where steps are slow. The scenes of [`crate::piles`] were all known while the solver
+//! was developed; these were not.
 
 mod disturbance;
 pub mod search;
@@ -16,15 +16,15 @@ use jostle_sim::Rng;
 /// Steps of a run.
 pub const STEPS: u32 = 300;
 const BODIES: (u32, u32) = (200, 1000);
-/// The walls come first: floor, ceiling, left, right.
+/// Number of walls; they are the first bodies: floor, ceiling, left, right.
 const WALLS: usize = 4;
 
 /// A scene with its disturbances.
 pub struct Setting {
     pub scene: Scene,
-    /// Size of the container, whose lower left corner is at 0.
+    /// Size of the container, whose lower left corner is the origin.
     pub size: DVec2,
-    /// The choices of chance, in short.
+    /// Short descriptions of the random choices.
     pub traits: Vec<String>,
     disturbances: Vec<Disturbance>,
     platforms: Vec<Platform>,
@@ -32,7 +32,7 @@ pub struct Setting {
 }
 
 impl Setting {
-    /// The scene with this number of a sequence.
+    /// The scene with this number in the sequence of a seed.
     pub fn new(seed: u64, number: u64) -> Setting {
         let rng = &mut Rng::new(seed, number);
         let mut traits = Vec::new();
@@ -58,20 +58,20 @@ impl Setting {
         Setting { scene, size, traits, disturbances, platforms, seed: (seed, number) }
     }
 
-    /// The disturbances, at tick 0.
+    /// A driver of the disturbances, at tick 0.
     pub fn driver(&self) -> Driver<'_> {
         let (seed, number) = self.seed;
         Driver { setting: self, rng: Rng::new(!seed, number), tick: 0 }
     }
 
-    /// Number of bodies that are outside of the container or lost.
+    /// Number of bodies that are outside the container or lost.
     pub fn outside(&self, states: &[State]) -> usize {
         let is_inside =
             |place: DVec2| place.cmpge(DVec2::ZERO).all() && place.cmple(self.size).all();
         self.scene.dynamic().filter(|&body| !is_inside(states[body].position)).count()
     }
 
-    /// Whether nothing but the disturbances, which act between steps, may add energy.
+    /// Whether only the disturbances, which act between steps, may add energy.
     pub fn keeps_energy(&self) -> bool {
         self.platforms.is_empty()
     }
@@ -91,7 +91,7 @@ impl Setting {
     }
 }
 
-/// The disturbances of a setting at work on one engine.
+/// Applies the disturbances of a setting to one engine.
 pub struct Driver<'a> {
     setting: &'a Setting,
     rng: Rng,
@@ -99,7 +99,7 @@ pub struct Driver<'a> {
 }
 
 impl Driver<'_> {
-    /// Acts before a tick; returns the gravity of that tick.
+    /// Applies the disturbances before a tick; returns the gravity during the tick.
     pub fn act(&mut self, engine: &mut dyn Engine) -> DVec2 {
         let (setting, tick) = (self.setting, self.tick);
         self.tick += 1;
@@ -113,7 +113,7 @@ impl Driver<'_> {
     }
 }
 
-/// Bodies in rows as high as the highest of each, in a container with room above them.
+/// Places bodies in rows, each as high as its highest body, in a container with room above them.
 fn bodies(rng: &mut Rng, traits: &mut Vec<String>) -> (Scene, DVec2) {
     let count = BODIES.0 + rng.below(BODIES.1 - BODIES.0 + 1);
     let stuff = Stuff::new(rng, traits);
@@ -143,15 +143,16 @@ fn bodies(rng: &mut Rng, traits: &mut Vec<String>) -> (Scene, DVec2) {
     (scene, size)
 }
 
-/// The ranges of what bodies are made of.
+/// Ranges of the bodies' properties.
 struct Stuff {
     /// Smallest and largest half-size.
     half: (f64, f64),
-    /// One in this many is as large as the largest, the others near the smallest; 0 if all are in between.
+    /// One body in this many is of the largest size and the others are near the smallest; 0 for sizes in between.
     few_large: u32,
-    /// Share of circles, of ten.
+    /// Number of circles among ten bodies.
     circles: u32,
-    /// One in this many is heavier, by this factor; if 0, each by a random factor up to this.
+    /// One body in this many is heavier by this factor; if the number is 0, each is heavier by a random factor up to
+    /// this.
     heavy: (u32, f64),
     friction: f64,
     restitution: (f64, f64),
@@ -211,7 +212,7 @@ impl Stuff {
     }
 }
 
-/// Springs between bodies that follow one another in the list, or to the place where a body begins.
+/// Adds springs between bodies that are adjacent in the list, or from a body to its initial position.
 fn springs(rng: &mut Rng, scene: &mut Scene, traits: &mut Vec<String>) {
     let movable: Vec<usize> = scene.dynamic().collect();
     let hertz = round(10f64.powf(range(rng, 0.0, 1.0)));
@@ -244,7 +245,7 @@ fn direction(rng: &mut Rng) -> DVec2 {
     DVec2::from_angle(range(rng, 0.0, std::f64::consts::TAU))
 }
 
-/// Three significant digits, as a person would write a quantity.
+/// Rounds to three significant digits, as a person would write a quantity.
 fn round(value: f64) -> f64 {
     format!("{value:.2e}").parse().unwrap_or(value)
 }

@@ -1,4 +1,4 @@
-//! Numbers in readable form: three digits, with powers of ten if there are many zeros.
+//! Formats numbers for readers: three digits, with a power of ten instead of many zeros.
 
 use crate::plot::superscript;
 

@@ -16,14 +16,14 @@ use std::fmt::Write;
 /// Origin of the measurements.
 #[derive(Clone, Debug)]
 pub struct Origin {
-    /// Processor, cores, system.
+    /// Processor, number of cores, and operating system.
     pub machine: String,
     /// Commit of the source.
     pub commit: String,
     pub date: String,
     /// Compiler of the program that measured.
     pub compiler: String,
-    /// Whether it was a quick run.
+    /// Whether this was a quick run.
     pub quick: bool,
 }
 
@@ -34,7 +34,7 @@ pub struct Results {
     pub studies: Vec<Study>,
     pub heaps: Vec<Heap>,
     pub cases: Vec<Verdicts>,
-    /// Means and variances of systems that are chaotic body by body.
+    /// Results for systems that are chaotic body by body but have known means and variances.
     pub ensembles: Vec<Verdicts>,
     /// Cost of unused features, if it was measured.
     pub costs: Option<Costs>,
@@ -162,7 +162,7 @@ fn problem(study: &Study, methods: &[Method], page: &mut String) {
     page.push_str("</section>\n");
 }
 
-/// The tables omit end tags and quotes that HTML does not need: there are thousands of cells.
+/// Writes a table. It has thousands of cells, so end tags and quotes that HTML does not need are omitted.
 fn numbers(study: &Study, page: &mut String) {
     let _ = write!(
         page,
@@ -232,7 +232,7 @@ fn heap_rows(heap: &Heap, page: &mut String) {
     }
 }
 
-/// A cell of a figure that is accepted or not.
+/// Writes a cell with a figure, marked as accepted or not.
 fn judged(passes: bool, value: f64, page: &mut String) {
     let class = if passes { "pass" } else { "fail" };
     let _ = write!(page, "<td class={class}>{}", short(value));

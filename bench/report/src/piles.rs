@@ -1,6 +1,6 @@
-//! Piles: large heaps, high stacks and heavy loads, with all solvers stepped in turns in one
-//! process, so that a busy machine slows all equally. Both are measured: the time of a step while
-//! bodies fall and when they rest, and the quality of the result.
+//! Piles: large heaps, high stacks and heavy loads. All solvers are stepped in turns in one process, so that a busy
+//! machine slows all equally. Both step times, with falling and with resting bodies, and the quality of the result are
+//! measured.
 
 mod hard;
 mod scenes;
@@ -21,15 +21,15 @@ pub struct Pile {
     /// Id for the command line.
     pub id: String,
     pub title: String,
-    /// The bodies, once for each seed.
+    /// The scene, once for each seed.
     pub scenes: Vec<Scene>,
-    /// The disturbance from outside.
+    /// The external disturbance.
     pub script: Script,
     /// Length of the run.
     pub ticks: usize,
     /// Left out of a quick run.
     pub full_only: bool,
-    /// Figures, and their accepted ranges for Jostle.
+    /// Figures with their accepted ranges for Jostle.
     pub bounds: Vec<(Figure, Bound)>,
 }
 
@@ -38,21 +38,21 @@ pub struct Pile {
 pub enum Figure {
     /// Mean time of the first 120 steps.
     Falling,
-    /// Mean time of the 60 consecutive steps that took longest.
+    /// Mean time of the slowest 60 consecutive steps.
     Slowest,
     /// Median time of a step in the second half of the run.
     Settled,
     /// Mean time of all steps.
     Mean,
-    /// Time that one step in a hundred exceeds, relative to the mean.
+    /// 99th percentile of the step time, relative to the mean.
     Spread,
     /// Time of the slowest step.
     Worst,
-    /// Bodies outside of the container after the last step.
+    /// Bodies outside the container after the last step.
     Escaped,
     /// Deepest overlap after any step.
     DeepestEver,
-    /// Deepest overlap after a step, mean over all steps.
+    /// Mean over all steps of the deepest overlap.
     MeanDeepest,
     /// Deepest overlap after the last step.
     DeepestAtEnd,
@@ -73,20 +73,20 @@ pub enum Figure {
     Awake,
     /// Change of the total momentum, as a share of the sum of all momenta at the start.
     Momentum,
-    /// Change of the energy, as a share of that at the start.
+    /// Change of the energy, as a share of the initial energy.
     EnergyError,
 }
 
-/// Root mean square of the speeds at which a pile counts as calm, units/s.
+/// A pile is calm while the rms speed of its bodies is below this, units/s.
 const CALM: f64 = 0.05;
 /// Time at which the remaining motion of a poured heap is measured, seconds.
 const LATER_S: f64 = 4.0;
-/// Speed at which a body counts as still, units/s.
+/// A body is still while its speed is below this, units/s.
 const STILL: f64 = 0.01;
-/// Steps that count as falling, and length of the slowest stretch.
+/// Number of steps for [`Figure::Falling`], and for [`Figure::Slowest`].
 const FALLING: usize = 120;
 const STRETCH: usize = 60;
-/// Steps that one engine takes before the next one has its turn.
+/// Steps that one engine takes per turn.
 const TURN: usize = 10;
 
 impl Figure {
@@ -116,7 +116,7 @@ impl Figure {
         }
     }
 
-    /// The figure of a pile, from those of its seeds: their largest of what happens once in a run, else their mean.
+    /// Combines the figures of a pile's seeds: the maximum for single events in a run, otherwise the mean.
     fn over_seeds(self, figures: &[f64]) -> f64 {
         match self {
             Figure::Worst | Figure::Escaped | Figure::DeepestEver | Figure::DeepestAtEnd => {
@@ -186,27 +186,27 @@ impl Figure {
 /// Accepted range of a figure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bound {
-    /// Everything: the figure is only shown.
+    /// No bound: the figure is only shown.
     None,
     Value(f64),
     /// At most this multiple of the first peer's figure.
     OfPeer(f64),
 }
 
-/// One solver's run, or the reason why there is none.
+/// The figures of one solver, or the reason why it could not run.
 type Measured = Result<Vec<f64>, String>;
 
 /// A pile with the figures of all solvers.
 pub struct Heap {
     pub pile: Pile,
-    /// Figures by solver, in the order of the methods.
+    /// Figures of each solver, in the order of the methods.
     pub measured: Vec<Measured>,
     /// Index of the first peer among the solvers.
     pub peer: Option<usize>,
 }
 
 impl Heap {
-    /// A solver's figure, and whether it is accepted, if anything is required.
+    /// A solver's figure, and whether it is accepted, if it has a bound.
     pub fn figure(&self, solver: usize, index: usize) -> Option<(f64, Option<bool>)> {
         let value = self.measured[solver].as_ref().ok()?[index];
         let most = match self.pile.bounds[index].1 {
@@ -258,8 +258,8 @@ pub fn measure(pile: Pile, methods: &[Method]) -> Heap {
     Heap { pile, measured, peer }
 }
 
-/// Runs all solvers with one seed. Where the slowest step counts, each step counts with the shorter of its times in two runs:
-/// what else the machine does for a moment slows down another step of each.
+/// Runs all solvers with one seed. For figures about the slowest step, each step counts with the shorter of its times
+/// in two runs, since momentary load on the machine hits different steps.
 fn measure_seed(pile: &Pile, seed: usize, methods: &[&Method]) -> Vec<Measured> {
     let scene = &pile.scenes[seed];
     let mut players = play(pile, seed, methods);

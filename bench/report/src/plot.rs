@@ -1,5 +1,5 @@
-//! Plots as SVG: panels side by side, with one legend below all of them. Everything has its own
-//! area, so texts never overlap.
+//! Plots as SVG: panels side by side, with one legend below them. Every element has a separate area, so texts never
+//! overlap.
 
 mod path;
 mod scale;
@@ -26,7 +26,7 @@ pub enum Marker {
     Disc,
     Square,
     Triangle,
-    /// A square on its corner.
+    /// A square standing on a corner.
     Diamond,
 }
 
@@ -38,17 +38,16 @@ pub struct Dot {
     /// Value in the data's unit.
     pub y: f64,
     pub filled: bool,
-    /// With a ring around it.
+    /// Whether to draw a ring around the dot.
     pub ringed: bool,
-    /// Shown while the pointer is over the dot. Dots with the same title in several panels are one
-    /// point.
+    /// Tooltip. Dots with the same title in several panels represent the same point.
     pub title: String,
 }
 
 #[derive(Clone, Debug)]
 pub struct Line {
     pub style: Style,
-    /// Points in the order in which they are joined.
+    /// Points in drawing order.
     pub dots: Vec<Dot>,
 }
 
@@ -78,9 +77,9 @@ pub struct Panel {
 pub struct Figure {
     /// Text for screen readers.
     pub description: String,
-    /// From left to right.
+    /// Panels from left to right.
     pub panels: Vec<Panel>,
-    /// Entries in columns below.
+    /// Legend entries, shown in columns below the panels.
     pub legend: Vec<(Style, String)>,
     /// Height of a panel, pixels.
     pub height: f64,
@@ -96,7 +95,7 @@ const LEGEND_ROW: f64 = 19.0;
 const LEGEND_COLUMN: f64 = 585.0;
 
 impl Figure {
-    /// The whole picture, for a page or for a file of its own.
+    /// The whole picture as SVG, to embed in a page or to save as a file.
     pub fn svg(&self) -> String {
         let width = PANEL_WIDTH * self.panels.len().max(1) as f64;
         let columns = ((width / LEGEND_COLUMN) as usize).max(1);
@@ -245,8 +244,8 @@ pub(crate) fn stroke(style: &Style, points: &[Spot], svg: &mut String) {
     let _ = writeln!(svg, "<path d=\"{}\" stroke=\"{}\"{dash}/>", path.data(), style.color);
 }
 
-/// The points of all panels, drawn on top of all lines. Dots of several panels that are one point
-/// are one element with one title.
+/// The points of all panels, drawn on top of all lines. Dots in several panels that represent the same point share one
+/// element and one title.
 #[derive(Default)]
 struct Marks<'a> {
     points: Vec<Mark<'a>>,
@@ -267,7 +266,7 @@ impl<'a> Marks<'a> {
         }
     }
 
-    /// Hollow points inherit their fill from the group, filled ones have a colour of their own.
+    /// Draws all points. Hollow ones inherit their fill from the group; filled ones set a colour.
     fn draw(&self, svg: &mut String) {
         for curve in self.points.chunk_by(|one, next| one.style == next.style) {
             let color = curve[0].style.color;
@@ -294,7 +293,7 @@ impl Mark<'_> {
     }
 }
 
-/// A marker around a point, as path data: its outline relative to its first corner.
+/// Path data of a marker around a point, relative to the marker's first corner.
 pub(crate) fn outline(marker: Marker, (x, y): Spot) -> String {
     let (corner, rest) = match marker {
         Marker::None => return String::new(),
@@ -306,7 +305,7 @@ pub(crate) fn outline(marker: Marker, (x, y): Spot) -> String {
     format!("{}{rest}", Path::from(corner).data())
 }
 
-/// An arc that almost returns to its start: a full one would be empty.
+/// A circle as an arc that almost returns to its start; SVG draws nothing for a full one.
 pub(crate) fn circle((x, y): Spot, radius: f64) -> String {
     format!("{}a{radius} {radius} 0 1 1 0 .1z", Path::from((x - radius, y)).data())
 }
@@ -343,8 +342,7 @@ mod tests {
         let description = "a figure".to_owned();
         let panels = vec![panel.clone(), panel];
         let svg = Figure { description, panels, legend, height: 300.0 }.svg();
-        // Three points in both panels, one of them ringed, and one marker in the legend; a point
-        // has one title.
+        // Three points in both panels, one of them ringed, and one marker in the legend. Each point has one title.
         assert_eq!(svg.matches("a4 4").count(), 2 * 3 + 1);
         assert_eq!((svg.matches("a9 9").count(), svg.matches("<title>").count()), (2, 3));
         assert!(svg.contains("time, us") && svg.contains("one method") && svg.contains("a&lt;b"));

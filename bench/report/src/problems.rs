@@ -27,13 +27,13 @@ pub fn all() -> Vec<Problem> {
     problems
 }
 
-/// "4b" comes after "4a" and before "10".
+/// Sort key of an id: "4b" comes after "4a" and before "10".
 fn order(id: &str) -> (u32, &str) {
     let digits = id.trim_end_matches(|c: char| c.is_ascii_alphabetic());
     (digits.parse().unwrap_or(u32::MAX), &id[digits.len()..])
 }
 
-/// The largest of some errors; NaN if one of them is NaN.
+/// The largest error; NaN if any is NaN.
 fn worst(errors: impl Iterator<Item = f64>) -> f64 {
     errors.fold(0.0, |worst, error| if error > worst || error.is_nan() { error } else { worst })
 }

@@ -1,4 +1,4 @@
-//! Progress of the run on the terminal: a bar that is redrawn, or lines if stderr is no terminal.
+//! Shows progress on stderr: as a redrawn bar on a terminal, otherwise as lines.
 
 use std::io::{IsTerminal, Write};
 use std::sync::Mutex;
@@ -6,7 +6,7 @@ use std::time::Instant;
 
 const BAR: usize = 30;
 
-/// Counts tasks; may be shared by several threads.
+/// Counts finished tasks; may be shared between threads.
 pub struct Progress {
     total: usize,
     began: Instant,
@@ -14,7 +14,7 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// Progress with no task done yet.
+    /// Creates a counter with no finished tasks.
     pub fn new(total: usize) -> Progress {
         Progress { total, began: Instant::now(), done: Mutex::new(0) }
     }
@@ -24,7 +24,7 @@ impl Progress {
         let seconds = self.began.elapsed().as_secs();
         let mut out = std::io::stderr().lock();
         let line = format!("{done:3} of {} done, {seconds:4} s: {name}", self.total);
-        // Progress that cannot be shown is no reason to stop.
+        // Ignored: a run need not stop because its progress cannot be shown.
         let _ = if out.is_terminal() {
             let filled = BAR * done / self.total.max(1);
             write!(out, "\r\x1b[2K[{}{}] {line}", "#".repeat(filled), ".".repeat(BAR - filled))

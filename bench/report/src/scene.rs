@@ -1,13 +1,13 @@
-//! A simulated scene, in f64 and independent of any engine: bodies, gravity, drag, springs, and the
-//! random numbers of the shared scenes.
+//! An engine-independent scene in f64: bodies, gravity, drag, springs, and the random number generator of the shared
+//! scenes.
 
 use crate::engine::State;
 use glam::DVec2;
 
-/// Seconds in a tick, unless a scene says otherwise.
+/// Default length of a tick, seconds.
 pub const TICK_S: f64 = 1.0 / 60.0;
 
-/// The shape of a body, centred on it.
+/// The shape of a body, centred on its position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
     Circle {
@@ -25,7 +25,7 @@ impl Shape {
         Shape::Box { half: DVec2::new(half_width, half_height) }
     }
 
-    /// Half of the extent on x and y.
+    /// Half the extent on x and y.
     pub fn half_extent(self) -> DVec2 {
         match self {
             Shape::Circle { radius } => DVec2::splat(radius),
@@ -33,7 +33,7 @@ impl Shape {
         }
     }
 
-    /// Square units: the mass at density 1.
+    /// Area in square units; equals the mass at density 1.
     pub fn area(self) -> f64 {
         match self {
             Shape::Circle { radius } => std::f64::consts::PI * radius * radius,
@@ -62,9 +62,9 @@ pub struct Body {
     pub motion: Motion,
     /// Only used for dynamic bodies.
     pub mass: f64,
-    /// Coulomb coefficient, equal for both bodies of a contact.
+    /// Coulomb coefficient; always the same for both bodies of a contact.
     pub friction: f64,
-    /// Restitution, equal for both bodies of a contact.
+    /// Always the same for both bodies of a contact.
     pub restitution: f64,
 }
 
@@ -82,27 +82,27 @@ impl Body {
         }
     }
 
-    /// The same, immovable.
+    /// A static body with the same defaults.
     pub fn fixed(shape: Shape, x: f64, y: f64) -> Body {
         Body { motion: Motion::Static, ..Body::new(shape, x, y) }
     }
 
-    /// The body with this velocity.
+    /// Returns the body with this velocity.
     pub fn moving(self, x: f64, y: f64) -> Body {
         Body { velocity: DVec2::new(x, y), ..self }
     }
 
-    /// The body with this mass.
+    /// Returns the body with this mass.
     pub fn of_mass(self, mass: f64) -> Body {
         Body { mass, ..self }
     }
 
-    /// The body with this friction and restitution.
+    /// Returns the body with this friction and restitution.
     pub fn of_stuff(self, friction: f64, restitution: f64) -> Body {
         Body { friction, restitution, ..self }
     }
 
-    /// The body as a kinematic one.
+    /// Returns the body as a kinematic one.
     pub fn kinematic(self) -> Body {
         Body { motion: Motion::Kinematic, ..self }
     }
@@ -125,22 +125,22 @@ pub enum Hook {
     Body(usize),
 }
 
-/// A spring between centres, which passes through everything.
+/// A spring between two centres. It does not collide.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spring {
-    /// The body at its own end, by index.
+    /// The body at the spring's first end, by index.
     pub body: usize,
     pub to: Hook,
     /// Rest length, units.
     pub length: f64,
     /// Force per unit of length.
     pub stiffness: f64,
-    /// Force per unit of speed along the spring; in any direction if it has no length.
+    /// Force per unit of speed along the spring, or in any direction if its rest length is 0.
     pub damping: f64,
 }
 
 impl Spring {
-    /// Force on its body, from the states of both ends.
+    /// Force on the spring's body, given the states of both ends.
     pub fn force(&self, own: State, far: State) -> DVec2 {
         let (offset, speed) = (own.position - far.position, own.velocity - far.velocity);
         if self.length == 0.0 {
@@ -165,9 +165,9 @@ impl Spring {
 pub struct Scene {
     /// Units/s^2.
     pub gravity: DVec2,
-    /// Seconds between two readings; an engine may divide it.
+    /// Seconds between two readings; an engine may subdivide it.
     pub tick_s: f64,
-    /// Closing speed below which nothing bounces, units/s.
+    /// Closing speed below which contacts do not bounce, units/s.
     pub bounce_threshold: f64,
     /// Drag on every dynamic body.
     pub drag: Drag,
@@ -251,7 +251,7 @@ impl Scene {
     }
 }
 
-/// mulberry32, the generator for which the shared scenes are defined.
+/// mulberry32, the random number generator that defines the shared scenes.
 pub struct Mulberry(pub u32);
 
 impl Mulberry {

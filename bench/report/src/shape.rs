@@ -4,8 +4,7 @@ use crate::engine::State;
 use crate::scene::{Body, Motion, Shape};
 use glam::DVec2;
 
-/// Depth of the overlap of two placed shapes along the shortest way out; 0 or less if they do not
-/// overlap.
+/// Penetration depth of two placed shapes along the shortest way out; 0 or less if they do not overlap.
 pub fn overlap(a: Shape, at_a: DVec2, b: Shape, at_b: DVec2) -> f64 {
     let offset = at_b - at_a;
     match (a, b) {
@@ -19,7 +18,7 @@ pub fn overlap(a: Shape, at_a: DVec2, b: Shape, at_b: DVec2) -> f64 {
         | (Shape::Circle { radius }, Shape::Box { half }) => {
             let outside = offset.abs() - half;
             let beyond = outside.max(DVec2::ZERO);
-            // Inside the box the nearest side counts, outside it the nearest point.
+            // Inside the box the nearest side counts; outside it, the nearest point.
             if beyond == DVec2::ZERO {
                 radius - outside.max_element()
             } else {
@@ -29,7 +28,7 @@ pub fn overlap(a: Shape, at_a: DVec2, b: Shape, at_b: DVec2) -> f64 {
     }
 }
 
-/// All overlaps of two bodies of which at least one is dynamic, by sort and sweep.
+/// All overlaps between two bodies, at least one of them dynamic, found by sort and sweep.
 pub fn overlaps(bodies: &[Body], states: &[State]) -> Vec<f64> {
     let axis = longer_axis(bodies, states);
     let low = |i: usize| states[i].position[axis] - bodies[i].shape.half_extent()[axis];
@@ -53,7 +52,7 @@ pub fn overlaps(bodies: &[Body], states: &[State]) -> Vec<f64> {
     found
 }
 
-/// The deepest of all overlaps, 0 if there is none.
+/// The deepest overlap; 0 if no bodies overlap.
 pub fn deepest_overlap(bodies: &[Body], states: &[State]) -> f64 {
     overlaps(bodies, states).into_iter().fold(0.0, f64::max)
 }

@@ -1,5 +1,5 @@
-//! The stability cases: stiff and extreme scenes, each with accepted and measured figures. Nothing
-//! is tuned to pass; a red case stays red, with its figure.
+//! The stability cases: stiff and extreme scenes, each with accepted and measured figures. Nothing is tuned to pass; a
+//! failing case is shown as failing, with its figure.
 
 mod extreme;
 mod moving;
@@ -23,11 +23,11 @@ pub struct Case {
     /// S1 to S24.
     pub id: &'static str,
     pub title: &'static str,
-    /// Runs it with one solver.
+    /// Runs the case with one solver.
     pub run: fn(&Subject) -> Outcome,
 }
 
-/// A solver in a case.
+/// A solver under test in a case.
 #[derive(Clone, Copy)]
 pub struct Subject {
     /// The method at its default setting.
@@ -62,7 +62,7 @@ pub struct Check {
 }
 
 impl Check {
-    /// Whether it is accepted.
+    /// Whether the figure is accepted.
     pub fn passes(&self) -> bool {
         self.measured <= self.accepted
     }
@@ -73,9 +73,9 @@ impl Check {
 pub struct Outcome {
     /// All figures, in the same order for every solver.
     pub checks: Vec<Check>,
-    /// A run to draw, with its name.
+    /// A run to plot, with its name.
     pub series: Option<(String, Vec<Sample>)>,
-    /// The reason if it could not be run.
+    /// The reason why the case could not be run, if so.
     pub not_applicable: Option<String>,
 }
 
@@ -84,14 +84,14 @@ impl Outcome {
         self.checks.push(Check { variant: variant.into(), metric, accepted, measured });
     }
 
-    /// Keeps a run for the small plots; only the first one is kept.
+    /// Keeps a run for the small plots, if it is the first.
     pub fn draw(&mut self, variant: &str, run: &Run) {
         if self.series.is_none() {
             self.series = Some((variant.into(), run.samples.clone()));
         }
     }
 
-    /// Whether all figures pass; `None` if it could not be run.
+    /// Whether all figures pass; `None` if the case could not be run.
     pub fn verdict(&self) -> Option<bool> {
         self.not_applicable.is_none().then(|| self.checks.iter().all(Check::passes))
     }

@@ -1,6 +1,5 @@
-//! Work and precision on one problem: every method at every setting, with errors from one run and
-//! times from many interleaved ones; the Pareto set, the slope against the step and the floor of
-//! f32.
+//! Work and precision on one problem: every method at every setting, with errors from one run and times from many
+//! interleaved ones. Computes the Pareto set, the slope against the step size and the floor of f32.
 
 use crate::engine::{Engine, Trace};
 use crate::methods::{Family, Field, Method};
@@ -52,17 +51,17 @@ impl Problem {
 pub struct Point {
     pub setting: f64,
     pub errors: Vec<f64>,
-    /// Processor time per tick, microseconds: the best of the runs.
+    /// Shortest processor time per tick over all runs, microseconds.
     pub best_us: f64,
     /// Median of the runs, microseconds.
     pub median_us: f64,
     /// Body steps and pair solves per tick; `None` if the engine does not count them.
     pub work: Option<f64>,
-    /// Whether no other engine's point is both faster and more precise.
+    /// Whether the point is in the Pareto set: no other engine's point is both faster and more precise.
     pub pareto: bool,
 }
 
-/// All settings of one method that gave a result.
+/// The points of one method at all settings that gave a result.
 pub struct Curve {
     pub method: Method,
     /// Points in the order of the settings.
@@ -73,7 +72,7 @@ pub struct Curve {
 
 /// An omitted point or method, and the reason.
 pub struct Omission {
-    /// The method, with its setting if only that is omitted.
+    /// The method, with its setting if only that one is omitted.
     pub what: String,
     pub why: String,
 }
@@ -89,7 +88,7 @@ pub struct Study {
     pub rounds: u32,
 }
 
-/// Duration of the measurements.
+/// How long to measure.
 #[derive(Clone, Copy)]
 pub struct Effort {
     /// Seconds of timed runs per problem.
@@ -99,7 +98,7 @@ pub struct Effort {
 }
 
 impl Effort {
-    /// A few minutes in all for a quick run, or a thorough one.
+    /// A quick run takes a few minutes in total; otherwise it is thorough.
     pub fn of(quick: bool) -> Effort {
         match quick {
             true => Effort { budget_s: 6.0, rounds: (3, 9) },
@@ -108,7 +107,7 @@ impl Effort {
     }
 }
 
-/// Gravity above which a scene counts as one of games, units/s^2.
+/// Gravity above which a scene counts as a game's, units/s^2.
 const STRONG: f64 = 25.0;
 
 /// Measures all methods on a problem.
@@ -146,8 +145,8 @@ pub fn measure(problem: Problem, methods: &[Method], effort: Effort) -> Study {
     Study { problem, curves, omissions, rounds }
 }
 
-/// Errors larger than this multiple of a problem's largest number are no result, and would leave no
-/// room for the others in a plot.
+/// Errors larger than this multiple of a problem's magnitude do not count as results; they would leave no room for the
+/// others in a plot.
 const BLOWN_UP: f64 = 10.0;
 
 /// A point under measurement.
@@ -201,7 +200,7 @@ impl Entry {
     }
 }
 
-/// Processor time of this thread: waiting for a busy core does not count.
+/// Processor time of this thread, which excludes waiting for a busy core.
 pub fn thread_time_us() -> f64 {
     let time = clock_gettime(ClockId::ThreadCPUTime);
     time.tv_sec as f64 * 1e6 + time.tv_nsec as f64 * 1e-3
@@ -237,7 +236,7 @@ fn collect(problem: &Problem, entries: Vec<Entry>, omissions: &mut Vec<Omission>
     curves
 }
 
-/// A point is in the set if no point of any engine beats it; yardsticks do not take part.
+/// Marks the points that no other engine's point beats. Yardsticks do not take part.
 fn mark_pareto(curves: &mut [Curve]) {
     let engines = curves.iter().filter(|curve| curve.method.family != Family::Yardstick);
     let all: Vec<(f64, f64)> =
@@ -250,7 +249,7 @@ fn mark_pareto(curves: &mut [Curve]) {
     }
 }
 
-/// Times and errors that differ by less than this are equal: times are not known more precisely.
+/// Times and errors that differ by less than this share count as equal, because times are not known more precisely.
 const ALIKE: f64 = 0.05;
 
 /// Whether one is clearly better in time or error and no worse in the other.
@@ -261,7 +260,7 @@ fn beats(one: (f64, f64), other: (f64, f64)) -> bool {
     no_worse(one.0, other.0) && no_worse(one.1, other.1) && (faster || finer)
 }
 
-/// Points this close to the floor reveal more about rounding than about the method.
+/// Errors within this multiple of the floor reveal more about rounding than about the method.
 const FLOORS: f64 = 4.0;
 
 fn slope(curve: &Curve, problem: &Problem) -> Option<f64> {
@@ -289,7 +288,7 @@ pub fn least_squares(points: &[(f64, f64)]) -> f64 {
 }
 
 impl Study {
-    /// The point of a scene that names only this solver.
+    /// The default point of a method, as used by a scene that sets nothing but its solver.
     pub fn default_of(&self, method: &str) -> Option<(&Curve, &Point)> {
         let ours = self.curves.iter().find(|curve| curve.method.name == method)?;
         let point = ours.points.iter().find(|p| Some(p.setting) == ours.method.default)?;

@@ -1,6 +1,6 @@
-//! Cost of a stream of snapshots: four reproducible scenes, played by an engine and sent through
-//! both ends of a [`jostle_protocol::SnapshotStream`]. Some seconds of each are kept as recordings,
-//! and their sizes as a golden table.
+//! Measures the cost of a snapshot stream: four reproducible scenes, played by an engine and passed through both ends
+//! of a [`jostle_protocol::SnapshotStream`]. A few seconds of each are kept as recordings, and their sizes as a golden
+//! table.
 
 pub mod interest;
 pub mod measure;

@@ -1,5 +1,5 @@
-//! Random trials by the million, each a function of (seed, number) alone: any of them can be played
-//! again by itself, and a stopped run can be continued.
+//! Random trials by the million. Each is determined by (seed, number) alone, so any trial can be replayed on its own,
+//! and a stopped run can be continued.
 
 pub mod scenes;
 pub mod shots;
@@ -9,9 +9,9 @@ use std::collections::BTreeMap;
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
 
-/// Number of failed trials that are printed; others are only counted.
+/// Maximum number of failures that are printed; the rest are only counted.
 const PRINTED_MAX: u64 = 50;
-/// Interval between two lines of progress.
+/// Interval between progress lines.
 const PROGRESS: Duration = Duration::from_secs(5);
 
 /// Which trials to run.
@@ -20,7 +20,7 @@ pub struct Arguments {
     /// Seed of the sequence of trials
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Number of the first trial; to continue after an interruption, the last number shown
+    /// Number of the first trial; to resume an interrupted run, pass the last number shown
     #[arg(long, default_value_t = 0)]
     pub from: u64,
     /// Number of trials
@@ -35,15 +35,14 @@ pub struct Verdict {
     pub kind: &'static str,
     /// The failure with figures, if any.
     pub failure: Option<Failure>,
-    /// How deep a body was pressed into a wall beyond what is allowed, in its half-sizes; 0 if none
-    /// was.
+    /// How far a body was pressed into a wall beyond the allowed depth, in half-sizes; 0 if none was.
     pub pressed: f64,
 }
 
 /// A failure.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Failure {
-    /// Its sort, for the table.
+    /// Type of the failure, for the table.
     pub sort: &'static str,
     /// Details.
     pub detail: String,
@@ -56,17 +55,17 @@ pub struct Tally {
     pub trials: u64,
     /// Number of failures, by sort.
     pub failures: BTreeMap<&'static str, u64>,
-    /// Number of trials in which a body was pressed into a wall, which is no failure.
+    /// Number of trials in which a body was pressed into a wall, which does not count as a failure.
     pub pressed: u64,
-    /// The deepest of these, in half-sizes.
+    /// The deepest such penetration, in half-sizes.
     pub deepest: f64,
 }
 
 /// Tallies by kind.
 pub type Tallies = BTreeMap<&'static str, Tally>;
 
-/// Runs trials one after another, prints progress and every failure with the command that plays it
-/// again, and returns the tallies by kind.
+/// Runs trials one after another, prints progress, and prints every failure with the command that replays it. Returns
+/// the tallies by kind.
 pub fn run(name: &str, arguments: &Arguments, trial: fn(u64, u64) -> Verdict) -> Tallies {
     let Arguments { seed, from, count } = *arguments;
     let mut tallies = Tallies::new();
@@ -98,7 +97,7 @@ pub fn run(name: &str, arguments: &Arguments, trial: fn(u64, u64) -> Verdict) ->
     tallies
 }
 
-/// Progress that cannot be shown is no reason to stop.
+/// Prints a progress line. Errors are ignored: a run need not stop because its progress cannot be shown.
 fn show(line: &str) {
     let mut out = std::io::stderr().lock();
     let _ =
@@ -106,7 +105,7 @@ fn show(line: &str) {
     let _ = out.flush();
 }
 
-/// Prints the table; returns whether there was no failure.
+/// Prints the table; returns whether there were no failures.
 pub fn conclude(tallies: &Tallies) -> bool {
     let mut good = true;
     for (kind, tally) in tallies {

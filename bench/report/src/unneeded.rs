@@ -1,8 +1,8 @@
-//! Costs of features for scenes that do not use them: instructions of a step, counted by callgrind, bytes on the
-//! wire, and what the page makes.
+//! Costs of features for scenes that do not use them: instructions per step, counted by callgrind, bytes on the wire,
+//! and resources created by the page.
 //!
-//! What is counted is the program `steps`, which plays a bare world. The instructions of a step are those of a long
-//! run less those of a short one, over the steps between; they depend on no clock and no neighbour.
+//! Instructions are counted in the program `steps`, which plays a bare world. The count per step is that of a long run
+//! minus that of a short one, divided by the difference in steps, and does not depend on timing or other load.
 
 mod bytes;
 
@@ -16,14 +16,14 @@ use std::fmt::Write;
 use std::path::Path;
 use std::process::Command;
 
-/// Share by which a step of a bare world may exceed the kept table.
+/// Share by which a step of a bare world may exceed the baseline.
 pub const ACCEPTED: f64 = 0.01;
-/// Steps of the short run and of the long one, between which bodies fall, land and come to rest.
+/// Steps of the short and of the long run. In between, bodies fall, land and come to rest.
 const STEPS: [u32; 2] = [20, 140];
 /// Accepted instructions per step of the bare worlds.
 const BASELINE: &str = include_str!("../baseline.csv");
 
-/// A world without any feature: its solver, and boxes, circles or strangers, which are boxes that
+/// A world without any feature: its solver, and its kind of bodies: boxes, circles, or strangers, which are boxes that
 /// do not collide.
 type Bare = [&'static str; 2];
 
@@ -36,13 +36,13 @@ const BARE: [Bare; 6] = [
     ["conjugate", "strangers"],
 ];
 
-/// A feature, and a bare world to which one body may add it.
+/// A feature, and the bare world to which it is added.
 #[derive(Clone, Copy)]
 struct Row {
     /// Name of the feature for `steps`.
     feature: &'static str,
     bare: Bare,
-    /// Whether a plan can name it although no body has it.
+    /// Whether a plan can name the feature although no body has it.
     is_named: bool,
 }
 
@@ -91,12 +91,12 @@ fn title(feature: &'static str) -> &'static str {
 pub struct Absent {
     bare: Bare,
     now: f64,
-    /// The figure in the kept table.
+    /// The figure in the baseline.
     before: f64,
 }
 
 impl Absent {
-    /// Share by which it grew.
+    /// Relative growth.
     fn growth(&self) -> f64 {
         self.now / self.before - 1.0
     }
@@ -107,15 +107,15 @@ impl Absent {
 pub struct Cost {
     feature: &'static str,
     bare: Bare,
-    /// Cost if the plan names it and no body has it; `None` if no plan can.
+    /// Cost if the plan names the feature and no body has it; `None` if a plan cannot name it.
     named: Option<f64>,
-    /// Cost if one body has it.
+    /// Cost if one body has the feature.
     one: f64,
 }
 
 #[derive(Clone, Debug, Default)]
 pub struct Costs {
-    /// Empty without valgrind, like the next field.
+    /// Empty without valgrind, as is `features`.
     absent: Vec<Absent>,
     features: Vec<Cost>,
     bytes: Vec<Bytes>,
@@ -141,7 +141,7 @@ pub fn measure(steps: &Path) -> Result<Costs> {
     Ok(Costs { absent, features: features.into_iter().collect::<Result<_>>()?, bytes })
 }
 
-/// The figure in the kept table.
+/// The figure in the baseline.
 fn baseline(bare: Bare) -> Result<f64> {
     let start = format!("{},", bare.join(","));
     let found = BASELINE.lines().find_map(|line| line.strip_prefix(&start));
@@ -180,7 +180,7 @@ fn count(steps: &Path, bare: Bare, feature: Option<[&str; 2]>) -> Result<Count> 
     Ok(Count { instructions: (many - few) / f64::from(long - short), hash })
 }
 
-/// Instructions of a whole run, as callgrind reports them, and the hash of its world.
+/// Returns the instructions of a whole run, as callgrind reports them, and the hash of its world.
 fn counted(
     program: &Path,
     bare: Bare,
@@ -201,7 +201,7 @@ fn counted(
     }
 }
 
-/// The present figures of the bare worlds: a new table to keep, if a growth is intended.
+/// The current figures of the bare worlds, to replace the baseline if growth is intended.
 pub fn baseline_csv(costs: &Costs) -> String {
     let mut csv = Csv::new(&["solver", "bodies", "instructions a step"]);
     for Absent { bare: [solver, bodies], now, .. } in &costs.absent {
@@ -210,7 +210,7 @@ pub fn baseline_csv(costs: &Costs) -> String {
     csv.finish()
 }
 
-/// The numbers behind the section.
+/// The numbers in this section of the report.
 pub fn csv(costs: &Costs) -> String {
     let mut csv =
         Csv::new(&["feature", "solver", "bodies", "named by the plan", "one body has it"]);
@@ -247,7 +247,7 @@ fn percent(share: f64) -> String {
     format!("{:+.2} %", share * 100.0)
 }
 
-/// Rows of a table, with verdicts where there are any.
+/// Rows of a table, with verdicts if any.
 struct Table {
     head: Vec<&'static str>,
     rows: Vec<(Vec<String>, Option<bool>)>,
@@ -356,7 +356,7 @@ pub fn markdown(results: &Results, text: &mut String) {
 const BYTES: &str =
     "Bytes are those of a snapshot, mean of 600 ticks, for one player with a hero at rest.";
 
-/// Resources that the page creates, as the browser test `needs.rs` finds them.
+/// Resources that the page creates; the browser test `needs.rs` checks this.
 const PAGE: &str = "The page makes 2 pipelines (ground, solids) and one texture (light, 16 KiB) for \
     every scene, and what draws particles as soon as a scene that can make some is shown, not before. A \
     browser test counts programs and textures at the WebGL context. The download is the same for all \
@@ -364,7 +364,7 @@ const PAGE: &str = "The page makes 2 pipelines (ground, solids) and one texture 
     collision are nothing that a message or the page knows of.";
 
 impl Bytes {
-    /// Resources that the page creates for the feature, beside those for every scene.
+    /// Resources that the page creates for the feature, in addition to those for every scene.
     fn on_the_page(&self) -> &'static str {
         if self.draws_particles { PARTICLES_ON_THE_PAGE } else { "nothing" }
     }

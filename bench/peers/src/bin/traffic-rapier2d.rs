@@ -1,4 +1,4 @@
-//! The cost of a client in each scene of `traffic`, played by rapier2d.
+//! Measures the cost of a client in each scene of `traffic`, played by rapier2d.
 //!
 //! Usage, in this directory: `cargo run --release --bin traffic-rapier2d -- help`
 

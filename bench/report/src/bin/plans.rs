@@ -1,11 +1,11 @@
-//! The worst tick that a scene's plan promises beside the worst that was measured in two games, the one that the plan's trial
-//! plays and one that it does not know: for the shipped scenes, and for random ones whose bodies are stirred in the second game
-//! too: `--count 1000 --seed 1`.
+//! Compares the worst tick predicted by a scene's plan with the worst one measured in two games: the one that the
+//! plan's trial plays, and another one. Runs for the shipped scenes and for random ones, whose bodies are stirred in
+//! the second game too: `--count 1000 --seed 1`.
 //!
-//! A plan's milliseconds are those of the machine on which the times of its counts were fitted, and this one is shared: times
-//! are measured beside those of a scene that is played in between, the pace. In the summary, plans are divided by the time that
-//! its ticks take on that machine: the median over all scenes of the time of the worst tick by its counts relative to the
-//! measured one.
+//! A plan's milliseconds are those of the machine on which its cost model was fitted, while this machine may be slower
+//! or shared. Times are therefore measured relative to the pace, the time of a reference scene played in between. The
+//! summary converts them back: a pace is worth the median, over all scenes, of the ratio between the worst tick's time
+//! by the cost model and its measured time.
 
 use clap::Parser;
 use jostle_game::Scene;
@@ -19,23 +19,23 @@ use std::sync::Arc;
 
 /// Ticks of the second game: a minute.
 const TICKS: u32 = 3600;
-/// Periods of each kind that are played again, and how often.
+/// Number of periods of each kind that are replayed, and how often.
 const PERIODS: usize = 5;
 const ROUNDS: usize = 3;
-/// Ticks in which a new game, or a copy of one, still makes room for what it needs; they are never the worst.
+/// Ticks in which a new or cloned game still allocates memory; they do not count as the worst.
 const FIRST_TICKS: usize = 3;
-/// An estimate of more than this many times the worst tick is counted as too high.
+/// An estimate above this multiple of the worst tick counts as too high.
 const RATIO_MAX: f64 = 4.0;
 
 #[derive(Parser)]
 struct Arguments {
-    /// Random scenes after the shipped ones
+    /// Number of random scenes to play after the shipped ones
     #[arg(long, default_value_t = 0)]
     count: u64,
     /// Number of the first one
     #[arg(long, default_value_t = 0)]
     from: u64,
-    /// Seed of the random scenes and of the games that are not trials, which have 7
+    /// Seed of the random scenes and of all games except the trials, whose seed is 7
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Leave the shipped scenes out
@@ -43,12 +43,12 @@ struct Arguments {
     random_only: bool,
 }
 
-/// How the plan of a scene compares.
+/// Comparison of a scene's plan with the measurement.
 #[derive(Clone, Copy)]
 struct Comparison {
-    /// The plan's worst tick, ms, for each pace of that measured.
+    /// The plan's worst tick in ms, divided by the measured one in paces.
     plan_ms_per_pace: f64,
-    /// Paces of the worst tick for each ms by its counts.
+    /// The measured worst tick in paces, divided by its time by the cost model in ms.
     paces_per_ms: f64,
 }
 
@@ -91,7 +91,7 @@ fn main() {
     }
 }
 
-/// Prints how the plans' worst ticks compare with those measured: the first divided by the second.
+/// Prints the distribution of the planned worst tick relative to the measured one.
 fn summarise(scenes: &str, rows: &[Comparison], paces_per_ms: f64) {
     if rows.is_empty() {
         return;
@@ -113,7 +113,7 @@ fn summarise(scenes: &str, rows: &[Comparison], paces_per_ms: f64) {
     );
 }
 
-/// Prints the row of a scene; returns its figures.
+/// Prints the row of a scene and returns its figures.
 fn report(scene: &Scene, about: &str, played: &Played) -> Comparison {
     let limits = WorstTick::of(scene).ms;
     let (name, bodies) = (&scene.name, scene.world.bodies_max);
@@ -125,18 +125,18 @@ fn report(scene: &Scene, about: &str, played: &Played) -> Comparison {
     Comparison { plan_ms_per_pace, paces_per_ms: worst / by_counts }
 }
 
-/// A scene's plan and what was measured.
+/// A scene's plan and its measurements.
 struct Played {
     /// The plan's worst tick, ms.
     plan: f64,
     /// Mean time of a tick, ms.
     mean: f64,
-    /// Time of the worst tick, in paces, and by its counts, ms.
+    /// Time of the worst tick: measured, in paces, and by the cost model, ms.
     worst: f64,
     by_counts: f64,
 }
 
-/// Plays the trial of a scene, then another game of a minute whose bodies are stirred if they `are_stirred`.
+/// Plays the trial of a scene, then another game of one minute, in which bodies are stirred if `are_stirred` is set.
 fn play(scene: &Arc<Scene>, seed: u64, are_stirred: bool, pace: &Pace) -> Played {
     let mut clock = Clock::default();
     let trial = Trial::played(scene, &mut |game, is_stirred| clock.tick(game, is_stirred));
@@ -151,7 +151,8 @@ fn play(scene: &Arc<Scene>, seed: u64, are_stirred: bool, pace: &Pace) -> Played
     Played { plan, mean: clock.mean(), worst, by_counts }
 }
 
-/// How fast the machine is at the moment: others share it, and it takes up to 1.7 times as long as in its best minutes.
+/// The machine's current speed. Because others share it, the same work may take 1.7 times as long as at the best of
+/// times.
 struct Pace(Period);
 
 impl Pace {
@@ -163,13 +164,13 @@ impl Pace {
         Pace(Period { start: Rc::new(game), ticks: ticks.collect() })
     }
 
-    /// Mean time of the ticks after a stir of a scene with 532 bodies, ms.
+    /// Mean time of the ticks after a stir in a scene with 532 bodies, ms.
     fn now(&self) -> f64 {
         self.0.play().iter().skip(FIRST_TICKS).sum::<f64>() / f64::from(STIR_TICKS)
     }
 }
 
-/// Time of a tick, ms.
+/// Time of a tick, ms: measured, and by the cost model.
 #[derive(Clone, Copy)]
 struct Times {
     measured: f64,
@@ -179,17 +180,18 @@ struct Times {
 /// The times by which periods are compared.
 const KEYS: [fn(&Times) -> f64; 2] = [|times| times.measured, |times| times.by_counts];
 
-/// Times the ticks of games. In the end the periods with the longest ticks are played again: the same tick does the same work.
+/// Times the ticks of games. At the end the periods with the longest ticks are replayed, since the same tick always
+/// does the same work.
 #[derive(Default)]
 struct Clock {
-    /// Sum of all first times, ms, and ticks.
+    /// Total time of the first run, ms, and its number of ticks.
     total: f64,
     ticks: u32,
     period: Option<Period>,
-    /// The game at the start of the next period, which begins with the last ticks of this one.
+    /// The game at the start of the next period; periods overlap by [`FIRST_TICKS`].
     next: Option<Rc<RandomGame>>,
-    /// Those with the longest ticks, the longest first: as measured, where what else the machine does counts too, and by their
-    /// counts.
+    /// The periods with the longest ticks, longest first: by measured time, which includes disturbances by other
+    /// programs, and by the cost model.
     longest: [Vec<Period>; 2],
 }
 
@@ -197,12 +199,12 @@ struct Clock {
 #[derive(Clone)]
 struct Period {
     start: Rc<RandomGame>,
-    /// Of each tick, whether it is stirred, and its times; none of the first ones.
+    /// For each tick, whether it is stirred, and its times, which the first ticks lack.
     ticks: Vec<(bool, Option<Times>)>,
 }
 
 impl Clock {
-    /// Lets a tick pass.
+    /// Plays and times one tick.
     fn tick(&mut self, game: &mut RandomGame, is_stirred: bool) {
         let new = || Period { start: Rc::new(game.clone()), ticks: Vec::new() };
         let period = self.period.get_or_insert_with(new);
@@ -223,7 +225,7 @@ impl Clock {
         }
     }
 
-    /// Ends the period, and a game.
+    /// Ends the current period, as at the end of a game.
     fn end_period(&mut self) {
         let Some(period) = self.period.take() else { return };
         for (list, key) in self.longest.iter_mut().zip(KEYS) {
@@ -233,8 +235,8 @@ impl Clock {
         }
     }
 
-    /// Plays the longest periods again. Returns the time of the worst tick, the median of its times relative to the pace before
-    /// and after it, and that by its counts, ms.
+    /// Replays the longest periods. Returns the time of the worst tick in paces, as the median of several runs, and its
+    /// time by the cost model, ms.
     fn worst_tick(&self, pace: &Pace) -> (f64, f64) {
         let mut periods: Vec<&Period> = self.longest.iter().flatten().collect();
         periods.sort_by_key(|period| Rc::as_ptr(&period.start));
@@ -265,19 +267,19 @@ impl Clock {
 }
 
 impl Period {
-    /// Plays it again; returns the times of its ticks, ms.
+    /// Replays the period and returns the times of its ticks, ms.
     fn play(&self) -> Vec<f64> {
         let mut game = RandomGame::clone(&self.start);
         self.ticks.iter().map(|(is_stirred, _)| timed(&mut game, *is_stirred).measured).collect()
     }
 
-    /// The longest of its ticks by one of their times.
+    /// The time of the longest tick, by one of the keys.
     fn longest(&self, key: fn(&Times) -> f64) -> f64 {
         self.ticks.iter().filter_map(|(_, times)| times.as_ref()).map(key).fold(0.0, f64::max)
     }
 }
 
-/// Lets a tick of a game pass; returns how long it took.
+/// Plays one tick of a game and returns how long it took.
 fn timed(game: &mut RandomGame, is_stirred: bool) -> Times {
     let began = thread_time_us();
     game.tick(is_stirred);
@@ -285,8 +287,8 @@ fn timed(game: &mut RandomGame, is_stirred: bool) -> Times {
     Times { measured, by_counts: f64::from(tick_us(game.game())) / 1000.0 }
 }
 
-/// A scene with up to four layouts of blocks in a closed world, and a network of springs in a third of them. Its first line
-/// says what is in it.
+/// A closed world with up to four layouts of blocks and, in a third of the scenes, a network of springs. The first line
+/// describes the contents.
 fn random(seed: u64, number: u64) -> String {
     let rng = &mut Rng::new(seed, number);
     let solver = if rng.below(3) == 0 { "relaxation" } else { "conjugate" };
@@ -339,7 +341,7 @@ fn random(seed: u64, number: u64) -> String {
     text + &listed.replace("SIDE", &inner) + &springs
 }
 
-/// Bodies at random places, joined in a row, as a grid or at random, by springs of any stiffness.
+/// Bodies at random positions, joined in a row, as a grid or at random by springs of any stiffness.
 fn springs(rng: &mut Rng, side: f32, lightest: f32) -> String {
     let (rows, columns) = (1 + rng.below(10), 2 + rng.below(24));
     let count = rows * columns;

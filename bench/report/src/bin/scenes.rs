@@ -1,4 +1,4 @@
-//! Random scenes from the extreme ranges, any number of them: `--count 100000 --seed 1`.
+//! Plays any number of random scenes with extreme values: `--count 100000 --seed 1`.
 
 use clap::Parser;
 use jostle_report::trials::{Arguments, conclude, run, scenes};

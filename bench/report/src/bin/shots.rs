@@ -1,4 +1,4 @@
-//! Random shots, any number of them: `--count 1000000 --seed 1`.
+//! Fires any number of random shots: `--count 1000000 --seed 1`.
 
 use clap::Parser;
 use jostle_report::trials::{Arguments, conclude, run, shots};

@@ -1,9 +1,8 @@
-//! A bare world that callgrind counts for the report: `steps SOLVER SCENE STEPS [WAY FEATURE]`. Prints the
-//! world's hash.
+//! Steps a bare world under callgrind for the report: `steps SOLVER SCENE STEPS [WAY FEATURE]`. Prints the world's
+//! hash.
 //!
-//! A bare world has boxes or circles and nothing else: no friction, no bounces, no particles; strangers are
-//! boxes that do not collide. With the way `named`, its plan names a feature that no body has; with `one`, a
-//! single body has it.
+//! A bare world has only boxes or circles, without friction, bounces or particles; `strangers` are boxes that do not
+//! collide. With `named` as WAY, the plan names a feature that no body has; with `one`, a single body has it.
 
 use jostle_sim::{
     BodyDef, Conjugate, Drag, EmitterDef, ForceSettings, GROUPS_MAX, Motion, Recipe, Relaxation,
@@ -47,9 +46,9 @@ struct Bare {
     shape: fn(Vec2) -> Shape,
     /// The first falling body, without its position.
     first: BodyDef,
-    /// Its shape, if it differs from that of the others.
+    /// The first body's shape, if it differs from that of the others.
     first_shape: Option<fn(Vec2) -> Shape>,
-    /// Motion of the first body of the surroundings.
+    /// Motion of the first slab or peg.
     peg: Motion,
 }
 
@@ -141,7 +140,7 @@ impl Bare {
         Some(format!("{:016x}", world.hash()))
     }
 
-    /// Adds a floor and two walls of slabs or pegs, and a rain of bodies above.
+    /// Adds a floor and two walls, made of slabs or pegs, and a rain of bodies above them.
     fn fill(&self, world: &mut World) {
         let (outside, far) = (-0.5 * CELL, (COLUMNS as f32 + 0.5) * CELL);
         let mut motion = self.peg;

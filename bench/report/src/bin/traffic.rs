@@ -1,4 +1,4 @@
-//! The cost of a client in each scene of `traffic`, played by Jostle's conjugate solver.
+//! Measures the cost of a client in each scene of `traffic`, played by Jostle's conjugate solver.
 //!
 //! Usage, in `bench`: `cargo run --release --bin traffic -- help`
 

@@ -1,4 +1,4 @@
-//! The picture's two panels: medians of all methods on the left, the defaults problem by problem on the right.
+//! Draws the picture's two panels: medians of all methods on the left, the defaults for each problem on the right.
 
 use super::{Ratio, Row, Trail};
 use crate::methods::{Family, SOLVERS};
@@ -8,19 +8,19 @@ use crate::plot::{Marker, Scale, Style, circle, escape, outline, pixels, stroke,
 use std::fmt::Write;
 
 const WIDTH: f64 = 1180.0;
-/// Edges of the left panel. Its labels stand to its right.
+/// Edges of the left panel, whose labels are on its right.
 const LEFT: (f64, f64) = (62.0, 408.0);
 const LABELS: f64 = 424.0;
-/// Edges of the right panel. The names of its rows stand to its left.
+/// Edges of the right panel, whose row names are on its left.
 const RIGHT: (f64, f64) = (940.0, 1164.0);
 const TOP: f64 = 54.0;
 const BOTTOM_ROOM: f64 = 60.0;
 const ROW: f64 = 19.0;
 const LABEL_ROW: f64 = 14.0;
 const LABEL_GAP: f64 = 6.0;
-/// Width of the names of rows.
+/// Width of the row names.
 const NAMES: f64 = 266.0;
-/// Decades that are drawn; what lies beyond is drawn at the edge.
+/// Decades that are drawn; values outside are drawn at the edge.
 const TIMES: Scale = Scale::Log { low: -2, high: 2, zero: false };
 const ERRORS: Scale = Scale::Log { low: -5, high: 2, zero: false };
 const ROW_ERRORS: Scale = Scale::Log { low: -6, high: 3, zero: false };
@@ -151,7 +151,7 @@ impl Panel {
         }
     }
 
-    /// Names beside the panel, each with a thin line to the last point of its curve, in the order of these points.
+    /// Draws the names beside the panel in the order of the curves' last points, each with a thin line to that point.
     fn labels(&self, trails: &[Trail], svg: &mut String) {
         let end = |trail: &Trail| {
             let mut spots = trail.medians.iter().map(|(_, ratio)| self.at(*ratio));
@@ -166,7 +166,7 @@ impl Panel {
         let mut below: f64 = order.iter().map(|(trail, _)| high(trail)).sum();
         let mut next = TOP + 8.0;
         for (trail, spot) in order {
-            // As near to the curve's end as those above and below allow.
+            // As near to the curve's end as the labels above and below allow.
             let y = (spot.1 + 4.0).max(next).min(self.bottom - below + LABEL_ROW);
             (next, below) = (y + high(trail), below - high(trail));
             let leader = Style { color: "#c4c4c4", dash: "", marker: Marker::None };
@@ -178,7 +178,7 @@ impl Panel {
     }
 }
 
-/// The name of a method, the rest of it with its knob, and the shipped scenes that use it.
+/// Draws a method's name, its variant and knob, and the shipped scenes that use it.
 fn label(trail: &Trail, y: f64, svg: &mut String) {
     let (name, rest) = trail.name.split_once(", ").unwrap_or((trail.name, ""));
     let look = format!("fill=\"{}\" font-weight=\"600\"", trail.style.color);
@@ -195,13 +195,13 @@ fn label(trail: &Trail, y: f64, svg: &mut String) {
     }
 }
 
-/// Marks what the shipped scenes use.
+/// Draws a ring around a point that shipped scenes use.
 fn ring(spot: (f64, f64), radius: f64, svg: &mut String) {
     let look = "fill=\"none\" stroke=\"#222\" stroke-width=\"1.6\"";
     let _ = writeln!(svg, "<path d=\"{}\" {look}/>", circle(spot, radius));
 }
 
-/// One row for each problem: the defaults of the scenes' solvers and of the peers.
+/// Draws one row per problem with the defaults of the scene solvers and of the peers.
 fn by_problem(rows: &[Row], bottom: f64, svg: &mut String) {
     let (left, right) = RIGHT;
     text(left - NAMES, TOP - 28.0, HEAD, "Defaults, problem by problem", svg);
@@ -255,7 +255,7 @@ fn by_problem(rows: &[Row], bottom: f64, svg: &mut String) {
     }
 }
 
-/// The legend of the markers, above the rows.
+/// Draws the legend of the markers above the rows.
 fn legend(rows: &[Row], left: f64, svg: &mut String) {
     let Some(full) = rows.iter().max_by_key(|row| row.marks.len()) else { return };
     let mut x = left - NAMES + 6.0;
@@ -290,7 +290,7 @@ fn rule(from: (f64, f64), to: (f64, f64), strong: bool, svg: &mut String) {
     stroke(&style, &[from, to], svg);
 }
 
-/// A power of ten as a multiple.
+/// Formats a power of ten as a factor.
 fn times(value: f64) -> String {
     match value.log10().round() as i32 {
         0 => "1".to_owned(),
@@ -302,12 +302,12 @@ fn times(value: f64) -> String {
     }
 }
 
-/// The scenes' solvers by their steps, and the peers as they are.
+/// Whether a trail is that of a scene solver with its step knob, or of a peer in its usual configuration.
 fn is_main(trail: &Trail) -> bool {
     SOLVERS.contains(&trail.name) || trail.family == Family::Peer && !trail.name.contains("unit")
 }
 
-/// The shipped scenes with this default, for a solver of scenes.
+/// Names the shipped scenes that use a scene solver with its defaults.
 fn scenes_of(trail: &Trail) -> Option<String> {
     let solver = SOLVERS.iter().position(|name| *name == trail.name)?;
     let names = scenes_with(solver);

@@ -6,16 +6,16 @@ use crate::scene::{Body, Scene, Shape};
 use glam::DVec2;
 use jostle_sim::Rng;
 
-/// A disturbance that comes at regular ticks.
+/// A disturbance at regular intervals, in ticks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Disturbance {
-    /// Each velocity changes by up to this, units/s.
+    /// Each velocity changes by up to `speed`, units/s.
     Shake { every: u32, speed: f64 },
     /// Gravity turns by 90 degrees.
     Turn { every: u32 },
-    /// Pushes all bodies away from a random point, less with their distance.
+    /// Pushes all bodies away from a random point, with a strength that falls with distance.
     Blast { every: u32, reach: f64, speed: f64 },
-    /// Each tick all bodies gain speed towards a point, which jumps.
+    /// All bodies gain speed towards a point in every tick; the point jumps.
     Pull { every: u32, gain: f64 },
     /// Slings some bodies away.
     Sling { every: u32, count: u32, speed: f64 },
@@ -34,7 +34,7 @@ impl Disturbance {
         }
     }
 
-    /// Acts before a tick.
+    /// Applies the disturbance before a tick.
     pub fn act(self, engine: &mut dyn Engine, setting: &Setting, rng: &mut Rng, tick: u32) {
         let (scene, size) = (&setting.scene, setting.size);
         let is_due = |every: u32| tick > 0 && tick.is_multiple_of(every);
@@ -79,7 +79,7 @@ impl Disturbance {
     }
 }
 
-/// The gravity of a tick.
+/// The gravity during a tick.
 pub fn gravity(disturbances: &[Disturbance], gravity: DVec2, tick: u32) -> DVec2 {
     let last = disturbances.iter().rev().find_map(|disturbance| match disturbance {
         Disturbance::Turn { every } if tick >= *every => Some(turned(gravity, tick / every)),
@@ -96,7 +96,7 @@ fn place(rng: &mut Rng, size: DVec2) -> DVec2 {
     DVec2::new(range(rng, 0.0, size.x), range(rng, 0.0, size.y))
 }
 
-/// A piston in the floor that rises and sinks. It is higher than its travel, so that nothing gets below it.
+/// A piston in the floor that rises and sinks. Its height exceeds its travel, so that nothing gets below it.
 #[derive(Clone, Copy, Debug)]
 pub struct Platform {
     body: usize,
@@ -105,7 +105,7 @@ pub struct Platform {
 }
 
 impl Platform {
-    /// Adds one to a scene.
+    /// Adds a platform to a scene.
     pub fn new(rng: &mut Rng, scene: &mut Scene, size: DVec2) -> Platform {
         let ticks = 20 + rng.below(60);
         let travel = size.y * range(rng, 0.05, 0.3);
@@ -118,7 +118,7 @@ impl Platform {
         Platform { body: scene.add(piston), speed, ticks }
     }
 
-    /// Sets its velocity for a tick.
+    /// Sets the platform's velocity for a tick.
     pub fn drive(self, engine: &mut dyn Engine, tick: u32) {
         if tick.is_multiple_of(self.ticks) {
             let upward = (tick / self.ticks).is_multiple_of(2);

@@ -1,8 +1,8 @@
-//! Runs random scenes in two engines with the same inputs and reports the slowest steps of the first beside the
+//! Runs random scenes in two engines with the same inputs and reports the slowest steps of the first relative to the
 //! mean step of the second.
 //!
-//! Every engine plays twice, and a step counts with the shorter of its two times: the same step does the same
-//! work, so whatever one of the two needs more belongs to the machine.
+//! Every engine plays twice, and a step counts with the shorter of its two times: both runs do the same work, so any
+//! difference is due to the machine.
 
 use super::{Driver, STEPS, Setting};
 use crate::csv::Csv;
@@ -12,27 +12,27 @@ use crate::shape::deepest_overlap;
 use crate::study::thread_time_us;
 use glam::DVec2;
 
-/// Steps that one engine takes before the next one has its turn.
+/// Steps that one engine takes per turn.
 const TURN: u32 = 10;
-/// Steps from one look at the overlaps to the next.
+/// Interval between measurements of the overlaps, steps.
 const LOOK: u32 = 5;
 
 /// Figures of a run of one engine.
 #[derive(Clone, Debug, Default)]
 pub struct Run {
-    /// Time of each step, the shorter of two.
+    /// Time of each step: the shorter one of two runs.
     pub times_us: Vec<f64>,
     /// Pair solves of each step, if the engine counts them.
     pub visits: Vec<u64>,
-    /// Deepest overlap of the steps that were looked at.
+    /// Deepest overlap over the measured steps.
     pub deepest: f64,
-    /// Mean of the deepest overlaps.
+    /// Mean over the measured steps of the deepest overlap.
     pub deepest_mean: f64,
-    /// Most bodies that were outside of the container or lost at once.
+    /// Largest number of bodies that were outside the container or lost at the same time.
     pub outside: usize,
-    /// Sum of what single steps gained in energy, as a share of the largest energy.
+    /// Sum of the energy gains of single steps, as a share of the largest energy.
     pub gain: f64,
-    /// Whether both runs ended alike.
+    /// Whether both runs ended in the same state.
     pub repeats: bool,
 }
 
@@ -49,7 +49,7 @@ struct Player<'a> {
     largest: f64,
 }
 
-/// Plays a setting with some methods in turns; the runs in their order.
+/// Plays a setting with some methods in turns; returns the runs in the order of the methods.
 pub fn compare(setting: &Setting, methods: &[&Method]) -> Result<Vec<Run>, String> {
     let twice = methods.iter().flat_map(|method| [method, method]);
     let mut players: Vec<Player> =
@@ -128,7 +128,7 @@ impl Run {
         self.times_us.iter().sum::<f64>() / self.times_us.len() as f64
     }
 
-    /// Number and time of the slowest step.
+    /// Index and time of the slowest step.
     pub fn worst_us(&self) -> (usize, f64) {
         let steps = self.times_us.iter().copied().enumerate();
         steps.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, f64::NAN))
@@ -137,22 +137,22 @@ impl Run {
 
 /// A scene with the runs of both engines.
 pub struct Finding {
-    /// Its number in the sequence.
+    /// The scene's number in the sequence.
     pub number: u64,
     pub bodies: usize,
-    /// The choices of chance.
+    /// Descriptions of the random choices.
     pub traits: String,
     /// Jostle's run, then its peer's.
     pub runs: [Run; 2],
 }
 
 impl Finding {
-    /// Slowest step of the first engine over the mean step of the second.
+    /// Time of the first engine's slowest step relative to the second engine's mean.
     pub fn worst_ratio(&self) -> f64 {
         self.runs[0].worst_us().1 / self.runs[1].mean_us()
     }
 
-    /// Mean step over mean step.
+    /// The first engine's mean step time relative to the second's.
     pub fn mean_ratio(&self) -> f64 {
         self.runs[0].mean_us() / self.runs[1].mean_us()
     }
@@ -233,7 +233,7 @@ pub fn csv(findings: &[Finding]) -> String {
     csv.finish()
 }
 
-/// Quantiles of the findings, and the slowest of them.
+/// Quantiles of the findings, and the slowest scenes.
 pub fn summary(findings: &[Finding]) -> String {
     if findings.is_empty() {
         return String::new();

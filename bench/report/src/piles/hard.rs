@@ -1,5 +1,5 @@
-//! Piles that were made to be hard: long rows of impacts, masses to 1 : 10^6 between moving arms, what is fast in
-//! what is dense.
+//! Piles that were designed to be hard: long rows of impacts, mass ratios up to 1 : 10^6 between moving arms, fast
+//! bodies among dense ones.
 
 use super::scenes::{GRAVITY, SEEDS, SEEDS_APART, add_flights, moving, rains};
 use super::scripts::Script;
@@ -7,7 +7,7 @@ use super::{Bound, Figure, Pile};
 use crate::scene::{Body, Hook, Mulberry, Scene, Shape, Spring};
 use glam::DVec2;
 
-/// All of them, each with three seeds.
+/// All hard piles, each with three seeds.
 pub fn hard() -> Vec<Pile> {
     let seeded = |of: fn(u32) -> Scene| (0..SEEDS).map(of).collect::<Vec<Scene>>();
     let mut row = moving("cradle-500", CRADLE, seeded(cradle), Script::Still);
@@ -34,7 +34,7 @@ const STRUCK: &str = "Tower of 1000 boxes that a heavy ball hits";
 const SPRINGS: &str = "Rain of 1000 over a lift, every fourth body on a spring to the next";
 const VOLLEY: &str = "300 small fast bodies among 700 that are dense and heavy";
 
-/// Balls of radius 1 with gaps of up to 0.2; the first one comes at 100 units/s.
+/// Balls of radius 1 with gaps of up to 0.2, hit by the first ball at 100 units/s.
 fn cradle(seed: u32) -> Scene {
     const COUNT: usize = 500;
     let mut scene = Scene::new(0.0);
@@ -51,7 +51,7 @@ fn cradle(seed: u32) -> Scene {
     scene
 }
 
-/// Discs above two flights of steps, as in the hourglass, each with another mass.
+/// Discs of different masses above two flights of steps, as in the hourglass.
 fn funnel(seed: u32) -> Scene {
     const COUNT: usize = 1000;
     const WIDTH: f64 = 160.0;
@@ -69,7 +69,7 @@ fn funnel(seed: u32) -> Scene {
     scene
 }
 
-/// Rain of which the upper half flies about, and everything bounces.
+/// Rain in which everything bounces and the upper half flies about.
 fn gas(seed: u32) -> Scene {
     let mut scene = rains(1000, seed + 1).swap_remove(seed as usize);
     let mut draws = Mulberry(0x006A_5000 + SEEDS_APART * seed);
@@ -84,7 +84,7 @@ fn gas(seed: u32) -> Scene {
     scene
 }
 
-/// Ten boxes a row, every second row shifted by half a box.
+/// Rows of ten boxes, every second one shifted by half a box.
 fn struck(seed: u32) -> Scene {
     const ROWS: usize = 100;
     let mut scene = Scene::new(GRAVITY);
@@ -102,7 +102,7 @@ fn struck(seed: u32) -> Scene {
     scene
 }
 
-/// Every fourth body is tied to the next one, at 3 Hz.
+/// Ties every fourth body to the next one with a spring of 3 Hz.
 fn tied(mut scene: Scene) -> Scene {
     const DAMPING: f64 = 0.2;
     let movable: Vec<usize> = scene.dynamic().collect();
@@ -118,7 +118,7 @@ fn tied(mut scene: Scene) -> Scene {
     scene
 }
 
-/// Three bodies of ten are discs of radius 0.4, the others a hundred times as dense.
+/// Three out of ten bodies are discs of radius 0.4; the others are a hundred times as dense.
 fn dense(seed: u32) -> Scene {
     const COUNT: u32 = 1000;
     const CELL: f64 = 6.0;

@@ -1,5 +1,5 @@
-//! The piles: rain of thousands of bodies, stacks, pyramids and loads that fall on them. Gravity is
-//! 50, boxes are 2 high, friction is 0.3.
+//! The piles: rain of thousands of bodies, stacks, pyramids, and loads falling on them. Gravity is 50, boxes are 2
+//! high, and friction is 0.3.
 
 use super::hard::hard;
 use super::scripts::Script;
@@ -8,18 +8,18 @@ use crate::scene::{Body, Mulberry, Scene, Shape};
 use glam::DVec2;
 
 pub(super) const GRAVITY: f64 = 50.0;
-/// Gap under every box of the dropped stack, and the number of its boxes.
+/// Gap under every box of the dropped stack, and its number of boxes.
 const GAP: f64 = 0.05;
 const TALL: usize = 1000;
 
-/// Restitution of everything in the piles that bounce.
+/// Restitution of all bodies in the piles that bounce.
 const RESTITUTION: f64 = 0.7;
 
 const SLOP: f64 = crate::stability::SLOP;
-/// An overlap of exactly the slop, as it appears high up in single precision.
+/// Overlap of exactly the slop, as it appears high above the origin in single precision.
 const SLOP_SEEN: f64 = 1.1 * SLOP;
 
-/// Seeds of a pile of which chance decides where its bodies lie, and distance of their numbers.
+/// Number of seeds of a pile with random positions, and the difference between successive seeds.
 pub(super) const SEEDS: u32 = 3;
 pub(super) const SEEDS_APART: u32 = 7919;
 
@@ -64,7 +64,7 @@ fn small_rain(count: u32) -> Pile {
         (Figure::RmsAtEnd, Bound::Value(0.01)),
     ];
     let title = format!("Rain of {count}, half circles and half boxes, for 10 s");
-    // With other seeds some of the 4000 stand in columns that still topple after 10 s.
+    // With other seeds some of the 4000 bodies form columns that still topple after 10 s.
     let seeds = if count > 1000 { 1 } else { SEEDS };
     seeded(&format!("rain-{count}"), &title, rains(count, seeds), 600, &bounds)
 }
@@ -73,7 +73,7 @@ pub(super) fn rains(count: u32, seeds: u32) -> Vec<Scene> {
     (0..seeds).map(|seed| rain(count, seed)).collect()
 }
 
-/// A rain whose bodies may sleep; the number asleep is shown.
+/// Rain whose bodies may sleep; the number of those awake at the end is shown.
 fn sleeping_rain(count: u32) -> Pile {
     let title = format!("Rain of {count} that may sleep, for 20 s");
     let bounds = [(Figure::Awake, Bound::None), (Figure::RmsAtEnd, Bound::None)];
@@ -94,7 +94,7 @@ fn large_rain(count: u32) -> Pile {
     Pile { full_only: true, ..large }
 }
 
-/// Rain that is not left alone: the mean times are those of all steps.
+/// Rain with disturbances; mean times are over all steps.
 fn disturbed() -> Vec<Pile> {
     use Script::{Blasts, Crowd, Lift, Mixer, Plough, Pull, Shaken, Slings, Turning};
     let of = |id: &str, title: &str, count: u32, script: Script| {
@@ -133,7 +133,7 @@ fn disturbed() -> Vec<Pile> {
     ]
 }
 
-/// A pile whose bodies keep moving. The worst step of 1000 bodies takes at most 4 ms, that of 4000 at most 16.
+/// A pile whose bodies keep moving. The worst step may take 4 ms with 1000 bodies and 16 ms with 4000.
 pub(super) fn moving(id: &str, title: &str, mut scenes: Vec<Scene>, script: Script) -> Pile {
     scenes.iter_mut().for_each(|scene| script.prepare(scene));
     let worst_us = if scenes[0].bodies.len() > 1100 { 16_000.0 } else { 4000.0 };
@@ -149,7 +149,7 @@ pub(super) fn moving(id: &str, title: &str, mut scenes: Vec<Scene>, script: Scri
     Pile { id, title, scenes, script, ticks: 600, full_only: false, bounds }
 }
 
-/// The pile with another bound of a figure, relative to Box2D's.
+/// Returns the pile with a different bound for a figure, relative to Box2D's.
 fn allow(mut pile: Pile, figure: Figure, factor: f64) -> Pile {
     for bound in pile.bounds.iter_mut().filter(|(bounded, _)| *bounded == figure) {
         bound.1 = Bound::OfPeer(factor);
@@ -179,7 +179,7 @@ fn weightless(mut pile: Pile) -> Pile {
     pile
 }
 
-/// Discs that run through an opening 8 wide between two flights of steps, for 15 s.
+/// Discs that flow through an opening 8 wide between two flights of steps, for 15 s.
 fn hourglass(count: usize) -> Pile {
     let scenes = (0..SEEDS).map(|seed| sand(count, seed)).collect();
     let title = format!("{count} discs in an hourglass");
@@ -201,11 +201,11 @@ fn sand(count: usize, seed: u32) -> Scene {
     scene
 }
 
-/// Height of the steps of a funnel, and height and width of each.
+/// Height of a funnel's flights, and height and width of each step.
 const FLIGHT_TOP: f64 = 140.0;
 const STEP: f64 = 4.0;
 
-/// Adds a flight of steps at each wall, which leave an opening of 8 in a container 160 wide.
+/// Adds a flight of steps at each wall, leaving an opening 8 wide in a container 160 wide.
 pub(super) fn add_flights(scene: &mut Scene, width: f64) {
     const STEPS: u32 = 19;
     for step in 0..STEPS {
@@ -265,7 +265,7 @@ fn capped() -> Pile {
     )
 }
 
-/// Two stacks of alternating masses 1 and 1000 collide in the air: nothing can take their momentum.
+/// Two stacks of alternating masses 1 and 1000 that collide in the air, where nothing else can absorb momentum.
 fn thrown() -> Pile {
     let mut scene = Scene::new(0.0);
     for row in 0..50 {
@@ -280,7 +280,7 @@ fn thrown() -> Pile {
     pile("thrown-50", title, scene, 600, &bounds)
 }
 
-/// A ball on a bed of circles, each of which it could push aside.
+/// A ball dropped on a bed of circles, each of which it could push aside.
 fn ball() -> Pile {
     let bounds = [
         (Figure::Mean, Bound::OfPeer(1.5)),
@@ -292,7 +292,7 @@ fn ball() -> Pile {
     seeded("ball-360", title, (0..SEEDS).map(ball_on_bed).collect(), 600, &bounds)
 }
 
-/// The seed decides where the ball falls.
+/// The scene of [`ball`]; the seed decides where the ball falls.
 fn ball_on_bed(seed: u32) -> Scene {
     let mut scene = Scene::new(GRAVITY);
     scene.contain(60.5, 100.0, 0.3, 0.0);
@@ -309,8 +309,8 @@ fn ball_on_bed(seed: u32) -> Scene {
     scene
 }
 
-/// 2000 discs of three sizes fall onto an open floor in a column 44 wide, each between two below
-/// it, so that friction 0.5 does not hold it there.
+/// 2000 discs of three sizes fall onto an open floor in a column 44 wide. Each lands between two others, so that the
+/// column does not stay upright with friction 0.5.
 fn poured() -> Pile {
     let bounds = [
         (Figure::Mean, Bound::OfPeer(1.1)),
@@ -363,7 +363,7 @@ fn add_pyramid(scene: &mut Scene, base: usize, cap: f64) {
     }
 }
 
-/// `count` bodies in a container, four times as many columns wide as rows high.
+/// `count` bodies in a container, with four times as many columns as rows.
 fn rain(count: u32, seed: u32) -> Scene {
     let columns = f64::from(4 * count).sqrt().ceil() as u32;
     let rows = count.div_ceil(columns);

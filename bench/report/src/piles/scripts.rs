@@ -1,12 +1,12 @@
-//! Disturbances of a pile from outside: shaking, gravity that turns, blasts, a plough, a crowd, slings,
-//! a lift, a mixer, a pull, arms in a funnel, volleys.
+//! External disturbances of a pile: shaking, turning gravity, blasts, a plough, a crowd, slings, a lift, a mixer, a
+//! pull, arms in a funnel, and volleys.
 
 use super::scenes::SEEDS_APART;
 use crate::engine::{Engine, State};
 use crate::scene::{Body, Mulberry, Scene, Shape};
 use glam::DVec2;
 
-/// A disturbance. Every run of a script is the same, whatever the bodies do.
+/// A disturbance. It acts the same way in every run, whatever the bodies do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Script {
     Still,
@@ -14,32 +14,32 @@ pub enum Script {
     Shaken,
     /// Gravity turns by 90 degrees every 120 ticks.
     Turning,
-    /// From tick 240 on, every 20 ticks a blast at a random place near the floor.
+    /// From tick 240 on, a blast every 20 ticks at a random position near the floor.
     Blasts,
     /// From tick 180 on, the last body of the scene is driven from wall to wall at 60 units/s.
     Plough,
-    /// Of every 16 bodies one is a hero, who flies at 40 units/s and turns every 15 ticks.
+    /// One in 16 bodies is a hero, which flies at 40 units/s and changes direction every 15 ticks.
     Crowd,
     /// Every 20 ticks eight bodies are slung at 140 units/s, away from the middle of the floor.
     Slings,
-    /// From tick 120 on a lift in the floor rises at 30 units/s for a second, and sinks, for ever.
+    /// From tick 120 on, a lift in the floor alternately rises and sinks for one second each, at 30 units/s.
     Lift,
-    /// From tick 180 on a box of 12 by 12 goes round in the pile at 60 units/s.
+    /// From tick 180 on, a box of 12 by 12 circles in the pile at 60 units/s.
     Mixer,
-    /// Each tick all bodies gain 2 units/s towards a point, which jumps every 90 ticks.
+    /// In every tick all bodies gain 2 units/s towards a point that jumps every 90 ticks.
     Pull,
-    /// Two arms in a funnel go from side to side at 60 units/s, one against the other.
+    /// Two arms in a funnel move from side to side at 60 units/s, in opposite directions.
     Sweepers,
-    /// Every 30 ticks all small bodies fly off at 300 units/s.
+    /// Every 30 ticks all small bodies are launched at 300 units/s.
     Volley,
 }
 
-/// Speed that a pull gives in a tick, units/s, and the ticks after which its point jumps.
+/// Speed added by a pull per tick, units/s, and the ticks after which its point jumps.
 const PULL_SPEED: f64 = 2.0;
 const PULL_TICKS: u32 = 90;
 /// Speed of a hero, units/s.
 const HERO_SPEED: f64 = 40.0;
-/// Bodies for each of which one is a hero.
+/// One body in this many is a hero.
 const HERO_EVERY: usize = 16;
 /// Speed at which a body is slung, units/s.
 const SLING_SPEED: f64 = 140.0;
@@ -47,17 +47,17 @@ const SLING_SPEED: f64 = 140.0;
 const SLINGS: usize = 8;
 /// Half the height of the lift, units.
 const LIFT: f64 = 2.0;
-/// Speed of the lift, units/s, and the ticks that it rises or sinks.
+/// Speed of the lift, units/s, and the ticks for which it rises or sinks.
 const LIFT_SPEED: f64 = 30.0;
 const LIFT_TICKS: u32 = 60;
-/// Half-size of the mixer, radius of its circle, and height of the middle of that above the floor, units: the
-/// largest body passes below.
+/// Half-size of the mixer, radius of its circle, and height of the circle's centre above the floor, units. The largest
+/// body fits below it.
 const MIXER: f64 = 6.0;
 const MIXER_RADIUS: f64 = 14.0;
 const MIXER_HEIGHT: f64 = 28.0;
 /// Speed of the mixer, units/s.
 const MIXER_SPEED: f64 = 60.0;
-/// Half-size of an arm, distance of its middle from that of the funnel, its height, and the way it goes to either side.
+/// Half-size of an arm, horizontal distance of its centre from the funnel's, its height, and its travel to either side.
 const ARM: [f64; 2] = [2.0, 6.0];
 const ARM_APART: f64 = 22.0;
 const ARM_HEIGHT: f64 = 125.0;
@@ -67,21 +67,21 @@ const ARM_SPEED: f64 = 60.0;
 const SMALL: f64 = 0.5;
 const VOLLEY_SPEED: f64 = 300.0;
 
-/// Half-size of the plough, and the distance that its centre keeps from the walls.
+/// Half-size of the plough, and the minimum distance of its centre from the walls.
 const PLOUGH: [f64; 2] = [2.0, 12.0];
 const PLOUGH_MARGIN: f64 = 6.0;
 /// Speed of the plough, units/s.
 const PLOUGH_SPEED: f64 = 60.0;
-/// Reach of a blast, units, and the speed that it gives at its centre, units/s.
+/// Reach of a blast, units, and the speed added at its centre, units/s.
 const BLAST_REACH: f64 = 40.0;
 const BLAST_SPEED: f64 = 120.0;
-/// Largest change of a velocity by a shake in x and in y, units/s.
+/// Largest change of a velocity component by a shake, units/s.
 const SHAKE_SPEED: f64 = 40.0;
 /// Half the thickness of a container's wall.
 const WALL: f64 = 10.0;
 
 impl Script {
-    /// Adds what the script needs to a scene in a container.
+    /// Adds the bodies that the script needs to a scene in a container.
     pub fn prepare(self, scene: &mut Scene) {
         if self == Script::Plough {
             let shape = Shape::rect(PLOUGH[0], PLOUGH[1]);
@@ -107,24 +107,24 @@ impl Script {
     }
 }
 
-/// A script at work on one engine.
+/// Applies a script to one engine.
 pub struct Driver {
     script: Script,
     seed: u32,
     draws: Mulberry,
     tick: u32,
-    /// Direction of the plough, and the tick in which it turns.
+    /// Direction of the plough, and the tick in which it reverses.
     plough: (f64, u32),
 }
 
 impl Driver {
-    /// At tick 0.
+    /// Creates a driver at tick 0.
     pub fn new(script: Script, seed: u32) -> Driver {
         let draws = Mulberry(0xA917_A7ED + SEEDS_APART * seed);
         Driver { script, seed, draws, tick: 0, plough: (1.0, 180) }
     }
 
-    /// Acts before a tick.
+    /// Applies the script before a tick.
     pub fn act(&mut self, engine: &mut dyn Engine, scene: &Scene) {
         let tick = self.tick;
         self.tick += 1;
@@ -225,7 +225,7 @@ impl Driver {
     }
 }
 
-/// Leads both arms to and fro, away from each other first.
+/// Moves both arms back and forth, first away from each other.
 fn sweep(engine: &mut dyn Engine, scene: &Scene, tick: u32) {
     let ticks = (ARM_REACH / ARM_SPEED / scene.tick_s).round() as u32;
     let outward = matches!(tick / ticks % 4, 0 | 3);
@@ -236,7 +236,7 @@ fn sweep(engine: &mut dyn Engine, scene: &Scene, tick: u32) {
     }
 }
 
-/// Lowers the mixer into the pile, then leads it round.
+/// Lowers the mixer into the pile, then moves it in a circle.
 fn mix(engine: &mut dyn Engine, scene: &Scene, tick: u32) {
     const BEGINS: u32 = 120;
     const TURNS: u32 = 180;
@@ -254,12 +254,12 @@ fn mix(engine: &mut dyn Engine, scene: &Scene, tick: u32) {
     }
 }
 
-/// Width of the container, whose left wall comes third and right wall fourth.
+/// Width of the container, whose left wall is the third body and right wall the fourth.
 pub fn width(scene: &Scene) -> f64 {
     (scene.bodies[3].position - scene.bodies[2].position).x - 2.0 * WALL
 }
 
-/// Height of the container, whose floor comes first and ceiling second.
+/// Height of the container, whose floor is the first body and ceiling the second.
 pub fn height(scene: &Scene) -> f64 {
     (scene.bodies[1].position - scene.bodies[0].position).y - 2.0 * WALL
 }

@@ -1,19 +1,19 @@
-//! Lines as short SVG path data: points that make no difference are left out, and the others are
-//! written relative to the one before, in tenths of a pixel.
+//! Encodes lines as short SVG path data: points that make no visible difference are omitted, and the others are written
+//! relative to their predecessor, in tenths of a pixel.
 //!
-//! The points are selected as in Douglas and Peucker 1973, "Algorithms for the reduction of the
-//! number of points required to represent a digitized line or its caricature".
+//! The points are chosen by the algorithm of Douglas and Peucker 1973, "Algorithms for the reduction of the number of
+//! points required to represent a digitized line or its caricature".
 
 use std::fmt::Write;
 
-/// Largest distance of an omitted point from the drawn line, pixels. With the rounding to tenths
-/// the line stays within half a pixel.
+/// Largest distance of an omitted point from the drawn line, pixels. Including the rounding to tenths, the line stays
+/// within half a pixel.
 pub const TOLERANCE: f64 = 0.4;
 
 /// A point in pixels.
 pub type Spot = (f64, f64);
 
-/// The points that a line needs to stay within [`TOLERANCE`] of all of them, including both ends.
+/// Selects points such that the line through them stays within [`TOLERANCE`] of all points. Both ends are included.
 pub fn thinned(points: &[Spot]) -> Vec<Spot> {
     let Some(last) = points.len().checked_sub(1) else { return Vec::new() };
     let mut kept = vec![false; points.len()];
@@ -44,7 +44,7 @@ fn from_segment(point: Spot, start: Spot, end: Spot) -> f64 {
 #[derive(Debug, Default)]
 pub struct Path {
     data: String,
-    /// Position of the pen, in tenths: rounded, so that errors do not add up along the line.
+    /// Position of the pen, rounded to tenths, so that errors do not accumulate along the line.
     pen: (i64, i64),
 }
 
@@ -62,7 +62,7 @@ impl Path {
         let mut path = Path::from(*first);
         for (index, point) in later.iter().enumerate() {
             let (to, pen) = ((tenths(point.0), tenths(point.1)), path.pen);
-            // One letter is enough for all that follow.
+            // One letter covers all points that follow.
             path.data.push_str(if index == 0 { "l" } else { "" });
             path.number(to.0 - pen.0, index == 0);
             path.number(to.1 - pen.1, false);
@@ -78,19 +78,19 @@ impl Path {
         self.number(self.pen.1, false);
     }
 
-    /// A horizontal line to the right.
+    /// Appends a horizontal line to the right.
     pub fn across(&mut self, length: f64) {
         self.data.push('h');
         self.number(tenths(length), true);
     }
 
-    /// A vertical line downwards.
+    /// Appends a vertical line downwards.
     pub fn down(&mut self, length: f64) {
         self.data.push('v');
         self.number(tenths(length), true);
     }
 
-    /// Writes a number, with a space before it if it could be taken for a part of the one before.
+    /// Writes a number, preceded by a space if it would otherwise merge with the previous one.
     fn number(&mut self, tenths: i64, first: bool) {
         if !first && tenths >= 0 {
             self.data.push(' ');

@@ -1,4 +1,4 @@
-//! Scales from values to pixels, linear and logarithmic, and the positions of their ticks.
+//! Linear and logarithmic scales that map values to pixels, and the positions of their ticks.
 
 /// A mark on an axis.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,8 +20,8 @@ pub enum Scale {
         /// Distance between two ticks.
         step: f64,
     },
-    /// Whole decades, by the exponents at both ends. With `zero`, the lowest decade represents 0,
-    /// which has no logarithm.
+    /// Logarithmic, in whole decades between two exponents. With `zero`, the lowest decade represents 0, which has no
+    /// logarithm.
     Log {
         /// Exponent at the origin.
         low: i32,
@@ -32,11 +32,12 @@ pub enum Scale {
     },
 }
 
-/// Most labels that fit on an axis.
+/// Maximum number of labels on an axis.
 const LABELS_MAX: i32 = 8;
 
 impl Scale {
-    /// Whole decades around all values; 0 is shown at the origin, in a decade of its own.
+    /// A logarithmic scale with whole decades around all values. If 0 is among them, it gets an extra decade at the
+    /// origin.
     pub fn log(values: impl Iterator<Item = f64>) -> Scale {
         let (mut low, mut high, mut zero) = (f64::INFINITY, 0f64, false);
         for value in values.filter(|value| value.is_finite()) {
@@ -56,7 +57,7 @@ impl Scale {
         Scale::Log { low: first - i32::from(zero), high: last, zero }
     }
 
-    /// Rounded ends around all values.
+    /// A linear scale with rounded ends around all values.
     pub fn linear(values: impl Iterator<Item = f64>) -> Scale {
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         for value in values.filter(|value| value.is_finite()) {
@@ -122,7 +123,7 @@ fn log_ticks(low: i32, high: i32, zero: bool) -> Vec<Tick> {
     ticks
 }
 
-/// 1, 2 or 5 times a power of ten, so that about five steps make the length.
+/// Chooses 1, 2 or 5 times a power of ten, so that about five steps cover the length.
 fn nice_step(length: f64) -> f64 {
     let rough = length / 5.0;
     let power = 10f64.powf(rough.log10().floor());
@@ -130,7 +131,7 @@ fn nice_step(length: f64) -> f64 {
     power * factor.unwrap_or(10.0)
 }
 
-/// A number with as many decimals as the step needs.
+/// Formats a number with as many decimals as the step needs.
 fn plain(value: f64, step: f64) -> String {
     let value = if value.abs() < step * 1e-6 { 0.0 } else { value };
     if value != 0.0 && (value.abs() >= 1e5 || step < 1e-4) {

@@ -1,4 +1,4 @@
-//! Problems 1, 2, 3 and 12: nothing touches, so that only the integrator is measured.
+//! Problems 1, 2, 3 and 12: nothing touches, so only the integrator is measured.
 
 use super::worst;
 use crate::engine::{State, Trace};

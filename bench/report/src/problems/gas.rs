@@ -8,7 +8,7 @@ use glam::DVec2;
 use std::sync::OnceLock;
 
 const SIDE: f64 = 120.0;
-/// Ticks for which trajectories are compared; later the gas is chaotic.
+/// Ticks for which trajectories are compared; after that the gas is chaotic.
 const EARLY_TICKS: usize = 30;
 
 pub const PROBLEMS: [Problem; 1] = [Problem {
@@ -75,9 +75,9 @@ fn energy_error(scene: &Scene, trace: &Trace) -> f64 {
     (energy(trace.last()) / energy(&trace.states[0]) - 1.0).abs()
 }
 
-/// In two dimensions Maxwell's distribution of speeds means that the energies of the discs, large
-/// or small, are exponentially distributed: the Kolmogorov-Smirnov distance from that, over all
-/// discs and every half second. The mean is the initial one: a gas that cools is off.
+/// Kolmogorov-Smirnov distance of the discs' energies from the exponential distribution, over all discs and every half
+/// second. In two dimensions Maxwell's distribution of speeds implies exponentially distributed energies, for large and
+/// small discs alike. The mean is the initial one, so that cooling counts as an error.
 fn maxwell_error(scene: &Scene, trace: &Trace) -> f64 {
     let energies = |states: &[State]| -> Vec<f64> {
         let energy = |i: usize| scene.bodies[i].mass * states[i].velocity.length_squared();

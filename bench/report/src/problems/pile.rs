@@ -9,12 +9,12 @@ use crate::study::{Norm, Problem};
 use glam::DVec2;
 use std::sync::OnceLock;
 
-/// Overlap of the discs of problem 10: less than any engine's slop, more than they move.
+/// Overlap of the discs in problem 10: less than any engine's slop, but more than the discs move.
 const PRESSED: f64 = 0.002;
-/// A short step, so that the contacts do not turn while they are solved.
+/// A short step, so that contact normals do not turn during it.
 const SHORT_S: f64 = TICK_S / 100.0;
 const SIDE: usize = 10;
-/// Sixteen times as many as the finest setting of any method.
+/// Steps per tick of the reference: sixteen times as many as the finest setting of any method.
 const REFERENCE_STEPS: u32 = 512;
 const COLUMNS: usize = 6;
 const STOREYS: usize = 36;
@@ -105,7 +105,7 @@ pub const PROBLEMS: [Problem; 3] = [
     },
 ];
 
-/// Masses are 10 to the power of a number within `spread` of 0.
+/// The scene of problem 10. Masses are 10^x with x between -`spread` and `spread`.
 fn pressed(spread: f64) -> Scene {
     let mut scene = Scene { tick_s: SHORT_S, ..Scene::new(0.0) };
     let mut draws = Mulberry(10);
@@ -146,7 +146,7 @@ pub fn program(scene: &Scene) -> Program {
     program
 }
 
-/// The solution, computed once for each of the two scenes.
+/// The reference solution, computed once for each of the two scenes.
 fn solution(scene: &Scene) -> &'static Solution {
     static EQUAL: OnceLock<Solution> = OnceLock::new();
     static UNEQUAL: OnceLock<Solution> = OnceLock::new();

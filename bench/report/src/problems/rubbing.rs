@@ -1,9 +1,7 @@
-//! Problem 10 with friction: contacts that form a tree, so that the velocities determine every
-//! impulse.
+//! Problem 10 with friction. The contacts form a tree, so that the velocities determine every impulse.
 //!
-//! With at most as many contacts as bodies, the impulses, and with them Coulomb's law, have a
-//! unique solution. The impulse through a contact is the momentum that the bodies beyond it gained:
-//! p = sum of m (v - v*).
+//! With at most as many contacts as bodies, the impulses are unique, and Coulomb's law can be checked. The impulse
+//! through a contact is the momentum gained by the bodies beyond it: p = sum of m (v - v*).
 
 use super::pile::program;
 use super::worst;
@@ -16,10 +14,10 @@ use std::sync::OnceLock;
 
 const DISCS: usize = 100;
 const FRICTION: f64 = 0.5;
-/// As in the rest of problem 10.
+/// The same overlap and step as in the rest of problem 10.
 const PRESSED: f64 = 0.002;
 const SHORT_S: f64 = TICK_S / 100.0;
-/// Least distance of discs that do not touch.
+/// Minimum distance between discs that do not touch.
 const CLEAR: f64 = 0.1;
 
 pub const PROBLEMS: [Problem; 1] = [Problem {
@@ -68,7 +66,7 @@ pub const PROBLEMS: [Problem; 1] = [Problem {
     magnitude: 1.0,
 }];
 
-/// Each disc but the first touches one before it.
+/// The scene: each disc except the first touches one earlier disc.
 fn cluster() -> Scene {
     let mut scene = Scene { tick_s: SHORT_S, ..Scene::new(0.0) };
     let mut draws = Mulberry(0x10C);
@@ -91,7 +89,7 @@ fn cluster() -> Scene {
     scene
 }
 
-/// The solution, computed once.
+/// The reference solution, computed once.
 fn solution(scene: &Scene) -> &'static [DVec2] {
     static VELOCITIES: OnceLock<Vec<DVec2>> = OnceLock::new();
     VELOCITIES.get_or_init(|| {
@@ -100,17 +98,15 @@ fn solution(scene: &Scene) -> &'static [DVec2] {
     })
 }
 
-/// The impulse through a contact, and the relative velocity after it: along the normal and across
-/// it.
+/// The impulse through a contact, and the relative velocity after it, each along the normal and along the tangent.
 #[derive(Clone, Copy)]
 struct Passed {
     impulse: DVec2,
     relative: DVec2,
 }
 
-/// All contacts of a run's last reading. The later disc of each touches the earlier one, so going
-/// backwards from the last disc the impulse of everything beyond a disc is known before the disc's
-/// own.
+/// All contacts in the last reading of a run. Each disc touches only one earlier disc, so going backwards from the last
+/// disc, the impulses beyond a disc are known before its own.
 fn contacts(scene: &Scene, trace: &Trace) -> impl Iterator<Item = Passed> {
     let last = trace.last();
     let gain =

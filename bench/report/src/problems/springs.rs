@@ -8,7 +8,7 @@ use crate::study::{Norm, Problem};
 use glam::DVec2;
 use std::sync::OnceLock;
 
-/// One period a second.
+/// Angular frequency of one period per second.
 const TURN: f64 = std::f64::consts::TAU;
 const GRAVITY: f64 = 50.0;
 /// Damping of 11b, as a share of critical damping.
@@ -127,7 +127,7 @@ fn rope() -> Scene {
     scene
 }
 
-/// The solution, computed once.
+/// The reference solution, computed once.
 fn exact(scene: &Scene) -> &'static [Vec<State>] {
     static STATES: OnceLock<Vec<Vec<State>>> = OnceLock::new();
     STATES.get_or_init(|| fine::flight(scene, ROPE_TICKS as usize, 256))

@@ -1,4 +1,4 @@
-//! Problem 9: bodies at rest must stay at rest, whatever lies on them.
+//! Problem 9: bodies at rest must stay at rest under any load.
 
 use super::worst;
 use crate::engine::{State, Trace};
@@ -79,8 +79,8 @@ fn rms_speed(scene: &Scene, trace: &Trace) -> f64 {
     (sum / count).sqrt()
 }
 
-/// The force below a box carries the weights above and changes their speeds, so the speeds alone
-/// determine it: sum of m_j (g + dv_j/dt) over the boxes above.
+/// Error of the contact forces. The force under a box supports and accelerates everything above it, so the speeds
+/// determine it: the sum of m_j (g + dv_j/dt) over these boxes.
 fn force_error(scene: &Scene, trace: &Trace) -> f64 {
     let late = &trace.states[trace.states.len().saturating_sub(61)..];
     let of_tick = |pair: &[Vec<State>]| {

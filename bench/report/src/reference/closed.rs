@@ -1,4 +1,4 @@
-//! Closed forms: flights with and without drag, bouncing and sliding, two bodies that collide.
+//! Closed forms: flight with and without drag, bouncing, sliding, and collisions of two bodies.
 
 use glam::DVec2;
 
@@ -48,8 +48,8 @@ pub fn damped(
     (rest + position, speed)
 }
 
-/// Height above the floor of a ball dropped from `height` that keeps `restitution` of its speed at
-/// each bounce. After infinitely many bounces it is at rest.
+/// Height above the floor of a ball that is dropped from `height` and keeps `restitution` of its speed at each bounce.
+/// After infinitely many bounces it rests.
 pub fn bounce(height: f64, gravity: f64, restitution: f64, t: f64) -> f64 {
     let mut since = t - (2.0 * height / gravity).sqrt();
     if since < 0.0 {
@@ -67,7 +67,7 @@ pub fn bounce(height: f64, gravity: f64, restitution: f64, t: f64) -> f64 {
     0.0
 }
 
-/// Distance of a body that slides with this deceleration until it stops.
+/// Distance covered by a body that slides with constant deceleration until it stops.
 pub fn slide(speed: f64, deceleration: f64, t: f64) -> f64 {
     let stop = speed / deceleration;
     let t = if t < stop { t } else { stop };

@@ -1,21 +1,21 @@
-//! The contact problem of one step with Coulomb friction, in f64: v = v* + M^-1 J^T p, the normal
-//! impulse only pushes and holds n.(vb - va) >= least, and friction opposes the slip with at most mu
-//! times that.
+//! The contact problem of one step with Coulomb friction, in f64: v = v* + M^-1 J^T p, where the normal impulse only
+//! pushes and ensures n.(vb - va) >= `min_normal_velocity`, and friction opposes slip with at most mu times the normal
+//! impulse.
 //!
-//! Two ways that share no code: Gauss-Seidel on both impulses of a contact at a time (Moreau 1988;
-//! Jean 1999), and a fixed point of problems whose friction has known bounds (Tresca), each a
-//! quadratic program solved by accelerated projected gradients (Haslinger 1983).
+//! Two methods that share no code: Gauss-Seidel on both impulses of a contact at a time (Moreau 1988; Jean 1999), and
+//! fixed-point iteration over problems with given friction bounds (Tresca), each a quadratic program solved by
+//! accelerated projected gradients (Haslinger 1983).
 
 use super::program::{Contact, Program};
 use glam::DVec2;
 
-/// Normal and friction impulse of a contact; the latter is along the normal turned left.
+/// Normal and friction impulse of a contact. Friction acts along the normal rotated to the left.
 pub type Impulse = DVec2;
 
 /// A step's contacts with one coefficient of friction.
 pub struct Coulomb<'a> {
     pub program: &'a Program,
-    /// Coefficient of every contact.
+    /// Friction coefficient of every contact.
     pub friction: f64,
 }
 
@@ -24,7 +24,7 @@ impl Coulomb<'_> {
         self.program.inverse_masses[contact.a] + self.program.inverse_masses[contact.b]
     }
 
-    /// Violation of the conditions: the excess closing speed, and the slip.
+    /// Violation of the conditions: excess closing speed, and slip.
     fn violation(&self, velocities: &[DVec2], contact: &Contact) -> DVec2 {
         let relative = velocities[contact.b] - velocities[contact.a];
         let normal = contact.normal;
@@ -46,7 +46,7 @@ impl Coulomb<'_> {
         velocities
     }
 
-    /// Velocities by Gauss-Seidel, until nothing changes by more than `tolerance`, units/s.
+    /// Solves for the velocities by Gauss-Seidel until none changes by more than `tolerance`, units/s.
     pub fn gauss_seidel(&self, tolerance: f64, sweeps_max: u32) -> Vec<DVec2> {
         let contacts = &self.program.contacts;
         let mut velocities = self.program.free.clone();
@@ -70,7 +70,7 @@ impl Coulomb<'_> {
         velocities
     }
 
-    /// Velocities by fixed-point iteration, until no bound changes by more than `tolerance`.
+    /// Solves for the velocities by fixed-point iteration until no bound changes by more than `tolerance`.
     pub fn fixed_point(&self, tolerance: f64, rounds_max: u32) -> Vec<DVec2> {
         let mut impulses = vec![Impulse::ZERO; self.program.contacts.len()];
         for _ in 0..rounds_max {
@@ -85,7 +85,7 @@ impl Coulomb<'_> {
         self.velocities(&impulses)
     }
 
-    /// The program with friction bounded by known numbers, from a given start.
+    /// Solves the problem with given friction bounds, starting from `start`.
     fn bounded(&self, bounds: &[f64], start: Vec<Impulse>, tolerance: f64) -> Vec<Impulse> {
         const ITERATIONS_MAX: u32 = 100_000;
         let mut loads = vec![0.0; self.program.free.len()];
@@ -124,7 +124,7 @@ impl Coulomb<'_> {
 mod tests {
     use super::*;
 
-    /// A disc thrown at a wall below at 45 degrees.
+    /// Velocity of a disc after hitting a floor at 45 degrees.
     fn thrown(friction: f64) -> DVec2 {
         let contact = Contact { a: 0, b: 1, normal: DVec2::Y, min_normal_velocity: 0.0 };
         let program = Program {

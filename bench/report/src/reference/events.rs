@@ -1,5 +1,5 @@
-//! Elastic discs between hard walls, moved from collision to collision in f64: exact up to
-//! rounding, without time steps. Every event examines all pairs, which is slow and simple.
+//! Elastic discs between hard walls, advanced from collision to collision in f64: exact up to rounding, without time
+//! steps. Every event examines all pairs, which is slow but simple.
 
 use crate::engine::State;
 use glam::DVec2;
@@ -23,7 +23,7 @@ pub struct Gas {
 #[derive(Clone, Copy)]
 enum Event {
     Pair(usize, usize),
-    /// A disc bounces off a wall across x (0) or y (1).
+    /// A disc bounces off a wall along the x (0) or y (1) axis.
     Wall(usize, usize),
 }
 

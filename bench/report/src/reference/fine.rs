@@ -1,11 +1,11 @@
-//! Bodies under gravity, drag and springs, without contacts, by the classical Runge-Kutta method of
-//! fourth order in f64, with steps so fine that halving them changes no result.
+//! Bodies under gravity, drag and springs, without contacts, integrated in f64 by the classical fourth-order
+//! Runge-Kutta method, with steps so small that halving them changes no result.
 
 use crate::engine::State;
 use crate::scene::{Drag, Hook, Scene};
 use glam::DVec2;
 
-/// Readings after each of this many ticks, beginning with the start; `steps` steps per tick.
+/// Readings at the start and after each tick, with `steps` steps per tick.
 pub fn flight(scene: &Scene, ticks: usize, steps: u32) -> Vec<Vec<State>> {
     let start = scene.bodies.iter();
     let start = start.map(|body| State { position: body.position, velocity: body.velocity });

@@ -1,15 +1,15 @@
-//! Moreau's time stepping for discs on a floor without friction, in f64: every step is one quadratic
-//! program over the velocities at its end (Moreau 1988; Jean and Moreau 1992).
+//! Moreau's time stepping for frictionless discs on a floor, in f64: every step is a quadratic program for the
+//! velocities at its end (Moreau 1988; Jean and Moreau 1992).
 
 use super::program::{Contact, Program};
 use crate::scene::Scene;
 use glam::DVec2;
 use std::collections::BTreeMap;
 
-/// Largest change of a velocity at which a step's sweeps end, units/s.
+/// The sweeps of a step end when no velocity changes by more than this, units/s.
 const TOLERANCE: f64 = 1e-9;
 const SWEEPS_MAX: u32 = 100_000;
-/// Distance beyond which pairs are no contacts of a step, units.
+/// Pairs further apart than this are not contacts of a step, units.
 const NEAR: f64 = 0.5;
 
 /// Discs above the floor y = 0, with the same gravity for all.
@@ -20,7 +20,7 @@ pub struct Pile {
     radii: Vec<f64>,
     inverse_masses: Vec<f64>,
     gravity: DVec2,
-    /// The last step's impulses, from which the next one's sweeps start.
+    /// Impulses of the last step, for a warm start of the next.
     impulses: BTreeMap<(usize, usize), f64>,
 }
 
@@ -38,7 +38,7 @@ impl Pile {
         }
     }
 
-    /// Advances in equal steps.
+    /// Advances by `time_s` in equal steps.
     pub fn advance(&mut self, time_s: f64, steps: u32) {
         let step_s = time_s / f64::from(steps);
         for _ in 0..steps {

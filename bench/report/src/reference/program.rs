@@ -1,8 +1,8 @@
 //! The contact problem of one step without friction as a quadratic program in f64: the velocities
-//! nearest to v* in the mass norm with n.(vb - va) >= least for every contact.
+//! nearest to v* in the mass norm with n.(vb - va) >= `min_normal_velocity` for every contact.
 //!
-//! Three ways that share no code: Gauss-Seidel on the impulses, accelerated projected gradients on
-//! the impulses, and, for a chain along one axis, pool-adjacent-violators on the velocities.
+//! Three methods that share no code: Gauss-Seidel and accelerated projected gradients on the impulses, and, for a chain
+//! along one axis, pool-adjacent-violators on the velocities.
 
 use glam::DVec2;
 
@@ -54,12 +54,12 @@ impl Program {
             - contact.min_normal_velocity
     }
 
-    /// Gauss-Seidel from zero until nothing changes by more than `tolerance`, units/s.
+    /// Solves by Gauss-Seidel from zero until no velocity changes by more than `tolerance`, units/s.
     pub fn gauss_seidel(&self, tolerance: f64, sweeps_max: u32) -> Solution {
         self.gauss_seidel_from(&vec![0.0; self.contacts.len()], tolerance, sweeps_max)
     }
 
-    /// The same from given impulses, which may be close to the answer.
+    /// Solves by Gauss-Seidel from given impulses, which may already be close to the solution.
     pub fn gauss_seidel_from(&self, start: &[f64], tolerance: f64, sweeps_max: u32) -> Solution {
         let mut velocities = self.velocities(start);
         let mut impulses = start.to_vec();
@@ -80,7 +80,7 @@ impl Program {
         Solution { impulses, velocities, sweeps: sweeps_max }
     }
 
-    /// Nesterov's gradient with restarts (O'Donoghue and Candes 2015), from zero.
+    /// Solves by Nesterov's gradient method with restarts (O'Donoghue and Candes 2015), from zero.
     pub fn accelerated(&self, tolerance: f64, iterations_max: u32) -> Solution {
         // Twice the largest sum over a body's contacts bounds the largest eigenvalue of A.
         let mut loads = vec![0.0; self.free.len()];
@@ -122,7 +122,7 @@ impl Program {
         velocities
     }
 
-    /// Natural map: the largest |l - max(0, l - w)|, scaled to units/s; 0 only at the optimum.
+    /// Residual of the natural map: the largest |l - max(0, l - w)|, scaled to units/s; 0 only at the optimum.
     pub fn residual(&self, impulses: &[f64]) -> f64 {
         let velocities = self.velocities(impulses);
         let one = |(contact, &impulse): (&Contact, &f64)| {

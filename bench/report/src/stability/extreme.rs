@@ -1,5 +1,5 @@
-//! Cases that no scene should contain and some player will create: bodies inside each other, absurd
-//! sizes, positions and speeds, closing walls.
+//! Cases that no scene should contain but some player will create: bodies inside each other, absurd sizes, positions
+//! and speeds, closing walls.
 
 use super::watch::{Run, largest};
 use super::{Case, Outcome, SLOP, Subject, outcome};
@@ -63,7 +63,7 @@ fn heaps(subject: &Subject) -> Outcome {
     })
 }
 
-/// Last time at which the overlap was beyond the slop; half a slop more counts as rounding.
+/// Checks the last time at which the overlap exceeded the slop; another half of it counts as rounding.
 fn parted(out: &mut Outcome, variant: &str, run: &Run) {
     let deep = run.samples.iter().rev().find(|s| s.overlap > 1.5 * SLOP || s.overlap.is_nan());
     out.check(
@@ -74,7 +74,7 @@ fn parted(out: &mut Outcome, variant: &str, run: &Run) {
     );
 }
 
-/// Engines in other languages may do anything when misused; only Jostle's behaviour is defined.
+/// Adds impossible bodies. Other engines may do anything when misused; only Jostle's behaviour is defined.
 fn impossible(subject: &Subject) -> Outcome {
     outcome(|out| {
         if subject.method.family != Family::Jostle {
@@ -127,7 +127,7 @@ fn refuses(engine: &mut dyn Engine, body: &Body) -> bool {
     catch_unwind(AssertUnwindSafe(|| engine.add(body))).is_err()
 }
 
-/// Lanes of a volley; the walls of all lanes form one wall without gaps.
+/// Lanes of a volley; their walls form one wall without gaps.
 const LANES: u32 = 100;
 const LANE: f64 = 4.0;
 
@@ -157,8 +157,7 @@ enum Target {
     Bullet,
 }
 
-/// One shot per lane, at speeds of 10 to 10^4 and walls of 0.01 to 0.1; returns how many end beyond
-/// the wall.
+/// Fires one shot per lane, at speeds from 10 to 10^4 and walls from 0.01 to 0.1 thick; returns how many pass the wall.
 fn shoot(subject: &Subject, target: Target, seed: u32) -> Result<u32, String> {
     let mut scene = Scene::new(0.0);
     let mut draws = Mulberry(seed);
@@ -202,7 +201,7 @@ fn crusher(subject: &Subject) -> Outcome {
             scene.add(Body::new(Shape::Circle { radius: 0.39 }, x, y));
         }
         let mut engine = subject.build(&scene)?;
-        // Four seconds in, one at rest, four back, one and a half to recover.
+        // The wall moves in for four seconds, rests for one, moves back for four, and leaves one and a half to recover.
         let run = Run::record(engine.as_mut(), &scene, 10.5, |engine, time_s| {
             let speed = match time_s {
                 t if t < 4.0 => 2.5,

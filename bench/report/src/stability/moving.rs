@@ -1,4 +1,4 @@
-//! Cases in which moving bodies must go on moving correctly.
+//! Cases in which moving bodies must keep moving correctly.
 
 use super::watch::largest;
 use super::{Case, Outcome, Subject, outcome};
@@ -16,7 +16,7 @@ pub const CASES: [Case; 5] = [
 
 const SPEED: f64 = 20.0;
 
-/// Five balls between two elastic walls, of which the first one is thrown.
+/// Five balls between two elastic walls; the first one is thrown.
 fn row(gap: f64, reversed: bool) -> Scene {
     let mut scene = Scene { bounce_threshold: 0.0, ..Scene::new(0.0) };
     let mut balls: Vec<Body> = (0..5)
@@ -35,7 +35,7 @@ fn row(gap: f64, reversed: bool) -> Scene {
     scene
 }
 
-/// Steps until the last ball has left the row.
+/// Newton's cradle: steps until the last ball has left the row.
 fn cradle(subject: &Subject) -> Outcome {
     outcome(|out| {
         for (gap, reversed) in [(0.0, false), (0.0, true), (0.001, false), (0.001, true)] {
@@ -60,7 +60,7 @@ fn cradle(subject: &Subject) -> Outcome {
     })
 }
 
-/// The row between two walls for about 10^3 collisions.
+/// Plays the row between two walls for about 10^3 collisions.
 fn thousand_hits(subject: &Subject) -> Result<f64, String> {
     let mut scene = row(0.001, false);
     for x in [-10.0, 10.0] {
@@ -105,7 +105,7 @@ fn slide(subject: &Subject, shape: Shape, speed: f64, upright: bool) -> Result<(
     let body = scene.add(body.of_stuff(0.0, 0.0));
     let mut engine = subject.build(&scene)?;
     let mut lifted = 0.0;
-    // As far as the tiles reach, but at most 20 s.
+    // Until the end of the tiles, but at most 20 s.
     let ticks = (990.0 / speed * 60.0).min(1200.0) as u32;
     for tick in 0..ticks {
         engine.tick();
@@ -190,7 +190,7 @@ fn platform(subject: &Subject) -> Outcome {
             let mut hop = 0f64;
             let mut place = DVec2::ZERO;
             for tick in 0..600 {
-                // 3 units/s^2 up to 10 units/s: friction 0.6 can hold twice as much.
+                // Accelerates by 3 units/s^2 up to 10 units/s; friction 0.6 could hold twice as much.
                 let speed = (f64::from(tick) * scene.tick_s * 3.0).min(10.0);
                 engine.set_velocity(lift, way * speed);
                 engine.tick();

@@ -52,7 +52,7 @@ fn mixed(subject: &Subject) -> Outcome {
     })
 }
 
-/// A heavy box hits a row of light ones that touch; nothing else acts.
+/// A heavy box hits a row of touching light ones; no other forces act.
 fn momentum_error(subject: &Subject) -> Result<f64, String> {
     let mut scene = Scene::new(0.0);
     scene.add(block(-3.0, 0.0, 1000.0).moving(5.0, 0.0));

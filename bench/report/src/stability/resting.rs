@@ -32,7 +32,7 @@ fn ground(gravity: f64, friction: f64) -> Scene {
     scene
 }
 
-/// n boxes with a gap under each.
+/// A stack of n boxes with a gap under each.
 fn stack(n: usize, gap: f64, masses: impl Fn(usize) -> f64) -> Scene {
     let mut scene = ground(GRAVITY, 0.3);
     for row in 0..n {
@@ -131,7 +131,7 @@ fn ratios(subject: &Subject) -> Outcome {
     })
 }
 
-/// Boxes of a pyramid with a gap beside and under each.
+/// A pyramid of boxes with a gap beside and under each.
 fn pyramid(base: usize, gap: f64) -> Scene {
     let mut scene = ground(GRAVITY, 0.3);
     for row in 0..base {

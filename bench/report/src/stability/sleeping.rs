@@ -1,4 +1,4 @@
-//! Sleeping and waking: bodies at rest cost nothing, and the result is the same.
+//! Cases of sleeping and waking: bodies at rest cost nothing, and the result does not change.
 
 use super::watch::{Sample, largest};
 use super::{Case, Outcome, SLOP, Subject, outcome};
@@ -7,14 +7,14 @@ use crate::scene::{Body, Scene, Shape};
 use glam::DVec2;
 
 const GRAVITY: f64 = 10.0;
-/// Boxes of the stack that is woken.
+/// Number of boxes in the stack that is woken.
 const FEW: usize = 10;
-/// Ticks until it should be asleep.
+/// Ticks after which the stack should be asleep.
 const REST: usize = 120;
 
 pub const CASES: [Case; 1] = [Case { id: "S20", title: "Sleeping and waking", run: sleeping }];
 
-/// The ground, which may move, and boxes on it.
+/// A stack of boxes on the ground, which may be kinematic.
 fn stack(count: usize, gap: f64, kinematic: bool) -> Scene {
     let mut scene = Scene::new(GRAVITY);
     scene.sleeping = true;
@@ -38,7 +38,7 @@ fn asleep(engine: &dyn Engine, bodies: std::ops::RangeInclusive<usize>) -> f64 {
     bodies.filter(|&body| engine.is_asleep(body)).count() as f64
 }
 
-/// A stack that has rested.
+/// A stack that has come to rest.
 fn rested(subject: &Subject, kinematic: bool) -> Result<(Scene, Box<dyn Engine>), String> {
     let scene = stack(FEW, 0.0, kinematic);
     let mut engine = subject.build(&scene)?;
@@ -111,8 +111,7 @@ fn wakes_by_gravity(subject: &Subject, out: &mut Outcome) -> Result<(), String> 
     let fall = GRAVITY / 2.0;
     let hangs =
         (1..=FEW).map(|body| (engine.state(body).position.y - (body as f64 - 0.5 + fall)).abs());
-    // One step late, or the error of the integrator in a step, does not count as hanging in the
-    // air.
+    // A delay of one step, or the integrator's error in a step, does not count as hanging in the air.
     out.check("gravity turns up", "furthest from free fall after 1 s, units", 0.2, largest(hangs));
     Ok(())
 }
@@ -128,7 +127,7 @@ fn wakes_by_a_newcomer(subject: &Subject, out: &mut Outcome) -> Result<(), Strin
     out.check("a box appears 0.1 deep", "bodies that sleep on", 0.0, on);
     ticks(engine.as_mut(), 120);
     let (sample, _) = Sample::read(engine.as_ref(), &scene, 2.0);
-    // Where correction ends, rounding may leave slightly more.
+    // Position correction ends at the slop; rounding may leave slightly more.
     out.check("a box appears 0.1 deep", "overlap after 2 s, units", 1.1 * SLOP, sample.overlap);
     Ok(())
 }

@@ -8,7 +8,7 @@ use glam::DVec2;
 pub const CASES: [Case; 1] =
     [Case { id: "S21", title: "Stiff springs and drag, wind", run: forces }];
 
-/// Rates and turns a step.
+/// Rates, or radians, per step.
 const STIFF: [f64; 5] = [0.1, 1.0, 10.0, 100.0, 1000.0];
 const TICKS: u32 = 1200;
 const WIND: DVec2 = DVec2::new(3.0, 0.0);
@@ -28,7 +28,7 @@ fn forces(subject: &Subject) -> Outcome {
     })
 }
 
-/// A body thrown against the wind must reach w + g / k, and never exceed it.
+/// A body thrown against the wind must approach w + g / k without ever exceeding it.
 fn drag(subject: &Subject, stiff: f64, out: &mut Outcome) -> Result<(), String> {
     let mut scene = Scene { collides: false, wind: WIND, ..Scene::new(10.0) };
     let rate = stiff / scene.tick_s;
@@ -49,7 +49,7 @@ fn drag(subject: &Subject, stiff: f64, out: &mut Outcome) -> Result<(), String> 
     Ok(())
 }
 
-/// A body on a spring from a point, one unit from its rest point.
+/// A body on a spring from a fixed point, one unit away from equilibrium.
 fn sprung(length: f64, stiff: f64, ratio: f64, gravity: f64) -> Scene {
     let mut scene = Scene { collides: false, ..Scene::new(gravity) };
     let turn = stiff / scene.tick_s;
@@ -65,7 +65,7 @@ fn sprung(length: f64, stiff: f64, ratio: f64, gravity: f64) -> Scene {
     scene
 }
 
-/// Undamped: no oscillation may be wider than the first.
+/// An undamped spring: no oscillation may be wider than the first.
 fn swing(subject: &Subject, length: f64, stiff: f64, out: &mut Outcome) -> Result<(), String> {
     let scene = sprung(length, stiff, 0.0, 0.0);
     let mut engine = subject.build(&scene)?;
@@ -80,7 +80,7 @@ fn swing(subject: &Subject, length: f64, stiff: f64, out: &mut Outcome) -> Resul
     Ok(())
 }
 
-/// Critically damped, under gravity: directly to the rest point.
+/// A critically damped spring under gravity: the body must move directly to equilibrium.
 fn settle(subject: &Subject, length: f64, stiff: f64, out: &mut Outcome) -> Result<(), String> {
     let scene = sprung(length, stiff, 1.0, 10.0);
     let rest = -length - 10.0 / scene.springs[0].stiffness;

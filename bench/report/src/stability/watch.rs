@@ -11,13 +11,13 @@ pub struct Sample {
     pub time_s: f64,
     /// Deepest overlap, units.
     pub overlap: f64,
-    /// Kinetic and potential, mass units * units^2 / s^2.
+    /// Kinetic and potential energy, mass units * units^2 / s^2.
     pub energy: f64,
     /// Root mean square over the dynamic bodies, units/s.
     pub rms: f64,
     /// Speed of the fastest body, units/s.
     pub fastest: f64,
-    /// Largest speed against gravity; 0 if no body rises.
+    /// Largest upward speed; 0 if no body rises.
     pub rising: f64,
 }
 
@@ -31,7 +31,7 @@ pub struct Run {
 }
 
 impl Run {
-    /// Steps the engine; `act` may interfere before each tick.
+    /// Runs an engine and records it; `act` may interfere before each tick.
     pub fn record(
         engine: &mut dyn Engine,
         scene: &Scene,
@@ -56,7 +56,7 @@ impl Run {
         largest(self.samples[1..].iter().map(|sample| sample.overlap))
     }
 
-    /// Deepest overlap from that time on.
+    /// Deepest overlap from this time on.
     pub fn deepest_after(&self, time_s: f64) -> f64 {
         largest(self.samples.iter().filter(|s| s.time_s >= time_s).map(|sample| sample.overlap))
     }
@@ -69,7 +69,7 @@ impl Run {
         f64::sqrt(sum / count)
     }
 
-    /// The last time at which a body was faster than 1 cm/s.
+    /// The last time at which a body was faster than 0.01 units/s.
     pub fn settled_s(&self) -> f64 {
         let moves = |sample: &&Sample| sample.fastest > 0.01 || sample.fastest.is_nan();
         self.samples.iter().rev().find(moves).map_or(0.0, |sample| sample.time_s)
@@ -91,13 +91,13 @@ impl Run {
         largest(self.scene.dynamic().map(|body| self.shift(body).length()))
     }
 
-    /// Distance by which the last body of the scene sank.
+    /// Distance by which the last body of the scene has sunk.
     pub fn loss(&self) -> f64 {
         -self.shift(self.last.len() - 1).y
     }
 }
 
-/// The largest value; NaN if there is any, 0 if there is none.
+/// The largest value; NaN if any value is NaN, 0 for no values.
 pub fn largest(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(0.0, |worst, value| if value > worst || value.is_nan() { value } else { worst })
 }

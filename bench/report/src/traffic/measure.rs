@@ -1,4 +1,4 @@
-//! Sends a scene through a stream, tick by tick, and measures the messages.
+//! Sends a scene through a stream tick by tick and measures the messages.
 
 use super::{Crowd, Script};
 use crate::engine::State;
@@ -16,26 +16,26 @@ use std::sync::Arc;
 pub const QUANTA: f64 = 256.0;
 /// TCP and IP headers with timestamps, bytes.
 const PACKET_BYTES: usize = 52;
-/// Ticks of a keyframe and three messages of the lowest rate.
+/// Number of ticks that cover a keyframe and three messages at the lowest rate.
 pub const FIRST_TICKS: u32 = 37;
 
 /// Position of a body, in quanta.
 pub type Position = [i32; 2];
 
-/// Traffic of a client of one rate.
+/// Traffic of a client with one message rate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Traffic {
-    /// Messages per second that it asked for.
+    /// Messages per second that the client requested.
     pub rate: u32,
     /// Sizes of all sent messages in bytes, sorted.
     pub sizes: Vec<usize>,
     /// Duration in seconds.
     pub seconds: f64,
-    /// Bodies that moved since the message before, over all messages.
+    /// Sum over all messages of the bodies that moved since the previous one.
     pub moved: u64,
-    /// Processor time of all encodings, microseconds.
+    /// Total processor time of encoding, microseconds.
     pub encode_us: f64,
-    /// Processor time of all decodings, microseconds.
+    /// Total processor time of decoding, microseconds.
     pub decode_us: f64,
 }
 
@@ -44,14 +44,14 @@ impl Traffic {
         Traffic { rate, sizes: Vec::new(), seconds: 0.0, moved: 0, encode_us: 0.0, decode_us: 0.0 }
     }
 
-    /// The traffic of this many ticks.
+    /// Completes the traffic of this many ticks.
     pub fn finish(mut self, ticks: u32) -> Traffic {
         self.sizes.sort_unstable();
         self.seconds = f64::from(ticks) / 60.0;
         self
     }
 
-    /// Bytes per second, without and with frames and packet headers.
+    /// Bytes per second, excluding and including frames and packet headers.
     pub fn bytes_per_s(&self) -> [f64; 2] {
         let payload: usize = self.sizes.iter().sum();
         let frame = |&size: &usize| if size < 126 { 2 } else { 4 };
@@ -59,13 +59,13 @@ impl Traffic {
         [payload, payload + around].map(|bytes| bytes as f64 / self.seconds)
     }
 
-    /// Size in bytes that this share of the messages does not exceed.
+    /// Percentile of the message size, bytes.
     pub fn percentile(&self, share: f64) -> usize {
         let last = self.sizes.len().saturating_sub(1);
         self.sizes.get((share * last as f64).round() as usize).copied().unwrap_or(0)
     }
 
-    /// Mean bits of payload for each body that moved.
+    /// Mean payload bits per moved body.
     pub fn bits_per_moved(&self) -> f64 {
         8.0 * self.sizes.iter().sum::<usize>() as f64 / self.moved.max(1) as f64
     }
@@ -114,20 +114,20 @@ fn count_moved(old: &Snapshot, new: &Snapshot) -> u64 {
     old.bodies.iter().zip(&new.bodies).filter(|(old, new)| old.quanta != new.quanta).count() as u64
 }
 
-/// Clients of several rates that are sent the same snapshots.
+/// Clients with different rates that receive the same snapshots.
 pub struct Scale {
     clients: Vec<Client>,
     ticks: u32,
 }
 
 impl Scale {
-    /// Clients that get 60, 20 or 5 messages per second.
+    /// Creates one client for each message rate: 60, 20 or 5 per second.
     pub fn new(rates: &[u32]) -> Scale {
         Scale { clients: rates.iter().map(|&rate| Client::new(rate)).collect(), ticks: 0 }
     }
 
-    /// Sends the next tick. The keyframe and the messages until every rate has reached its usual
-    /// size are not counted: they are a client's first moments.
+    /// Sends the next tick. The keyframe and the first messages, until every rate has reached its usual size, are not
+    /// counted.
     pub fn weigh(&mut self, snapshot: &Arc<Snapshot>) {
         self.ticks += 1;
         let counts = self.ticks > FIRST_TICKS;
@@ -141,7 +141,7 @@ impl Scale {
     }
 }
 
-/// Plays a script and passes on a snapshot of each tick that counts, `ticks_max` at most.
+/// Plays a script and passes on a snapshot of each counted tick, at most `ticks_max`.
 pub fn watch(
     script: &mut Script,
     crowd: &mut dyn Crowd,
@@ -183,7 +183,7 @@ pub struct JostleCrowd {
 }
 
 impl JostleCrowd {
-    /// Creates it with the conjugate solver's defaults.
+    /// Creates the World with the conjugate solver's defaults.
     pub fn new(script: &Script) -> JostleCrowd {
         let Scene { gravity, bodies, .. } = &script.scene;
         let mut world = World::new(WorldSettings {

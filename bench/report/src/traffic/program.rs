@@ -20,12 +20,11 @@ pub struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Task {
-    /// Play the scenes and print bytes per second, message sizes, bits per moved body and times;
-    /// the default
+    /// Play the scenes and print bytes per second, message sizes, bits per moved body and times (default)
     Play,
-    /// Play A10k and print the cost of a client that sees 900 bodies of it, next to one in K901
+    /// Play A10k and compare the cost of a client that sees 900 of its bodies with one in K901
     Interest,
-    /// Play the scenes and record some seconds of each
+    /// Play the scenes and record a few seconds of each
     Record,
     /// Print the sizes of the recordings
     Sizes {
@@ -38,7 +37,7 @@ enum Task {
 /// An engine with the bodies of a script in it.
 pub type Make = fn(&Script) -> Box<dyn Crowd>;
 
-/// Executes the command; `engine` is a word for file names.
+/// Executes the command; `engine` is used in file names.
 pub fn run(arguments: &Arguments, engine: &str, make: Make) -> Result<()> {
     match arguments.task {
         None | Some(Task::Play) => play(make),
@@ -136,7 +135,7 @@ fn sizes(renew: bool) -> Result<()> {
     Ok(())
 }
 
-/// Path from the root of the workspace, wherever the program was started.
+/// Path of the golden files, independent of the working directory.
 fn goldens() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(GOLDENS)
 }

@@ -1,8 +1,8 @@
-//! Recorded traffic: where every body was in every tick, in quanta, so that sizes can be measured again
-//! without the engine that played, and on other engines than ours.
+//! Recorded traffic: the position of every body in every tick, in quanta. With it sizes can be measured again without
+//! the engine that played, which may be a peer.
 //!
-//! A file is deflated: the first tick, the number of bodies and of ticks as u32, then tick by tick and
-//! body by body, x and y: the place, less where it were had it gone on as before, as a signed LEB128.
+//! A file is deflated. It contains the first tick and the numbers of bodies and ticks as u32, then for each tick and
+//! body x and y, each as a signed LEB128: the position minus its linear extrapolation from the two ticks before.
 
 use super::measure::{Position, snapshot};
 use anyhow::{Context, Result, ensure};
@@ -13,17 +13,17 @@ use std::sync::Arc;
 const BYTES_MAX: usize = 1 << 26;
 const PACK_LEVEL: u8 = 9;
 
-/// A scene as it was played.
+/// A recorded run of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
     /// Tick of the first of `positions`.
     pub first_tick: u32,
-    /// Positions by tick and body; every tick has as many bodies.
+    /// Positions by tick and body; the number of bodies never changes.
     pub positions: Vec<Vec<Position>>,
 }
 
 impl Recording {
-    /// The snapshots of its ticks.
+    /// One snapshot per tick.
     pub fn snapshots(&self) -> impl Iterator<Item = Arc<Snapshot>> {
         let ticks = (self.first_tick..).zip(&self.positions);
         ticks.map(|(tick, positions)| Arc::new(snapshot(tick, positions.iter().copied())))
@@ -72,7 +72,7 @@ impl Recording {
     }
 }
 
-/// The next position if the body moves on as between the newest two.
+/// Linear extrapolation from the newest two positions.
 fn expected(history: &[Position; 2]) -> Position {
     [0, 1].map(|axis| 2 * history[0][axis] - history[1][axis])
 }

@@ -1,17 +1,16 @@
-//! The scenes: players who steer by a script, and hundreds of bodies that they push around. K901: a
-//! flock of boxes seen from above. P901: a pile seen from the side. S901: K901 left alone. A10k:
-//! ten thousand boxes and eight players.
+//! The scenes: scripted players and the hundreds of bodies that they push around. K901 is a flock of boxes seen from
+//! above, P901 a pile seen from the side, S901 K901 with idle players, and A10k has ten thousand boxes and eight
+//! players.
 
 use crate::engine::State;
 use crate::scene::{Body, Mulberry, Scene, Shape, TICK_S};
 use glam::DVec2;
 
-/// Reach of a player's pull, units; its strength, units/s^2; ticks for which it is on and off in
-/// turns.
+/// Reach of a player's pull, units; its strength, units/s^2; ticks after which it switches on or off.
 const PULL_REACH: f64 = 8.0;
 const PULL: f64 = 40.0;
 const PULL_TICKS: u32 = 120;
-/// Reach of an explosion, and the speed that it gives at its centre; ticks from one to the next.
+/// Reach of an explosion, the speed added at its centre, and the ticks between explosions.
 const BLAST_REACH: f64 = 10.0;
 const BLAST: f64 = 40.0;
 const BLAST_TICKS: u32 = 180;
@@ -26,14 +25,14 @@ pub trait Crowd {
     fn state(&self, body: usize) -> State;
 }
 
-/// A scene and what happens in it.
+/// A scene and the actions of its players.
 pub struct Script {
     pub name: &'static str,
     /// Bodies, the four walls first, then the players.
     pub scene: Scene,
-    /// For each body the share of the speed lost per second, as v / (1 + damping dt) per tick.
+    /// Damping of each body, 1/s, applied as v / (1 + damping dt) per tick.
     pub damping: Vec<f64>,
-    /// Ticks before the first that counts, and ticks that count.
+    /// Ticks before the first counted one, and number of counted ticks.
     pub ticks: [u32; 2],
     /// Ticks in its recording.
     pub ticks_recorded: u32,
@@ -43,7 +42,7 @@ pub struct Script {
     acceleration: f64,
     pulls: bool,
     blasts: bool,
-    /// Tick, of those that count, from which players do nothing.
+    /// Counted tick from which on players do nothing.
     rest_from: u32,
     draws: Mulberry,
     steering: Vec<(u32, DVec2)>,
@@ -53,7 +52,7 @@ pub struct Script {
 /// Constructors of all scenes.
 pub const SCENES: [fn() -> Script; 4] = [flock, pile, still, crowd];
 
-/// Static bodies of a container.
+/// Number of static bodies of a container.
 const WALLS: usize = 4;
 
 impl Script {
@@ -90,7 +89,7 @@ impl Script {
         self.damping.push(damping);
     }
 
-    /// Rows of boxes of half-size 0.5, two units apart.
+    /// Adds rows of boxes with half-size 0.5, two units apart.
     fn boxes(&mut self, count: u32, columns: u32, corner: DVec2) {
         for i in 0..count {
             let position =
@@ -104,7 +103,7 @@ impl Script {
         WALLS..self.scene.bodies.len()
     }
 
-    /// Acts for the players, then plays a tick.
+    /// Applies the players' actions, then plays a tick.
     pub fn play(&mut self, crowd: &mut dyn Crowd) {
         let positions: Vec<DVec2> = self.moving().map(|body| crowd.state(body).position).collect();
         if self.tick < self.rest_from {
@@ -145,7 +144,7 @@ impl Script {
         }
     }
 
-    /// Turns a player back near a wall; in a side view players may stay low.
+    /// Turns a player back near a wall. In a side view players may stay low.
     fn inward(&self, position: DVec2, direction: DVec2) -> DVec2 {
         let share = position / self.size;
         let along = |share: f64, low: f64, direction: f64| match share {

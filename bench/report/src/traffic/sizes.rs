@@ -1,5 +1,5 @@
-//! Sizes of recorded scenes with the present codec, as a table of text. The one in `tests/goldens`
-//! holds the accepted sizes; no size may differ from it by more than [`GROWTH_MAX`].
+//! Sizes of recorded scenes with the current codec, as a text table. The table in `tests/goldens` holds the accepted
+//! sizes; none may differ from it by more than [`GROWTH_MAX`].
 
 use super::measure::{Scale, Traffic};
 use super::recording::Recording;
@@ -26,7 +26,7 @@ const HEAD: &str = "\
 # scene-engine Hz | payload B/s | bits a moved body | message B: p50 | p99 | max
 ";
 
-/// Rows of the recordings in the order of their names, with three rates each.
+/// Measures all recordings; returns a table sorted by name, with three rates each.
 pub fn measure(dir: &Path) -> Result<String> {
     let entries = fs::read_dir(dir).with_context(|| format!("no {}", dir.display()))?;
     let mut paths = entries
@@ -46,7 +46,7 @@ pub fn measure(dir: &Path) -> Result<String> {
     Ok(table)
 }
 
-/// Traffic of clients at 60, 20 and 5 Hz.
+/// Measures the traffic of clients at 60, 20 and 5 Hz.
 pub fn weigh(recording: &Recording) -> Vec<Traffic> {
     let mut scale = Scale::new(&[60, 20, 5]);
     recording.snapshots().for_each(|snapshot| scale.weigh(&snapshot));
@@ -70,8 +70,8 @@ struct Row {
 
 const COLUMNS: [&str; 5] = ["payload", "bits a moved body", "p50", "p99", "longest message"];
 
-/// A sentence for every number that differs from the golden table by more than allowed; an error if
-/// the tables have different rows. Sizes that shrank are reported too, so that the gain is kept.
+/// Returns a sentence for every number that differs from the golden table by more than allowed, or an error if the
+/// tables have different rows. Reductions are reported too, so that the golden table records them.
 pub fn differences(golden: &str, now: &str) -> Result<Vec<String>> {
     let (golden, now) = (rows(golden)?, rows(now)?);
     let names = |rows: &[Row]| rows.iter().map(|row| row.name.clone()).collect::<Vec<_>>();

@@ -1,15 +1,14 @@
-//! Scenes from the extreme ranges: a closed container with random bodies in it, each quantity drawn
-//! by its exponent over all that the simulation accepts. At the start the bodies take up at most
-//! 60 % of the container ([`CELL_MIN`]): what does not fit in cannot stay in.
+//! Extreme scenes: a closed container with random bodies. The exponent of each quantity is drawn from the whole range
+//! that the simulation accepts. At the start the bodies take up at most 60 % of the container ([`CELL_MIN`]), since
+//! bodies that do not fit in cannot stay in.
 //!
-//! After every step all numbers must be finite, every centre inside, and the energy no more than
-//! 0.1 % above that of the start. A centre is inside if it is no more than twice the slop and
-//! rounding beyond the face of a wall. A body that is merely pressed into one by more than that is
-//! counted apart. Energy counts from the floor, E = sum m (v^2 / 2 + g y), so that it
-//! is never negative. Two things are rounding there and allowed beside it: places, to
-//! [`ROUNDING`] of the container, and overlaps up to the slop, which may be pushed up again: together
-//! sum m g (2 slop + L [`ROUNDING`]); and of what moved before, [`ROUNDING`] of the largest energy that
-//! any body could have at its fastest is none. With the relaxation only finiteness is asked.
+//! After every step all numbers must be finite, every centre must be inside, and the energy may be at most 0.1 % above
+//! its initial value. A centre is inside if it is no further than twice the slop plus rounding beyond the face of a
+//! wall; bodies that are merely pressed into a wall are counted separately. Energy is measured from the floor, E = sum
+//! m (v^2 / 2 + g y), so that it is never negative. It may additionally grow by rounding: positions are only exact to
+//! [`ROUNDING`] of the container, and overlaps up to the slop may be pushed up again, together sum m g (2 slop + L
+//! [`ROUNDING`]). Likewise, [`ROUNDING`] of the energy that bodies could have at their fastest is ignored. The
+//! relaxation solver only has to stay finite.
 
 use super::{Failure, Verdict};
 use jostle_sim::Conjugate;
@@ -20,11 +19,11 @@ use jostle_sim::{Aabb, BodyDef, BodyId, Motion, Shape, Solver, Vec2, World};
 
 const STEPS: u32 = 60;
 const BODIES_MAX: u32 = 30;
-/// Share of a coordinate that some dozens of f32 operations may lose.
+/// Relative rounding error of a few dozen f32 operations.
 const ROUNDING: f64 = 4e-6;
 const GAIN_MAX: f64 = 1e-3;
 const SLOP: f64 = 0.005;
-/// Side of a cell, one for each body, relative to the size of the largest: 1.3^-2 is 59 %.
+/// Side of a body's cell relative to the largest body: 1.3^-2 is 59 %.
 const CELL_MIN: f32 = 1.3;
 
 const KINDS: [&str; 4] = ["apart", "apart, no gravity", "at one point, no gravity", "relaxation"];
@@ -42,7 +41,7 @@ pub fn trial(seed: u64, number: u64) -> Verdict {
     Verdict { kind: KINDS[kind], failure, pressed: container.pressed }
 }
 
-/// A number with a uniformly distributed exponent.
+/// A random number with a uniformly distributed exponent.
 fn spread(rng: &mut Rng, low: f32, high: f32) -> f32 {
     10f32.powf(rng.range(low.log10(), high.log10()))
 }
@@ -53,7 +52,7 @@ struct Container {
     /// The container spans (0, 0) to this.
     side: f32,
     gravity: f32,
-    /// How deep any body was in a wall, in its half-sizes, beyond what is allowed.
+    /// Deepest penetration of a wall beyond the allowed depth, in half-sizes.
     pressed: f64,
 }
 
@@ -98,7 +97,7 @@ impl Container {
         it
     }
 
-    /// Adds four walls as thick as the room.
+    /// Adds four walls as thick as the container is wide.
     fn close(&mut self, rng: &mut Rng) {
         let (side, def) = (self.side, body(rng, 1.0, 1.0, 0.0));
         for (x, y) in [(-0.5, 0.5), (1.5, 0.5), (0.5, -0.5), (0.5, 1.5)] {
@@ -158,12 +157,12 @@ impl Container {
         }
     }
 
-    /// Depth in a wall, in world units, above which it is neither slop nor rounding.
+    /// Penetration depth, world units, that slop and rounding cannot explain.
     fn counts(&self) -> f32 {
         (2.0 * SLOP + f64::from(self.side) * ROUNDING) as f32
     }
 
-    /// How far a body of this half-size is beyond the faces of the walls, on each axis.
+    /// How far a body of this half-size extends beyond the faces of the walls, on each axis.
     fn beyond(&self, id: BodyId, half: Vec2) -> Vec2 {
         let place = self.world.position(id);
         (half - place).max(place + half - Vec2::splat(self.side))
@@ -181,7 +180,7 @@ impl Container {
             .sum()
     }
 
-    /// The effect of rounding.
+    /// Energy that rounding may add.
     fn floor(&self) -> f64 {
         let masses = self.bodies.iter().map(|&id| 1.0 / f64::from(self.world.inverse_mass(id)));
         let height = 2.0 * SLOP + f64::from(self.side) * ROUNDING;
@@ -208,8 +207,8 @@ mod tests {
     use super::super::{Arguments, run};
     use super::*;
 
-    /// A guard: none of the first 300 scenes fails. It is no evidence of the rate, which is a few
-    /// failures in 100,000 at most (docs/development.md).
+    /// Regression test: none of the first 300 scenes fails. It does not measure the failure rate, which is at most a
+    /// few in 100,000 (docs/development.md).
     #[test]
     fn of_the_first_300_none_escapes_or_gains_or_stops_being_a_number() {
         let tallies = run("scenes", &Arguments { seed: 1, from: 0, count: 300 }, trial);
@@ -219,8 +218,8 @@ mod tests {
         }
     }
 
-    /// Numbers of scenes that failed once, for seeds 1 and 2: nearly all of them are rooms smaller
-    /// than the speed that gravity adds in a step.
+    /// Numbers of scenes that failed once, for seeds 1 and 2. In nearly all of them the container is small compared
+    /// with the speed that gravity adds per step.
     const FAILED_ONCE: [(u64, &[u64]); 2] = [
         (
             1,

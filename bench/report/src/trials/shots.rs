@@ -1,10 +1,10 @@
-//! Shots: a bullet at 10 to 10^4 units/s, a circle or a box, at any angle against a thin wall, its
-//! corner, two walls that meet, another bullet, or a body that stands before a wall.
+//! Shots: a bullet, a circle or a box at 10 to 10^4 units/s, is fired at any angle at a thin wall, a corner, two walls
+//! that meet, another bullet, or a body in front of a wall.
 //!
-//! What must happen is computed in f64, without the simulation: all shapes are convex and nothing
-//! turns, so two bodies that never enter each other keep their relative place on the far side of
-//! one tangent; the straight line between two such places does not enter either. A line that does
-//! is a bullet that passed. A pair whose unhindered line keeps clear must not feel each other.
+//! The expected outcome is computed in f64, independently of the simulation. All shapes are convex and do not rotate.
+//! If two bodies never penetrate, a separating tangent lies between them before and after a step, so the straight line
+//! between the two relative positions does not enter either shape. A line that does means that a bullet passed through.
+//! A pair whose unhindered line stays clear must not affect each other.
 
 use super::{Failure, Verdict};
 use crate::shape::overlap;
@@ -14,17 +14,17 @@ use jostle_sim::Rng;
 use jostle_sim::WorldSettings;
 use jostle_sim::{BodyDef, BodyId, Motion, Shape, Solver, Vec2, World};
 
-/// Steps of a shot: it starts at a distance of at most one and a half.
+/// Steps per shot; a bullet starts at most one and a half steps away from its target.
 const STEPS: u32 = 4;
-/// How deep a line may enter: the slop and half of it, and for boxes, which pass corner to corner,
-/// a quarter more than they may overlap there.
+/// How deep a line may enter: one and a half times the slop, and for boxes passing corner to corner, a quarter more
+/// than they may overlap there.
 const ENTER_MAX: f64 = 0.0075;
 const ENTER_CORNER_MAX: f64 = 0.0125;
-/// How deep two bodies may overlap if they are pressed against a wall in the same step.
+/// Maximum overlap of two bodies that are pressed against a wall in the same step.
 const OVERLAP_MAX: f64 = 0.05;
-/// A line that keeps this distance, and this share of the coordinates, is a miss.
+/// A line that stays clear by this distance plus this share of the coordinates is a miss.
 const CLEAR_MIN: f64 = 1e-3;
-/// Change of a velocity that counts as none, as a share of the speed.
+/// Velocity changes up to this share of the speed are ignored.
 const STEADY: f32 = 1e-6;
 
 const KINDS: [&str; 7] = [
@@ -44,7 +44,7 @@ pub fn trial(seed: u64, number: u64) -> Verdict {
     Verdict { kind: KINDS[which], failure: shot.fire(), pressed: 0.0 }
 }
 
-/// A number with a uniformly distributed exponent.
+/// A random number with a uniformly distributed exponent.
 fn spread(rng: &mut Rng, low: f32, high: f32) -> f32 {
     let exponent = rng.range(low.log10(), high.log10());
     10f32.powf(exponent)
@@ -54,7 +54,7 @@ fn turned(rng: &mut Rng) -> Vec2 {
     Vec2::from_angle(rng.range(0.0, std::f32::consts::TAU))
 }
 
-/// A world with the bodies of a shot, the bullet first.
+/// A world with the bodies of a shot.
 struct Shot {
     world: World,
     bodies: Vec<BodyId>,
@@ -97,7 +97,7 @@ impl Shot {
         self.bodies.push(self.world.add(&def).expect("a shot has few bodies"));
     }
 
-    /// Steps the world and checks all pairs after each step.
+    /// Steps the world, and checks all pairs after each step.
     fn fire(&mut self) -> Option<Failure> {
         let pairs = self.pairs();
         let before: Vec<Vec2> = self.bodies.iter().map(|&id| self.world.velocity(id)).collect();
@@ -109,8 +109,7 @@ impl Shot {
                 return Some(Failure { sort: "lost", detail: format!("in step {step}") });
             }
             for (&(a, b), &start) in pairs.iter().zip(&starts) {
-                // Bodies between others may be deflected repeatedly: only their final position
-                // counts.
+                // Bodies between others may be deflected repeatedly, so only their final position counts.
                 let end = self.offset(a, b);
                 let free = pairs.len() > 2 && (a, b) == (0, 1);
                 let start = if free { end } else { start };
@@ -132,7 +131,7 @@ impl Shot {
         None
     }
 
-    /// Pairs of which at least one body is movable.
+    /// Pairs in which at least one body is movable.
     fn pairs(&self) -> Vec<(usize, usize)> {
         let movable = |i: usize| self.world.inverse_mass(self.bodies[i]) > 0.0;
         let all = (0..self.bodies.len()).flat_map(|a| (0..a).map(move |b| (b, a)));
@@ -175,8 +174,8 @@ fn allowed(a: crate::scene::Shape, b: crate::scene::Shape) -> f64 {
     if matches!((a, b), (Box { .. }, Box { .. })) { ENTER_CORNER_MAX } else { ENTER_MAX }
 }
 
-/// How deep b enters a on a straight line: the overlap of convex shapes is concave along it, so a
-/// ternary search finds the largest.
+/// Deepest overlap of b with a while b moves along a straight line. The overlap of convex shapes is concave along the
+/// line, so a ternary search finds its maximum.
 fn deepest(a: crate::scene::Shape, b: crate::scene::Shape, from: DVec2, to: DVec2) -> f64 {
     let at = |share: f64| overlap(a, DVec2::ZERO, b, from.lerp(to, share));
     let (mut low, mut high) = (0.0, 1.0);
@@ -203,7 +202,7 @@ fn bullet(rng: &mut Rng) -> BodyDef {
     BodyDef { shape, restitution, friction, mass, ..BodyDef::default() }
 }
 
-/// A wall of 0.01 to 0.1 on either axis.
+/// A wall 0.01 to 0.1 thick along either axis.
 fn wall(rng: &mut Rng, position: Vec2) -> BodyDef {
     let (thick, long) = (spread(rng, 0.01, 0.1), spread(rng, 1.0, 20.0));
     let shape = if rng.below(2) == 0 { Shape::rect(thick, long) } else { Shape::rect(long, thick) };
@@ -211,10 +210,10 @@ fn wall(rng: &mut Rng, position: Vec2) -> BodyDef {
     BodyDef { shape, position, motion: Motion::Static, ..material }
 }
 
-/// The targets; the first one is aimed at.
+/// The targets; the bullet is aimed at the first.
 fn targets(rng: &mut Rng, which: usize, position: Vec2, speed: f32) -> Vec<BodyDef> {
     let wall = wall(rng, position);
-    // Both speeds together are at most the largest allowed speed.
+    // Limits the sum of both speeds to the largest allowed speed.
     let velocity = turned(rng) * rng.range(0.0, speed.min(1e4 - speed));
     match which {
         0 => vec![wall],
@@ -263,7 +262,7 @@ fn aim(rng: &mut Rng, which: usize, target: &BodyDef) -> Vec2 {
             let corner = half * Vec2::new(unit.x.signum(), unit.y.signum());
             target.position + corner + turned(rng) * rng.range(0.0, 0.6)
         }
-        // Some miss.
+        // Some shots miss.
         _ => target.position + unit * half * 1.2 + unit * 0.3,
     }
 }
@@ -278,7 +277,7 @@ mod tests {
         let arguments = super::super::Arguments { seed: 1, from: 0, count: 5000 };
         let tallies: Tallies = run("shots", &arguments, trial);
         assert_eq!(tallies.len(), KINDS.len());
-        // A body squeezed between a bullet and a wall gives way once in a thousand shots.
+        // A body squeezed between a bullet and a wall fails once in a thousand shots.
         for (kind, tally) in tallies.iter().filter(|(kind, _)| **kind != KINDS[6]) {
             assert!(tally.failures.is_empty(), "{kind}: {tally:?}");
         }

@@ -1,4 +1,4 @@
-//! Bytes that games send per tick: without a feature, with the feature unused, and with it used.
+//! Bytes sent per tick: without a feature, with the feature unused, and with it used.
 
 use anyhow::{Result, anyhow};
 use jostle_game::scene::Plan;
@@ -13,13 +13,13 @@ use std::sync::Arc;
 pub struct Bytes {
     /// Name of the feature.
     pub feature: &'static str,
-    /// In a scene without it.
+    /// Bytes in a scene without the feature.
     pub lacking: f64,
-    /// In a scene with it, while it is unused; `None` if it works by itself.
+    /// In a scene with the feature, while it is unused; `None` if it works by itself.
     pub unused: Option<f64>,
-    /// While it is used.
+    /// While the feature is used.
     pub used: f64,
-    /// Whether the page needs the pipeline of particles.
+    /// Whether the page needs the particle pipeline.
     pub draws_particles: bool,
 }
 
@@ -40,7 +40,7 @@ struct Sent {
     top: &'static str,
     bodies: &'static str,
     pressed: Buttons,
-    /// Whether it works by itself, so that it cannot be present and unused.
+    /// Whether the feature works by itself, so that it cannot be present but unused.
     by_itself: bool,
 }
 
@@ -109,7 +109,7 @@ fn played(top: &str, bodies: &str, pressed: Buttons) -> Result<f64> {
     let (subscriber, _) = room.subscribe(Rate::Full);
     let mut sum = 0;
     for tick in 1..=TICKS {
-        // Pressed and released in turns: a tool that acts on a press acts every second tick.
+        // Pressed and released alternately, so that a tool that acts on a press acts every second tick.
         let buttons = if tick % 2 == 0 { pressed } else { Buttons(0) };
         room.input(Seat(0), tick, Input::new(buttons, Some(Vec2::new(150.0, 60.0))));
         room.tick();

@@ -1,6 +1,6 @@
 use super::*;
 
-/// Runge-Kutta of order 4 for a number pair (x, v): shares nothing with the closed forms.
+/// Fourth-order Runge-Kutta for a pair (x, v), independent of the closed forms.
 fn integrate(acceleration: impl Fn(f64) -> f64, mut x: f64, mut v: f64, t: f64) -> (f64, f64) {
     let steps = 4000;
     let h = t / f64::from(steps);

@@ -40,7 +40,7 @@ fn two_methods_agree_and_meet_the_optimality_conditions() {
     }
 }
 
-/// All ways to divide the sequence into blocks with one mean; the best feasible one is the answer.
+/// Tries all partitions of the sequence into blocks, each replaced by its mean, and returns the best feasible one.
 fn brute_force(values: &[f64], weights: &[f64]) -> Vec<f64> {
     let count = values.len();
     let mut best: Option<(f64, Vec<f64>)> = None;
