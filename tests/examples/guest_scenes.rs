@@ -1,5 +1,5 @@
-//! Opens random scenes of guests one after another beside an ordinary room with players, and measures how late that
-//! room's snapshots are, compared with a time without guests.
+//! Opens random guest scenes one after another while an ordinary room plays, and compares the lateness of that room's
+//! snapshots with a period without guests.
 //!
 //! Usage: `cargo run --release --package jostle-tests --example guest_scenes -- 1000`
 
@@ -22,14 +22,14 @@ use tokio::time::{sleep, timeout};
 use tokio_tungstenite::tungstenite::Message;
 use tokio_tungstenite::{WebSocketStream, client_async};
 
-/// Time that is measured without guests.
+/// Length of the period without guests.
 const QUIET: Duration = Duration::from_secs(30);
 /// Time for which each accepted scene is played.
 const PLAYED: Duration = Duration::from_millis(1500);
-/// Scenes that are sent at the same time.
+/// Number of scenes sent at the same time.
 const AT_ONCE: usize = 4;
 
-/// A tick, and when its snapshot came.
+/// Ticks, with the arrival time of each snapshot.
 type Arrivals = Vec<(u32, Instant)>;
 
 #[tokio::main]
@@ -53,7 +53,7 @@ async fn main() -> Result<()> {
     server.stop().await
 }
 
-/// Joins the ordinary room, and notes when each of its snapshots comes.
+/// Joins the ordinary room and records when each snapshot arrives.
 async fn watch(server: SocketAddr, time: Duration) -> Result<Arrivals> {
     let mut socket = join(server, "arena", None).await?;
     let (until, mut arrivals, mut seq) = (Instant::now() + time, Vec::new(), 0);
@@ -74,12 +74,12 @@ async fn watch(server: SocketAddr, time: Duration) -> Result<Arrivals> {
     Ok(arrivals)
 }
 
-/// Prints how late snapshots came after the earliest time for their tick, and the ticks that were never played.
+/// Prints how late snapshots were, relative to the earliest time for their tick, and how many ticks were never played.
 fn report(name: &str, arrivals: &[(u32, Instant)]) {
     let Some(&(first, start)) = arrivals.first() else { return println!("{name}: nothing came") };
     let due = |tick: u32| f64::from(tick - first) / f64::from(TICKS_PER_SECOND);
     let offset = |&(tick, at): &(u32, Instant)| at.duration_since(start).as_secs_f64() - due(tick);
-    // A tick that was missed makes all after it late, so that each second has its own earliest time.
+    // A missed tick makes all later ones late, so each second is measured from its own earliest snapshot.
     let mut late: Vec<f64> = arrivals
         .chunks(TICKS_PER_SECOND as usize)
         .flat_map(|second| {
@@ -113,7 +113,7 @@ async fn join(server: SocketAddr, room: &str, host_key: Option<Token>) -> Result
     Ok(socket)
 }
 
-/// Sends all scenes; returns how many were played, how many refused, and how often the server was busy.
+/// Sends all scenes; returns how many were played, how many were refused, and how often the server was busy.
 async fn open_all(server: SocketAddr, count: usize) -> Result<[usize; 3]> {
     let (next, mut tasks) = (Arc::new(AtomicUsize::new(0)), Vec::new());
     for _ in 0..AT_ONCE {
@@ -166,7 +166,7 @@ async fn open(server: SocketAddr, scene: &str, counts: &mut [usize; 3]) -> Resul
     let played = async { while host.next().await.is_some_and(|message| message.is_ok()) {} };
     let _ = timeout(PLAYED, played).await;
     let closes = Message::Binary(ClientMessage::CloseRoom.encode().into());
-    // A room that took too much is closed already.
+    // A room that took too much time may already be closed.
     let _ = host.send(closes).await;
     let _ = timeout(PLAYED, async { while let Some(Ok(_)) = host.next().await {} }).await;
     Ok(true)

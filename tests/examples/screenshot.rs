@@ -1,5 +1,5 @@
-//! Takes the screenshot of the README: three players in the arena, after some seconds of real play.
-//! `cargo xtask pictures` builds the page first and then runs this.
+//! Takes the screenshot for the README: three players in the arena after a few seconds of real play. `cargo xtask
+//! pictures` builds the page first and then runs this program.
 
 use anyhow::{Context, Result};
 use jostle_server::Config;
@@ -10,10 +10,10 @@ use jostle_tests::state::State;
 use jostle_tests::tab::{Screen, Tab};
 use std::path::Path;
 
-/// Names, colours and screens of the players; the first player's screen is photographed.
+/// Names, colours and screens of the players. The screenshot shows the first player's screen.
 const PLAYERS: [(&str, u8, Screen); 3] =
     [("Ada", 1, Screen::LAPTOP.sharp()), ("Grace", 2, Screen::SMALL), ("Alan", 0, Screen::SMALL)];
-/// Rounds of play. The liveliest of the pictures taken after the first few rounds is kept.
+/// Rounds of play. Pictures are taken after the first few rounds, and the liveliest is kept.
 const ROUNDS: usize = 26;
 const QUIET_ROUNDS: usize = 10;
 
@@ -57,7 +57,7 @@ async fn play(browser: &Browser, server: &Server) -> Result<Picture> {
     best.context("no picture was taken")
 }
 
-/// One short action: flies towards the next hero and throws at it; sometimes drops marbles.
+/// One short action: flies towards another hero and throws at it; sometimes drops marbles.
 async fn act(tab: &Tab, turn: usize) -> Result<()> {
     let state = tab.state().await?;
     let own = state.own_hero().context("a hero")?.pos;

@@ -1,4 +1,4 @@
-//! A headless Chromium with a profile of its own, which is removed afterwards.
+//! A headless Chromium with a temporary profile.
 
 use crate::devtools::{Session, text};
 use crate::server::LONG;
@@ -12,7 +12,7 @@ use tokio::io::{AsyncBufReadExt, BufReader};
 use tokio::process::{Child, Command};
 use tokio::time::timeout;
 
-/// Names of the program, of which the first needs the least time; `JOSTLE_CHROMIUM` takes precedence.
+/// Names of the program, fastest first; `JOSTLE_CHROMIUM` takes precedence.
 const PROGRAMS: [&str; 5] = [
     "chromium-headless-shell",
     "chromium",
@@ -24,19 +24,19 @@ const FLAGS: [&str; 23] = [
     "--headless=new",
     "--remote-debugging-port=0",
     "--no-sandbox",
-    // WebGL by Mesa's software renderer, the same on every machine.
+    // WebGL by Mesa's software renderer, which gives the same result on every machine.
     "--use-angle=gl-egl",
     "--ignore-gpu-blocklist",
-    // Pages are put together without it: a fifth of the browser's time less.
+    // Composite pages without the GPU, which saves a fifth of the browser's time.
     "--disable-gpu-compositing",
-    // Each window of the whole Chromium loads two hidden pages for the suggestions of the address bar. They take more
-    // time than a light page of the game.
+    // Each window of the full Chromium loads two hidden pages for address bar suggestions, which take more time than a
+    // light page of the game.
     "--disable-features=WebUIOmniboxPopup,WebUIOmniboxAimPopup",
     "--force-color-profile=srgb",
     "--hide-scrollbars",
     "--lang=en_US",
     "--mute-audio",
-    // No connections to other hosts, and nothing that waits for a person.
+    // No connections to other hosts, and no dialogs.
     "--disable-background-networking",
     "--disable-component-update",
     "--disable-sync",
@@ -45,14 +45,14 @@ const FLAGS: [&str; 23] = [
     "--disable-quic",
     "--no-first-run",
     "--password-store=basic",
-    // Pages play on while another is in front.
+    // Pages keep running while another is in front.
     "--disable-background-timer-throttling",
     "--disable-backgrounding-occluded-windows",
     "--disable-renderer-backgrounding",
-    // Containers have little of it.
+    // Containers have little shared memory.
     "--disable-dev-shm-usage",
 ];
-/// The line that tells where the browser listens begins so.
+/// Start of the line with the address at which the browser listens.
 const LISTENING: &str = "DevTools listening on ";
 const CLOSE_WITHIN: Duration = Duration::from_secs(10);
 
@@ -62,7 +62,7 @@ pub struct Browser {
     profile: PathBuf,
 }
 
-/// Cookies and storage of one person; the pages of two visitors share nothing.
+/// A browser context with separate cookies and storage, so that visitors share nothing.
 #[derive(Clone, Debug)]
 pub struct Visitor {
     context_id: String,
@@ -92,7 +92,7 @@ impl Browser {
         Ok(Visitor { context_id: text(&context, "browserContextId")? })
     }
 
-    /// Opens an empty page in a window of its own: pages hidden behind others are not drawn.
+    /// Opens an empty page in a new window, since pages hidden behind others are not drawn.
     pub async fn open(&self, visitor: &Visitor, screen: Screen) -> Result<Tab> {
         let target = json!({
             "url": "about:blank", "browserContextId": visitor.context_id, "newWindow": true,
@@ -123,7 +123,8 @@ impl Browser {
     }
 }
 
-/// Where the browser listens, from what it prints; the rest is read away, so that it never waits.
+/// Reads the address at which the browser listens from its output. The rest of the output is discarded, so that the
+/// browser never blocks on it.
 async fn address_of(process: &mut Child) -> Result<String> {
     let printed = process.stderr.take().context("the browser's errors are not read")?;
     let mut lines = BufReader::new(printed).lines();

@@ -1,8 +1,8 @@
-//! The Chrome DevTools Protocol, as far as the tests need it: commands, answers and events as JSON
-//! over one WebSocket (<https://chromedevtools.github.io/devtools-protocol>).
+//! The part of the Chrome DevTools Protocol that the tests need: commands, answers and events as JSON over one
+//! WebSocket (<https://chromedevtools.github.io/devtools-protocol>).
 //!
-//! Libraries bring a type for each message of the protocol. Compiling these takes more than a minute
-//! of every cold build, and the tests send 22 different commands.
+//! Existing libraries have a type for every message of the protocol, which adds more than a minute to a cold build,
+//! while the tests send only 22 different commands.
 
 use crate::server::LONG;
 use anyhow::{Context, Result, bail};
@@ -21,7 +21,7 @@ use tokio_tungstenite::tungstenite::protocol::WebSocketConfig;
 pub struct Session {
     commands: mpsc::UnboundedSender<Message>,
     pending: Arc<Mutex<Pending>>,
-    /// Of a page; `None` addresses the browser.
+    /// Session of a page; `None` addresses the browser.
     id: Option<String>,
 }
 
@@ -31,7 +31,7 @@ pub struct Event {
     pub params: Value,
 }
 
-/// Commands without an answer so far, and the listeners of events.
+/// Unanswered commands, and the listeners for events.
 #[derive(Default)]
 struct Pending {
     last_command: u64,
@@ -40,12 +40,12 @@ struct Pending {
 }
 
 impl Session {
-    /// Connects to the browser; `address` is the one that it prints: `ws://127.0.0.1:PORT/PATH`.
+    /// Connects to the browser at the address that it prints: `ws://127.0.0.1:PORT/PATH`.
     pub async fn connect(address: &str) -> Result<Session> {
         let host = address.strip_prefix("ws://").and_then(|rest| rest.split('/').next());
         let host = host.with_context(|| format!("{address} is no address of a browser"))?;
         let stream = TcpStream::connect(host).await?;
-        // The usual buffer of 128 KiB is cleared at each read.
+        // The default buffer of 128 KiB is cleared at each read.
         let config = WebSocketConfig::default().read_buffer_size(8192);
         let (socket, _) =
             tokio_tungstenite::client_async_with_config(address, stream, Some(config)).await?;
@@ -55,7 +55,7 @@ impl Session {
         Ok(Session { commands, pending, id: None })
     }
 
-    /// Attaches to a page; returns its session and its events, of the domains that it enables.
+    /// Attaches to a page; returns its session and the events of the domains that are enabled.
     pub async fn attach(
         &self,
         target_id: &str,
@@ -67,7 +67,7 @@ impl Session {
         Ok((Session { id: Some(id), ..self.clone() }, events))
     }
 
-    /// Sends a command and waits for its answer; fails with the browser's words if it refuses.
+    /// Sends a command and waits for its answer; fails with the browser's message if it is refused.
     pub async fn call(&self, method: &str, params: Value) -> Result<Value> {
         let (sender, answer) = oneshot::channel();
         let number = {
@@ -99,7 +99,7 @@ pub(crate) fn text(answer: &Value, field: &str) -> Result<String> {
     Ok(value.with_context(|| format!("no {field} in {answer}"))?.to_owned())
 }
 
-/// Sends the commands and hands out what comes back, until either side is gone.
+/// Sends commands and dispatches incoming messages until either side is gone.
 async fn exchange(
     socket: WebSocketStream<TcpStream>,
     mut queued: mpsc::UnboundedReceiver<Message>,
@@ -121,12 +121,12 @@ async fn exchange(
             },
         }
     }
-    // Everybody who still waits, or asks from now on, learns that nothing will come.
+    // Fail all pending and future commands.
     queued.close();
     *lock(&pending) = Pending::default();
 }
 
-/// Hands a message to the command that it answers, or to the listener of its session.
+/// Passes a message to the command that it answers, or to the listener of its session.
 fn deliver(text: &str, pending: &mut Pending) {
     let Ok(mut message) = serde_json::from_str::<Value>(text) else { return };
     if let Some(number) = message["id"].as_u64() {

@@ -1,5 +1,4 @@
-//! A plain server of files: it knows a folder, a path at which it stands, and nothing of Jostle. It notes what is asked
-//! of it.
+//! A plain file server: it serves a folder below a path, knows nothing of Jostle, and records all requests.
 
 use anyhow::{Context, Result};
 use std::net::SocketAddr;
@@ -24,8 +23,8 @@ pub struct FileServer {
 }
 
 impl FileServer {
-    /// Serves a folder at the path `below`, which begins and ends with a slash, on a free local port. Files that lie in
-    /// `more` are served beside it.
+    /// Serves a folder at the path `below`, which starts and ends with a slash, on a free local port. The files in
+    /// `more` are served too.
     pub async fn start(
         folder: PathBuf,
         below: &'static str,
@@ -41,7 +40,7 @@ impl FileServer {
                 let (log, site) = (Arc::clone(&log), Arc::clone(&site));
                 tokio::spawn(async move {
                     let (folder, below, more) = &*site;
-                    // A browser may close a connection that it does not need.
+                    // A browser may close connections that it does not need.
                     let _ = answer(stream, &log, |path| {
                         let name = path.strip_prefix(below)?;
                         let name = if name.is_empty() { "index.html" } else { name };
@@ -55,7 +54,7 @@ impl FileServer {
         Ok(FileServer { address, asked, task })
     }
 
-    /// The address of a path, which begins with a slash.
+    /// The URL of a path, which starts with a slash.
     pub fn link(&self, path: &str) -> String {
         format!("http://{}{path}", self.address)
     }
@@ -77,7 +76,7 @@ fn read(folder: &Path, name: &str) -> Option<Vec<u8>> {
     if leads_out { None } else { std::fs::read(folder.join(name)).ok() }
 }
 
-/// Answers one request and closes.
+/// Answers one request and closes the connection.
 async fn answer(
     stream: TcpStream,
     log: &Mutex<Vec<String>>,
@@ -105,7 +104,7 @@ async fn answer(
     stream.shutdown().await.context("a connection that does not close")
 }
 
-/// As every host of files has them.
+/// Content types, as any file host has them.
 fn content_type(path: &str) -> &'static str {
     match path.rsplit_once('.').map_or("html", |(_, ending)| ending) {
         "js" => "text/javascript",

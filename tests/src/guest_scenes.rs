@@ -1,10 +1,10 @@
-//! Scenes as strangers may send them: random ones, of which some are within the budget and some are not, and one that
-//! takes as much time as the budget allows.
+//! Scenes as strangers may send them: random ones, within the budget or above it, and one that takes as much time as
+//! the budget allows.
 
 use jostle_sim::Rng;
 use std::fmt::Write;
 
-/// A heap of as many bodies as a guest's scene may have, with as many iterations, that never comes to rest.
+/// A heap that never comes to rest, with the largest number of bodies and iterations that a guest scene may have.
 pub const DEAR: &str = r#"title = "Dear"
 size = [64, 64]
 gravity = [0, -40]
@@ -42,7 +42,7 @@ grid = [33, 30]
 exact = true
 "#;
 
-/// A random scene; the same for each seed.
+/// A random scene, determined by the seed.
 pub fn random_scene(seed: u64) -> String {
     let mut rng = Rng::new(seed, 4);
     let (width, height) = (size(&mut rng), size(&mut rng).min(400));

@@ -1,5 +1,5 @@
-//! Real NATS servers with JetStream, as child processes on this machine. They can be killed and started again, and a
-//! [`proxy::Proxy`] in front of them takes the network away.
+//! Real NATS servers with JetStream, as child processes on this machine. They can be killed and restarted, and a
+//! [`proxy::Proxy`] in front of them can simulate a failing network.
 
 mod monitor;
 mod program;
@@ -16,17 +16,16 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 use tokio::time::{sleep, timeout};
 
-/// Another process may take a port between its choice and the server's start.
+/// Maximum number of start attempts: another process may take a port before the server does.
 const STARTS_MAX: usize = 8;
-/// Time between two looks at whether something has happened.
+/// Polling interval.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
-/// What the streams of a server may hold: plenty for a test, and no more than a small disk has.
+/// Storage limit of a server's streams: plenty for a test, but no more than a small disk has.
 const STORE_BYTES_MAX: u64 = 1 << 30;
 /// Numbers the clusters of this process.
 static STARTED: AtomicU64 = AtomicU64::new(0);
 
-/// NATS servers that form a cluster, or one alone. They are killed when this is dropped, and their files deleted unless
-/// the test failed.
+/// A cluster of NATS servers, or a single one. Dropping it kills them and deletes their files, unless the test failed.
 pub struct Cluster {
     servers: Vec<Server>,
     dir: PathBuf,
@@ -36,21 +35,21 @@ struct Server {
     /// Unique in the cluster.
     name: String,
     ports: Ports,
-    /// Runs it; `None` after it was killed.
+    /// The running process; `None` after it was killed.
     process: Option<Child>,
 }
 
 #[derive(Clone, Copy)]
 struct Ports {
     client: u16,
-    /// Of its monitoring endpoint, which speaks HTTP.
+    /// Port of the monitoring endpoint, which speaks HTTP.
     monitor: u16,
-    /// For the other servers of the cluster.
+    /// Port for the other servers of the cluster.
     route: u16,
 }
 
 impl Cluster {
-    /// Starts `count` servers, and waits until they are ready. Builds the program first if there is none.
+    /// Starts `count` servers and waits until they are ready. Builds the program first if it is missing.
     pub async fn start(count: usize) -> Result<Cluster> {
         let program = program::find().await?;
         for _ in 0..STARTS_MAX {
@@ -65,7 +64,7 @@ impl Cluster {
         bail!("NATS servers did not start in {STARTS_MAX} attempts")
     }
 
-    /// Chooses ports, and writes the servers' configurations into a directory of their own.
+    /// Chooses ports and writes the servers' configurations into a new directory.
     fn configure(count: usize) -> Result<Cluster> {
         let number = STARTED.fetch_add(1, Ordering::Relaxed);
         let dir = format!("jostle-nats-{}-{number}", std::process::id());
@@ -82,7 +81,7 @@ impl Cluster {
         Ok(cluster)
     }
 
-    /// The configuration of a server: NATS reads JSON too.
+    /// The configuration of a server, as JSON, which NATS reads too.
     fn configuration(&self, index: usize) -> Value {
         let Server { name, ports, .. } = &self.servers[index];
         let mut configuration = json!({
@@ -98,7 +97,7 @@ impl Cluster {
                 "name": "jostle",
                 "listen": address(ports.route).to_string(),
                 "routes": routes.collect::<Vec<_>>(),
-                // Clients are not told the addresses of the servers: they would go around a proxy.
+                // Servers do not advertise their addresses, which clients would use to bypass the proxy.
                 "no_advertise": true,
             });
         }
@@ -121,7 +120,7 @@ impl Cluster {
         Ok(())
     }
 
-    /// Addresses for a client, separated by commas: of all servers, also of those that were killed.
+    /// Comma-separated addresses of all servers for a client, including those that were killed.
     pub fn url(&self) -> String {
         let urls = self.servers.iter().map(|server| nats_url("nats", server.ports.client));
         urls.collect::<Vec<_>>().join(",")
@@ -132,19 +131,19 @@ impl Cluster {
         self.servers.iter().map(|server| address(server.ports.client)).collect()
     }
 
-    /// Kills a server, as the end of its machine would.
+    /// Kills a server, as a crash of its machine would.
     pub fn kill(&mut self, index: usize) {
         self.servers[index].kill();
     }
 
-    /// Kills a server, and removes everything that it kept.
+    /// Kills a server and removes all of its data.
     pub fn lose(&mut self, index: usize) -> Result<()> {
         self.kill(index);
         fs::remove_dir_all(self.file(index, "store")).context("the files of a NATS server")
     }
 
-    /// Starts a killed server again at the same ports with the files that it left, and waits until it answers.
-    /// [`Cluster::ready`] waits until the cluster does.
+    /// Restarts a killed server with its old ports and files, and waits until it answers. [`Cluster::ready`] waits for
+    /// the whole cluster.
     pub async fn restart(&mut self, index: usize) -> Result<()> {
         let program = program::find().await?;
         self.kill(index);
@@ -153,7 +152,7 @@ impl Cluster {
             if self.answers_unless_it_ended(index).await? {
                 return Ok(());
             }
-            // Another process has a connection from its port, for a while.
+            // Another process temporarily uses the port for a connection.
             sleep(LOOK_EVERY).await;
         }
         bail!("n{index} did not start again in {STARTS_MAX} attempts:\n{}", self.log(index))
@@ -174,7 +173,7 @@ impl Cluster {
         timeout(LONG, answered).await.context("a NATS server does not answer")?
     }
 
-    /// Waits until all running servers agree on a leader among them and have all that it has.
+    /// Waits until all running servers agree on a leader among them and are in sync with it.
     pub async fn ready(&mut self) -> Result<()> {
         match self.ready_unless_one_ended().await? {
             true => Ok(()),
@@ -182,7 +181,7 @@ impl Cluster {
         }
     }
 
-    /// Waits likewise; false if a server has ended by itself.
+    /// Waits until the cluster is ready; returns false if a server has ended by itself.
     async fn ready_unless_one_ended(&mut self) -> Result<bool> {
         let all_ready = async {
             loop {
@@ -204,7 +203,7 @@ impl Cluster {
     async fn is_ready(&self) -> bool {
         let mut leaders = Vec::new();
         for server in self.running() {
-            // Only the status counts: the text says why not.
+            // Only the status counts; the text explains a failure.
             match monitor::get(server.monitor(), "/healthz").await {
                 Ok((200, _)) => {}
                 _ => return false,
@@ -218,7 +217,7 @@ impl Cluster {
         agreed && (alone || self.running().any(|server| server.name == leaders[0]))
     }
 
-    /// Index of the running server that leads a stream; `None` while none does.
+    /// Index of the running server that leads a stream; `None` while it has no leader.
     pub async fn leader_of_stream(&self, stream: &str) -> Result<Option<usize>> {
         for (index, server) in self.servers.iter().enumerate() {
             if server.process.is_none() {
@@ -229,7 +228,7 @@ impl Cluster {
             let mut streams = accounts
                 .flat_map(|account| account["stream_detail"].as_array().into_iter().flatten());
             let found = streams.find(|detail| detail["name"] == stream);
-            // A server alone names no leader.
+            // A single server names no leader.
             let leads = |detail: &Value| match &detail["cluster"]["leader"] {
                 Value::String(leader) => *leader == server.name,
                 _ => self.servers.len() == 1,
@@ -256,7 +255,7 @@ impl Drop for Cluster {
         if std::thread::panicking() {
             eprintln!("logs of NATS servers are in {}", self.dir.display());
         } else {
-            // What is left is the system's to delete.
+            // Leftovers in the temporary directory are left to the system.
             let _ = fs::remove_dir_all(&self.dir);
         }
     }
@@ -265,13 +264,13 @@ impl Drop for Cluster {
 impl Server {
     fn kill(&mut self) {
         if let Some(mut process) = self.process.take() {
-            // It may have ended by itself.
+            // The process may have ended by itself.
             let _ = process.kill();
             let _ = process.wait();
         }
     }
 
-    /// Whether it was started, and has ended by itself.
+    /// Whether the server was started and has ended by itself.
     fn has_ended(&mut self) -> Result<bool> {
         Ok(match &mut self.process {
             Some(process) => process.try_wait()?.is_some(),
@@ -283,7 +282,7 @@ impl Server {
         address(self.ports.monitor)
     }
 
-    /// What the server says of JetStream.
+    /// The server's report on JetStream.
     async fn jetstream(&self, query: &str) -> Result<Value> {
         let (status, body) = monitor::get(self.monitor(), &format!("/jsz{query}")).await?;
         if status != 200 {

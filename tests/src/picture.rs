@@ -4,12 +4,12 @@ use anyhow::{Context, Result, bail};
 use std::fs;
 use std::path::Path;
 
-/// An image with eight bits per channel, without transparency, rows from the top.
+/// An image with eight bits per channel and without transparency. Rows start at the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Picture {
-    /// In pixels.
+    /// Size in pixels.
     pub width: u32,
-    /// In pixels.
+    /// Size in pixels.
     pub height: u32,
     /// Red, green and blue of each pixel.
     pub rgb: Vec<[u8; 3]>,
@@ -22,7 +22,7 @@ pub struct Difference {
     pub mean: f64,
     /// Largest difference of a channel.
     pub max: u8,
-    /// Pixels with a channel that differs by more than the tolerance of [`Picture::compare`].
+    /// Number of pixels in which a channel differs by more than the tolerance of [`Picture::compare`].
     pub outliers: usize,
 }
 
@@ -44,7 +44,7 @@ impl Picture {
         Ok(Picture { width: info.width, height: info.height, rgb })
     }
 
-    /// Encodes a PNG, favouring speed over size.
+    /// Encodes a PNG, preferring speed over size.
     pub fn encode(&self) -> Result<Vec<u8>> {
         let mut out = Vec::new();
         let mut encoder = png::Encoder::new(&mut out, self.width, self.height);
@@ -63,7 +63,7 @@ impl Picture {
         Picture::decode(&bytes).with_context(|| path.display().to_string())
     }
 
-    /// Writes a PNG file, and the directories above it.
+    /// Writes a PNG file, creating its parent directories.
     pub fn save(&self, path: &Path) -> Result<()> {
         if let Some(dir) = path.parent() {
             fs::create_dir_all(dir)?;
@@ -72,7 +72,7 @@ impl Picture {
         fs::write(path, bytes).with_context(|| format!("cannot write {}", path.display()))
     }
 
-    /// The pixel at a point, clamped into the picture.
+    /// The pixel at a point, which is clamped to the picture.
     pub fn pixel(&self, x: f64, y: f64) -> [u8; 3] {
         let column = (x.max(0.0) as u32).min(self.width - 1);
         let row = (y.max(0.0) as u32).min(self.height - 1);
@@ -91,7 +91,7 @@ impl Picture {
         count
     }
 
-    /// Number of different colours; an empty picture has one.
+    /// Number of distinct colours; an empty picture counts as one.
     pub fn colors(&self) -> usize {
         let mut colors = self.rgb.clone();
         colors.sort_unstable();
@@ -99,7 +99,7 @@ impl Picture {
         colors.len()
     }
 
-    /// Compares with a picture of the same size; `tolerance` decides what an outlier is.
+    /// Compares with a picture of the same size. Pixels that differ by more than `tolerance` are outliers.
     pub fn compare(&self, other: &Picture, tolerance: u8) -> Result<Difference> {
         if (self.width, self.height) != (other.width, other.height) {
             bail!(
@@ -122,7 +122,7 @@ impl Picture {
         Ok(Difference { mean, max, outliers })
     }
 
-    /// The difference of the two, brightened to be visible.
+    /// The difference of two pictures, brightened to be visible.
     pub fn difference(&self, other: &Picture) -> Picture {
         let rgb = self.rgb.iter().zip(&other.rgb);
         let rgb = rgb

@@ -1,5 +1,5 @@
-//! Runs browser cases, some at a time in one browser, each with a server and visitors of its own, and prints
-//! their names as they end. A case that fails leaves pictures of its pages in `target/browser`.
+//! Runs browser cases, several at a time in one browser, each with a separate server and visitors, and prints their
+//! names as they end. A failed case leaves pictures of its pages in `target/browser`.
 
 use crate::browser::{Browser, Visitor};
 use crate::scripts::FEW_FRAMES;
@@ -14,18 +14,18 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::task::JoinError;
 
-/// Ends a case that hangs. Long enough for one that takes a hundred times as long as usual.
+/// Time limit of a case, for those that hang. Generous enough for one that takes a hundred times as long as usual.
 const CASE_WITHIN: Duration = Duration::from_secs(4 * LONG.as_secs());
 
-/// Cases that run at a time, unless `--test-threads` says otherwise. More would only take processors from each other.
+/// Number of concurrent cases, unless `--test-threads` is given. More would only compete for processors.
 const LANES: usize = 2;
-/// Slowest cases that are named at the end.
+/// Number of slowest cases listed at the end.
 const SLOWEST: usize = 5;
 
 pub struct Case {
-    /// The statement that it tests.
+    /// The statement that the case tests.
     name: String,
-    /// Runs while no other case does.
+    /// Whether the case must run while no other does.
     alone: bool,
     run: Box<dyn Fn(Arc<Stage>) -> Running>,
 }
@@ -41,7 +41,7 @@ impl Case {
         Case { name: name.into(), alone: false, run: Box::new(move |stage| Box::pin(run(stage))) }
     }
 
-    /// The same case, which has the machine to itself: it compares times.
+    /// Makes the case run alone, because it compares times.
     pub fn alone(self) -> Case {
         Case { alone: true, ..self }
     }
@@ -72,7 +72,7 @@ impl Stage {
         Ok(Stage { server, browser, visitors, tabs, notes })
     }
 
-    /// Adds a line to what is printed below the case's name.
+    /// Adds a line to the notes printed below the case's name.
     pub fn note(&self, line: impl Into<String>) {
         lock(&self.notes).push(line.into());
     }
@@ -82,7 +82,7 @@ impl Stage {
         self.visit_link(&self.server.link(path), screen).await
     }
 
-    /// Opens a new visitor's page at an address.
+    /// Opens a new visitor's page at a URL.
     pub async fn visit_link(&self, link: &str, screen: Screen) -> Result<Tab> {
         let visitor = self.browser.visitor().await?;
         lock(&self.visitors).push(visitor.clone());
@@ -98,12 +98,12 @@ impl Stage {
         Ok(tab)
     }
 
-    /// Opens a new visitor's page at `path`, after a script has changed the browser.
+    /// Opens a new visitor's page at `path`, after a script has modified the browser's environment.
     pub async fn visit_changed(&self, script: &str, path: &str) -> Result<Tab> {
         self.visit_link_changed(script, &self.server.link(path), Screen::SMALL).await
     }
 
-    /// Opens a new visitor's page at an address, after a script has changed the browser.
+    /// Opens a new visitor's page at a URL, after a script has modified the browser's environment.
     pub async fn visit_link_changed(
         &self,
         script: &str,
@@ -146,7 +146,7 @@ impl Stage {
         Ok(())
     }
 
-    /// Saves pictures of all pages, for the analysis of a failure.
+    /// Saves pictures of all pages, to analyse a failure.
     async fn save_pictures(&self, name: &str) {
         let tabs = lock(&self.tabs).clone();
         for (index, tab) in tabs.iter().enumerate() {
@@ -158,7 +158,7 @@ impl Stage {
         }
     }
 
-    /// Closes a page, which would draw until the end of the case; fails if its console shows an error.
+    /// Closes a page, which would otherwise keep drawing; fails if its console shows an error.
     pub async fn close(&self, tab: Tab) -> Result<()> {
         self.check_consoles()?;
         lock(&self.tabs).retain(|open| !open.is(&tab));
@@ -177,7 +177,7 @@ impl Stage {
     }
 }
 
-/// Whether `JOSTLE_LONG` asks for what is done only before a release.
+/// Whether `JOSTLE_LONG` asks for the tests that only run before a release.
 pub fn is_long() -> bool {
     std::env::var_os("JOSTLE_LONG").is_some_and(|value| value == "1")
 }
@@ -188,9 +188,9 @@ pub fn artifacts() -> PathBuf {
     tests.parent().unwrap_or(tests).join("target/browser")
 }
 
-/// Arguments of the program, as other harnesses have them.
+/// Command-line arguments, compatible with other test harnesses.
 struct Options {
-    /// Parts of names of the cases that are run; all without any.
+    /// Substrings of the names of the cases to run; all run if it is empty.
     wanted: Vec<String>,
     lanes: usize,
     list: bool,
@@ -207,7 +207,7 @@ impl Options {
                     let number = given.next().and_then(|number| number.parse().ok());
                     options.lanes = number.context("--test-threads takes a number from 1 on")?;
                 }
-                // Meant for other harnesses.
+                // Ignored: options of other harnesses.
                 dashed if dashed.starts_with('-') => {}
                 _ => options.wanted.push(argument),
             }
@@ -220,7 +220,7 @@ impl Options {
     }
 }
 
-/// Runs the cases that the arguments ask for, or all.
+/// Runs the cases selected by the arguments, or all.
 pub fn main(cases: &[Case]) -> ExitCode {
     match start(cases) {
         Ok(0) => ExitCode::SUCCESS,
@@ -232,7 +232,7 @@ pub fn main(cases: &[Case]) -> ExitCode {
     }
 }
 
-/// Runs or lists the cases that the arguments ask for; returns how many failed.
+/// Runs or lists the selected cases; returns how many failed.
 fn start(cases: &[Case]) -> Result<usize> {
     let options = Options::read()?;
     let chosen: Vec<&Case> = cases.iter().filter(|case| options.wants(&case.name)).collect();
@@ -244,7 +244,7 @@ fn start(cases: &[Case]) -> Result<usize> {
     runtime.context("no runtime")?.block_on(run(chosen, options.lanes))
 }
 
-/// Runs the cases, those last that have to be alone, and returns how many failed.
+/// Runs the cases, with those that must be alone at the end; returns how many failed.
 async fn run(cases: Vec<&Case>, lanes: usize) -> Result<usize> {
     let begin = Instant::now();
     let browser = Arc::new(Browser::launch().await?);
@@ -265,7 +265,7 @@ async fn run(cases: Vec<&Case>, lanes: usize) -> Result<usize> {
     Ok(summarize(reports, begin.elapsed()))
 }
 
-/// Prints a case's name, and why it failed.
+/// Prints a case's name, and the reason if it failed.
 fn print(report: &Report) {
     let Report { name, took, outcome, notes } = report;
     let verdict = if outcome.is_ok() { "ok" } else { "FAILED" };
@@ -276,7 +276,7 @@ fn print(report: &Report) {
     notes.iter().for_each(|note| println!("    {note}"));
 }
 
-/// Prints the slowest cases and those that failed; returns how many these are.
+/// Prints the slowest and the failed cases; returns how many failed.
 fn summarize(mut reports: Vec<Report>, took: Duration) -> usize {
     reports.sort_by_key(|report| std::cmp::Reverse(report.took));
     println!("\nthe slowest:");
@@ -304,7 +304,7 @@ async fn run_one<'a>(case: &'a Case, browser: &Arc<Browser>) -> Report<'a> {
     Report { name: &case.name, took: begin.elapsed(), outcome, notes }
 }
 
-/// Runs a case on its stage; returns how it ended, and what it noted.
+/// Runs a case on its stage; returns its result and notes.
 async fn play(case: &Case, stage: Arc<Stage>) -> (Result<()>, Vec<String>) {
     let mut task = tokio::spawn((case.run)(Arc::clone(&stage)));
     let outcome = match tokio::time::timeout(CASE_WITHIN, &mut task).await {
@@ -329,7 +329,7 @@ async fn play(case: &Case, stage: Arc<Stage>) -> (Result<()>, Vec<String>) {
     }
 }
 
-/// What a failed assertion says; its place in the code was printed when it failed.
+/// The message of a failed assertion. Its location was printed when it failed.
 fn assertion(error: JoinError) -> String {
     let Ok(panic) = error.try_into_panic() else { return "the case was cancelled".to_owned() };
     match panic.downcast::<String>() {

@@ -1,6 +1,6 @@
 //! Scenes for servers under test.
 
-/// Many bodies that never rest, so that a second of snapshots is larger than any buffer.
+/// Many bodies that never rest, so that one second of snapshots exceeds any buffer.
 pub const RESTLESS: &str = r#"title = "Restless"
 size = [400, 200]
 gravity = [0, 0]
@@ -50,11 +50,11 @@ restitution = 1
 friction = 0
 "#;
 
-/// Four seats, and something to do.
+/// A small scene with four seats and a tool.
 pub const SMALL: &str = "title = \"Small\"\nsize = [40, 30]\ntools = [\"steer\"]\n\
     groups = [\"hero\"]\n[limits]\nplayers = 4\n[hero]\nspawns = [[20, 15]]\n";
 
-/// Room for more players than any test has, and nothing else.
+/// An empty scene with room for more players than any test has.
 pub const CROWD: &str = r#"title = "Crowd"
 size = [800, 100]
 tools = ["steer"]
@@ -73,7 +73,7 @@ position = [400, 0]
 size = [800, 4]
 "#;
 
-/// A game of two sides in which a ball flies to the right again and again: the right side loses.
+/// A game of two sides in which a ball repeatedly flies to the right, so that the right side loses.
 pub const DUEL: &str = r#"title = "Duel"
 size = [200, 100]
 gravity = [0, 0]

@@ -1,10 +1,10 @@
 //! Scripts that tests run in the page.
 
-/// The page's state as JSON text, or null if there is none yet.
+/// Returns the page's state as JSON text, or null while it has none.
 pub const STATE: &str = "(() => { const state = window.jostle?.state?.(); \
     return !state ? null : typeof state === 'string' ? state : JSON.stringify(state); })()";
 
-/// Records the state in every frame, so that nothing is missed between two polls.
+/// Records the state in every frame, so that polling misses nothing.
 pub const RECORD: &str = r#"(() => {
     const recorded = window.recorded = {states: [], kinds: {}, particles: 0, emitters: 0};
     const look = () => {
@@ -23,8 +23,8 @@ pub const RECORD: &str = r#"(() => {
     return true;
 })()"#;
 
-/// Centre of an element, or null if it is not shown, as soon as it stands still from one frame to the next and
-/// nothing covers it: a slow page may still be laid out again, and a click would miss.
+/// Returns the centre of an element, or null if it is not shown. Waits until it has not moved for a frame and nothing
+/// covers it, since layout may still be changing on a slow page, and a click would miss.
 pub const MIDDLE: &str = r#"async selector => {
     const shown = () => {
         const element = document.querySelector(selector);
@@ -43,8 +43,8 @@ pub const MIDDLE: &str = r#"async selector => {
     return before?.at ?? null;
 }"#;
 
-/// Pages draw 10 frames a second at most: enough for all that is compared, and drawing is most of what a page without
-/// a graphics card costs. Scripts of tests may use every frame.
+/// Limits pages to 10 frames per second: enough for all comparisons, while drawing is most of a page's cost without a
+/// graphics card. Test scripts can still use every frame.
 pub const FEW_FRAMES: &str = r#"(() => {
     const frame = window.everyFrame = window.requestAnimationFrame.bind(window);
     let drawn = 0;
@@ -59,8 +59,9 @@ pub const FEW_FRAMES: &str = r#"(() => {
     };
 })()"#;
 
-/// A script for [`Tab::before_load`](crate::tab::Tab::before_load): frames follow each other as fast as the machine can, and the page's clock runs
-/// ahead in each by nearly the most ticks that a room in the page plays at once.
+/// A script for [`Tab::before_load`](crate::tab::Tab::before_load) that speeds up the page: frames follow each other as
+/// fast as possible, and each advances the page's clock by nearly the maximum number of ticks that a local room plays
+/// at once.
 pub const HASTE: &str = r#"(() => {
     const FRAME_MS = 80;
     const now = performance.now.bind(performance);
@@ -79,6 +80,6 @@ pub const HASTE: &str = r#"(() => {
     };
 })()"#;
 
-/// A slow renderer shows a page some frames later.
+/// Waits for several frames, since a slow renderer shows a page with a delay.
 pub const FRAMES: &str = "(async () => { for (let frame = 0; frame < 20; frame += 1) \
     await new Promise(requestAnimationFrame); return true; })()";

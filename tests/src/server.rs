@@ -9,11 +9,11 @@ use tokio::net::TcpListener;
 use tokio::sync::oneshot;
 use tokio::task::JoinHandle;
 
-/// Ends a wait for something that will not happen. A test never measures with it: a machine may take a hundred
-/// times as long as another, and give a test no processor for seconds.
+/// Time limit of waits for something that should happen. Tests never measure against it: one machine may be a hundred
+/// times slower than another and leave a test without a processor for seconds.
 pub const LONG: Duration = Duration::from_secs(300);
 
-/// The waits of a server whose clients may be that slow. A test of one of them shortens that one.
+/// Timeouts of a server whose clients may be that slow. A test of a particular timeout shortens only that one.
 pub const PATIENT: Waits = Waits {
     http_head: LONG,
     http_body: LONG,
@@ -32,18 +32,18 @@ pub const PATIENT: Waits = Waits {
     ..Waits::USUAL
 };
 
-/// The proxy of a server on a machine that fails on demand, on Linux.
+/// Address of the trusted proxy of `shaky_host`, on Linux.
 pub const PROXY: Ipv4Addr = Ipv4Addr::new(127, 9, 0, 1);
-/// The operators' token there.
+/// Operators' token of `shaky_host`.
 pub const OPS_TOKEN: &str = "correct-horse-battery";
 
-/// A short wait for a test: it can be sat out, and a client that means well is in time on a slow machine too.
+/// A timeout short enough to sit out in a test, yet long enough for a well-behaved client on a slow machine.
 pub const BRIEF: Duration = Duration::from_secs(5);
 
-/// A wait that no client has to keep to: on a busy machine one that means well may miss it.
+/// A timeout that well-behaved clients are not expected to meet; on a busy machine they may miss it.
 pub const SOON: Duration = Duration::from_millis(500);
 
-/// The server as shipped, but patient.
+/// The server as shipped, but with long timeouts.
 pub fn patient() -> Config {
     Config { waits: PATIENT, rooms_max: 64, ..Config::default() }
 }
@@ -61,7 +61,7 @@ impl Server {
         Server::start_at(SocketAddr::from(([127, 0, 0, 1], 0)), config).await
     }
 
-    /// Starts at a given address, as after a restart.
+    /// Starts at a given address, as a restarted server does.
     pub async fn start_at(address: SocketAddr, config: Config) -> Result<Server> {
         let listener = TcpListener::bind(address).await.context("cannot listen")?;
         let address = listener.local_addr()?;
@@ -73,14 +73,14 @@ impl Server {
         Ok(Server { address, stop, served })
     }
 
-    /// The address of a page: `path` begins with a slash.
+    /// The URL of a page; `path` starts with a slash.
     pub fn link(&self, path: &str) -> String {
         format!("http://{}{path}", self.address)
     }
 
-    /// Stops the server as SIGTERM does, and waits for its end.
+    /// Stops the server as SIGTERM would, and waits for its end.
     pub async fn stop(self) -> Result<()> {
-        // It may have ended by itself; then its result shows why.
+        // The server may have ended by itself; its result then shows why.
         let _ = self.stop.send(());
         self.served.await.context("the server panicked")?.context("the server failed")
     }

@@ -10,13 +10,13 @@ pub struct State {
     /// `unsupported`.
     #[serde(default)]
     pub state: String,
-    /// The own seat, if there is one.
+    /// The page's own seat, if it has one.
     #[serde(default)]
     pub seat: Option<u16>,
-    /// Displayed tick with its fraction: a little behind the server.
+    /// Displayed tick with its fraction, slightly behind the server.
     #[serde(default)]
     pub tick: Option<f64>,
-    /// State hash of a game in the page, 16 hex digits.
+    /// State hash of a game that runs in the page, 16 hex digits.
     #[serde(default)]
     pub hash: Option<String>,
     /// Tick of that hash.
@@ -37,7 +37,7 @@ pub struct State {
     /// Frames drawn since the page was opened.
     #[serde(default)]
     pub drawn_frames: u64,
-    /// GPU resources, once there are any.
+    /// GPU resources, once they have been created.
     #[serde(default)]
     pub gpu: Option<Gpu>,
     /// For each section of snapshots, the number of messages that contained it.
@@ -46,16 +46,16 @@ pub struct State {
     /// Events received that started emitters.
     #[serde(default)]
     pub emitter_events: u64,
-    /// Position of the own hero in the newest snapshot.
+    /// Position of the player's hero in the newest snapshot.
     #[serde(default)]
     pub told_place: Option<[f32; 2]>,
-    /// Prediction of the own hero.
+    /// Prediction of the player's hero.
     #[serde(default)]
     pub prediction: Option<Prediction>,
     /// Position of a ghost on the stage, world units.
     #[serde(default)]
     pub ghost: Option<[f32; 2]>,
-    /// The replay that is shown.
+    /// The replay on display.
     #[serde(default)]
     pub replay: Option<Shown>,
     #[serde(default)]
@@ -75,7 +75,7 @@ pub struct Sound {
     pub on: bool,
 }
 
-/// Prediction of the own hero.
+/// Prediction of the player's hero.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Prediction {
     /// Smoothed distance between the server's position and the predicted one for the same tick,
@@ -89,26 +89,26 @@ pub struct Prediction {
 pub struct Gpu {
     /// Names of the pipelines.
     pub pipelines: Vec<String>,
-    /// Bytes of the texels of each texture.
+    /// Size of each texture, bytes.
     pub textures: BTreeMap<String, u64>,
 }
 
-/// A replay as it is shown.
+/// A replay on display.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Shown {
     /// Whole tick on display.
     pub tick: u32,
     /// Last tick that can be shown.
     pub last: u32,
-    /// Whether it plays.
+    /// Whether the replay is playing.
     pub playing: bool,
-    /// Multiple of real time.
+    /// Playback speed as a multiple of real time.
     pub speed: f64,
-    /// Whether it is seeking.
+    /// Whether the replay is seeking.
     pub seeking: bool,
-    /// State hash of the displayed tick, 16 hex digits; none while it is seeking.
+    /// State hash of the displayed tick, 16 hex digits; `None` while seeking.
     pub hash: Option<String>,
-    /// Last tick up to which all were compared and equal.
+    /// All ticks up to this one have been compared and are equal.
     pub agrees_until: u32,
     /// First tick known to differ.
     pub differs_at: Option<u32>,
@@ -123,7 +123,7 @@ pub struct Shown {
 pub struct ShownView {
     /// World point at the centre.
     pub center: [f32; 2],
-    /// World units from bottom to top.
+    /// Visible height, world units.
     pub height: f32,
     pub pixels: [u32; 2],
 }
@@ -131,7 +131,7 @@ pub struct ShownView {
 /// A body as shown.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 pub struct Body {
-    /// Its index, which may be reused by a later body of the next generation.
+    /// The body's index, which a later body of the next generation may reuse.
     pub id: u32,
     /// Number of earlier bodies with the same index.
     pub generation: u32,
@@ -150,11 +150,11 @@ pub struct Player {
     /// Seat in the room.
     pub seat: u16,
     pub name: String,
-    /// Whether there is a socket.
+    /// Whether the player has a socket.
     pub connected: bool,
-    /// The body that H, M, P or a press has selected.
+    /// The body selected by H, M, P or a press.
     pub selected: Option<u32>,
-    /// The body that X holds.
+    /// The body held with X.
     pub held: Option<u32>,
 }
 
@@ -190,27 +190,27 @@ impl State {
         self.bodies.iter().filter(|body| body.kind == kind).collect()
     }
 
-    /// Whether the page plays and shows its own hero.
+    /// Whether the page is playing and shows its own hero.
     pub fn plays(&self) -> bool {
         self.state == "playing" && self.own_hero().is_some()
     }
 }
 
-/// The page's report from frame to frame, see `Tab::record`.
+/// The page's state recorded frame by frame; see `Tab::record`.
 #[derive(Clone, Debug, Default, Deserialize)]
 pub struct Recorded {
     /// States in the order in which they were first seen.
     pub states: Vec<String>,
-    /// Most bodies of a kind at once.
+    /// Largest number of bodies of a kind at once.
     pub kinds: BTreeMap<String, u32>,
-    /// Most particles at once.
+    /// Largest number of particles at once.
     pub particles: u32,
-    /// Most emitters at once.
+    /// Largest number of emitters at once.
     pub emitters: u32,
 }
 
 impl Recorded {
-    /// Most bodies of a kind at once.
+    /// Largest number of bodies of a kind at once.
     pub fn most_of(&self, kind: &str) -> u32 {
         self.kinds.get(kind).copied().unwrap_or(0)
     }

@@ -1,7 +1,7 @@
-//! One page in the browser: its state, its pictures, and a person's keys, mouse and fingers.
+//! One page in the browser: its state and screenshots, and simulated keys, mouse and touch.
 //!
-//! Nothing here waits for a fixed time: [`Tab::until`] polls the page until a condition holds, and
-//! fails at a deadline with the page's last state.
+//! Nothing here waits for a fixed time: [`Tab::until`] polls the page until a condition holds, or fails at a deadline
+//! with the page's last state.
 
 use crate::devtools::{Event, Session, text};
 use crate::picture::Picture;
@@ -25,31 +25,31 @@ pub struct Screen {
     pub width: u32,
     /// CSS pixels.
     pub height: u32,
-    /// Whether it is a phone: touched, not clicked.
+    /// Whether it is a touch screen, operated without a mouse.
     pub touch: bool,
-    /// Device pixels a CSS pixel. Fewer are drawn sooner, and layout depends on CSS pixels alone.
+    /// Device pixels per CSS pixel. Fewer are faster to draw, and layout depends only on CSS pixels.
     pub scale: f64,
 }
 
 impl Screen {
     /// Small, so that a software renderer keeps up.
     pub const SMALL: Screen = Screen { width: 640, height: 360, touch: false, scale: 0.5 };
-    /// Hardly anything to draw.
+    /// So small that drawing costs almost nothing.
     pub const TINY: Screen = Screen { width: 64, height: 36, touch: false, scale: 1.0 };
     /// The narrowest phone that is supported.
     pub const PHONE: Screen = Screen { width: 360, height: 740, touch: true, scale: 0.5 };
-    /// A phone on its side.
+    /// A phone in landscape orientation.
     pub const PHONE_ON_SIDE: Screen = Screen { width: 640, height: 360, touch: true, scale: 0.5 };
     pub const LAPTOP: Screen = Screen { width: 1280, height: 720, touch: false, scale: 0.5 };
     pub const LARGE: Screen = Screen { width: 3840, height: 2160, touch: false, scale: 0.25 };
 
-    /// The same screen with all pixels, for what is read off a picture.
+    /// The same screen at full resolution, for tests that examine pictures.
     pub const fn sharp(self) -> Screen {
         Screen { scale: 1.0, ..self }
     }
 
     fn metrics(self) -> Value {
-        // Pictures for people show all pixels.
+        // Pictures for people have full resolution.
         let Screen { width, height, touch, scale } =
             if std::env::var_os("JOSTLE_PICTURES").is_some() { self.sharp() } else { self };
         json!({"width": width, "height": height, "deviceScaleFactor": scale, "mobile": touch})
@@ -61,7 +61,7 @@ pub struct Tab {
     session: Session,
     screen: Screen,
     errors: Arc<Mutex<Vec<String>>>,
-    /// Identifier of the document that was loaded last.
+    /// Identifier of the most recently loaded document.
     loaded: watch::Receiver<String>,
 }
 
@@ -83,7 +83,7 @@ impl Tab {
             ("Log.enable", json!({})),
             ("Emulation.setDeviceMetricsOverride", screen.metrics()),
             ("Emulation.setTouchEmulationEnabled", json!({"enabled": touch})),
-            // Several windows play at once; each has to believe that it has the focus.
+            // Several windows run at once, and each has to believe that it has the focus.
             ("Emulation.setFocusEmulationEnabled", json!({"enabled": true})),
         ] {
             session.call(method, params).await?;
@@ -91,13 +91,13 @@ impl Tab {
         Ok(Tab { session, screen, errors, loaded })
     }
 
-    /// Goes to an address, and waits until the page is loaded.
+    /// Navigates to a URL and waits until the page is loaded.
     pub async fn go(&self, link: &str) -> Result<()> {
         let answer = self.session.call("Page.navigate", json!({"url": link})).await?;
         if let Some(error) = answer["errorText"].as_str() {
             bail!("cannot open {link}: {error}");
         }
-        // Without a document of its own it is a place in the page that is shown already.
+        // Without a new document it is a navigation within the current page.
         if let Some(document) = answer["loaderId"].as_str() {
             let mut loaded = self.loaded.clone();
             let loaded = loaded.wait_for(|last| last == document);
@@ -107,7 +107,7 @@ impl Tab {
         Ok(())
     }
 
-    /// Loads the page again, and waits until it is loaded.
+    /// Reloads the page and waits until it is loaded.
     pub async fn reload(&self) -> Result<()> {
         let mut loaded = self.loaded.clone();
         loaded.mark_unchanged();
@@ -116,7 +116,7 @@ impl Tab {
         again.context("the page is not loaded again")?.context("the page is gone")
     }
 
-    /// Goes to a path as a link within the page does: nothing is loaded again.
+    /// Navigates to a path as a link within the page does, without reloading.
     pub async fn go_within(&self, path: &str) -> Result<()> {
         let path = serde_json::to_string(path)?;
         let go = format!(
@@ -182,7 +182,7 @@ impl Tab {
         Ok(())
     }
 
-    /// Waits until this many more ticks were displayed: game time, independent of the machine.
+    /// Waits until this many more ticks have been displayed, which is game time and independent of the machine.
     pub async fn ticks(&self, count: u32) -> Result<State> {
         let begin = self.state().await?.ticks();
         self.until(&format!("{count} ticks later"), |s| s.ticks() >= begin + count).await
@@ -215,13 +215,13 @@ impl Tab {
         .await
     }
 
-    /// Whether a press on a world point meets the world, and not a part of the page above it.
+    /// Whether a press at a world point hits the world rather than a page element above it.
     pub async fn is_open(&self, point: [f32; 2]) -> Result<bool> {
         let [x, y] = self.to_page(point).await?;
         self.eval(&format!("document.elementFromPoint({x}, {y})?.id === 'stage'")).await
     }
 
-    /// Presses a key and keeps it down: a letter, or a name such as `Escape`, `F3`.
+    /// Presses a key and keeps it down: a letter, or a name such as `Escape` or `F3`.
     pub async fn key_down(&self, key: &str) -> Result<()> {
         self.key(key, "rawKeyDown").await
     }
@@ -237,7 +237,7 @@ impl Tab {
         self.key_up(key).await
     }
 
-    /// Presses a key and releases it, with `Ctrl+`, `Shift+` or `Alt+` before its name.
+    /// Presses and releases a key, with `Ctrl+`, `Shift+` or `Alt+` before its name if needed.
     pub async fn press(&self, chord: &str) -> Result<()> {
         let mut parts: Vec<&str> = chord.split('+').collect();
         let key = parts.pop().context("a key")?;
@@ -276,7 +276,7 @@ impl Tab {
         Ok(at)
     }
 
-    /// Like [`Tab::until`], while the mouse stays on a world point, however the view moves.
+    /// Like [`Tab::until`], but keeps the mouse on a world point while the view moves.
     pub async fn until_aimed(
         &self,
         point: [f32; 2],
@@ -328,7 +328,7 @@ impl Tab {
         sent.with_context(|| format!("mouse at {x}, {y}")).map(drop)
     }
 
-    /// Clicks the first element that a CSS selector finds.
+    /// Clicks the first element that matches a CSS selector.
     pub async fn click_on(&self, selector: &str) -> Result<()> {
         let at = self.middle_of(selector).await?;
         self.move_to(at, false).await?;
@@ -343,21 +343,21 @@ impl Tab {
         self.session.call("Input.insertText", json!({"text": text})).await.map(drop)
     }
 
-    /// Centre of the first element that a CSS selector finds, scrolled into view.
+    /// Centre of the first element that matches a CSS selector, scrolled into view.
     pub async fn middle_of(&self, selector: &str) -> Result<[f64; 2]> {
         let quoted = serde_json::to_string(selector)?;
         let middle: Option<[f64; 2]> = self.eval(&format!("({MIDDLE})({quoted})")).await?;
         middle.with_context(|| format!("{selector} is not on the page"))
     }
 
-    /// Puts a finger down, or moves it.
+    /// Starts or moves a touch.
     pub async fn touch(&self, [x, y]: [f64; 2], moved: bool) -> Result<()> {
         let kind = if moved { "touchMove" } else { "touchStart" };
         let sent = self.fingers(kind, json!([{"x": x, "y": y}])).await;
         sent.with_context(|| format!("finger at {x}, {y}"))
     }
 
-    /// Drags with the left button from one point of the page to another, in some steps.
+    /// Drags with the left button from one point of the page to another, in several steps.
     pub async fn drag(&self, from: [f64; 2], to: [f64; 2]) -> Result<()> {
         self.move_to(from, false).await?;
         self.mouse_down(from).await?;
@@ -393,12 +393,13 @@ impl Tab {
     /// set.
     pub async fn keep(&self, name: &str) -> Result<()> {
         let Some(dir) = std::env::var_os("JOSTLE_PICTURES") else { return Ok(()) };
-        // So that what was just shown is drawn.
+        // Wait until the latest changes are drawn.
         self.eval::<bool>(FRAMES).await?;
         self.picture().await?.save(&Path::new(&dir).join(format!("{name}.png")))
     }
 
-    /// The same of a phone, a laptop and a large screen, as `NAME-WIDTH.png`, and then of the tab's own screen.
+    /// Saves screenshots for a phone, a laptop and a large screen, as `NAME-WIDTH.png`, and then for the tab's own
+    /// screen.
     pub async fn keep_on_all_screens(&self, name: &str) -> Result<()> {
         if std::env::var_os("JOSTLE_PICTURES").is_none() {
             return Ok(());
@@ -411,17 +412,17 @@ impl Tab {
         Ok(())
     }
 
-    /// Closes the page; nothing more can be asked of it.
+    /// Closes the page, which cannot be used afterwards.
     pub(crate) async fn close(&self) -> Result<()> {
         self.session.call("Page.close", json!({})).await.map(drop)
     }
 
-    /// Whether both are the same page.
+    /// Whether both refer to the same page.
     pub(crate) fn is(&self, other: &Tab) -> bool {
         Arc::ptr_eq(&self.errors, &other.errors)
     }
 
-    /// A screenshot, as soon as two in a row are equal: fonts and pictures are loaded.
+    /// A screenshot taken once two in a row are equal, so that fonts and pictures are loaded.
     pub async fn steady_picture(&self) -> Result<Picture> {
         let deadline = Instant::now() + LONG;
         let mut before = self.png().await?;
@@ -453,7 +454,7 @@ impl Tab {
         }
     }
 
-    /// A screenshot, as a PNG.
+    /// Takes a screenshot, as a PNG.
     pub async fn png(&self) -> Result<Vec<u8>> {
         self.session.call("Page.bringToFront", json!({})).await?;
         let params = json!({"format": "png", "optimizeForSpeed": true});
@@ -465,12 +466,12 @@ impl Tab {
         self.screen
     }
 
-    /// Errors and exceptions of its console so far.
+    /// Console errors and exceptions so far.
     pub fn errors(&self) -> Vec<String> {
         self.errors.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Removes errors that a test caused on purpose.
+    /// Discards errors that a test caused on purpose.
     pub fn ignore_errors(&self, expected: impl Fn(&str) -> bool) {
         let mut errors = self.errors.lock().unwrap_or_else(PoisonError::into_inner);
         errors.retain(|error| !expected(error));
@@ -494,7 +495,7 @@ fn number_of(key: &str) -> i64 {
     }
 }
 
-/// Collects every error of the page's console, and tells which document was loaded last.
+/// Collects all errors of the page's console and tracks which document was loaded last.
 async fn listen(
     mut events: mpsc::UnboundedReceiver<Event>,
     loads: watch::Sender<String>,
@@ -522,7 +523,7 @@ async fn listen(
     }
 }
 
-/// A value that was written to the console.
+/// Formats a value that was written to the console.
 fn shown(value: &Value) -> String {
     match (value.get("value"), value["description"].as_str()) {
         (Some(value), _) => value.to_string(),
@@ -535,7 +536,7 @@ fn exception_text(details: &Value) -> String {
     format!("{} {description}", details["text"].as_str().unwrap_or(""))
 }
 
-/// Points on the way from one to another, the last included.
+/// Points on the way from one point to another, including the last.
 fn way(from: [f64; 2], to: [f64; 2]) -> impl Iterator<Item = [f64; 2]> {
     const STEPS: u32 = 6;
     (1..=STEPS).map(move |step| {

@@ -1,4 +1,4 @@
-//! Writes the corpus for the fuzzer, a directory a property, in `rooms` those of the smaller program:
+//! Writes the corpus for the fuzzer, with one directory per property. Those for the smaller program are in `rooms`:
 //!
 //!     cargo run --package jostle-fuzz --example corpus -- DIR
 

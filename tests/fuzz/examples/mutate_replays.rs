@@ -1,8 +1,9 @@
-//! Mutates replays of every scene and plays what is left of them, on all cores:
+//! Mutates replays of every scene and plays the results, on all cores:
 //!
 //!     cargo run --release -p jostle-fuzz --example mutate_replays -- [COUNT [FIRST]]
 //!
-//! A million by default. A mutation that panics is named by its number; FIRST begins with that one.
+//! COUNT is a million by default. A mutation that panics is reported by its number; pass it as FIRST to start with that
+//! one.
 
 use jostle_fuzz::mutations::{Tally, bases, run};
 use std::num::NonZero;

@@ -1,5 +1,5 @@
-//! The corpus: for each property some inputs that reach deep into the code under test, which also makes them, so that
-//! they always have its present form.
+//! The corpus: for each property some inputs that reach deep into the code under test. That code also generates them,
+//! so they always have the current format.
 
 use crate::{RUN_SCENE, push_part, snapshots};
 use jostle_game::scene::presets;
@@ -51,7 +51,7 @@ fn watcher() -> ClientMessage {
     ClientMessage::Hello { version: VERSION, appearance, token: None, host_key: None, role }
 }
 
-/// An unsigned token, as the fuzzer's room accepts it.
+/// An unsigned token, which the fuzzer's room accepts.
 fn token(seat: u8, serial: u8) -> Token {
     let mut token = Token([0; TOKEN_BYTES]);
     (token.0[0], token.0[1]) = (seat, serial);
@@ -152,11 +152,11 @@ fn coded_events() -> Vec<Vec<u8>> {
     let empty = |tick| Snapshot { tick, ..Snapshot::default() };
     let all = events(16_383);
     let some = all.chunks(1).chain([&all[..]]);
-    // Without the header that the property adds.
+    // The property adds the header.
     some.map(|events| encode(empty(16_383), 1, events)[4..].to_vec()).collect()
 }
 
-/// No particles, an emitter that has just started, and the particles of two emitters after a while.
+/// Encodes no particles, an emitter that has just started, and the particles of two emitters after a while.
 fn encoded_particles() -> Vec<Vec<u8>> {
     let mut particles = Particles::new(presets(), 500);
     let mut encoded_particles = vec![particles.encode()];
@@ -173,7 +173,7 @@ fn encoded_particles() -> Vec<Vec<u8>> {
     encoded_particles
 }
 
-/// For each of the streams, messages that continue it and messages that do not.
+/// For each stream, messages that continue it and messages that do not.
 fn deltas() -> Vec<Vec<u8>> {
     let mut inputs = Vec::new();
     for (chosen, stream) in snapshots::streams().iter().enumerate() {
@@ -190,7 +190,8 @@ fn deltas() -> Vec<Vec<u8>> {
     inputs
 }
 
-/// The next snapshot: bodies and pointers off by `surprise`, and with it deaths, births and events.
+/// The next snapshot of a stream. With a `surprise`, bodies and pointers deviate by it, and bodies die, appear and
+/// cause events.
 fn next(stream: &SnapshotStream, surprise: i32) -> Snapshot {
     let mut next = stream.newest().map_or_else(Snapshot::default, |newest| (**newest).clone());
     next.tick += 1;
@@ -211,7 +212,7 @@ fn next(stream: &SnapshotStream, surprise: i32) -> Snapshot {
 
 // Files.
 
-/// A room of every scene, with a player who uses everything for a while.
+/// A room for every scene, in which a player has used everything for a while.
 fn fresh_rooms() -> impl Iterator<Item = Room> {
     Scene::built_in().into_iter().map(|scene| {
         let mut room = Room::new("corpus", Arc::new(scene), 5);
@@ -231,8 +232,7 @@ fn replays() -> Vec<Vec<u8>> {
     fresh_rooms().map(replay_of).collect()
 }
 
-/// The records of some more ticks, in parts, from the middle of a game, so that a keyframe comes
-/// first.
+/// Records of some more ticks, as parts. They start in the middle of a game, so that a keyframe comes first.
 fn replay_of(mut room: Room) -> Vec<u8> {
     room.record("corpus", 0);
     for seq in 20..30 {
@@ -246,16 +246,16 @@ fn replay_of(mut room: Room) -> Vec<u8> {
     input
 }
 
-/// The first byte of its frame.
+/// Kind of a record: the first byte of its frame.
 fn kind_of(record: &Record) -> u8 {
     record.seal()[0]
 }
 
-/// The shipped scenes are inputs themselves; these are small.
+/// Small scenes. The shipped ones are separate inputs.
 fn scenes() -> Vec<Vec<u8>> {
     let least = "title = \"A\"\nsize = [40, 30]\ngroups = [\"a\"]\n";
     let mut texts = vec![String::new(), least.to_owned(), format!("{least}gravity = [0, -1e9]\n")];
-    // The first half of each shipped scene; games as a whole, since their rules come last.
+    // The first half of each shipped scene, or all of it if it is a game, since rules come last.
     for scene in Scene::built_in() {
         let lines: Vec<&str> = scene.source.lines().collect();
         texts.push(lines[..lines.len() / 2].join("\n"));
@@ -303,7 +303,7 @@ fn tokens() -> Vec<Vec<u8>> {
     all.map(|token| token.0.to_vec()).collect()
 }
 
-/// Maps: the example, one without layers, and one whose object cannot be imported.
+/// Maps: the example, one without layers, and one with an object that cannot be imported.
 fn tiled_maps() -> Vec<Vec<u8>> {
     let head = r#"{"width":9,"height":9,"tilewidth":8,"tileheight":8,"properties":[{"name":"title","value":"A"},{"name":"groups","value":"[\"a\"]"}],"layers":"#;
     let object = r#"[{"type":"objectgroup","objects":[{"type":"wall","polygon":[{"x":0,"y":0},{"x":9,"y":9}]}]}]}"#;
@@ -311,12 +311,12 @@ fn tiled_maps() -> Vec<Vec<u8>> {
     [example.to_owned(), format!("{head}[]}}"), format!("{head}{object}")].map(Vec::from).to_vec()
 }
 
-/// Runs: one player wins, soon and late, and one never moves.
+/// Runs: an early and a late win, and one in which the player never moves.
 fn runs() -> Vec<Vec<u8>> {
     [0, 20, 1000].map(run_after).to_vec()
 }
 
-/// The records, in parts, of a game in which the player flies to the post after this many ticks.
+/// Records, as parts, of a game in which the player flies to the post after this many ticks.
 fn run_after(wait: u32) -> Vec<u8> {
     let scene = Scene::parse("hop.toml", RUN_SCENE).expect("a scene");
     let mut room = Room::new("corpus", Arc::new(scene), 3);
@@ -335,7 +335,7 @@ fn run_after(wait: u32) -> Vec<u8> {
     input
 }
 
-/// Scenes of guests: within the budget, above it, and with a text that deceives.
+/// Guest scenes: within the budget, above it, and with deceptive text.
 fn guest_scenes() -> Vec<Vec<u8>> {
     let small = ["arena", "hill", "planets", "slingshot"];
     let mut texts: Vec<String> = Scene::built_in()

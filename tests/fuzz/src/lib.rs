@@ -1,6 +1,6 @@
-//! Properties that hold for any bytes from a peer or a file, one function per kind of input. Each
-//! panics if it does not hold. `tests` tries a corpus and thousands of mutations of it
-//! in every run, the fuzzer's program in `targets` tries millions: `cargo xtask fuzz`.
+//! Properties that hold for any bytes from a peer or a file, one function per kind of input. Each panics if it is
+//! violated. The tests in `tests` try a corpus and thousands of mutations in every run; the fuzzer in `targets` tries
+//! millions (`cargo xtask fuzz`).
 
 #[cfg(feature = "server")]
 mod corpus;
@@ -24,10 +24,10 @@ pub use server::{RUN_SCENE, SIGNING_KEY, guest_scene, handshake, link, run, toke
 #[cfg(feature = "server")]
 pub use tiled::tiled_map;
 
-/// A property of bytes; panics if it does not hold.
+/// A property of bytes; panics if it is violated.
 pub type Property = fn(&[u8]);
 
-/// Properties of which the fuzzer's program is small and fast.
+/// Properties that need no server, so that their fuzzing program is small and fast.
 pub const OF_ROOMS: [(&str, Property); 9] = [
     ("client_message", client_message),
     ("server_message", server_message),
@@ -40,7 +40,7 @@ pub const OF_ROOMS: [(&str, Property); 9] = [
     ("room", room),
 ];
 
-/// Properties of what only a server or the command line reads.
+/// Properties of input that only the server or the command line reads.
 #[cfg(feature = "server")]
 pub const OF_SERVERS: [(&str, Property); 6] = [
     ("link", link),
@@ -51,7 +51,7 @@ pub const OF_SERVERS: [(&str, Property); 6] = [
     ("tiled_map", tiled_map),
 ];
 
-/// The property of this name; without the feature `server` there are those [`OF_ROOMS`].
+/// Finds a property by name; without the feature `server`, only those [`OF_ROOMS`].
 pub fn property(name: &str) -> Option<Property> {
     #[cfg(feature = "server")]
     let servers = OF_SERVERS.as_slice();
@@ -61,8 +61,8 @@ pub fn property(name: &str) -> Option<Property> {
     all.find(|(known, _)| *known == name).map(|(_, property)| *property)
 }
 
-/// Takes a part off an input that consists of several, each after its kind and length; a length
-/// that is too large takes the rest.
+/// Splits the next part off an input. Each part is preceded by its kind and length; a length that is too large takes
+/// the rest.
 fn part<'a>(bytes: &mut &'a [u8]) -> Option<(u8, &'a [u8])> {
     let (&[kind, low, high], rest) = bytes.split_first_chunk()?;
     let length = usize::from(u16::from_le_bytes([low, high])).min(rest.len());

@@ -1,5 +1,5 @@
-//! Messages. An accepted message has exactly one form, but for pointers, which are rounded: it encodes to the bytes that
-//! it was decoded from.
+//! Messages. Except for pointers, which are rounded, an accepted message has exactly one form: it encodes to the bytes
+//! from which it was decoded.
 
 use crate::part;
 use crate::snapshots::streams;
@@ -16,7 +16,7 @@ pub fn client_message(bytes: &[u8]) {
     if let Ok(message) = ClientMessage::decode(bytes) {
         let again = message.encode();
         match message {
-            // Only the version number is read.
+            // Only the version number of such a hello is read.
             ClientMessage::Hello { version, .. } if version != VERSION => (),
             ClientMessage::Input { .. } => assert_eq!(ClientMessage::decode(&again), Ok(message)),
             _ => assert_eq!(again, bytes, "{message:?}"),
@@ -24,7 +24,7 @@ pub fn client_message(bytes: &[u8]) {
     }
 }
 
-/// A server's message; of a snapshot only the first byte is looked at.
+/// A message from the server. Only the first byte of a snapshot is examined here.
 pub fn server_message(bytes: &[u8]) {
     if let Ok(message) = ServerMessage::decode(bytes) {
         assert_eq!(message.encode(), bytes, "{message:?}");
@@ -42,20 +42,20 @@ pub fn keyframe(bytes: &[u8]) {
     assert_eq!(again, bytes, "{newest:?}");
 }
 
-/// Ticks from one message to the next, as stored after the tick of a keyframe.
+/// The message interval in ticks, as stored after the tick of a keyframe.
 fn bytes_every(keyframe: &[u8]) -> u8 {
     let tick_bytes = 1 + keyframe[1..].iter().position(|byte| byte & 0x80 == 0).unwrap_or(0);
     keyframe[1 + tick_bytes]
 }
 
-/// Events, in a keyframe with nothing else.
+/// Events in a keyframe without other sections.
 pub fn events(bytes: &[u8]) {
-    // Kind, sections, tick 16383, one message per tick.
+    // Header: kind, sections, tick 16383, one message per tick.
     keyframe(&[&[0b1110_0000, 0xff, 0x7f, 1], bytes].concat());
 }
 
-/// The particles of a keyframe: accepted particles encode to as many bytes, and live no longer than
-/// their recipes allow.
+/// The particles of a keyframe: accepted particles encode to the same number of bytes and live no longer than their
+/// recipes allow.
 pub fn particles(bytes: &[u8]) {
     let Ok(mut particles) = Particles::decode(presets(), PARTICLES_MAX, bytes) else { return };
     assert_eq!(particles.encode().len(), bytes.len());
@@ -81,7 +81,7 @@ pub fn delta(bytes: &[u8]) {
         };
         assert_sound(&reader, &decoded, message);
         if message[0] & 0x40 == 0 {
-            // Shorter bytes may exist for the same snapshot, but they decode to the same.
+            // A shorter encoding of the same snapshot may exist, but it must decode to the same result.
             let newest = reader.newest().expect("a snapshot was read");
             let again = sender.clone().decode(&sender.encode(newest, &decoded.events));
             assert_eq!(again.map(|decoded| decoded.events), Ok(decoded.events));
@@ -89,7 +89,7 @@ pub fn delta(bytes: &[u8]) {
     }
 }
 
-/// An accepted snapshot could have been sent, and takes no more memory than one that was.
+/// Asserts that an accepted snapshot is one that could have been sent, and takes no more memory than a real one.
 fn assert_sound(reader: &SnapshotStream, decoded: &Decoded, bytes: &[u8]) {
     let snapshot = reader.newest().expect("a snapshot was read");
     assert!(snapshot.bodies.is_sorted_by(|a, b| a.id.index < b.id.index));

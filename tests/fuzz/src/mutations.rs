@@ -1,6 +1,6 @@
-//! Mutated replays: each is refused with a message or plays as far as it can be read; none panics
-//! or takes long. Checksums detect plain changes; records that are changed and framed again pass
-//! them and reach everything that reads a replay.
+//! Mutated replays: each is refused with a message or plays as far as it can be read; none panics or takes long.
+//! Checksums detect plain changes; records that are changed and reframed pass them and reach all code that reads a
+//! replay.
 
 use jostle_game::{Buttons, Game, Input, Scene, Seat};
 use jostle_protocol::Appearance;
@@ -14,21 +14,22 @@ use std::time::{Duration, Instant};
 
 /// Ticks of each half of a replay.
 const HALF_TICKS: u32 = 16;
-/// Ticks played of a mutated replay.
+/// Maximum number of ticks played from a mutated replay.
 const TICKS_MAX: u32 = 40;
-/// One replay in this many is also searched and verified, including the search for the cause.
+/// One replay in this many is also tested with seeking and full verification, including the search for the cause of a
+/// divergence.
 const THOROUGH_EVERY: u64 = 2048;
 
 /// Outcomes of the mutated replays.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tally {
-    /// Not opened: no valid replay, or no valid scene.
+    /// Replays that were not opened because the replay or its scene is invalid.
     pub refused: u64,
-    /// Every tick was equal.
+    /// Replays in which every tick was equal.
     pub equal: u64,
-    /// Equal up to a tick that cannot be played.
+    /// Replays that were equal up to a tick that cannot be played.
     pub stopped: u64,
-    /// A tick, a keyframe or the end record differs.
+    /// Replays in which a tick, a keyframe or the end record differs.
     pub differs: u64,
     pub ticks: u64,
     /// Longest time of a tick.
@@ -54,10 +55,10 @@ impl Tally {
 /// A replay to be mutated.
 #[derive(Clone, Debug)]
 pub struct Base {
-    /// Its scene, and whether it begins in the middle of a game.
+    /// The scene's name, and whether the replay begins in the middle of a game.
     pub name: String,
     pub records: Vec<Record>,
-    /// The records as framed bytes: packing takes longer than everything else.
+    /// The framed records, cached because packing takes longer than everything else.
     framed: Vec<Vec<u8>>,
 }
 
@@ -74,8 +75,8 @@ fn file(framed: &[Vec<u8>]) -> Vec<u8> {
     bytes
 }
 
-/// Small replays of every scene, from the start and from the middle of a game, with a keyframe
-/// between two blocks of ticks.
+/// Small replays of every scene, from the start and from the middle of a game, each with a keyframe between two blocks
+/// of ticks.
 pub fn bases() -> Vec<Base> {
     let scenes = Scene::built_in().into_iter().map(Arc::new);
     scenes.flat_map(|scene| [base(&scene, 0), base(&scene, 90)]).collect()
@@ -132,8 +133,8 @@ fn halves(mut block: Block, middle: Keyframe) -> [Record; 3] {
     [Record::Ticks(block), Record::Keyframe(middle), Record::Ticks(later)]
 }
 
-/// Mutates and plays the replays with these numbers; a number always gives the same mutation.
-/// Panics with the number of a mutation that panics. `progress` is called now and then.
+/// Mutates and plays the replays with these numbers; a number always gives the same mutation. If a mutation panics,
+/// panics with its number. `progress` is called now and then.
 pub fn run(
     bases: &[Base],
     numbers: impl Iterator<Item = u64>,
@@ -192,7 +193,7 @@ fn change_bytes(bytes: &mut Vec<u8>, rng: &mut Rng) {
     }
 }
 
-/// Random bytes in one payload, with a correct checksum.
+/// Changes bytes of one payload and corrects its checksum.
 fn with_correct_checksum(base: &Base, rng: &mut Rng) -> Vec<u8> {
     let mut framed = base.framed.clone();
     let chosen = &mut framed[rng.below(base.records.len() as u32) as usize];
@@ -203,7 +204,7 @@ fn with_correct_checksum(base: &Base, rng: &mut Rng) -> Vec<u8> {
     file(&framed)
 }
 
-/// Whole records reordered, duplicated or removed.
+/// Reorders, duplicates or removes whole records.
 fn shuffled(base: &Base, rng: &mut Rng) -> Vec<u8> {
     let mut framed = base.framed.clone();
     let at = rng.below(framed.len() as u32) as usize;
@@ -216,7 +217,7 @@ fn shuffled(base: &Base, rng: &mut Rng) -> Vec<u8> {
     file(&framed)
 }
 
-/// Changed contents of records, which no checksum or codec can detect.
+/// Changes the contents of records in ways that no checksum or codec can detect.
 fn rewritten(base: &Base, rng: &mut Rng) -> Vec<u8> {
     let at = rng.below(base.records.len() as u32) as usize;
     let mut record = base.records[at].clone();
@@ -251,7 +252,7 @@ fn rewritten(base: &Base, rng: &mut Rng) -> Vec<u8> {
     file(&framed)
 }
 
-/// Changes digits and lines of a scene: most other changes are refused at once.
+/// Changes digits and lines of a scene, because most other changes are refused at once.
 fn change_text(text: &mut Vec<u8>, rng: &mut Rng) {
     let digits: Vec<_> = (0..text.len()).filter(|&at| text[at].is_ascii_digit()).collect();
     match rng.below(4) {
@@ -297,7 +298,7 @@ fn judge(bytes: Vec<u8>, is_thorough: bool) -> Tally {
     let first = playback.tick();
     let outcome = play(&replay, &mut playback);
     if is_thorough {
-        // Any result is fine, as long as there is one.
+        // Any result will do, as long as neither call panics.
         let _ = divergence::verify(&replay, |_| {});
         let _ = playback.seek(first + 1).and_then(|()| playback.seek(replay.last_tick()));
         playback.snapshot();

@@ -9,9 +9,9 @@ use std::sync::{Arc, OnceLock};
 
 const TICKS_MAX: u32 = 40;
 
-/// Parts are messages of clients; the low six bits of the kind are the seat. With bit 6 the client
-/// leaves, for good if the part is empty; with bit 7 a tick is played first. Every client that
-/// reads has what the room shows.
+/// Parts are messages from clients; the low six bits of the kind are the seat. With bit 6 the client disconnects, or
+/// leaves for good if the part is empty; with bit 7 a tick is played first. Every client must end up with the state
+/// that the room shows.
 pub fn room(bytes: &[u8]) {
     let mut room = Room::new("fuzz", Arc::clone(scene()), 3);
     let mut clients: Vec<Client> = Vec::new();
@@ -47,12 +47,12 @@ fn scene() -> &'static Arc<Scene> {
 
 fn say(message: &[u8], seat: Seat, room: &mut Room, clients: &mut Vec<Client>) {
     match ClientMessage::decode(message) {
-        // The room knows no spectators: they only read.
+        // The room does not know about spectators, because they only read.
         Ok(ClientMessage::Hello { role: Role::Spectator, .. }) => {
             clients.push(Client::begin(room, Rate::ALL[clients.len() % Rate::ALL.len()]));
         }
         Ok(ClientMessage::Hello { appearance, token, .. }) => {
-            // Unsigned tokens: they begin with seat and serial number.
+            // Unsigned tokens start with the seat and the serial number.
             let claim = token.map(|Token([seat, serial, ..])| Claim {
                 seat: Seat(seat.into()),
                 serial: u64::from(serial),

@@ -1,4 +1,5 @@
-//! Bytes that reach the server before a session: the head of a request, and the code in a link.
+//! Bytes that reach the server before a session: the head of a request, the code in a link, guest scenes, runs and
+//! tokens.
 
 use crate::part;
 use jostle_game::Scene;
@@ -19,7 +20,7 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt, duplex};
 use tokio::runtime::{Builder, Runtime};
 use tokio::sync::watch;
 
-/// Bytes that a pipe to a slow reader holds.
+/// Capacity of a pipe to a slow reader, bytes.
 const PIPE_BYTES: usize = 1 << 16;
 
 /// The code in a link, as it appears in a path.
@@ -34,8 +35,7 @@ pub fn link(bytes: &[u8]) {
     }
 }
 
-/// Everything that a peer sends before a session. The response begins as HTTP does, and then the
-/// connection ends.
+/// Everything that a peer sends before a session. The server must send an HTTP response and end the connection.
 pub fn handshake(bytes: &[u8]) {
     let host = host();
     let answer = host.runtime.block_on(async {
@@ -44,7 +44,7 @@ pub fn handshake(bytes: &[u8]) {
             let (mut reads, mut writes) = tokio::io::split(&mut peer);
             let mut answer = Vec::new();
             let send = async {
-                // The server may have finished before it has read everything.
+                // The server may finish before it has read everything.
                 let _ = writes.write_all(bytes).await;
                 let _ = writes.shutdown().await;
             };
@@ -69,8 +69,8 @@ pub fn handshake(bytes: &[u8]) {
     assert!(answer.is_empty() || answer.starts_with(b"HTTP/1."), "{answer:?}");
 }
 
-/// A scene file of a guest: an accepted one keeps to its budget and has no text that deceives others; the refusal of
-/// another is about a line of it.
+/// A guest's scene file: an accepted one stays within the budget and has no deceptive text; a refusal names one of its
+/// lines.
 pub fn guest_scene(bytes: &[u8]) {
     match guests::read(bytes) {
         Ok(scene) => {
@@ -87,15 +87,15 @@ pub fn guest_scene(bytes: &[u8]) {
     }
 }
 
-/// The scene of [`run`], for the corpus: a short flight to the right.
+/// The scene of [`run`] and its corpus: a short flight to the right.
 pub const RUN_SCENE: &str = "title = \"Hop\"\nsize = [40, 30]\ngravity = [0, 0]\ntools = [\"steer\"]\n\
     groups = [\"hero\"]\nround = { goal = 1, countdown = 0 }\n\
     hero = { size = [4, 4], spawns = [[10, 15]] }\n\
     zones = [{ name = \"post\", area = [[14, 0], [40, 30]] }]\n\
     rules = [{ enter = \"post\", score = 1 }]\n";
 
-/// The replay of a run, its records as parts, which are framed with correct checksums: a proven one has a winner and
-/// proves the same again; the refusal of another has a sentence.
+/// The replay of a run, given as parts, which get frames with correct checksums. A proven run has a winner and proves
+/// the same result again; a refusal comes with a sentence.
 pub fn run(mut bytes: &[u8]) {
     let mut file = header();
     while let Some((kind, payload)) = part(&mut bytes) {
@@ -119,8 +119,8 @@ pub fn run(mut bytes: &[u8]) {
 /// The key of [`token`], for the corpus.
 pub const SIGNING_KEY: [u8; 32] = [7; 32];
 
-/// A token for a seat, or the key of a host: only signed ones are believed, and the text of an
-/// accepted one decodes to it.
+/// A token for a seat, or a host key: only signed ones are accepted, and the text form of an accepted token decodes to
+/// the same token.
 pub fn token(bytes: &[u8]) {
     let text = std::str::from_utf8(bytes).ok().and_then(Token::parse);
     if let Some(token) = text {
@@ -142,7 +142,7 @@ struct Host {
     _phase: watch::Sender<Phase>,
 }
 
-/// A server without scenes that is about to end, so that no request opens a room or tries a guest's scene, which would
+/// A server without scenes that is shutting down, so that no request opens a room or tries a guest scene, which would
 /// start a thread.
 fn host() -> &'static Host {
     static HOST: OnceLock<Host> = OnceLock::new();

@@ -6,8 +6,8 @@ use jostle_protocol::{Appearance, PlayerState, Snapshot, SnapshotBody, SnapshotS
 use jostle_sim::{BodyId, Shape};
 use std::sync::{Arc, OnceLock};
 
-/// Streams before [`crate::delta`]: empty, with bodies at rest, with moving bodies, and the same at
-/// the limits of the world.
+/// Streams from which [`crate::delta`] starts: empty, with bodies at rest, with moving bodies, and the same at the
+/// limits of the world.
 pub fn streams() -> &'static [SnapshotStream] {
     static STREAMS: OnceLock<Vec<SnapshotStream>> = OnceLock::new();
     STREAMS.get_or_init(|| {
@@ -28,8 +28,8 @@ pub fn streams() -> &'static [SnapshotStream] {
     })
 }
 
-/// Bodies of which every second one moves by `way` quanta per tick, and two players, one of whom
-/// points.
+/// A snapshot of bodies, every second of which moves by `way` quanta per tick, and two players, one of them with a
+/// pointer.
 pub fn sample(tick: u32, bodies: i32, way: i32, from: i32) -> Snapshot {
     let moved = way * tick as i32;
     let body = |index: i32| SnapshotBody {

@@ -3,7 +3,7 @@
 use jostle_cli::tiled::import;
 use jostle_game::Scene;
 
-/// A map: what is imported is an accepted scene, and an error is one line about the file.
+/// A map: an import yields a valid scene, and an error is one line about the file.
 pub fn tiled_map(bytes: &[u8]) {
     match import("fuzz.tmj", "fuzz", bytes) {
         Ok(text) => drop(Scene::parse("fuzz.toml", &text).expect("an accepted scene")),

@@ -1,4 +1,4 @@
-//! Tries one of `jostle_fuzz::PROPERTIES`: the one that `JOSTLE_PROPERTY` names.
+//! Tries the property named by `JOSTLE_PROPERTY`, one of those in `jostle_fuzz`.
 
 #![no_main]
 

@@ -34,7 +34,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// One file a scene: the shipped ones, then the given ones.
+/// Records one file per scene: the shipped ones, then the given ones.
 fn record(dir: &str, files: &[String]) -> Result<(), String> {
     let mut scenes = Scene::built_in();
     for file in files {
@@ -50,7 +50,7 @@ fn record(dir: &str, files: &[String]) -> Result<(), String> {
     Ok(())
 }
 
-/// Three players who press everything; one of them comes later, one leaves earlier.
+/// A game of three players who press all buttons; one of them joins late and one leaves early.
 fn played(scene: Scene) -> Vec<Record> {
     let size = scene.size;
     let mut room = Room::new("golden", Arc::new(scene), SEED);
@@ -73,7 +73,8 @@ fn played(scene: Scene) -> Vec<Record> {
     room.stop_recording()
 }
 
-/// Each button is down in a quarter of the ticks, V, which clears what was made, in few.
+/// A random input. Each button is down in a quarter of the ticks, except V, which clears the players' creations and is
+/// rarely pressed.
 fn press(rng: &mut Rng, size: Vec2) -> Input {
     let mut buttons = (rng.next_u32() & rng.next_u32()) as u16 & Buttons::ALL.0;
     if rng.below(100) > 0 {
@@ -83,7 +84,7 @@ fn press(rng: &mut Rng, size: Vec2) -> Input {
     Input::new(Buttons(buttons), Some(pointer))
 }
 
-/// The files are shared among as many threads as there are processors.
+/// Verifies the files on as many threads as there are processors.
 fn verify(files: &[String]) -> Result<(), String> {
     let threads = thread::available_parallelism().map_or(1, NonZero::get);
     let next = AtomicUsize::new(0);

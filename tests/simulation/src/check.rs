@@ -1,4 +1,4 @@
-//! The properties of a fleet.
+//! Checks the properties of a fleet.
 
 use super::Simulation;
 use super::settings::Violation;
@@ -9,13 +9,13 @@ impl Simulation {
         Violation { seed: self.settings.seed, at: self.now, what }
     }
 
-    /// No room of this node is played at another one.
+    /// Checks that no room of this node is also played by another node.
     pub(super) fn check_rooms_of(&self, node: usize) -> Result<(), Violation> {
         let Some(node) = &self.nodes[node] else { return Ok(()) };
         node.rooms.keys().try_for_each(|code| self.check_room(code))
     }
 
-    /// At most one node plays a room.
+    /// Checks that at most one node plays a room.
     pub(super) fn check_room(&self, code: &str) -> Result<(), Violation> {
         let players = self.players(code);
         if players.len() > 1 {
@@ -33,8 +33,8 @@ impl Simulation {
         opened.filter(plays).collect()
     }
 
-    /// An entry of a room that was written is a new room, or the next epoch of one, or a later one if the
-    /// store has forgotten some of this room; only rooms that are over are removed.
+    /// Checks a write of a room's entry: it creates the room or advances it to the next epoch, or to a later one if the
+    /// store has forgotten epochs of this room. Only rooms that have ended may be removed.
     pub(super) fn check_write(
         &mut self,
         key: &Key,
@@ -50,7 +50,7 @@ impl Simulation {
                     return Err(self.violation(what));
                 }
                 if before == 0 {
-                    // A write that was late may open a room again that is over; it is another one.
+                    // A late write may reopen a room that has ended; that counts as a new room.
                     for node in self.nodes.iter_mut().flatten() {
                         node.ended.remove(code);
                     }
@@ -67,7 +67,8 @@ impl Simulation {
         }
     }
 
-    /// Each room that is not over is played by one node that does not drain; the entries of others are gone.
+    /// Checks that each room that has not ended is played by exactly one node, that draining nodes hold no rooms, and
+    /// that rooms that have ended have no entry.
     pub(super) fn check_order(&self) -> Result<(), Violation> {
         let mut entries = self.store.rooms().map(|(code, _)| code);
         if let Some(code) = entries.find(|code| self.ended.contains(*code)) {

@@ -1,4 +1,4 @@
-//! The driver of a simulated node: it does what the directory asks for, and plays the rooms.
+//! The driver of a simulated node: it carries out the directory's actions and plays the rooms.
 
 use super::node::{Node, PlayedRoom, RoomState, Watch};
 use super::queue::{Event, NodeEvent, Process, Reply, Request};
@@ -12,11 +12,11 @@ use jostle_server::fleet::entry::{RoomCounts, RoomEntry, RoomFacts};
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-/// Time after which a room ends that is over and was begun again.
+/// Time after which a room ends that was reopened although it had ended.
 const OVER_AFTER: Duration = Duration::from_secs(3);
 
 impl Simulation {
-    /// Starts a node that is not alive.
+    /// Starts a node that is not running.
     pub(super) fn start(&mut self, index: usize) {
         if self.nodes[index].is_some() {
             return;
@@ -54,7 +54,7 @@ impl Simulation {
         self.queue.push(self.now, Event::At(process, NodeEvent::Poll));
     }
 
-    /// A node does or hears something.
+    /// Handles an event at a node.
     pub(super) fn at_node(&mut self, process: Process, event: NodeEvent) -> Result<(), Violation> {
         let Some(node) = self.node(process) else { return Ok(()) };
         if node.standstill.is_some() {
@@ -136,7 +136,7 @@ impl Simulation {
         }
     }
 
-    /// Does what the directory of a node asks for, and checks the node's rooms.
+    /// Carries out the actions of a node's directory and checks the node's rooms.
     pub(super) fn drive(&mut self, process: Process) -> Result<(), Violation> {
         let mut began = false;
         while let Some(node) = self.node(process) {
@@ -168,7 +168,7 @@ impl Simulation {
                 room.epoch += 1;
                 let number = room.number;
                 if self.ended.contains(&code) {
-                    // One that nobody is in, written back by a node that did not hear of its end.
+                    // An empty room, written back by a node that did not learn of its end.
                     let over = NodeEvent::Over(code, number);
                     self.queue.push(self.now + OVER_AFTER, Event::At(process, over));
                 }
@@ -321,14 +321,14 @@ impl Simulation {
         self.ceases(process.node, code);
     }
 
-    /// A room is no longer opened at a node.
+    /// Notes that a node no longer has a room open.
     pub(super) fn ceases(&mut self, node: usize, code: &str) {
         if let Some(nodes) = self.playing.get_mut(code) {
             nodes.remove(&node);
         }
     }
 
-    /// Opens a room at some node, until there is one of this code.
+    /// Opens a room at some node, and retries until a room with this code exists.
     pub(super) fn place(&mut self, code: String) -> Result<(), Violation> {
         let is_there = |epoch: &u64| *epoch > 0;
         if self.epochs.get(&code).is_some_and(is_there) || self.ended.contains(&code) {
@@ -346,12 +346,12 @@ impl Simulation {
         };
         let (now, forgot) = (self.now, self.store.forgot() > 0);
         let Some(node) = self.node(process) else { return Ok(()) };
-        // A process that has just started does not know that the store may have forgotten a standing room.
+        // A process that has just started does not know that the store may have lost a standing room.
         if forgot && now < node.born + LEASE_TTL.mul_f64(1.1) {
             return Ok(());
         }
         let clock = node.clock(now);
-        // If it cannot be placed now, it is tried elsewhere soon.
+        // If the room cannot be placed now, another node will be tried soon.
         let _ = node.directory.place(&code, facts, clock);
         self.drive(process)
     }

@@ -1,11 +1,11 @@
-//! A fleet in one thread and in no time: real [`Directory`]s with a simulated store, network and clocks, in which
-//! messages are late or lost, nodes stand still and die, and the store fails. After each event the properties that a
-//! fleet must have are checked. One seed gives one course of events, so that a violation can be looked at again.
+//! Simulates a fleet in one thread and in virtual time: real [`Directory`]s with a simulated store, network and clocks.
+//! Messages are delayed or lost, nodes freeze and die, and the store fails. After each event the properties that a
+//! fleet must have are checked. A seed determines the whole course of events, so that a violation can be reproduced.
 //!
-//! The store has two buckets without an order in common: entries of nodes, which expire silently, and of rooms. A
-//! node's watchers are told of writes in order, late, and perhaps without those that were overwritten by then. A room
-//! also has records, which fence: a room that is opened continues the newest record, and one that
-//! another has continued is refused.
+//! The store has two buckets, which are not ordered relative to each other: entries of nodes, which expire silently,
+//! and entries of rooms. A node's watchers receive writes in order but late, and possibly without those that have been
+//! overwritten since. Rooms also have records, which act as fences: an opened room appends to the newest record, and an
+//! append is refused if another room has appended in the meantime.
 
 mod check;
 mod driver;
@@ -31,7 +31,7 @@ use store::Store;
 
 /// Time between two polls of a directory.
 const POLL_EVERY: Duration = Duration::from_millis(100);
-/// Time after which a request counts as not answered.
+/// Time after which a request counts as unanswered.
 const TIME_LIMIT: Duration = Duration::from_millis(1500);
 /// Time between two records of a room.
 const RECORD_EVERY: Duration = Duration::from_secs(1);
@@ -46,21 +46,21 @@ pub struct Simulation {
     /// When the store answers again.
     store_back_at: Duration,
     nodes: Vec<Option<Node>>,
-    /// Processes that each node had.
+    /// Number of processes that each node has had.
     lives: Vec<u32>,
-    /// The nodes at which a room is opened.
+    /// The nodes at which each room is open.
     playing: BTreeMap<String, BTreeSet<usize>>,
-    /// Rooms that are over, for good.
+    /// Rooms that have ended for good.
     ended: BTreeSet<String>,
-    /// Epochs of the rooms' entries, 0 for one that is removed.
+    /// Epochs of the rooms' entries; 0 for a removed entry.
     epochs: BTreeMap<String, u64>,
-    /// Rooms of which the store has forgotten epochs; nodes may still know of those.
+    /// Rooms of which the store has lost epochs that nodes may still know.
     forgotten: BTreeSet<String>,
-    /// Requests and opened rooms so far.
+    /// Number of requests and opened rooms so far.
     numbers: u64,
-    /// When rooms lost their node, until they are played again.
+    /// Rooms without a node, with the time at which they lost it.
     lost_at: BTreeMap<String, Duration>,
-    /// How long rooms were without a node.
+    /// How long each room was without a node.
     gaps: Vec<Duration>,
 }
 
@@ -88,7 +88,7 @@ impl Simulation {
         simulation
     }
 
-    /// Goes on until a time since the start. The error is the first violated property.
+    /// Runs until a time since the start. The error is the first violated property.
     pub fn run_until(&mut self, until: Duration) -> Result<(), Violation> {
         while let Some((at, event)) = self.queue.pop(until) {
             self.now = at;
@@ -98,7 +98,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// The time of faults, then a minute without, after which everything must be in order.
+    /// Runs the period with faults, then a minute without any, after which everything must be in order.
     pub fn run(settings: Settings) -> Result<Simulation, Violation> {
         let quiet_at = settings.faulty_for;
         let mut simulation = Simulation::new(settings);
@@ -119,22 +119,22 @@ impl Simulation {
         self.store.traffic(bucket)
     }
 
-    /// The times that rooms whose node was lost were without one.
+    /// How long rooms that lost their node were without one.
     pub fn gaps(&self) -> &[Duration] {
         &self.gaps
     }
 
-    /// Rooms that lost their node and are not played again yet.
+    /// Number of rooms that lost their node and are not being played again yet.
     pub fn waiting(&self) -> usize {
         self.lost_at.len()
     }
 
-    /// The changes of rooms' owners so far.
+    /// Number of ownership changes of rooms so far.
     pub fn moves(&self) -> u64 {
         self.epochs.values().map(|epoch| epoch.saturating_sub(1)).sum()
     }
 
-    /// The directory of a node that is alive.
+    /// The directory of a running node.
     pub fn directory(&self, node: usize) -> Option<&Directory> {
         Some(&self.nodes[node].as_ref()?.directory)
     }

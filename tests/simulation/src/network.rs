@@ -1,4 +1,4 @@
-//! The way to the store and back.
+//! Messages to the store and back.
 
 use super::node::{Node, PlayedRoom, RoomState};
 use super::queue::{Event, NodeEvent, Process, Reply, Request};
@@ -11,12 +11,12 @@ use std::collections::BTreeSet;
 use std::time::Duration;
 
 impl Simulation {
-    /// Sends a request of a node.
+    /// Sends a node's request to the store.
     pub(super) fn send(&mut self, process: Process, request: Request) {
         let number = self.number();
         let (now, delay) = (self.now, self.delay());
         let lost = self.chance(self.settings.faults.lost);
-        // What is on its way when the connection breaks may arrive once it is back.
+        // A message in flight when the connection breaks may arrive once it is restored.
         let late = self.chance(100).then(|| self.seconds(0.0, 10.0));
         let forgot = self.store.forgot();
         let Some(node) = self.node(process) else { return };
@@ -26,7 +26,7 @@ impl Simulation {
         self.queue.push(limit, Event::At(process, NodeEvent::TimeLimit(number)));
         let arrives = Event::Arrives(process, number, request);
         match (is_cut || lost, late) {
-            // A driver sends nothing over a connection that is gone.
+            // A driver sends nothing over a broken connection.
             _ if !is_connected => {}
             (false, _) => self.queue.push(now + delay, arrives),
             (true, Some(late)) => self.queue.push(now + late, arrives),
@@ -34,7 +34,7 @@ impl Simulation {
         }
     }
 
-    /// A request reaches the store.
+    /// Handles the arrival of a request at the store.
     pub(super) fn arrives(
         &mut self,
         process: Process,
@@ -92,7 +92,7 @@ impl Simulation {
         }
     }
 
-    /// Has a watcher be sent what there is, a moment later.
+    /// Schedules the delivery of new writes to a watcher.
     pub(super) fn wake(&mut self, index: usize, bucket: Bucket) {
         let Some(node) = &mut self.nodes[index] else { return };
         let pending = &mut node.watch.pending[bucket as usize];
@@ -106,7 +106,7 @@ impl Simulation {
         self.queue.push(at, Event::At(process, deliver));
     }
 
-    /// Sends a watcher the writes so far.
+    /// Sends a watcher all writes so far.
     pub(super) fn deliver(&mut self, process: Process, bucket: Bucket, round: u32) {
         let end = self.store.end(bucket);
         let skip = self.rng.below(2) == 0;
@@ -131,7 +131,7 @@ impl Simulation {
         }
     }
 
-    /// A node has a new connection to the store, in which it asks again for what its rooms wait for.
+    /// A node has reconnected to the store; requests that its rooms wait for are sent again.
     pub(super) fn connected(&mut self, process: Process) {
         let (now, forgot) = (self.now, self.store.forgot());
         let Some(node) = self.node(process) else { return };
@@ -146,7 +146,7 @@ impl Simulation {
         }
     }
 
-    /// Makes new watchers for a node.
+    /// Starts new watchers for a node.
     fn watch(&mut self, process: Process) {
         let Some(node) = self.node(process) else { return };
         node.watch.round += 1;
@@ -158,7 +158,7 @@ impl Simulation {
         }
     }
 
-    /// A watcher has begun: the node hears of all entries.
+    /// A watcher has started: the node receives all entries.
     pub(super) fn watching(
         &mut self,
         process: Process,
@@ -180,11 +180,11 @@ impl Simulation {
             Bucket::Nodes => node.directory.synced_nodes(&present, clock),
             Bucket::Rooms => node.directory.synced_rooms(&present, clock),
         }
-        // There may have been others meanwhile.
+        // More writes may have arrived in the meantime.
         self.wake(process.node, bucket);
     }
 
-    /// No answer came in time.
+    /// Handles a request that was not answered in time.
     pub(super) fn timed_out(&mut self, process: Process, request: Request) {
         let now = self.now;
         let Some(node) = self.node(process) else { return };
@@ -195,7 +195,7 @@ impl Simulation {
             Request::Watch(bucket, round) if round == node.watch.round => {
                 self.send(process, Request::Watch(bucket, round));
             }
-            // A record is written again with the next; a room that could not be opened is opened again.
+            // A lost record is superseded by the next one; only a room that is still opening tries again.
             Request::ReadTail(code, number) => {
                 if node.room(&code, number).is_some() {
                     self.send(process, Request::ReadTail(code, number));
@@ -211,7 +211,7 @@ impl Simulation {
         }
     }
 
-    /// The answer to a look.
+    /// Handles the answer to a look.
     pub(super) fn found(
         &mut self,
         process: Process,
@@ -223,7 +223,7 @@ impl Simulation {
         node.directory.looked(key, found.map(|found| *found), node.clock(now));
     }
 
-    /// The time that a message takes: mostly milliseconds, rarely seconds.
+    /// Random latency of a message: mostly milliseconds, rarely seconds.
     pub(super) fn delay(&mut self) -> Duration {
         match self.rng.below(200) {
             0 => self.seconds(0.3, 3.0),

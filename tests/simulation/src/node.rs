@@ -9,93 +9,93 @@ use std::time::Duration;
 #[derive(Debug)]
 pub struct Node {
     pub process: Process,
-    /// Its part in the fleet.
+    /// The node's directory.
     pub directory: Directory,
     pub born: Duration,
-    /// Seconds of its clock a second.
+    /// Rate of the node's clock: its seconds per real second.
     pub rate: f64,
-    /// The newest lease: an incarnation, and its end by the clock of the node.
+    /// The newest lease: its incarnation, and its end by the node's clock.
     pub lease: (u64, Duration),
-    /// Its rooms, by code.
+    /// The node's rooms, by code.
     pub rooms: BTreeMap<String, PlayedRoom>,
-    /// Requests without an answer, by number.
+    /// Unanswered requests, by number.
     pub requests: BTreeMap<u64, Request>,
     pub watch: Watch,
-    /// Times that the store had forgotten something when the node connected to it.
+    /// How often the store had lost data when the node last connected to it.
     pub store: u64,
-    /// Whether it is cut off from the store.
+    /// Whether the node is cut off from the store.
     pub is_cut: bool,
-    /// How it stands still.
+    /// How the node is frozen, if it is.
     pub standstill: Option<Standstill>,
-    /// What is due as soon as it goes on.
+    /// Events to handle once the node resumes.
     pub backlog: Vec<NodeEvent>,
-    /// Whether it drains.
+    /// Whether the node is draining.
     pub draining: bool,
-    /// Whether it has left the fleet.
+    /// Whether the node has left the fleet.
     pub left: bool,
-    /// When it measures its load next.
+    /// When the node measures its load next, by its clock.
     pub measures_at: Duration,
-    /// The rooms that ended here, and their epochs.
+    /// Rooms that ended at this node, with their epochs.
     pub ended: BTreeMap<String, u64>,
 }
 
-/// How a node stands still.
+/// How a node is frozen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Standstill {
     Directory,
-    /// Its rooms too.
+    /// The whole process, rooms included.
     Whole,
 }
 
 /// A room at a node.
 #[derive(Clone, Debug)]
 pub struct PlayedRoom {
-    /// Number of this opened room; no other has it.
+    /// Unique number of this opened room.
     pub number: u64,
     /// The epoch of the entry.
     pub epoch: u64,
-    /// The incarnation under which it is held.
+    /// The incarnation under which the room is held.
     pub held_under: u64,
-    /// How far it is.
+    /// The room's progress.
     pub state: RoomState,
-    /// Number of the last record that it knows.
+    /// Number of the last record that the room knows.
     pub last: u64,
 }
 
-/// How far a room is.
+/// The progress of a room.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RoomState {
-    /// It reads its records.
+    /// Reading its records.
     Opening,
-    /// It is played, if the lease allows it.
+    /// Being played, if the lease allows it.
     Playing,
-    /// It writes its last record.
+    /// Writing its last record.
     Parting,
 }
 
 /// The two watchers of a node.
 #[derive(Debug, Default)]
 pub struct Watch {
-    /// Grows with every new pair of watchers.
+    /// Incremented with every new pair of watchers.
     pub round: u32,
-    /// Number of the next write of each bucket that is to be delivered, once it has begun.
+    /// Number of the next write to deliver from each bucket, once its watcher has started.
     pub next: [Option<u64>; 2],
-    /// Whether a delivery is on its way.
+    /// Whether a delivery is scheduled.
     pub pending: [bool; 2],
 }
 
 impl Node {
-    /// The time of its clock.
+    /// The time by the node's clock.
     pub fn clock(&self, now: Duration) -> Duration {
         (now - self.born).mul_f64(self.rate)
     }
 
-    /// The time at which its clock will have gone on by this much.
+    /// The time at which the node's clock will have advanced by `own`.
     pub fn after(&self, now: Duration, own: Duration) -> Duration {
         now + own.div_f64(self.rate)
     }
 
-    /// Whether a room is played at this moment.
+    /// Whether the node currently plays a room.
     pub fn plays(&self, code: &str, now: Duration, ignores_lease: bool) -> bool {
         let Some(room) = self.rooms.get(code) else { return false };
         let (incarnation, until) = self.lease;
@@ -105,7 +105,7 @@ impl Node {
             && (leased || ignores_lease)
     }
 
-    /// The room of this code, if it is still this one.
+    /// The room with this code, if it is still the one with this number.
     pub fn room(&mut self, code: &str, number: u64) -> Option<&mut PlayedRoom> {
         self.rooms.get_mut(code).filter(|room| room.number == number)
     }

@@ -1,4 +1,4 @@
-//! The events to come, in the order of their times.
+//! Future events, in order of time.
 
 use super::store::{Bucket, Tail, Written};
 use jostle_server::fleet::directory::Answer;
@@ -12,27 +12,27 @@ use std::time::Duration;
 pub struct Process {
     /// Number of the node.
     pub node: usize,
-    /// Number of its process, from 0.
+    /// Number of the process at this node, from 0.
     pub life: u32,
 }
 
 #[derive(Clone, Debug)]
 pub enum Event {
-    /// A node does or hears something.
+    /// Something happens at a node.
     At(Process, NodeEvent),
     /// A request reaches the store.
     Arrives(Process, u64, Request),
     /// A node is started.
     Starts(usize),
-    /// A node is in reach of the store again.
+    /// A node can reach the store again.
     CutEnds(Process),
-    /// A node that stood still goes on.
+    /// A frozen node resumes.
     GoesOn(Process),
-    /// A room is to be opened, if there is none of this code.
+    /// A room is to be opened, unless one with this code exists.
     Place(String),
     /// A room is to end.
     End(String),
-    /// A fault of this kind begins.
+    /// A fault of this kind starts.
     Fault(Fault),
 }
 
@@ -43,29 +43,29 @@ pub enum Fault {
     Cut,
     /// The store does not answer.
     Outage,
-    /// The store fails, and forgets.
+    /// The store fails and loses data.
     Forget,
-    /// A node stands still.
+    /// A node freezes.
     Freeze,
-    /// A node's directory stands still.
+    /// A node's directory freezes.
     Stall,
     Death,
     /// A node begins to drain.
     Drain,
 }
 
-/// Something that a node does or hears.
+/// Something that happens at a node.
 #[derive(Clone, Debug)]
 pub enum NodeEvent {
-    /// Its directory is polled.
+    /// The directory is polled.
     Poll,
-    /// It has connected to the store.
+    /// The node has connected to the store.
     Connected,
-    /// Its watcher of a bucket is sent the writes so far.
+    /// The node's watcher of a bucket receives the writes so far.
     Deliver(Bucket, u32),
     /// The answer to a request.
     Reply(u64, Reply),
-    /// The time limit of a request.
+    /// The time limit of a request has passed.
     TimeLimit(u64),
     /// A room is ready to be played, or could not be opened.
     Opened(String, u64, bool),
@@ -73,7 +73,7 @@ pub enum NodeEvent {
     Parted(String, u64),
     /// A room writes a record.
     Record(String, u64),
-    /// A room is over.
+    /// A room has ended.
     Over(String, u64),
 }
 
@@ -83,11 +83,11 @@ pub enum Request {
     /// Writes an entry, or removes it.
     Put(Key, Option<Box<Entry>>, Revision),
     Look(Key),
-    /// Reads all entries of a bucket, and watches it from there on.
+    /// Reads all entries of a bucket and watches it from then on.
     Watch(Bucket, u32),
-    /// Reads the newest record of a room, which this opened room is to continue.
+    /// Reads the newest record of a room, which this opened room will continue.
     ReadTail(String, u64),
-    /// Appends a record: code, number of the record before, writer and its epoch.
+    /// Appends a record: code, number of the previous record, writer and the writer's epoch.
     Append(String, u64, u64, u64),
 }
 
@@ -96,18 +96,18 @@ pub enum Request {
 pub enum Reply {
     Put(Answer),
     Found(Option<Box<(Entry, Revision)>>),
-    /// To a watch: the entries, and the number of the next write.
+    /// The answer to a watch: all entries, and the number of the next write.
     Watching(Vec<Written>, u64),
     /// The newest record.
     Tail(Option<Tail>),
-    /// The number of a record, if it was accepted.
+    /// The number of the appended record, if it was accepted.
     Appended(Option<u64>),
 }
 
 #[derive(Debug)]
 struct Due {
     at: Duration,
-    /// Of equal times, the order in which they were scheduled.
+    /// Scheduling order, which breaks ties between equal times.
     order: u64,
     event: Event,
 }
@@ -125,12 +125,12 @@ impl Queue {
         self.due.push(Due { at, order: self.count, event });
     }
 
-    /// Nothing that is on its way to the store arrives.
+    /// Drops all requests in flight to the store.
     pub fn lose_requests(&mut self) {
         self.due.retain(|due| !matches!(due.event, Event::Arrives(..)));
     }
 
-    /// Takes the first event that is due by this time.
+    /// Takes the earliest event that is due by this time.
     pub fn pop(&mut self, until: Duration) -> Option<(Duration, Event)> {
         let is_due = self.due.peek().is_some_and(|due| due.at <= until);
         is_due.then(|| self.due.pop().map(|due| (due.at, due.event))).flatten()

@@ -1,4 +1,4 @@
-//! What is simulated, and how much goes wrong.
+//! Settings of a simulation: the fleet and its faults.
 
 use jostle_server::fleet::directory::LEASE_TTL;
 use std::fmt;
@@ -6,53 +6,53 @@ use std::time::Duration;
 
 #[derive(Clone, Debug)]
 pub struct Settings {
-    /// Start of the random numbers; one seed gives one course of events.
+    /// Seed of the random numbers; it determines the whole course of events.
     pub seed: u64,
     /// Nodes of the fleet.
     pub nodes: usize,
-    /// Of these, those that neither drain nor stay dead.
+    /// Number of nodes that neither drain nor stay dead.
     pub lasting: usize,
-    /// Rooms that are opened in the first half of the time of faults.
+    /// Number of rooms opened in the first half of the period with faults.
     pub rooms: usize,
-    /// Of these, those that end.
+    /// Number of those rooms that end.
     pub ending: usize,
-    /// Rooms that one node may open.
+    /// Maximum number of rooms per node.
     pub rooms_max: usize,
-    /// Time of faults, from the start.
+    /// Length of the period with faults, from the start.
     pub faulty_for: Duration,
-    /// How much goes wrong.
+    /// Frequencies of faults.
     pub faults: Faults,
-    /// How the system differs from what the directory needs.
+    /// Violations of the directory's assumptions.
     pub flaws: Flaws,
 }
 
-/// How much goes wrong.
+/// Frequencies of faults.
 #[derive(Clone, Debug, Default)]
 pub struct Faults {
-    /// Messages of a thousand that are lost.
+    /// Lost messages per thousand.
     pub lost: u32,
-    /// Times a minute that a node is cut off from the store, for up to 30 s.
+    /// How often per minute a node is cut off from the store, for up to 30 s.
     pub cuts: f32,
-    /// Times a minute that the store does not answer, for 4 to 7 s.
+    /// How often per minute the store stops answering, for 4 to 7 s.
     pub outages: f32,
-    /// Times a minute that the store fails, and is back with its last writes or all of them forgotten.
+    /// How often per minute the store fails and loses its last writes or all of them.
     pub forgets: f32,
-    /// Times a minute that a whole node stands still, for up to 30 s.
+    /// How often per minute a whole node freezes, for up to 30 s.
     pub freezes: f32,
-    /// Times a minute that a node's directory stands still for up to 30 s, while its rooms go on.
+    /// How often per minute a node's directory freezes for up to 30 s while its rooms keep running.
     pub stalls: f32,
-    /// Times a minute that a node dies.
+    /// How often per minute a node dies.
     pub deaths: f32,
-    /// Times a minute that a node begins to drain.
+    /// How often per minute a node starts to drain.
     pub drains: f32,
-    /// Share by which clocks may run fast or slow.
+    /// Maximum relative error of the clocks' rates.
     pub skew: f32,
-    /// Attempts of a thousand to open a room that fail.
+    /// Failed attempts to open a room per thousand.
     pub opening_fails: u32,
 }
 
 impl Faults {
-    /// Everything that may go wrong.
+    /// All faults, at the usual rates.
     pub fn all() -> Faults {
         Faults {
             lost: 10,
@@ -69,11 +69,11 @@ impl Faults {
     }
 }
 
-/// How the system differs from what the directory needs. With the default there is nothing; tests show that the
-/// properties are violated by anything else.
+/// Violations of the directory's assumptions. The default has none; tests show that each of the others leads to
+/// violated properties.
 #[derive(Clone, Debug)]
 pub struct Flaws {
-    /// Time after which an entry of a node that was not renewed is gone.
+    /// Time after which a node's entry expires unless renewed.
     pub lease_ttl: Duration,
     /// Whether rooms are played without a lease.
     pub ignores_lease: bool,
@@ -107,13 +107,13 @@ impl Settings {
     }
 }
 
-/// A property that does not hold.
+/// A violated property.
 #[derive(Clone, Debug)]
 pub struct Violation {
-    /// The seed with which it happens again.
+    /// The seed that reproduces the violation.
     pub seed: u64,
     pub at: Duration,
-    /// The room or node, and what it does.
+    /// Which room or node, and what happened.
     pub what: String,
 }
 

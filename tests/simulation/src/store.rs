@@ -28,37 +28,37 @@ impl Bucket {
     }
 }
 
-/// What a bucket was asked to do, and what its watchers were told.
+/// Requests to a bucket, and deliveries to its watchers.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Traffic {
-    /// Writes and removals that were accepted.
+    /// Accepted writes and removals.
     pub writes: u64,
-    /// Bytes of their entries.
+    /// Bytes of the accepted entries.
     pub written_bytes: u64,
-    /// Writes and removals that were refused.
+    /// Refused writes and removals.
     pub refused: u64,
-    /// Entries that watchers were sent.
+    /// Entries sent to watchers.
     pub deliveries: u64,
     pub delivered_bytes: u64,
-    /// Entries that were asked for.
+    /// Single entries that were read.
     pub looks: u64,
 }
 
-/// A value that was written, or a removal.
+/// A written value, or a removal.
 #[derive(Clone, Debug)]
 pub struct Written {
     pub key: Key,
-    /// Its value; `None` for a removal.
+    /// The value; `None` for a removal.
     pub entry: Option<Arc<Entry>>,
     pub revision: Revision,
     /// When it was written.
     at: Duration,
-    /// Bytes of name and value.
+    /// Size of name and value, bytes.
     bytes: u64,
 }
 
 impl Written {
-    /// What a watcher is told.
+    /// The change that a watcher receives.
     pub fn change(&self) -> Change {
         match &self.entry {
             Some(entry) => Change::Written(self.key.clone(), Entry::clone(entry), self.revision),
@@ -71,17 +71,17 @@ impl Written {
 struct Log {
     revision: Revision,
     entries: BTreeMap<Key, Written>,
-    /// Newest writes, for the watchers.
+    /// The newest writes, kept for the watchers.
     writes: VecDeque<Written>,
-    /// Number of the first of these.
+    /// Number of the first write in `writes`.
     first: u64,
-    /// The newest writes: keys, and what was there before.
+    /// Undo log: keys of the newest writes, with the previous values.
     journal: VecDeque<(Key, Option<Written>)>,
     traffic: Traffic,
 }
 
 impl Log {
-    /// Undoes this many writes. Their revisions are used again.
+    /// Undoes this many writes. Their revisions are reused.
     fn undo(&mut self, writes: usize) {
         for _ in 0..writes {
             let Some((key, before)) = self.journal.pop_back() else { break };
@@ -93,14 +93,14 @@ impl Log {
         }
     }
 
-    /// Watchers have to begin again.
+    /// Forces all watchers to start over.
     fn end_watches(&mut self) {
         self.first += self.writes.len() as u64;
         self.writes.clear();
     }
 }
 
-/// Most writes of a bucket that the store may forget: those of a minute or two.
+/// Maximum number of writes that the store may lose per bucket: those of a minute or two.
 pub const FORGOTTEN_MAX: usize = 200;
 
 /// The newest record of a room.
@@ -109,7 +109,7 @@ pub struct Tail {
     pub sequence: u64,
     /// The opened room that wrote it.
     pub writer: u64,
-    /// The epoch of that.
+    /// The writer's epoch.
     pub epoch: u64,
 }
 
@@ -117,9 +117,9 @@ pub struct Tail {
 pub struct Store {
     logs: [Log; 2],
     records: BTreeMap<String, Tail>,
-    /// The newest records: rooms, and what was there before.
+    /// Undo log: rooms of the newest records, with the previous ones.
     journal: VecDeque<(String, Option<Tail>)>,
-    /// Times that it has forgotten something.
+    /// How often the store has lost data.
     forgot: u64,
     flaws: Flaws,
 }
@@ -136,12 +136,12 @@ impl Store {
         }
     }
 
-    /// Times that it has forgotten something.
+    /// How often the store has lost data.
     pub fn forgot(&self) -> u64 {
         self.forgot
     }
 
-    /// Forgets the last writes of each bucket, and the last records.
+    /// Loses the last writes of each bucket, and the last records.
     pub fn lose(&mut self, writes: [usize; 2], records: usize) {
         self.forgot += 1;
         for (log, writes) in self.logs.iter_mut().zip(writes) {
@@ -173,7 +173,7 @@ impl Store {
         self.logs[bucket as usize].traffic
     }
 
-    /// The present value of an entry.
+    /// The current value of an entry.
     pub fn get(&self, key: &Key, now: Duration) -> Option<(&Entry, Revision)> {
         let written = self.log(key).entries.get(key)?;
         let expired = Bucket::of(key) == Bucket::Nodes && written.at + self.flaws.lease_ttl <= now;
@@ -230,21 +230,21 @@ impl Store {
         log.first + log.writes.len() as u64
     }
 
-    /// The write of this number, and whether its entry is another by now.
+    /// The write with this number, and whether it has been overwritten since.
     pub fn written(&self, bucket: Bucket, number: u64) -> (&Written, bool) {
         let log = &self.logs[bucket as usize];
         let written = &log.writes[(number - log.first) as usize];
         (written, log.entries[&written.key].revision != written.revision)
     }
 
-    /// Counts entries that a watcher is sent.
+    /// Counts entries sent to a watcher.
     pub fn deliver(&mut self, bucket: Bucket, sent: &[Written]) {
         let traffic = &mut self.logs[bucket as usize].traffic;
         traffic.deliveries += sent.len() as u64;
         traffic.delivered_bytes += sent.iter().map(|written| written.bytes).sum::<u64>();
     }
 
-    /// Forgets the writes before this number.
+    /// Drops the writes before this number from the log for watchers.
     pub fn forget(&mut self, bucket: Bucket, before: u64) {
         let log = &mut self.logs[bucket as usize];
         let count = before.saturating_sub(log.first) as usize;
@@ -266,8 +266,8 @@ impl Store {
         self.records.get(code).copied()
     }
 
-    /// Appends a record if the newest is the expected one, one by the same writer, or one before it: then the store
-    /// has forgotten what came after that. Returns its number.
+    /// Appends a record if the newest one is the expected one, was written by the same writer, or is older because the
+    /// store has lost later ones. Returns the number of the new record.
     pub fn append(&mut self, code: &str, expected: u64, writer: u64, epoch: u64) -> Option<u64> {
         let tail = self.tail(code);
         let sequence = tail.map_or(0, |tail| tail.sequence);

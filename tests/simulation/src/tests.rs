@@ -1,9 +1,9 @@
-//! Fleets with faults, and with flaws that must be found.
+//! Simulates fleets with faults, and with flaws that the checks must find.
 
 use super::{Faults, Flaws, Settings, Simulation};
 use std::time::Duration;
 
-/// The first violation of several seeds, on two threads.
+/// The first violation over several seeds, tried on two threads.
 fn first_violation(seeds: u64, settings: impl Fn(u64) -> Settings + Sync) -> Option<String> {
     let run = |first: u64| {
         let seeds = (first..seeds).step_by(2);
@@ -24,7 +24,7 @@ fn two_play(violation: &str) -> bool {
     violation.contains("is played by [") && !violation.ends_with("[]")
 }
 
-/// All of them before a release, for which `JOSTLE_LONG` is set, and otherwise a quarter.
+/// Number of seeds to run: all of them before a release, when `JOSTLE_LONG` is set, otherwise a quarter.
 fn seeds(all: u64) -> u64 {
     if std::env::var_os("JOSTLE_LONG").is_some_and(|value| value == "1") { all } else { all / 4 }
 }
@@ -48,7 +48,7 @@ fn rooms_are_played_by_one_node_each_when_much_more_happens() {
     };
     let settings = |seed| Settings { faults: often.clone(), ..Settings::small(seed) };
     assert_eq!(first_violation(seeds(60), settings), None);
-    // Here a write is so late that the room it opens has ended meanwhile.
+    // With this seed a write arrives so late that the room that it opens has ended in the meantime.
     let late = Simulation::run(settings(517)).map_err(|violation| violation.to_string());
     assert!(late.is_ok(), "{late:?}");
 }

@@ -1,6 +1,6 @@
-//! A server on a machine that fails on demand: `shaky_host DIR [CERTIFICATE KEY]` records into DIR,
-//! prints the addresses of its two ports, and obeys one order per line of standard input.
-//! Everything else is the server as shipped; SIGTERM shuts it down in good order.
+//! A server on a machine that fails on demand: `shaky_host DIR [CERTIFICATE KEY]` records into DIR, prints the
+//! addresses of its two ports, and obeys one order per line of standard input. Otherwise it is the server as shipped;
+//! SIGTERM shuts it down cleanly.
 //!
 //! `disk good|full|closed`, `clock on|back` (40 days), `descriptors none|some`.
 
@@ -26,15 +26,15 @@ use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::oneshot;
 
 const GOOD: u8 = 0;
-/// Nothing can be written any more, neither to open files nor to new ones.
+/// Nothing can be written any more, to open or to new files.
 const FULL: u8 = 1;
-/// No file can be created.
+/// No new files can be created.
 const CLOSED: u8 = 2;
 
 static DISK: AtomicU8 = AtomicU8::new(GOOD);
 /// Offset of the wall clock.
 static CLOCK_DAYS: AtomicI64 = AtomicI64::new(0);
-/// Size of a clock step: further than replays are kept.
+/// Size of a clock step, longer than replays are kept.
 const STEP_DAYS: i64 = 40;
 
 struct ShakyFile(File);
@@ -66,12 +66,12 @@ fn wall() -> SystemTime {
     if days < 0 { SystemTime::now() - step } else { SystemTime::now() + step }
 }
 
-/// Allows no descriptors beyond the open ones, or as many as usual.
+/// Allows either no further descriptors or the usual number.
 fn limit_descriptors(none: bool) -> anyhow::Result<()> {
     use rustix::process::{Resource, getrlimit, setrlimit};
     let mut limit = getrlimit(Resource::Nofile);
     limit.current = match none {
-        // New descriptors get the lowest free number, which is the one of this file.
+        // New descriptors get the lowest free number, which this file has.
         true => Some(u64::try_from(File::open("/dev/null")?.as_raw_fd())?),
         false => limit.maximum,
     };
@@ -92,7 +92,8 @@ fn obey(order: &str) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Those that some faults wait for are short enough to be sat out, and long enough for a crowd on a busy machine.
+/// Timeouts of the server. Those that some faults wait for are short enough to sit out, but long enough for a crowd on
+/// a busy machine.
 fn waits() -> Waits {
     Waits {
         http_head: Duration::from_secs(15),
@@ -105,7 +106,7 @@ fn waits() -> Waits {
     }
 }
 
-/// The page's file without a build, large enough to fill every buffer on its way.
+/// Replaces the built page with one file, large enough to fill every buffer on its way.
 static FILES: [assets::AssetFile; 1] =
     [assets::AssetFile { name: "big.bin", etag: "\"big\"", bytes: &[7; 4 << 20] }];
 
@@ -127,7 +128,7 @@ fn config(dir: PathBuf) -> anyhow::Result<Config> {
     for (name, source) in [("restless", RESTLESS), ("crowd", CROWD), ("small", SMALL)] {
         config.scenes.push(Scene::parse(&format!("{name}.toml"), source)?);
     }
-    // Its first particle refers to a recipe that does not exist, as a bug in a game might.
+    // A scene whose first particle refers to a recipe that does not exist, as a bug in a game might cause.
     let mut scenes = Scene::built_in().into_iter();
     let mut cracked = scenes.find(|scene| scene.name == "particles").context("a built-in scene")?;
     cracked.name = "cracked".to_owned();
@@ -136,7 +137,7 @@ fn config(dir: PathBuf) -> anyhow::Result<Config> {
     Ok(config)
 }
 
-/// Obeys until the process that started this one is gone.
+/// Obeys orders until the process that started this one is gone.
 fn obey_all() {
     for order in io::stdin().lines() {
         let Ok(order) = order else { return };

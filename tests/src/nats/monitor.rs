@@ -7,7 +7,7 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::time::timeout;
 
-/// A server that is busy or about to end may never answer; it is asked again.
+/// Time limit for an answer. A server that is busy or about to end may never answer; callers ask again.
 const ANSWER_WITHIN: Duration = Duration::from_secs(10);
 
 /// Status and body of an answer.
@@ -17,7 +17,7 @@ pub async fn get(server: SocketAddr, path: &str) -> Result<(u16, String)> {
 
 async fn exchange(server: SocketAddr, path: &str) -> Result<(u16, String)> {
     let mut stream = TcpStream::connect(server).await?;
-    // HTTP/1.0 has no chunks: the body ends with the connection.
+    // HTTP/1.0 has no chunked encoding: the body ends with the connection.
     stream.write_all(format!("GET {path} HTTP/1.0\r\n\r\n").as_bytes()).await?;
     let mut text = String::new();
     stream.read_to_string(&mut text).await?;

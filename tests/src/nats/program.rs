@@ -1,4 +1,4 @@
-//! The program `nats-server`: found, or built with Go and kept in the target directory for later runs.
+//! Finds the program `nats-server`, or builds it with Go and keeps it in the target directory.
 
 use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
@@ -6,16 +6,16 @@ use std::process::Stdio;
 use tokio::process::Command;
 use tokio::sync::OnceCell;
 
-/// Names the program; takes precedence.
+/// Environment variable with the program's path; takes precedence.
 const VARIABLE: &str = "JOSTLE_NATS_SERVER";
 const NAME: &str = "nats-server";
-/// The oldest version that will do, major and minor: older ones expire no single messages, and so no leases.
+/// The oldest usable version, major and minor: older ones cannot expire single messages, which leases need.
 const OLDEST: (u32, u32) = (2, 11);
-/// The module and version that is built.
+/// The Go module and version to build.
 const MODULE: &str = "github.com/nats-io/nats-server/v2";
 const VERSION: &str = "v2.15.2";
 
-/// Path of the program. It is looked for, and built if need be, once in a process.
+/// Path of the program. It is located, and built if necessary, once per process.
 pub async fn find() -> Result<&'static Path> {
     static FOUND: OnceCell<PathBuf> = OnceCell::const_new();
     FOUND.get_or_try_init(find_or_build).await.map(PathBuf::as_path)
@@ -59,7 +59,7 @@ async fn version_of(program: &Path) -> Result<(u32, u32)> {
     version().with_context(|| format!("{} says of its version: {text}", program.display()))
 }
 
-/// Builds beside the place and moves the program there, so that it is never seen half written.
+/// Builds the program in a temporary directory and moves it into place, so that no process sees it half written.
 async fn build(program: &Path) -> Result<()> {
     let dir = program.with_extension(std::process::id().to_string());
     let module = format!("{MODULE}@{VERSION}");

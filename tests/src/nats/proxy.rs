@@ -9,10 +9,10 @@ use tokio::select;
 use tokio::sync::watch;
 use tokio::task::{JoinHandle, JoinSet};
 
-/// Most bytes that are passed on at once.
+/// Maximum number of bytes forwarded at once.
 const CHUNK_BYTES: usize = 16 * 1024;
 
-/// Passes connections on to servers, until it is told to stall. Dropping it closes them.
+/// Forwards connections to servers, and stalls on demand. Dropping it closes them.
 pub struct Proxy {
     address: SocketAddr,
     passing: watch::Sender<bool>,
@@ -20,7 +20,7 @@ pub struct Proxy {
 }
 
 impl Proxy {
-    /// Starts a proxy that passes each connection on to the next of these servers that accepts it.
+    /// Starts a proxy that forwards each connection to the next of these servers that accepts it.
     pub async fn start(servers: Vec<SocketAddr>) -> Result<Proxy> {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).await.context("no free port")?;
         let address = listener.local_addr()?;
@@ -34,18 +34,17 @@ impl Proxy {
         self.address
     }
 
-    /// The same as a URL.
+    /// The address as a URL.
     pub fn url(&self) -> String {
         format!("nats://{}", self.address)
     }
 
-    /// Passes nothing on from now, neither bytes nor the ends of connections. New connections are accepted, and stall
-    /// too.
+    /// Stops forwarding, both of bytes and of ends of connections. New connections are accepted but stall too.
     pub fn stall(&self) {
         self.passing.send_replace(false);
     }
 
-    /// Passes everything on again, first what was held up.
+    /// Resumes forwarding, starting with the delayed bytes.
     pub fn resume(&self) {
         self.passing.send_replace(true);
     }
@@ -68,7 +67,7 @@ async fn accept(listener: TcpListener, servers: Vec<SocketAddr>, passing: watch:
     }
 }
 
-/// Passes one connection on until it ends. If no server accepts it, the client sees it close.
+/// Forwards one connection until it ends. If no server accepts it, the client's connection is closed.
 async fn connect(client: TcpStream, servers: Vec<SocketAddr>, mut passing: watch::Receiver<bool>) {
     if passing.wait_for(|passing| *passing).await.is_err() {
         return;
@@ -76,18 +75,18 @@ async fn connect(client: TcpStream, servers: Vec<SocketAddr>, mut passing: watch
     let Ok(server) = TcpStream::connect(&*servers).await else { return };
     let ((from_client, to_client), (from_server, to_server)) =
         (client.into_split(), server.into_split());
-    // The end of one direction ends both.
+    // If one direction ends, so does the other.
     select! {
         () = pass(from_client, to_server, passing.clone()) => {}
         () = pass(from_server, to_client, passing.clone()) => {}
     }
 }
 
-/// Passes bytes on in one direction until its end. That waits for the network too.
+/// Forwards bytes in one direction until its end. The end, too, is delayed while the proxy stalls.
 async fn pass(mut from: OwnedReadHalf, mut to: OwnedWriteHalf, mut passing: watch::Receiver<bool>) {
     let mut chunk = vec![0; CHUNK_BYTES];
     loop {
-        // A connection that broke has ended.
+        // A broken connection counts as ended.
         let count = from.read(&mut chunk).await.unwrap_or(0);
         let mut rest = &chunk[..count];
         loop {

@@ -1,5 +1,5 @@
-//! The page without a server: a folder on a plain server of files, below a path. It plays alone and with bots bit for
-//! bit as a native room does, opens scene links and replays, and asks for nothing outside of its folder.
+//! The page without a server: a folder below a path on a plain file server. It plays alone and with bots bit for bit as
+//! a native room does, opens scene links and replays, and requests nothing outside its folder.
 
 use super::replay::{drop_file, file, records, until};
 use anyhow::{Context, Result, anyhow, bail, ensure};
@@ -17,16 +17,16 @@ use serde_json::Value;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// The path of the folder.
+/// URL path of the folder.
 const BELOW: &str = "/jostle/";
-/// Cases among which the shipped scenes are dealt out.
+/// Number of cases among which the shipped scenes are divided.
 const PARTS: usize = 4;
-/// Ticks after which games are compared: rounds have begun, and bots are at it.
+/// Ticks after which games are compared; by then rounds have begun and bots are active.
 const TICKS: u32 = 300;
-/// The same of an idle player without bots.
+/// Ticks after which games of an idle player without bots are compared.
 const IDLE_TICKS: u32 = 100;
 const SEED: u64 = 7;
-/// Bots beside the player, at most.
+/// Maximum number of bots.
 const BOTS: u16 = 5;
 /// A scene that is not shipped.
 const YARD: &str = r#"title = "Yard"
@@ -88,7 +88,7 @@ fn native_hash(scene: Scene, seed: u64, bots: u16, ticks: u32) -> Result<Option<
     let look = Appearance::new("Native", 0).map_err(|error| anyhow!("{error}"))?;
     let joined = room.join(look, None).map_err(|refusal| anyhow!("{refusal:?}"))?;
     for tick in 0..ticks {
-        // Without any input the player would count as away.
+        // Without any input the player would be considered away.
         room.input(joined.claim.seat, tick + 1, Input::default());
         room.tick();
     }
@@ -96,7 +96,7 @@ fn native_hash(scene: Scene, seed: u64, bots: u16, ticks: u32) -> Result<Option<
     Ok(Some(format!("{:016x}", room.game().hash())))
 }
 
-/// Waits for a game that was played for so long, and compares it with a native one.
+/// Waits until a game has been played long enough, and compares it with a native one.
 async fn compare(tab: &Tab, scene: Scene, seed: u64, bots: u16) -> Result<()> {
     let ticks = if bots == 0 { IDLE_TICKS } else { TICKS };
     let played = |s: &State| s.state == "playing" && s.hash_tick.unwrap_or(0) >= ticks;
@@ -108,7 +108,7 @@ async fn compare(tab: &Tab, scene: Scene, seed: u64, bots: u16) -> Result<()> {
     Ok(())
 }
 
-/// Fails if anything was asked for outside of the folder, of this server or of another.
+/// Fails if anything outside the folder was requested, from this server or another.
 async fn check_requests(server: &FileServer, tab: &Tab) -> Result<()> {
     let asked = server.asked();
     let outside: Vec<_> = asked.iter().filter(|path| !path.starts_with(BELOW)).collect();
@@ -121,8 +121,8 @@ async fn check_requests(server: &FileServer, tab: &Tab) -> Result<()> {
     Ok(())
 }
 
-/// Every scene, alone where a round needs one player only, and beside bots where players have heroes. One page plays
-/// all of a part, as fast as it can.
+/// Plays every scene: alone if a round needs only one player, and with bots if players have heroes. One page plays all
+/// scenes of a part, as fast as it can.
 async fn the_page_without_a_server_plays_scenes(stage: Arc<Stage>, part: usize) -> Result<()> {
     let server = host(Vec::new()).await?;
     let tab = stage.visit_link_changed(HASTE, &server.link(BELOW), Screen::TINY).await?;
@@ -163,7 +163,7 @@ async fn the_page_without_a_server_opens_links_and_files(stage: Arc<Stage>) -> R
     drop_file(&tab, "game.jostle", &file(&records)).await?;
     tab.until("the dropped replay", watched).await?;
 
-    // A scene file takes its place, and its link stands in the address.
+    // A dropped scene file replaces the game, and its link appears in the address bar.
     drop_file(&tab, "scene.toml", YARD.as_bytes()).await?;
     compare(&tab, yard()?, 1, 0).await?;
     assert_eq!(tab.link().await?, server.link(&link));
@@ -179,7 +179,7 @@ async fn the_page_without_a_server_opens_links_and_files(stage: Arc<Stage>) -> R
     check_requests(&server, &tab).await
 }
 
-/// The last seconds are saved as a file by a touch, and opened where they were saved.
+/// Saves the last seconds as a file by touch, and opens it in the same page.
 async fn a_clip_of_the_page_without_a_server_verifies_there(stage: Arc<Stage>) -> Result<()> {
     let server = host(Vec::new()).await?;
     let hash = format!("{BELOW}#alone=arena&bots=2&seed={SEED}");
@@ -225,7 +225,7 @@ async fn a_scene_is_played_alone_in_a_lobby_without_a_server(stage: Arc<Stage>) 
     compare(&tab, shipped("hockey")?, seed_of(&tab).await?, 3).await?;
     tab.keep_on_all_screens("alone-game").await?;
 
-    // Loaded again, the same game begins.
+    // After a reload the same game starts.
     tab.reload().await?;
     compare(&tab, shipped("hockey")?, seed_of(&tab).await?, 3).await?;
     tab.eval::<bool>("(history.back(), true)").await?;
@@ -233,7 +233,7 @@ async fn a_scene_is_played_alone_in_a_lobby_without_a_server(stage: Arc<Stage>) 
     check_requests(&server, &tab).await
 }
 
-/// It has the same scenes as one without.
+/// The lobby offers the same scenes as the page without a server.
 async fn a_scene_is_played_alone_in_the_lobby_of_a_server(stage: Arc<Stage>) -> Result<()> {
     let tab = stage.visit_changed(HASTE, "/").await?;
     tab.until_true("document.querySelectorAll('#scenes li').length >= 20").await?;
@@ -243,7 +243,7 @@ async fn a_scene_is_played_alone_in_the_lobby_of_a_server(stage: Arc<Stage>) -> 
     assert_eq!(without_pictures(with), without_pictures(without));
     tab.eval::<bool>("(document.querySelector('#scenes').scrollIntoView(), true)").await?;
     tab.keep_on_all_screens("served-lobby").await?;
-    // By the keyboard.
+    // Play a scene alone, by keyboard.
     let button = "document.querySelector('#game-list .alone[data-value=hill]')";
     tab.eval::<bool>(&format!("({button}.focus(), true)")).await?;
     tab.key_down(" ").await?;
@@ -253,7 +253,7 @@ async fn a_scene_is_played_alone_in_the_lobby_of_a_server(stage: Arc<Stage>) -> 
     tab.keep_on_all_screens("served-alone").await
 }
 
-/// The list of scenes beside the page; the name of its directory has a hash.
+/// The list of scenes next to the page, in a directory whose name is a hash.
 fn scenes_of_the_static_page() -> Result<Vec<u8>> {
     let assets = static_page().join("assets");
     for entry in std::fs::read_dir(&assets).with_context(|| assets.display().to_string())? {
@@ -265,7 +265,7 @@ fn scenes_of_the_static_page() -> Result<Vec<u8>> {
     bail!("no scenes.json below {}", assets.display())
 }
 
-/// The scenes of a list, without the addresses of their pictures.
+/// The scenes of a list, without the URLs of their pictures.
 fn without_pictures(mut list: Value) -> Value {
     let mut scenes = list["scenes"].take();
     for scene in scenes.as_array_mut().into_iter().flatten() {

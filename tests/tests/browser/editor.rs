@@ -1,4 +1,5 @@
-//! The scene editor: pieces by mouse, finger and key, the text beside them, and what becomes of it.
+//! The scene editor: placing pieces by mouse, touch and keyboard, editing the text, and playing, saving and sharing the
+//! result.
 
 use anyhow::{Context, Result, ensure};
 use jostle_game::Scene;
@@ -7,10 +8,10 @@ use jostle_tests::tab::{Screen, Tab};
 use serde_json::json;
 use std::sync::Arc;
 
-/// Frames from a press of E to a game that moves, at most: half a second.
+/// Maximum number of frames from pressing E until the game moves: half a second.
 const FRAMES_MAX: usize = 30;
 
-/// Notes in each frame the state of the page and the tick on display, until `window.noted` is taken away.
+/// Notes the page's state and the displayed tick in each frame, until `window.noted` is removed.
 const NOTE: &str = "(() => { const noted = window.noted = []; const look = () => { \
     const root = document.documentElement; \
     noted.push([root.dataset.state, root.dataset.tick, performance.now()]); \
@@ -50,7 +51,7 @@ async fn drag(tab: &Tab, from: [f32; 2], to: [f32; 2]) -> Result<()> {
     }
 }
 
-/// The sentence of the error that is shown.
+/// The displayed error message.
 async fn error(tab: &Tab) -> Result<String> {
     tab.eval(
         "(() => { const error = document.querySelector('#edit-error'); \
@@ -64,7 +65,7 @@ async fn underlined(tab: &Tab) -> Result<String> {
         .await
 }
 
-/// The sentence of the error that is shown, and the underlined text.
+/// The displayed error message, and the underlined text.
 pub async fn errors_of(tab: &Tab) -> Result<[String; 2]> {
     Ok([error(tab).await?, underlined(tab).await?])
 }
@@ -76,7 +77,7 @@ pub async fn a_scene_is_built_from_nothing_played_undone_and_shared(
     tab.keep("editor-empty").await?;
     pull(&tab, "wall", [160.0, 30.0]).await?;
     until_text(&tab, "position = [160, 30]").await?;
-    // A handle on its upper right corner makes the floor of it.
+    // Dragging the handle at its upper right corner turns it into the floor.
     let corner = tab.to_page([164.0, 50.0]).await?;
     let goal = tab.to_page([310.0, 14.0]).await?;
     tab.drag([corner[0] + 6.0, corner[1] - 6.0], [goal[0] + 6.0, goal[1] - 6.0]).await?;
@@ -91,7 +92,7 @@ pub async fn a_scene_is_built_from_nothing_played_undone_and_shared(
     ensure!(error(&tab).await?.is_empty(), "{}", error(&tab).await?);
     tab.keep_on_all_screens("editor-built").await?;
 
-    // A rule, by text.
+    // Adds a rule in the text.
     tab.click_on("#tab-text").await?;
     let built = text(&tab).await?;
     let ruled = format!(
@@ -102,7 +103,7 @@ pub async fn a_scene_is_built_from_nothing_played_undone_and_shared(
     tab.until_true("document.querySelector('#edit-error').hidden").await?;
     Scene::parse("my-scene.toml", &ruled)?;
 
-    // Played in the same frame, and back at what was edited.
+    // Playing starts in the same frame, and Escape returns to the edited scene.
     tab.press("Escape").await?;
     let before: Vec<f64> = tab.eval(PLACE).await?;
     tab.eval::<bool>(NOTE).await?;
@@ -115,7 +116,7 @@ pub async fn a_scene_is_built_from_nothing_played_undone_and_shared(
     tab.until("the editor", |s| s.state == "editing").await?;
     assert_eq!(text(&tab).await?, ruled);
 
-    // Shared.
+    // Share the scene.
     tab.eval::<bool>(
         "(navigator.clipboard.writeText = text => { window.copied = text; return Promise.resolve(); \
          }, true)",
@@ -130,7 +131,7 @@ pub async fn a_scene_is_built_from_nothing_played_undone_and_shared(
     other.until("the scene, edited", |s| s.state == "editing").await?;
     assert_eq!(text(&other).await?, ruled, "to the last byte");
 
-    // Undone to nothing, and redone.
+    // Undo all changes, then redo them.
     tab.press("Escape").await?;
     while !text(&tab).await?.is_empty() {
         let before = text(&tab).await?;
@@ -145,11 +146,11 @@ pub async fn a_scene_is_built_from_nothing_played_undone_and_shared(
     Ok(())
 }
 
-/// Place of the canvas on the page.
+/// Position and size of the canvas on the page.
 const PLACE: &str = "(() => { const r = document.querySelector('#stage').getBoundingClientRect(); \
     return [r.x, r.y, r.width, r.height]; })()";
 
-/// From editing to playing there is no other state, and the game moves soon.
+/// Checks that the page goes directly from editing to playing, and that the game soon moves.
 async fn check_start(tab: &Tab) -> Result<String> {
     let noted: Vec<(String, Option<String>, f64)> = tab
         .eval("(() => { const noted = window.noted; window.noted = null; return noted; })()")
@@ -184,12 +185,12 @@ pub async fn a_shipped_scene_keeps_its_comments(stage: Arc<Stage>) -> Result<()>
         .until_true("!document.querySelector('#text').value.includes('position = [160, 86]')")
         .await?;
     let moved = text(&lobby).await?;
-    // All but two numbers is as it was.
+    // Only two numbers have changed.
     let line = moved.lines().zip(source.lines()).find(|(new, old)| new != old);
     let (new, old) = line.context("a line changed")?;
     ensure!(old == "position = [160, 86]" && new.starts_with("position = [150, 12"), "{new}");
     assert_eq!(moved, source.replacen(old, new, 1));
-    // A reload loses nothing.
+    // Reloading the page loses nothing.
     let kept = serde_json::to_string(&moved)?;
     lobby.until_true(&format!("localStorage['jostle.draft.splash'] === {kept}")).await?;
     let link = lobby.link().await?;
@@ -204,7 +205,7 @@ pub async fn errors_are_shown_at_their_place(stage: Arc<Stage>) -> Result<()> {
     let source = text(&tab).await?;
     tab.click_on("#tab-text").await?;
     for (from, to, marked) in [
-        // Out of its range, unknown, of another type, missing, two that contradict each other, and no TOML.
+        // Fields that are out of range, unknown, of the wrong type, missing or contradictory, and invalid TOML.
         ("restitution = 0.3", "restitution = 7", "restitution = 7"),
         ("thrust = [120", "trust = [120", "trust = [120, 160]"),
         ("packs = 3", "packs = \"three\"", "packs = \"three\""),
@@ -225,7 +226,7 @@ pub async fn errors_are_shown_at_their_place(stage: Arc<Stage>) -> Result<()> {
         if from.starts_with("rest") {
             tab.keep_on_all_screens("editor-error").await?;
         }
-        // A click on the sentence goes there.
+        // A click on the message moves the cursor to the error.
         tab.click_on("#edit-error").await?;
         let before: String = tab
             .eval("(() => { const t = document.querySelector('#text'); \
@@ -246,7 +247,7 @@ pub async fn a_scene_is_built_by_touch(stage: Arc<Stage>) -> Result<()> {
     pull(&tab, "platform", [160.0, 60.0]).await?;
     until_text(&tab, "kind = \"platform\"").await?;
     drag(&tab, [160.0, 60.0], [120.0, 40.0]).await?;
-    // A pixel of a phone is nearly a unit.
+    // A pixel on a phone is nearly one unit.
     tab.until_true(
         "/position = \\[1(19|20|21), (39|40|41)\\]/.test(document.querySelector('#text').value)",
     )
@@ -269,7 +270,7 @@ pub async fn a_scene_is_built_by_touch(stage: Arc<Stage>) -> Result<()> {
     Ok(())
 }
 
-/// Picture and panels share the screen, and each piece of the palette can be reached.
+/// Checks that picture and panels share the screen, and that every piece of the palette is reachable.
 pub async fn the_editor_fits_a_phone_on_its_side(stage: Arc<Stage>) -> Result<()> {
     let tab = open(&stage, "#edit=splash", Screen::PHONE_ON_SIDE).await?;
     tab.keep("editor-side").await?;
@@ -310,7 +311,7 @@ pub async fn a_scene_is_built_by_keys(stage: Arc<Stage>) -> Result<()> {
     tab.press("Tab").await?;
     tab.until_true("document.querySelector('#edit-said').textContent === 'block 1 at 161, 100'")
         .await?;
-    // After the last piece the focus goes on.
+    // After the last piece, the focus leaves the stage.
     tab.press("Tab").await?;
     tab.until_true("document.activeElement.id !== 'stage'").await?;
     Ok(())
@@ -350,7 +351,7 @@ pub async fn a_scene_is_a_file_too(stage: Arc<Stage>) -> Result<()> {
     .await?;
     until_text(&tab, "title = \"Bounce\"").await?;
     assert_eq!(text(&tab).await?, source);
-    // What would be saved is the text, under the file's name.
+    // The text would be saved under the file's name.
     tab.eval::<bool>(
         "(HTMLAnchorElement.prototype.click = function () { \
          window.saved = [this.download, decodeURIComponent(this.href.split(',')[1])]; }, true)",
@@ -368,7 +369,7 @@ fn stage_scene(name: &str) -> Result<String> {
     Ok(found.with_context(|| format!("{name} is shipped"))?.source)
 }
 
-/// Two tabs of one visitor edit the same scene: an hour of work in one, then a key in the other.
+/// Two tabs of one visitor edit the same scene: much work in one, then a single key press in the other.
 pub async fn two_tabs_keep_a_draft_each(stage: Arc<Stage>) -> Result<()> {
     let a = open(&stage, "#edit", Screen::LAPTOP).await?;
     let visitor = stage.last_visitor().context("a visitor")?;

@@ -1,5 +1,5 @@
-//! Hands and senses: the settings by keyboard alone, names for screen readers, chosen keys, gamepads, emotes, and the
-//! page in another language.
+//! Input and accessibility: the settings by keyboard alone, names for screen readers, remapped keys, gamepads, emotes,
+//! and the page in another language.
 
 use anyhow::{Context, Result, ensure};
 use jostle_tests::runner::{Case, Stage};
@@ -7,13 +7,13 @@ use jostle_tests::state::State;
 use jostle_tests::tab::{Screen, Tab};
 use std::sync::Arc;
 
-/// A gamepad that the test holds.
+/// A gamepad controlled by the test.
 const PAD: &str = "window.pad = {connected: true, mapping: 'standard', \
     buttons: Array.from({length: 17}, () => ({pressed: false})), axes: [0, 0, 0, 0]}; \
     navigator.getGamepads = () => [null, window.pad];";
 const CONNECT: &str = "window.dispatchEvent(new Event('gamepadconnected'))";
 
-/// Controls that can be reached and have no name. A control's name is its label, its text, or what it says of itself.
+/// Reachable controls without an accessible name: a label, text or ARIA attribute.
 const NAMELESS: &str = "[...document.querySelectorAll('button, a[href], input, select, textarea, [tabindex]')] \
     .filter(element => element.checkVisibility() && !element.closest('[inert], [aria-hidden=true]')) \
     .filter(element => ![element.ariaLabel, element.labels?.[0]?.textContent, element.innerText, element.title] \
@@ -99,7 +99,7 @@ async fn a_gamepad_moves_the_hero(stage: Arc<Stage>) -> Result<()> {
     tab.until("a hero further right", |s| s.own_hero().is_some_and(|h| h.pos[0] > before + 5.0))
         .await?;
     tab.eval::<f64>("window.pad.axes[0] = 0").await?;
-    // The chosen button, in place of the usual one.
+    // A remapped button replaces the default one.
     tab.click_on("#settings-button").await?;
     tab.click_on("[data-action='choose-button'][data-value='emote']").await?;
     tab.eval::<bool>("window.pad.buttons[5].pressed = true").await?;
@@ -107,7 +107,7 @@ async fn a_gamepad_moves_the_hero(stage: Arc<Stage>) -> Result<()> {
         .await?;
     tab.eval::<bool>("(window.pad.buttons[5].pressed = false, true)").await?;
     tab.press("Escape").await?;
-    // A page looks at the gamepad once a frame, and would not see that the button was up.
+    // The page polls the gamepad once per frame and could otherwise miss that the button was released.
     let drawn = tab.state().await?.drawn_frames;
     tab.until("two frames more", |s| s.drawn_frames > drawn + 1).await?;
     tab.eval::<bool>("window.pad.buttons[5].pressed = true").await?;

@@ -1,5 +1,5 @@
-//! Hosts of rooms: a room may be private, its host can remove players and close it. The others are
-//! notified and cannot return.
+//! Hosts of rooms: a room may be private, and its host can remove players and close it. Removed players are notified
+//! and cannot return.
 
 use crate::trouble::{assert_notice, network_noise};
 use anyhow::{Result, ensure};
@@ -9,7 +9,7 @@ use jostle_tests::state::State;
 use jostle_tests::tab::{Screen, Tab};
 use std::sync::Arc;
 
-/// Keeps the page's sockets accessible, to send messages that the page itself never would.
+/// Makes the page's sockets accessible, to send messages that the page itself never would.
 const SOCKETS: &str = "(() => { const Open = WebSocket; window.sockets = []; \
     window.WebSocket = class extends Open { constructor(...given) { super(...given); \
     window.sockets.push(this); } }; })()";
@@ -26,7 +26,7 @@ pub async fn a_host_opens_a_private_room_and_removes_a_player(stage: Arc<Stage>)
     ada.until_true("!document.querySelector('#close-room').hidden").await?;
     ada.until_true("!document.querySelector('#players button')").await?;
 
-    // It is not listed, neither in the server's answer nor in the lobby of a guest.
+    // The room is listed neither in the server's answer nor in a guest's lobby.
     let public: String = ada.eval(OPEN_PUBLIC).await?;
     let rooms: String = ada.eval("fetch('/api/rooms').then(answer => answer.text())").await?;
     ensure!(rooms.contains(&public) && !rooms.contains(&code), "only {public}: {rooms}");
@@ -49,7 +49,7 @@ pub async fn a_host_opens_a_private_room_and_removes_a_player(stage: Arc<Stage>)
     ada.until("a room without Bob", |s| s.players.len() == 1).await?;
     ada.until_true("!document.querySelector('#players button')").await?;
 
-    // The page does not return by itself, nor through the link.
+    // The page returns neither by itself nor through the link.
     let sockets: u32 = bob.eval("sockets.length").await?;
     ada.ticks(60).await?;
     assert_eq!(bob.eval::<u32>("sockets.length").await?, sockets, "it tries again");
@@ -96,7 +96,7 @@ pub async fn a_host_closes_the_room(stage: Arc<Stage>) -> Result<()> {
     Ok(())
 }
 
-/// By keyboard, as with a screen reader.
+/// Opens a private room by keyboard, as with a screen reader.
 async fn open_private_room(stage: &Stage) -> Result<Tab> {
     let ada = stage.visit("/", Screen::LAPTOP).await?;
     ada.until("the lobby", |s| s.state == "lobby").await?;
@@ -113,7 +113,7 @@ async fn open_private_room(stage: &Stage) -> Result<Tab> {
     Ok(ada)
 }
 
-/// Buttons and messages are useless to guests: what their page asks for is denied, in one line.
+/// Checks that guests can use neither the host's buttons nor its messages: requests are denied with a one-line notice.
 async fn guests_are_denied(guest: &Tab) -> Result<()> {
     guest.until_true("document.querySelectorAll('#players li').length === 2").await?;
     guest.until_true("document.querySelector('#close-room').hidden").await?;
@@ -125,7 +125,7 @@ async fn guests_are_denied(guest: &Tab) -> Result<()> {
     guest.keep("host-denied").await
 }
 
-/// Presses the button beside a player, cancels, and then confirms.
+/// Presses the button next to a player, cancels, and then confirms.
 async fn remove_player(host: &Tab, name: &str) -> Result<()> {
     let button = format!("#players [aria-label='Remove {name}']");
     host.until_true(&format!("document.querySelector(\"{button}\")")).await?;

@@ -1,4 +1,4 @@
-//! Ways into a game: the lobby, its rooms and links, and the layout on a phone.
+//! Entering a game: the lobby, its rooms and links, and the layout on a phone.
 
 use anyhow::{Result, ensure};
 use jostle_tests::runner::Stage;
@@ -23,7 +23,7 @@ pub async fn the_lobby_opens_a_room_and_copies_its_link(stage: Arc<Stage>) -> Re
     let link = ada.link().await?;
     ensure!(link.len() > stage.server.link("/").len(), "{link} names a room");
 
-    // A headless page cannot be granted the clipboard permission.
+    // The clipboard permission cannot be granted to a headless page.
     ada.eval::<bool>(
         "(navigator.clipboard.writeText = text => { window.copied = text; return Promise.resolve(); \
          }, true)",
@@ -68,7 +68,7 @@ pub async fn the_help_takes_the_focus_and_gives_it_back(stage: Arc<Stage>) -> Re
     tab.until_true(&format!("{focused} === 'signal'")).await?;
     tab.until_true("!document.querySelector('#game').inert").await?;
 
-    // After the click the next key belongs to the game, not to the button.
+    // After the click, keys go to the game and not to the button.
     tab.click_on("#help-button").await?;
     tab.until_true(&format!("{focused} === 'help-close'")).await?;
     tab.click_on("#help-close").await?;
@@ -110,11 +110,11 @@ pub async fn a_phone_has_a_stick_and_nothing_scrolls(stage: Arc<Stage>) -> Resul
     tab.until_true("document.querySelector('#network').hidden").await
 }
 
-/// Bytes of everything that a first visit to the lobby downloads, at most, but for the lists of rooms and replays: these
-/// are as long as there are some.
+/// Maximum number of bytes that a first visit to the lobby downloads, excluding the lists of rooms and replays, whose
+/// length varies.
 const COLD_BYTES_MAX: u64 = 1_000_000;
 
-/// A first visit is small, and a second one asks for the document and the lists alone.
+/// Checks that a first visit is small, and that a second one requests only the document and the lists.
 pub async fn the_lobby_is_downloaded_once(stage: Arc<Stage>) -> Result<()> {
     let tab = stage.visit("/", Screen::LAPTOP).await?;
     let loaded = "document.querySelectorAll('#game-list img').length > 5 && [...document.images]\

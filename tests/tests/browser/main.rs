@@ -1,4 +1,4 @@
-//! The page in a real Chromium, against a real server: one file per subject.
+//! Tests of the page in a real Chromium against a real server, with one file per subject.
 
 mod alone;
 mod editor;
@@ -30,7 +30,7 @@ mod watching;
 use jostle_tests::runner::{self, Case};
 use std::process::ExitCode;
 
-/// In the order in which one would try things by hand.
+/// All cases, in the order in which one would try things by hand.
 fn cases() -> Vec<Case> {
     let mut cases = vec![
         Case::new(

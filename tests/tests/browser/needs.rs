@@ -8,7 +8,7 @@ use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// Counts in the browser what is created, independently of the page's own report.
+/// Counts the resources created in the browser, independently of the page's own report.
 const COUNT: &str = r#"(() => {
     const made = window.made = {programs: 0, textures: 0};
     const context = WebGL2RenderingContext.prototype;
@@ -53,7 +53,7 @@ fn with_particles() -> Gpu {
     made(&["ground", "solids", "particles"], &textures)
 }
 
-/// All pixels are drawn: a slow machine would reduce the resolution, with a texture of another
+/// Draws at full resolution; on a slow machine the page would otherwise reduce it and use a texture of a different
 /// size.
 pub async fn a_scene_without_particles_loads_nothing_for_them(stage: Arc<Stage>) -> Result<()> {
     let tab = stage.visit_changed(COUNT, "/pile?sharp=1").await?;

@@ -1,5 +1,4 @@
-//! Scenes frozen at a tick: each looks like its golden picture, and its game has the same state
-//! hash as natively.
+//! Scenes frozen at a tick: each looks like its golden picture, and its game has the same state hash as a native one.
 //!
 //! `JOSTLE_UPDATE_GOLDENS=1` updates the pictures; look at them before you commit them.
 
@@ -16,14 +15,15 @@ use std::sync::Arc;
 
 const SEED: u64 = 7;
 const BOTS: u8 = 2;
-/// Another version of the software renderer may round differently, and edges differ by a lot.
+/// Maximum mean difference. Another version of the software renderer may round differently, and then edges differ by a
+/// lot.
 const MEAN_MAX: f64 = 0.5;
-/// Difference of a channel above which a pixel counts as different.
+/// A pixel counts as different if a channel differs by more than this.
 const CHANNEL_MAX: u8 = 8;
 /// Largest share of such pixels.
 const OUTLIERS_MAX: f64 = 0.001;
 
-/// Cases among which the scenes are dealt out.
+/// Number of cases among which the scenes are divided.
 const PARTS: usize = 4;
 
 pub fn cases() -> impl Iterator<Item = Case> {
@@ -70,7 +70,7 @@ fn picture_tick(scene: &str) -> u32 {
     }
 }
 
-/// Compares a picture with the golden one of that name, or updates that.
+/// Compares a picture with the golden picture of that name, or updates it.
 pub fn check(stage: &Stage, scene: &str, picture: &Picture) -> Result<()> {
     let golden_path = goldens().join(format!("{scene}.png"));
     if std::env::var_os("JOSTLE_UPDATE_GOLDENS").is_some_and(|value| value == "1") {
@@ -131,7 +131,7 @@ pub async fn the_page_plays_bit_for_bit(stage: Arc<Stage>) -> Result<()> {
     Ok(())
 }
 
-/// The same as the page does for [`demo_path`], in this process: the room, and its replica.
+/// Plays in this process what the page plays for [`demo_path`]; returns the room and its replica.
 fn native_demo(scene: &str, ticks: u32) -> Result<(RoomInPage, Replica)> {
     let found = Scene::built_in().into_iter().find(|built_in| built_in.name == scene);
     let scene = Arc::new(found.with_context(|| format!("no scene {scene}"))?);

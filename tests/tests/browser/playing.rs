@@ -1,4 +1,4 @@
-//! Actions of players: steer, throw, drop, grab, shake, clear, select, spray.
+//! Actions of players: steering, throwing, dropping, grabbing, shaking, clearing, selecting and spraying.
 
 use anyhow::{Context, Result, bail};
 use jostle_tests::picture::Picture;
@@ -7,7 +7,7 @@ use jostle_tests::state::{Body, State};
 use jostle_tests::tab::{Screen, Tab};
 use std::sync::Arc;
 
-/// Bursts of which one has to be seen as a whole.
+/// Maximum number of attempts to observe a complete burst.
 const BURSTS_MAX: u32 = 30;
 
 pub async fn a_key_in_one_page_moves_the_hero_seen_in_another(stage: Arc<Stage>) -> Result<()> {
@@ -58,7 +58,7 @@ pub async fn a_pack_reaches_the_hero_and_bursts(stage: Arc<Stage>) -> Result<()>
     };
     let dark = saturated(&tab.picture().await?);
 
-    // A slow page draws few frames of a burst, and perhaps none of its peak: then there is another.
+    // A slow page draws few frames of a burst and may miss its peak, so further bursts are tried.
     for _ in 0..BURSTS_MAX {
         tab.record().await?;
         let target = tab.aim([x + 30.0, y]).await?;
@@ -73,7 +73,7 @@ pub async fn a_pack_reaches_the_hero_and_bursts(stage: Arc<Stage>) -> Result<()>
             brightest = brightest.max(saturated(&tab.picture().await?));
             let state = tab.state().await?;
             let out = state.of_kind("pack").is_empty() && state.particles == 0;
-            // It is displayed at most half a second after it was received.
+            // An event is displayed at most half a second after it was received.
             if out && state.ticks() > started.ticks() + 60 {
                 break;
             }
@@ -92,7 +92,7 @@ pub async fn a_pack_reaches_the_hero_and_bursts(stage: Arc<Stage>) -> Result<()>
     bail!("no burst of about 200 particles, with 50 more saturated pixels than the {dark} before")
 }
 
-/// Waits until the own hero lies on the floor; returns its position.
+/// Waits until the player's hero rests on the floor; returns its position.
 async fn resting_hero(tab: &Tab) -> Result<[f32; 2]> {
     loop {
         let before = tab.state().await?;
@@ -152,8 +152,8 @@ async fn grab(tab: &Tab) -> Result<()> {
     Ok(())
 }
 
-/// A marble and a point that it can reach freely. Platforms differ from room to room, and a slow
-/// machine has more bodies in the heap.
+/// Finds a marble and a point that it can reach without obstruction. Platforms differ from room to room, and on a slow
+/// machine the heap has more bodies.
 fn way_out(state: &State) -> Option<(Body, [f32; 2])> {
     let goals = (20..=180).step_by(4).flat_map(|x| (14..=98).step_by(4).map(move |y| [x, y]));
     let goals: Vec<[f32; 2]> = goals.map(|goal| goal.map(|part| part as f32)).collect();
@@ -168,7 +168,7 @@ fn way_out(state: &State) -> Option<(Body, [f32; 2])> {
     })
 }
 
-/// Returns whether a body meets nothing on its way to a point.
+/// Whether a body meets no other on its way to a point.
 fn is_open(state: &State, moved: &Body, goal: [f32; 2]) -> bool {
     // Half a platform and a marble, with a margin.
     let apart = [22.5, 8.5];
@@ -179,7 +179,7 @@ fn is_open(state: &State, moved: &Body, goal: [f32; 2]) -> bool {
         let share = step as f32 / 20.0;
         let [x, y] = [0, 1].map(|axis| moved.pos[axis] + share * (goal[axis] - moved.pos[axis]));
         let beside = |b: &&Body| (b.pos[0] - x).abs() > apart[0] || (b.pos[1] - y).abs() > apart[1];
-        // It may leave what it touches, but must not come near anything else.
+        // The body may move away from those that it touches, but must not come near others.
         let away = |b: &&Body| {
             let (was, is) = (distance(b, moved.pos), distance(b, [x, y]));
             is > 12.5 || is > was
@@ -239,7 +239,7 @@ pub async fn bounds_selection(stage: Arc<Stage>) -> Result<()> {
         let later = tab.ticks(10).await?;
         assert!(there(&later), "it stays when the button is up; before {after:?}, now {later:?}");
     }
-    // A press on any body selects that one. Places are random: some are under the page's buttons.
+    // A press on a body selects it. Positions are random, and some are under the page's buttons.
     let state = tab.state().await?;
     let chosen = state.own_player().and_then(|player| player.selected);
     let mut other = None;
@@ -263,7 +263,7 @@ pub async fn bounds_selection(stage: Arc<Stage>) -> Result<()> {
     Ok(())
 }
 
-/// On a touch screen the buttons show which shape is selected.
+/// Checks that the buttons show which shape is selected on a touch screen.
 pub async fn bounds_by_touch(stage: Arc<Stage>) -> Result<()> {
     let tab = stage.visit("/bounds", Screen::PHONE).await?;
     tab.until("the scene", |s| s.state == "playing" && s.bodies.len() >= 15).await?;

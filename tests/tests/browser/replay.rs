@@ -1,4 +1,5 @@
-//! Replays on the page: dropped, played, sought, compared tick by tick, and drawn as natively.
+//! Replays on the page: dropping files, playing, seeking, comparing tick by tick, and drawing the same pictures as the
+//! native program.
 
 use super::pictures::{check, goldens};
 use anyhow::{Context, Result, anyhow, ensure};
@@ -103,7 +104,7 @@ fn hash_at(playback: &mut Playback, tick: u32) -> Result<Option<String>> {
     Ok(Some(format!("{:016x}", playback.game().hash())))
 }
 
-/// Waits for a text in the mark that shows the result of the comparison.
+/// Waits for a text in the badge that shows the result of the comparison.
 async fn until_verdict(tab: &Tab, verdict: &str, text: &str) -> Result<()> {
     let check = "document.querySelector('#check')";
     tab.until_true(&format!(
@@ -152,8 +153,8 @@ pub async fn a_dropped_replay_plays_and_every_tick_is_equal(stage: Arc<Stage>) -
     tab.until("the lobby", |s| s.state == "lobby").await.map(drop)
 }
 
-/// One page plays one file after another, as fast as it can: all before a release, and every fourth otherwise. All are
-/// played natively each time, and every scene is played in the page and natively.
+/// One page plays one file after another as fast as it can: all before a release, otherwise every fourth. Other tests
+/// play all files natively, and every scene both in the page and natively, each time.
 pub async fn the_page_plays_golden_replays(stage: Arc<Stage>) -> Result<()> {
     let mut files = std::fs::read_dir(goldens().join("replays"))?
         .map(|entry| Ok(entry?.path()))
@@ -212,7 +213,7 @@ pub async fn a_server_lists_its_replays_and_links_to_them(stage: Arc<Stage>) -> 
     until(&tab, "playing", |shown| shown.playing && shown.tick > 5).await?;
     assert_eq!(tab.link().await?, server.link(&format!("/replay/{name}")));
     tab.until_true("document.querySelector('#copy').offsetWidth > 0").await?;
-    // The link alone leads there too.
+    // The link alone opens it, too.
     let other = stage.visit_link(&tab.link().await?, Screen::SMALL).await?;
     until(&other, "playing", |shown| shown.playing && shown.tick > 5).await?;
     other.go(&server.link("/replay/arena-gone-20260102-030405")).await?;
@@ -225,7 +226,8 @@ pub async fn a_server_lists_its_replays_and_links_to_them(stage: Arc<Stage>) -> 
     std::fs::remove_dir_all(dir).context("the replays")
 }
 
-/// `jostle-picture` draws this tick natively, in the same view, and compares it with the same golden picture.
+/// Compares with the golden picture that tests of `jostle-picture`, which draws this tick natively in the same view,
+/// use too.
 pub async fn a_paused_replay_looks_as_it_did(stage: Arc<Stage>) -> Result<()> {
     let bytes = std::fs::read(goldens().join("replays/arena.jostle"))?;
     let tab = watch(&stage, &bytes, Screen::SMALL.sharp()).await?;
@@ -236,7 +238,7 @@ pub async fn a_paused_replay_looks_as_it_did(stage: Arc<Stage>) -> Result<()> {
     let played = tab.steady_picture().await?;
     slide_to(&tab, 10).await?;
     slide_to(&tab, shown.tick).await?;
-    // While it plays it may be drawn at a lower resolution than after a frame at rest.
+    // A playing replay may be drawn at a lower resolution than one that is paused.
     let sought = tab.steady_picture().await?;
     let apart = played.compare(&sought, 0)?;
     ensure!(apart.max == 0, "sought as played, tick {}: {apart:?}", shown.tick);

@@ -1,7 +1,6 @@
-//! Sound: when the browser is asked for it, what is remembered, and how loud two games are.
+//! Sound: when the audio context is created, which settings are remembered, and how loud two games are.
 //!
-//! `JOSTLE_UPDATE_GOLDENS=1` updates the levels in `tests/goldens/sound`; look at what changed before you commit
-//! it.
+//! `JOSTLE_UPDATE_GOLDENS=1` updates the levels in `tests/goldens/sound`; review the changes before committing them.
 
 use super::pictures::goldens;
 use anyhow::{Context, Result, anyhow, ensure};
@@ -18,27 +17,27 @@ use std::fmt::Write;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Together they have every sound but those of breaking and losing.
+/// Two games that together have every sound except those of breaking and losing.
 const GAMES: [&str; 2] = ["arena", "hill"];
 const NAMES: [&str; 3] = ["Ada", "Grace", "Alan"];
 const MINUTE_S: u32 = 60;
-/// As much of it as an ordinary run compares: a second takes a processor a third of one to compute.
+/// Seconds of a game that ordinary runs compare. Rendering one second takes a third of a second of processor time.
 const HEARD_S: u32 = 15;
 const SEED: u64 = 11;
-/// Largest difference of a level from the golden one.
+/// Maximum difference of a level from the golden one.
 const OFF_DB_MAX: f64 = 1.0;
-/// Levels below this are inaudible, and count as this.
+/// Levels below this are inaudible and are raised to it.
 const FLOOR_DB: f64 = -70.0;
-/// Louder games would be a roar, at the volume of a first visit.
+/// Maximum level at the default volume; louder games would be unpleasant.
 const LOUD_DB_MAX: f64 = -28.0;
 
-/// Counts the contexts that are made.
+/// Counts the audio contexts that are created.
 const COUNT_CONTEXTS: &str = "window.contexts = 0; \
     window.AudioContext = class extends AudioContext { \
         constructor(...given) { super(...given); window.contexts += 1; } };";
 
-/// For each half second the level of the left and the right, and of what is low of them, in dB, and the highest
-/// sample of all.
+/// For each half second: the levels of the left and right channels and of their low frequencies, in dB. Also the
+/// highest sample of all.
 const LEVELS: &str = r#"async (game, seconds) => {
     const bytes = Uint8Array.from(atob(game), digit => digit.charCodeAt(0));
     const sound = await window.jostle.rendered_sound(bytes, seconds);
@@ -173,7 +172,7 @@ pub async fn a_page_without_sound_says_so(stage: Arc<Stage>) -> Result<()> {
     tab.until_true("document.querySelector('#sound').innerText.includes('play sound')").await
 }
 
-/// Seconds that are computed: all if `JOSTLE_LONG` is set, and where the golden levels are updated.
+/// Number of seconds to render: all if `JOSTLE_LONG` is set or the golden levels are updated.
 fn seconds() -> u32 {
     let is_updated = std::env::var_os("JOSTLE_UPDATE_GOLDENS").is_some_and(|value| value == "1");
     if is_long() || is_updated { MINUTE_S } else { HEARD_S }
@@ -221,7 +220,7 @@ fn game(name: &str, seconds: u32) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Compares levels with the golden ones, or takes them as such.
+/// Compares levels with the golden ones, or updates these.
 fn check(stage: &Stage, name: &str, levels: &[Vec<f64>]) -> Result<()> {
     let path = goldens().join(format!("sound/{name}.txt"));
     if std::env::var_os("JOSTLE_UPDATE_GOLDENS").is_some_and(|value| value == "1") {

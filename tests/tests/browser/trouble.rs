@@ -1,5 +1,5 @@
-//! Things that go wrong: sockets, servers, graphics, focus, rooms. In each case the player
-//! understands what happened, and other players notice nothing.
+//! Failures of sockets, servers, graphics, focus and rooms. In each case the player learns what happened, and other
+//! players notice nothing.
 
 use anyhow::{Context, Result};
 use jostle_protocol::Refusal;
@@ -13,7 +13,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Messages that Chromium itself logs when a request or a socket fails, as these tests cause.
+/// Whether an error is one that Chromium itself logs when a request or a socket fails, which these tests cause.
 pub fn network_noise(error: &str) -> bool {
     error.contains("Failed to load resource") || error.contains("WebSocket connection to")
 }
@@ -30,7 +30,7 @@ pub async fn a_lost_socket_gives_the_same_seat_back(stage: Arc<Stage>) -> Result
     assert_eq!(after.seat, before.seat, "the same seat");
     let seen = ada.recorded().await?;
     assert!(seen.states.iter().any(|s| s == "reconnecting"), "the page said so: {seen:?}");
-    // His page may be slower than hers.
+    // Bob's page may be slower than Ada's.
     let both = |s: &State| s.ticks() >= after.ticks() && s.connected() == 2;
     let others = bob.until("Ada again", both).await?;
     assert_eq!(bob.recorded().await?.states, ["playing"], "Bob plays on");
@@ -54,7 +54,7 @@ pub async fn a_restarted_server_is_found_again(stage: Arc<Stage>) -> Result<()> 
     tab.until("the loss noticed", |s| s.state == "reconnecting").await?;
     assert_notice(&tab, "reconnect automatically").await?;
     let server = Server::start_at(address, patient()).await?;
-    // Without any action the page reconnects.
+    // The page reconnects without any action of the player.
     tab.until("playing on the new server", State::plays).await?;
     let seen = tab.recorded().await?;
     assert!(!seen.states.iter().any(|s| s == "refused"), "the page never gave up: {seen:?}");
@@ -65,7 +65,7 @@ pub async fn a_restarted_server_is_found_again(stage: Arc<Stage>) -> Result<()> 
 
 pub async fn a_room_outlives_its_server(stage: Arc<Stage>) -> Result<()> {
     let dir = Path::new(env!("CARGO_TARGET_TMPDIR")).join("kept-rooms");
-    // What a run before left, if it failed.
+    // Remove leftovers of an earlier failed run.
     let _ = fs::remove_dir_all(&dir);
     let state = StateSettings { dir: dir.clone(), sync: Sync::Second };
     let config = || Config { state: Some(state.clone()), ..patient() };
@@ -83,8 +83,8 @@ pub async fn a_room_outlives_its_server(stage: Arc<Stage>) -> Result<()> {
     tab.until("the loss noticed", |s| s.state == "reconnecting").await?;
     assert_notice(&tab, "The game goes on where it was").await?;
     let server = Server::start_at(address, config()).await?;
-    // Without any action the page has its seat again, and what it picked. Another room would have its
-    // shapes, whose places are random, elsewhere.
+    // Without any action the page has its seat and selection again. In a different room the shapes would be elsewhere,
+    // since their positions are random.
     let after = tab.until("playing on", |s| s.state == "playing" && picked(s)).await?;
     let later = tab.ticks(30).await?;
     for state in [after, later] {
@@ -107,8 +107,8 @@ pub async fn assert_notice(tab: &Tab, text: &str) -> Result<()> {
     .await
 }
 
-/// Loses the context, gives it back as soon as the page wants it, and has it lost once more at that moment and once more
-/// while the drawing is set up. `window.losses` counts all three.
+/// Loses the graphics context, restores it as soon as the page asks for it, and loses it again both at that moment and
+/// while drawing is being set up. `window.losses` counts all three.
 const LOSE: &str = "(() => {
     const canvas = document.getElementById('stage');
     const context = WebGL2RenderingContext.prototype;
@@ -147,7 +147,7 @@ pub async fn a_lost_webgl_context_is_drawn_again(stage: Arc<Stage>) -> Result<()
     Ok(())
 }
 
-/// Panics of wgpu, which end no more than the drawing.
+/// Whether an error is a panic of wgpu, which stops only the drawing.
 fn graphics_noise(error: &str) -> bool {
     error.contains("panicked at") && (error.contains("wgpu") || error.contains("glow"))
 }
@@ -159,7 +159,7 @@ pub async fn lost_focus_releases_keys(stage: Arc<Stage>) -> Result<()> {
     tab.key_down("d").await?;
     tab.until("running", |s| x(s) > before + 5.0).await?;
     tab.eval::<bool>("window.dispatchEvent(new Event('blur'))").await?;
-    // The key is still down for the browser; without steering, friction stops the hero.
+    // The browser still considers the key down; without steering, friction stops the hero.
     let mut last = x(&tab.state().await?);
     for _ in 0..40 {
         let now = x(&tab.ticks(15).await?);
@@ -197,7 +197,7 @@ pub async fn the_lack_of_webgl2_is_explained(stage: Arc<Stage>) -> Result<()> {
         let tab = stage.visit_changed(script, "/impulse").await?;
         tab.until_true("document.documentElement.dataset.state === 'unsupported'").await?;
         assert_notice(&tab, "browser").await?;
-        // The seat is kept meanwhile.
+        // The seat is kept in the meantime.
         tab.until("a hero that is not seen", |s| s.own_hero().is_some()).await?;
         tab.ignore_errors(graphics_noise);
     }

@@ -1,4 +1,4 @@
-//! Servers as nodes of a fleet, with real NATS servers: all of them are killed, and their network is taken away.
+//! Servers as nodes of a fleet with real NATS servers, any of which may be killed or cut off.
 
 mod games;
 mod joints;

@@ -14,17 +14,17 @@ use tokio::sync::watch;
 use tokio::task::JoinHandle;
 use tokio::time::timeout;
 
-/// Rooms of a fleet under test; every third is private.
+/// Number of rooms of a fleet under test; every third is private.
 pub const ROOMS: usize = 6;
 pub const NODES: usize = 3;
 const SCENES: [&str; 3] = ["arena", "pile", "hill"];
 
-/// Players in all rooms together; `JOSTLE_FLEET_PLAYERS` may ask for more.
+/// Total number of players; `JOSTLE_FLEET_PLAYERS` may ask for more.
 fn players() -> usize {
     number("JOSTLE_FLEET_PLAYERS", 24)
 }
 
-/// A number of the environment.
+/// Reads a number from an environment variable.
 pub fn number(variable: &str, usual: usize) -> usize {
     let text = std::env::var(variable).ok();
     text.map_or(usual, |text| {
@@ -34,7 +34,7 @@ pub fn number(variable: &str, usual: usize) -> usize {
 
 /// Three NATS servers, three nodes, and players who follow their rooms.
 pub struct Games {
-    // Dropped in this order: the nodes before what they need.
+    // Fields are dropped in this order: the nodes before the servers and files that they need.
     pub nodes: Vec<Node>,
     pub cluster: Cluster,
     pub dir: Dir,
@@ -50,13 +50,14 @@ struct Playing {
 }
 
 impl Games {
-    /// Starts everything, and returns when every player plays and a spectator watches each room. `nats` says how a node of this number reaches the cluster.
+    /// Starts everything and waits until every player plays and each room has a spectator. `nats` gives the address at
+    /// which the node with this number reaches the cluster.
     pub async fn start(nats: impl Fn(&Cluster, usize) -> String) -> Games {
         let cluster = Cluster::start(NODES).await.expect("a cluster");
         Games::start_with(cluster, NODES, nats).await
     }
 
-    /// The same with a cluster that is there, and this number of nodes.
+    /// Starts a fleet with an existing cluster and this number of nodes.
     pub async fn start_with(
         cluster: Cluster,
         count: usize,
@@ -78,7 +79,7 @@ impl Games {
             rooms.push(open(node, scene, index % 3 == 2).await);
         }
         let (stop, stopped) = watch::channel(false);
-        // Most ask a node that does not play their room.
+        // Most players first ask a node that does not play their room.
         let node = |index: usize| nodes[index / ROOMS % count].address;
         let players = (0..players())
             .map(|index| Player::new(&rooms[index % ROOMS], &format!("P{index}"), node(index)));
@@ -95,7 +96,7 @@ impl Games {
         games
     }
 
-    /// Waits until every player has played another second.
+    /// Waits until every player has played for another second.
     pub async fn all_play(&mut self) {
         let before: Vec<u32> = self.players.iter().map(|player| player.seen.borrow().0).collect();
         let all = async {
@@ -107,7 +108,7 @@ impl Games {
         timeout(LONG, all).await.expect("all players play in time");
     }
 
-    /// The node of each room, as its first player sees it.
+    /// The node of each room, as seen by its first player.
     pub fn places(&self) -> BTreeMap<&str, SocketAddr> {
         let seen = self.players.iter().rev().map(|player| {
             let (_, node) = *player.seen.borrow();
@@ -116,7 +117,7 @@ impl Games {
         seen.collect()
     }
 
-    /// Waits until no player's room is at this node.
+    /// Waits until no player's room is at this node any more.
     pub async fn leave(&mut self, node: SocketAddr) {
         let all = async {
             for player in &mut self.players {
@@ -126,8 +127,8 @@ impl Games {
         timeout(LONG, all).await.expect("all players are elsewhere in time");
     }
 
-    /// Ends the game, and returns what the players saw, after a look at everything that must hold in every case: no
-    /// seat was lost, no player was refused, and no two nodes ever sent snapshots of one room at a time.
+    /// Ends the games and returns the players' observations, after checking what must always hold: no seat was lost, no
+    /// player was refused, and no two nodes ever sent snapshots of one room at the same time.
     pub async fn end(self) -> Seen {
         self.stop.send_replace(true);
         let mut players = Vec::new();
@@ -144,7 +145,7 @@ impl Games {
     }
 }
 
-/// Everything that is left after the games.
+/// Results of the games.
 pub struct Seen {
     pub players: Vec<Player>,
     pub nodes: Vec<Node>,
@@ -154,7 +155,7 @@ pub struct Seen {
 }
 
 impl Seen {
-    /// The gaps at changes of the connection, in order of their length.
+    /// The gaps between connections, sorted by length.
     pub fn gaps(&self) -> Vec<Duration> {
         let gaps = self.players.iter().flat_map(|player| player.gaps().map(|(gap, _)| gap));
         let mut gaps: Vec<Duration> = gaps.collect();
@@ -162,21 +163,21 @@ impl Seen {
         gaps
     }
 
-    /// Most ticks that a player saw and that were played again.
+    /// Largest number of ticks that a player saw and that were played again.
     pub fn lost_ticks_max(&self) -> i64 {
         let gaps = self.players.iter().flat_map(|player| player.gaps());
         gaps.map(|(_, lost)| lost).max().unwrap_or(0)
     }
 }
 
-/// The 50th and 99th part in 100 of sorted times, and the longest.
+/// The median, the 99th percentile and the maximum of sorted times.
 pub fn percentiles(sorted: &[Duration]) -> [Duration; 3] {
     let at = |part: usize| sorted[(sorted.len() * part / 100).min(sorted.len() - 1)];
     [at(50), at(99), at(100)]
 }
 
-/// A node may send the last snapshots of a room while another one, to which it went, sends the first: those were on
-/// their way. But it never sends a tick that the other has played.
+/// Checks that a room is played at one node at a time. A node's last snapshots may still be in flight when the next
+/// node sends its first, but it must never send a tick that the next node has played.
 fn one_node_at_a_time(room: &str, stays: impl Iterator<Item = Stay>) {
     let mut by_node: BTreeMap<SocketAddr, Vec<Stay>> = BTreeMap::new();
     for stay in stays {
@@ -194,7 +195,7 @@ fn one_node_at_a_time(room: &str, stays: impl Iterator<Item = Stay>) {
     }
 }
 
-/// Opens a room by this node.
+/// Opens a room through this node.
 async fn open(node: SocketAddr, scene: &str, private: bool) -> String {
     let body = format!(r#"{{"scene":"{scene}","private":{private}}}"#);
     let request = format!(

@@ -1,4 +1,4 @@
-//! The servers and the network of these tests are what the others take them for.
+//! Checks that the NATS servers and the proxy behave as the other tests assume.
 
 use super::wire::Wire;
 use jostle_tests::nats::Cluster;
@@ -9,7 +9,7 @@ use std::time::Duration;
 use tokio::net::TcpStream;
 use tokio::time::{sleep, timeout};
 
-/// Round trips beside a stalled connection: one that was passed on would have been in time.
+/// Round trips made while a connection stalls; anything forwarded would have arrived in the meantime.
 const ROUND_TRIPS: usize = 200;
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

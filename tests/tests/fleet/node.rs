@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use tokio::net::TcpStream;
 use tokio::time::{sleep, timeout};
 
-/// Time between two looks at whether something has happened.
+/// Polling interval.
 pub const LOOK_EVERY: Duration = Duration::from_millis(20);
 /// Numbers the directories of this process.
 static MADE: AtomicU64 = AtomicU64::new(0);
@@ -38,7 +38,7 @@ impl Drop for Dir {
     fn drop(&mut self) {
         match std::thread::panicking() {
             true => eprintln!("logs and replays of the nodes are in {}", self.0.display()),
-            // What is left is the system's to delete.
+            // Leftovers in the temporary directory are left to the system.
             false => drop(fs::remove_dir_all(&self.0)),
         }
     }
@@ -51,13 +51,13 @@ pub struct Node {
     nats: String,
     replicas: usize,
     dir: PathBuf,
-    /// Runs it; `None` after its end.
+    /// The running process; `None` after its end.
     process: Option<Child>,
 }
 
 impl Node {
-    /// A node that is not started yet, at a port that was free a moment ago. NATS keeps this many copies of what it
-    /// writes.
+    /// Creates a node, without starting it, at a port that was free a moment ago. NATS keeps this many replicas of its
+    /// data.
     pub fn with_replicas(dir: &Dir, name: &str, nats: &str, replicas: usize) -> Node {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).expect("a free port");
         let address = listener.local_addr().expect("a port");
@@ -65,7 +65,7 @@ impl Node {
         Node { name, address, nats, replicas, dir, process: None }
     }
 
-    /// Starts the node, and waits until it accepts connections.
+    /// Starts the node and waits until it accepts connections.
     pub async fn start(&mut self) {
         let log = File::options().create(true).append(true).open(self.log_file());
         let url = format!("http://{}", self.address);
@@ -96,13 +96,13 @@ impl Node {
         self.dir.join(format!("{}.log", self.name))
     }
 
-    /// Times that the log says this, over all processes of the node.
+    /// How often this text occurs in the log, over all processes of the node.
     pub fn count(&self, text: &str) -> usize {
         let log = fs::read_to_string(self.log_file()).expect("a log");
         log.matches(text).count()
     }
 
-    /// Waits until the log says this as often.
+    /// Waits until this text occurs in the log this many times.
     pub async fn says(&self, text: &str, times: usize) {
         let said = async {
             while self.count(text) < times {
@@ -118,7 +118,7 @@ impl Node {
         assert!(sent.expect("kill starts").success());
     }
 
-    /// Waits for the end of the process, and returns its status and how long that took.
+    /// Waits for the end of the process; returns its exit status and how long it took.
     pub async fn ended(&mut self) -> (Option<i32>, Duration) {
         let began = Instant::now();
         let process = self.process.as_mut().expect("a process");

@@ -1,4 +1,5 @@
-//! A player of a fleet, or a spectator: it follows its room from node to node, and looks for it when its node falls silent.
+//! A player or spectator in a fleet. It follows its room from node to node, and searches for it when its node falls
+//! silent.
 
 use futures_util::{SinkExt, StreamExt};
 use jostle_game::{Buttons, Input};
@@ -17,9 +18,9 @@ use tokio_tungstenite::{WebSocketStream, client_async_with_config};
 
 type Socket = WebSocketStream<TcpStream>;
 
-/// Silence after which a player takes its node for dead.
+/// Silence after which a player assumes that its node is dead.
 const SILENCE: Duration = Duration::from_secs(3);
-/// Wait before the next node is asked.
+/// Delay before the next node is asked.
 const RETRY: Duration = Duration::from_millis(100);
 /// Time between two inputs.
 const INPUT_EVERY: Duration = Duration::from_millis(50);
@@ -29,13 +30,13 @@ const INPUT_EVERY: Duration = Duration::from_millis(50);
 pub struct Stay {
     pub node: SocketAddr,
     pub ticks: [u32; 2],
-    /// When the first and the last came.
+    /// When the first and the last one arrived.
     pub at: [Instant; 2],
-    /// Longest time between two of them.
+    /// Longest time between two snapshots.
     pub pause: Duration,
 }
 
-/// A player, and everything that it has seen.
+/// A player and its observations.
 pub struct Player {
     pub room: String,
     pub name: String,
@@ -45,7 +46,7 @@ pub struct Player {
     role: Role,
     pub seat: Option<u16>,
     pub stays: Vec<Stay>,
-    /// Everything that should not have happened.
+    /// Observations that should not have occurred.
     pub faults: Vec<String>,
 }
 
@@ -63,12 +64,12 @@ impl Player {
         Player { room, name, nodes: vec![node], token, role: Role::Player, seat, stays, faults }
     }
 
-    /// One who watches, and sends inputs all the same.
+    /// A spectator, which sends inputs nevertheless.
     pub fn spectator(room: &str, node: SocketAddr) -> Player {
         Player { role: Role::Spectator, ..Player::new(room, "Eve", node) }
     }
 
-    /// Plays until it is told to stop. `ticks` tells its newest tick and node.
+    /// Plays until told to stop, and publishes its newest tick and node to `ticks`.
     pub async fn play(
         mut self,
         mut stop: watch::Receiver<bool>,
@@ -121,7 +122,7 @@ impl Player {
                     let keys = [Buttons::RIGHT, Buttons::LEFT, Buttons::UP, Buttons::FIRE];
                     let input = Input::new(keys[rng.below(4) as usize], pointer);
                     let input = ClientMessage::Input { seq, ack_tick: newest as u16, input };
-                    // A socket that is gone is seen by the next read.
+                    // The next read notices a broken socket.
                     let _ = socket.send(Message::Binary(input.encode().into())).await;
                     continue;
                 }
@@ -192,7 +193,7 @@ impl Player {
         }
     }
 
-    /// Times without snapshots between two connections, each with the ticks that were lost.
+    /// Times without snapshots between connections, each with the number of lost ticks.
     pub fn gaps(&self) -> impl Iterator<Item = (Duration, i64)> {
         self.stays.windows(2).map(|pair| {
             let lost = i64::from(pair[0].ticks[1]) + 1 - i64::from(pair[1].ticks[0]);
@@ -205,7 +206,7 @@ async fn connect(node: SocketAddr, room: &str) -> Option<Socket> {
     let connected = async {
         let stream = TcpStream::connect(node).await.ok()?;
         stream.set_nodelay(true).ok()?;
-        // The usual buffer of 128 KiB is cleared at each read.
+        // The default buffer of 128 KiB is cleared at each read.
         let config = Some(WebSocketConfig::default().read_buffer_size(4096));
         let url = format!("ws://{node}/{room}");
         Some(client_async_with_config(url, stream, config).await.ok()?.0)

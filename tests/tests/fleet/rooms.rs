@@ -1,4 +1,4 @@
-//! Rooms that outlive their nodes: drained, killed, cut off, or without the leader of the directory.
+//! Rooms that outlive their nodes, which are drained, killed or cut off, or whose directory loses its leader.
 
 use super::games::{Games, NODES, ROOMS, number, percentiles};
 use super::joints::verify_joints;
@@ -16,16 +16,16 @@ use tokio::time::{sleep, timeout};
 
 /// Streams of the directory and the records.
 const STREAMS: [&str; 3] = ["KV_jostle_nodes", "KV_jostle_rooms", "jostle_records"];
-/// Most ticks that a killed node may lose. It is a second of play on a machine that is not busy; one that stands still for
-/// a while records late.
+/// Maximum number of ticks that a killed node may lose. On an idle machine it is one second of play, but a stalled
+/// machine records late.
 const LOST_TICKS_MAX: i64 = 10 * TICKS_PER_SECOND as i64;
 
-/// Times that something is done to the fleet; `JOSTLE_FLEET_TIMES` may ask for more.
+/// Number of disturbances of the fleet; `JOSTLE_FLEET_TIMES` may ask for more.
 fn times(usual: usize) -> usize {
     number("JOSTLE_FLEET_TIMES", usual)
 }
 
-/// The node with most rooms, and their number.
+/// The node with the most rooms, and their number.
 fn fullest(games: &Games) -> (usize, usize) {
     let places = games.places();
     let rooms_of = |node: &Node| places.values().filter(|at| **at == node.address).count();
@@ -38,12 +38,12 @@ fn direct(cluster: &Cluster, _: usize) -> String {
 }
 
 impl Games {
-    /// Times that the logs of all nodes say this.
+    /// How often this text occurs in the logs of all nodes.
     fn count(&self, text: &str) -> usize {
         self.nodes.iter().map(|node| node.count(text)).sum()
     }
 
-    /// Waits until the logs of all nodes together say this as often.
+    /// Waits until this text occurs in the logs of all nodes together this many times.
     async fn say(&self, text: &str, times: usize) {
         let said = async {
             while self.count(text) < times {
@@ -74,7 +74,7 @@ async fn a_node_that_drains_hands_its_rooms_over() {
     let [p50, p99, max] = percentiles(&seen.gaps());
     let lost = seen.lost_ticks_max();
     println!("{moved} moves: without snapshots for {p50:?} (p50), {p99:?} (p99), {max:?} (max)");
-    // A tick may be lost on the way to a player, never repeated.
+    // Ticks may be lost on the way to a player, but never repeated.
     assert!(lost <= 0, "{lost} ticks were played twice");
     let joints = verify_joints(seen).await;
     println!("replays of public rooms went on at {joints} moves, with the same state");
@@ -152,16 +152,16 @@ async fn a_node_without_the_directory_stands_still_before_another_plays() {
         games.all_play().await;
         games.nodes[node].says("registered in the fleet", 2).await;
     }
-    // Its last look is whether two nodes ever played one room.
+    // This also checks that no two nodes ever played the same room.
     let seen = games.end().await;
     let lost = seen.lost_ticks_max();
     println!("{lost} ticks lost at most");
-    // The node played on as long as its lease lasted, and could not say so.
+    // The node kept playing until its lease expired, but could not record it.
     let held_ticks = HELD_FOR.as_secs() as i64 * i64::from(TICKS_PER_SECOND);
     assert!(lost <= held_ticks + LOST_TICKS_MAX, "{lost} ticks");
 }
 
-/// Waits until a stream is as the test expects.
+/// Waits until the state of a stream satisfies a condition.
 async fn stream_is(cluster: &Cluster, stream: &str, is_so: impl Fn(&Value) -> bool) {
     let waited = async {
         let mut wire = Wire::connect(cluster.addresses()[0]).await;
@@ -183,10 +183,10 @@ async fn rooms_stay_where_they_were_when_nats_is_back_after_all_leases_have_ende
     games.say("the room stands still", ROOMS).await;
     games.say("CANNOT KEEP A ROOM", ROOMS).await;
     stream_is(&games.cluster, "KV_jostle_nodes", |state| state["messages"] == 0).await;
-    // The connection has kept records that were given up, and they arrive late.
+    // The connection has buffered records whose writes were given up; they arrive late.
     proxy.resume();
     games.all_play().await;
-    // Until each room has begun a file again.
+    // Long enough for each room to start a new file.
     for _ in 0..=limits::STATE_RETRY.as_secs() {
         games.all_play().await;
     }
@@ -205,12 +205,12 @@ async fn rooms_are_played_on_and_kept_again_when_nats_comes_back_empty() {
     games.cluster.lose(0).expect("a server without files");
     games.cluster.restart(0).await.expect("a NATS server");
     let subjects = |state: &Value| state["subjects"].as_object().map_or(0, |all| all.len());
-    // One more is the bucket's own.
+    // The bucket itself has one more.
     stream_is(&games.cluster, "KV_jostle_rooms", |state| subjects(state) > ROOMS).await;
     stream_is(&games.cluster, "jostle_records", |state| subjects(state) == ROOMS).await;
     games.all_play().await;
     assert_eq!(games.count("the room is played here"), opened);
-    // The rooms can go elsewhere as before.
+    // The rooms can still move to other nodes.
     let (node, _) = fullest(&games);
     games.nodes[node].signal("TERM");
     games.nodes[node].ended().await;

@@ -1,4 +1,4 @@
-//! A client of NATS that speaks its text protocol over a plain socket.
+//! A NATS client that speaks the text protocol over a plain socket.
 
 use jostle_tests::server::LONG;
 use serde_json::{Value, json};
@@ -10,13 +10,13 @@ use tokio::time::timeout;
 
 /// Subject for the answers to this client's requests.
 const ANSWERS: &str = "_INBOX.wire";
-/// Time after which a request is sent again. A server whose leader has just changed answers some of them never.
+/// Time after which a request is sent again. A server whose leader has just changed never answers some of them.
 const ASK_AGAIN: Duration = Duration::from_secs(5);
 
 pub struct Wire {
     server: SocketAddr,
     stream: BufReader<TcpStream>,
-    /// What the server says of itself first.
+    /// The server's initial description of itself.
     pub info: Value,
 }
 
@@ -26,7 +26,7 @@ impl Wire {
         Wire::begin(stream).await
     }
 
-    /// Goes on with a connection on which nothing was read yet.
+    /// Takes over a connection from which nothing has been read yet.
     pub async fn begin(stream: TcpStream) -> Wire {
         let server = stream.peer_addr().expect("a connection");
         let mut wire = Wire { server, stream: BufReader::new(stream), info: Value::Null };
@@ -43,7 +43,7 @@ impl Wire {
         self.stream.write_all(text.as_bytes()).await.expect("a connection");
     }
 
-    /// The next line that is not a server's ping.
+    /// The next line that is not a ping.
     pub async fn line(&mut self) -> String {
         let read = async {
             loop {
@@ -64,7 +64,7 @@ impl Wire {
         assert_eq!(self.line().await, "PONG");
     }
 
-    /// Whether the server has sent nothing that was not read yet.
+    /// Whether no unread data from the server is available.
     pub fn is_silent(&self) -> bool {
         let read = self.stream.get_ref().try_read(&mut [0]);
         self.stream.buffer().is_empty()
@@ -75,7 +75,7 @@ impl Wire {
     pub async fn ends(mut self) {
         let mut rest = Vec::new();
         let read = timeout(LONG, self.stream.read_to_end(&mut rest)).await.expect("an end in time");
-        // A server that was killed may reset it.
+        // A killed server may reset the connection.
         assert!(rest.is_empty() || read.is_err(), "{}", String::from_utf8_lossy(&rest));
     }
 
@@ -88,7 +88,7 @@ impl Wire {
         self.send(&format!("PUB {subject} {}\r\n{text}\r\n", text.len())).await;
     }
 
-    /// Text of the next message that was subscribed to.
+    /// Text of the next message of a subscription.
     pub async fn message(&mut self) -> String {
         let line = self.line().await;
         assert!(line.starts_with("MSG "), "no message: {line}");
@@ -99,7 +99,7 @@ impl Wire {
         String::from_utf8(bytes).expect("text").trim_end().to_owned()
     }
 
-    /// Answer to a request, which is sent until there is one: it must do no more if it is carried out twice.
+    /// The answer to a request. It is sent until answered, so it must be idempotent.
     async fn request(&mut self, subject: &str, headers: &str, body: &str) -> Value {
         let headers = format!("NATS/1.0\r\n{headers}\r\n");
         let (head, all) = (headers.len(), headers.len() + body.len());
@@ -109,7 +109,7 @@ impl Wire {
                 self.send(&request).await;
                 match timeout(ASK_AGAIN, self.message()).await {
                     Ok(answer) => return serde_json::from_str(&answer).expect("JSON"),
-                    // On another connection no late answer is taken for that to another request.
+                    // A new connection ensures that a late answer is not mistaken for one to another request.
                     Err(_late) => *self = Box::pin(Wire::connect(self.server)).await,
                 }
             }
@@ -117,32 +117,32 @@ impl Wire {
         timeout(LONG, answered).await.expect("an answer in time")
     }
 
-    /// Has a stream keep a text, once, and returns its number there.
+    /// Stores a text in a stream exactly once; returns its sequence number.
     pub async fn keep(&mut self, stream: &str, text: &str) -> u64 {
         let answer = self.request(stream, &format!("Nats-Msg-Id: {text}\r\n"), text).await;
         answer["seq"].as_u64().unwrap_or_else(|| panic!("not kept: {answer}"))
     }
 
-    /// The server's answer to a request of its API.
+    /// The server's answer to an API request.
     pub async fn ask(&mut self, subject: &str, body: &Value) -> Value {
         let answer = self.request(subject, "", &body.to_string()).await;
         assert_eq!(answer["error"], Value::Null);
         answer
     }
 
-    /// Creates a stream with a copy on this many servers; it keeps what is published under its name.
+    /// Creates a stream with replicas on this many servers. It stores messages published under its name.
     pub async fn create_stream(&mut self, name: &str, copies: usize) {
         let body = json!({"name": name, "subjects": [name], "num_replicas": copies});
         self.ask(&format!("$JS.API.STREAM.CREATE.{name}"), &body).await;
     }
 
-    /// The state of a stream, with the count of messages of each subject; null if there is no such stream.
+    /// The state of a stream, with the number of messages per subject; null if the stream does not exist.
     pub async fn state_of(&mut self, stream: &str) -> Value {
         let subject = format!("$JS.API.STREAM.INFO.{stream}");
         self.request(&subject, "", r#"{"subjects_filter":">"}"#).await["state"].take()
     }
 
-    /// Messages that a stream keeps.
+    /// Number of messages in a stream.
     pub async fn count_of(&mut self, stream: &str) -> u64 {
         let answer = self.request(&format!("$JS.API.STREAM.INFO.{stream}"), "", "").await;
         answer["state"]["messages"].as_u64().unwrap_or_else(|| panic!("no count: {answer}"))

@@ -1,6 +1,5 @@
-//! The game and its clients have the same particles, to the last bit: clients that are present from
-//! the beginning, and clients that join while emitters run and bursts are in the air. A browser
-//! test feeds the same streams to the page.
+//! Checks that the game and its clients have the same particles, to the last bit. Some clients are present from the
+//! start; others join while emitters run and bursts are in the air. A browser test feeds the same streams to the page.
 
 mod streams;
 
@@ -10,7 +9,7 @@ use jostle_room::{Rate, Room};
 use std::sync::Arc;
 use streams::{TICKS, play, scenes};
 
-/// Fires over a floor, with as many particles as a scene may have.
+/// Fires over a floor, with the largest number of particles that a scene may have.
 const FIREWORKS: &str = r#"title = "Fireworks"
 size = [400, 200]
 groups = ["floor"]

@@ -1,5 +1,5 @@
-//! Games of scripted players as their clients receive them: the messages for a client that joins at
-//! some tick, and the digests of the game's own particles, to compare with.
+//! Games of scripted players as clients receive them: the messages to a client that joins at some tick, and digests of
+//! the game's own particles for comparison.
 
 use anyhow::{Context, Result, anyhow};
 use jostle_client_web::world::room_in_page::scripted_input;
@@ -15,8 +15,8 @@ pub const TICKS: u32 = 1000;
 const JOIN_TICKS: [u32; 4] = [1, 7, 333, 702];
 const PLAYERS: u8 = 3;
 
-/// Particles against bodies that move and die, from emitters of every kind, more than the limit
-/// allows, with a pause in which there are none.
+/// Particles hit bodies that move and die. They come from emitters of every kind, exceed the limit, and pause for a
+/// while.
 const FOUNTAINS: &str = r#"title = "Fountains"
 size = [160, 90]
 gravity = [0, -60]
@@ -95,7 +95,7 @@ start = 650
 every = 7
 "#;
 
-/// The messages of one client, and what they should result in.
+/// The messages to one client, and the expected result.
 pub struct Received {
     /// Source of the scene.
     pub scene: String,
@@ -103,9 +103,9 @@ pub struct Received {
     pub first: u32,
     /// The messages, in the format of [`jostle_client_web::world::witness`].
     pub recording: Vec<u8>,
-    /// Of the game's particles, by tick.
+    /// Digests of the game's particles, by tick.
     pub digests: Vec<(u32, u64)>,
-    /// Most particles at a time, and the number when it joined.
+    /// Largest number of particles at a time, and their number when the client joined.
     pub particles: [usize; 2],
 }
 
@@ -173,7 +173,7 @@ impl Received {
     /// Compares the particles of a client with those of the game, tick by tick, and returns the
     /// number of ticks.
     pub fn compare(&self, digests: &[(u32, u64)]) -> Result<usize> {
-        // The last ticks may not have been sent yet: nothing moved in them.
+        // The last ticks may not have been sent yet if nothing moved in them.
         let sent = &self.digests[..digests.len().min(self.digests.len())];
         for (game, copy) in sent.iter().zip(digests) {
             anyhow::ensure!(game == copy, "joined at {}: {game:?} became {copy:?}", self.first);

@@ -1,4 +1,4 @@
-//! The sidecar of Agones hears of the server's life, and costs no player anything, whatever it does.
+//! The sidecar of Agones is told about the server's lifecycle, and no player suffers whatever the sidecar does.
 
 use crate::client::Client;
 use crate::http::admin;
@@ -22,7 +22,7 @@ const ONE_LESS: &str = r#"PATCH /v1beta1/counters/rooms {"countDiff":"-1"}"#;
 const READ: &str = "GET /v1beta1/counters/rooms";
 const ERRORS: &str = "jostle_agones_errors_total";
 
-/// Looks and signs follow each other fast; the sidecar has all the time that it may need on a slow machine.
+/// Polls and health signals are frequent, while the sidecar may take as long as it needs on a slow machine.
 fn settings(sidecar: SocketAddr) -> Settings {
     let often = Duration::from_millis(50);
     Settings {
@@ -44,7 +44,7 @@ async fn command(server: &Server, path: &str) {
     assert_eq!(admin(server.ops, "POST", path).await.status, 200, "{path}");
 }
 
-/// Closes a room, whose player has to go.
+/// Closes a room, so that its player is disconnected.
 async fn close(server: &Server, room: &str, mut player: Client) {
     command(server, &format!("rooms/{room}/close")).await;
     player.is_refused(Refusal::RoomClosed).await;
@@ -173,7 +173,7 @@ async fn a_change_whose_answer_is_lost_is_not_made_twice() {
     assert_eq!(sidecar.game_server().rooms, Some([0, 5]));
 }
 
-/// Plays while calls fail, then until the sidecar is in order and hears of the server.
+/// Plays while calls fail, then until the sidecar works again and hears from the server.
 async fn plays_on(server: &Server, recovered: impl FnOnce() -> Sidecar) {
     let mut player = Client::join(server.address, "arena", "Ann").await;
     crate::server::until_count(server.ops, ERRORS, 4).await;

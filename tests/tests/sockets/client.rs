@@ -1,4 +1,4 @@
-//! A client for tests, which does what a page does. Every wait has a time limit.
+//! A test client that behaves like a page. Every wait has a time limit.
 
 use futures_util::{SinkExt, StreamExt};
 use jostle_game::{Buttons, Input};
@@ -24,11 +24,11 @@ pub struct Client<S = TcpStream> {
     pub socket: WebSocketStream<S>,
     pub seat: u16,
     pub token: Token,
-    /// Whether the welcome says that this is the host.
+    /// Whether the welcome says that this client is the host.
     pub host: bool,
     pub newest: Snapshot,
     pub stream: SnapshotStream,
-    /// Bytes of all received messages.
+    /// Total size of all received messages, bytes.
     pub bytes: usize,
     /// Number of received snapshots.
     pub snapshots: u32,
@@ -36,28 +36,28 @@ pub struct Client<S = TcpStream> {
 }
 
 impl Client {
-    /// An upgraded socket that has not said hello.
+    /// Connects and upgrades a socket without sending a hello.
     pub async fn connect(address: SocketAddr, room: &str) -> Client {
         let socket = TcpSocket::new_v4().expect("a socket");
         Client::connect_over(socket, address, room).await
     }
 
-    /// The same over a prepared socket.
+    /// Connects and upgrades a given socket without sending a hello.
     pub async fn connect_over(socket: TcpSocket, address: SocketAddr, room: &str) -> Client {
         let stream = socket.connect(address).await.expect("a connection");
         stream.set_nodelay(true).expect("a live socket");
         Client::upgraded(stream, &format!("ws://{address}/{room}")).await
     }
 
-    /// A seated player with a first snapshot.
+    /// Joins as a player; returns with a seat and a first snapshot.
     pub async fn join(address: SocketAddr, room: &str, name: &str) -> Client {
         let mut client = Client::connect(address, room).await;
         client.enter(name, None).await;
         client
     }
 
-    /// The same on a server that gives up slow clients soon: on a busy machine a client that means well may be one, and
-    /// comes again.
+    /// Joins a server with short timeouts as a player. On a busy machine a well-behaved client may be too slow, so
+    /// failures are retried.
     pub async fn join_at_last(address: SocketAddr, room: &str, name: &str) -> Client {
         let joined = async {
             loop {
@@ -66,7 +66,7 @@ impl Client {
                 let (token, host_key, role) = (None, None, Role::Player);
                 let hello =
                     ClientMessage::Hello { version: VERSION, appearance, token, host_key, role };
-                // The socket may be closed already.
+                // The socket may already be closed.
                 let _ = client.socket.send(Message::Binary(hello.encode().into())).await;
                 if let Some(Ok(Message::Binary(bytes))) = client.frame().await
                     && let ServerMessage::Welcome { seat: Some(own), .. } = client.read(&bytes)
@@ -93,7 +93,7 @@ impl Client {
 }
 
 impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
-    /// An upgraded socket that has not said hello, over a stream to a server.
+    /// Upgrades a stream to a server without sending a hello.
     pub async fn upgraded(stream: S, request: impl IntoClientRequest + Unpin) -> Client<S> {
         let config = WebSocketConfig::default()
             .max_message_size(Some(SERVER_MESSAGE_BYTES_MAX))
@@ -107,7 +107,7 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
         Client { socket, seat, token, host, stream, newest, bytes: 0, snapshots: 0, seq: 0 }
     }
 
-    /// Says hello, and expects a seat and a first snapshot.
+    /// Sends a hello and expects a seat and a first snapshot.
     pub async fn enter(&mut self, name: &str, token: Option<Token>) {
         self.hello(VERSION, name, token).await;
         self.welcomed(name).await;
@@ -154,7 +154,7 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
         }
     }
 
-    /// The next message; snapshots before it are decoded into `newest`.
+    /// Reads the next message; a snapshot is decoded into `newest`.
     pub async fn message(&mut self) -> ServerMessage {
         let frame = self.frame().await;
         let Some(Ok(Message::Binary(bytes))) = frame else {
@@ -163,7 +163,7 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
         self.read(&bytes)
     }
 
-    /// Reads the answer to a ping of the socket, or the refusal that comes instead, and what is before it.
+    /// Reads up to the answer to a WebSocket ping, or up to the refusal sent instead.
     pub async fn pong(&mut self) -> Result<(), Refusal> {
         loop {
             match timeout(LONG, self.socket.next()).await.expect("a frame in time") {
@@ -216,7 +216,7 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
         own.expect("a player is in every snapshot after the welcome")
     }
 
-    /// The server's tick at some moment during the call.
+    /// The server's tick at some point during the call.
     pub async fn tick(&mut self) -> u32 {
         self.send(&ClientMessage::Ping { stamp: 77 }).await;
         loop {
@@ -236,7 +236,7 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
         }
     }
 
-    /// Sends an input and waits until it was played; from then on the seat is held.
+    /// Sends an input and waits until it has been played; from then on the seat is held.
     pub async fn play_one_input(&mut self) {
         self.input(Buttons::default(), None).await;
         let (seat, seq) = (self.seat, self.seq);
@@ -247,13 +247,13 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
         .await;
     }
 
-    /// Checks that nothing delays this player's game for good: two seconds of ticks arrive, and inputs are played.
+    /// Checks that this player's game is not stuck: two seconds of ticks arrive, and inputs are played.
     pub async fn plays_on(&mut self) {
         timeout(LONG, self.plays(120)).await.expect("two seconds of ticks");
         self.keeps_playing().await;
     }
 
-    /// Checks that this player's game goes on: a second of ticks arrives, and an input is played.
+    /// Checks that this player's game continues: one second of ticks arrives, and an input is played.
     pub async fn keeps_playing(&mut self) {
         self.input(Buttons::RIGHT, None).await;
         let (seat, seq) = (self.seat, self.seq);
@@ -265,7 +265,7 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
         .await;
     }
 
-    /// Reads to the end of the socket: the server's refusal and the close code.
+    /// Reads until the socket is closed; returns the server's refusal and the close code.
     pub async fn refusal(&mut self) -> (Refusal, u16) {
         let refusal = loop {
             if let ServerMessage::Refused { refusal } = self.message().await {
@@ -275,7 +275,7 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
         (refusal, self.close_code(refusal).await)
     }
 
-    /// Reads the end of the socket after a refusal.
+    /// Reads the close code after a refusal.
     pub async fn close_code(&mut self, refusal: Refusal) -> u16 {
         match self.frame().await {
             Some(Ok(Message::Close(Some(CloseFrame { code, reason })))) => {
@@ -286,7 +286,7 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
         }
     }
 
-    /// Expects the server to close the socket with this refusal and its close code, or one of its codes.
+    /// Expects that the server closes the socket with this refusal and one of its close codes.
     pub async fn is_refused(&mut self, expected: Refusal) {
         let (refusal, code) = self.refusal().await;
         assert_eq!(refusal, expected);

@@ -1,4 +1,4 @@
-//! Clips of a server: the last 20 seconds as a replay, listed or not.
+//! Clips from a server: the last 20 seconds as a replay, listed or unlisted.
 
 use crate::client::Client;
 use crate::hosts::open;
@@ -9,7 +9,7 @@ use jostle_protocol::replay::{Ending, Replay};
 use jostle_protocol::{ClientMessage, ClipRefusal, ServerMessage};
 use std::sync::Arc;
 
-/// Asks for a clip; returns the name, or why there is none.
+/// Asks for a clip; returns its name, or the reason for the refusal.
 async fn clip(client: &mut Client) -> Result<String, ClipRefusal> {
     client.send(&ClientMessage::Clip).await;
     loop {
@@ -19,7 +19,7 @@ async fn clip(client: &mut Client) -> Result<String, ClipRefusal> {
     }
 }
 
-/// Fetches a clip, which plays again.
+/// Downloads a clip and reads it as a replay.
 async fn fetch(server: &Server, name: &str) -> Arc<Replay> {
     let file = get(server.address, &format!("/replays/{name}.jostle")).await;
     assert_eq!(file.status, 200);

@@ -1,5 +1,5 @@
-//! The close code of every way in which a client can break the protocol, as in the table of docs/protocol.md.
-//! The codes of all other refusals are compared wherever a test expects one (`Client::is_refused`).
+//! The close code for every way in which a client can violate the protocol, as in the table in docs/protocol.md. The
+//! codes of all other refusals are checked wherever a test expects one (`Client::is_refused`).
 
 use crate::client::Client;
 use crate::faults::frames::{FIRST, NEXT, WHOLE, frame, input, write};
@@ -26,7 +26,7 @@ fn hello() -> Vec<u8> {
         .encode()
 }
 
-/// Frames that are refused before and after the hello, with the close code.
+/// Frames that are refused both before and after the hello, with the close code.
 fn violations() -> Vec<(&'static str, Vec<u8>, u16)> {
     let without_mask = [&[WHOLE, 4][..], &[2, 0, 0, 0]].concat();
     let long_ping = [&[PING, 0xfe, 0, 126, 0, 0, 0, 0][..], &[0; 126]].concat();
@@ -50,10 +50,10 @@ fn violations() -> Vec<(&'static str, Vec<u8>, u16)> {
     ]
 }
 
-/// Refusal and close code before the hello, and after it, where there is one.
+/// Refusals with close codes before and after the hello, if any.
 type Expected = [Option<(Refusal, u16)>; 2];
 
-/// Messages that only the moment makes wrong.
+/// Messages that are valid but arrive at the wrong moment.
 fn misplaced() -> Vec<(&'static str, Vec<u8>, Expected)> {
     let (hello_1008, message) =
         (Some((Refusal::BadHello, 1008)), |code| Some((Refusal::BadMessage, code)));
@@ -100,7 +100,7 @@ async fn close_frames_are_answered_with_their_code_or_as_a_protocol_error() {
         (Some(1001), Some(1001)),
         (Some(4321), Some(4321)),
         (None, None),
-        // Codes that may not be sent: reserved for programs, unassigned, and none at all.
+        // Close codes that must not be sent: reserved for local use, unassigned, or missing.
         (Some(1005), Some(1002)),
         (Some(1006), Some(1002)),
         (Some(999), Some(1002)),

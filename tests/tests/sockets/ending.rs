@@ -1,4 +1,4 @@
-//! The end of the process: in time, whatever its peers and its disk do, and at once at a second signal.
+//! Shutdown of the process: in time, whatever its peers and its disk do, and immediately at a second signal.
 
 use crate::client::{Client, LONG};
 use crate::http::get;
@@ -17,10 +17,10 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::time::{sleep, timeout};
 
-/// Time after which a server that waits for its peers would give them up, and end: long after the time that it has.
+/// Time after which a server that waits for its peers would give up on them and end, well beyond its shutdown deadline.
 const TOO_LATE: Duration = Waits::USUAL.stall;
 const _: () = assert!(TOO_LATE.as_secs() >= 2 * DRAIN_MAX.as_secs());
-/// Bytes of a download that fills every buffer on its way.
+/// Size of a download that fills every buffer on its way.
 const DOWNLOAD_BYTES: u64 = 64 << 20;
 
 /// A server with a scene in which everything moves, a large replay, and a state directory.
@@ -40,23 +40,23 @@ async fn serve(dir: &Path) -> Process {
     tokio::task::spawn_blocking(serve).await.expect("a server")
 }
 
-/// Makes the disk of the room's state hang: the writer opens a pipe that is never read, and waits.
+/// Makes writes of the room's state hang: the writer opens a pipe that is never read and blocks.
 async fn hang_disk(dir: &Path, server: SocketAddr) -> Client {
-    // By its first answer it has looked at the directory.
+    // By the time of its first answer, the server has read the directory.
     assert_eq!(get(server, "/api/rooms").await.status, 200);
     let made = Command::new("mkfifo").arg(dir.join("state/rooms/arena.new")).status();
     assert!(made.expect("mkfifo starts").success());
     Client::join(server, "arena", "Ann").await
 }
 
-/// A connection that has sent this.
+/// A connection over which this text was sent.
 async fn sent(server: SocketAddr, text: &str) -> TcpStream {
     let mut stream = TcpStream::connect(server).await.expect("a connection");
     stream.write_all(text.as_bytes()).await.expect("a live socket");
     stream
 }
 
-/// A download that has begun, of which nothing more is read.
+/// Starts a download and then stops reading it.
 async fn stuck_download(server: SocketAddr) -> TcpStream {
     let request = "GET /replays/large.jostle HTTP/1.1\r\nHost: localhost\r\n\r\n";
     let mut stream = sent(server, request).await;
@@ -66,7 +66,7 @@ async fn stuck_download(server: SocketAddr) -> TcpStream {
     stream
 }
 
-/// Sends SIGTERM, and returns the time until the end and the exit status.
+/// Sends SIGTERM; returns the time until the process ended and its exit status.
 async fn terminate(process: Process) -> (Duration, Option<i32>) {
     let began = Instant::now();
     process.signal("TERM");
@@ -104,7 +104,7 @@ async fn a_second_signal_ends_the_process_at_once() {
         let process = serve(dir.path()).await;
         let ann = hang_disk(dir.path(), process.address).await;
         process.signal("TERM");
-        // The port is closed when the first has arrived.
+        // The port is closed once the first signal has arrived.
         let closed = async {
             while TcpStream::connect(process.address).await.is_ok() {
                 sleep(Duration::from_millis(20)).await;
@@ -112,7 +112,7 @@ async fn a_second_signal_ends_the_process_at_once() {
         };
         timeout(LONG, closed).await.expect("a closed port in time");
         process.signal(second);
-        // Otherwise it would end with 0.
+        // Without a second signal the exit status would be 0.
         assert_eq!(process.exit_status().await, Some(1), "{second}");
         drop(ann);
     }

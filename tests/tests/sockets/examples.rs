@@ -1,5 +1,5 @@
-//! The clients of `docs/examples`, written in another language from `docs/protocol.md` alone,
-//! report bodies at the same positions as our own client.
+//! The clients in `docs/examples`, written in another language from `docs/protocol.md` alone, report the same positions
+//! as our own client.
 
 use crate::client::{Client, LONG};
 use crate::server::Server;
@@ -24,7 +24,7 @@ struct Line {
     bodies: Positions,
 }
 
-/// Starts an example; returns its output. It ends at the latest when the server does.
+/// Starts an example and returns its output. The example ends when the server does, at the latest.
 fn start(program: &str, address: SocketAddr, more: &[&str]) -> JoinHandle<String> {
     let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/examples");
     let mut python = Command::new("python3");
@@ -64,7 +64,7 @@ async fn play_beside(
     while !example.is_finished() {
         let seq = ann.seq as usize;
         let pointer = Vec2::new(20.0 + (seq % 90) as f32, 30.0);
-        // The pointer comes and goes, and so do the bodies that the player creates and throws.
+        // The pointer appears and disappears, as do bodies that the player creates and throws.
         let pointer = (seq / 100).is_multiple_of(2).then_some(pointer);
         ann.input(all[seq / 7 % all.len()], pointer).await;
         let snapshot = ann.snapshot().await;
@@ -76,13 +76,13 @@ async fn play_beside(
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_short_python_client_prints_positions() {
     let server = Server::start().await;
-    // On a busy machine the client that compares may be sent fewer ticks, and not the printed one.
+    // On a busy machine the comparing client may receive fewer ticks and miss the printed one.
     let compared = async { while !is_printed_as_sent(server.address).await {} };
     timeout(LONG, compared).await.expect("a printed tick that the other client was sent too");
 }
 
-/// Runs the example beside a player; compares what it prints with what the player was sent for the
-/// same tick, and returns whether there was one.
+/// Runs the example alongside a player and compares its output with the player's snapshot of the same tick; returns
+/// whether the player had one.
 async fn is_printed_as_sent(address: SocketAddr) -> bool {
     let mut ann = Client::join(address, "arena", "Ann").await;
     ann.keeps_playing().await;
@@ -110,7 +110,7 @@ fn position_of(line: &str) -> (String, [f64; 2]) {
 async fn a_python_client_follows_all_moving_bodies() {
     for room in ["arena", "pile"] {
         let server = Server::start().await;
-        // On a busy machine each client is sent only some of the ticks, and few are sent to both.
+        // On a busy machine each client receives only some of the ticks, and few are common to both.
         let compared = async {
             let mut ticks = 0;
             while ticks < 60 {
@@ -121,12 +121,12 @@ async fn a_python_client_follows_all_moving_bodies() {
     }
 }
 
-/// Runs the example beside two players; compares each line with what a player was sent for the same tick, and
-/// returns the number of these ticks.
+/// Runs the example alongside two players and compares each line with a player's snapshot of the same tick; returns the
+/// number of compared ticks.
 async fn ticks_printed_as_sent(address: SocketAddr, room: &'static str) -> u32 {
     let ann = Client::join(address, room, "Ann").await;
     let example = start("stream.py", address, &[room, "300"]);
-    // Meanwhile a player with a pointer joins and leaves.
+    // In the meantime a player with a pointer joins and leaves.
     let bob = tokio::spawn(async move {
         let mut bob = Client::join(address, room, "Bob").await;
         for x in 0..60 {

@@ -1,12 +1,12 @@
-//! Faults of docs/faults.md that no other test covers: for each the answer, the counter that rises,
-//! and another player whose game goes on.
+//! Faults from docs/faults.md that no other test covers. Each test checks the answer, the counter that increases, and
+//! that another player's game continues.
 
 pub mod crowds;
 pub mod frames;
 mod host;
 pub mod links;
 
-/// The counter of a refusal.
+/// Name of a refusal's counter.
 pub fn refusals(reason: &str) -> String {
     format!("jostle_refusals_total{{reason=\"{reason}\"}}")
 }

@@ -1,4 +1,4 @@
-//! What the tests themselves are made with: pictures, and random scenes of guests.
+//! Tests of the test helpers: pictures, and random guest scenes.
 
 use jostle_server::guests::read;
 use jostle_server::limits::GUEST_BUDGET;

@@ -1,4 +1,4 @@
-//! Opened rooms: their links, their hosts, and what only a host may do.
+//! Opened rooms: their links, their hosts, and the actions reserved to hosts.
 
 use crate::client::Client;
 use crate::http::{get, post};
@@ -17,7 +17,7 @@ pub async fn open(server: SocketAddr, body: &str) -> (String, Token) {
     (text("code"), Token::parse(&text("host_key")).expect("a key"))
 }
 
-/// Reads until the server answers that only a host may do this.
+/// Reads until the server answers that the action is reserved to hosts.
 async fn is_denied(client: &mut Client) {
     while !matches!(client.message().await, ServerMessage::Denied) {}
 }
@@ -47,7 +47,7 @@ async fn a_kicked_player_cannot_return_at_once() {
     let mut host = Client::host(server.address, &code, "Host", key).await;
     let mut guest = Client::join(server.address, &code, "Guest").await;
     guest.play_one_input().await;
-    // An empty seat and the host cannot be kicked; the latter is answered.
+    // Neither an empty seat nor the host can be kicked; only the latter attempt is answered.
     host.send(&ClientMessage::Kick { seat: Seat(60) }).await;
     host.send(&ClientMessage::Kick { seat: Seat(host.seat) }).await;
     is_denied(&mut host).await;
@@ -63,14 +63,14 @@ async fn a_kicked_player_cannot_return_at_once() {
     again.hello(VERSION, "Guest", None).await;
     again.is_refused(Refusal::Kicked).await;
     server.counts("jostle_refusals_total{reason=\"kicked\"}", 2).await;
-    // The host plays at this address too: a bystander may come in, until one of them is kicked as well.
+    // The host shares this address, so others from it may still join, until one of them is kicked too.
     let mut other = Client::join(server.address, &code, "Other").await;
     host.send(&ClientMessage::Kick { seat: Seat(other.seat) }).await;
     other.is_refused(Refusal::Kicked).await;
     let mut again = Client::connect(server.address, &code).await;
     again.hello(VERSION, "Third", None).await;
     again.is_refused(Refusal::Kicked).await;
-    // Other rooms still admit this address, and this room admits its host from it.
+    // Other rooms still admit this address, and this room still admits its host from it.
     let mut elsewhere = Client::join(server.address, "arena", "Guest").await;
     let mut second = Client::host(server.address, &code, "Host", key).await;
     elsewhere.keeps_playing().await;
@@ -101,7 +101,7 @@ async fn only_the_host_may_kick_or_close() {
     let mut forged = key;
     forged.0[20] ^= 1;
     let mut ann = Client::join(server.address, &code, "Ann").await;
-    // The key of another room, a forged one, and a token for a seat instead of a key.
+    // The key of another room, a forged key, and a seat's token instead of a key.
     let mut eves = Vec::new();
     for key in [other_key, forged, ann.token] {
         eves.push(Client::host(server.address, &code, "Eve", key).await);

@@ -1,4 +1,4 @@
-//! HTTP: the page, the lists, opened rooms, and paths that lead nowhere.
+//! HTTP: the page, the lists, opened rooms, and unknown paths.
 
 use crate::client::{Client, LONG};
 use crate::server::Server;
@@ -33,26 +33,26 @@ impl Answer {
     }
 }
 
-/// Sends one request as it is and reads the whole response.
+/// Sends one request verbatim and reads the whole response.
 pub async fn raw(address: SocketAddr, request: &str) -> Answer {
     let stream = TcpStream::connect(address).await.expect("a connection");
     raw_over(stream, request).await
 }
 
-/// The same for a request with a body that is no text.
+/// Sends one request with a binary body and reads the whole response.
 pub async fn raw_bytes(address: SocketAddr, request: &[u8]) -> Answer {
     let stream = TcpStream::connect(address).await.expect("a connection");
     let answer = timeout(LONG, exchange_bytes(stream, request)).await.expect("an answer in time");
     answer.expect("an answer and not a closed connection")
 }
 
-/// The same over a given stream.
+/// Sends one request over a given stream and reads the whole response.
 pub async fn raw_over(stream: impl AsyncRead + AsyncWrite + Unpin, request: &str) -> Answer {
     let answer = timeout(LONG, exchange(stream, request)).await.expect("an answer in time");
     answer.expect("an answer and not a closed connection")
 }
 
-/// The same; `None` if the connection is closed instead.
+/// Sends one request and reads the response; `None` if the connection is closed instead.
 pub async fn exchange(
     stream: impl AsyncRead + AsyncWrite + Unpin,
     request: &str,
@@ -77,7 +77,7 @@ pub async fn get(address: SocketAddr, path: &str) -> Answer {
     raw(address, &get_request(path)).await
 }
 
-/// Asks until there is a response: a port at its limit of connections closes others.
+/// Retries until there is a response, since a port at its connection limit closes further ones.
 pub async fn get_at_last(address: SocketAddr, path: &str) -> Answer {
     let asking = async {
         loop {
@@ -95,12 +95,12 @@ fn get_request(path: &str) -> String {
     format!("GET {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n")
 }
 
-/// Sends an operator's request to this path below `/admin/`, with the token of the tests.
+/// Sends an operator's request to a path below `/admin/`, with the tests' token.
 pub async fn admin(ops: SocketAddr, method: &str, path: &str) -> Answer {
     raw(ops, &admin_request(method, path)).await
 }
 
-/// The request of [`admin`].
+/// Formats the request that [`admin`] sends.
 pub fn admin_request(method: &str, path: &str) -> String {
     format!(
         "{method} /admin/{path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\
@@ -183,7 +183,7 @@ async fn doubled_headers_that_decide_something_are_refused() {
     server.counts("jostle_refusals_total{reason=\"doubled_header\"}", 2).await;
 }
 
-/// The first 12 bytes of the response, from a socket that is then dropped.
+/// Reads the first 12 bytes of the response, then drops the socket.
 async fn status_line(address: SocketAddr, request: &str) -> String {
     let exchange = async {
         let mut stream = TcpStream::connect(address).await.expect("a connection");
@@ -202,7 +202,7 @@ async fn odd_links_lead_to_their_room_or_to_the_page_that_explains() {
         let answer = get(server.address, path).await;
         assert_eq!((answer.status, answer.header("location")), (302, Some("/arena")), "{path}");
     }
-    // The code of a closed room is still redirected.
+    // The code of a closed room still redirects.
     assert_eq!(get(server.address, "/ZZZZZZ").await.header("location"), Some("/zzzzzz"));
     for path in ["/r/ABC", "/abc.html", "/%ff", "/a%20b"] {
         let answer = get(server.address, path).await;
@@ -216,7 +216,7 @@ async fn odd_links_lead_to_their_room_or_to_the_page_that_explains() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn embedded_files_are_cached_by_their_etag() {
     let server = Server::start().await;
-    // Without a built page there is nothing to serve.
+    // Without a built page there are no files to serve.
     for file in assets::files().iter().filter(|file| !file.name.ends_with(".br")) {
         let path = format!("/assets/{}", file.name);
         let answer = get(server.address, &path).await;
@@ -302,7 +302,7 @@ async fn a_created_room_is_listed_and_can_be_joined() {
     assert_eq!(room["players"], 1);
     assert!(room["title"].is_string() && room["players_max"].is_u64(), "{room}");
     assert_eq!(get(server.address, &format!("/{code}")).await.status, 200);
-    // Another room is another world.
+    // Another room has a separate world.
     let bob = Client::join(server.address, "impulse", "Bob").await;
     assert_eq!(bob.newest.players.len(), 1);
 }

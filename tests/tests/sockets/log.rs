@@ -1,4 +1,4 @@
-//! The server's log: strangers cannot fill it, and nothing waits for it.
+//! The server's log: strangers cannot flood it, and it never blocks the server.
 
 use crate::client::{Client, LONG};
 use crate::faults::refusals;
@@ -18,13 +18,13 @@ use tokio::sync::oneshot::{self, error::TryRecvError};
 use tokio::task::JoinHandle;
 use tokio::time::{sleep, timeout};
 
-/// A server with its usual log.
+/// A server with the default log level.
 async fn serve(log: Stdio) -> Process {
     let serve = move || Process::serve(&["--log", "info"], log);
     tokio::task::spawn_blocking(serve).await.expect("a server")
 }
 
-/// Requests of a foreign page over one connection, about ten thousand a second.
+/// A flood of requests from a foreign page over one connection, about ten thousand per second.
 struct Flood {
     stop: oneshot::Sender<()>,
     task: JoinHandle<()>,
@@ -51,7 +51,7 @@ impl Flood {
         Flood { stop, task }
     }
 
-    /// Returns when all of it was answered.
+    /// Stops the flood and waits until everything has been answered.
     async fn end(self) {
         self.stop.send(()).expect("a flood that goes on");
         timeout(LONG, self.task).await.expect("an end in time").expect("no panic");
@@ -63,7 +63,7 @@ fn request(connection: &str) -> Vec<u8> {
     [head.as_bytes(), b"Origin: http://", &[0xff; 4000], b"\r\n\r\n"].concat()
 }
 
-/// A full pipe that nothing reads.
+/// A full pipe that is never read.
 fn full_pipe() -> (Stdio, UnixStream) {
     let (mut log, reader) = UnixStream::pair().expect("a pair of sockets");
     log.set_nonblocking(true).expect("a live socket");
@@ -77,7 +77,7 @@ fn full_pipe() -> (Stdio, UnixStream) {
     (Stdio::from(OwnedFd::from(log)), reader)
 }
 
-/// A player on a server that is flooded with requests, of which at least 100 were refused.
+/// A player on a server under a flood of requests, at least 100 of which have been refused.
 async fn flooded(process: &Process) -> (Client, Flood) {
     let player = Client::join(process.address, "arena", "Ann").await;
     let flood = Flood::start(process.address);
@@ -90,7 +90,7 @@ async fn an_unread_log_stops_nothing() {
     let (log, _reader) = full_pipe();
     let process = serve(log).await;
     let (mut ann, flood) = flooded(&process).await;
-    // What waited for the log would wait for good.
+    // Anything that waited for the log would wait forever.
     ann.plays_on().await;
     let refused = count(process.ops, &refusals("foreign_page")).await;
     until_count(process.ops, &refusals("foreign_page"), refused + 100).await;

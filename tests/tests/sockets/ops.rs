@@ -20,7 +20,7 @@ fn series(text: &str, name: &str) -> Option<f64> {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn metrics_count_players_and_refusals() {
-    // Time to ask a server that is closing.
+    // Leaves time to query a server that is shutting down.
     let waits = Waits { drain_notice: LONG, ..PATIENT };
     let mut server = Server::start_with_waits(waits).await;
     let ops = server.ops;
@@ -51,7 +51,7 @@ async fn metrics_count_players_and_refusals() {
     server.ended().await;
 }
 
-/// Asks for the metrics until no wakeup of the room is half counted.
+/// Reads the metrics until no wakeup of the room is only partly counted.
 async fn metrics_between_ticks(ops: SocketAddr) -> String {
     loop {
         let answer = get(ops, "/metrics").await;
@@ -126,7 +126,7 @@ async fn without_the_token_nothing_is_answered_and_nothing_happens() {
     }
     server.counts("jostle_refusals_total{reason=\"ops_unauthorized\"}", 8).await;
     ann.keeps_playing().await;
-    // If no token was set, none is accepted.
+    // If no token is configured, none is accepted.
     let open = Server::start().await;
     let bearer = format!("Authorization: Bearer {TOKEN}\r\n");
     assert_eq!(ask(&open, "POST", "/admin/drain", &bearer).await.status, 404);
@@ -168,7 +168,7 @@ async fn operators_see_who_holds_what_and_ban_networks_for_a_while() {
     assert_eq!(found("2001:db8:1:2::/64")["rooms"], 1);
     assert_eq!(found("127.0.0.1/32")["players"], 1);
 
-    // Its players have to go, and no other one comes in.
+    // A ban removes the network's players and admits no others.
     for (path, status) in [
         ("/admin/ban/nonsense", 400),
         ("/admin/ban/203.0.113.0/24?minutes=0", 400),
@@ -189,7 +189,7 @@ async fn operators_see_who_holds_what_and_ban_networks_for_a_while() {
     assert_eq!(lifted.status, 200);
     assert_eq!(ask(&server, "DELETE", "/admin/ban/127.0.0.1", &bearer).await.status, 404);
 
-    // Bans outlive the process.
+    // Bans survive a restart.
     server.stop();
     server.ended().await;
     let server = Server::start_with(config()).await;

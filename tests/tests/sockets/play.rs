@@ -1,5 +1,4 @@
-//! Well-behaved clients: joining, playing together, leaving, coming back, the shutdown of the
-//! server.
+//! Well-behaved clients: joining, playing together, leaving, returning, and the server's shutdown.
 
 use crate::client::{Client, LONG};
 use crate::server::Server;
@@ -33,7 +32,7 @@ async fn a_key_of_one_player_moves_the_hero_that_the_other_sees() {
     };
     let before = hero_x(&bob).expect("Ann's hero");
     let moved = async {
-        // A held key: one input per tick, as a page sends it.
+        // A held key: one input per tick, as a page sends them.
         while hero_x(&bob) <= Some(before) {
             ann.input(Buttons::RIGHT, None).await;
             bob.snapshot().await;
@@ -88,7 +87,7 @@ async fn a_second_socket_with_the_same_token_replaces_the_first() {
     server.counts("jostle_refusals_total{reason=\"replaced\"}", 1).await;
     server.counts("jostle_joins_total{how=\"resumed\"}", 1).await;
     drop(first);
-    // The end of the first socket must not be taken for the end of the second.
+    // The end of the first socket must not be mistaken for the end of the second.
     second.keeps_playing().await;
     assert!(second.player().connected);
     ann.keeps_playing().await;
@@ -130,7 +129,7 @@ async fn ticks_follow_the_clock_whatever_players_do() {
     let server = Server::start().await;
     let asked = Instant::now();
     let mut ann = Client::join(server.address, "arena", "Ann").await;
-    // The room was opened between the two.
+    // The room was opened between these two moments.
     let joined = Instant::now();
     for _ in 0..180 {
         ann.input(Buttons(Buttons::FIRE.0 | Buttons::MAKE.0), Some(Vec2::new(100.0, 80.0))).await;
@@ -138,8 +137,8 @@ async fn ticks_follow_the_clock_whatever_players_do() {
     }
     let played = seconds_of(ann.tick().await.into());
     assert!(played <= asked.elapsed(), "{played:?} of ticks");
-    // Each tick that is due is played or counted as missed, though on a busy machine not at once. A room that
-    // lost some without a count would never catch up with the clock.
+    // Each due tick is either played or counted as missed, though on a busy machine not immediately. A room that lost
+    // ticks without counting them would never catch up with the clock.
     let counted_in_time = async {
         loop {
             let due = joined.elapsed();
@@ -173,7 +172,7 @@ async fn an_empty_room_is_removed_and_can_be_opened_again() {
     };
     timeout(LONG, removed).await.expect("no room");
     let mut bob = Client::join(server.address, "arena", "Bob").await;
-    // If the room had continued it would be at tick 60 at least, and Ann's seat would be held.
+    // If the room had continued, it would be at tick 60 or later, and Ann's seat would still be held.
     assert!(bob.newest.tick < 60 && bob.seat == 0, "{} {}", bob.newest.tick, bob.seat);
     bob.keeps_playing().await;
 }
@@ -193,7 +192,7 @@ async fn a_shutdown_is_announced_and_every_socket_closed() {
         }
     };
     assert_eq!(u64::from(seconds), PATIENT.drain_notice.as_secs());
-    // Play goes on until the end.
+    // Play continues until the end.
     ann.snapshot().await;
     ann.is_refused(Refusal::Closing).await;
     timeout(LONG, server.ended()).await.expect("the end in time");
@@ -201,7 +200,7 @@ async fn a_shutdown_is_announced_and_every_socket_closed() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn without_players_the_server_stops_at_once() {
-    // It would be late if it waited for players to read the notice.
+    // The server would be late if it waited for players to read the notice.
     let mut server = Server::start_with_waits(Waits { drain_notice: 2 * LONG, ..PATIENT }).await;
     let mut idle = TcpStream::connect(server.address).await.expect("a connection");
     idle.write_all(b"GET /api/rooms HTTP/1.1\r\nHost: localhost\r\n\r\n").await.expect("a socket");

@@ -1,4 +1,4 @@
-//! A power cut: the files of rooms end within what was not synced with the disk.
+//! Simulates a power cut: the files of rooms are truncated within the data that was not yet synced to disk.
 #![cfg(unix)]
 
 use jostle_server::limits::STATE_SYNC_EVERY;
@@ -12,30 +12,30 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// Time between two looks at the files.
+/// Interval at which the files are polled.
 const LOOK_EVERY: Duration = Duration::from_millis(10);
-/// Time between two blocks of ticks in the file of a room, at most, unless the machine is busy.
+/// Maximum time between two blocks of ticks in a room's file, unless the machine is busy.
 const BLOCK: Duration = Duration::from_millis(600);
 
-/// Lengths of the files of rooms by path and inode: a file that takes the place of another is another one. Each length
-/// with the moment since which the file may have had it: that of the look before.
+/// Lengths of the rooms' files by path and inode, so that a replacement counts as a different file. Each length comes
+/// with the earliest time at which the file may have had it, which is that of the previous poll.
 type Lengths = BTreeMap<(PathBuf, u64), Vec<(Instant, u64)>>;
 
-/// Watches the files of rooms grow.
+/// Watches how the rooms' files grow.
 pub struct Watch {
     rooms: PathBuf,
     stop: Arc<AtomicBool>,
     thread: JoinHandle<Lengths>,
 }
 
-/// The growth of the files.
+/// The recorded growth of the files.
 pub struct Growth {
     rooms: PathBuf,
     lengths: Lengths,
 }
 
 impl Watch {
-    /// Begins to watch those of a state directory.
+    /// Starts to watch the files in a state directory.
     pub fn start(state: &Path) -> Watch {
         let (rooms, stop) = (state.join("rooms"), Arc::new(AtomicBool::new(false)));
         let (watched, ended) = (rooms.clone(), Arc::clone(&stop));
@@ -65,8 +65,8 @@ impl Watch {
 }
 
 impl Growth {
-    /// Truncates each file at a random byte of those that the disk may not have had at that moment: what was written
-    /// since the last sync. A file was synced before it got its name.
+    /// Truncates each file at a random position within the bytes written since the last sync, which the disk may not
+    /// have had at that moment. A file was synced before it got its name.
     pub fn cut_power(&self, killed: Instant, rng: &mut Rng) {
         for (path, inode, length) in files(&self.rooms) {
             let Some(seen) = self.lengths.get(&(path.clone(), inode)) else { continue };
@@ -79,7 +79,7 @@ impl Growth {
         }
     }
 
-    /// Ticks by which the machine was late to write the file that it wrote latest, beyond what an idle one is.
+    /// The largest delay of the latest writes over all files, in ticks, beyond the delay on an idle machine.
     pub fn lateness(&self, killed: Instant) -> u32 {
         let seen = files(&self.rooms).into_iter();
         let seen = seen.filter_map(|(path, inode, _)| self.lengths.get(&(path, inode)));
@@ -87,7 +87,7 @@ impl Growth {
     }
 }
 
-/// Length of the file at the last sync before the power went, if that was as long ago as it may be.
+/// Length of the file at the last sync before the power cut, assuming the longest allowed time since that sync.
 fn synced(seen: &[(Instant, u64)], killed: Instant) -> u64 {
     let synced_at =
         killed.checked_sub(STATE_SYNC_EVERY).expect("a machine that is up for a second");
@@ -95,7 +95,7 @@ fn synced(seen: &[(Instant, u64)], killed: Instant) -> u64 {
     seen[after.saturating_sub(1)].1
 }
 
-/// Ticks by which the last growths before a moment came late.
+/// Delay of the last writes before a moment, in ticks.
 fn lateness(seen: &[(Instant, u64)], killed: Instant) -> u32 {
     let last = seen.iter().rev().take(3).map(|&(at, _)| at);
     let moments: Vec<Instant> = std::iter::once(killed).chain(last).collect();
@@ -104,12 +104,12 @@ fn lateness(seen: &[(Instant, u64)], killed: Instant) -> u32 {
     (late.as_secs_f64() * f64::from(TICKS_PER_SECOND)).ceil() as u32
 }
 
-/// The files of rooms, with inode and length.
+/// The rooms' files, with inode and length.
 fn files(rooms: &Path) -> Vec<(PathBuf, u64, u64)> {
     let entries = fs::read_dir(rooms).expect("a directory").flatten();
     let rooms = entries.map(|entry| entry.path());
     let rooms = rooms.filter(|path| path.extension().is_some_and(|ending| ending == "jostle"));
-    // A file may be replaced meanwhile.
+    // A file may be replaced at any time.
     let file = |path: PathBuf| {
         let data = fs::metadata(&path).ok()?;
         Some((path, data.ino(), data.len()))

@@ -1,4 +1,4 @@
-//! The real binary: its line of output, its signals, its exit status.
+//! The real binary: its output, its signals, and its exit status.
 
 use crate::client::{Client, LONG};
 use jostle_game::Buttons;
@@ -24,14 +24,14 @@ impl Process {
         Process::start(Command::new(jostle()), more, log)
     }
 
-    /// Starts it with variables of the environment.
+    /// Starts the server with additional environment variables.
     pub fn serve_with(variables: &[(String, String)], more: &[&str], log: Stdio) -> Process {
         let mut command = Command::new(jostle());
         command.envs(variables.iter().map(|(name, value)| (name, value)));
         Process::start(command, more, log)
     }
 
-    /// Starts it with at most this many descriptors, by the shell's `ulimit` with these flags.
+    /// Starts the server with at most this many descriptors, set by the shell's `ulimit` with these flags.
     #[cfg(unix)]
     pub fn serve_with_descriptors(flags: &str, count: u32, log: Stdio) -> Process {
         let mut shell = Command::new("sh");
@@ -39,7 +39,8 @@ impl Process {
         Process::start(shell, &[], log)
     }
 
-    /// Starts it as systemd does a service whose signs of life it wants at this socket, within this time of each other.
+    /// Starts the server as systemd starts a service with a watchdog: it must send a notification to this socket at
+    /// least this often.
     #[cfg(unix)]
     pub fn serve_supervised(socket: &std::path::Path, within: Duration, log: Stdio) -> Process {
         let mut command = Command::new(jostle());
@@ -48,7 +49,7 @@ impl Process {
         Process::start(command, &[], log)
     }
 
-    /// Starts it as Agones does, with its sidecar at this port.
+    /// Starts the server as Agones does, with the sidecar at this port.
     #[cfg(unix)]
     pub fn serve_for_agones(port: u16, log: Stdio) -> Process {
         let mut command = Command::new(jostle());
@@ -103,7 +104,7 @@ impl Drop for Process {
     }
 }
 
-/// Plays until the server says why it closes.
+/// Plays until the server closes the socket; returns the reason.
 async fn play_to_the_end(mut client: Client) -> (bool, (Refusal, u16)) {
     loop {
         client.input(Buttons::FIRE, Some(Vec2::new(90.0, 60.0))).await;

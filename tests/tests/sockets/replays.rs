@@ -1,4 +1,4 @@
-//! Recordings of a server, and faults of the disk.
+//! A server's recordings, and disk faults.
 
 use crate::client::{Client, LONG};
 use crate::http::get;
@@ -25,7 +25,7 @@ use tokio::time::timeout;
 pub struct Dir(PathBuf);
 
 impl Dir {
-    /// Also where another test of this program has chosen the same name.
+    /// Creates a unique directory, even if another test in this program uses the same name.
     pub fn new(test: &str) -> Dir {
         static MADE: AtomicU32 = AtomicU32::new(0);
         let name = format!("replays-{test}-{}", MADE.fetch_add(1, Ordering::Relaxed));
@@ -47,7 +47,7 @@ impl Dir {
         self.0.to_str().expect("a path of plain characters")
     }
 
-    /// All replays in it; a file that was created this very moment is not readable yet.
+    /// All replays in the directory. A file that has only just been created may not be readable yet.
     pub fn replays(&self) -> Vec<Arc<Replay>> {
         let paths = fs::read_dir(&self.0)
             .expect("a directory")
@@ -84,14 +84,14 @@ pub async fn play(one: &mut Client, other: &mut Client, ticks: u32) {
     timeout(LONG, played).await.expect("the game goes on");
 }
 
-/// Verifies a replay, and expects it to be equal.
+/// Verifies a replay and expects that it matches.
 pub async fn verify(replay: &Arc<Replay>) {
     let replay = Arc::clone(replay);
     let found = tokio::task::spawn_blocking(move || divergence::verify(&replay, |_| {})).await;
     assert_eq!(found.expect("no panic"), Ok(None));
 }
 
-/// Waits until the server counts more errors than this.
+/// Waits until the server has counted more errors than this.
 async fn until_errors(server: &Server, more_than: u64) -> u64 {
     let counted = async {
         loop {
@@ -227,7 +227,7 @@ async fn a_file_in_place_of_the_directory_stops_no_game() {
     assert_eq!(fs::read_to_string(&file).expect("still there"), "in the way");
 }
 
-/// A disk that accepts some bytes and then no more.
+/// A disk that accepts some bytes and then is full.
 struct FullDisk {
     file: File,
     left: usize,
@@ -250,14 +250,14 @@ impl Write for FullDisk {
 
 fn on_full_disk(path: &Path) -> io::Result<Box<dyn Write + Send>> {
     let file = File::options().write(true).create_new(true).open(path)?;
-    // The start, the first block of ticks, and a part of the second.
+    // Room for the start, the first block of ticks and part of the second.
     Ok(Box::new(FullDisk { file, left: 3600 }))
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_disk_that_fills_up_stops_no_game_and_keeps_what_was_written() {
     let dir = Dir::new("full");
-    // It begins no other file, however long the test takes.
+    // Long enough that no other file is started, however long the test takes.
     let settings = Settings { create: on_full_disk, retry: 2 * LONG, ..dir.settings() };
     let server = recording(settings).await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
@@ -301,7 +301,7 @@ async fn a_disk_that_stalls_stops_no_game() {
     let create: Create = |_| Ok(Box::new(DeadDisk));
     let server = recording(Settings { create, ..dir.settings() }).await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
-    // A tick that waited for the disk would wait for good.
+    // A tick that waited for the disk would wait forever.
     ann.plays_on().await;
     DISK_STANDS_STILL.store(false, Ordering::Relaxed);
     ann.keeps_playing().await;
@@ -317,7 +317,7 @@ async fn a_killed_server_leaves_a_replay_up_to_its_last_record() {
     let mut ann = Client::join(process.address, "arena", "Ann").await;
     let mut bob = Client::join(process.address, "arena", "Bob").await;
     let played = async {
-        // Until the first block is in the file.
+        // Play until the first block is in the file.
         while dir.replays().first().is_none_or(|replay| replay.last_tick() < 300) {
             play(&mut ann, &mut bob, 20).await;
         }
@@ -338,7 +338,7 @@ async fn an_error_is_logged_once_and_the_server_stops_cleanly() {
     let dir = Dir::new("told");
     let (file, log) = (dir.0.join("file"), dir.0.join("log"));
     fs::write(&file, "in the way").expect("a written file");
-    // A file is refused at the start; what cannot be created in its place is found out later.
+    // A file in place of the directory is refused at start; a directory that cannot be created is only noticed later.
     let replays = file.join("replays");
     let arguments = ["--replays", replays.to_str().expect("plain characters")].map(str::to_owned);
     let out = Stdio::from(File::create(&log).expect("a file"));

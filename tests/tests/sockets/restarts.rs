@@ -1,4 +1,4 @@
-//! Rooms that outlive their process: killed in the middle, without power, or told to end.
+//! Rooms that outlive their process, which is killed, loses power, or is told to shut down.
 
 use crate::client::{Client, LONG};
 use crate::hosts::open;
@@ -31,19 +31,19 @@ use tokio_tungstenite::tungstenite::Message;
 
 /// Players in each room.
 const PLAYERS: usize = 8;
-/// Time between two kills, at least, and how much longer it may be.
+/// Minimum time between kills, and the maximum random addition, milliseconds.
 const LIFE: Duration = Duration::from_millis(1000);
 const LIFE_MORE: u32 = 2500;
-/// Most ticks that a killed process may lose.
+/// Maximum number of ticks that a killed process may lose.
 const LOST_TICKS_MAX: u32 = TICKS_PER_SECOND;
 
-/// Kills of the process; `JOSTLE_KILLS` may ask for more.
+/// Number of kills of the process; `JOSTLE_KILLS` may ask for more.
 fn kills() -> u32 {
     let kills = std::env::var("JOSTLE_KILLS").ok();
     kills.map_or(2, |text| text.parse().expect("JOSTLE_KILLS is a whole number"))
 }
 
-/// Seed of the kills and of what they leave; `JOSTLE_KILLS_SEED` gives that of an earlier run.
+/// Seed of the kills and truncations; set `JOSTLE_KILLS_SEED` to repeat an earlier run.
 fn seed(process: &Process) -> u64 {
     let seed = std::env::var("JOSTLE_KILLS_SEED").ok();
     let seed = seed.map_or(u64::from(process.address.port()), |text| {
@@ -53,19 +53,19 @@ fn seed(process: &Process) -> u64 {
     seed
 }
 
-/// Everything that a player knows when its socket is gone.
+/// A player's knowledge after losing its socket.
 #[derive(Clone)]
 struct Player {
     room: String,
     name: String,
     token: Option<Token>,
     seat: u16,
-    /// Its newest tick.
+    /// The newest tick that it has seen.
     tick: u32,
 }
 
 impl Player {
-    /// Takes a seat, or the one that it had.
+    /// Takes a seat, or returns to the previous one.
     async fn enter(&mut self, server: SocketAddr) -> Client {
         let mut client = Client::connect(server, &self.room).await;
         client.hello(VERSION, &self.name, self.token).await;
@@ -81,7 +81,7 @@ impl Player {
         client
     }
 
-    /// Plays until the socket is gone, and returns whether the server announced its end.
+    /// Plays until the socket is gone; returns whether the server announced its shutdown.
     async fn play(&mut self, mut client: Client, seed: u64) -> bool {
         let mut rng = Rng::new(seed, u64::from(self.seat));
         let mut announced = false;
@@ -98,7 +98,7 @@ impl Player {
                     &mut client.socket,
                     Message::Binary(input.encode().into()),
                 );
-                // A socket that is gone is seen below.
+                // A broken socket is noticed below.
                 let _ = timeout(LONG, sent).await.expect("a send in time");
                 let until = Instant::now() + Duration::from_millis(16);
                 while let Ok(frame) = tokio::time::timeout_at(until.into(), client.frame()).await {
@@ -116,7 +116,7 @@ impl Player {
     }
 }
 
-/// The files of rooms, by code.
+/// The rooms' files, by code.
 fn files(state: &Path) -> BTreeMap<String, PathBuf> {
     let entries = fs::read_dir(state.join("rooms")).expect("a directory");
     let paths = entries.map(|entry| entry.expect("an entry").path());
@@ -124,7 +124,7 @@ fn files(state: &Path) -> BTreeMap<String, PathBuf> {
     rooms.map(|path| (path.file_stem().expect("a code").to_string_lossy().into(), path)).collect()
 }
 
-/// The last tick of a file and the hash of the game there; every tick is played again and compared.
+/// Replays and verifies every tick of a file; returns the last tick and its state hash.
 fn verified(bytes: Vec<u8>) -> (u32, u64) {
     let replay = Replay::read(bytes).expect("a file of a room");
     let mut playback = Playback::new(Arc::new(replay)).expect("a scene and a state");
@@ -134,8 +134,7 @@ fn verified(bytes: Vec<u8>) -> (u32, u64) {
     (playback.tick(), playback.game().hash())
 }
 
-/// Tick and hash with which a room goes on: those of the first state in the file that takes the place of the one of
-/// before.
+/// Tick and hash from which a room continues: those of the first state in the file that replaces the previous one.
 async fn restored(path: &Path, before: &[u8]) -> (u32, u64) {
     let replaced = async {
         loop {
@@ -158,7 +157,7 @@ async fn serve(state: &Path) -> Process {
     tokio::task::spawn_blocking(serve).await.expect("a server")
 }
 
-/// Eight rooms, two of them private, and the players that are to play in them.
+/// Creates eight rooms, two of them private, and returns their players.
 async fn rooms(server: SocketAddr) -> Vec<Player> {
     let mut codes: Vec<String> = ["arena", "pile", "hill", "race"].map(str::to_owned).to_vec();
     for (scene, private) in [("arena", false), ("splash", false), ("arena", true), ("hill", true)] {
@@ -174,8 +173,8 @@ async fn rooms(server: SocketAddr) -> Vec<Player> {
     players.collect()
 }
 
-/// All players take their seats and play, until `end` ends the process. Returns how long it took until all had
-/// their seats, how many heard of the end beforehand, and the process's exit status.
+/// Lets all players take their seats and play until `end` ends the process. Returns how long it took until all had
+/// their seats, how many were told of the shutdown, and the process's exit status.
 async fn play(
     process: Process,
     players: &mut [Player],
@@ -208,7 +207,7 @@ async fn a_power_cut_costs_a_second_at_most_and_no_seat() {
     kill_again_and_again("unpowered", true).await;
 }
 
-/// Kills a server and starts it again, several times; with `without_power` what the disk may not have had is lost.
+/// Kills and restarts a server several times; with `without_power`, data that may not have reached the disk is lost.
 #[cfg(unix)]
 async fn kill_again_and_again(name: &str, without_power: bool) {
     let dir = Dir::new(name);
@@ -239,7 +238,7 @@ async fn kill_again_and_again(name: &str, without_power: bool) {
         let began = Instant::now();
         process = serve(state).await;
         let listed = get(process.address, "/api/rooms").await.json().to_string();
-        // Every file is a whole chain of ticks, and the room goes on at its end.
+        // Every file is an unbroken chain of ticks, and the room continues from its end.
         let mut lost_most = 0;
         for (code, bytes) in kept {
             let is_private = code.len() == jostle_server::limits::PRIVATE_CODE_CHARS;

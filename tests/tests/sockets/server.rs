@@ -1,4 +1,4 @@
-//! The server under test, on a port of its own.
+//! The server under test, on a free port.
 
 use crate::client::LONG;
 use crate::http::get_at_last;
@@ -14,7 +14,7 @@ use tokio::sync::oneshot;
 use tokio::task::JoinHandle;
 use tokio::time::{sleep, timeout};
 
-/// A running server; it is stopped when this is dropped.
+/// A running server, stopped when dropped.
 pub struct Server {
     pub address: SocketAddr,
     pub ops: SocketAddr,
@@ -23,12 +23,12 @@ pub struct Server {
 }
 
 impl Server {
-    /// With the built-in scenes, for clients on a slow machine.
+    /// Starts a server with the built-in scenes and long timeouts, for clients on a slow machine.
     pub async fn start() -> Server {
         Server::start_with(patient()).await
     }
 
-    /// With one more scene.
+    /// Starts a server with one additional scene.
     pub async fn start_with_scene(name: &str, source: &str) -> Server {
         let mut config = patient();
         let scene = Scene::parse(&format!("{name}.toml"), source);
@@ -36,7 +36,7 @@ impl Server {
         Server::start_with(config).await
     }
 
-    /// With the built-in scenes and other waits.
+    /// Starts a server with the built-in scenes and these timeouts.
     pub async fn start_with_waits(waits: Waits) -> Server {
         Server::start_with(Config { waits, ..patient() }).await
     }
@@ -61,18 +61,18 @@ impl Server {
         count(self.ops, series).await
     }
 
-    /// Expects a counter to reach a value, and not to exceed it.
+    /// Waits until a counter reaches a value, and checks that it does not exceed it.
     pub async fn counts(&self, series: &str, expected: u64) {
         until_count(self.ops, series, expected).await;
         assert_eq!(self.count(series).await, expected, "{series}");
     }
 
-    /// Stops it, without waiting.
+    /// Tells the server to stop, without waiting.
     pub fn stop(&mut self) {
         self.stop.take();
     }
 
-    /// Waits for its end.
+    /// Waits until the server has ended.
     pub async fn ended(self) {
         self.task.await.expect("the server does not panic").expect("the server ends well");
     }
@@ -85,7 +85,7 @@ pub async fn count(ops: SocketAddr, series: &str) -> u64 {
     lines.next().map_or(0, |value| value.parse::<f64>().expect("a number") as u64)
 }
 
-/// Waits until a counter has reached a value: rooms update their counters with the next tick.
+/// Waits until a counter has reached a value, since rooms update their counters with the next tick.
 pub async fn until_count(ops: SocketAddr, series: &str, at_least: u64) {
     let reached = async {
         while count(ops, series).await < at_least {

@@ -1,5 +1,4 @@
-//! A stand-in for the sidecar of Agones: it answers the calls of its REST API that the server makes, records them, and
-//! fails on demand.
+//! A fake Agones sidecar: it answers and records the REST calls that the server makes, and fails on demand.
 
 use crate::client::LONG;
 use http_body_util::{BodyExt, Full};
@@ -24,10 +23,10 @@ const COUNTER: &str = "/v1beta1/counters/rooms";
 #[derive(Clone, Copy, PartialEq)]
 pub enum Mood {
     Well,
-    /// With 500.
+    /// Answers with status 500.
     Failing,
     Hanging,
-    /// As Agones does, but the answer to the next change of the counter gets lost.
+    /// Behaves like Agones, except that the answer to the next change of the counter is lost.
     LosingOne,
 }
 
@@ -35,7 +34,7 @@ pub enum Mood {
 pub struct GameServer {
     pub mood: Mood,
     pub state: &'static str,
-    /// Count and capacity, if the fleet's spec has the counter.
+    /// Count and capacity of the counter, if the fleet's spec has it.
     pub rooms: Option<[i64; 2]>,
     /// Calls so far: method, path and body, separated by spaces.
     pub asked: Vec<String>,
@@ -90,19 +89,19 @@ impl Sidecar {
         lock(&self.game_server)
     }
 
-    /// Does what an allocation of Agones does.
+    /// Simulates an allocation by Agones.
     pub fn allocate(&self) {
         let mut game_server = self.game_server();
         game_server.state = "Allocated";
         game_server.rooms = game_server.rooms.map(|[count, capacity]| [count + 1, capacity]);
     }
 
-    /// Calls so far that begin like this.
+    /// Number of calls so far that start with this.
     pub fn count_of(&self, call: &str) -> usize {
         self.game_server().asked.iter().filter(|asked| asked.starts_with(call)).count()
     }
 
-    /// Waits for a call that is not among the first `known` that begin like this.
+    /// Waits until more than `known` calls start with this.
     pub async fn hears_after(&self, known: usize, call: &str) {
         let heard = async {
             while self.count_of(call) <= known {
@@ -117,7 +116,7 @@ impl Sidecar {
         self.hears_after(0, call).await;
     }
 
-    /// Waits for some more looks of the server at the counter.
+    /// Waits until the server has read the counter a few more times.
     pub async fn is_read_again(&self) {
         let known = self.count_of(&format!("GET {COUNTER}"));
         self.hears_after(known + 2, &format!("GET {COUNTER}")).await;
@@ -202,7 +201,7 @@ impl GameServer {
         }
     }
 
-    /// Numbers of 64 bits are texts in JSON.
+    /// Returns the counter as JSON, in which 64-bit numbers are strings.
     fn counter(&self) -> Result<Value, String> {
         let [count, capacity] = self.rooms.ok_or("counter not found: rooms")?;
         Ok(json!({"name": "rooms", "count": count.to_string(), "capacity": capacity.to_string()}))

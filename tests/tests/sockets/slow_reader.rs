@@ -1,4 +1,4 @@
-//! A client that stops reading: it delays no one, and later gets the newest state in one keyframe.
+//! A client that stops reading: it delays no other client, and later gets the newest state in one keyframe.
 
 use crate::client::{Client, LONG};
 use crate::server::Server;
@@ -14,7 +14,7 @@ use std::net::SocketAddr;
 use tokio::net::TcpSocket;
 use tokio::time::timeout;
 
-/// More than the kernel buffers for one socket on both ends.
+/// More than the kernel buffers at both ends of a socket.
 const BYTES_MISSED: usize = 512 << 10;
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -23,14 +23,14 @@ async fn a_slow_reader_delays_no_one_and_gets_the_newest_state() {
     let mut ann = Client::join(server.address, "restless", "Ann").await;
     let mut slow = connect_small(server.address).await;
     slow.enter("Slow", None).await;
-    // On another server, two players in the same scene read everything.
+    // For comparison, a player in the same scene on another server reads everything.
     let other = Server::start_with_scene("restless", RESTLESS).await;
     let mut bob = Client::join(other.address, "restless", "Bob").await;
     let mut carl = Client::join(other.address, "restless", "Carl").await;
     tokio::spawn(async move { while carl.socket.next().await.is_some() {} });
 
-    // From here on `slow` reads nothing, until Ann has received more than any buffer could have
-    // held for it. Meanwhile she misses few ticks, if Bob does: a busy machine costs both of them some.
+    // From here on `slow` reads nothing until Ann has received more than any buffer could hold. In the meantime Ann
+    // misses hardly more ticks than Bob, who also loses some on a busy machine.
     let stopped_tick = slow.newest.tick;
     let (stopped_bytes, before) = (ann.bytes, [&ann, &bob].map(Progress::of));
     let mut seen = BTreeMap::new();
@@ -58,7 +58,7 @@ async fn a_slow_reader_delays_no_one_and_gets_the_newest_state() {
     let resumed_tick = ann.newest.tick;
     let elapsed = resumed_tick - stopped_tick;
 
-    // It catches up at once, with far fewer messages than ticks, and its state is right.
+    // The slow client catches up at once, with far fewer messages than ticks, and its state is correct.
     let before = slow.snapshots;
     slow.until("the newest state", |snapshot| snapshot.tick >= resumed_tick).await;
     let messages = slow.snapshots - before;
@@ -87,7 +87,7 @@ async fn a_client_that_reads_nothing_for_too_long_is_closed() {
     .await;
     server.counts("jostle_refusals_total{reason=\"silent\"}", 1).await;
     server.counts("jostle_leaves_total{how=\"lost\"}", 1).await;
-    // A tab that was in the background for too long comes back to its seat and the newest state.
+    // A tab that was in the background for too long returns to its seat and gets the newest state.
     let mut back = Client::connect(server.address, "restless").await;
     back.enter("Stuck", Some(stuck.token)).await;
     assert_eq!(back.seat, seat);
@@ -96,7 +96,7 @@ async fn a_client_that_reads_nothing_for_too_long_is_closed() {
     back.keeps_playing().await;
 }
 
-/// The newest tick of a client at some moment, and the number of its snapshots.
+/// A client's newest tick at some moment, and its number of snapshots.
 struct Progress {
     tick: u32,
     snapshots: u32,
@@ -114,7 +114,7 @@ impl Progress {
     }
 }
 
-/// A client with the smallest possible kernel buffer.
+/// Connects a client with the smallest possible kernel buffer.
 pub async fn connect_small(server: SocketAddr) -> Client {
     let small = TcpSocket::new_v4().expect("a socket");
     small.set_recv_buffer_size(4096).expect("a small buffer");

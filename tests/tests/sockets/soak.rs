@@ -1,8 +1,7 @@
-//! All faults of docs/faults.md in one soak: while two players play on, peers cause rows 1 to 23
-//! over and over, each at its own pace, and the machine causes rows 24 to 30. Each fault checks its
-//! answer, and at the end the counters equal the sum of the faults. The games are recorded: each
-//! replay plays again in a room without faults, with the inputs that were accepted, and has the
-//! same hash at every tick; and the two players saw what that room shows.
+//! All faults from docs/faults.md in one soak test. While two players keep playing, peers repeatedly cause rows 1 to
+//! 23, each at its own pace, and the machine causes rows 24 to 30. Each fault checks the answer that it gets, and at
+//! the end the counters must equal the sum of the faults. The games are recorded: replayed without faults, with the
+//! accepted inputs, each has the same hash at every tick, and the two players saw the same states.
 
 mod bytes;
 mod crowds;
@@ -28,19 +27,19 @@ use std::time::Duration;
 use tokio::sync::watch;
 use tokio::time::{Instant, sleep, timeout};
 
-/// Time for which peers cause their faults before the machine does, and for which a tab is in the
-/// background, unless `JOSTLE_SOAK_SECONDS` says otherwise.
+/// Time for which peers cause faults before the machine does, and for which a tab is in the background, unless
+/// `JOSTLE_SOAK_SECONDS` is set.
 const SECONDS: u64 = 5;
-/// Snapshots that a player receives before the faults of the machine, and after them.
+/// Snapshots that a player receives before the machine's faults, and again after them.
 const SNAPSHOTS: usize = 600;
-/// Rows of faults that peers cause, over and over. Row 11 comes with row 10.
+/// Rows of faults that peers cause repeatedly. Row 11 is part of row 10.
 const PEERS: [&str; 20] = [
     "1", "2", "3", "4", "5", "6", "7", "8", "9", "10", "12", "13", "14", "15", "16", "17", "18",
     "19", "20", "23",
 ];
-/// The same of networks, where the machine has enough addresses.
+/// Rows of faults caused by networks, if the machine has enough addresses.
 const NETWORKS: [&str; 5] = ["4a", "21f", "21h", "21i", "21l"];
-/// Refusals that only their faults cause.
+/// Refusals whose counts must be exact, because only these faults cause them.
 const EXACT: [&str; 12] = [
     "version",
     "bad_message",
@@ -93,18 +92,18 @@ fn rows() -> impl Iterator<Item = &'static str> {
     PEERS.into_iter().chain(networks.iter().copied())
 }
 
-/// Causes one fault again and again until it is stopped; returns how often.
+/// Causes one fault repeatedly until told to stop; returns how often.
 async fn repeat(row: &str, stage: Arc<Stage>, stop: Arc<AtomicBool>) -> u32 {
     let mut rounds = 0;
     let number = row.trim_end_matches(|letter: char| letter.is_ascii_alphabetic());
     let number: u64 = number.parse().expect("a number");
     while !stop.load(Ordering::Relaxed) {
-        // A background tab is away for longer than the machine's faults can wait.
+        // A background tab is away for longer than the machine's faults can be delayed.
         let quiet = match row {
             "8" => None,
             _ => Some(stage.machine.read().await),
         };
-        // The machine's faults may have been the last.
+        // The machine's faults may have ended the soak.
         if stop.load(Ordering::Relaxed) {
             break;
         }
@@ -116,7 +115,7 @@ async fn repeat(row: &str, stage: Arc<Stage>, stop: Arc<AtomicBool>) -> u32 {
     rounds
 }
 
-/// Plays until the server closes, and counts the snapshots meanwhile; returns those that it received, by tick.
+/// Plays until the server closes and counts the snapshots; returns them by tick.
 async fn play_to_the_end(
     mut player: Client,
     received: watch::Sender<usize>,
@@ -141,7 +140,7 @@ async fn play_to_the_end(
     }
 }
 
-/// Plays a replay, and compares it with what a player saw; returns the number of compared ticks.
+/// Plays a replay and compares it with a player's snapshots; returns the number of compared ticks.
 fn compare(replay: &Arc<Replay>, seen: &BTreeMap<u32, Snapshot>) -> u32 {
     let mut playback = Playback::new(Arc::clone(replay)).expect("a replay that plays");
     let mut compared = 0;
@@ -161,7 +160,8 @@ fn changes(replay: &Replay) -> usize {
     changes.filter(|change| !matches!(change, Change::Look(..))).count()
 }
 
-/// Waits until a player has received enough for a comparison: on a busy machine the time alone does not say so.
+/// Waits until a player has received enough snapshots for a comparison. On a busy machine, waiting for a fixed time
+/// would not suffice.
 async fn plays_on(receives: &mut watch::Receiver<usize>) {
     let goal = *receives.borrow() + SNAPSHOTS;
     let received = timeout(LONG, receives.wait_for(|received| *received >= goal)).await;
@@ -210,7 +210,7 @@ async fn faults_change_no_game_except_by_accepted_inputs() {
         let rounds = rounds.unwrap_or_else(|_| panic!("row {row} does not end"));
         println!("row {row}: {} times", rounds.expect("every fault has its answer"));
     }
-    // On the disk that is good again, another file begins.
+    // Now that the disk works again, a new file is started.
     plays_on(&mut receives).await;
     stage.check_tally(&EXACT).await;
     host.process.signal("TERM");
@@ -234,6 +234,6 @@ async fn faults_change_no_game_except_by_accepted_inputs() {
     }
     let ticks: usize = seen.iter().map(BTreeMap::len).sum();
     println!("{compared} of {ticks} snapshots compared with games without faults");
-    // The faults of the disk cost some.
+    // The disk faults cost some ticks.
     assert!(compared as usize >= SNAPSHOTS, "{compared} of {ticks}");
 }

@@ -1,4 +1,4 @@
-//! Spectators: they watch a full room, count apart, and can do nothing.
+//! Spectators: they can watch a full room, are counted separately, and cannot affect the game.
 
 use crate::client::Client;
 use crate::hosts::open;
@@ -8,7 +8,7 @@ use jostle_game::{Buttons, Input, Seat};
 use jostle_protocol::{Appearance, ClientMessage, Role, ServerMessage, Token, VERSION};
 use std::net::SocketAddr;
 
-/// One seat, and a hero that anything could move.
+/// A scene with one seat and a hero that moves freely.
 const DUEL: &str = "title = \"Duel\"\nsize = [40, 30]\ngroups = [\"a\"]\n[limits]\nplayers = 1\n";
 
 /// A spectator with its first snapshot.
@@ -24,7 +24,7 @@ async fn watch(server: SocketAddr, room: &str, host_key: Option<Token>) -> Clien
     client
 }
 
-/// The entry of a room in the list of the server.
+/// The entry of a room in the server's list.
 async fn listed(server: &Server, room: &str) -> [u64; 3] {
     let list = get(server.address, "/api/rooms").await.json();
     let rooms = list["rooms"].as_array().expect("a list");

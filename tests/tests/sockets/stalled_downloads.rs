@@ -1,4 +1,4 @@
-//! Connections that ask for a large file and do not read it: their cost to the server.
+//! The cost to the server of connections that request a large file but do not read it.
 
 use crate::client::LONG;
 use crate::http::{get, get_at_last};
@@ -12,7 +12,7 @@ use tokio::time::{sleep, timeout};
 
 /// Connections that stall at the same time.
 const STALLED: usize = 256;
-/// Most memory that all of them may take, bytes. The file that they ask for has 4 MiB.
+/// Maximum memory for all of them together, bytes. The requested file is 4 MiB.
 const GROWTH_MAX: f64 = (16 << 20) as f64;
 const REQUEST: &[u8] = b"GET /assets/big.bin HTTP/1.1\r\nHost: localhost.example.org\r\n\r\n";
 
@@ -24,7 +24,7 @@ async fn resident_bytes(host: &Host) -> f64 {
     value.expect("Linux tells it").parse().expect("a number")
 }
 
-/// Asks for the file, and returns when the response has begun.
+/// Requests the file and waits until the response has begun.
 async fn ask<S: AsyncRead + AsyncWrite + Unpin>(mut stream: S) -> S {
     let mut begun = [0; 12];
     let asked = async {
@@ -36,9 +36,9 @@ async fn ask<S: AsyncRead + AsyncWrite + Unpin>(mut stream: S) -> S {
     stream
 }
 
-/// Expects the connections to have taken less than [`GROWTH_MAX`].
+/// Checks that the connections take less than [`GROWTH_MAX`].
 async fn cost_little<S>(stalled: Vec<S>, host: &Host, before: f64) {
-    // The server fills all its buffers, however long that takes it.
+    // Wait until the server has filled all its buffers, however long that takes.
     let (mut growth, mut grown) = (0.0, true);
     while grown {
         sleep(Duration::from_millis(500)).await;
@@ -55,7 +55,7 @@ async fn stalled_downloads_cost_little_memory() {
     let dir = Dir::new("stalled");
     let host = Host::start(dir.path());
     let address = host.process.address;
-    // The memory of the file itself is mapped in once, for all.
+    // The file itself is mapped into memory once for all connections.
     assert_eq!(get(address, "/assets/big.bin").await.body.len(), 4 << 20);
     let before = resident_bytes(&host).await;
     let mut stalled = Vec::new();

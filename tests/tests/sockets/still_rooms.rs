@@ -1,4 +1,4 @@
-//! A room whose thread stands still among others that play: it is seen, its players stay, and it can be closed.
+//! A room whose thread hangs while others keep playing: it is detected, its players stay, and it can be closed.
 
 use crate::client::{Client, LONG};
 use crate::http::{admin, get};
@@ -19,13 +19,13 @@ use tracing::span::{Attributes, Id, Record};
 use tracing::subscriber::{Interest, set_global_default};
 use tracing::{Event, Metadata, Subscriber};
 
-/// The room that is held.
+/// The room whose thread is blocked.
 const ROOM: &str = "still";
 const THREAD: &str = "room still";
 
 static GATE: LazyLock<Gate> = LazyLock::new(Gate::default);
 
-/// Holds the room's thread where it next logs something, which is between two steps of its own.
+/// Blocks the room's thread when it next logs something, which is between two steps of its work.
 #[derive(Default)]
 struct Gate {
     state: Mutex<State>,
@@ -36,7 +36,7 @@ struct Gate {
 struct State {
     is_shut: bool,
     held: Option<ThreadId>,
-    /// Lines of the thread after it was held.
+    /// Lines logged by the thread after it was blocked.
     said_since: u32,
 }
 
@@ -60,7 +60,7 @@ impl Gate {
     }
 }
 
-/// Passes the lines of the log to the gate.
+/// Passes log lines to the gate.
 struct Lines;
 
 impl Subscriber for Lines {
@@ -98,7 +98,7 @@ impl Subscriber for Lines {
     fn exit(&self, _: &Id) {}
 }
 
-/// A server whose rooms have a third of a second to answer an operator.
+/// A server whose rooms must answer an operator within 0.3 s.
 fn config(state: &Dir) -> Config {
     let mut config = patient();
     let scene = config.scenes[0].source.clone();
@@ -127,20 +127,20 @@ async fn a_room_that_stands_still_is_seen_keeps_its_players_and_can_be_closed() 
     let mut server = Server::start_with(config(&dir)).await;
     let mut ann = Client::join(server.address, ROOM, "Ann").await;
     let mut cid = Client::join(server.address, "arena", "Cid").await;
-    // It stops where it seats Bob.
+    // The thread blocks while seating Bob.
     GATE.lock().is_shut = true;
     let mut bob = Client::connect(server.address, ROOM).await;
     bob.hello(VERSION, "Bob", None).await;
     GATE.until("a room that is held", |state| state.held.is_some()).await;
 
-    // More than its inbox takes, and no more than a session may send.
+    // More than the room's inbox holds, but no more than a session may send.
     for sent in 0..INBOX_MAX + 20 {
         ann.input(Buttons::default(), None).await;
         if sent > MESSAGES_BURST_MAX as usize - 20 {
             sleep(Duration::from_secs(1) / MESSAGES_PER_SECOND_MAX).await;
         }
     }
-    // Its session, not its room, answers this.
+    // Ann's session answers this, not the room.
     ann.tick().await;
     cid.keeps_playing().await;
     let still = listed(&server, ROOM).await.expect("a listed room");
@@ -156,7 +156,7 @@ async fn a_room_that_stands_still_is_seen_keeps_its_players_and_can_be_closed() 
     bob.is_refused(Refusal::RoomFailed).await;
     assert!(listed(&server, ROOM).await.is_none());
 
-    // Its name is another room's from now on, whatever the old thread does when it wakes.
+    // From now on the name belongs to a new room, whatever the old thread does when it wakes.
     let mut dan = Client::join(server.address, ROOM, "Dan").await;
     GATE.open();
     GATE.until("the end of the old thread", |state| state.said_since > 0).await;

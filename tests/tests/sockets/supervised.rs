@@ -1,4 +1,4 @@
-//! Signs of life for systemd: when the server is ready, for as long as it lives, and when it ends.
+//! Notifications to systemd: when the server is ready, while it is alive, and when it ends.
 
 use crate::client::{Client, LONG};
 use crate::process::Process;
@@ -8,16 +8,16 @@ use std::time::Duration;
 use tokio::net::UnixDatagram;
 use tokio::time::timeout;
 
-/// Time in which systemd would want a sign of life.
+/// The watchdog interval of systemd.
 const WITHIN: Duration = Duration::from_millis(300);
-/// Signs that the server gives in that time.
+/// Notifications that the server sends within that interval.
 const SIGNS: usize = 3;
 
 const READY: &str = "READY=1\n";
 const ALIVE: &str = "WATCHDOG=1\n";
 const STOPPING: &str = "STOPPING=1\n";
 
-/// Receives the next sign.
+/// Receives the next notification.
 async fn sign(socket: &UnixDatagram) -> String {
     let mut bytes = [0; 256];
     let received = timeout(LONG, socket.recv(&mut bytes)).await.expect("a sign in time");
@@ -31,7 +31,7 @@ async fn a_service_manager_hears_of_the_whole_life_of_a_server() {
     let socket = UnixDatagram::bind(&path).expect("a socket");
     let serve = move || Process::serve_supervised(&path, WITHIN, Stdio::inherit());
     let process = tokio::task::spawn_blocking(serve).await.expect("a server");
-    // One that starts slowly shows that it lives before it is ready.
+    // A server that starts slowly reports that it is alive before it is ready.
     let mut first = sign(&socket).await;
     while first == ALIVE {
         first = sign(&socket).await;
@@ -39,7 +39,7 @@ async fn a_service_manager_hears_of_the_whole_life_of_a_server() {
     assert_eq!(first, READY);
     assert_eq!(sign(&socket).await, ALIVE, "also without a room");
 
-    // What waits here by now was sent earlier. The signs after it are those of a room that plays.
+    // Skip notifications that were sent earlier. Later ones are sent while a room plays.
     let mut client = Client::join(process.address, "arena", "Ann").await;
     let mut bytes = [0; 256];
     while socket.try_recv(&mut bytes).is_ok() {}

@@ -60,14 +60,14 @@ impl Identity {
         self.dir.join(name)
     }
 
-    /// Puts the files of another in the place of these.
+    /// Replaces the files with those of another identity.
     fn become_of(&self, other: &Identity) {
         for name in ["certificate.pem", "key.pem"] {
             fs::copy(other.path(name), self.path(name)).expect("a copied file");
         }
     }
 
-    /// Waits until the server shows this certificate to new connections.
+    /// Waits until the server presents this certificate to new connections.
     async fn is_shown(&self, address: SocketAddr) {
         let shown = async {
             while self.connect(address).await.is_err() {
@@ -83,7 +83,7 @@ impl Identity {
         Server::start_with(Config { tls, waits, ..patient() }).await
     }
 
-    /// Connects to a server that has to present this certificate.
+    /// Connects to a server, which must present this certificate.
     pub async fn connect(&self, address: SocketAddr) -> std::io::Result<TlsStream<TcpStream>> {
         let mut roots = RootCertStore::empty();
         roots.add(self.made.cert.der().clone()).expect("a certificate");
@@ -127,7 +127,7 @@ async fn pages_load_and_players_play_to_the_end() {
 /// Reads until the server closes the connection.
 async fn until_closed(mut stream: TcpStream) {
     let mut bytes = Vec::new();
-    // A reset ends it as well.
+    // A reset also ends the connection.
     let _ = timeout(LONG, stream.read_to_end(&mut bytes)).await.expect("an end in time");
     assert!(!bytes.starts_with(b"HTTP"), "nothing is served in the clear");
 }
@@ -137,15 +137,15 @@ async fn failed_handshakes_are_closed_and_counted() {
     let identity = Identity::new("refused");
     let server = identity.serve(Waits { http_head: BRIEF, ..PATIENT }).await;
     let mut ann = identity.join(server.address).await;
-    // Sends plain text.
+    // A client that sends plain text.
     let mut plain = TcpStream::connect(server.address).await.expect("a connection");
     plain.write_all(GET.as_bytes()).await.expect("a live socket");
     until_closed(plain).await;
-    // Rejects the certificate.
+    // A client that rejects the certificate.
     let stranger = Identity::new("stranger");
     assert!(stranger.connect(server.address).await.is_err(), "another certificate");
     server.counts("jostle_refusals_total{reason=\"bad_tls\"}", 2).await;
-    // Sends nothing.
+    // A client that sends nothing.
     until_closed(TcpStream::connect(server.address).await.expect("a connection")).await;
     server.counts("jostle_refusals_total{reason=\"slow_tls\"}", 1).await;
     ann.keeps_playing().await;
@@ -205,7 +205,7 @@ async fn a_changed_certificate_is_taken_up_by_itself() {
     ann.keeps_playing().await;
 }
 
-/// Waits until the log says something as often as this.
+/// Waits until the log contains a text this many times.
 #[cfg(unix)]
 async fn logged(log: &Path, text: &str, times: usize) {
     let said = async {
@@ -230,10 +230,10 @@ async fn a_hangup_has_the_certificate_read_again() {
     };
     let process = tokio::task::spawn_blocking(serve).await.expect("a server");
     let mut ann = old.join(process.address).await;
-    // It has not changed, so nothing but the signal has it read.
+    // The file has not changed, so only the signal causes it to be read.
     process.signal("HUP");
     logged(&log, "it is unchanged", 1).await;
-    // A file that cannot serve is named, and the one of before stays.
+    // An unusable file is reported, and the previous one stays in use.
     old.write("certificate.pem", "nonsense");
     process.signal("HUP");
     let reason =
@@ -248,7 +248,7 @@ async fn a_hangup_has_the_certificate_read_again() {
     ann.keeps_playing().await;
 }
 
-/// The lines with this key in the recipes of the unit's head.
+/// The lines with this key in the recipes at the top of the unit file.
 #[cfg(unix)]
 fn recipe(key: &str) -> Vec<String> {
     let lines = UNIT.lines().filter_map(|line| line.strip_prefix("#   "));
@@ -269,13 +269,14 @@ fn the_unit_and_its_recipe_for_tls_are_right() {
     let text = format!("[Service]\n{}\n", lines.join("\n"));
     fs::write(drop_in.join("override.conf"), text).expect("a file");
     let verified = Command::new("systemd-analyze").arg("verify").arg(&unit).output();
-    // Not every machine has it.
+    // Not every machine has this program.
     let Ok(verified) = verified else { return };
     let said = String::from_utf8_lossy(&verified.stderr);
     assert!(verified.status.success() && !said.contains("jostle.service"), "{said}");
 }
 
-/// Credentials as systemd makes them: copies that only their owner may read, in a directory that is closed too.
+/// Creates credentials as systemd does: copies that only their owner may read, in a directory that is equally
+/// protected.
 #[cfg(unix)]
 fn hand_over(identity: &Identity, name: &str, credential: &str) {
     let dir = identity.path("credentials");

@@ -1,5 +1,5 @@
-//! The scene editor, with any text and whatever is done to it: it never fails, what was done can be undone to the
-//! first text and done again to the last, byte for byte, and what is pointed at lies within the text.
+//! The scene editor, with any text and any sequence of actions: it never fails, all actions can be undone and redone
+//! byte for byte, and every reported range lies within the text.
 
 use jostle_client_web::editor::form::rows;
 use jostle_client_web::editor::hand::Hand;
@@ -14,7 +14,7 @@ use proptest::test_runner::{Config, RngSeed, TestRunner};
 use std::fs;
 use std::path::Path;
 
-/// Something that is done: which, and where on a thousandth of the world.
+/// An action: which one, and where, in thousandths of the world.
 type Act = (u8, u16, u16);
 
 fn texts() -> Vec<String> {

@@ -1,10 +1,10 @@
-//! What must hold for any bytes, tried with the corpus and thousands of mutations.
+//! Checks the properties that must hold for any bytes with the corpus and thousands of mutations.
 
 mod editor;
 mod mutations;
 mod properties;
 
-/// All of them before a release, for which `JOSTLE_LONG` is set, and otherwise a quarter.
+/// Number of cases to run: all of them before a release, when `JOSTLE_LONG` is set, otherwise a quarter.
 fn cases(all: u64) -> u64 {
     if std::env::var_os("JOSTLE_LONG").is_some_and(|value| value == "1") { all } else { all / 4 }
 }

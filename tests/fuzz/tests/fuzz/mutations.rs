@@ -19,7 +19,7 @@ fn a_replay_without_its_last_bytes_verifies_up_to_its_last_record() {
             };
             let Ending::Cut(error) = replay.ending() else { panic!("{length} of {}", whole.len()) };
             assert!(error.offset <= length);
-            // All truncations within one record leave the same replay.
+            // All truncations within a record leave the same replay, so it is verified only once.
             if verified != Some(error.offset) {
                 verified = Some(error.offset);
                 let has_begun = replay.first_tick() == 0 || replay.keyframe_ticks().len() > 0;

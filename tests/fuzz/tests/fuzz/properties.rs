@@ -1,5 +1,5 @@
-//! The properties hold for the corpus, for thousands of mutations of it, and for random
-//! bytes. The fuzzer does the same, guided by coverage and without a time limit.
+//! Checks that the properties hold for the corpus, for thousands of mutations of it, and for random bytes. The fuzzer
+//! does the same, guided by coverage and for as long as wanted.
 
 use jostle_fuzz::{corpus, property};
 use proptest::prelude::*;
@@ -51,7 +51,7 @@ fn mutated(mut bytes: Vec<u8>, other: &[u8], edits: &[Edit]) -> Vec<u8> {
     bytes
 }
 
-/// Tries the corpus, and this many mutations of it and random inputs.
+/// Tries the corpus, and this many mutations and random inputs.
 fn check(name: &str, cases: u32) {
     let property = property(name).expect("a property");
     let inputs = inputs(name);

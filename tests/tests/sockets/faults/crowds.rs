@@ -18,7 +18,7 @@ const CROWD: u16 = 500;
 /// Players of the arena.
 const SEATS: usize = 64;
 
-/// A local address from which trouble comes.
+/// Local addresses of misbehaving clients.
 const EVE: Ipv4Addr = Ipv4Addr::new(127, 0, 1, 1);
 const MALLORY: Ipv4Addr = Ipv4Addr::new(127, 0, 1, 2);
 
@@ -31,7 +31,7 @@ fn socket_of(own: Ipv4Addr) -> TcpSocket {
 
 /// Joins a room from one of several local networks; returns a seat or the refusal.
 pub async fn attempt(server: SocketAddr, room: &str, number: u16) -> Result<Client, Refusal> {
-    // None of them has more than a quarter of the seats: else it would have to give some away.
+    // No network has more than a quarter of the seats; beyond that it would lose some to others.
     let own = Ipv4Addr::new(127, 0, (number % 32) as u8 + 1, 1);
     let mut client = Client::connect_over(socket_of(own), server, room).await;
     client.hello(VERSION, "Many", None).await;
@@ -58,7 +58,7 @@ async fn five_hundred_connect_at_once_and_leave_at_once() {
             Err(other) => panic!("{other:?}"),
         }
     }
-    // Every seat is taken, and all other clients were refused.
+    // Every seat was taken, and all other clients were refused.
     assert_eq!((seated.len(), refused), (SEATS - 1, usize::from(CROWD) + 1 - SEATS));
     server.counts("jostle_joins_total{how=\"new\"}", SEATS as u64).await;
     let full = server.count(&refusals("room_full")).await;
@@ -75,10 +75,10 @@ async fn five_hundred_connect_at_once_and_leave_at_once() {
     ann.keeps_playing().await;
 }
 
-/// Four seats, and nothing to do.
+/// An empty scene with four seats.
 const SMALL: &str = "title = \"Small\"\nsize = [40, 30]\ngroups = [\"a\"]\n[limits]\nplayers = 4\n";
 
-/// Joins from a local address, may play, and vanishes; `false` if there is no seat.
+/// Joins from a local address, optionally plays, and vanishes; returns `false` if no seat was free.
 async fn join_and_vanish(server: SocketAddr, own: Ipv4Addr, plays: bool) -> bool {
     let mut client = Client::connect_over(socket_of(own), server, "small").await;
     client.hello(VERSION, "Gone", None).await;
@@ -97,8 +97,7 @@ async fn join_and_vanish(server: SocketAddr, own: Ipv4Addr, plays: bool) -> bool
 async fn clients_that_join_and_vanish_fill_no_room() {
     let server = Server::start_with_scene("small", SMALL).await;
     let mut ann = Client::join(server.address, "small", "Ann").await;
-    // Without an input no seat is held; after one, held seats of the same address are given away in
-    // a full room.
+    // Without an input no seat is held. After one, a full room reassigns held seats of the same address.
     for plays in [false, true] {
         for _ in 0..9 {
             assert!(join_and_vanish(server.address, EVE, plays).await);
@@ -112,10 +111,10 @@ async fn clients_that_join_and_vanish_fill_no_room() {
     ann.keeps_playing().await;
 }
 
-/// Connects without saying anything; returns the server's answer.
+/// Connects without sending anything; returns the server's response.
 async fn response_to_silence(mut stream: TcpStream) -> String {
     let mut said = String::new();
-    // It may be closed already; then the answer is empty.
+    // The connection may already be closed; the answer is then empty.
     let _ = stream.shutdown().await;
     let _ = timeout(LONG, stream.read_to_string(&mut said)).await.expect("an end in time");
     said
@@ -170,7 +169,7 @@ async fn a_flooded_operators_port_costs_players_nothing() {
         timeout(LONG, asked).await.expect("answers in time").expect("only good answers");
     }
 
-    // Holding all of its connections open blocks the operators' port, and only that port.
+    // Holding all of its connections open blocks only the operators' port.
     let mut held = Vec::new();
     while held.len() < OPS_CONNECTIONS_MAX + 4 {
         held.push(TcpStream::connect(ops).await.expect("a connection"));
@@ -184,7 +183,7 @@ async fn a_flooded_operators_port_costs_players_nothing() {
     assert!(server.count(&refusals("ops_busy")).await >= 4);
 }
 
-/// Asks until the server has noticed that its connections are free again.
+/// Retries until the server has noticed that connections are free again.
 async fn until_answered(ops: SocketAddr) {
     loop {
         let mut stream = TcpStream::connect(ops).await.expect("a connection");

@@ -1,4 +1,4 @@
-//! Bytes that no page sends: heads, frames and inputs that are broken, huge, or fragmented.
+//! Bytes that no page sends: broken, huge or fragmented heads, frames and inputs.
 
 use super::refusals;
 use crate::client::{Client, LONG};
@@ -14,14 +14,14 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::time::{sleep, timeout};
 
-/// First byte of a whole binary frame, of a first fragment, of a middle one, of the last one and of a ping.
+/// First byte of an unfragmented binary frame, of the first, a middle and the last fragment, and of a ping.
 pub const WHOLE: u8 = 0x82;
 pub const FIRST: u8 = 0x02;
 pub const NEXT: u8 = 0x00;
 const LAST: u8 = 0x80;
 const PING: u8 = 0x89;
 
-/// A frame with a mask of zeros, which leaves the payload unchanged.
+/// A frame whose mask is zero, which leaves the payload unchanged.
 pub fn frame(first: u8, payload: &[u8]) -> Vec<u8> {
     let length = u8::try_from(payload.len()).expect("a short payload");
     assert!(length < 126, "a payload whose length is one byte");
@@ -39,20 +39,20 @@ pub fn input(seq: u32) -> Vec<u8> {
     ClientMessage::Input { seq, ack_tick: 0, input }.encode()
 }
 
-/// Writes below the client's framing. The server may close before it has read everything.
+/// Writes raw bytes below the client's framing. The server may close the connection before it has read everything.
 pub async fn write(client: &mut Client, bytes: &[u8]) {
     let _ = timeout(LONG, client.socket.get_mut().write_all(bytes)).await.expect("time");
 }
 
-/// Writes these bytes again and again until the server refuses them as a flood. Its limits are rates: if it is
-/// slow to read them, it allows more.
+/// Writes these bytes repeatedly until the server refuses them as a flood. Its limits are rates, so a server that reads
+/// slowly accepts more.
 pub async fn flood(client: &mut Client, bytes: &[u8]) {
     let mut many = bytes.repeat((32 << 10) / bytes.len());
     many.extend(frame(PING, &[]));
     let refused = async {
         loop {
             write(client, &many).await;
-            // Nothing is written after the refusal: it would be lost in a reset of the connection.
+            // Nothing may be written after the refusal, which a connection reset could otherwise discard.
             if let Err(refusal) = client.pong().await {
                 return (refusal, client.close_code(refusal).await);
             }
@@ -71,15 +71,14 @@ async fn broken_frames_are_refused_before_and_after_the_hello() {
         claims(1 << 63),
         claims(u64::MAX),
         claims(CLIENT_MESSAGE_BYTES_MAX as u64 + 1),
-        // Without a mask, which is mandatory for clients.
+        // No mask, although clients must use one.
         [&[WHOLE, 4][..], &[2, 0, 0, 0]].concat(),
-        // A reserved bit, a reserved kind, a fragmented ping, a ping that is too long.
+        // A reserved bit, a reserved opcode, a fragmented ping, a ping that is too long.
         frame(WHOLE | 0x40, &input(1)),
         frame(0x83, &input(1)),
         frame(0x09, b"half"),
         [&[0x89, 0xfe, 0, 126, 0, 0, 0, 0][..], &[0; 126]].concat(),
-        // Fragments without a first one, a message inside another, and fragments that are too large
-        // together.
+        // A final fragment without a first one, a message inside another, and fragments whose sum is too large.
         frame(LAST, &input(1)),
         [frame(FIRST, &[1]), frame(WHOLE, &input(1))].concat(),
         [frame(FIRST, &[1; 100]), frame(NEXT, &[1; 100])].concat(),
@@ -102,7 +101,7 @@ async fn messages_in_fragments_are_whole_messages() {
     let server = Server::start().await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let mut bob = Client::connect(server.address, "arena").await;
-    // The hello in fragments of one byte each, and these in segments of one byte each.
+    // The hello in one-byte fragments, which are sent in one-byte segments.
     let bytes = hello("Bob");
     let (last, before) = bytes.split_last().expect("a hello");
     let mut pieces = vec![frame(FIRST, &[])];
@@ -150,7 +149,7 @@ async fn fragments_that_never_become_a_message_are_a_flood() {
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let mut eve = Client::join(server.address, "arena", "Eve").await;
     let mut stranger = Client::connect(server.address, "arena").await;
-    // Empty fragments never make a message, so only their bytes can be counted.
+    // Empty fragments never form a message, so only their bytes can be counted.
     for client in [&mut eve, &mut stranger] {
         write(client, &frame(FIRST, &[])).await;
         flood(client, &frame(NEXT, &[])).await;
@@ -197,7 +196,7 @@ async fn a_head_of_twenty_megabytes_is_cut_off() {
             Err(_closed) => break,
         }
     }
-    // Kernels buffer some megabytes; the server itself never holds more than its buffer.
+    // The kernel buffers some megabytes; the server itself never holds more than its buffer.
     assert!(taken < 20 << 20, "all {taken} bytes were taken, {HTTP_BUFFER_BYTES_MAX} are allowed");
     server.counts(&refusals("bad_request"), 1).await;
     ann.keeps_playing().await;
@@ -237,7 +236,7 @@ async fn pointers_that_are_no_position_are_refused() {
         eve.is_refused(Refusal::BadMessage).await;
     }
     server.counts(&refusals("bad_message"), wrong.len() as u64).await;
-    // The most distant positions, and the smallest numbers.
+    // Pointers at the most distant positions and with the smallest numbers.
     for x in [1_048_576.0, -1_048_576.0, f32::MIN_POSITIVE / 2.0, -0.0] {
         ann.input(Buttons::ALL, Some(Vec2::splat(x))).await;
     }

@@ -1,4 +1,4 @@
-//! Faults of the machine under the real program: the process stalls, or no descriptor is left.
+//! Faults of the machine, with the real program: the process stalls, or no descriptors are left.
 #![cfg(unix)]
 
 use super::refusals;
@@ -22,7 +22,8 @@ async fn a_stalled_server_skips_the_time_and_plays_on() {
     process.signal("STOP");
     sleep(Duration::from_millis(250)).await;
     process.signal("CONT");
-    // 15 ticks were due; 5 are caught up, and some may have been due just before or after.
+    // About 15 ticks were due, of which 5 are caught up. The bound leaves room for some that were due just before or
+    // after.
     until_count(process.ops, "jostle_ticks_missed_total", before + 8).await;
     ann.keeps_playing().await;
     assert_eq!(count(process.ops, "jostle_leaves_total{how=\"lost\"}").await, 0);
@@ -30,7 +31,7 @@ async fn a_stalled_server_skips_the_time_and_plays_on() {
     assert_eq!(process.exit_status().await, Some(0));
 }
 
-/// Enough for the program itself and some players.
+/// Descriptor limit: enough for the program itself and a few players.
 const DESCRIPTORS: u32 = 48;
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -67,7 +68,7 @@ async fn with_few_descriptors_fewer_connections_are_taken_and_operators_keep_the
     std::fs::remove_file(&log).expect("the log");
 }
 
-/// Sets the limit of a process to the lowest number that no descriptor has: it gets no further ones.
+/// Sets a process's descriptor limit to its lowest unused descriptor number, so that it gets no further ones.
 #[cfg(target_os = "linux")]
 fn take_all_descriptors(process: &Process) {
     use rustix::process::{Pid, Resource, Rlimit, prlimit};
@@ -95,12 +96,12 @@ async fn operators_are_answered_when_no_descriptor_is_left() {
     for _ in 0..8 {
         waiting.push(TcpStream::connect(process.address).await.expect("a place in the queue"));
     }
-    // The first of these are answered over descriptors that just became free, the others over those in reserve.
+    // The first requests use descriptors that have just become free; later ones use the reserve.
     until_count(process.ops, &refusals("cannot_accept"), 4).await;
     for path in ["/healthz", "/readyz", "/metrics", "/healthz"] {
         assert_eq!(get(process.ops, path).await.status, 200, "{path}");
     }
-    // Two at a time, of which one says nothing.
+    // Two connections at a time, one of them silent.
     let held = TcpStream::connect(process.ops).await.expect("a connection");
     assert_eq!(get(process.ops, "/readyz").await.status, 200);
     drop(held);

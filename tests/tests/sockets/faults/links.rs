@@ -25,7 +25,7 @@ async fn a_peer_that_vanished_is_closed_and_may_come_back() {
     let server = Server::start_with_waits(waits).await;
     let mut gone = Client::join(server.address, "arena", "Gone").await;
     gone.play_one_input().await;
-    // This socket is not read, so no ping is answered, and it is never closed from this side.
+    // This socket is not read, so no pings are answered, and it is never closed from this side.
     server.counts(&refusals("silent"), 1).await;
     server.counts("jostle_leaves_total{how=\"lost\"}", 1).await;
     let mut back = Client::connect(server.address, "arena").await;
@@ -71,7 +71,7 @@ async fn a_used_or_forged_token_gives_no_seat_back() {
     let mut bob = Client::connect(server.address, "arena").await;
     bob.enter("Bob", Some(used)).await;
     assert_ne!(bob.token, used, "every session gets a token of its own");
-    // The first input shows that the new token arrived; from then on the old one is invalid.
+    // The first input proves that the new token arrived; from then on the old one is invalid.
     bob.keeps_playing().await;
     let mut forged = ann.token;
     forged.0[0] ^= 1;
@@ -104,8 +104,8 @@ async fn a_token_of_another_room_or_process_gives_no_seat_back() {
     bob.keeps_playing().await;
 }
 
-/// One direction of a link: bytes arrive in order, each part 100 to 200 ms after it was sent, and
-/// every fifteenth half a second later, with everything after it.
+/// One direction of a slow link: bytes arrive in order, each chunk 100 to 200 ms after it was sent; every fifteenth
+/// chunk, and with it everything behind it, arrives half a second later.
 async fn delayed(mut from: OwnedReadHalf, mut to: OwnedWriteHalf, mut seed: u32) {
     let (sender, mut parts) = mpsc::unbounded_channel::<(Instant, Vec<u8>)>();
     let reading = async move {
@@ -143,8 +143,8 @@ pub async fn far_away(server: SocketAddr) -> SocketAddr {
     address
 }
 
-/// A port that forwards one connection to `server` through a buffering proxy, which accepts
-/// everything that the server sends and holds it back on command.
+/// A port that forwards one connection to `server` through a buffering proxy, which accepts everything from the server
+/// and withholds it on command.
 async fn buffering_proxy(server: SocketAddr) -> (SocketAddr, watch::Sender<bool>) {
     let listener = TcpListener::bind("127.0.0.1:0").await.expect("a free port");
     let address = listener.local_addr().expect("a bound port");
@@ -175,7 +175,7 @@ async fn buffering_proxy(server: SocketAddr) -> (SocketAddr, watch::Sender<bool>
     (address, hold)
 }
 
-/// A client behind a buffering proxy, after it has played for a while.
+/// A client behind a buffering proxy that has played for a while.
 async fn behind_a_buffering_proxy(hearing: Duration) -> (Server, Client, watch::Sender<bool>) {
     let waits = Waits { hearing, ..PATIENT };
     let mut config = Config { waits, ..Config::default() };
@@ -194,7 +194,7 @@ async fn bytes_buffered_on_the_way_lower_the_rate() {
     let (server, mut far, hold) = behind_a_buffering_proxy(LONG).await;
     hold.send_replace(true);
     let lowered = async {
-        // It receives nothing new, and its inputs say so.
+        // The client receives nothing new, and its acknowledgements show it.
         while server.count("jostle_sockets_late_total").await == 0 {
             far.input(Buttons::RIGHT, None).await;
             sleep(Duration::from_millis(20)).await;
@@ -215,7 +215,7 @@ async fn a_client_whose_bytes_are_buffered_for_too_long_is_closed() {
     let silenced = async {
         while server.count(&refusals("silent")).await == 0 {
             far.input(Buttons::RIGHT, None).await;
-            // An input acknowledges what was received.
+            // An input acknowledges received snapshots.
             ann.play_one_input().await;
         }
     };
@@ -240,7 +240,7 @@ async fn a_distant_player_on_a_bad_link_plays_on() {
     timeout(LONG, play).await.expect("a game that goes on");
     far.keeps_playing().await;
     assert!(far.player().connected);
-    // Its inputs arrived in bursts, and all were valid.
+    // The distant client's inputs arrived in bursts, but all were valid.
     assert_eq!(server.count("jostle_inputs_ignored_total").await, 0);
     for reason in ["flood", "silent", "bad_message"] {
         assert_eq!(server.count(&refusals(reason)).await, 0, "{reason}");

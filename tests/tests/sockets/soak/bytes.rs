@@ -19,14 +19,14 @@ async fn connect(stage: &Stage) -> TcpStream {
     stream
 }
 
-/// Everything that arrives until the other side closes or resets.
+/// Reads everything until the other side closes or resets the connection.
 async fn read_all(stream: &mut TcpStream) -> String {
     let mut answer = Vec::new();
     let _ = timeout(LONG, stream.read_to_end(&mut answer)).await.expect("an end in time");
     String::from_utf8_lossy(&answer).into_owned()
 }
 
-/// Row 5: a head sent byte by byte, a body that does not arrive, no hello.
+/// Row 5: a head sent byte by byte, a body that never arrives, a missing hello.
 pub async fn slow_handshakes(stage: &Stage) {
     tokio::join!(slow_head(stage), slow_body(stage), no_hello(stage));
 }
@@ -58,7 +58,7 @@ async fn no_hello(stage: &Stage) {
     stage.refuses("bad_hello");
 }
 
-/// Row 6: everything in segments of one byte.
+/// Row 6: everything in one-byte segments.
 pub async fn segments_of_a_byte(stage: &Stage) {
     let mut guest = Client::connect(stage.address, ROOM).await;
     guest.socket.get_ref().set_nodelay(true).expect("a live socket");
@@ -129,7 +129,7 @@ pub async fn flood(stage: &Stage) {
     flooded(stage, guest, &again).await;
 }
 
-/// A guest who writes this without end loses the socket, and returns to the seat.
+/// A guest who writes these bytes endlessly loses the socket and returns to the seat.
 async fn flooded(stage: &Stage, mut guest: Client, bytes: &[u8]) {
     frames::flood(&mut guest, bytes).await;
     stage.refuses("flood");
@@ -155,7 +155,7 @@ pub async fn foreign_page(stage: &Stage) {
     stage.refuses("foreign_page");
 }
 
-/// Row 16: pointers that are no position.
+/// Row 16: pointers that are not valid positions.
 pub async fn invalid_pointers(stage: &Stage) {
     for x in [f32::NAN, f32::INFINITY, f32::MAX, -1.1e6] {
         let mut guest = stage.join(ROOM, "Nowhere").await;

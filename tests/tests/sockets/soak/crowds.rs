@@ -13,7 +13,7 @@ use tokio::time::timeout;
 /// Sockets of the crowd.
 const CROWD: u16 = 500;
 
-/// Rows 21 and 22: five hundred clients connect at once, and leave at once.
+/// Rows 21 and 22: five hundred clients connect and leave simultaneously.
 pub async fn crowd(stage: &Stage) {
     let address = stage.address;
     let attempts: Vec<_> =
@@ -22,7 +22,7 @@ pub async fn crowd(stage: &Stage) {
     for attempt in attempts {
         match timeout(LONG, attempt).await.expect("an answer in time").expect("no panic") {
             Ok(client) => seated.push(client),
-            // A slow machine takes too long for this many hellos.
+            // A slow machine may take too long for this many hellos.
             Err(Refusal::ServerFull | Refusal::BadHello) => {}
             Err(other) => panic!("{other:?}"),
         }

@@ -1,4 +1,4 @@
-//! The server of the soak: a process of its own, whose machine fails on demand.
+//! The server of the soak test: a separate process on a machine that fails on demand.
 
 use crate::process::Process;
 use crate::tls::Identity;
@@ -13,12 +13,12 @@ pub struct Host {
 }
 
 impl Host {
-    /// Starts it, recording into `dir`.
+    /// Starts the server, which records into `dir`.
     pub fn start(dir: &Path) -> Host {
         Host::spawn(Command::new(env!("CARGO_BIN_EXE_shaky_host")).arg(dir))
     }
 
-    /// The same with TLS.
+    /// Starts the server with TLS.
     pub fn start_with_tls(dir: &Path, identity: &Identity) -> Host {
         let files = ["certificate.pem", "key.pem"].map(|name| identity.path(name));
         Host::spawn(Command::new(env!("CARGO_BIN_EXE_shaky_host")).arg(dir).args(files))
@@ -36,7 +36,7 @@ impl Host {
         Host { process, orders, answers }
     }
 
-    /// Sends an order to the machine; returns when it has been carried out.
+    /// Sends an order to the machine and waits until it has been carried out.
     pub fn order(&mut self, order: &str) {
         writeln!(self.orders, "{order}").expect("a live host");
         assert_eq!(line(&mut self.answers), "ok", "{order}");

@@ -1,5 +1,4 @@
-//! Links that are cut, silent or slow, and the tokens presented over them: rows 1 to 4, 7, 8, 19
-//! and 20 of docs/faults.md.
+//! Links that are cut, silent or slow, and tokens presented over them: rows 1 to 4, 7, 8, 19 and 20 of docs/faults.md.
 
 use super::stage::{Stage, Ticket};
 use crate::client::Client;
@@ -17,7 +16,7 @@ const ROOM: &str = "pile";
 const RESTLESS: &str = "restless";
 const LOST: &str = "jostle_leaves_total{how=\"lost\"}";
 
-/// Row 1: killed in the middle of a frame.
+/// Row 1: a client is killed in the middle of a frame.
 pub async fn killed_inside_a_frame(stage: &Stage) {
     let mut guest = stage.join(ROOM, "Killed").await;
     let whole = frame(WHOLE, &input(guest.seq + 1));
@@ -33,11 +32,11 @@ pub async fn killed_inside_a_frame(stage: &Stage) {
     stage.leave(back).await;
 }
 
-/// Row 2: vanished without closing.
+/// Row 2: a client vanishes without closing its socket.
 pub async fn half_open(stage: &Stage) {
     let guest = stage.join(ROOM, "Gone").await;
     let mut witness = stage.join(ROOM, "Witness").await;
-    // Its socket is not read, so no ping is answered, and it is never closed from this side.
+    // Its socket is not read, so no pings are answered, and it is never closed from this side.
     until_lost(&mut witness, guest.seat).await;
     stage.refuses("silent");
     let back = stage.resume(ROOM, Ticket::of(&guest)).await;
@@ -45,7 +44,7 @@ pub async fn half_open(stage: &Stage) {
     stage.leave(witness).await;
 }
 
-/// Waits until another player sees that this one's socket was closed.
+/// Waits until another player sees that this player's socket was closed.
 async fn until_lost(witness: &mut Client, seat: u16) {
     witness
         .until("the end of a slow socket", |snapshot| {
@@ -54,7 +53,7 @@ async fn until_lost(witness: &mut Client, seat: u16) {
         .await;
 }
 
-/// Row 3: stops reading.
+/// Row 3: a client stops reading.
 pub async fn stops_reading(stage: &Stage) {
     let mut witness = stage.join(RESTLESS, "Witness").await;
     let mut stuck = connect_small(stage.address).await;
@@ -71,7 +70,7 @@ pub async fn stops_reading(stage: &Stage) {
     stage.leave(witness).await;
 }
 
-/// Row 4: reads some bytes a second.
+/// Row 4: reads a few bytes per second.
 pub async fn reads_byte_by_byte(stage: &Stage) {
     let mut witness = stage.join(RESTLESS, "Witness").await;
     let mut slow = connect_small(stage.address).await;
@@ -111,8 +110,8 @@ pub async fn far_link(stage: &Stage) {
     stage.leave(far).await;
 }
 
-/// Row 8: a tab in the background. Like a page, it reads its socket and sends something now and
-/// then; when it comes back it is at the newest state and plays on.
+/// Row 8: a tab in the background. Like a page, it reads its socket and occasionally sends something; when it returns,
+/// it has the newest state and keeps playing.
 pub async fn background_tab(stage: &Stage) {
     let mut tab = stage.join(ROOM, "Tab").await;
     let before = tab.snapshots;
@@ -145,7 +144,7 @@ pub async fn invalid_tokens(stage: &Stage) {
     stage.leave(back).await;
 }
 
-/// Row 20: two sockets with one token. One of them has the seat in the end.
+/// Row 20: two sockets with one token. In the end one of them has the seat.
 pub async fn two_sockets_with_one_token(stage: &Stage) {
     let mut first = stage.join(ROOM, "Twice").await;
     let second = stage.resume(ROOM, Ticket::of(&first)).await;

@@ -1,5 +1,4 @@
-//! Faults of the machine: rows 24 to 29 of docs/faults.md, one after another, while no other fault
-//! happens.
+//! Faults of the machine: rows 24 to 29 of docs/faults.md, one after another, without other faults in the meantime.
 
 use super::host::Host;
 use super::stage::Stage;
@@ -19,8 +18,8 @@ pub async fn stands_still(stage: &Stage, host: &mut Host) {
     host.process.signal("STOP");
     sleep(Duration::from_millis(250)).await;
     host.process.signal("CONT");
-    // Of 15 ticks 5 are caught up, and some may have been due just before or after; this holds for
-    // each room.
+    // In each room about 15 ticks were due, of which 5 are caught up. The bound leaves room for some that were due just
+    // before or after.
     stage.moved("jostle_ticks_missed_total", before, 8).await;
     stage.counts("jostle_ticks_missed_total", 8);
 }
@@ -41,11 +40,11 @@ pub async fn clock_steps(stage: &Stage, host: &mut Host) {
     }
 }
 
-/// Rows 26 and 27: the disk is full, then no file can be created, then it recovers.
+/// Rows 26 and 27: the disk is full, then no files can be created, then it recovers.
 pub async fn disk_fails(stage: &Stage, host: &mut Host) {
     const ERRORS: &str = "jostle_replay_errors_total";
-    // A room that is over meets an error once. Several show that the room which goes on has met one too, and tries
-    // to create a file.
+    // A room that has ended sees only one error. Several errors show that the continuing room has seen one too and
+    // tries to create a file.
     for (fault, errors) in [("disk full", 4), ("disk closed", 1)] {
         let before = stage.count(ERRORS).await;
         host.order(fault);
@@ -57,12 +56,12 @@ pub async fn disk_fails(stage: &Stage, host: &mut Host) {
     stage.moved("jostle_replay_bytes_total", before, 1).await;
 }
 
-/// Row 28: no descriptor is left. Present players play on, others wait.
+/// Row 28: no descriptors are left. Present players keep playing, others wait.
 pub async fn no_descriptors(stage: &Stage, host: &mut Host) {
-    // The counter cannot be asked for meanwhile, and a busy machine may not have tried yet.
+    // The counter cannot be read in the meantime, and on a busy machine the server may not have tried to accept yet.
     while stage.count(&refusals("cannot_accept")).await == 0 {
         host.order("descriptors none");
-        // Some get the descriptors of sockets that just closed.
+        // Some connections get the descriptors of sockets that have just closed.
         let mut waiting = Vec::new();
         while waiting.len() < 32 {
             waiting.push(TcpStream::connect(stage.address).await.expect("a place in the queue"));

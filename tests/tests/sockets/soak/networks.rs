@@ -1,5 +1,5 @@
-//! Networks that take what others need, and peers that claim to be others: rows 4a and 21e to 21l of docs/faults.md.
-//! Linux has all of 127.0.0.0/8 as addresses of its own; [`PROXY`] is a proxy to the server.
+//! Networks that exhaust shared resources, and peers that impersonate others: rows 4a and 21e to 21l of docs/faults.md.
+//! Linux treats all of 127.0.0.0/8 as local addresses; the server trusts [`PROXY`] as a proxy.
 
 use super::stage::Stage;
 use crate::client::{Client, LONG};
@@ -18,12 +18,12 @@ use tokio::task::JoinSet;
 use tokio::time::{sleep, timeout};
 
 const SMALL: &str = "small";
-/// Those who fill it, the newcomers who want a seat, and a neighbour of the former.
+/// Addresses of the clients that fill the room, of newcomers who want a seat, and of a neighbour of the former.
 const CROWD: Ipv4Addr = Ipv4Addr::new(127, 7, 0, 1);
 const NEIGHBOUR: Ipv4Addr = Ipv4Addr::new(127, 7, 0, 9);
 const NEWCOMER: Ipv4Addr = Ipv4Addr::new(127, 8, 0, 1);
 const VISITOR: Ipv4Addr = Ipv4Addr::new(127, 10, 0, 1);
-/// A client behind the proxy that floods, its network, and a client that does not.
+/// A client behind the proxy that floods, its network, and a well-behaved client.
 const FLOODER: &str = "203.0.113.7";
 const FLOODERS: &str = "203.0.113.0/24";
 const BYSTANDER: &str = "198.51.100.1";
@@ -37,7 +37,7 @@ fn socket_of(own: Ipv4Addr) -> TcpSocket {
     socket
 }
 
-/// A request of a visitor who shares the address with no other fault, and so none of its limits.
+/// A request from an address that no other fault uses, so that no limits apply to it.
 async fn ask(stage: &Stage, request: &str) -> Answer {
     raw_over(connect_from(VISITOR, stage.address).await, request).await
 }
@@ -46,7 +46,7 @@ async fn connect_from(own: Ipv4Addr, server: SocketAddr) -> TcpStream {
     socket_of(own).connect(server).await.expect("a connection")
 }
 
-/// A request as the proxy passes it on for a client.
+/// A client's request as forwarded by the proxy.
 fn passed_on(method: &str, path: &str, client: &str, body: &str) -> String {
     format!(
         "{method} {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\
@@ -60,7 +60,7 @@ async fn ask_through_proxy(stage: &Stage, method: &str, client: &str, body: &str
     raw_over(stream, &passed_on(method, "/api/rooms", client, body)).await
 }
 
-/// Row 4a: downloads that are not read. Others get the file whole.
+/// Row 4a: downloads that are not read. Others still get the whole file.
 pub async fn slow_downloads(stage: &Stage) {
     let request = "GET /assets/big.bin HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n";
     let mut held = Vec::new();
@@ -75,7 +75,7 @@ pub async fn slow_downloads(stage: &Stage) {
     assert_eq!(ask(stage, request).await.body.len(), 4 << 20);
 }
 
-/// Row 21e: the networks of one line open all the rooms that they can. Others can open one too, and play there.
+/// Row 21e: the networks of one access line open as many rooms as they can. Others can still open one and play in it.
 pub async fn many_networks(stage: &Stage) {
     const NETWORKS: usize = 64;
     let arena = r#"{"scene":"arena"}"#;
@@ -97,13 +97,13 @@ pub async fn many_networks(stage: &Stage) {
     stage.leave(guest).await;
 }
 
-/// Row 21f: idle players of one network have all seats of a room. A newcomer of another network gets one.
+/// Row 21f: idle players from one network occupy all seats of a room. A newcomer from another network gets one.
 pub async fn idle_crowd(stage: &Stage) {
     let mut crowd = JoinSet::new();
     for number in 0..4 {
         let mut client = Client::connect_over(socket_of(CROWD), stage.address, SMALL).await;
         client.enter(&format!("Crowd {number}"), None).await;
-        // It reads, and does nothing else.
+        // This client only reads.
         crowd
             .spawn(async move { while client.frame().await.is_some_and(|frame| frame.is_ok()) {} });
     }
@@ -138,7 +138,7 @@ pub async fn idle_crowd(stage: &Stage) {
     timeout(LONG, empty).await.expect("an empty room in time");
 }
 
-/// A player of this address in the small room, or `None` if it is full.
+/// Joins the small room from this address; `None` if it is full.
 async fn enter_small(stage: &Stage, own: Ipv4Addr) -> Option<Client> {
     let mut client = Client::connect_over(socket_of(own), stage.address, SMALL).await;
     client.hello(VERSION, "Newcomer", None).await;
@@ -152,7 +152,8 @@ async fn enter_small(stage: &Stage, own: Ipv4Addr) -> Option<Client> {
     }
 }
 
-/// Row 21h: clients of the proxy that cannot be read, and one beside it that claims to be another. All are answered.
+/// Row 21h: unreadable client addresses from the proxy, and a client outside it that claims another's address. All are
+/// answered.
 pub async fn forged_clients(stage: &Stage) {
     for nonsense in ["unknown", "999.1.1.1", "::1::"] {
         assert_eq!(ask_through_proxy(stage, "GET", nonsense, "").await.status, 200);
@@ -162,7 +163,7 @@ pub async fn forged_clients(stage: &Stage) {
     assert_eq!(ask(stage, &request).await.status, 200, "no proxy, so it is not read");
 }
 
-/// Row 21i: no host, two, or that of another site.
+/// Row 21i: no Host header, two of them, or that of another site.
 pub async fn foreign_hosts(stage: &Stage) {
     for hosts in ["", "Host: localhost\r\nHost: localhost\r\n", "Host: evil.example\r\n"] {
         let request = format!("GET /api/rooms HTTP/1.1\r\n{hosts}Connection: close\r\n\r\n");
@@ -171,8 +172,8 @@ pub async fn foreign_hosts(stage: &Stage) {
     }
 }
 
-/// Rows 21j and 21k: a client behind the proxy floods, and its network is banned meanwhile. Another client of the same
-/// proxy is answered all the time.
+/// Rows 21j and 21k: a client behind the proxy floods, and its network is banned in the meantime. Another client behind
+/// the same proxy is always answered.
 pub async fn banned_flood(stage: &Stage) {
     let stop = AtomicBool::new(false);
     let attack = async {
@@ -188,7 +189,7 @@ pub async fn banned_flood(stage: &Stage) {
         assert_eq!(ban(stage, "POST", FLOODERS).await, 200);
         assert_eq!(ask_through_proxy(stage, "GET", "203.0.113.99", "").await.status, 403);
         assert_eq!(ask_through_proxy(stage, "GET", BYSTANDER, "").await.status, 200);
-        // A ban is of the address, not of those who claim it.
+        // A ban applies to the address, not to clients that merely claim it.
         let forged = passed_on("GET", "/api/rooms", FLOODER, "");
         assert_eq!(ask(stage, &forged).await.status, 200);
         stop.store(true, Ordering::Relaxed);
@@ -200,7 +201,7 @@ pub async fn banned_flood(stage: &Stage) {
     stage.refuses("requests_too_fast");
 }
 
-/// Sends requests of the flooder over one connection of the proxy; returns how many of them were refused.
+/// Sends the flooder's requests over one connection of the proxy; returns how many were refused.
 async fn flood(stage: &Stage) -> usize {
     const REQUESTS: usize = 500;
     let (mut reads, mut writes) = connect_from(PROXY, stage.address).await.into_split();
@@ -235,7 +236,7 @@ async fn ban(stage: &Stage, method: &str, network: &str) -> u16 {
     timeout(LONG, asking).await.expect("an answer in time")
 }
 
-/// Row 21l: names that only look like another's.
+/// Row 21l: names that look like another player's.
 pub async fn look_alikes(stage: &Stage) {
     let join = async |name| {
         let mut guest = Client::connect_over(socket_of(VISITOR), stage.address, "impulse").await;
@@ -244,7 +245,7 @@ pub async fn look_alikes(stage: &Stage) {
         guest
     };
     let first = join("Olga").await;
-    // With a Greek and a Cyrillic letter.
+    // Names with a Greek and a Cyrillic letter.
     let greek = join("\u{39f}lga").await;
     let mut cyrillic = join("Olg\u{430}").await;
     let seats = [first.seat, greek.seat, cyrillic.seat];

@@ -1,5 +1,4 @@
-//! The stage of the faults: the two ports of the server, and a tally of what its counters have to
-//! show in the end.
+//! Shared state of the soak test: the server's two ports, and a tally of the expected counter values.
 
 use crate::client::{Client, LONG};
 use crate::faults::refusals;
@@ -15,7 +14,7 @@ use tokio::time::timeout;
 use tokio_tungstenite::tungstenite::protocol::CloseFrame;
 use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
 
-/// State that every fault needs.
+/// State shared by all faults.
 pub struct Stage {
     pub address: SocketAddr,
     pub ops: SocketAddr,
@@ -43,7 +42,7 @@ impl Stage {
         Stage { address, ops, background, machine: RwLock::default(), tally: Mutex::default() }
     }
 
-    /// Notes that a counter will rise by this much.
+    /// Notes that a counter will increase by this much.
     pub fn counts(&self, series: &str, by: u64) {
         let mut tally = self.tally.lock().unwrap_or_else(PoisonError::into_inner);
         *tally.entry(series.to_owned()).or_default() += by;
@@ -54,7 +53,7 @@ impl Stage {
         self.counts(&refusals(reason), 1);
     }
 
-    /// Joins as a guest whose first input was played, so that the seat is held.
+    /// Joins as a guest whose first input has been played, so that the seat is held.
     pub async fn join(&self, room: &str, name: &str) -> Client {
         let mut guest = Client::join(self.address, room, name).await;
         self.counts("jostle_joins_total{how=\"new\"}", 1);
@@ -62,7 +61,7 @@ impl Stage {
         guest
     }
 
-    /// Returns to a seat.
+    /// Reconnects and returns to a lost seat.
     pub async fn resume(&self, room: &str, lost: Ticket) -> Client {
         let mut back = Client::connect(self.address, room).await;
         back.enter("Back", Some(lost.token)).await;
@@ -80,31 +79,30 @@ impl Stage {
         self.counts("jostle_leaves_total{how=\"left\"}", 1);
     }
 
-    /// Expects a refusal of something that the guest did; it returns to its seat, and leaves.
+    /// Expects that the guest is refused; it then returns to its seat and leaves.
     pub async fn ends(&self, room: &str, mut guest: Client, refusal: Refusal, reason: &str) {
         guest.is_refused(refusal).await;
         self.refuses(reason);
         self.returns(room, guest).await;
     }
 
-    /// Returns a guest who lost the socket to the seat, and leaves.
+    /// Returns a guest who lost the socket to its seat, then leaves.
     pub async fn returns(&self, room: &str, guest: Client) {
         let back = self.resume(room, Ticket::of(&guest)).await;
         self.leave(back).await;
     }
 
-    /// Present value of a counter.
+    /// Current value of a counter.
     pub async fn count(&self, series: &str) -> u64 {
         count(self.ops, series).await
     }
 
-    /// Waits until a counter has risen by this much since `before`.
+    /// Waits until a counter has increased by this much since `before`.
     pub async fn moved(&self, series: &str, before: u64, by: u64) {
         until_count(self.ops, series, before + by).await;
     }
 
-    /// Compares the counters with the tally: those of `exact` must be equal, the others at least as
-    /// large.
+    /// Compares the counters with the tally: those in `exact` must be equal, the others at least as large.
     pub async fn check_tally(&self, exact: &[&str]) {
         let tally = self.tally.lock().unwrap_or_else(PoisonError::into_inner).clone();
         for (series, expected) in tally {
