@@ -1,5 +1,6 @@
-//! `cargo xtask dist`: a release, in `target/dist`. For each target an archive with a static program, which needs
-//! nothing of the system it runs on, and with what it is installed by; lists of the crates in it; and digests of all.
+//! `cargo xtask dist`: builds a release in `target/dist`. For each target, an archive contains a static program, which
+//! needs no libraries of the system, and the files for its installation. Added to these are lists of the crates used,
+//! and digests of all files.
 
 mod papers;
 mod program;
@@ -14,7 +15,7 @@ use std::path::Path;
 use std::process::Command;
 
 const VERSION: &str = env!("CARGO_PKG_VERSION");
-/// Files and directories in an archive besides the program and the licences of others.
+/// Files and directories in an archive, in addition to the program and third-party licences.
 const ENCLOSED: [&str; 7] = [
     "README.md",
     "ARCHITECTURE.md",
@@ -25,7 +26,7 @@ const ENCLOSED: [&str; 7] = [
     "deploy",
 ];
 
-/// Builds, tries and packs everything.
+/// Builds, tests and packs everything.
 pub fn dist() -> Result<()> {
     if !cfg!(all(target_os = "linux", target_arch = "x86_64")) {
         bail!(
@@ -56,13 +57,12 @@ pub fn dist() -> Result<()> {
     Ok(())
 }
 
-/// Name of an archive without its ending, and of the directory that it unpacks to.
+/// Name of an archive without its extension, and of the directory that it unpacks to.
 fn name(target: &ReleaseTarget) -> String {
     format!("jostle-{VERSION}-{}", target.name)
 }
 
-/// Packs an archive. The same files give the same one: entries are in the order of their names, of the commit's date, and
-/// of no user.
+/// Packs an archive reproducibly: entries are sorted by name, carry the commit's date and belong to no user.
 fn pack(target: &ReleaseTarget, program: &Path, licences: &Path, out: &Path) -> Result<()> {
     let dir = out.join(name(target));
     fs::create_dir_all(&dir)?;
@@ -85,7 +85,7 @@ fn pack(target: &ReleaseTarget, program: &Path, licences: &Path, out: &Path) -> 
     Ok(())
 }
 
-/// Writes the digests of all files, as `sha256sum --check` reads them.
+/// Writes the digests of all files in the format of `sha256sum --check`.
 fn digests(out: &Path) -> Result<()> {
     let entries = fs::read_dir(out)?.map(|entry| Ok(entry?.file_name()));
     let mut names = entries.collect::<Result<Vec<_>>>()?;

@@ -1,6 +1,6 @@
-//! `cargo xtask fuzz`: the properties of `tests/fuzz` on millions of inputs, guided by what they reach.
-//! cargo-fuzz builds a libFuzzer program with a nightly compiler, once without the server and once with it; both are
-//! installed if they are missing, cargo-fuzz into the target directory.
+//! `cargo xtask fuzz`: tries the properties in `tests/fuzz` on millions of inputs, guided by coverage. cargo-fuzz
+//! builds a libFuzzer program with a nightly compiler, once without and once with the server. Missing tools are
+//! installed, cargo-fuzz into the target directory.
 
 use crate::shell::{cargo, in_path, line_of, root, run, say, target_dir};
 use anyhow::{Context, Result, bail};
@@ -13,18 +13,17 @@ const FUZZ_DIR: &str = "tests/fuzz/targets";
 const TARGET: &str = "property";
 const TOOL: &str = "cargo-fuzz";
 const TOOL_VERSION: &str = "0.13.2";
-/// Folders of the corpus, by the program that tries it, and what that is built with.
+/// Folders of the corpus, one per fuzzing program, with the program's build flags.
 const PROGRAMS: [(&str, &[&str]); 2] = [("rooms", &[]), ("servers", &["--features", "server"])];
-/// Inputs besides the corpus, by property.
+/// Additional inputs, by property.
 const MORE_INPUTS: [(&str, &str); 2] = [("scene", "assets/scenes"), ("scene", "tests/scenes")];
-/// Lines of the fuzzer that are shown when it found something.
+/// Lines of the fuzzer's output that are shown after a failure.
 const LINES_SHOWN: usize = 60;
-/// Longest input, seconds for one, megabytes at once and in one allocation.
+/// Limits: length of an input, seconds per input, megabytes in total and per allocation.
 const LIMITS: [&str; 4] =
     ["-max_len=8192", "-timeout=20", "-rss_limit_mb=2048", "-malloc_limit_mb=256"];
 
-/// Tries one property, or all of them one after another, for so long each. What they find is told when
-/// all are done.
+/// Tries one property, or all of them one after another, for this many seconds each. Failures are reported at the end.
 pub fn fuzz(only: Option<&str>, seconds: u32) -> Result<()> {
     let corpus = ["run", "--quiet", "--package", "jostle-fuzz", "--example", "corpus", "--"];
     run(cargo(&corpus).arg(dir("seeds")))?;
@@ -49,15 +48,15 @@ pub fn fuzz(only: Option<&str>, seconds: u32) -> Result<()> {
     if failed.is_empty() { Ok(()) } else { bail!("found something: {}", failed.join(", ")) }
 }
 
-/// A property to be tried.
+/// A property to try.
 struct Chosen {
-    /// Folder of its corpus.
+    /// Folder of the corpus.
     seeds: PathBuf,
     features: &'static [&'static str],
     name: String,
 }
 
-/// Those with a corpus, in the order in which the programs are built.
+/// The properties with a corpus, in the order in which the programs are built.
 fn chosen(only: Option<&str>) -> Result<Vec<Chosen>> {
     let mut all = Vec::new();
     for (program, features) in PROGRAMS {
@@ -79,7 +78,7 @@ fn chosen(only: Option<&str>) -> Result<Vec<Chosen>> {
     Ok(all)
 }
 
-/// The compiler and the tool.
+/// Installs the compiler and cargo-fuzz if they are missing.
 fn provide() -> Result<()> {
     let known = nightly("rustc").arg("--version").stdout(Stdio::null()).status();
     if !known.context("rustup, which brings the nightly compiler")?.success() {
@@ -93,7 +92,7 @@ fn provide() -> Result<()> {
     Ok(())
 }
 
-/// A folder of what the fuzzer builds, reads and keeps.
+/// A folder for files that the fuzzer builds, reads or keeps.
 fn dir(name: &str) -> PathBuf {
     target_dir().join("fuzz").join(name)
 }
@@ -102,7 +101,7 @@ fn installed() -> PathBuf {
     dir("tools/bin").join(TOOL)
 }
 
-/// A program in the environment of the nightly compiler, and not in that of this task.
+/// A command in the environment of the nightly compiler instead of this task's.
 fn nightly(program: &str) -> Command {
     let mut command = Command::new("rustup");
     command.args(["run", "nightly", program]).current_dir(root()).env_remove("CARGO");
@@ -118,8 +117,8 @@ fn tool(task: &str, features: &[&str]) -> Command {
     command
 }
 
-/// Returns how many inputs were tried, and the fuzzer's last lines if one failed: they name the input and how
-/// to try it again. New inputs are kept for the next time, beside the corpus.
+/// Returns the number of inputs tried and, after a failure, the fuzzer's last lines, which name the input and how to
+/// reproduce it. New inputs are kept next to the corpus for the next run.
 fn try_property(
     name: &str,
     seeds: &Path,

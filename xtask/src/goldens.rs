@@ -1,6 +1,6 @@
-//! Golden replays: every shipped scene and those of `tests/scenes`, played once and kept with the
-//! hash of each tick; and the replays of the golden hashes. Every build of the simulation must play them
-//! again bit for bit; where one does not, the tick, the phase, the body and the field are named.
+//! Golden replays: games in every shipped scene and those in `tests/scenes`, recorded with the hash of each tick, and
+//! the replays behind the golden hashes. Every build of the simulation must reproduce them bit for bit; a divergence is
+//! reported with its tick, phase, body and field.
 
 use crate::hashes;
 use crate::packages;
@@ -14,17 +14,17 @@ use std::process::Command;
 const REPLAYS: &str = "tests/goldens/replays";
 const SCENES: &str = "tests/scenes";
 const PROGRAM: &str = "jostle-goldens";
-/// Linked by Rust's own linker, so that no C compiler for it is needed.
+/// A target that Rust's own linker can link, so that no C compiler is needed.
 const AARCH64: &str = "aarch64-unknown-linux-musl";
 const AARCH64_LINKER: &str = "CARGO_TARGET_AARCH64_UNKNOWN_LINUX_MUSL_LINKER";
 const EMULATOR: &str = "qemu-aarch64";
 
-/// The debug build, as the tests before it were compiled.
+/// Verifies with the debug build, as compiled by the preceding tests.
 pub fn check() -> Result<()> {
     verify_with("debug", "debug", &[])
 }
 
-/// Release builds: for any processor, and for all that this one can do.
+/// Verifies with release builds: one for any processor, and one for all features of this one.
 pub fn check_builds() -> Result<()> {
     let release = ["--package", PROGRAM, "--release"];
     verify("release", &mut program(&release), "release", &[])?;
@@ -34,7 +34,7 @@ pub fn check_builds() -> Result<()> {
     verify("release for this processor", &mut native, "native/release", &[])
 }
 
-/// A build for 64-bit Arm, run by an emulator; skipped where that cannot be had.
+/// Verifies with a build for 64-bit Arm in an emulator; skipped if no emulator is available.
 pub fn check_aarch64() -> Result<()> {
     if cfg!(not(target_os = "linux")) {
         bail!(Skipped("the emulator runs programs of Linux".into()));
@@ -51,7 +51,7 @@ pub fn check_aarch64() -> Result<()> {
     verify("64-bit Arm", &mut build, &format!("{AARCH64}/debug"), &[EMULATOR])
 }
 
-/// Plays and keeps all of them anew.
+/// Records all golden replays again.
 pub fn update() -> Result<()> {
     run(&mut program(&USUAL_CRATES))?;
     let mut record = Command::new(target_dir().join("debug").join(PROGRAM));
@@ -92,7 +92,7 @@ fn verify_with(name: &str, place: &str, runner: &[&str]) -> Result<()> {
     Ok(())
 }
 
-/// Files of a directory by their ending, from the root, in order of their names.
+/// Files with an extension in a directory, relative to the root and sorted by name.
 fn files(dir: &str, ending: &str) -> Result<Vec<String>> {
     let entries = fs::read_dir(root().join(dir)).with_context(|| format!("no {dir}"))?;
     let mut names = Vec::new();

@@ -1,6 +1,5 @@
-//! One scene, one seed, one list of inputs: always the same game. `tests/goldens/hashes.txt` holds the final state
-//! hashes. Each run is recorded too, and the replays are played again with the golden ones, by this build and by
-//! others.
+//! The same scene, seed and inputs always give the same game. `tests/goldens/hashes.txt` holds the final state hashes.
+//! Each run is also recorded, and the replays are verified along with the golden ones, by this build and others.
 
 use crate::shell::{cargo, output_of, root, run, say, target_dir};
 use crate::workspace::USUAL_CRATES;
@@ -17,7 +16,8 @@ const HASHES: &str = "tests/goldens/hashes.txt";
 const HEADER: &str =
     "# scene, seed, ticks, final hash; written by `cargo xtask test --update-hashes`\n";
 
-/// Plays every built-in scene and compares the last state hashes with the golden ones. The program is compiled already.
+/// Plays every built-in scene and compares the final state hashes with the golden ones. The program has already been
+/// compiled.
 pub fn check() -> Result<()> {
     let played = play_all()?;
     let path = root().join(HASHES);
@@ -34,7 +34,7 @@ pub fn check() -> Result<()> {
     )
 }
 
-/// Plays every built-in scene and writes the golden hashes anew.
+/// Plays every built-in scene and updates the golden hashes.
 pub fn update() -> Result<()> {
     run(cargo(&["build", "--bin", "jostle"]).args(USUAL_CRATES))?;
     let lines = play_all()?;
@@ -45,7 +45,7 @@ pub fn update() -> Result<()> {
     Ok(())
 }
 
-/// The lines that are in one and not in the other, said as such.
+/// Describes the lines that are in one list but not in the other.
 fn differences(golden: &str, played: &[String]) -> Vec<String> {
     let golden: Vec<&str> =
         golden.lines().filter(|line| !line.is_empty() && !line.starts_with('#')).collect();
@@ -55,14 +55,14 @@ fn differences(golden: &str, played: &[String]) -> Vec<String> {
     missing.chain(new.map(|line| format!("played   {line}"))).collect()
 }
 
-/// The replays that the last [`check`] recorded.
+/// The replays recorded by the last [`check`].
 pub fn replays() -> Result<Vec<String>> {
     let scenes = scenes()?;
     let paths = scenes.iter().map(|scene| replay_of(scene).display().to_string());
     Ok(paths.collect())
 }
 
-/// Plays each scene; a golden line for each.
+/// Plays all scenes; returns a golden line for each.
 fn play_all() -> Result<Vec<String>> {
     let dir = dir();
     fs::create_dir_all(&dir).with_context(|| format!("cannot make {}", dir.display()))?;
@@ -84,7 +84,7 @@ fn play(scene: &str) -> Result<String> {
         bail!("{scene}: no {INPUTS}/{scene}.jsonl; write inputs that use each of its tools");
     }
     let replay = replay_of(scene);
-    // The program overwrites no replay.
+    // The program does not overwrite replays.
     if replay.is_file() {
         fs::remove_file(&replay).with_context(|| format!("cannot remove {}", replay.display()))?;
     }

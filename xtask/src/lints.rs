@@ -1,11 +1,11 @@
-//! What must not stand in the simulation is refused by clippy, with its place: each line is
-//! planted in a file of its own and checked under the settings of `sim`.
+//! Tests that clippy rejects forbidden code in the simulation and reports its position: each line is put into a
+//! separate file and checked with the settings of `sim`.
 
 use crate::shell::{root, target_dir};
 use std::fs;
 use std::process::Command;
 
-/// Runs clippy on a source file as if it belonged to `sim`; whether it passed, and what it said.
+/// Runs clippy on a source file as if it belonged to `sim`; returns whether it passed, and its output.
 fn clippy(name: &str, source: &str) -> (bool, String) {
     let root = root();
     let dir = target_dir().join("lints");

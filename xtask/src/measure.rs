@@ -1,5 +1,5 @@
-//! `cargo xtask report`, `load`, `latency` and `fleet`: builds a measuring program of `bench`, and what it measures, and
-//! starts it.
+//! `cargo xtask report`, `load`, `latency` and `fleet`: build a measuring program in `bench` and the programs that it
+//! measures, and start it.
 
 use crate::shell::{build_server, cargo_of_bench, output_of, root, run, say, target_dir};
 use crate::{packages, web};
@@ -9,13 +9,13 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use time::OffsetDateTime;
 
-/// Error against run time, and stability, with the peers if wanted: a page in `out`.
+/// Measures error against run time, and stability, optionally with the peers; writes a page into `out`.
 pub fn report(quick: bool, peers: bool, out: &Path) -> Result<()> {
     let out = std::path::absolute(out).context("where the report goes")?;
     let (package, profile) = if peers { ("peers", "peers") } else { ("report", "release") };
     say("report", &format!("build jostle-{package}, optimised"));
     let mut command = cargo_of_bench(&["run", "--quiet", "--profile", profile, "--"]);
-    // The peers' directory has settings for their C compiler.
+    // The peers' directory has compiler settings for their C code.
     command.current_dir(root().join("bench").join(package));
     if quick {
         command.arg("--quick");
@@ -26,14 +26,14 @@ pub fn report(quick: bool, peers: bool, out: &Path) -> Result<()> {
     run(&mut command)
 }
 
-/// The program whose instructions are counted; the ordinary build, whatever the report is built with.
+/// Builds the program whose instructions are counted, with the ordinary settings whatever the report is built with.
 fn steps() -> Result<PathBuf> {
     let mut build = cargo_of_bench(&["build", "--quiet", "--release"]);
     run(build.args(["--package", "jostle-report", "--bin", "steps"]))?;
     Ok(optimised("steps"))
 }
 
-/// Short hash, marked if the tree differs from it.
+/// The short hash of the commit, marked if the working tree differs from it.
 fn commit() -> Result<String> {
     let mut git = Command::new("git");
     git.args(["describe", "--always", "--dirty", "--exclude", "*"]).current_dir(root());
@@ -45,13 +45,13 @@ fn compiler() -> Result<String> {
     Ok(output_of(rustc.arg("--version").current_dir(root()))?.trim().to_owned())
 }
 
-/// Of the system clock, in Greenwich.
+/// The current date in UTC, by the system clock.
 fn today() -> String {
     let now = OffsetDateTime::now_utc();
     format!("{}-{:02}-{:02}", now.year(), u8::from(now.month()), now.day())
 }
 
-/// A server under load, with options of `jostle-load`; allocations are counted by a server that is built for that.
+/// Measures a server under load, with options of `jostle-load`. To count allocations, a specially built server is used.
 pub fn load(options: &[String], allocations: bool) -> Result<()> {
     say("load", "build the server and the bots, optimised");
     build_server(&["--bin", "jostle"])?;
@@ -62,7 +62,8 @@ pub fn load(options: &[String], allocations: bool) -> Result<()> {
     run(&mut measure)
 }
 
-/// From a key press to the frame that shows it, in a real browser: a table; the same goes to a file as JSON.
+/// Measures the time from a key press to the frame that shows it, in a real browser. Prints a table and optionally
+/// writes the figures to a file as JSON.
 pub fn latency(presses: u32, json: Option<&Path>) -> Result<()> {
     packages::provide_browser()?;
     web::build(web::Profile::Small)?;
@@ -78,7 +79,7 @@ pub fn latency(presses: u32, json: Option<&Path>) -> Result<()> {
     run(&mut measure)
 }
 
-/// The directory of a fleet with thousands of simulated nodes, with options of `jostle-fleet`.
+/// Simulates the directory of fleets with thousands of nodes, with options of `jostle-fleet`.
 pub fn fleet(options: &[String]) -> Result<()> {
     say("fleet", "build the simulation, optimised");
     run(&mut cargo_of_bench(&["build", "--release", "--package", "jostle-fleet"]))?;

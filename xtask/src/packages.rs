@@ -1,17 +1,17 @@
-//! What the tests need besides Rust: found, or installed as Debian's packages where that is possible, else named with the
-//! command that does.
+//! Programs that the tests need besides Rust. Missing ones are installed as Debian packages if possible; otherwise the
+//! command for it is shown.
 
 use crate::shell::{in_path, output_of, run, say, target_dir};
 use anyhow::{Context, Result, bail};
 use std::fs::File;
 use std::process::{Command, Stdio};
 
-/// Chromium without the windows around its pages, which needs a sixth less time than all of Chromium.
+/// Chromium without a user interface, which takes a sixth less time than the full program.
 const SHELL: &str = "chromium-headless-shell";
-/// Names under which the browser may be started; `JOSTLE_CHROMIUM` outranks them.
+/// Names under which the browser may be installed; `JOSTLE_CHROMIUM` takes precedence.
 const BROWSERS: [&str; 5] =
     [SHELL, "chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
-/// Debian's names; the libraries draw WebGL without a graphics card.
+/// Debian packages; the libraries provide WebGL without a graphics card.
 const BROWSER_PACKAGES: [&str; 5] =
     [SHELL, "libegl1", "libegl-mesa0", "libgl1-mesa-dri", "libgles2"];
 
@@ -41,7 +41,7 @@ pub fn provide_python() -> Result<()> {
     provide("the tests of the clients in docs/examples", missing)
 }
 
-/// Installs packages. `what` needs them, for the person who has to do it.
+/// Installs packages. `what` says what needs them, in case the user has to install them.
 pub fn provide(what: &str, packages: &[&str]) -> Result<()> {
     if packages.is_empty() {
         return Ok(());
@@ -53,7 +53,7 @@ pub fn provide(what: &str, packages: &[&str]) -> Result<()> {
     if !is_root()? {
         bail!("{what} need packages that are not installed; run: sudo {install}");
     }
-    // Steps of the tests that run side by side may all lack something; the second would find the package lists locked.
+    // Several concurrent test steps may need packages; without this lock, the second would find apt's lists locked.
     let lock = File::create(target_dir().join("apt.lock")).context("target/apt.lock")?;
     lock.lock().context("target/apt.lock")?;
     say("packages", &install);
@@ -61,7 +61,7 @@ pub fn provide(what: &str, packages: &[&str]) -> Result<()> {
     run(apt().args(["install", "--yes", "--no-install-recommends"]).args(packages))
 }
 
-/// Whether a package is installed; true where Debian's packages are unknown.
+/// Whether a package is installed; true on systems without Debian packages.
 pub fn has(package: &str) -> bool {
     if !in_path("dpkg-query") {
         return true;

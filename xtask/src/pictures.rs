@@ -1,11 +1,11 @@
-//! `cargo xtask pictures`: the screenshot of the README, from a game that is really played.
+//! `cargo xtask pictures`: takes the README's screenshot from a real game.
 
 use crate::shell::{cargo, root, run, say, target_dir};
 use crate::{packages, web};
 use anyhow::Result;
 use std::process::Command;
 
-/// Builds the page, plays in a real browser, writes `docs/screenshot.png`.
+/// Builds the page, plays in a real browser, and writes `docs/screenshot.png`.
 pub fn take() -> Result<()> {
     packages::provide_browser()?;
     web::build(web::Profile::Small)?;

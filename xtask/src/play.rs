@@ -10,11 +10,11 @@ use std::time::{Duration, Instant};
 
 const READY_WITHIN: Duration = Duration::from_secs(30);
 
-/// Builds, serves until ctrl-c.
+/// Builds everything and serves until ctrl-c.
 pub fn play(listen: SocketAddr, open: bool) -> Result<()> {
     web::build(web::Profile::Small)?;
     say("play", "build the server");
-    // A server draws nothing: it is built in half the time without the renderer of replays.
+    // A server draws nothing, and without the replay renderer it builds in half the time.
     let mut build = cargo(&["build", "--release", "--package", "jostle-cli", "--bin", "jostle"]);
     run(build.arg("--no-default-features"))?;
     let local = reachable(listen);
@@ -31,7 +31,7 @@ pub fn play(listen: SocketAddr, open: bool) -> Result<()> {
     become_server(server)
 }
 
-/// The server takes this process's place: ctrl-c is then its own, and it may take its time.
+/// Replaces this process with the server, so that ctrl-c goes to the server, which may take its time to shut down.
 #[cfg(unix)]
 fn become_server(mut server: Command) -> Result<()> {
     use std::os::unix::process::CommandExt;
@@ -53,7 +53,7 @@ fn reachable(listen: SocketAddr) -> SocketAddr {
     }
 }
 
-/// Opens the page from a process of its own, since this one becomes the server.
+/// Opens the page from a separate process, since this one becomes the server.
 fn start_opener(link: &str, address: SocketAddr) -> Result<()> {
     let mut opener = Command::new(std::env::current_exe()?);
     opener.args(["open-when-ready", link, &address.to_string()]);
@@ -61,7 +61,7 @@ fn start_opener(link: &str, address: SocketAddr) -> Result<()> {
     Ok(())
 }
 
-/// Waits for the server and hands the link to the desktop's browser, if there is a desktop.
+/// Waits for the server and opens the link in the desktop's browser, if there is a desktop.
 pub fn open_when_ready(link: &str, address: SocketAddr) -> Result<()> {
     let deadline = Instant::now() + READY_WITHIN;
     while TcpStream::connect_timeout(&address, Duration::from_secs(1)).is_err() {

@@ -1,8 +1,9 @@
-//! `cargo xtask test`: what continuous integration runs, step by step, each named and timed.
+//! `cargo xtask test`: runs the steps of continuous integration, each named and timed.
 //!
-//! Three lanes run side by side, since most steps wait for one core, for a clock or for each other: one compiles and
-//! tests natively, one builds the page and drives it in a browser, one tests servers. Each step runs in
-//! a separate process, whose output is printed when it has ended. A failed step does not stop the next: one run shows everything that is wrong.
+//! Three lanes run in parallel, since most steps wait for one core, for a clock or for each other: one compiles and
+//! tests natively, one builds the page and drives it in a browser, one tests servers. Each step runs in a separate
+//! process, whose output is printed when it has ended. A failed step does not stop later ones, so that one run shows
+//! everything that is wrong.
 
 mod binaries;
 mod changes;
@@ -13,8 +14,8 @@ use anyhow::Result;
 use changes::TreeChange;
 pub use steps::TestExtent;
 
-/// Runs the steps and prints a table; whether all of them passed. With `since`, only those that a change since that
-/// revision can affect, in the crates that it can affect.
+/// Runs the steps and prints a table; returns whether all passed. With `since`, runs only the steps that changes since
+/// that revision can affect, in the affected crates.
 pub fn test(extent: TestExtent, since: Option<&str>) -> Result<bool> {
     let change = since.map(TreeChange::since).transpose()?;
     let steps = steps::chosen(extent, change.as_ref());
@@ -23,7 +24,7 @@ pub fn test(extent: TestExtent, since: Option<&str>) -> Result<bool> {
     Ok(lanes::run(&steps, &how))
 }
 
-/// Runs one step in this process; its exit status.
+/// Runs one step in this process; returns its exit status.
 pub fn step(name: &str, packages: &[String]) -> i32 {
     let packages = Some(packages).filter(|packages| !packages.is_empty());
     lanes::status_of(steps::run_step(name, packages))

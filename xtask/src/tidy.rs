@@ -1,5 +1,5 @@
-//! `cargo xtask tidy`: the habits of this code base as checks, so that reviews need not repeat
-//! them. Each check reads tracked files and returns findings; it changes nothing.
+//! `cargo xtask tidy`: checks the conventions of this code base, so that reviews need not. Each check reads tracked
+//! files and returns findings; none changes anything.
 
 mod arrows;
 mod circles;
@@ -21,10 +21,10 @@ use files::File;
 use finding::Finding;
 use std::path::Path;
 
-/// Files that belong in a repository are smaller; pictures are the largest.
+/// Maximum size of a tracked file; pictures are the largest.
 const FILE_BYTES_MAX: usize = 1_500_000;
 
-/// Runs all checks; any finding is an error, after all were printed.
+/// Runs all checks and prints all findings; fails if there are any.
 pub fn tidy() -> Result<()> {
     let files = files::read(&root())?;
     let sources = source::parse(&files)?;
@@ -51,13 +51,13 @@ pub fn tidy() -> Result<()> {
     Ok(())
 }
 
-/// Prints the figures of a checkout: this one, or another to compare with.
+/// Prints the figures of a checkout: this one, or another for comparison.
 pub fn figures(root: &Path) -> Result<()> {
     print!("{}", figures::figures(&files::read(root)?)?);
     Ok(())
 }
 
-/// The crates that must be deterministic refuse the same things.
+/// Checks that all deterministic crates forbid the same functions.
 fn one_set_of_lints(files: &[File]) -> Vec<Finding> {
     const FIRST: &str = "sim/clippy.toml";
     let text = |path: &str| files.iter().find(|file| file.path == path)?.text.as_deref();

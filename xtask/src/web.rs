@@ -1,4 +1,4 @@
-//! The web client: compiled to wasm here, and made into `client-web/dist` by the program `xtask-web`.
+//! Builds the web client: compiles it to wasm and lets the program `xtask-web` turn it into `client-web/dist`.
 
 use crate::shell::{self, cargo, root, run, say};
 use anyhow::{Context, Result};
@@ -6,34 +6,34 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The page's target, as Rust names it.
+/// Rust's name of the page's target.
 pub const TARGET: &str = "wasm32-unknown-unknown";
-/// Every browser with WebGL2 that is still kept up has these instructions.
+/// All maintained browsers with WebGL2 support these instructions.
 const FEATURES: &str = "-Ctarget-feature=+simd128";
-/// Loops are unrolled and vectorised by hand where that is worth its bytes, and less is inlined than usual: the simulation,
-/// which is compiled for speed, takes 8 kB less.
+/// Loops are unrolled and vectorised by hand where it is worth the bytes, and less is inlined than usual. This saves 8
+/// kB in the simulation, which is compiled for speed.
 const SMALL: [&str; 4] = [
     "-Cno-vectorize-loops",
     "-Cllvm-args=-unroll-allow-partial=false",
     "-Cllvm-args=-unroll-runtime=false",
     "-Cllvm-args=-inlinedefault-threshold=55",
 ];
-/// Compressed size at which a build for people fails: a phone on 2 Mbit/s waits 4 seconds for it.
+/// Maximum compressed size of a build for users: a phone on 2 Mbit/s takes 4 seconds to download it.
 const PROGRAM_BYTES_MAX: u64 = 955_000;
 
 /// How the client is compiled.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Profile {
-    /// For people: small to download.
+    /// For users: small to download.
     Small,
-    /// The same, compressed as well as can be.
+    /// Like `Small`, with the best compression.
     Release,
     /// For development: quick to compile.
     Dev,
 }
 
 impl Profile {
-    /// Cargo's name of the profile, and of the directory that it builds into.
+    /// Cargo's names for the profile and for its output directory.
     fn names(self) -> [&'static str; 2] {
         match self {
             Profile::Small | Profile::Release => ["wasm", "wasm"],
@@ -41,7 +41,7 @@ impl Profile {
         }
     }
 
-    /// How well its files are compressed.
+    /// Compression effort for the files.
     fn effort(self) -> &'static str {
         match self {
             Profile::Small => "good",
@@ -56,7 +56,7 @@ pub fn build(profile: Profile) -> Result<()> {
     build_with(profile, &[])
 }
 
-/// The same, and writes the page without a server into `target/static`.
+/// Builds everything and also writes the page without a server into `target/static`.
 pub fn build_static(profile: Profile) -> Result<()> {
     let out = shell::target_dir().join("static");
     build_with(profile, &["--static-page".as_ref(), out.as_os_str()])
@@ -75,14 +75,14 @@ fn build_with(profile: Profile, more: &[&OsStr]) -> Result<()> {
     run(make.args(more))
 }
 
-/// A cargo command on the program that makes the page, in the page's own target directory too.
+/// A cargo command for the program that makes the page, using the page's target directory.
 pub fn maker(command: &str) -> Command {
     let mut cargo = cargo(&[command, "--package", "xtask-web", "--target-dir"]);
     cargo.arg(target_dir());
     cargo
 }
 
-/// Adds the wasm target when the toolchain lacks it.
+/// Adds the wasm target if the toolchain lacks it.
 fn add_target() -> Result<()> {
     let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
     let libdir = Command::new(rustc)
@@ -98,14 +98,14 @@ fn add_target() -> Result<()> {
     run(Command::new("rustup").args(["target", "add", TARGET]).current_dir(root()))
 }
 
-/// Compiles the client; returns where it is.
+/// Compiles the client; returns its path.
 fn compile(profile: Profile) -> Result<PathBuf> {
     run(cargo_for_page("build", profile).args(["--package", "jostle-client-web"]))?;
     Ok(target_dir().join(TARGET).join(profile.names()[1]).join("jostle_client_web.wasm"))
 }
 
-/// A cargo command on libraries for the page. It has a target directory of its own: other calls of
-/// cargo may run meanwhile.
+/// A cargo command for the page's libraries. It uses a separate target directory, so that other cargo commands can run
+/// at the same time.
 pub fn cargo_for_page(command: &str, profile: Profile) -> Command {
     let mut cargo = cargo(&[command, "--lib", "--target", TARGET, "--config"]);
     cargo.arg(format!("target.{TARGET}.rustflags={:?}", flags()));
@@ -113,8 +113,8 @@ pub fn cargo_for_page(command: &str, profile: Profile) -> Command {
     cargo
 }
 
-/// Flags of the compiler. Messages of panics name files of other crates without the directory that
-/// they lie in on this machine, so that the program is smaller, and the same on every machine.
+/// Compiler flags. Panic messages name files of other crates without their directory on this machine, so that the
+/// program is smaller and the same on every machine.
 fn flags() -> Vec<String> {
     let home = std::env::home_dir().unwrap_or_default();
     let home = std::env::var_os("CARGO_HOME").map_or(home.join(".cargo"), PathBuf::from);

@@ -5,19 +5,20 @@ use anyhow::{Context, Result};
 use serde::Deserialize;
 use std::path::PathBuf;
 
-/// Selects all crates but those that other steps compile: the maker of the page, and native drawing, which takes long.
-/// One selection everywhere, since another has other features of shared dependencies, and compiles those again.
+/// Selects all crates except those that other steps compile: the page builder, and native drawing, which takes long.
+/// The same selection is used everywhere, since another would enable different features of shared dependencies and
+/// compile those again.
 pub const USUAL_CRATES: [&str; 5] =
     ["--workspace", "--exclude", "xtask-web", "--exclude", "jostle-picture"];
 
 /// A crate of the workspace.
 #[derive(Deserialize)]
 pub struct Package {
-    /// As in its manifest.
+    /// Name as in the manifest.
     pub name: String,
     /// Path of its manifest.
     pub manifest_path: PathBuf,
-    /// All kinds: normal, development and build.
+    /// Dependencies of all kinds: normal, development and build.
     pub dependencies: Vec<Dependency>,
 }
 
@@ -33,7 +34,7 @@ struct Metadata {
     packages: Vec<Package>,
 }
 
-/// The workspace's crates, without what they depend on.
+/// The workspace's crates, without external dependencies.
 pub fn packages() -> Result<Vec<Package>> {
     let text = output_of(&mut cargo(&["metadata", "--no-deps", "--format-version", "1"]))?;
     let metadata: Metadata = serde_json::from_str(&text).context("cargo metadata")?;

@@ -1,5 +1,5 @@
-//! The papers of a release: the licences of all crates in it, and a list of these crates (SBOM). The programs that
-//! write them are installed into the target directory if they are missing.
+//! The licences of all crates in a release, and a list of these crates (SBOM). The programs that write them are
+//! installed into the target directory if they are missing.
 
 use crate::shell::{cargo, root, run, say, target_dir};
 use crate::workspace::packages;
@@ -8,20 +8,20 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Programs by name and version, with the features that they are built with.
+/// Names and versions of the programs, with the features to build them with.
 const LICENCES: [&str; 3] = ["cargo-about", "0.9.3", "cli"];
 const CRATES: [&str; 3] = ["cargo-cyclonedx", "0.5.9", ""];
-/// Name that no file of a crate has.
+/// A file name that does not occur in any crate.
 const LIST: &str = "jostle-list-of-crates";
 
-/// Writes the licences of the crates in the program and in the page, and returns the file. Whatever else is in them:
-/// about.toml beside this file lists the licences that crates may have.
+/// Writes the licences of all crates in the program and the page, and returns the file. about.toml, next to this file,
+/// lists the accepted licences.
 pub fn licences() -> Result<PathBuf> {
     say("dist", "gather the licences of all crates");
     let file = target_dir().join("licences.txt");
     let beside = root().join("xtask/src/dist");
     let mut about = Command::new(provide(LICENCES)?);
-    // Nothing but what the crates themselves hold, so that the same commit gives the same text.
+    // Uses only files from the crates themselves, so that the same commit gives the same text.
     run(&mut cargo(&["fetch", "--locked"]))?;
     about.args([
         "generate",
@@ -36,7 +36,7 @@ pub fn licences() -> Result<PathBuf> {
     Ok(file)
 }
 
-/// Writes the list of the crates that a crate of ours consists of for a target, in CycloneDX's format. `dir` is the
+/// Writes the list of the crates that one of our crates depends on for a target, in CycloneDX format. `dir` is the
 /// crate's directory.
 pub fn crates(dir: &str, target: &str, out: &Path) -> Result<()> {
     say("dist", &format!("list the crates of {dir} for {target}"));
@@ -48,13 +48,13 @@ pub fn crates(dir: &str, target: &str, out: &Path) -> Result<()> {
         list.args(["--features", "nats"]);
     }
     run(list.current_dir(root()))?;
-    // It writes one beside each manifest of the workspace.
+    // The tool writes a list next to each manifest in the workspace.
     for package in packages()? {
         let written = package.manifest_path.with_file_name(format!("{LIST}.json"));
         if package.manifest_path == root().join(dir).join("Cargo.toml") {
             let text = fs::read_to_string(&written);
             let text = text.with_context(|| format!("no {}", written.display()))?;
-            // Our own crates are named by where they are on this machine.
+            // Our own crates are identified by their paths on this machine.
             let here = format!("file://{}/", root().display());
             fs::write(out, text.replace(&here, "file:///jostle/"))?;
         }
@@ -70,7 +70,7 @@ fn provide([name, version, features]: [&str; 3]) -> Result<PathBuf> {
     if !program.is_file() {
         let mut install =
             cargo(&["install", name, "--version", version, "--locked", "--features", features]);
-        // They run for seconds: minutes of optimisation would not pay.
+        // The tools run for seconds, so minutes of optimisation would not pay off.
         install.env("CARGO_PROFILE_RELEASE_LTO", "off");
         run(install.arg("--root").arg(dir))?;
     }

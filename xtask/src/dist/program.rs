@@ -1,5 +1,6 @@
-//! The static programs of a release: built for musl, and linked by Rust's own linker. The C compiler is for ring alone,
-//! whose C code calls no C library but wants the headers of one, so that any compiler for the processor will do.
+//! The static programs of a release: built for musl and linked by Rust's own linker. A C compiler is needed only for
+//! ring. Its C code needs the headers of a C library but calls none of its functions, so any compiler for the processor
+//! will do.
 
 use crate::packages;
 use crate::shell::{cargo, output_of, root, run, say, target_dir};
@@ -7,15 +8,15 @@ use anyhow::{Result, ensure};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// A system that a release is built for.
+/// A target system of a release.
 pub struct ReleaseTarget {
-    /// As Rust names it.
+    /// Rust's name of the target.
     pub name: &'static str,
     /// Prefix of the names of the C compiler and the archiver.
     tools: &'static str,
-    /// Debian's packages of them, and of headers of a C library.
+    /// Debian packages with these tools and with the headers of a C library.
     packages: [&'static str; 2],
-    /// Runs its programs here, where this processor does not, with Debian's package of it.
+    /// Emulator with its Debian package, if this processor cannot run the target's programs.
     pub emulator: Option<[&'static str; 2]>,
 }
 
@@ -35,8 +36,8 @@ pub const TARGETS: [ReleaseTarget; 2] = [
     },
 ];
 
-/// Builds the program for a target, and returns its path. It serves and plays, but cannot draw replays, since a static
-/// program can load no graphics driver.
+/// Builds the program for a target and returns its path. It serves and plays but cannot draw replays, since a static
+/// program cannot load graphics drivers.
 pub fn build(target: &ReleaseTarget) -> Result<PathBuf> {
     let name = target.name;
     say("dist", &format!("build jostle for {name}"));
@@ -48,7 +49,7 @@ pub fn build(target: &ReleaseTarget) -> Result<PathBuf> {
     let mut build = cargo(&["build", "--locked", "--release", "--target", name]);
     build.args(["--package", "jostle-cli", "--bin", "jostle"]);
     build.args(["--no-default-features", "--features", "nats"]);
-    // A panic's backtrace still has names.
+    // Keeps function names in the backtraces of panics.
     build.args(["--config", "profile.release.strip=\"debuginfo\""]);
     build.env(format!("CARGO_TARGET_{}_LINKER", variable.to_uppercase()), "rust-lld");
     build.env(format!("CC_{variable}"), format!("{}gcc", target.tools));
@@ -59,7 +60,7 @@ pub fn build(target: &ReleaseTarget) -> Result<PathBuf> {
     Ok(program)
 }
 
-/// Checks that a program needs no libraries and no loader.
+/// Checks that a program needs neither shared libraries nor a loader.
 fn check_static(program: &Path) -> Result<()> {
     let mut readelf = Command::new("readelf");
     let headers = output_of(readelf.args(["--program-headers", "--dynamic"]).arg(program))?;

@@ -1,5 +1,4 @@
-//! A short game with a program of a release, as a check that it is whole: it serves the page, plays, and ends in good
-//! order.
+//! A short game with a released program, as a smoke test: it serves the page, plays, and shuts down cleanly.
 
 use super::program::ReleaseTarget;
 use crate::packages;
@@ -18,13 +17,13 @@ struct Server(Child);
 
 impl Drop for Server {
     fn drop(&mut self) {
-        // It has ended, unless the trial failed.
+        // The server has already ended, unless the trial failed.
         let _ = self.0.kill();
         let _ = self.0.wait();
     }
 }
 
-/// Serves, fetches the page, plays with bots, and ends the server by SIGTERM.
+/// Starts the server, fetches the page, plays with bots, and stops the server with SIGTERM.
 pub fn play(target: &ReleaseTarget, program: &Path) -> Result<()> {
     if let Some([emulator, package]) = target.emulator
         && !in_path(emulator)
@@ -67,7 +66,7 @@ fn command(target: &ReleaseTarget, program: &Path) -> Command {
     }
 }
 
-/// The document of the page, with the head of the response.
+/// Fetches the page's document, including the response head.
 fn fetch(address: &str) -> Result<String> {
     let mut socket = TcpStream::connect(address)?;
     write!(socket, "GET / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n")?;

@@ -1,5 +1,5 @@
-//! The test programs: compiled once by cargo, then started without it. Cargo holds a lock on its directory while it
-//! compiles, and steps of other lanes would wait for that.
+//! The test programs: compiled once by cargo, then started without it. Cargo locks its directory while it compiles,
+//! which would make steps of other lanes wait.
 
 use crate::shell::{cargo, line_of, target_dir};
 use crate::workspace::USUAL_CRATES;
@@ -14,14 +14,14 @@ use std::process::{Command, Stdio};
 use std::sync::Mutex;
 use std::thread;
 
-/// Read by tests that start the program `jostle`, which would otherwise build it.
+/// Read by tests that start the program `jostle`; without it they would build the program.
 const PROGRAM_VARIABLE: &str = "JOSTLE_PROGRAM";
 
 /// A compiled test program.
 #[derive(Deserialize, Serialize)]
 pub struct Binary {
     pub package: String,
-    /// The target's name: that of an integration test, a library or a program.
+    /// Name of the target: an integration test, a library or a program.
     pub name: String,
     /// Whether it is an integration test.
     pub is_integration: bool,
@@ -30,19 +30,19 @@ pub struct Binary {
     program: PathBuf,
 }
 
-/// Compiles all test programs, and the programs that tests start, and keeps what clippy says meanwhile.
+/// Compiles all test programs and the programs that tests start, and keeps clippy's output.
 ///
-/// Clippy's driver is a compiler with more lints: one pass gives both, where `cargo clippy` would read every
+/// Clippy's driver is a compiler with more lints, so one pass gives both results; `cargo clippy` would check every
 /// dependency a second time.
 pub fn compile() -> Result<()> {
-    // Where it fails, no step may take the results of an earlier run for these.
+    // If compilation fails, no step may mistake the results of an earlier run for these.
     for path in [list(), warnings()] {
         fs::remove_file(path).or_else(|error| match error.kind() {
             ErrorKind::NotFound => Ok(()),
             _ => Err(error),
         })?;
     }
-    // Those that tests start, by name. Not xtask itself: a program that runs must not be replaced.
+    // Programs that tests start, by name. xtask itself is excluded, because a running program must not be replaced.
     let targets = ["--tests", "--examples", "--bin", "jostle", "--bin", "jostle-goldens"];
     let mut build = cargo(&["build", "--message-format", "json"]);
     build.args(USUAL_CRATES).args(targets).env("RUSTC_WORKSPACE_WRAPPER", "clippy-driver");
@@ -50,7 +50,7 @@ pub fn compile() -> Result<()> {
     let text = String::from_utf8(output.stdout).context("cargo printed no UTF-8")?;
     let said = text.lines().map(parse).collect::<Result<Vec<_>>>()?;
     let mut found = Vec::new();
-    // What a library says twice, with its tests and without, is said once.
+    // Warnings that a library gives both with and without its tests are shown once.
     let mut warned = BTreeSet::new();
     for said in said.into_iter().flatten() {
         match said {
@@ -69,7 +69,7 @@ pub fn compile() -> Result<()> {
     Ok(())
 }
 
-/// Fails with the warnings of the compiler and of clippy that [`compile`] met.
+/// Fails if [`compile`] collected warnings from the compiler or clippy.
 pub fn check_warnings() -> Result<()> {
     let path = warnings();
     let text = fs::read_to_string(&path).with_context(|| format!("no {}", path.display()))?;
@@ -79,19 +79,19 @@ pub fn check_warnings() -> Result<()> {
     Ok(())
 }
 
-/// A message of cargo that matters here.
+/// A relevant message from cargo.
 enum Said {
     Test(Binary),
-    /// As the compiler prints it.
+    /// A warning, as the compiler prints it.
     Warning(String),
     Error(String),
 }
 
-/// A line of what cargo says: a test program, a warning, or something else.
+/// Parses a line of cargo's output: a test program, a warning, or something else.
 fn parse(line: &str) -> Result<Option<Said>> {
     let message: Value = serde_json::from_str(line).context("a message of cargo")?;
     if let Some(text) = message["message"]["rendered"].as_str() {
-        // Sums such as "3 warnings emitted" have no place.
+        // Summaries such as "3 warnings emitted" have no position.
         let has_place = message["message"]["spans"].as_array().is_some_and(|all| !all.is_empty());
         return Ok(match message["message"]["level"].as_str() {
             Some("warning") if has_place => Some(Said::Warning(text.to_owned())),
@@ -133,7 +133,7 @@ fn warnings() -> PathBuf {
     target_dir().join("test/warnings.txt")
 }
 
-/// Runs each to its end, also after one has failed, two at a time: most end with a test or two that take long.
+/// Runs all programs to the end, even after failures, two at a time, because most end with one or two slow tests.
 pub fn run_all(binaries: &[&Binary], args: &[&str]) -> Result<()> {
     if binaries.is_empty() {
         bail!("no such tests were compiled");
@@ -159,7 +159,7 @@ pub fn run_all(binaries: &[&Binary], args: &[&str]) -> Result<()> {
     Ok(())
 }
 
-/// Runs one; it prints what it says itself if it is `alone`, else that is printed once it has ended.
+/// Runs one program. If it is `alone`, its output goes directly to the terminal; otherwise it is printed at the end.
 fn run_one(binary: &Binary, args: &[&str], alone: bool) -> Result<()> {
     let mut command = Command::new(&binary.program);
     command.args(args).current_dir(&binary.dir).env("CARGO_MANIFEST_DIR", &binary.dir);

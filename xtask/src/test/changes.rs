@@ -1,4 +1,4 @@
-//! What a change can affect: the crates that it touches, and all above them.
+//! Determines what a change can affect: the crates that it touches, and all that depend on them.
 
 use crate::shell::{output_of, root};
 use crate::workspace::{Package, packages};
@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::Command;
 
-/// Files outside of the crates that are compiled into one.
+/// Files outside the crates that are compiled into one of them.
 const DATA: [(&str, &str); 9] = [
     ("shaders/", "jostle-client-web"),
     ("assets/scenes/", "jostle-game"),
@@ -25,14 +25,14 @@ const SHARED: [&str; 5] =
 
 /// The difference between a revision and the working tree.
 pub struct TreeChange {
-    /// Changed, new and removed files, from the root.
+    /// Changed, new and removed files, relative to the root.
     pub paths: Vec<String>,
-    /// Names of the crates with such files, and of all that depend on them.
+    /// Names of the affected crates, and of all that depend on them.
     pub packages: Vec<String>,
 }
 
 impl TreeChange {
-    /// Asks git what differs from a revision.
+    /// Asks git for the differences from a revision.
     pub fn since(revision: &str) -> Result<TreeChange> {
         let git = |args: &[&str]| output_of(Command::new("git").args(args).current_dir(root()));
         let changed = git(&["diff", "--name-only", "--no-renames", revision, "--"])
@@ -48,18 +48,18 @@ impl TreeChange {
         Ok(TreeChange { paths, packages })
     }
 
-    /// Whether a file below one of these directories differs.
+    /// Whether a file below one of these directories has changed.
     pub fn touches(&self, prefixes: &[&str]) -> bool {
         self.paths.iter().any(|path| prefixes.iter().any(|prefix| path.starts_with(prefix)))
     }
 
-    /// Whether one of these crates, or one below it, differs.
+    /// Whether one of these crates or a dependency of them has changed.
     pub fn affects(&self, names: &[&str]) -> bool {
         self.packages.iter().any(|package| names.contains(&package.as_str()))
     }
 }
 
-/// Each crate's directory from the root, with a slash at its end, and its name.
+/// Each crate's directory relative to the root, with a trailing slash, and its name.
 fn directories(packages: &[Package]) -> Vec<(String, &str)> {
     let root = root();
     let directory = |package: &Package| {
@@ -69,7 +69,7 @@ fn directories(packages: &[Package]) -> Vec<(String, &str)> {
     packages.iter().map(|package| (directory(package), package.name.as_str())).collect()
 }
 
-/// The crates that these files belong to: that of the longest directory around each.
+/// The crates that contain these files; of nested crates, the innermost counts.
 fn touched<'a>(paths: &[String], directories: &[(String, &'a str)]) -> BTreeSet<&'a str> {
     if paths.iter().any(|path| SHARED.contains(&path.as_str())) {
         return directories.iter().map(|(_, name)| *name).collect();
@@ -87,7 +87,7 @@ fn touched<'a>(paths: &[String], directories: &[(String, &'a str)]) -> BTreeSet<
     paths.iter().filter_map(owner).collect()
 }
 
-/// These crates and all that depend on them, with any kind of dependency.
+/// These crates and all that depend on them, by any kind of dependency.
 fn above<'a>(touched: &BTreeSet<&'a str>, packages: &'a [Package]) -> BTreeSet<&'a str> {
     let mut found = touched.clone();
     loop {

@@ -1,4 +1,4 @@
-//! Runs steps in lanes, each in its order; a step waits for those of other lanes that it needs.
+//! Runs steps in lanes, each lane in order; a step waits for the steps in other lanes that it needs.
 
 use super::steps::{LANES, TestExtent, TestStep};
 use crate::shell::{Skipped, in_path, target_dir};
@@ -10,21 +10,21 @@ use std::sync::{Condvar, Mutex, OnceLock};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Exit status of a step that cannot run on this machine, as automake has it.
+/// Exit status of a step that cannot run on this machine, as in automake.
 const SKIPPED_STATUS: i32 = 77;
 
-/// Starts a program that leaves the processors to others.
+/// Starts a program at a lower priority.
 const NICE: &str = "nice";
-/// Below that of threads of guests' rooms, since niceness can only be raised; well below 19, the greatest, or the test
-/// that raises it would see no change.
+/// Less than the niceness of guest room threads, since niceness can only be raised, and well below the maximum of 19,
+/// or the test that raises it would see no change.
 const NICENESS: &str = "9";
 
-/// Read by tests that have more to do before a release.
+/// Read by tests that do more before a release.
 const LONG: &str = "JOSTLE_LONG";
 
-/// What all steps are told.
+/// Options that apply to all steps.
 pub struct How {
-    /// The crates to which a step is cut that can be.
+    /// The crates to which steps are restricted, where possible.
     pub packages: Option<Vec<String>>,
     pub extent: TestExtent,
 }
@@ -50,7 +50,7 @@ struct Board {
     changed: Condvar,
 }
 
-/// Runs all steps and prints their output and a table; whether none failed.
+/// Runs all steps and prints their output and a table; returns whether none failed.
 pub fn run(steps: &[&TestStep], how: &How) -> bool {
     let began = Instant::now();
     let board = Board { ended: Mutex::new(Vec::new()), changed: Condvar::new() };
@@ -106,7 +106,7 @@ fn run_step(step: &TestStep, steps: &[&TestStep], board: &Board, how: &How) {
 }
 
 impl Board {
-    /// Waits until all of these have ended; one of them that did not pass.
+    /// Waits until all of these steps have ended; returns one that did not pass, if any.
     fn wait_for<'a>(&self, names: &[&'a str]) -> Option<&'a str> {
         let mut ended = self.ended.lock().expect("no lane panicked");
         let open =
@@ -121,7 +121,7 @@ impl Board {
     }
 }
 
-/// Runs a step as a process, and prints what it said once it has ended.
+/// Runs a step as a process and prints its output once it has ended.
 fn process(step: &TestStep, how: &How) -> Result<StepOutcome> {
     let dir = target_dir().join("test");
     fs::create_dir_all(&dir).with_context(|| format!("cannot make {}", dir.display()))?;
@@ -152,7 +152,7 @@ fn process(step: &TestStep, how: &How) -> Result<StepOutcome> {
     })
 }
 
-/// A copy of this program: cargo may replace it meanwhile.
+/// A copy of this program, since cargo may replace the original in the meantime.
 fn own_program() -> Result<&'static Path> {
     static COPY: OnceLock<Option<PathBuf>> = OnceLock::new();
     let copy = || {
@@ -163,7 +163,7 @@ fn own_program() -> Result<&'static Path> {
     COPY.get_or_init(copy).as_deref().context("cannot copy xtask into target/test")
 }
 
-/// The exit status with which a step's process reports its result, after saying why it is not 0.
+/// The exit status with which a step's process reports its result. Prints the reason if it is not 0.
 pub fn status_of(result: Result<()>) -> i32 {
     let Err(error) = result else { return 0 };
     println!("{error:#}");

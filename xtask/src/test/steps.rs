@@ -1,4 +1,4 @@
-//! The table of all steps, and what each runs.
+//! The table of all steps, and their implementations.
 
 use super::binaries::{self, Binary};
 use super::changes::TreeChange;
@@ -10,15 +10,15 @@ use std::thread;
 
 const BROWSER_TEST: &str = "browser";
 const SOCKET_TEST: &str = "sockets";
-/// Tests of fleets are in the same program, below this.
+/// Path of the fleet tests, which are in the same program.
 const FLEET_TESTS: &str = "fleet::";
-/// They wait most of the time, so that more of them fit than there are processors.
+/// Socket tests mostly wait, so more of them run than there are processors.
 const SOCKET_TEST_THREADS: &str = "6";
-/// With `--since`, where little else runs beside them.
+/// Threads of the socket tests with `--since`, when little else runs at the same time.
 const CUT_SOCKET_TEST_THREADS: &str = "16";
-/// They take a minute.
+/// Path of the soak tests, which take a minute.
 const SOAK_TESTS: &str = "soak::";
-/// Each has up to three NATS servers of its own.
+/// Each fleet test starts up to three NATS servers.
 const FLEET_TEST_THREADS: &str = "2";
 
 const COMPILE: &str = "tests, compiled";
@@ -26,46 +26,46 @@ const HASHES: &str = "golden hashes";
 const BROWSER: &str = "browser, found or installed";
 const WEB: &str = "web client";
 
-/// How much of it runs.
+/// How much is tested.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum TestExtent {
-    /// What needs neither a browser nor drawing.
+    /// Steps that need neither a browser nor drawing.
     Quick,
-    /// What continuous integration runs.
+    /// The steps of continuous integration.
     Usual,
-    /// What a release needs: other builds of the simulation, native drawing and the measuring programs too.
+    /// The steps for a release: also other builds of the simulation, native drawing and the measuring programs.
     All,
 }
 
-/// Steps of one lane run one after another.
+/// A lane; its steps run one after another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TestLane {
-    /// Native compilers and what they make.
+    /// Native compilation and tests.
     Native,
-    /// The page, from its compiler to the browser that shows it.
+    /// The page, from compilation to tests in the browser.
     Page,
-    /// Tests of servers, which wait for clocks and each other most of the time, and what is played again.
+    /// Tests of servers, which mostly wait for clocks and each other, and replays.
     Servers,
 }
 
 pub const LANES: [TestLane; 3] = [TestLane::Native, TestLane::Page, TestLane::Servers];
 
-/// A part of the run, with a process of its own.
+/// A part of the run, in a separate process.
 pub struct TestStep {
     pub name: &'static str,
     pub lane: TestLane,
-    /// Steps that have to pass before.
+    /// Steps that have to pass first.
     pub needs: &'static [&'static str],
-    /// The smallest extent of which it is part.
+    /// The smallest extent that includes the step.
     from: TestExtent,
-    /// Whether it runs at a lower priority, because the other lanes wait for servers and pages that answer late on a
-    /// busy machine.
+    /// Whether the step runs at a lower priority, because the other lanes wait for servers and pages, which respond
+    /// late on a busy machine.
     pub yields: bool,
-    /// Programs without which it cannot run, for the person who waits.
+    /// External programs that the step needs, to show to the user.
     programs: &'static str,
-    /// Whether a change asks for it.
+    /// Whether a change makes the step necessary.
     concerns: fn(&TreeChange) -> bool,
-    /// Runs it, on these crates only where it can be cut.
+    /// Runs the step, restricted to these crates if possible.
     run: fn(Option<&[String]>) -> Result<()>,
 }
 
@@ -80,7 +80,7 @@ const STEP: TestStep = TestStep {
     run: |_| Ok(()),
 };
 
-/// Crates on which the course of a game depends.
+/// Crates that determine the course of a game.
 const SIMULATION: [&str; 4] = ["jostle-sim", "jostle-game", "jostle-protocol", "jostle-room"];
 const PAGE_PATHS: [&str; 7] = [
     "client-web/",
@@ -93,7 +93,7 @@ const PAGE_PATHS: [&str; 7] = [
 ];
 const FLEET_PATHS: [&str; 3] = ["server/src/fleet/", "tests/tests/fleet/", "tests/src/"];
 
-/// In the order of each lane. What takes longest comes first where nothing else decides.
+/// All steps, in the order of each lane. Unless dependencies decide, the slowest come first.
 pub const STEPS: [TestStep; 19] = [
     TestStep { name: "tidy", lane: TestLane::Servers, run: |_| tidy::tidy(), ..STEP },
     TestStep { name: "format", lane: TestLane::Servers, run: |_| format(), ..STEP },
@@ -129,7 +129,7 @@ pub const STEPS: [TestStep; 19] = [
     },
     TestStep {
         name: "clippy, wasm",
-        // Both lock the page's target directory.
+        // Both steps lock the page's target directory.
         needs: &[WEB],
         concerns: |change| change.affects(&["jostle-client-web"]),
         run: |_| clippy_wasm(),
@@ -228,13 +228,13 @@ pub const STEPS: [TestStep; 19] = [
     },
 ];
 
-/// Those of this extent that a change asks for, or all.
+/// The steps of this extent that a change makes necessary, or all.
 pub fn chosen(extent: TestExtent, change: Option<&TreeChange>) -> Vec<&'static TestStep> {
     let asked = |step: &&TestStep| change.is_none_or(|change| (step.concerns)(change));
     STEPS.iter().filter(|step| step.from <= extent).filter(asked).collect()
 }
 
-/// Says which programs of others the steps start, before the first does.
+/// Prints the external programs that the steps need, before the first one runs.
 pub fn say_needs(steps: &[&TestStep]) {
     for step in steps.iter().filter(|step| !step.programs.is_empty()) {
         println!("{} need {}; as root they are installed", step.name, step.programs);
@@ -264,7 +264,8 @@ fn plays(change: &TreeChange) -> bool {
     change.affects(&SIMULATION) || change.touches(&["tests/"])
 }
 
-/// The page is compiled for minutes: with `--since` only where its own files differ.
+/// Whether a change affects the page. Compiling it takes minutes, so with `--since` only changes to its own files
+/// count.
 fn is_of_page(change: &TreeChange) -> bool {
     change.touches(&PAGE_PATHS)
 }
@@ -274,7 +275,7 @@ fn format() -> Result<()> {
     run(&mut cargo_of_bench(&["fmt", "--check"]))
 }
 
-/// With the page's profile, so that the programs that take part in its build are compiled once.
+/// Runs clippy on the page, with its profile, so that build-time dependencies are compiled only once.
 fn clippy_wasm() -> Result<()> {
     let mut command = web::cargo_for_page("clippy", web::Profile::Small);
     for package in SIMULATION.iter().chain(&["jostle-client-web"]) {
@@ -285,7 +286,7 @@ fn clippy_wasm() -> Result<()> {
 
 fn documentation() -> Result<()> {
     let mut command = cargo(&["doc", "--no-deps"]);
-    // The map at the top of a module may name what is private in it.
+    // The overview at the top of a module may link to private items.
     let flags = "--deny warnings --allow rustdoc::private-intra-doc-links";
     run(command.args(USUAL_CRATES).env("RUSTDOCFLAGS", flags))
 }
@@ -294,7 +295,7 @@ fn doc_tests() -> Result<()> {
     run(cargo(&["test", "--no-fail-fast", "--doc"]).args(USUAL_CRATES))
 }
 
-/// Everything inside the crates, and what lies in their own `tests` directories.
+/// Runs the tests inside the crates and in their `tests` directories.
 fn unit_tests(packages: Option<&[String]>) -> Result<()> {
     let all = binaries::all()?;
     let is_one = |binary: &&Binary| {
@@ -302,11 +303,11 @@ fn unit_tests(packages: Option<&[String]>) -> Result<()> {
         !is_step && packages.is_none_or(|packages| packages.contains(&binary.package))
     };
     let chosen: Vec<&Binary> = all.iter().filter(is_one).collect();
-    // Crates such as that of the socket tests have no others.
+    // Crates such as that of the socket tests have no unit tests.
     if chosen.is_empty() && packages.is_some() {
         return Ok(());
     }
-    // Two programs run at a time: no more threads than processors.
+    // Two programs run at a time, so that there are no more threads than processors.
     let threads = thread::available_parallelism().map_or(1, |all| all.get() / 2).max(1);
     binaries::run_all(&chosen, &["--test-threads", &threads.to_string()])
 }
@@ -317,7 +318,7 @@ fn integration(name: &str, args: &[&str]) -> Result<()> {
     binaries::run_all(&all.iter().filter(is_it).collect::<Vec<_>>(), args)
 }
 
-/// All of them, or with `--since` all but the soak.
+/// Runs all socket tests, or with `--since` all except the soak tests.
 fn socket_tests(packages: Option<&[String]>) -> Result<()> {
     packages::provide_python()?;
     let mut args = vec!["--skip", FLEET_TESTS, "--test-threads"];
@@ -333,13 +334,13 @@ fn fleet_tests() -> Result<()> {
     integration(SOCKET_TEST, &[FLEET_TESTS, "--test-threads", FLEET_TEST_THREADS])
 }
 
-/// One case follows a room to another server of a fleet.
+/// Runs the browser tests. One case follows a room to another server of a fleet and needs NATS.
 fn browser_tests() -> Result<()> {
     packages::provide_nats()?;
     integration(BROWSER_TEST, &[])
 }
 
-/// Native drawing, the program that draws replays with it, and the maker of the page.
+/// Tests native drawing, the program that draws replays with it, and the page builder.
 fn drawing_tests() -> Result<()> {
     packages::provide_browser()?;
     let selection = ["--package", "jostle-picture", "--package", "jostle-cli"];
@@ -350,7 +351,7 @@ fn drawing_tests() -> Result<()> {
     run(web::maker("clippy").args(["--all-targets", "--", "--deny", "warnings"]))
 }
 
-/// The bench workspace without the peers; its tests include the sizes of recorded traffic.
+/// Tests the bench workspace without the peers, including the sizes of recorded traffic.
 fn bench_tests() -> Result<()> {
     run(&mut cargo_of_bench(&["clippy", "--all-targets", "--", "--deny", "warnings"]))?;
     run(&mut cargo_of_bench(&["test", "--no-fail-fast"]))

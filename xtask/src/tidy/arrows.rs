@@ -1,9 +1,9 @@
-//! The direction of the arrows between crates: which may depend on which.
+//! Checks the dependencies between crates: which may depend on which.
 
 use super::finding::Finding;
 use crate::workspace::Package;
 
-/// The crates that are shipped. Each may depend on those of earlier layers, its tests included.
+/// The layers of shipped crates. Each crate, including its tests, may depend only on earlier layers.
 const LAYERS: [&[&str]; 7] = [
     &["jostle-sim"],
     &["jostle-game"],
@@ -13,10 +13,10 @@ const LAYERS: [&[&str]; 7] = [
     &["jostle-picture"],
     &["jostle-cli"],
 ];
-/// Crates that may use all others, and that no shipped crate may use.
+/// Crates that may depend on all others, but on which no shipped crate may depend.
 const TOOLS: [&str; 6] =
     ["jostle-tests", "jostle-fuzz", "jostle-goldens", "jostle-simulation", "xtask", "xtask-web"];
-/// Sockets, runtimes and pages, of which the inner crates know nothing.
+/// Crates for sockets, runtimes and browsers, which the inner crates must not use.
 const OUTSIDE: [&str; 7] =
     ["tokio", "tokio-tungstenite", "tungstenite", "hyper", "wgpu", "web-sys", "js-sys"];
 const INNER_LAYERS: usize = 4;
@@ -55,7 +55,7 @@ fn check_one(package: &Package, packages: &[Package]) -> Vec<Finding> {
     findings
 }
 
-/// The manifest of a crate, by the folder that its name stands for.
+/// The manifest of a crate, whose folder follows from its name.
 fn manifest(name: &str) -> String {
     format!("{}/Cargo.toml", name.trim_start_matches("jostle-"))
 }

@@ -1,17 +1,17 @@
-//! Circles of files: files of a crate that import each other, directly or through others.
+//! Import cycles: files of a crate that import each other, directly or indirectly.
 
 use super::finding::Finding;
 use super::imports::Imports;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Files that import each other, with the imports that tie them.
+/// Files that import each other, with the imports between them.
 pub struct Circle<'a> {
     pub files: BTreeSet<&'a str>,
-    /// Imports inside the circle, a line each.
+    /// Imports within the cycle, one per line.
     pub ties: Vec<String>,
 }
 
-/// Finds the circles: the strongly connected components of more than one file.
+/// Finds the cycles: strongly connected components of more than one file.
 pub fn circles<'a>(imports: &Imports<'a>) -> Vec<Circle<'a>> {
     let mut nexts: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
     for (from, to) in imports.keys() {
@@ -30,7 +30,7 @@ pub fn circles<'a>(imports: &Imports<'a>) -> Vec<Circle<'a>> {
     circles
 }
 
-/// The files that a file imports, directly or through others.
+/// The files that a file imports, directly or indirectly.
 fn reach<'a>(file: &'a str, nexts: &BTreeMap<&'a str, Vec<&'a str>>) -> BTreeSet<&'a str> {
     let mut found = BTreeSet::new();
     let mut open = vec![file];
@@ -52,7 +52,7 @@ fn ties(files: &BTreeSet<&str>, imports: &Imports) -> Vec<String> {
         .collect()
 }
 
-/// Reports each circle at its first file.
+/// Reports each cycle at its first file.
 pub fn check(imports: &Imports) -> Vec<Finding> {
     let circles = circles(imports);
     let finding = |circle: &Circle| {

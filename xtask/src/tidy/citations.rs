@@ -1,4 +1,4 @@
-//! Citations of `docs/physics.md`: a number such as (A2.19) in a comment or document is a row of it.
+//! Checks citations of `docs/physics.md`: a number such as (A2.19) in a comment or document must be one of its rows.
 
 use super::files::File;
 use super::finding::Finding;
@@ -6,9 +6,9 @@ use regex::Regex;
 use std::collections::BTreeSet;
 
 const ROWS: &str = "docs/physics.md";
-/// Kept results, which name what they measured.
+/// Stored results, whose numbers have other meanings.
 const RESULTS: &str = "docs/report/";
-/// Start of a comment, by the ending of a file. Documents are read whole.
+/// Comment markers by file extension. Documents are checked completely.
 const COMMENTS: [(&str, &str); 6] =
     [(".rs", "//"), (".wgsl", "//"), (".js", "//"), (".toml", "#"), (".html", "<!--"), (".md", "")];
 /// A letter from A to D, one or two digits, and in A a second number; rows of C may end in a letter.

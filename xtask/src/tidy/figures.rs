@@ -1,4 +1,4 @@
-//! `cargo xtask tidy --figures`: how large and how tangled the code is.
+//! `cargo xtask tidy --figures`: figures on the size and coupling of the code.
 
 use super::circles::circles;
 use super::files::File;
@@ -14,9 +14,9 @@ use syn::{Block, FnArg, ImplItemFn, ItemFn, ItemStruct, Signature, TraitItemFn, 
 const FUNCTION_LINES_MAX: usize = 55;
 const STRUCT_FIELDS_MAX: usize = 14;
 const MOST_IMPORTS: usize = 10;
-/// Longest doc comment that is likely to repeat a name, in words.
+/// A doc comment of at most this many words is likely to just repeat a name.
 const SHORT_DOC_WORDS: usize = 3;
-/// Parts of the house whose production lines are counted: begins and ends of their files' paths.
+/// Parts of the code whose production lines are counted, by prefixes and suffixes of paths.
 const PARTS: [(&str, &[(&str, &str)]); 3] = [
     ("page/dom", &[("client-web/src/page/dom", "")]),
     (
@@ -48,10 +48,9 @@ const PARTS: [(&str, &[(&str, &str)]); 3] = [
 
 /// The figures of a checkout, as text.
 ///
-/// Production lines are all lines of the tracked `*.rs` files, comments and empty ones included,
-/// without those of the top directories `tests` and `bench`, of folders `tests` and `benches`, of
-/// files `tests.rs`, and of inline `#[cfg(test)] mod` blocks. Build scripts and examples count.
-/// The other figures are of the same files.
+/// Production lines are all lines of tracked `*.rs` files, including comments and empty lines, but excluding the
+/// top-level directories `tests` and `bench`, folders `tests` and `benches`, files `tests.rs`, and inline `#[cfg(test)]
+/// mod` blocks. Build scripts and examples count. The other figures cover the same files.
 pub fn figures(files: &[File]) -> Result<String> {
     let sources = parse(files)?;
     let imports = imports(&sources, &crates(files));
@@ -82,7 +81,7 @@ fn list(title: &str, lines: &[String]) -> String {
     format!("{title}: {}\n{lines}", lines.lines().count())
 }
 
-/// All circles, and how many would remain if no file imported a module that contains its own.
+/// All cycles, and how many would remain if no file imported a module that contains it.
 fn circles_of(imports: &Imports) -> String {
     let mut beside = imports.clone();
     beside.retain(|(from, to), _| !lies_below(from, to));
@@ -111,7 +110,7 @@ fn lines(sources: &[SourceFile]) -> String {
     format!("production lines: {}\n{each}", lines.values().sum::<usize>())
 }
 
-/// Counts that need no syntax: tracked files, lines of tests, lines of [`PARTS`], short comments and `mod.rs`.
+/// Counts that need no parsing: tracked files, lines of tests, lines of [`PARTS`], short comments and `mod.rs`.
 fn counts(files: &[File], sources: &[SourceFile]) -> String {
     let rust = files.iter().filter(|file| file.path.ends_with(".rs"));
     let own = rust.filter(|file| !file.path.starts_with("bench/"));
@@ -157,7 +156,7 @@ fn most_imports(imports: &Imports) -> Vec<String> {
 /// Findings in the files read so far.
 #[derive(Default)]
 struct FigureVisitor {
-    /// The file that is read.
+    /// Path of the current file.
     path: String,
     functions: Vec<String>,
     structs: Vec<String>,

@@ -6,17 +6,17 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-/// A file that git tracks or would track.
+/// A file that git tracks, or a new one that is not ignored.
 pub struct File {
-    /// From the root, with slashes.
+    /// Path relative to the root, with slashes.
     pub path: String,
-    /// Text, or `None` if it is not UTF-8.
+    /// The file's text, or `None` if it is not UTF-8.
     pub text: Option<String>,
     pub bytes: usize,
 }
 
 impl File {
-    /// A file that no disk holds, for tests.
+    /// A file that exists only in memory, for tests.
     #[cfg(test)]
     pub fn text(path: &str, text: &str) -> Self {
         Self { path: path.into(), bytes: text.len(), text: Some(text.into()) }

@@ -1,23 +1,23 @@
-//! A finding of tidy: the place, what was found, what is allowed, and how to fix it.
+//! A finding of tidy: its position, the problem, the rule, and how to fix it.
 
 use std::fmt::{self, Display};
 
-/// Something to mend, with its place.
+/// A problem to fix, with its position.
 #[derive(Debug, PartialEq)]
 pub struct Finding {
     path: String,
-    /// From 1; 0 for the file as a whole.
+    /// Line number from 1; 0 for the file as a whole.
     line: usize,
     text: String,
 }
 
 impl Finding {
-    /// A fault at a line of a file.
+    /// A problem at a line of a file.
     pub fn at(path: &str, line: usize, text: impl Into<String>) -> Finding {
         Finding { path: path.to_owned(), line, text: text.into() }
     }
 
-    /// A fault of a file as a whole.
+    /// A problem of a file as a whole.
     pub fn of(path: &str, text: impl Into<String>) -> Finding {
         Finding::at(path, 0, text)
     }

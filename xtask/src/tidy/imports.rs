@@ -1,21 +1,21 @@
-//! The imports between the files of a workspace.
+//! Finds the imports between the files of a workspace.
 //!
 //! An import of `crate::a::b::Name` is an import of the deepest file on that path, `a/b.rs`.
-//! Re-exports are not followed: `super::Name` imports the file of the parent module, even where a
-//! `pub use` there brings the name from elsewhere; that `pub use` is an import of the parent's.
-//! Tests, visibilities, attributes and documentation import nothing.
+//! Re-exports are not followed: `super::Name` imports the parent module's file, even if a `pub use` there re-exports
+//! the name; that `pub use` is an import by the parent. Tests, visibilities, attributes and documentation do not count
+//! as imports.
 
 use super::source::{Crate, SourceFile};
 use proc_macro2::{Group, TokenStream, TokenTree};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The names that one file takes from another, by the paths of both.
+/// The names that one file imports from another, by the paths of both.
 pub type Imports<'a> = BTreeMap<(&'a str, &'a str), BTreeSet<String>>;
-/// A path in code from the name of its crate on.
+/// A path in code, starting with the name of the crate.
 type ModulePath = Vec<String>;
 type Modules<'a> = BTreeMap<ModulePath, &'a str>;
 
-/// Finds all imports of the workspace's files among themselves.
+/// Finds all imports between the workspace's files.
 pub fn imports<'a>(sources: &'a [SourceFile], crates: &[Crate]) -> Imports<'a> {
     let module_of = |source: &SourceFile| module_path(&source.path, crates, sources);
     let modules: Modules =
@@ -32,7 +32,7 @@ pub fn imports<'a>(sources: &'a [SourceFile], crates: &[Crate]) -> Imports<'a> {
     imports
 }
 
-/// The path of a file's module. Outside of `src`, each folder counts as a crate.
+/// The path of a file's module. Outside `src`, each folder counts as a crate.
 fn module_path(path: &str, crates: &[Crate], sources: &[SourceFile]) -> ModulePath {
     let package = crates.iter().find(|package| path.starts_with(&package.dir));
     let dir = package.map_or("", |package| package.dir.as_str());
@@ -42,7 +42,7 @@ fn module_path(path: &str, crates: &[Crate], sources: &[SourceFile]) -> ModulePa
     let mut module = vec![ident.unwrap_or_else(|| format!("{dir}{folder}"))];
     module.extend(rest.split('/').map(str::to_owned));
     let library = format!("{dir}src/lib.rs");
-    // Beside a library a program is one more module.
+    // Next to a library, a program counts as one more module.
     let is_root = match rest {
         "main" => !sources.iter().any(|source| source.path == library),
         _ => rest == "lib" || rest.ends_with("/mod") || rest.ends_with("/main"),
@@ -55,15 +55,15 @@ fn module_path(path: &str, crates: &[Crate], sources: &[SourceFile]) -> ModulePa
 struct ImportReader<'a, 'm> {
     modules: &'m Modules<'a>,
     from: &'a str,
-    /// The module that is read, inline ones included.
+    /// Path of the current module, including inline ones.
     here: ModulePath,
-    /// Names that `use` brought into the file.
+    /// Names that `use` declarations brought into the file.
     aliases: BTreeMap<String, ModulePath>,
     imports: Imports<'a>,
 }
 
 impl ImportReader<'_, '_> {
-    /// The full path of a path as written, if it leads into this workspace.
+    /// Resolves a path as written, if it leads into this workspace.
     fn absolute(&self, written: &[String]) -> Option<ModulePath> {
         let (first, rest) = written.split_first()?;
         match first.as_str() {
@@ -84,7 +84,7 @@ impl ImportReader<'_, '_> {
         }
     }
 
-    /// Records the deepest file on a path, with the first name that is not part of its module.
+    /// Records an import of the deepest file on a path, with the first name after its module path.
     fn import(&mut self, absolute: &[String]) {
         let found = (1..=absolute.len())
             .rev()
@@ -94,7 +94,7 @@ impl ImportReader<'_, '_> {
         self.imports.entry((self.from, file)).or_default().insert(name);
     }
 
-    /// Imports a path as written. In a `use` it brings a name into the file.
+    /// Records the import of a path as written. In a `use`, it also brings a name into the file.
     fn import_written(&mut self, written: &[String], is_use: bool, alias: Option<String>) {
         let Some(absolute) = self.absolute(written).filter(|_| is_use || written.len() > 1) else {
             return;
@@ -106,8 +106,8 @@ impl ImportReader<'_, '_> {
         }
     }
 
-    /// Imports the paths among tokens, those in macro calls as well. Inside the braces of a `use`, `before`
-    /// is the path in front of them.
+    /// Records the imports in a token stream, including those in macro calls. Inside the braces of a `use`, `before` is
+    /// the path before the braces.
     fn read(&mut self, tokens: TokenStream, before: Option<&[String]>) {
         let mut is_use = before.is_some();
         let (mut path, mut colons): (ModulePath, u32) = (Vec::new(), 0);
@@ -154,7 +154,7 @@ impl ImportReader<'_, '_> {
         self.import_written(&path, is_use, None);
     }
 
-    /// Reads an inline module; one in a file of its own is read with that file.
+    /// Reads an inline module. A module in a separate file is read with that file.
     fn read_module(&mut self, tokens: &mut impl Iterator<Item = TokenTree>) {
         let name = tokens.next().map(|name| name.to_string());
         if let Some(TokenTree::Group(group)) = tokens.next() {
@@ -164,7 +164,7 @@ impl ImportReader<'_, '_> {
         }
     }
 
-    /// Reads inside brackets, but neither attributes nor visibilities.
+    /// Reads tokens inside brackets, but skips attributes and visibilities.
     fn read_other(&mut self, token: TokenTree, rest: &mut impl Iterator<Item = TokenTree>) {
         match token {
             TokenTree::Punct(punct) if punct.as_char() == '#' => drop(rest.next()),
@@ -174,7 +174,7 @@ impl ImportReader<'_, '_> {
     }
 }
 
-/// `(in path)`, as it follows `pub`.
+/// Whether a group is `(in path)`, as after `pub`.
 fn is_visibility(group: &Group) -> bool {
     let first = group.stream().into_iter().next();
     matches!(first, Some(TokenTree::Ident(ident)) if ident == "in")
@@ -186,7 +186,7 @@ mod tests {
     use crate::tidy::files::File;
     use crate::tidy::source::{crates, parse};
 
-    /// The imports of `sim/src/a.rs`, a line each: the file and the names.
+    /// The imports of `sim/src/a.rs`, one per line: the file and the names.
     fn imported(text: &str) -> Vec<String> {
         let manifest = |name: &str| format!("[package]\nname = \"jostle-{name}\"\n");
         let mut files = vec![File::text("sim/Cargo.toml", &manifest("sim"))];

@@ -1,4 +1,4 @@
-//! The Rust files of a checkout, parsed once for all checks that look into code.
+//! The Rust files of a checkout, parsed once for all checks of code.
 
 use super::files::File;
 use anyhow::{Context, Result};
@@ -7,32 +7,32 @@ use quote::ToTokens;
 use std::collections::BTreeSet;
 use syn::{Attribute, Item, Path};
 
-/// Top directories whose code is never shipped.
+/// Top-level directories whose code is never shipped.
 const MEASURING: [&str; 2] = ["tests", "bench"];
 /// Folders of a crate that hold tests and benchmarks.
 const TEST_FOLDERS: [&str; 2] = ["tests", "benches"];
 
 /// A parsed Rust file.
 pub struct SourceFile {
-    /// From the root, with slashes.
+    /// Path relative to the root, with slashes.
     pub path: String,
-    /// Items that are built without tests.
+    /// Items that are built outside tests.
     pub items: Vec<Item>,
-    /// The same items as tokens.
+    /// The file's items as tokens.
     pub tokens: TokenStream,
-    /// Lines of the file, without those of inline test modules.
+    /// Number of lines, excluding inline test modules.
     pub lines: usize,
 }
 
 /// A crate: a folder with a manifest.
 pub struct Crate {
-    /// Folder from the root, with a slash at its end.
+    /// Folder relative to the root, with a trailing slash.
     pub dir: String,
     /// Name in code: `jostle_sim`.
     pub ident: String,
 }
 
-/// Parses the Rust files that are shipped, or used to build what is.
+/// Parses the Rust files that are shipped or used to build shipped code.
 pub fn parse(files: &[File]) -> Result<Vec<SourceFile>> {
     let rust = files.iter().filter(|file| file.path.ends_with(".rs"));
     rust.filter(|file| is_production(&file.path))
@@ -40,7 +40,7 @@ pub fn parse(files: &[File]) -> Result<Vec<SourceFile>> {
         .collect()
 }
 
-/// Every identifier of the code and its tests. What only comments and strings name is not in it.
+/// All identifiers in the code and its tests, excluding names that occur only in comments and strings.
 pub fn idents(files: &[File]) -> BTreeSet<String> {
     let rust = files.iter().filter(|file| file.path.ends_with(".rs"));
     let texts = rust.filter_map(|file| file.text.as_deref());
@@ -96,7 +96,7 @@ fn is_production(path: &str) -> bool {
     !measures && !tests && name != Some("tests.rs")
 }
 
-/// Attributes of the kinds of items that are built for tests alone.
+/// Attributes of an item of a kind that may be built only for tests.
 fn attributes(item: &Item) -> &[Attribute] {
     match item {
         Item::Mod(item) => &item.attrs,
@@ -112,7 +112,7 @@ fn is_for_tests(attribute: &Attribute) -> bool {
     condition.is_some_and(|path| path.is_ok_and(|path| path.is_ident("test")))
 }
 
-/// Lines of an inline module with its attributes; 0 for anything else.
+/// Number of lines of an inline module with its attributes; 0 for anything else.
 fn inline_lines(item: &Item) -> usize {
     let Item::Mod(module) = item else { return 0 };
     let Some((braces, _)) = &module.content else { return 0 };

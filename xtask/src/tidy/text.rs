@@ -1,11 +1,11 @@
-//! Checks of lines: what must not stand in a source file, and where.
+//! Checks single lines for text that is forbidden in source files.
 
 use super::files::File;
 use super::finding::Finding;
 use regex::Regex;
 
-/// Patterns that no line of a text file may match, and the remedy. Each pattern is written so that it does
-/// not match itself.
+/// Patterns that no line of a text file may match, each with the remedy. Patterns are written so that they do not match
+/// themselves.
 const EVERYWHERE: [(&str, &str); 4] = [
     (
         r"(?:^|[^\w.}-])/(?:home|root|tmp|work|Users)/",
@@ -18,14 +18,14 @@ const EVERYWHERE: [(&str, &str); 4] = [
     ),
     (r"\b(?:todo|unimplemented|dbg)!\(", "unfinished; only finished work is committed; finish it"),
 ];
-/// Crates whose result may depend on nothing but their input.
+/// Crates whose results may depend only on their input.
 const PURE_CRATES: [&str; 4] = ["sim/src/", "game/src/", "protocol/src/", "room/src/"];
-/// Names that would break purity or determinism. Clippy refuses the functions
-/// whose result differs from machine to machine; see `sim/clippy.toml`.
+/// Names that would break purity or determinism. Clippy forbids functions whose results differ between machines; see
+/// `sim/clippy.toml`.
 const IMPURE: [&str; 7] =
     ["std::env", "std::fs", "std::net", "std::thread", "std::time", "HashMap", "HashSet"];
 const ARCHITECTURE_LINES_MAX: usize = 199;
-/// Beyond it a Rust file has to be asked whether it still has one subject.
+/// Rust files with more lines are listed, to check whether they still have a single subject.
 const RUST_LINES_NOTED: usize = 600;
 const TEXT_ENDINGS: [&str; 10] =
     [".rs", ".toml", ".md", ".wgsl", ".html", ".css", ".js", ".sh", ".yml", ".json"];
@@ -43,7 +43,7 @@ pub fn check(files: &[File]) -> Vec<Finding> {
             findings
                 .extend(impure(file, line).map(|fault| Finding::at(&file.path, index + 1, fault)));
         }
-        // A file of tests is explained by what it tests.
+        // A test file is explained by the code that it tests.
         let is_explained = text.starts_with("//!") || file.path.ends_with("/tests.rs");
         if file.path.ends_with(".rs") && !is_explained {
             let fault = "does not open with `//!`; each file says what lives in it; add that line";
@@ -58,7 +58,7 @@ pub fn check(files: &[File]) -> Vec<Finding> {
     findings
 }
 
-/// Rust files that are long enough to be looked at; not an error.
+/// Rust files that are long enough to review; not an error.
 pub fn long_files(files: &[File]) -> Vec<String> {
     let rust = files.iter().filter(|file| file.path.ends_with(".rs"));
     let counted = rust.map(|file| (file, file.text.as_deref().unwrap_or("").lines().count()));
@@ -68,7 +68,7 @@ pub fn long_files(files: &[File]) -> Vec<String> {
         .collect()
 }
 
-/// A name of the outside in the code of a crate that must not know it. Tests may look outside.
+/// Finds an impure name in the code of a pure crate. Tests may use such names.
 fn impure(file: &File, line: &str) -> Option<String> {
     let inside = PURE_CRATES.iter().any(|dir| file.path.starts_with(dir));
     let is_pure = inside && file.path.ends_with(".rs") && !file.path.contains("/tests");
@@ -83,7 +83,7 @@ mod tests {
     use super::{check, long_files};
     use crate::tidy::files::File;
 
-    /// Faults of a file with this line.
+    /// Number of findings in a file with this line.
     fn faults(path: &str, line: &str) -> usize {
         check(&[File::text(path, &format!("//! X.\n{line}\n"))]).len()
     }

@@ -1,4 +1,5 @@
-//! Types for `cargo xtask tidy --figures`: how large they are, over how many files they spread, and which names are taken twice.
+//! Figures on types for `cargo xtask tidy --figures`: their size, the number of files over which they are spread, and
+//! names used more than once.
 
 use super::source::SourceFile;
 use std::collections::{BTreeMap, BTreeSet};
@@ -7,23 +8,24 @@ use syn::{Ident, ImplItem, ItemEnum, ItemImpl, ItemStruct, ItemTrait, ItemUnion,
 
 pub const METHODS_MAX: usize = 50;
 pub const FILES_MAX: usize = 3;
-/// Names are listed that this many types have.
+/// Names shared by at least this many types are listed.
 pub const OFTEN: usize = 4;
 
-/// Findings about types, a line each.
+/// Findings about types, one per line.
 #[derive(Default)]
 pub struct Types {
-    /// Types with more than [`METHODS_MAX`] methods, those of traits left out.
+    /// Types with more than [`METHODS_MAX`] methods, not counting those of traits.
     pub large: Vec<String>,
     /// Types with methods in more than [`FILES_MAX`] files.
     pub spread: Vec<String>,
-    /// Number of names that several types have.
+    /// Number of names shared by several types.
     pub shared: usize,
-    /// The names that at least [`OFTEN`] types have.
+    /// Names shared by at least [`OFTEN`] types.
     pub often: Vec<String>,
 }
 
-/// Finds them. The methods of types of one name in one crate belong to the one whose file is nearest to theirs.
+/// Collects the figures. If several types in a crate have the same name, methods are attributed to the one whose file
+/// is nearest.
 pub fn types(sources: &[SourceFile]) -> Types {
     let mut reader = TypeVisitor::default();
     for source in sources {
@@ -65,11 +67,11 @@ fn shared_bytes(a: &str, b: &str) -> usize {
 
 #[derive(Default)]
 struct TypeVisitor {
-    /// The file that is read.
+    /// Path of the current file.
     path: String,
-    /// The files that define a type, by its name.
+    /// The files that define each type, by name.
     defined: BTreeMap<String, Vec<String>>,
-    /// Name of a type, file, and methods of one of its `impl`s there.
+    /// For each `impl`: the name of the type, the file, and the number of methods.
     methods: Vec<(String, String, usize)>,
 }
 

@@ -1,10 +1,10 @@
-//! Names that the code no longer uses, since the field has words for what they stood for.
+//! Rejects names that the code no longer uses because the field has established terms.
 
 use super::finding::Finding;
 use super::source::SourceFile;
 use proc_macro2::{TokenStream, TokenTree};
 
-/// Old names of modules, then of types and the modules of the same name; and the words for them.
+/// Old names of modules, then of types and modules of the same name, each with its replacement.
 const WORDS: [(&str, &str); 51] = [
     ("ask", "confirm"),
     ("words", "strings"),
@@ -78,13 +78,13 @@ pub fn check(sources: &[SourceFile]) -> Vec<Finding> {
     findings
 }
 
-/// `world/step.rs` and `world/step/mod.rs` are both of the name `step`.
+/// Module name of a file: both `world/step.rs` and `world/step/mod.rs` give `step`.
 fn file_stem(path: &str) -> &str {
     let path = path.trim_end_matches(".rs").trim_end_matches("/mod").trim_end_matches("/main");
     path.rsplit('/').next().unwrap_or(path)
 }
 
-/// Adds the names that are declared, with their lines.
+/// Collects declared names with their lines.
 fn collect(tokens: TokenStream, declared: &mut Vec<(String, usize)>) {
     let mut is_declaration = false;
     for token in tokens {

@@ -1,11 +1,11 @@
-//! The program and its script, by wasm-bindgen.
+//! Generates the program and its script with wasm-bindgen.
 
 use anyhow::{Context, Result, ensure};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-/// Makes `client.js` and `client_bg.wasm` in `out`, which is cleared before.
+/// Writes `client.js` and `client_bg.wasm` into `out`, which is cleared first.
 pub fn bind(wasm: &Path, out: &Path) -> Result<()> {
     if out.exists() {
         fs::remove_dir_all(out).with_context(|| format!("cannot clear {}", out.display()))?;
@@ -18,7 +18,7 @@ pub fn bind(wasm: &Path, out: &Path) -> Result<()> {
         .typescript(false)
         .remove_name_section(true)
         .remove_producers_section(true)
-        // Otherwise the script could not find its wasm file by itself.
+        // Otherwise the script could not locate its wasm file.
         .omit_default_module_path(false);
     let mut output = bindgen.generate_output().context("wasm-bindgen")?;
     let imports = output.wasm_mut().imports.iter_mut();
@@ -35,8 +35,8 @@ pub fn bind(wasm: &Path, out: &Path) -> Result<()> {
     Ok(())
 }
 
-/// The script with the short names of imports. Their own end with digests of 16 digits, which no compression
-/// makes smaller: 5 kB of the program, and as many of the script.
+/// Replaces the imports' names in the script with short ones. The original names end with incompressible 16-digit
+/// hashes, which cost 5 kB in the program and as much in the script.
 fn renamed(script: &str, names: &BTreeMap<String, String>) -> Result<String> {
     let mut found = 0;
     let lines = script.lines().map(|line| {

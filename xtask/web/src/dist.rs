@@ -1,6 +1,6 @@
-//! The directory that holds the page, and what travels in place of its files: their compressed variants.
+//! Writes the directory of the page: its files, and the compressed variants that are sent instead.
 //!
-//! A file is written only when its content changed, so that nothing that depends on it is rebuilt for nothing.
+//! A file is written only if its content has changed, to avoid needless rebuilds.
 
 use crate::files::{Files, add_tree};
 use anyhow::{Context, Result};
@@ -9,32 +9,32 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::thread;
 
-/// Smaller files are compressed as well as can be even in a hurry: the dictionary saves up to 8 % of them.
+/// Smaller files get the best compression even in a hurry, since the dictionary saves up to 8 %.
 const LARGE_BYTES: usize = 256 << 10;
-/// Sizes of blocks, and whether brotli's dictionary is used. Results for the program differ by 0.2 %, and another setting is best
-/// after each change of it.
+/// Block sizes, and whether brotli's dictionary is used. Results for the program differ by 0.2 %, and the best setting
+/// varies from build to build.
 const SETTINGS: [(i32, bool); 7] =
     [(16, true), (17, true), (18, true), (19, true), (16, false), (17, false), (19, false)];
 
-/// How long the compression may take.
+/// How much time compression may take.
 #[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Effort {
-    /// A second: for development.
+    /// About a second, for development.
     Hurried,
-    /// The best of several settings: what travels from a release is what is measured.
+    /// The best of several settings, so that measured sizes are those of a release.
     Good,
-    /// The same, also of files that are compressed already.
+    /// Like `Good`, but also for files that are already compressed.
     Release,
 }
 
-/// Writes each file and its compressed variant into `dist`, unless it is there already.
+/// Writes each file and its compressed variant into `dist`, unless it is already up to date.
 pub fn write_changed(dist: &Path, files: &Files, effort: Effort) -> Result<()> {
     for (name, content) in files {
         let path = dist.join(name);
         let packed = packed_name(&path);
         let same = fs::read(&path).is_ok_and(|old| old == *content);
         let is_packed = same && packed.exists() && effort != Effort::Release;
-        // First: a file that is there as it should be says that its variant is too.
+        // Write the variant first: if a file is up to date, its variant must be too.
         if compressible(name) && !is_packed {
             write(&packed, &compress(content, effort)?)?;
         }
@@ -52,7 +52,7 @@ fn write(path: &Path, content: &[u8]) -> Result<()> {
     fs::write(path, content).with_context(|| format!("cannot write {}", path.display()))
 }
 
-/// Pictures are compressed already.
+/// Whether a file is worth compressing; pictures are already compressed.
 fn compressible(name: &Path) -> bool {
     let extension = name.extension().and_then(|extension| extension.to_str());
     matches!(
@@ -67,7 +67,7 @@ fn packed_name(path: &Path) -> PathBuf {
     name.into()
 }
 
-/// Packs for the wire, with the best of its settings.
+/// Compresses a file with the best of the settings.
 fn compress(content: &[u8], effort: Effort) -> Result<Vec<u8>> {
     let (quality, settings) = match effort {
         Effort::Hurried if content.len() > LARGE_BYTES => (2, &SETTINGS[..1]),
@@ -99,7 +99,7 @@ fn compress_with(
     Ok(packed)
 }
 
-/// Removes what an earlier build left and this one did not make.
+/// Removes files of earlier builds that this one does not have.
 pub fn remove_others(dist: &Path, files: &Files) -> Result<()> {
     let mut present = BTreeMap::new();
     add_tree(&mut present, dist, Path::new(""))?;
@@ -115,7 +115,7 @@ pub fn remove_others(dist: &Path, files: &Files) -> Result<()> {
     Ok(())
 }
 
-/// Prints the size of the page's program; returns how many of its bytes travel.
+/// Prints the size of the page's program; returns its compressed size.
 pub fn report(dist: &Path, files: &Files) -> Result<u64> {
     let wasm = files.get(Path::new("client_bg.wasm")).map_or(0, Vec::len);
     let packed = fs::metadata(dist.join("client_bg.wasm.br")).context("the program")?.len();

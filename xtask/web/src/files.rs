@@ -1,4 +1,4 @@
-//! Everything that the page is made of: path below `dist` -> content.
+//! Gathers the files of the page.
 
 use crate::text::{squeezed, without_comments};
 use anyhow::{Context, Result};
@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 /// Files of a page: path below `dist` -> content.
 pub type Files = BTreeMap<PathBuf, Vec<u8>>;
 
-/// Everything the page is made of.
+/// Gathers all files of the page.
 pub fn gather(root: &Path, bound: &Path) -> Result<Files> {
     let mut files = BTreeMap::new();
     add_tree(&mut files, bound, Path::new(""))?;
@@ -27,8 +27,8 @@ pub fn gather(root: &Path, bound: &Path) -> Result<Files> {
     Ok(files)
 }
 
-/// Puts a digest of everything into the addresses that the document names, and beside it for the server:
-/// browsers keep what has such an address for good.
+/// Puts a digest of everything into the URLs in the document, and into a file for the server. Browsers cache files with
+/// such URLs forever.
 pub fn stamp(files: &mut Files) -> Result<()> {
     let mut digest = DefaultHasher::new();
     files.hash(&mut digest);

@@ -1,5 +1,5 @@
-//! Turns the compiled client into the files of the page: bound to JavaScript, gathered with the page's own files
-//! and compressed, ready to be served or embedded. `cargo xtask web` compiles the client and calls this.
+//! Turns the compiled client into the files of the page: binds it to JavaScript, adds the page's other files and
+//! compresses everything, ready to be served or embedded. `cargo xtask web` compiles the client and runs this program.
 
 mod bind;
 mod dist;
@@ -18,19 +18,19 @@ struct WebArguments {
     /// The workspace's root
     #[arg(long, value_name = "DIR")]
     root: PathBuf,
-    /// The client as cargo compiled it
+    /// The client, as compiled by cargo
     #[arg(long, value_name = "FILE")]
     wasm: PathBuf,
-    /// Directory for what wasm-bindgen makes of it
+    /// Directory for the output of wasm-bindgen
     #[arg(long, value_name = "DIR")]
     bound: PathBuf,
-    /// Directory for the page without a server, for any host of files
+    /// Directory for the page without a server, for any file host
     #[arg(long, value_name = "DIR")]
     static_page: Option<PathBuf>,
     /// How well to compress
     #[arg(long, value_enum)]
     effort: Effort,
-    /// Bytes of the compressed program above which this fails
+    /// Fail if the compressed program is larger than this
     #[arg(long, value_name = "BYTES")]
     program_bytes_max: Option<u64>,
 }

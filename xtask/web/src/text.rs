@@ -1,7 +1,7 @@
-//! Texts of the page without what browsers do not need.
+//! Removes parts of the page's text files that browsers do not need.
 
-/// A script, a style sheet or a document without its comments (but for those of HTML) and indents. Comments begin lines, and
-/// strings and preformatted text hold no newline.
+/// Removes comments, except HTML ones, and indentation from a script, a style sheet or a document. Comments must start
+/// at the beginning of a line, and strings and preformatted text must not contain newlines.
 pub fn without_comments(text: &str) -> String {
     let mut kept = String::with_capacity(text.len());
     let mut in_comment = false;
@@ -20,8 +20,8 @@ pub fn without_comments(text: &str) -> String {
     kept
 }
 
-/// A style sheet without the spaces and line ends that it does not need. Its strings hold neither a colon nor a brace
-/// beside a space.
+/// Removes unnecessary spaces and newlines from a style sheet. Its strings must not contain a colon or brace next to a
+/// space.
 pub fn squeezed(style: &str) -> String {
     let mut squeezed = style.replace(": ", ":").replace(" {", "{");
     for end in ["{", "}", ";"] {
