@@ -4,7 +4,6 @@
 #![warn(missing_docs)]
 
 mod bots;
-pub mod camera;
 pub mod divergence;
 mod input_queue;
 pub mod log;
@@ -20,7 +19,9 @@ pub use input_queue::{
 };
 pub use log::GameLog;
 pub use playback::{Playback, PlaybackError, Played};
-pub use replication::{BufferPool, InterestArea, Rate, Subscriber, view_of};
+pub use replication::{
+    BufferPool, CAMERA_AHEAD_TICKS, CAMERA_CATCH_UP_TICKS, InterestArea, Rate, Subscriber, view_of,
+};
 pub use room::{Claim, Room, SEAT_HELD_TICKS, VIEW_EVERY_TICKS, Welcome};
 pub use run::{Measure, Run, Unproven};
 pub use saved::{SavedMembers, SavedSeat};

@@ -3,12 +3,10 @@
 mod buffer_pool;
 mod interest;
 mod snapshot_channel;
-mod subscriber;
 
 pub use buffer_pool::BufferPool;
-pub use interest::{InterestArea, view_of};
-pub use snapshot_channel::{LiveParticles, SnapshotChannel};
-pub use subscriber::{Rate, Subscriber};
+pub use interest::{CAMERA_AHEAD_TICKS, CAMERA_CATCH_UP_TICKS, InterestArea, view_of};
+pub use snapshot_channel::{LiveParticles, Rate, SnapshotChannel, Subscriber};
 
 use bytes::Bytes;
 use jostle_game::{Game, Scene, Seat};

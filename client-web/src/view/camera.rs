@@ -4,13 +4,13 @@
 use crate::view::frame::View;
 use jostle_game::Scene;
 use jostle_game::scene::Camera as CameraRule;
-use jostle_room::camera::{AHEAD_TICKS, CATCH_UP_TICKS};
+use jostle_room::{CAMERA_AHEAD_TICKS, CAMERA_CATCH_UP_TICKS};
 use jostle_sim::{TICKS_PER_SECOND, Vec2};
 
 /// Share of the world added on each side when all of it is shown.
 const MARGIN: f32 = 0.01;
 /// Seconds of the hero's motion that the view looks ahead.
-const LOOK_AHEAD_S: f32 = AHEAD_TICKS as f32 / TICKS_PER_SECOND as f32;
+const LOOK_AHEAD_S: f32 = CAMERA_AHEAD_TICKS as f32 / TICKS_PER_SECOND as f32;
 /// A following view is at least this many times its nominal height wide.
 const FOLLOW_WIDTH_MIN: f32 = 0.9;
 /// A screen that is higher than wide, and on which the whole world leaves more than this much of the height free,
@@ -142,7 +142,7 @@ impl Camera {
 /// The share of the distance to the hero that the view covers in this many seconds: each tick covers the
 /// same share of the rest.
 fn caught_up(elapsed_s: f32) -> f32 {
-    let left_a_tick = 1.0 - 1.0 / CATCH_UP_TICKS as f32;
+    let left_a_tick = 1.0 - 1.0 / CAMERA_CATCH_UP_TICKS as f32;
     1.0 - left_a_tick.powf(elapsed_s * TICKS_PER_SECOND as f32)
 }
 

@@ -7,9 +7,7 @@
 //! sent before, and on where the hero was. To the stream they are born and die.
 
 use super::buffer_pool::BufferPool;
-use super::snapshot_channel::{LiveParticles, SnapshotChannel};
-use super::subscriber::{Rate, Subscriber};
-use crate::camera::{AHEAD_TICKS, CATCH_UP_TICKS};
+use super::snapshot_channel::{LiveParticles, Rate, SnapshotChannel, Subscriber};
 use bytes::Bytes;
 use jostle_game::scene::Camera;
 use jostle_game::{Event, Scene, Seat};
@@ -18,6 +16,11 @@ use jostle_protocol::{Snapshot, SnapshotBody, TimedEvent};
 use jostle_sim::{BodyId, Particles, Vec2};
 use std::sync::Arc;
 
+/// How far the page's camera looks ahead of its hero, in ticks of the hero's motion. A room has to know this, because a body
+/// must be sent before the camera can see it; the page takes its own constants from these.
+pub const CAMERA_AHEAD_TICKS: i32 = 11;
+/// Each tick the camera covers one part in this many of the distance to its goal.
+pub const CAMERA_CATCH_UP_TICKS: i32 = 9;
 /// Width and height of a view whose size is not known, in heights of the scene's camera.
 const VIEW_DEFAULT: Vec2 = Vec2::new(2.0, 1.0);
 /// Largest width and height of a view, in the same measure.
@@ -154,26 +157,26 @@ impl CameraArea {
         self.hero = hero;
         let every = i32::from(rate.every());
         let after = |ticks: i32| self.inside([0, 1].map(|axis| at[axis] + ticks * velocity[axis]));
-        let goal = after(AHEAD_TICKS);
+        let goal = after(CAMERA_AHEAD_TICKS);
         let center = match self.center {
-            Some(center) if !self.is_jump(center, goal) => {
-                [0, 1].map(|axis| center[axis] + (goal[axis] - center[axis]) / CATCH_UP_TICKS)
-            }
+            Some(center) if !self.is_jump(center, goal) => [0, 1]
+                .map(|axis| center[axis] + (goal[axis] - center[axis]) / CAMERA_CATCH_UP_TICKS),
             _ => goal,
         };
-        self.cover(center, after(AHEAD_TICKS + every), every);
+        self.cover(center, after(CAMERA_AHEAD_TICKS + every), every);
         // Until a hero is followed, the page jumps to its first one.
         self.center = self.center.or(hero.map(|_| center)).and(Some(center));
     }
 
     /// Covers what a camera may show until the next message, while it moves from `center` towards `goal`.
     fn cover(&mut self, center: Position, goal: Position, every: i32) {
-        let shift = [0, 1]
-            .map(|axis| (goal[axis] - center[axis]) * every.min(CATCH_UP_TICKS) / CATCH_UP_TICKS);
+        let shift = [0, 1].map(|axis| {
+            (goal[axis] - center[axis]) * every.min(CAMERA_CATCH_UP_TICKS) / CAMERA_CATCH_UP_TICKS
+        });
         self.low = [0, 1].map(|axis| center[axis] + shift[axis].min(0) - self.view[axis] / 2);
         self.high = [0, 1].map(|axis| center[axis] + shift[axis].max(0) + self.view[axis] / 2);
-        // The margin is never below CATCH_UP_TICKS: a glide in whole quanta ends this far from the page's.
-        let margin = (self.view[0].min(self.view[1]) / MARGINS).max(CATCH_UP_TICKS);
+        // The margin is never below CAMERA_CATCH_UP_TICKS: a glide in whole quanta ends this far from the page's.
+        let margin = (self.view[0].min(self.view[1]) / MARGINS).max(CAMERA_CATCH_UP_TICKS);
         self.margin = margin * (1 + every / 6);
     }
 

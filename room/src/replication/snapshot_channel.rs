@@ -2,8 +2,8 @@
 //! them; only the subscribers whose keyframe is one of the last three messages share another encoding.
 
 use super::buffer_pool::BufferPool;
-use super::subscriber::{Rate, Subscriber};
 use bytes::Bytes;
+use jostle_game::Seat;
 use jostle_protocol::limits::{EVENTS_MAX, QUIET_MESSAGES_MAX};
 use jostle_protocol::{Snapshot, SnapshotStream, TimedEvent};
 use jostle_sim::Particles;
@@ -188,10 +188,72 @@ impl SnapshotChannel {
     }
 }
 
+/// How often a client gets a snapshot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Rate {
+    /// A snapshot of every tick.
+    #[default]
+    Full,
+    /// A snapshot of every third tick.
+    Third,
+    /// A snapshot of every twelfth tick.
+    Twelfth,
+}
+
+impl Rate {
+    /// All rates, the highest first.
+    pub const ALL: [Rate; 3] = [Rate::Full, Rate::Third, Rate::Twelfth];
+
+    /// Ticks from one message to the next.
+    pub fn every(self) -> u8 {
+        match self {
+            Rate::Full => 1,
+            Rate::Third => 3,
+            Rate::Twelfth => 12,
+        }
+    }
+
+    /// The next lower rate, for a client that falls behind; the lowest stays.
+    pub fn lower(self) -> Rate {
+        match self {
+            Rate::Full => Rate::Third,
+            Rate::Third | Rate::Twelfth => Rate::Twelfth,
+        }
+    }
+
+    /// The next higher rate, for a client that has caught up; the highest stays.
+    pub fn higher(self) -> Rate {
+        match self {
+            Rate::Full | Rate::Third => Rate::Full,
+            Rate::Twelfth => Rate::Third,
+        }
+    }
+}
+
+/// A client's subscription to a snapshot channel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Subscriber {
+    /// How often it gets a snapshot.
+    pub rate: Rate,
+    /// Tick of its keyframe.
+    pub keyframe_tick: u32,
+    /// Messages that the channel had sent before the keyframe.
+    pub(super) since: u64,
+    /// The player whose interest area this is; `None` for the whole world.
+    pub(super) seat: Option<Seat>,
+}
+
+impl Subscriber {
+    /// The subscription to the interest area of this player.
+    pub(super) fn of(self, seat: Seat) -> Subscriber {
+        Subscriber { seat: Some(seat), ..self }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use jostle_game::{Event, Kind, Seat};
+    use jostle_game::{Event, Kind};
     use jostle_protocol::ServerMessage;
     use jostle_sim::{BodyId, EmitterDef, Recipe, Shape, Source, Vec2};
 

@@ -90,7 +90,7 @@ fn follow_moves_as_far_as_the_room_expects_at_any_frame_rate() {
             |_| camera.view(Target { elapsed_s, ..target([100, 100], hero(50.0, 60.0)) }).center.x;
         (0..frames_a_tick).map(frame).last().expect("at least one frame") - 50.0
     };
-    let expected = AHEAD_TICKS as f32 / CATCH_UP_TICKS as f32;
+    let expected = CAMERA_AHEAD_TICKS as f32 / CAMERA_CATCH_UP_TICKS as f32;
     for frames_a_tick in [1, 2, 4] {
         let way = way(frames_a_tick);
         assert!((way - expected).abs() < 1e-3, "{frames_a_tick} frames a tick: {way}");
