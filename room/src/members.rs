@@ -1,11 +1,70 @@
-//! Members of a room: their seats, names and colours, and the claims that give a seat back.
+//! Members of a room: their seats, names and colours, the claims that give a seat back, and the bots among them.
 
+use crate::bots::Bots;
 use crate::input_queue::InputQueue;
-use jostle_game::{Input, PlayerInfo, Seat};
+use jostle_game::{Game, Input, PlayerInfo, Seat};
 use jostle_protocol::limits::COLORS;
-use jostle_protocol::{Appearance, PlayerState};
+use jostle_protocol::{Appearance, PlayerState, Refusal};
 use jostle_sim::Vec2;
 use litemap::LiteMap;
+use serde::{Deserialize, Serialize};
+
+/// Ticks for which a seat is held after its socket is lost.
+pub const SEAT_HELD_TICKS: u32 = 45 * 60;
+
+/// The right to a seat. The caller seals it in a token for the player, because a room holds no secrets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Claim {
+    /// The seat that the player holds.
+    pub seat: Seat,
+    /// Unique among the claims of a room.
+    pub serial: u64,
+}
+
+/// The result of joining; [`crate::Room::welcome`] encodes it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Welcome {
+    /// The claim to come back with.
+    pub claim: Claim,
+    /// Whether an earlier seat was resumed. If it still had a socket, that one is replaced: the caller
+    /// closes it, and does not report it as lost.
+    pub resumed: bool,
+}
+
+/// A join, a leave or a new look that waits for the next tick.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PendingChange {
+    Join(Seat),
+    Leave(Seat),
+    Look(Seat),
+}
+
+/// Who has which seat, and by which claims.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SavedMembers {
+    /// Seats that bots fill; less than the scene says once some were dismissed.
+    pub bots: usize,
+    /// The seats that are taken, in order.
+    pub seats: Vec<SavedSeat>,
+}
+
+/// A seat that is taken.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SavedSeat {
+    /// Number of the seat.
+    pub seat: u16,
+    /// Serial of the claim that gives it back.
+    pub serial: u64,
+    /// Serial of the claim before, while that is good too.
+    pub serial_before: Option<u64>,
+    /// Tick after which its player took it; 0 in files of an older version.
+    #[serde(default)]
+    pub joined_tick: u32,
+    /// Tick at which its player's socket was lost.
+    pub lost_tick: Option<u32>,
+    /// Whether a bot has it.
+    pub is_bot: bool,
+}
 
 /// A player with a seat, with or without a socket.
 #[derive(Clone, Debug)]
@@ -86,18 +145,220 @@ pub fn player_state(player: &PlayerInfo, appearance: Appearance) -> PlayerState 
 }
 
 /// The members of a room, by seat.
-#[derive(Clone, Debug)]
 pub struct Members {
     /// Number of seats, taken or free.
     count: u16,
     /// Those that are taken.
     pub seats: LiteMap<Seat, Member>,
+    /// Where the scene wants some.
+    pub bots: Option<Bots>,
+    /// Serial of the newest claim; each claim of a room has its own.
+    pub serial: u64,
+    /// Joins, leaves and changed looks since the last tick, at most three a seat.
+    pub changes: Vec<PendingChange>,
+    /// Grows with every change of what is saved of them.
+    pub revision: u64,
 }
 
 impl Members {
     /// Creates `count` free seats.
-    pub fn new(count: u16) -> Members {
-        Members { count, seats: LiteMap::new() }
+    pub fn new(count: u16, bots: Option<Bots>) -> Members {
+        let (seats, changes) = (LiteMap::new(), Vec::new());
+        Members { count, seats, bots, serial: 0, changes, revision: 0 }
+    }
+
+    /// See [`crate::Room::join`].
+    pub fn join(
+        &mut self,
+        appearance: Appearance,
+        claim: Option<Claim>,
+        game: &Game,
+    ) -> Result<Welcome, Refusal> {
+        let seat = match claim {
+            Some(claim) if self.is_good(claim) => claim.seat,
+            Some(_) => return Err(Refusal::BadToken),
+            None => {
+                self.dismiss_bots(self.people() + 1, game);
+                self.free_seat().ok_or(Refusal::RoomFull)?
+            }
+        };
+        let appearance = self.distinct(&appearance, Some(seat), |seat| self.is_bot(seat));
+        self.recolor_bot(appearance.color);
+        self.revision += 1;
+        self.serial += 1;
+        match (claim, self.seats.get_mut(&seat)) {
+            (Some(claim), Some(member)) => {
+                member.resume(appearance, claim.serial, self.serial);
+                self.note_look(seat);
+            }
+            _ => {
+                let joined_tick = game.tick_count();
+                let member = Member { joined_tick, ..Member::new(appearance, self.serial) };
+                self.seats.insert(seat, member);
+                self.changes.push(PendingChange::Join(seat));
+            }
+        }
+        if let Some(member) = self.seats.get_mut(&seat) {
+            member.intent.1 = game.tick_count();
+        }
+        Ok(Welcome { claim: Claim { seat, serial: self.serial }, resumed: claim.is_some() })
+    }
+
+    pub fn is_bot(&self, seat: Seat) -> bool {
+        self.bots.as_ref().is_some_and(|bots| bots.has(seat))
+    }
+
+    /// Gives the bot of this colour, if there is one, another: people keep the one that they chose.
+    fn recolor_bot(&mut self, color: u8) {
+        let seats = self.seats.iter();
+        let mut bots = seats.filter(|(seat, _)| self.is_bot(**seat));
+        let Some((&seat, bot)) = bots.find(|(_, bot)| bot.appearance.color == color) else {
+            return;
+        };
+        let next = Appearance { color: (color + 1) % COLORS, ..bot.appearance.clone() };
+        let appearance = self.distinct(&next, Some(seat), |_| false);
+        if let Some(bot) = self.seats.get_mut(&seat) {
+            bot.appearance = appearance;
+            self.note_look(seat);
+        }
+    }
+
+    /// Has the next tick announce a changed appearance, once.
+    fn note_look(&mut self, seat: Seat) {
+        if !self.changes.contains(&PendingChange::Look(seat)) {
+            self.changes.push(PendingChange::Look(seat));
+        }
+    }
+
+    fn is_good(&self, claim: Claim) -> bool {
+        self.seats.get(&claim.seat).is_some_and(|member| member.answers_to(claim.serial))
+    }
+
+    /// See [`crate::Room::disconnect`].
+    pub fn disconnect(&mut self, seat: Seat, tick: u32) {
+        let Some(member) = self.seats.get_mut(&seat) else { return };
+        if !member.played {
+            return self.leave(seat);
+        }
+        self.revision += 1;
+        member.lost_tick.get_or_insert(tick);
+        member.inputs.rest();
+    }
+
+    /// See [`crate::Room::leave`].
+    pub fn leave(&mut self, seat: Seat) {
+        if !self.is_bot(seat) {
+            self.remove(seat);
+        }
+    }
+
+    /// See [`crate::Room::dismiss_bot`].
+    pub fn dismiss_bot(&mut self, seat: Seat) -> bool {
+        let people = self.people();
+        let is_gone = self.bots.as_mut().is_some_and(|bots| bots.dismiss(seat, people));
+        if is_gone {
+            self.remove(seat);
+        }
+        is_gone
+    }
+
+    fn remove(&mut self, seat: Seat) {
+        if self.seats.remove(&seat).is_none() {
+            return;
+        }
+        self.revision += 1;
+        self.changes.retain(|&change| change != PendingChange::Look(seat));
+        // A player who leaves before the tick of joining was never in the game.
+        match self.changes.iter().position(|&change| change == PendingChange::Join(seat)) {
+            Some(index) => drop(self.changes.remove(index)),
+            None => self.changes.push(PendingChange::Leave(seat)),
+        }
+    }
+
+    /// See [`crate::Room::input`].
+    pub fn input(&mut self, seat: Seat, seq: u32, input: Input, tick: u32) -> bool {
+        let member = self.seats.get_mut(&seat).filter(|member| member.lost_tick.is_none());
+        member.is_some_and(|member| {
+            if member.serial_before.is_some() || !member.played {
+                self.revision += 1;
+            }
+            member.serial_before = None;
+            member.played = true;
+            if member.intent.0 != input {
+                member.intent = (input, tick);
+            }
+            member.inputs.push(seq, input)
+        })
+    }
+
+    /// Seats whose players have been away for too long.
+    pub fn abandoned(&self, tick: u32) -> Vec<Seat> {
+        let is_over = |lost_tick| tick - lost_tick >= SEAT_HELD_TICKS;
+        let members = self.seats.iter();
+        let abandoned = members.filter(|(_, member)| member.lost_tick.is_some_and(is_over));
+        abandoned.map(|(seat, _)| *seat).collect()
+    }
+
+    /// Has bots leave that are too many beside so many people: those of the largest team, whose place
+    /// the next player then takes. A bot never keeps a seat from anybody.
+    fn dismiss_bots(&mut self, people: usize, game: &Game) {
+        loop {
+            let Some(bots) = &mut self.bots else { return };
+            let is_full = people + bots.count() > usize::from(self.count);
+            if !is_full && bots.count() <= bots.wanted(people) {
+                return;
+            }
+            let Some(seat) = bots.remove(game) else { return };
+            self.remove(seat);
+        }
+    }
+
+    /// Has bots leave and come, as the scene wants them.
+    pub fn seat_bots(&mut self, game: &Game) {
+        let people = self.people();
+        self.dismiss_bots(people, game);
+        let some_lack = |bots: &Bots| bots.count() < bots.wanted(people);
+        while self.bots.as_ref().is_some_and(some_lack)
+            && let Some(seat) = self.free_seat()
+            && let Some(bots) = &mut self.bots
+        {
+            let look = bots.look();
+            bots.add(seat);
+            let appearance = self.distinct(&look, None, |_| false);
+            self.revision += 1;
+            self.serial += 1;
+            self.seats.insert(seat, Member::new(appearance, self.serial));
+            self.changes.push(PendingChange::Join(seat));
+        }
+    }
+
+    /// Number of seats that people took, held ones included.
+    pub fn people(&self) -> usize {
+        self.seats.len() - self.bots.as_ref().map_or(0, Bots::count)
+    }
+
+    /// The players who are in the game. One who joins with the next tick is recorded with it.
+    pub fn looks(&self) -> Vec<(Seat, Appearance)> {
+        let joins = |seat| self.changes.contains(&PendingChange::Join(seat));
+        let mut looks = self.appearances();
+        looks.retain(|&(seat, _)| !joins(seat));
+        looks
+    }
+
+    /// Who has which seat now.
+    pub fn saved(&self) -> SavedMembers {
+        let seats = self.seats.iter().map(|(&seat, member)| SavedSeat {
+            seat: seat.0,
+            serial: member.serial,
+            serial_before: member.serial_before,
+            joined_tick: member.joined_tick,
+            lost_tick: member.lost_tick,
+            is_bot: self.is_bot(seat),
+        });
+        SavedMembers {
+            bots: self.bots.as_ref().map_or(0, |bots| bots.fill()),
+            seats: seats.collect(),
+        }
     }
 
     /// The lowest free seat.
@@ -168,7 +429,7 @@ mod tests {
     }
 
     fn members(seated: &[(u16, &str, u8)]) -> Members {
-        let mut members = Members::new(12);
+        let mut members = Members::new(12, None);
         for &(seat, name, color) in seated {
             members.seats.insert(Seat(seat), Member::new(look(name, color), u64::from(seat)));
         }
@@ -190,7 +451,7 @@ mod tests {
         assert_eq!(members.distinct(&look("Ann", 5), None, |_| false), look("Ann 3", 5));
         assert_eq!(members.distinct(&look("Ann 2", 5), None, |_| false), look("Ann 2 2", 5));
         assert_eq!(members.distinct(&look("Bob", 5), Some(Seat(2)), |_| false), look("Bob", 5));
-        let mut members = Members::new(40);
+        let mut members = Members::new(40, None);
         let long = look("Twenty characters ab", 0);
         for seat in 0..40 {
             let look = members.distinct(&long, None, |_| false);

@@ -1,21 +1,18 @@
 //! One game and its members: joins and leaves, inputs, one `tick`, and the snapshots that it sends.
 
-mod restore;
-
 use crate::bots::Bots;
-use crate::log::{self, GameLog, Looks};
-use crate::members::{Member, Members};
+use crate::log::{self, GameLog};
+use crate::members::{Claim, Member, Members, PendingChange, SavedMembers, Welcome};
+use crate::playback::Moment;
 use crate::replication::{InterestArea, LiveParticles, Rate, Replication, Subscriber, view_of};
 use bytes::Bytes;
 use jostle_game::{Game, Input, Scene, Seat};
-use jostle_protocol::limits::{COLORS, ROOM_CODE_BYTES_MAX};
+use jostle_protocol::limits::ROOM_CODE_BYTES_MAX;
 use jostle_protocol::replay::{self, Record};
 use jostle_protocol::{Appearance, Refusal, ServerMessage, Snapshot, WelcomeSeat};
 use jostle_sim::Vec2;
 use std::sync::Arc;
 
-/// Ticks for which a seat is held after its socket is lost.
-pub const SEAT_HELD_TICKS: u32 = 45 * 60;
 /// Ticks between changes of the size of an interest area.
 pub const VIEW_EVERY_TICKS: u32 = 60;
 
@@ -25,12 +22,6 @@ pub struct Room {
     seed: u64,
     game: Game,
     members: Members,
-    /// Where the scene wants some.
-    bots: Option<Bots>,
-    /// Serial of the newest claim; each claim of a room has its own.
-    serial: u64,
-    /// Joins, leaves and changed looks since the last tick, at most three a seat.
-    changes: Vec<PendingChange>,
     /// Inputs of the newest tick.
     inputs: Vec<(Seat, Input)>,
     newest: Arc<Snapshot>,
@@ -39,35 +30,6 @@ pub struct Room {
     replication: Replication,
     /// The log of the game, if there is a reader.
     log: Option<GameLog>,
-    /// Grows with every change of what [`Room::saved_members`] returns.
-    members_revision: u64,
-}
-
-/// A join, a leave or a new look that waits for the next tick.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum PendingChange {
-    Join(Seat),
-    Leave(Seat),
-    Look(Seat),
-}
-
-/// The right to a seat. The caller seals it in a token for the player, because a room holds no secrets.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Claim {
-    /// The seat that the player holds.
-    pub seat: Seat,
-    /// Unique among the claims of a room.
-    pub serial: u64,
-}
-
-/// The result of joining; [`Room::welcome`] encodes it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Welcome {
-    /// The claim to come back with.
-    pub claim: Claim,
-    /// Whether an earlier seat was resumed. If it still had a socket, that one is replaced: the caller
-    /// closes it, and does not report it as lost.
-    pub resumed: bool,
 }
 
 impl Room {
@@ -82,30 +44,76 @@ impl Room {
     /// heroes there are none.
     pub fn filled(code: &str, scene: Arc<Scene>, seed: u64, fill: u16) -> Room {
         let mut room = Room::new(code, scene, seed);
-        room.bots = Bots::filling(&room.game, seed, usize::from(fill));
+        room.members.bots = Bots::filling(&room.game, seed, usize::from(fill));
         room
     }
 
     /// A room without members around a game.
     fn of(code: &str, game: Game, seed: u64) -> Room {
-        let members = Members::new(game.scene().players_max);
-        let bots = Bots::of(&game, seed);
+        let members = Members::new(game.scene().players_max, Bots::of(&game, seed));
         let newest = Arc::new(Snapshot::capture(&game, Vec::new()));
         Room {
             code: code.to_owned(),
             seed,
             game,
             members,
-            bots,
-            serial: 0,
-            changes: Vec::new(),
             inputs: Vec::new(),
             spare: Arc::clone(&newest),
             newest,
             replication: Replication::default(),
             log: None,
-            members_revision: 0,
         }
+    }
+
+    /// Restores a room from the newest moment of its recording, and from who had which seat then. All
+    /// sockets are gone: each seat is held from now on. Players of whom `saved` knows nothing leave with the next
+    /// tick. Claims that were given in a moment that was lost must not be given again: see [`Room::begin_epoch`].
+    pub fn restore(code: &str, seed: u64, moment: Moment, saved: &SavedMembers) -> Room {
+        let Moment { game, mut members } = moment;
+        let tick = game.tick_count();
+        let seats: Vec<Seat> = game.players().map(|player| player.seat).collect();
+        let mut room = Room::of(code, game, seed);
+        if let Some(bots) = &mut room.members.bots {
+            bots.set_fill(saved.bots);
+        }
+        for seat in seats {
+            let known = saved.seats.iter().find(|saved| saved.seat == seat.0);
+            let bots =
+                room.members.bots.as_mut().filter(|_| known.is_some_and(|saved| saved.is_bot));
+            let is_bot = bots.map(|bots| bots.add(seat)).is_some();
+            let known = known.filter(|saved| is_bot || !saved.is_bot);
+            let Some((saved, appearance)) = known.zip(members.remove(&seat.0)) else {
+                room.members.changes.push(PendingChange::Leave(seat));
+                room.members.revision += 1;
+                continue;
+            };
+            let member = Member {
+                serial_before: saved.serial_before,
+                joined_tick: saved.joined_tick,
+                lost_tick: (!is_bot).then(|| saved.lost_tick.unwrap_or(tick).min(tick)),
+                played: true,
+                intent: (Input::default(), tick),
+                ..Member::new(appearance, saved.serial)
+            };
+            room.members.seats.insert(seat, member);
+        }
+        room.capture();
+        room
+    }
+
+    /// Grows with every change of what [`Room::saved_members`] returns.
+    pub fn members_revision(&self) -> u64 {
+        self.members.revision
+    }
+
+    /// Who has which seat now.
+    pub fn saved_members(&self) -> SavedMembers {
+        self.members.saved()
+    }
+
+    /// Has the serials of claims go on from a random number, so that none equals one that a process before gave.
+    pub fn begin_epoch(&mut self, epoch: u32) {
+        self.members.serial = u64::from(epoch) << 32;
     }
 
     /// Takes the lowest free seat, or the claimed one; effective with the next tick. Bots make room.
@@ -117,64 +125,7 @@ impl Room {
         appearance: Appearance,
         claim: Option<Claim>,
     ) -> Result<Welcome, Refusal> {
-        let seat = match claim {
-            Some(claim) if self.is_good(claim) => claim.seat,
-            Some(_) => return Err(Refusal::BadToken),
-            None => {
-                self.dismiss_bots(self.players() + 1);
-                self.members.free_seat().ok_or(Refusal::RoomFull)?
-            }
-        };
-        let appearance = self.members.distinct(&appearance, Some(seat), |seat| self.is_bot(seat));
-        self.recolor_bot(appearance.color);
-        self.members_revision += 1;
-        self.serial += 1;
-        match (claim, self.members.seats.get_mut(&seat)) {
-            (Some(claim), Some(member)) => {
-                member.resume(appearance, claim.serial, self.serial);
-                self.note_look(seat);
-            }
-            _ => {
-                let joined_tick = self.game.tick_count();
-                let member = Member { joined_tick, ..Member::new(appearance, self.serial) };
-                self.members.seats.insert(seat, member);
-                self.changes.push(PendingChange::Join(seat));
-            }
-        }
-        if let Some(member) = self.members.seats.get_mut(&seat) {
-            member.intent.1 = self.game.tick_count();
-        }
-        Ok(Welcome { claim: Claim { seat, serial: self.serial }, resumed: claim.is_some() })
-    }
-
-    pub(crate) fn is_bot(&self, seat: Seat) -> bool {
-        self.bots.as_ref().is_some_and(|bots| bots.has(seat))
-    }
-
-    /// Gives the bot of this colour, if there is one, another: people keep the one that they chose.
-    fn recolor_bot(&mut self, color: u8) {
-        let seats = self.members.seats.iter();
-        let mut bots = seats.filter(|(seat, _)| self.is_bot(**seat));
-        let Some((&seat, bot)) = bots.find(|(_, bot)| bot.appearance.color == color) else {
-            return;
-        };
-        let next = Appearance { color: (color + 1) % COLORS, ..bot.appearance.clone() };
-        let appearance = self.members.distinct(&next, Some(seat), |_| false);
-        if let Some(bot) = self.members.seats.get_mut(&seat) {
-            bot.appearance = appearance;
-            self.note_look(seat);
-        }
-    }
-
-    /// Has the next tick announce a changed appearance, once.
-    fn note_look(&mut self, seat: Seat) {
-        if !self.changes.contains(&PendingChange::Look(seat)) {
-            self.changes.push(PendingChange::Look(seat));
-        }
-    }
-
-    fn is_good(&self, claim: Claim) -> bool {
-        self.members.seats.get(&claim.seat).is_some_and(|member| member.answers_to(claim.serial))
+        self.members.join(appearance, claim, &self.game)
     }
 
     /// Encodes the [`ServerMessage::Welcome`] that a client is sent first. The token of a player's seat seals the
@@ -191,73 +142,37 @@ impl Room {
         welcome.encode()
     }
 
-    /// Detaches the socket of a seat. The seat is held for [`SEAT_HELD_TICKS`] with its hero at rest, or
+    /// Detaches the socket of a seat. The seat is held for [`crate::SEAT_HELD_TICKS`] with its hero at rest, or
     /// freed at once if its player never sent an input. Does nothing if the seat is free.
     pub fn disconnect(&mut self, seat: Seat) {
-        let Some(member) = self.members.seats.get_mut(&seat) else { return };
-        if !member.played {
-            return self.leave(seat);
-        }
-        self.members_revision += 1;
-        member.lost_tick.get_or_insert(self.game.tick_count());
-        member.inputs.rest();
+        self.members.disconnect(seat, self.game.tick_count());
         self.replication.areas.remove(&seat);
     }
 
     /// Removes a player for good; effective with the next tick. Does nothing if the seat is free, or a
     /// bot's: bots leave when people come.
     pub fn leave(&mut self, seat: Seat) {
-        if !self.is_bot(seat) {
-            self.remove(seat);
-        }
+        self.members.leave(seat);
+        self.replication.areas.remove(&seat);
     }
 
     /// Removes a bot for good: no other takes its place. Returns whether there was one in this seat.
     pub fn dismiss_bot(&mut self, seat: Seat) -> bool {
-        let people = self.players();
-        let is_gone = self.bots.as_mut().is_some_and(|bots| bots.dismiss(seat, people));
-        if is_gone {
-            self.remove(seat);
-        }
-        is_gone
-    }
-
-    fn remove(&mut self, seat: Seat) {
-        if self.members.seats.remove(&seat).is_none() {
-            return;
-        }
-        self.members_revision += 1;
-        self.replication.areas.remove(&seat);
-        self.changes.retain(|&change| change != PendingChange::Look(seat));
-        // A player who leaves before the tick of joining was never in the game.
-        match self.changes.iter().position(|&change| change == PendingChange::Join(seat)) {
-            Some(index) => drop(self.changes.remove(index)),
-            None => self.changes.push(PendingChange::Leave(seat)),
-        }
+        self.members.dismiss_bot(seat)
     }
 
     /// Queues an input, and returns whether it was accepted. Old, repeated and far-future sequence
     /// numbers are dropped, and so is every input for a seat without a socket.
     pub fn input(&mut self, seat: Seat, seq: u32, input: Input) -> bool {
-        let member = self.members.seats.get_mut(&seat).filter(|member| member.lost_tick.is_none());
-        member.is_some_and(|member| {
-            if member.serial_before.is_some() || !member.played {
-                self.members_revision += 1;
-            }
-            member.serial_before = None;
-            member.played = true;
-            if member.intent.0 != input {
-                member.intent = (input, self.game.tick_count());
-            }
-            member.inputs.push(seq, input)
-        })
+        self.members.input(seat, seq, input, self.game.tick_count())
     }
 
     /// Plays one tick, with one input per player in seat order, and encodes its snapshot. A tick over the budget of a
     /// guest's scene ([`Game::is_over_budget`]) is neither recorded nor sent; the room cannot go on.
     pub fn tick(&mut self) {
-        self.free_abandoned_seats();
-        self.seat_bots();
+        let abandoned = self.members.abandoned(self.game.tick_count());
+        abandoned.into_iter().for_each(|seat| self.leave(seat));
+        self.members.seat_bots(&self.game);
         let changes = self.apply_changes();
         self.take_inputs();
         self.game.tick(&self.inputs);
@@ -270,69 +185,29 @@ impl Room {
         self.replication.push(&self.game, &self.newest);
     }
 
-    fn free_abandoned_seats(&mut self) {
-        let tick = self.game.tick_count();
-        let is_over = |lost_tick| tick - lost_tick >= SEAT_HELD_TICKS;
-        let members = self.members.seats.iter();
-        let abandoned = members.filter(|(_, member)| member.lost_tick.is_some_and(is_over));
-        let abandoned: Vec<Seat> = abandoned.map(|(seat, _)| *seat).collect();
-        abandoned.into_iter().for_each(|seat| self.leave(seat));
-    }
-
-    /// Has bots leave that are too many beside so many people: those of the largest team, whose place
-    /// the next player then takes. A bot never keeps a seat from anybody.
-    fn dismiss_bots(&mut self, people: usize) {
-        loop {
-            let Some(bots) = &mut self.bots else { return };
-            let is_full = people + bots.count() > usize::from(self.game.scene().players_max);
-            if !is_full && bots.count() <= bots.wanted(people) {
-                return;
-            }
-            let Some(seat) = bots.remove(&self.game) else { return };
-            self.remove(seat);
-        }
-    }
-
-    /// Has bots leave and come, as the scene wants them.
-    fn seat_bots(&mut self) {
-        let people = self.players();
-        self.dismiss_bots(people);
-        while let Some(bots) = &mut self.bots
-            && bots.count() < bots.wanted(people)
-            && let Some(seat) = self.members.free_seat()
-        {
-            let appearance = self.members.distinct(&bots.look(), None, |_| false);
-            bots.add(seat);
-            self.members_revision += 1;
-            self.serial += 1;
-            self.members.seats.insert(seat, Member::new(appearance, self.serial));
-            self.changes.push(PendingChange::Join(seat));
-        }
-    }
-
     /// Applies joins and leaves to the game, and returns them for the recorder.
     fn apply_changes(&mut self) -> Vec<replay::Change> {
-        let look = |members: &Members, seat| {
-            let member =
-                members.seats.get(&seat).expect("a player who joins or comes back has the seat");
+        let Members { seats, changes, .. } = &mut self.members;
+        let look = |seat| {
+            let member = seats.get(&seat).expect("a player who joins or comes back has the seat");
             member.appearance.clone()
         };
-        let changes = self.changes.drain(..).map(|change| match change {
+        let changes = changes.drain(..).map(|change| match change {
             PendingChange::Join(seat) => {
                 self.game.join(seat);
-                replay::Change::Join(seat, look(&self.members, seat))
+                replay::Change::Join(seat, look(seat))
             }
             PendingChange::Leave(seat) => {
                 self.game.leave(seat);
                 replay::Change::Leave(seat)
             }
-            PendingChange::Look(seat) => replay::Change::Look(seat, look(&self.members, seat)),
+            PendingChange::Look(seat) => replay::Change::Look(seat, look(seat)),
         });
         changes.collect()
     }
 
     fn take_inputs(&mut self) {
-        if let Some(bots) = &mut self.bots {
+        if let Some(bots) = &mut self.members.bots {
             for (seat, input) in bots.play(&self.game) {
                 if let Some(member) = self.members.seats.get_mut(&seat) {
                     member.inputs.push_next(input);
@@ -397,15 +272,7 @@ impl Room {
             seed: self.seed,
             first_tick: 0,
         };
-        self.log = Some(GameLog::new(start, keeps_clips, &self.game, self.looks()));
-    }
-
-    /// The players who are in the game. One who joins with the next tick is recorded with it.
-    fn looks(&self) -> Looks {
-        let joins = |seat| self.changes.contains(&PendingChange::Join(seat));
-        let mut looks = self.members.appearances();
-        looks.retain(|&(seat, _)| !joins(seat));
-        looks
+        self.log = Some(GameLog::new(start, keeps_clips, &self.game, self.members.looks()));
     }
 
     /// The log, where one is kept.
@@ -425,7 +292,7 @@ impl Room {
 
     /// Appends the whole state to the log.
     pub fn log_keyframe(&mut self) {
-        let looks = self.looks();
+        let looks = self.members.looks();
         self.log.iter_mut().for_each(|log| log.keyframe(&self.game, looks.clone()));
     }
 
@@ -445,7 +312,7 @@ impl Room {
         if self.log.is_none() {
             self.begin_log(program, false);
         }
-        let looks = self.looks();
+        let looks = self.members.looks();
         self.log.iter_mut().for_each(|log| log.record(unix_s, &self.game, looks.clone()));
     }
 
@@ -559,12 +426,12 @@ impl Room {
 
     /// Number of seats that people took, held ones included.
     pub fn players(&self) -> usize {
-        self.members.seats.len() - self.bots()
+        self.members.people()
     }
 
     /// Number of seats that bots fill until people come.
     pub fn bots(&self) -> usize {
-        self.bots.as_ref().map_or(0, Bots::count)
+        self.members.bots.as_ref().map_or(0, Bots::count)
     }
 
     /// Seats that are held for lost players, the longest lost first.
@@ -579,13 +446,13 @@ impl Room {
 
     /// Ticks for which a player has pressed, released and moved nothing; `None` for a free seat and for a bot's.
     pub fn idle_ticks(&self, seat: Seat) -> Option<u32> {
-        let member = self.members.seats.get(&seat).filter(|_| !self.is_bot(seat))?;
+        let member = self.members.seats.get(&seat).filter(|_| !self.members.is_bot(seat))?;
         Some(self.game.tick_count().saturating_sub(member.intent.1))
     }
 
     /// Tick after which a player took the seat; `None` for a free seat and for a bot's.
     pub fn joined_tick(&self, seat: Seat) -> Option<u32> {
-        let member = self.members.seats.get(&seat).filter(|_| !self.is_bot(seat))?;
+        let member = self.members.seats.get(&seat).filter(|_| !self.members.is_bot(seat))?;
         Some(member.joined_tick)
     }
 

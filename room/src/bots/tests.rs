@@ -97,7 +97,10 @@ fn a_bot_gives_up_the_colour_that_a_player_chose() {
         room.snapshot().players.iter().map(|p| (p.seat, p.appearance.color)).collect()
     };
     for _ in 0..2 {
-        let bot = colors(&room).into_iter().find(|(seat, _)| room.is_bot(*seat)).expect("a bot");
+        let bot = colors(&room)
+            .into_iter()
+            .find(|(seat, _)| room.idle_ticks(*seat).is_none())
+            .expect("a bot");
         let bob = Appearance::new("Bob", bot.1).expect("a good name");
         let seat = room.join(bob, None).expect("a seat").claim.seat;
         ticks(&mut room, 30);

@@ -7,6 +7,7 @@ mod restore;
 mod vanishing;
 
 use super::*;
+use crate::SEAT_HELD_TICKS;
 use crate::{SEQ_AHEAD_MAX, SILENCE_TICKS};
 use jostle_game::{Buttons, Event};
 use jostle_protocol::limits::TOKEN_BYTES;
@@ -243,7 +244,7 @@ fn a_player_who_leaves_before_the_next_tick_never_joined() {
         let ann = join(&mut room, "Ann");
         room.leave(ann);
     }
-    assert_eq!(room.changes, []);
+    assert_eq!(room.members.changes, []);
     room.tick();
     other.tick();
     assert_eq!(room.game().events(), []);
