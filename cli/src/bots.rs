@@ -7,7 +7,6 @@ pub mod histogram;
 pub mod report;
 pub mod socket;
 pub mod target;
-mod text;
 
 use crate::output::{Failure, OrFail, json, say};
 use crowd::{BotCrowd, CrowdPlan, evenly};

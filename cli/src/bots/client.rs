@@ -5,6 +5,7 @@ use super::report::ClientReport;
 use super::socket::{JoinedBot, SessionEnd, connect, connect_within, next, read, send};
 use super::target::BotTarget;
 use crate::bot_input::BotInput;
+use bytes::Bytes;
 use jostle_game::Input;
 use jostle_protocol::{
     Appearance, ClientMessage, Refusal, ServerMessage, Servers, Snapshot, Token,
@@ -128,8 +129,7 @@ impl Bot {
                 // The measurement begins and ends on time, and inputs are sent in step, however much there is to read.
                 biased;
                 changed = self.stage.changed() => {
-                    let stage = *self.stage.borrow_and_update();
-                    match stage {
+                    match *self.stage.borrow_and_update() {
                         CrowdStage::Playing(now) => {
                             report.begin(now);
                             loss_at = losses.next().map(|after| now + after);
@@ -149,14 +149,12 @@ impl Bot {
                     loss_at = losses.next().map(|after| report.began() + after);
                     SessionEnd::Dropped
                 }
-                message = next(&mut player.arrival.socket) => match message {
-                    Ok(None) => continue,
-                    Ok(Some(bytes)) => match player.receive(&bytes, &mut servers, report) {
+                message = next(&mut player.arrival.socket) => {
+                    match message.and_then(|bytes| player.receive(bytes, &mut servers, report)) {
                         Ok(()) => continue,
                         Err(end) => end,
-                    },
-                    Err(end) => end,
-                },
+                    }
+                }
                 () = sleep_until_some(silent_at) => SessionEnd::Lost("silence".to_owned()),
             };
             match self.resume(player, end, &mut servers, report).await? {
@@ -326,22 +324,24 @@ impl Player {
         Ok(())
     }
 
+    /// Takes a message; `None` is a ping or a pong.
     fn receive(
         &mut self,
-        bytes: &[u8],
+        bytes: Option<Bytes>,
         servers: &mut Servers,
         report: &mut ClientReport,
     ) -> Result<(), SessionEnd> {
+        let Some(bytes) = bytes else { return Ok(()) };
         let now = Instant::now();
         self.heard_at = now;
         let [head, low, ..] = *bytes else { return Err(SessionEnd::Unexpected) };
         if head & SNAPSHOT == 0 {
-            return receive_other(bytes, servers, report, now);
+            return receive_other(&bytes, servers, report, now);
         }
         let before = self.tick;
         let mut unchanged_until = None;
         if head & KEYFRAME != 0 || self.decodes {
-            unchanged_until = self.arrival.stream.decode(bytes)?.unchanged_until;
+            unchanged_until = self.arrival.stream.decode(&bytes)?.unchanged_until;
             let newest = self.arrival.stream.newest().expect("one was just decoded");
             self.tick = newest.tick;
             if let Some(snapshots) = &self.snapshots {

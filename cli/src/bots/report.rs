@@ -1,10 +1,14 @@
-//! The measurements of bots, one by one and together.
+//! The measurements of bots, one by one and together, also as text.
 
 use super::histogram::{Durations, Percentiles};
 use super::target::BotTarget;
 use jostle_sim::{BodyId, TICKS_PER_SECOND};
 use serde::Serialize;
+use std::fmt;
 use std::time::{Duration, Instant};
+
+/// Clients that are shown one by one.
+const SHOWN_MAX: usize = 16;
 
 /// Kinds of messages, as the report names them.
 const KINDS: [&str; 4] = ["deltas", "keyframes", "pongs", "others"];
@@ -50,9 +54,15 @@ struct MessageCounts {
     jitter: Durations,
     ping_before: Option<Duration>,
     intervals: Durations,
-    returns: Durations,
-    moves: u32,
+    returns: ReturnCounts,
+}
+
+/// Returns after the loss of a socket, or to a room that moved.
+#[derive(Debug, Default)]
+struct ReturnCounts {
+    times: Durations,
     outages: Durations,
+    moves: u32,
     seats_lost: u32,
     heroes_lost: u32,
 }
@@ -123,7 +133,7 @@ impl ClientReport {
 
     /// Counts a move of the room to another server.
     pub fn moved(&mut self) {
-        self.counts.moves += u32::from(self.began_at.is_some());
+        self.counts.returns.moves += u32::from(self.began_at.is_some());
     }
 
     /// Counts a return at `now`, which took this long after a move or a lost socket: to the same seat or another,
@@ -135,12 +145,13 @@ impl ClientReport {
         [before, hero]: [Option<BodyId>; 2],
         now: Instant,
     ) {
-        self.counts.returns.record(took);
-        self.counts.seats_lost += u32::from(!same_seat);
-        self.counts.heroes_lost += u32::from(hero != before);
+        let returns = &mut self.counts.returns;
+        returns.times.record(took);
+        returns.seats_lost += u32::from(!same_seat);
+        returns.heroes_lost += u32::from(hero != before);
         // The time without a socket is no interval between two snapshots.
         if let Some((_, last)) = self.counts.last.take() {
-            self.counts.outages.record(now - last);
+            returns.outages.record(now - last);
         }
     }
 
@@ -169,12 +180,8 @@ pub struct Report {
     pub(super) failed: usize,
     /// Length of the measurement.
     pub seconds: f64,
-    pub(super) bytes_per_second_mean: f64,
-    bytes_per_second_max: f64,
-    /// The mean by kind of message.
-    pub(super) bytes_per_second: [(&'static str, f64); 4],
-    pub(super) snapshots_per_second_mean: f64,
-    snapshots_per_second_min: f64,
+    #[serde(flatten)]
+    pub(super) rates: Rates,
     pub ping_ms: Percentiles,
     /// Between one ping and the next of the same client.
     pub(super) jitter_ms: Percentiles,
@@ -183,14 +190,32 @@ pub struct Report {
     /// Snapshots that came more than one tick after the last announced one.
     pub gaps: u64,
     pub gap_ticks_max: u32,
-    /// Ticks that the server advanced, as the longest-playing client saw it.
-    pub(super) server_ticks: u32,
-    /// Ticks that it should have advanced and did not: the least that any client saw, because
-    /// delays of the network look the same.
-    pub(super) server_missed_ticks: u32,
+    #[serde(flatten)]
+    pub(super) server: ServerTicks,
     #[serde(flatten)]
     pub(super) returns: Returns,
     pub(super) per_client: Vec<ClientEntry>,
+}
+
+/// How much the clients got a second.
+#[derive(Debug, Serialize)]
+pub(super) struct Rates {
+    pub bytes_per_second_mean: f64,
+    bytes_per_second_max: f64,
+    /// The mean by kind of message.
+    pub bytes_per_second: [(&'static str, f64); 4],
+    pub snapshots_per_second_mean: f64,
+    snapshots_per_second_min: f64,
+}
+
+/// The server's ticks, as clients see them.
+#[derive(Debug, Serialize)]
+pub(super) struct ServerTicks {
+    /// Ticks that the server advanced, as the longest-playing client saw it.
+    pub server_ticks: u32,
+    /// Ticks that it should have advanced and did not: the least that any client saw, because
+    /// delays of the network look the same.
+    pub server_missed_ticks: u32,
 }
 
 /// Returns after the loss of a socket, or to a room that moved to another server.
@@ -245,6 +270,24 @@ impl ClientEntry {
     }
 }
 
+impl Rates {
+    fn of(entries: &[ClientEntry], clients: &[ClientReport], seconds: f64) -> Rates {
+        let count = clients.len() as f64;
+        let bytes = entries.iter().map(|entry| entry.bytes_per_second);
+        let snapshots = entries.iter().map(|entry| entry.snapshots_per_second);
+        Rates {
+            bytes_per_second_mean: bytes.clone().sum::<f64>() / count,
+            bytes_per_second_max: bytes.fold(0.0, f64::max),
+            bytes_per_second: [0, 1, 2, 3].map(|kind| {
+                let bytes: u64 = clients.iter().map(|client| client.counts.bytes[kind]).sum();
+                (KINDS[kind], bytes as f64 / (count * seconds.max(1e-9)))
+            }),
+            snapshots_per_second_mean: snapshots.clone().sum::<f64>() / count,
+            snapshots_per_second_min: snapshots.fold(f64::INFINITY, f64::min),
+        }
+    }
+}
+
 impl Report {
     /// Combines the measurements of all clients.
     pub fn new(targets: &[BotTarget], decoders: u32, clients: Vec<ClientReport>) -> Report {
@@ -254,9 +297,9 @@ impl Report {
             clients.iter().for_each(|client| sum.merge(tally(client)));
             sum.percentiles()
         };
-        let count = clients.len() as f64;
-        let bytes = per_client.iter().map(|entry| entry.bytes_per_second);
-        let snapshots = per_client.iter().map(|entry| entry.snapshots_per_second);
+        let sum = |count: fn(&ReturnCounts) -> u32| {
+            clients.iter().map(|client| count(&client.counts.returns)).sum()
+        };
         let advanced = |client: &ClientReport| {
             Some(client.counts.last?.0.saturating_sub(client.counts.first?.0))
         };
@@ -268,14 +311,7 @@ impl Report {
             decoders,
             failed: clients.iter().filter(|client| client.error.is_some()).count(),
             seconds,
-            bytes_per_second_mean: bytes.clone().sum::<f64>() / count,
-            bytes_per_second_max: bytes.fold(0.0, f64::max),
-            bytes_per_second: [0, 1, 2, 3].map(|kind| {
-                let bytes: u64 = clients.iter().map(|client| client.counts.bytes[kind]).sum();
-                (KINDS[kind], bytes as f64 / (count * seconds.max(1e-9)))
-            }),
-            snapshots_per_second_mean: snapshots.clone().sum::<f64>() / count,
-            snapshots_per_second_min: snapshots.fold(f64::INFINITY, f64::min),
+            rates: Rates::of(&per_client, &clients, seconds),
             ping_ms: all(|client| &client.counts.pings),
             jitter_ms: all(|client| &client.counts.jitter),
             interval_ms: all(|client| &client.counts.intervals),
@@ -285,14 +321,18 @@ impl Report {
                 .map(|client| client.counts.gap_ticks_max)
                 .max()
                 .unwrap_or(0),
-            server_ticks: clients.iter().filter_map(advanced).max().unwrap_or(0),
-            server_missed_ticks: missed.reduce(f64::min).map_or(0, |least| least.round() as u32),
+            server: ServerTicks {
+                server_ticks: clients.iter().filter_map(advanced).max().unwrap_or(0),
+                server_missed_ticks: missed
+                    .reduce(f64::min)
+                    .map_or(0, |least| least.round() as u32),
+            },
             returns: Returns {
-                return_ms: all(|client| &client.counts.returns),
-                moves: clients.iter().map(|client| client.counts.moves).sum(),
-                outage_ms: all(|client| &client.counts.outages),
-                seats_lost: clients.iter().map(|client| client.counts.seats_lost).sum(),
-                heroes_lost: clients.iter().map(|client| client.counts.heroes_lost).sum(),
+                return_ms: all(|client| &client.counts.returns.times),
+                moves: sum(|returns| returns.moves),
+                outage_ms: all(|client| &client.counts.returns.outages),
+                seats_lost: sum(|returns| returns.seats_lost),
+                heroes_lost: sum(|returns| returns.heroes_lost),
             },
             per_client,
         }
@@ -311,6 +351,66 @@ impl Report {
         }
         let lost = self.returns.seats_lost;
         (lost > 0).then(|| format!("{lost} returns to another seat"))
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        if self.clients <= SHOWN_MAX {
+            self.per_client.iter().try_for_each(|entry| show_client(f, entry))?;
+        }
+        writeln!(f, "ping {}", self.ping_ms)?;
+        writeln!(f, "jitter {}", self.jitter_ms)?;
+        writeln!(
+            f,
+            "snapshots {:.1}/s, one after another {}; {} gaps, at most {} ticks",
+            self.rates.snapshots_per_second_mean, self.interval_ms, self.gaps, self.gap_ticks_max
+        )?;
+        write!(f, "bytes/s each:")?;
+        for (kind, bytes) in &self.rates.bytes_per_second {
+            write!(f, " {kind} {bytes:.0}")?;
+        }
+        writeln!(f)?;
+        if self.returns.return_ms.count > 0 {
+            let (seats, heroes) = (self.returns.seats_lost, self.returns.heroes_lost);
+            writeln!(
+                f,
+                "returns {}; {seats} to another seat, {heroes} to another hero",
+                self.returns.return_ms
+            )?;
+            let (moves, outages) = (self.returns.moves, self.returns.outage_ms);
+            writeln!(f, "moves followed {moves}; without snapshots {outages}")?;
+        }
+        write!(
+            f,
+            "{} clients in {} for {:.0} s, {} of them decode everything: {:.0} bytes/s each; {} ticks, \
+             {} missed; {} failed",
+            self.clients,
+            self.rooms.join(", "),
+            self.seconds,
+            self.decoders,
+            self.rates.bytes_per_second_mean,
+            self.server.server_ticks,
+            self.server.server_missed_ticks,
+            self.failed
+        )
+    }
+}
+
+fn show_client(f: &mut fmt::Formatter, entry: &ClientEntry) -> fmt::Result {
+    write!(
+        f,
+        "bot {:>3}: {:>8.0} bytes/s, {:>5.1} snapshots/s, {:>3} gaps (at most {} ticks), ping {}",
+        entry.client + 1,
+        entry.bytes_per_second,
+        entry.snapshots_per_second,
+        entry.gaps,
+        entry.gap_ticks_max,
+        entry.ping_ms,
+    )?;
+    match &entry.error {
+        Some(error) => writeln!(f, ", {error}"),
+        None => writeln!(f),
     }
 }
 
@@ -338,8 +438,8 @@ mod tests {
         let report = report(client);
         let entry = &report.per_client[0];
         assert_eq!((entry.snapshots, entry.gaps, entry.gap_ticks_max), (49, 1, 2));
-        assert_eq!((report.server_ticks, report.server_missed_ticks), (50, 10));
-        assert_eq!(report.bytes_per_second[0], ("deltas", 490.0));
+        assert_eq!((report.server.server_ticks, report.server.server_missed_ticks), (50, 10));
+        assert_eq!(report.rates.bytes_per_second[0], ("deltas", 490.0));
         assert!((60.0..60.6).contains(&report.interval_ms.max));
     }
 
