@@ -6,14 +6,12 @@
 
 mod map;
 mod objects;
-mod wrong;
 
 use jostle_game::Scene;
 use jostle_game::scene::SceneError;
-use map::Map;
+use map::{Map, Origin, Wrong};
 use objects::Written;
 use std::fmt;
-use wrong::{Origin, Wrong};
 
 /// Error of [`import`]: `FILE: PLACE: FIELD: found ...; allowed: ...`.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,7 +1,6 @@
 //! Objects of a map become entries of a scene file.
 
-use super::map::{Corner, Layer, Map, Object, Property};
-use super::wrong::{Origin, Wrong};
+use super::map::{Corner, Layer, Map, Object, Origin, Property, Wrong};
 use jostle_game::Kind;
 use std::collections::BTreeMap;
 use toml::{Table, Value};
