@@ -10,7 +10,6 @@ mod handover;
 mod members;
 mod membership;
 mod placements;
-mod requests;
 mod terms;
 #[cfg(test)]
 mod tests;
@@ -21,7 +20,6 @@ use super::entry::{Entry, Key, NodeEntry, Owner, Revision, RoomCounts, RoomEntry
 use handover::{Handover, Operation, Surroundings};
 use members::Members;
 use placements::Placements;
-use requests::Requests;
 use std::collections::BTreeSet;
 
 /// One node's copy of the directory, and its part in it: who is alive, which node plays which room, and what this one

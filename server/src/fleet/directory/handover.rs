@@ -3,8 +3,7 @@
 
 use super::members::Members;
 use super::placements::Placements;
-use super::requests::Requests;
-use super::terms::{Action, CLAIM_STEP, RETRY, ROOMS_PER_PARTING, RoomEvent, Time};
+use super::terms::{Action, CLAIM_STEP, RETRY, ROOMS_PER_PARTING, Requests, RoomEvent, Time};
 use crate::fleet::entry::{Entry, Key, Owner, Revision, RoomEntry, RoomFacts};
 use std::collections::{BTreeMap, BTreeSet};
 

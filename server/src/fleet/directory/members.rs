@@ -2,8 +2,7 @@
 //! left, or was looked for and not found, is gone for good, since no node uses an incarnation twice.
 
 use super::membership::Membership;
-use super::requests::Requests;
-use super::terms::{Answer, LEASE_TTL, LOOKERS, RETRY, ROOM_COST, Time};
+use super::terms::{Answer, LEASE_TTL, LOOKERS, RETRY, ROOM_COST, Requests, Time};
 use crate::fleet::entry::{Key, NodeEntry, Owner, Revision};
 use jostle_protocol::is_origin;
 use std::collections::{BTreeMap, BTreeSet};

@@ -1,8 +1,7 @@
 //! The node's own entry, and the lease that it stands for.
 
-use super::requests::Requests;
 use super::terms::{
-    Action, Answer, HELD_FOR, LEASE_TTL, Load, NodeSettings, RENEW_EVERY, RETRY, Time,
+    Action, Answer, HELD_FOR, LEASE_TTL, Load, NodeSettings, RENEW_EVERY, RETRY, Requests, Time,
 };
 use crate::fleet::entry::{Entry, Key, NodeEntry, Owner, Revision};
 use std::time::Duration;
@@ -29,18 +28,24 @@ pub struct Membership {
     lost: u64,
     /// Whether the revision may be another by now.
     unsure: bool,
-    /// When the write or lookup that is under way was sent.
-    asked_at: Option<Time>,
-    /// Whether that is a lookup.
-    is_looking: bool,
-    /// When the next one is due.
-    next_at: Time,
+    exchange: Exchange,
     /// When the lease ends.
     held_until: Time,
     /// Whether it was logged that the name is taken.
     said_taken: bool,
     /// Whether it leaves for good.
     has_left: bool,
+}
+
+/// The exchange with the store about its entry.
+#[derive(Debug, Default)]
+struct Exchange {
+    /// When the write or lookup that is under way was sent.
+    asked_at: Option<Time>,
+    /// Whether that is a lookup.
+    is_looking: bool,
+    /// When the next one is due.
+    next_at: Time,
 }
 
 impl Membership {
@@ -65,7 +70,7 @@ impl Membership {
 
     /// Returns whether the lookup of this node's entry is its own, after a write that was refused or not answered.
     pub fn looks_for(&self, name: &str) -> bool {
-        name == self.node.name && self.is_looking
+        name == self.node.name && self.exchange.is_looking
     }
 
     /// The incarnation that holds a lease now.
@@ -76,7 +81,7 @@ impl Membership {
     /// Hands all rooms over, and takes no other.
     pub fn drain(&mut self, now: Time) {
         self.draining = true;
-        self.next_at = self.next_at.min(now);
+        self.exchange.next_at = self.exchange.next_at.min(now);
     }
 
     /// A connection was made: whether the store has the entry is not known any more.
@@ -86,11 +91,10 @@ impl Membership {
             self.has_registered = false;
             self.replaces = 0;
         }
-        let was_asked = self.asked_at.take().is_some();
-        self.may_be_written |= was_asked && !self.is_looking;
-        self.is_looking = false;
+        let before =
+            std::mem::replace(&mut self.exchange, Exchange { next_at: now, ..Exchange::default() });
+        self.may_be_written |= before.asked_at.is_some() && !before.is_looking;
         self.unsure = self.revision.is_some() || self.may_be_written;
-        self.next_at = now;
         if self.has_left {
             // The entry ends by itself.
             self.revision = None;
@@ -105,18 +109,18 @@ impl Membership {
         out: &mut Requests,
         now: Time,
     ) {
-        if self.has_left || self.asked_at.is_some() || now < self.next_at {
+        if self.has_left || self.exchange.asked_at.is_some() || now < self.exchange.next_at {
             return;
         }
         let key = Key::Node(self.node.name.clone());
         if self.unsure {
             // A lookup that is under way already may have been answered before the write.
-            self.is_looking = out.look_up(key, known);
-            self.asked_at = self.is_looking.then_some(now);
+            self.exchange.is_looking = out.look_up(key, known);
+            self.exchange.asked_at = self.exchange.is_looking.then_some(now);
         } else if self.revision.is_none() || may_renew(self.node.incarnation) {
             let expected = self.revision.unwrap_or(self.replaces);
             out.actions.push(Action::Write(key, Entry::Node(self.entry()), expected));
-            self.asked_at = Some(now);
+            self.exchange.asked_at = Some(now);
         }
     }
 
@@ -126,7 +130,7 @@ impl Membership {
         self.has_left = true;
         self.end_lease(out);
         // Otherwise the revision is not known yet.
-        if self.asked_at.is_none() {
+        if self.exchange.asked_at.is_none() {
             self.remove_entry(self.revision, out);
         }
     }
@@ -155,7 +159,7 @@ impl Membership {
 
     /// Takes the answer to a write or removal of the entry; returns its new revision if the lease is renewed.
     pub fn answered(&mut self, answer: Answer, out: &mut Requests, now: Time) -> Option<Revision> {
-        let asked_at = self.asked_at.take();
+        let asked_at = self.exchange.asked_at.take();
         if self.has_left {
             match (answer, asked_at) {
                 (Answer::Done(revision), Some(_)) => self.remove_entry(Some(revision), out),
@@ -167,11 +171,11 @@ impl Membership {
         let Answer::Done(revision) = answer else {
             self.unsure = true;
             self.may_be_written |= answer == Answer::Unknown;
-            self.next_at = if answer == Answer::Refused { now } else { now + RETRY };
+            self.exchange.next_at = if answer == Answer::Refused { now } else { now + RETRY };
             return None;
         };
         let is_new = self.revision.replace(revision).is_none();
-        self.next_at = asked_at + RENEW_EVERY;
+        self.exchange.next_at = asked_at + RENEW_EVERY;
         // The others may have been without the store as well, and are about to come back.
         if now >= self.held_until {
             self.claims_from = self.claims_from.max(now + LEASE_TTL);
@@ -192,9 +196,7 @@ impl Membership {
         out: &mut Requests,
         now: Time,
     ) -> bool {
-        self.asked_at = None;
-        self.is_looking = false;
-        self.next_at = now;
+        self.exchange = Exchange { next_at: now, ..Exchange::default() };
         self.unsure = false;
         let own = found.filter(|(entry, _)| entry.incarnation == self.node.incarnation);
         let own = own.map(|(_, revision)| *revision);
@@ -214,7 +216,7 @@ impl Membership {
             // A write that was late. The rooms of that incarnation stand still.
             self.replaces = *revision;
         } else {
-            self.next_at = now + RETRY;
+            self.exchange.next_at = now + RETRY;
             if !std::mem::replace(&mut self.said_taken, true) {
                 warn!(
                     node = %self.node.name,
@@ -227,9 +229,7 @@ impl Membership {
 
     /// A lookup of this node's own entry was not answered.
     pub fn look_failed(&mut self, now: Time) {
-        self.is_looking = false;
-        self.asked_at = None;
-        self.next_at = now + RETRY;
+        self.exchange = Exchange { next_at: now + RETRY, ..Exchange::default() };
         if self.has_left {
             self.revision = None;
         }

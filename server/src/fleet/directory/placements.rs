@@ -1,7 +1,6 @@
 //! Which node plays which room, as far as this node has heard.
 
-use super::requests::Requests;
-use super::terms::Time;
+use super::terms::{Requests, Time};
 use crate::fleet::entry::{Key, Owner, Revision, RoomEntry};
 use std::collections::{BTreeMap, BTreeSet};
 use tracing::warn;
