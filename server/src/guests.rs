@@ -7,8 +7,6 @@
 
 mod share;
 mod trial;
-#[cfg(test)]
-mod worst;
 
 pub use share::Share;
 
@@ -109,6 +107,8 @@ fn try_here(text: &[u8], waits: &Waits) -> Result<Arc<Scene>, SceneError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    mod worst;
 
     /// A scene with this title and these limits.
     fn text(title: &str, limits: &str) -> String {

@@ -1,7 +1,7 @@
 //! Scenes that cost more than their plans say: each is refused, ends in time, or stays within the bounds of a step.
 //! None of the outcomes depends on the speed of the machine.
 
-use super::*;
+use crate::guests::*;
 use crate::host::delivery::{Delivery, ParticlePermits};
 use crate::limits::uplink::Uplink;
 use crate::ops::metrics::Metrics;
@@ -79,42 +79,39 @@ fn crowd_with_packs() -> String {
     scene(top, &(packs(3000) + "[hero]\nspawns = [[30, 30]]\n"))
 }
 
-fn cases() -> Vec<(&'static str, String, Fate)> {
+type Case = (&'static str, String, Fate);
+
+fn balls(count: u32, radius: f32) -> String {
+    layout(count, &format!("radius = {radius}"), STACKED)
+}
+
+fn loose(count: u32, radius: f32) -> String {
+    let area = "area = [[4, 4], [56, 56]]\ngap = 0.01";
+    layout(count, &format!("radius = {radius}\nrestitution = 1"), area)
+}
+
+fn refused_cases() -> [Case; 3] {
     let refused = |field: &str| Fate::Refused(field.to_owned());
-    let balls = |count, radius: f32| layout(count, &format!("radius = {radius}"), STACKED);
     let listed =
         "[[bodies]]\nkind=\"block\"\ngroup=\"ball\"\nradius=9\nposition=[30,30]\n".repeat(400);
     let boxes = layout(500, "size = [24, 24]", STACKED);
-    let launcher = "[[launchers]]\nposition = [30, 30]\nevery = 0.0625\nlimit = 250\n";
-    let covers = "[[layouts]]\nkind = \"wall\"\ngroup = \"wall\"\ncount = 40\nsize = [60, 60]\narea = [[29, 29], [31, 31]]\nexact = true\n\
-                  grid = [8, 5]\n[[emitters]]\nrecipe = \"fire\"\ncount = 60\nevery = 2\nposition = [30, 30]\n";
-    let touch_rules =
-        "[[rules]]\ntouch = [\"ball\", \"ball\"]\nto = \"all\"\nscore = 1\nsplash = \"fire\"\n"
-            .repeat(60);
-    let zones = (0..32).fold(String::new(), |text, zone| {
-        format!("{text}[[zones]]\nname = \"z{zone}\"\nwho = [\"ball\"]\n[[rules]]\nenter = \"z{zone}\"\nback = true\n")
-    });
-    let loose = |count, radius: f32| {
-        layout(
-            count,
-            &format!("radius = {radius}\nrestitution = 1"),
-            "area = [[4, 4], [56, 56]]\ngap = 0.01",
-        )
-    };
-    let round = "[round]\ntask = \"Again\"\ntime = 1\npause = 0\ncountdown = 0\n";
-    let spawns = "[hero]\nspawns = [".to_owned() + &"[30, 30], ".repeat(256) + "]\n";
-    vec![
+    let round = format!("[round]\ntask = \"Wait\"\n{}", balls(999, 12.0));
+    [
         (
             "discs in one place before a round",
-            scene(
-                "relaxation = { iterations = 30 }",
-                &format!("[round]\ntask = \"Wait\"\n{}", balls(999, 12.0)),
-            ),
+            scene("relaxation = { iterations = 30 }", &round),
             refused(REFUSED_COUNT),
         ),
         ("boxes in one place", scene("solver = \"conjugate\"", &boxes), refused(REFUSED_COUNT)),
         ("bodies one by one in one place", scene("", &listed), refused("bodies")),
-        ("few enough to be within the plan", scene("", &balls(60, 12.0)), Fate::Bounded),
+    ]
+}
+
+fn ended_cases() -> [Case; 5] {
+    let launcher = "[[launchers]]\nposition = [30, 30]\nevery = 0.0625\nlimit = 250\n";
+    let covers = "[[layouts]]\nkind = \"wall\"\ngroup = \"wall\"\ncount = 40\nsize = [60, 60]\narea = [[29, 29], [31, 31]]\nexact = true\n\
+                  grid = [8, 5]\n[[emitters]]\nrecipe = \"fire\"\ncount = 60\nevery = 2\nposition = [30, 30]\n";
+    [
         ("springs that pull to a point", pulled_together("", 190), Fate::FailsTrial),
         (
             "springs that pull to a point where nothing pushes back",
@@ -132,41 +129,33 @@ fn cases() -> Vec<(&'static str, String, Fate)> {
             scene("particles_meet = [\"wall\"]", covers),
             Fate::FailsTrial,
         ),
-        (
-            "rules about each touch",
-            scene("", &format!("{}{touch_rules}{FLOOR}", loose(900, 0.9))),
-            Fate::Bounded,
-        ),
-        (
-            "zones that everybody is in",
-            scene("", &format!("{}{zones}{FLOOR}", loose(900, 0.9))),
-            Fate::Bounded,
-        ),
-        (
-            "a gas that bounces without end",
-            scene(
-                "solver = \"conjugate\"\ngravity = [0, -900]\nspeed_max = 10000",
-                &format!("{}{FLOOR}", loose(310, 0.9)),
-            ),
-            Fate::Bounded,
-        ),
-        (
-            "rounds that begin again and again",
-            scene("", &format!("{round}{}", loose(900, 0.9))),
-            Fate::Bounded,
-        ),
+    ]
+}
+
+fn bounded_cases() -> [Case; 6] {
+    let touch_rules =
+        "[[rules]]\ntouch = [\"ball\", \"ball\"]\nto = \"all\"\nscore = 1\nsplash = \"fire\"\n"
+            .repeat(60);
+    let zones = (0..32).fold(String::new(), |text, zone| {
+        format!("{text}[[zones]]\nname = \"z{zone}\"\nwho = [\"ball\"]\n[[rules]]\nenter = \"z{zone}\"\nback = true\n")
+    });
+    let round = "[round]\ntask = \"Again\"\ntime = 1\npause = 0\ncountdown = 0\n";
+    let spawns = "[hero]\nspawns = [".to_owned() + &"[30, 30], ".repeat(256) + "]\n";
+    let still = layout(900, "radius = 0.9", "area = [[4, 4], [56, 56]]\ngap = 0.01");
+    let gas = "solver = \"conjugate\"\ngravity = [0, -900]\nspeed_max = 10000";
+    let many = loose(900, 0.9);
+    [
+        ("few enough to be within the plan", scene("", &balls(60, 12.0))),
+        ("rules about each touch", scene("", &format!("{many}{touch_rules}{FLOOR}"))),
+        ("zones that everybody is in", scene("", &format!("{many}{zones}{FLOOR}"))),
+        ("a gas that bounces without end", scene(gas, &format!("{}{FLOOR}", loose(310, 0.9)))),
+        ("rounds that begin again and again", scene("", &format!("{round}{many}"))),
         (
             "heroes that find no place",
-            scene(
-                "limits = { players = 64 }",
-                &format!(
-                    "{spawns}{}",
-                    layout(900, "radius = 0.9", "area = [[4, 4], [56, 56]]\ngap = 0.01")
-                ),
-            ),
-            Fate::Bounded,
+            scene("limits = { players = 64 }", &format!("{spawns}{still}")),
         ),
     ]
+    .map(|(name, text)| (name, text, Fate::Bounded))
 }
 
 /// Reads, tries and plays a scene; players come at the tick `first`, and press keys from then on.
@@ -230,7 +219,8 @@ fn press(room: &mut Room, scene: &Scene, tick: u32) {
 #[test]
 fn scenes_made_to_cost_more_than_their_plan_are_refused_or_end_or_stay_bounded() {
     let mut wrong = String::new();
-    for (name, text, expected) in cases() {
+    let cases = refused_cases().into_iter().chain(ended_cases()).chain(bounded_cases());
+    for (name, text, expected) in cases {
         let found = fate(name, &text, 1);
         if found != expected {
             writeln!(wrong, "{name}: {found:?} instead of {expected:?}").expect("a String");
@@ -319,7 +309,8 @@ fn play_worst(solver: &str) -> (Room, Vec<Delivery>) {
 #[test]
 fn all_rooms_of_guests_at_their_worst_take_ten_megabytes_each_at_most() {
     const ALONE: &str = "JOSTLE_TEST_ALONE";
-    let name = "guests::worst::all_rooms_of_guests_at_their_worst_take_ten_megabytes_each_at_most";
+    let name =
+        "guests::tests::worst::all_rooms_of_guests_at_their_worst_take_ten_megabytes_each_at_most";
     if std::env::var_os(ALONE).is_none() {
         // In a process of its own, since tests beside it would count.
         let program = std::env::current_exe().expect("the test's own program");
