@@ -145,7 +145,16 @@ fn add<M: Metric + Clone>(registry: &mut Registry, name: &str, about: &str, metr
     metric
 }
 
-/// The same with a unit, which the name ends with.
+fn counter(registry: &mut Registry, name: &str, about: &str) -> Counter {
+    add(registry, name, about, Counter::default())
+}
+
+/// Counters that a label tells apart.
+fn family(registry: &mut Registry, name: &str, about: &str) -> Family<Label, Counter> {
+    add(registry, name, about, Family::default())
+}
+
+/// [`add`] with a unit, which the name ends with.
 fn add_in<M: Metric + Clone>(
     unit: Unit,
     registry: &mut Registry,
@@ -164,55 +173,32 @@ impl Default for Metrics {
         let version = Info::new([("version", env!("CARGO_PKG_VERSION"))]);
         r.register("build", "The program that serves", version);
         let lag = Histogram::new(exponential_buckets(1.0, 2.0, 11));
-        let (late, ignored) = (Counter::default(), Counter::default());
         Metrics {
             ticks: Ticks::registered(r),
             snapshots: snapshots(r),
             skips: skips(r),
-            late: add(r, "sockets_late", "Sockets that were too far behind for deltas", late),
+            late: counter(r, "sockets_late", "Sockets that were too far behind for deltas"),
             lag: add(
                 r,
                 "client_lag_ticks",
                 "Ticks from the newest snapshot acknowledged to the newest sent, each client once a second",
                 lag,
             ),
-            inputs_ignored: add(
+            inputs_ignored: counter(
                 r,
                 "inputs_ignored",
                 "Inputs with old, repeated or far-future numbers",
-                ignored,
             ),
-            messages_ignored: add(
+            messages_ignored: family(
                 r,
                 "messages_ignored",
                 "Messages without effect, beside inputs: emotes that came too soon, and what spectators may not send",
-                Family::default(),
             ),
-            joins: add(
-                r,
-                "joins",
-                "Players who got a seat, resumed or new, and spectators",
-                Family::default(),
-            ),
-            leaves: add(
-                r,
-                "leaves",
-                "Players who left, by cause, and spectators",
-                Family::default(),
-            ),
-            refusals: add(
-                r,
-                "refusals",
-                "Requests and sessions refused or ended, by reason",
-                refusals(),
-            ),
-            rooms_failed: add(r, "rooms_failed", "Rooms ended by a panic", Counter::default()),
-            agones_errors: add(
-                r,
-                "agones_errors",
-                "Calls of Agones' sidecar that failed",
-                Counter::default(),
-            ),
+            joins: family(r, "joins", "Players who got a seat, resumed or new, and spectators"),
+            leaves: family(r, "leaves", "Players who left, by cause, and spectators"),
+            refusals: refusals(r),
+            rooms_failed: counter(r, "rooms_failed", "Rooms ended by a panic"),
+            agones_errors: counter(r, "agones_errors", "Calls of Agones' sidecar that failed"),
             registry,
         }
     }
@@ -239,17 +225,16 @@ impl Ticks {
             ],
             busy: Arc::default(),
             stood_still: Arc::default(),
-            played: add(r, "ticks", "Ticks played", Counter::default()),
-            missed: add(r, "ticks_missed", "Ticks due and never played", Counter::default()),
+            played: counter(r, "ticks", "Ticks played"),
+            missed: counter(r, "ticks_missed", "Ticks due and never played"),
         }
     }
 }
 
 fn snapshots(r: &mut Registry) -> [Snapshots; Rate::ALL.len()] {
-    let family = Family::<Label, Counter>::default;
-    let count = add(r, "snapshots", "Snapshots queued for sockets, by rate", family());
+    let count = family(r, "snapshots", "Snapshots queued for sockets, by rate");
     let about = "Bytes of snapshots queued for sockets, by rate";
-    let bytes = add_in(Unit::Bytes, r, "snapshots", about, family());
+    let bytes = add_in(Unit::Bytes, r, "snapshots", about, Family::<Label, Counter>::default());
     ["60", "20", "5"].map(|hz| Snapshots {
         count: count.get_or_create(&[("hz", hz)]).clone(),
         bytes: bytes.get_or_create(&[("hz", hz)]).clone(),
@@ -257,17 +242,16 @@ fn snapshots(r: &mut Registry) -> [Snapshots; Rate::ALL.len()] {
 }
 
 fn skips(r: &mut Registry) -> [Counter; 5] {
-    let family = Family::<Label, Counter>::default();
-    let skips = add(r, "snapshots_skipped", "Snapshots not sent to a client, by reason", family);
+    let skips = family(r, "snapshots_skipped", "Snapshots not sent to a client, by reason");
     ["quiet", "rate", "queue", "lag", "uplink"]
         .map(|reason| skips.get_or_create(&[("reason", reason)]).clone())
 }
 
 /// All reasons at zero.
-fn refusals() -> Family<Label, Counter> {
-    let family = Family::<Label, Counter>::default();
-    reasons::all().for_each(|reason| drop(family.get_or_create(&[("reason", reason)])));
-    family
+fn refusals(r: &mut Registry) -> Family<Label, Counter> {
+    let refusals = family(r, "refusals", "Requests and sessions refused or ended, by reason");
+    reasons::all().for_each(|reason| drop(refusals.get_or_create(&[("reason", reason)])));
+    refusals
 }
 
 /// Metrics that are counted elsewhere, as they are at a scrape.
