@@ -16,14 +16,12 @@
 mod index;
 mod logs;
 mod name;
-mod notes;
 mod reader;
 mod recording;
 mod replay_file;
 mod restore;
 mod room_log;
 mod settings;
-mod shared;
 mod state_dir;
 mod state_file;
 mod store;
@@ -31,13 +29,11 @@ mod writer;
 
 pub use logs::{Logs, STATE, StreamEnd};
 pub use name::{calendar, is_name};
-pub use notes::Notes;
-pub use reader::{LogReader, NextWrite, Policy, Sink, Wants};
+pub use reader::{LogReader, NextWrite, Policy, Seal, SharedLog, Sink, Wants};
 pub use recording::Recording;
-pub use restore::SavedRoom;
+pub use restore::{Notes, SavedRoom};
 pub use room_log::RoomLog;
 pub use settings::{Create, Settings, days};
-pub use shared::{Seal, SharedLog};
 pub use state_dir::{StateDir, StateSettings, Sync, write_closed};
 pub use store::{Readable, Refused, ReplayStore};
 

@@ -1,11 +1,10 @@
 //! The writers of the logs of all rooms of a server.
 
-use super::reader::{LogReader, Policy, Wants};
+use super::reader::{LogReader, Policy, Seal, SharedLog, Wants};
 use super::recording::Recording;
 use super::replay_file::ReplayFile;
 use super::restore::SavedRoom;
 use super::settings::Settings;
-use super::shared::{Seal, SharedLog};
 use super::state_dir::StateSettings;
 use super::state_file::{StateFile, StateFiles};
 use super::store::ReplayStore;

@@ -1,12 +1,13 @@
-//! A reader of a room's log, and the one policy for everything that fails in what it writes.
+//! What a room's thread has logged, a reader of it, and the one policy for everything that fails in what it writes.
 
-use super::shared::{Contents, Seal, SharedLog};
 use jostle_protocol::replay::Record;
+use jostle_room::log::RecentBlocks;
 use std::fmt::Display;
 use std::io;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant, SystemTime};
+use tokio::sync::Notify;
 use tracing::{error, info};
 
 /// Where one reader writes. A function may block; after an error there is no open file until the next one begins.
@@ -281,5 +282,62 @@ fn keyframe(block: &Record) -> Option<(u32, u64)> {
     match block {
         Record::Keyframe(keyframe) => Some((keyframe.tick, keyframe.hash)),
         _ => None,
+    }
+}
+
+/// The fate of the state of a room that has ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Seal {
+    /// It is kept, from its newest keyframe on: the room goes on later, or elsewhere.
+    Keep,
+    /// It is removed.
+    Remove,
+    /// It is left as it is: another node plays the room.
+    Leave,
+}
+
+/// The log of a room, shared with its readers. The room's thread puts blocks into it after its ticks.
+#[derive(Default)]
+pub struct SharedLog {
+    held: Mutex<Contents>,
+    /// Wakes a reader that is a task.
+    changed: Notify,
+}
+
+/// The part that readers see.
+#[derive(Default)]
+pub struct Contents {
+    pub blocks: RecentBlocks,
+    /// Whether replays are to have what is played now: an empty room is of no interest.
+    pub is_recorded: bool,
+    /// What becomes of the room's state once all is read: the room has ended.
+    pub seal: Option<Seal>,
+}
+
+impl SharedLog {
+    /// Shares the newest blocks of a room, unless its log is sealed.
+    pub fn publish(&self, blocks: RecentBlocks, is_recorded: bool) {
+        let mut held = self.lock();
+        if held.seal.is_none() {
+            (held.blocks, held.is_recorded) = (blocks, is_recorded);
+        }
+        drop(held);
+        self.changed.notify_one();
+    }
+
+    /// Ends the log. The first seal counts: a room that was given up may wake later.
+    pub fn seal(&self, seal: Seal) {
+        self.lock().seal.get_or_insert(seal);
+        self.changed.notify_one();
+    }
+
+    /// Waits until there is something new since the last time.
+    pub async fn changed(&self) {
+        self.changed.notified().await;
+    }
+
+    /// Locks the log for a moment, in which blocks are listed and nothing is written.
+    pub fn lock(&self) -> MutexGuard<'_, Contents> {
+        self.held.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -1,7 +1,6 @@
 //! The replay of a room: a file in the directory of replays.
 
-use super::reader::{LogReader, Sink, Wants};
-use super::shared::{Seal, SharedLog};
+use super::reader::{LogReader, Seal, SharedLog, Sink, Wants};
 use super::store::ReplayStore;
 use crate::limits;
 use jostle_protocol::limits::REPLAY_BYTES_MAX;

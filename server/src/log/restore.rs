@@ -1,16 +1,38 @@
 //! Rooms of the process before, as their files say.
 
-use super::notes::Notes;
 use crate::files::read_regular;
+use crate::host::admission::Admission;
 use crate::limits;
 use jostle_game::Scene;
 use jostle_protocol::limits::REPLAY_BYTES_MAX;
 use jostle_protocol::replay::{Change, Replay};
-use jostle_room::{Playback, Room};
+use jostle_room::{Playback, Room, SavedMembers};
+use serde::{Deserialize, Serialize};
+use std::net::IpAddr;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 use tracing::{info, warn};
+
+/// The notes of the host in a room's file, as JSON. New fields have defaults, so that files of an older version
+/// can be read.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct Notes {
+    /// [`crate::host::room_handle::RoomInfo::number`]: tokens and host keys name it.
+    pub number: u64,
+    /// Whether it is reached by its link only.
+    pub private: bool,
+    /// Network of the creator; `None` for a standing room.
+    pub creator: Option<IpAddr>,
+    /// Whether a guest brought the scene.
+    #[serde(default)]
+    pub guest: bool,
+    /// Who has which seat.
+    pub members: SavedMembers,
+    /// The networks of the seats, and the kicked players.
+    #[serde(default)]
+    pub admission: Admission,
+}
 
 /// A room whose file was read, and whose game waits to be played up to its last tick.
 #[derive(Debug)]

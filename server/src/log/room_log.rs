@@ -1,8 +1,8 @@
 //! The log of one room on its thread: after its ticks, what is new goes to the readers of other threads.
 
 use super::logs::Logs;
-use super::notes::Notes;
-use super::shared::{Seal, SharedLog};
+use super::reader::{Seal, SharedLog};
+use super::restore::Notes;
 use crate::host::admission::Admission;
 use crate::limits;
 use jostle_protocol::replay::Record;

@@ -1,9 +1,8 @@
 //! The file of a room in the directory of `--state`: a replay that begins with a keyframe and goes on in short blocks, with
 //! notes on the players and their seats. A new file takes its place after a while, so that a restart has little to play.
 
-use super::reader::{Policy, Sink};
+use super::reader::{Policy, Seal, Sink};
 use super::restore::SavedRoom;
-use super::shared::Seal;
 use super::state_dir::{StateDir, StateSettings, Sync};
 use crate::limits;
 use jostle_protocol::replay::{Record, header};
