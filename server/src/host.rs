@@ -1,7 +1,6 @@
 //! Rooms and their threads. [`rooms::Rooms`] opens a room and hands sessions to it, [`ticker`] is its thread,
 //! [`room_handle`] all that others hold of it. The thread feeds each [`member`] through an [`outbox`], which it never waits for.
 
-pub mod ack_lag;
 pub mod admission;
 pub mod clock;
 pub mod delivery;
@@ -19,7 +18,6 @@ pub mod rooms;
 pub mod run_queue;
 pub mod schedule;
 pub mod seat_rates;
-pub mod send_queue;
 pub mod socket_writer;
 pub mod spectators;
 pub mod thread_time;

@@ -1,9 +1,7 @@
 //! What one socket is sent: its snapshots, the lower rate of a slow client or of one whose address is sent too much, and
 //! whether the client still acknowledges them.
 
-use crate::host::ack_lag::AckLag;
 use crate::host::outbox::Outbox;
-use crate::limits;
 use crate::limits::uplink::Allowance;
 use crate::ops::metrics::{Metrics, Skip};
 use bytes::Bytes;
@@ -15,6 +13,20 @@ use std::sync::Arc;
 use std::time::Instant;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
+/// Live particles, some 20 bytes each, in the first keyframes that wait for their sockets at a time in a room: as many
+/// as the largest scene has, and twice those of a guest's.
+const WAITING_PARTICLES_MAX: usize = 20_000;
+/// Ticks for which a client has to keep up before its rate rises again.
+const RATE_RISE_TICKS: u32 = 600;
+/// Ticks by which a client may be further behind than at its recent best: more is not explained by the round trip.
+const LAG_GROWTH_TICKS: u32 = 45;
+/// Lag that no round trip explains: two seconds.
+const LAG_TICKS_MAX: u32 = 2 * TICKS_PER_SECOND;
+/// Ticks for which a client lags before its rate falls: a stall of the network is shorter.
+const LAGGING_TICKS: u32 = TICKS_PER_SECOND;
+/// Ticks of a window; a client is compared with its best in this one and the one before.
+const LAG_WINDOW_TICKS: u32 = 30 * TICKS_PER_SECOND;
+
 /// Limits the particles of first keyframes that are in memory for the sockets of a room. Beyond it a newcomer gets a
 /// keyframe without particles, which are only decoration: otherwise a crowd that reads nothing would fill the memory.
 #[derive(Clone, Debug)]
@@ -22,7 +34,7 @@ pub struct ParticlePermits(Arc<Semaphore>);
 
 impl Default for ParticlePermits {
     fn default() -> ParticlePermits {
-        ParticlePermits(Arc::new(Semaphore::new(limits::WAITING_PARTICLES_MAX)))
+        ParticlePermits(Arc::new(Semaphore::new(WAITING_PARTICLES_MAX)))
     }
 }
 
@@ -184,7 +196,7 @@ impl Delivery {
             }
         }
         let keeps_up = || {
-            let is_long = tick - self.late_tick >= limits::RATE_RISE_TICKS;
+            let is_long = tick - self.late_tick >= RATE_RISE_TICKS;
             is_long && self.outbox.is_drained() && self.allowance.is_roomy(now)
         };
         if self.rate != Rate::Full && keeps_up() {
@@ -199,6 +211,90 @@ impl Delivery {
         (self.subscriber, self.held_back) = (None, true);
         self.rate = self.rate.lower();
         self.late_tick = tick;
+    }
+}
+
+/// The ticks that one client was sent and has acknowledged. Bytes that wait in kernel buffers and proxies on the way count as sent
+/// at this end of the socket; here they do not. A long round trip is no lag: a client is compared with itself, at the best of its
+/// last minute.
+#[derive(Clone, Debug)]
+pub struct AckLag {
+    /// Ticks of the newest snapshot that was sent, and of the newest that was acknowledged.
+    sent: u32,
+    acked: u32,
+    /// When `acked` last grew, or there was nothing left to acknowledge.
+    moved: u32,
+    /// Ticks from the newest acknowledged to the newest sent, at the client's last input.
+    behind: u32,
+    /// Least `behind` in this window and in the one before.
+    least: [u32; 2],
+    window_began: u32,
+    /// Tick since which it is more than the round trip explains.
+    lagging_since: Option<u32>,
+}
+
+impl AckLag {
+    /// A client that is sent its first snapshot at this tick.
+    pub fn new(tick: u32) -> AckLag {
+        AckLag {
+            sent: tick,
+            acked: tick,
+            moved: tick,
+            behind: 0,
+            least: [u32::MAX; 2],
+            window_began: tick,
+            lagging_since: None,
+        }
+    }
+
+    /// Notes that a snapshot of this tick was sent. While nothing moves a keyframe may be older than the snapshot
+    /// before it: then the keyframe is the newest that can be acknowledged.
+    pub fn sent(&mut self, tick: u32) {
+        if self.acked == self.sent {
+            self.moved = tick;
+        }
+        self.sent = tick;
+        self.acked = self.acked.min(tick);
+    }
+
+    /// Notes the low bits of the tick that an input acknowledges. A client that acknowledges a tick not yet
+    /// sent is treated as up to date.
+    pub fn acked(&mut self, low: u16, now: u32) {
+        let behind = u32::from((self.sent as u16).wrapping_sub(low));
+        let behind = if behind < 1 << 15 { behind } else { 0 };
+        let acked = self.sent.saturating_sub(behind);
+        if acked > self.acked {
+            (self.acked, self.moved) = (acked, now);
+        }
+        self.behind = self.sent - self.acked;
+        if now - self.window_began >= LAG_WINDOW_TICKS {
+            self.least = [u32::MAX, self.least[0]];
+            self.window_began = now;
+        }
+        self.least[0] = self.least[0].min(self.behind);
+        let usual = self.least[0].min(self.least[1]);
+        let lags = self.behind > usual + LAG_GROWTH_TICKS || self.behind > LAG_TICKS_MAX;
+        self.lagging_since = lags.then(|| self.lagging_since.unwrap_or(now));
+    }
+
+    /// Ticks from the newest snapshot acknowledged to the newest sent.
+    pub fn ticks(&self) -> u32 {
+        self.behind
+    }
+
+    /// Returns whether it lags for long enough to get a lower rate.
+    pub fn lags(&self, now: u32) -> bool {
+        self.lagging_since.is_some_and(|since| now - since >= LAGGING_TICKS)
+    }
+
+    /// Notes that its rate is lower from now on, so that it has time to catch up.
+    pub fn restart(&mut self, now: u32) {
+        self.lagging_since = self.lagging_since.map(|_| now);
+    }
+
+    /// Returns whether it is sent snapshots and has acknowledged none for `ticks_max` ticks.
+    pub fn is_silent(&self, now: u32, ticks_max: u32) -> bool {
+        self.sent > self.acked && now - self.moved >= ticks_max
     }
 }
 

@@ -5,16 +5,22 @@
 //! keyframe gets a keyframe instead. Where all see the whole world, the subscribers of a rate share the bytes
 //! of everything but such keyframes.
 
-use crate::host::send_queue::{SendQueue, Sends};
 use crate::host::socket_writer::SocketWriter;
-use crate::limits::{OUTBOX_CONTROL_MAX, OUTBOX_SNAPSHOTS_MAX};
 use bytes::Bytes;
 use futures_util::task::AtomicWaker;
 use jostle_protocol::Refusal;
 use std::collections::VecDeque;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::convert::Infallible;
+use std::mem;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::task::Waker;
-use tokio::sync::OwnedSemaphorePermit;
+use std::time::Duration;
+use tokio::sync::{Notify, OwnedSemaphorePermit};
+
+/// Control messages that wait for the socket; pongs past it are dropped.
+const OUTBOX_CONTROL_MAX: usize = 16;
+/// Snapshots that wait for the socket: past half a second of them it gets a keyframe instead.
+const OUTBOX_SNAPSHOTS_MAX: usize = 32;
 
 /// Snapshots that may wait whatever their size: fewer are no sign of a slow reader.
 const LATE_SNAPSHOTS_MIN: usize = 4;
@@ -116,8 +122,7 @@ impl Outbox {
 
     /// Has what waits sent by the session's thread, once its [`SendQueue`] is requested to.
     pub fn send_soon(self: &Arc<Outbox>) {
-        let outbox: Arc<Outbox> = Arc::clone(self);
-        self.send_queue.add(outbox);
+        self.send_queue.add(Arc::clone(self));
     }
 
     /// Returns whether the socket has taken all snapshots.
@@ -171,14 +176,7 @@ impl Outbox {
         self.lock().end
     }
 
-    /// Ignores poisoning: no operation here panics halfway.
-    fn lock(&self) -> MutexGuard<'_, OutboxState> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-impl Sends for Outbox {
-    /// If the socket does not take it at once, wakes the session to go on.
+    /// Sends what waits, on the session's thread. If the socket does not take it at once, wakes the session to go on.
     fn send(&self) {
         let next = || match self.take() {
             NextToSend::Message(bytes) => Some(bytes),
@@ -187,6 +185,77 @@ impl Sends for Outbox {
         if !self.writer.send_now(next) {
             self.waker.wake();
         }
+    }
+
+    /// Ignores poisoning: no operation here panics halfway.
+    fn lock(&self) -> MutexGuard<'_, OutboxState> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The outboxes of a thread's sessions that have something to send. A room's thread is outside of the sessions' runtime, and a
+/// wakeup from there takes the lock of a common queue and may wake a thread by a system call, for each session again. So it wakes
+/// one task of each thread that serves sockets, once a tick, and that one sends the messages of all its sessions in one go. A
+/// session is woken only if its socket does not take them. Between ticks the thread pauses, so that inputs gather; what is to be
+/// sent ends the pause.
+#[derive(Default)]
+pub struct SendQueue {
+    state: Mutex<SendQueueState>,
+    /// Wakes the task that sends.
+    requested: Notify,
+    /// Ends the thread's pause.
+    ends_pause: Condvar,
+}
+
+#[derive(Default)]
+struct SendQueueState {
+    filled: Vec<Arc<Outbox>>,
+    /// Whether they are to be sent.
+    is_requested: bool,
+}
+
+impl SendQueue {
+    /// Adds an outbox to those that the next [`SendQueue::request`] has sent.
+    pub fn add(&self, outbox: Arc<Outbox>) {
+        self.lock().filled.push(outbox);
+    }
+
+    /// Has them sent, if there are any.
+    pub fn request(&self) {
+        let mut state = self.lock();
+        if !state.filled.is_empty() {
+            state.is_requested = true;
+            drop(state);
+            self.ends_pause.notify_one();
+            self.requested.notify_one();
+        }
+    }
+
+    /// Lets the queue's thread pause for this long, or until there is something to send.
+    pub fn pause(&self, time: Duration) {
+        let wait = |state: &mut SendQueueState| !state.is_requested;
+        drop(self.ends_pause.wait_timeout_while(self.lock(), time, wait));
+    }
+
+    /// Sends them for as long as the thread serves.
+    pub async fn serve(&self) -> Infallible {
+        let mut filled: Vec<Arc<Outbox>> = Vec::new();
+        loop {
+            self.requested.notified().await;
+            self.take(&mut filled);
+            filled.drain(..).for_each(|outbox| outbox.send());
+        }
+    }
+
+    fn take(&self, filled: &mut Vec<Arc<Outbox>>) {
+        let mut state = self.lock();
+        mem::swap(filled, &mut state.filled);
+        state.is_requested = false;
+    }
+
+    /// Ignores poisoning: no operation here panics halfway.
+    fn lock(&self) -> MutexGuard<'_, SendQueueState> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -1,8 +1,9 @@
 //! The sending side of a game socket: it frames messages and keeps what the socket has not taken. A session shares it with
-//! its thread's [`SendQueue`](crate::host::send_queue::SendQueue), which sends snapshots without waking the session.
+//! its thread's [`SendQueue`](crate::host::outbox::SendQueue), which sends snapshots without waking the session.
 
-use crate::limits::{FRAMES_BYTES_KEPT, FRAMES_BYTES_MAX};
+use crate::limits::READ_BUFFER_BYTES;
 use bytes::Bytes;
+use jostle_protocol::limits::SERVER_MESSAGE_BYTES_MAX;
 use std::future::poll_fn;
 use std::io::{self, ErrorKind};
 use std::pin::Pin;
@@ -11,6 +12,11 @@ use std::task::{Context, Poll, Waker, ready};
 use tokio::io::{AsyncWrite, AsyncWriteExt};
 use tungstenite::protocol::frame::Frame;
 use tungstenite::protocol::frame::coding::{Data, OpCode};
+
+/// Memory that a session keeps for the frames of its messages: a snapshot of a busy room. For a larger one it is allocated.
+const FRAMES_BYTES_KEPT: usize = 4096;
+/// Bytes of frames that wait for the socket: one message, and pongs, the newest of which waits in place of all past it.
+const FRAMES_BYTES_MAX: usize = SERVER_MESSAGE_BYTES_MAX + READ_BUFFER_BYTES;
 
 /// A [`FrameWriter`] that the session and its thread share, until the session takes it to close the socket. Both are on one
 /// thread, so none waits for the lock.

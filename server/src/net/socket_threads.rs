@@ -2,7 +2,7 @@
 //! what a session touches in each tick stays in one processor's cache, and no other thread is woken to share a
 //! moment's work. For the same reason a few connections are all on one thread.
 
-use crate::host::send_queue::SendQueue;
+use crate::host::outbox::SendQueue;
 use crate::limits::{SOCKETS_FEW, SOCKETS_GATHER, SOCKETS_GATHER_MAX};
 use std::io;
 use std::sync::Arc;

@@ -109,7 +109,7 @@ fn of_a_crowd_that_reads_nothing_few_are_sent_particles() {
     };
     let alive = room.game().world().particles().len();
     let crowd: Vec<_> =
-        (0..limits::WAITING_PARTICLES_MAX / alive).map(|_| newcomer(&mut room, None)).collect();
+        (0..WAITING_PARTICLES_MAX / alive).map(|_| newcomer(&mut room, None)).collect();
     let late = [None, Some(seat)].map(|seat| bytes(&newcomer(&mut room, seat)));
     let first = bytes(&crowd[0]);
     assert!(late.iter().all(|&bytes| bytes < first / 2), "{late:?} beside {first}");
@@ -119,4 +119,69 @@ fn of_a_crowd_that_reads_nothing_few_are_sent_particles() {
     assert_eq!(crowd[0].take(), NextToSend::Nothing);
     assert_eq!(bytes(&newcomer(&mut room, None)), first);
     assert!(crowd[1..].iter().all(|outbox| bytes(outbox) == first));
+}
+
+/// Plays a client that is sent each of these ticks and acknowledges it `behind` ticks later.
+fn plays(lag: &mut AckLag, ticks: std::ops::Range<u32>, behind: impl Fn(u32) -> u32) {
+    for tick in ticks {
+        lag.sent(tick);
+        lag.acked(tick.saturating_sub(behind(tick)) as u16, tick);
+    }
+}
+
+#[test]
+fn a_long_round_trip_and_a_stall_are_no_lag_and_growth_is() {
+    let mut lag = AckLag::new(0);
+    plays(&mut lag, 1..600, |_| 24);
+    // A stall of half a second now and then.
+    plays(&mut lag, 600..1200, |tick| 24 + (30 - tick as i32 % 150).max(0) as u32);
+    assert!(!lag.lags(1200) && lag.ticks() == 24);
+    plays(&mut lag, 1200..1200 + LAGGING_TICKS, |_| 25 + LAG_GROWTH_TICKS);
+    assert!(!lag.lags(1199 + LAGGING_TICKS));
+    plays(&mut lag, 1200 + LAGGING_TICKS..1300 + LAGGING_TICKS, |_| 25 + LAG_GROWTH_TICKS);
+    assert!(lag.lags(1300 + LAGGING_TICKS));
+    lag.restart(1300 + LAGGING_TICKS);
+    assert!(!lag.lags(1301 + LAGGING_TICKS), "it has time to catch up");
+    plays(&mut lag, 1400 + LAGGING_TICKS..1402 + LAGGING_TICKS, |_| 26);
+    assert!(!lag.lags(u32::MAX));
+}
+
+#[test]
+fn a_longer_round_trip_is_accepted_in_the_end_up_to_a_limit() {
+    let mut lag = AckLag::new(0);
+    plays(&mut lag, 1..100, |_| 5);
+    plays(&mut lag, 100..100 + 2 * LAG_WINDOW_TICKS, |_| 6 + LAG_GROWTH_TICKS);
+    assert!(!lag.lags(100 + 2 * LAG_WINDOW_TICKS));
+    plays(&mut lag, 10_000..20_000, |_| LAG_TICKS_MAX + 1);
+    assert!(lag.lags(20_000));
+}
+
+#[test]
+fn a_client_is_silent_if_it_acknowledges_nothing_that_it_is_sent() {
+    let mut lag = AckLag::new(70_000);
+    assert!(!lag.is_silent(90_000, 1200), "nothing moved, nothing was sent");
+    lag.sent(90_000);
+    assert!(!lag.is_silent(91_199, 1200) && lag.is_silent(91_200, 1200));
+    // An old acknowledgement does not help; the low bits are of some ticks ago.
+    lag.acked(70_000u32 as u16, 91_200);
+    assert!(lag.is_silent(91_200, 1200));
+    lag.acked(90_000u32 as u16, 91_200);
+    assert!(!lag.is_silent(95_000, 1200));
+    lag.sent(95_000);
+    lag.acked(96_000u32 as u16, 95_001);
+    assert_eq!((lag.ticks(), lag.is_silent(99_999, 1200)), (0, false), "the future");
+}
+
+#[test]
+fn a_restart_with_an_older_keyframe_is_no_lag() {
+    let mut lag = AckLag::new(0);
+    plays(&mut lag, 1..100, |_| 0);
+    lag.sent(90);
+    for low in [99, 90] {
+        lag.acked(low, 120);
+        assert_eq!((lag.ticks(), lag.is_silent(9000, 1200)), (0, false));
+    }
+    lag.sent(121);
+    lag.acked(90, 125);
+    assert_eq!(lag.ticks(), 31);
 }

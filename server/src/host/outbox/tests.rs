@@ -1,4 +1,9 @@
 use super::*;
+use crate::host::socket_writer::SocketWriter;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::task::{Wake, Waker};
+use std::thread;
+use tokio::io::{DuplexStream, duplex};
 
 fn take(outbox: &Outbox) -> Option<Bytes> {
     match outbox.take() {
@@ -107,4 +112,55 @@ fn a_permit_is_kept_as_long_as_its_keyframe() {
     outbox.keyframe(bytes(0, 10), permit());
     drop(outbox);
     assert!(!is_kept());
+}
+
+#[derive(Default)]
+struct Count(AtomicUsize);
+
+impl Wake for Count {
+    fn wake(self: Arc<Self>) {
+        self.0.fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+/// A session whose socket takes ten bytes, with the number of times that it was woken.
+fn session(queue: &Arc<SendQueue>) -> (Arc<Outbox>, DuplexStream, Arc<Count>) {
+    let (socket, peer) = duplex(10);
+    let outbox = Outbox::new(Arc::clone(queue), Arc::new(SocketWriter::new(socket)));
+    let woken = Arc::new(Count::default());
+    outbox.register(&Waker::from(Arc::clone(&woken)));
+    (Arc::new(outbox), peer, woken)
+}
+
+#[test]
+fn messages_are_sent_once_that_is_requested_and_only_a_full_socket_wakes_its_session() {
+    let queue = Arc::new(SendQueue::default());
+    let runtime = tokio::runtime::Builder::new_current_thread().build().expect("a runtime");
+    let serves = Arc::clone(&queue);
+    runtime.spawn(async move { serves.serve().await });
+    let turn = || runtime.block_on(tokio::task::yield_now());
+    let sessions = [session(&queue), session(&queue)];
+    for ((outbox, ..), length) in sessions.iter().zip([8, 9]) {
+        outbox.snapshot(&Bytes::from(vec![7; length]));
+        outbox.send_soon();
+    }
+    turn();
+    assert!(sessions.iter().all(|(outbox, ..)| !outbox.is_drained()));
+    queue.request();
+    turn();
+    turn();
+    assert!(sessions.iter().all(|(outbox, ..)| outbox.is_drained()));
+    let woken = sessions.each_ref().map(|(_, _, woken)| woken.0.load(Ordering::Relaxed));
+    assert_eq!(woken, [0, 1], "eight bytes fit with their header");
+}
+
+#[test]
+fn a_request_ends_the_pause_of_its_thread() {
+    let queue = Arc::new(SendQueue::default());
+    let (outbox, _peer, _) = session(&queue);
+    outbox.send_soon();
+    let pauses = Arc::clone(&queue);
+    let pausing = thread::spawn(move || pauses.pause(Duration::MAX));
+    queue.request();
+    pausing.join().expect("it ends");
 }
