@@ -43,7 +43,7 @@ mod tests {
     use std::path::PathBuf;
 
     fn place(name: &str) -> PathBuf {
-        let number = crate::host::random::random();
+        let number = crate::host::random();
         std::env::temp_dir().join(format!("jostle-files-{number:016x}-{name}"))
     }
 

@@ -23,7 +23,7 @@ pub mod runs;
 pub mod state;
 
 pub use config::Config;
-pub use host::phase::Phase;
+pub use host::Phase;
 pub use state::{Parts, ServerState};
 
 use fleet::handle::Fleet;

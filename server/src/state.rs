@@ -3,7 +3,7 @@
 use crate::config::Config;
 use crate::fleet::handle::Fleet;
 use crate::host::neighbours::Neighbours;
-use crate::host::phase::Phase;
+use crate::host::Phase;
 use crate::host::room_handle::Host;
 use crate::host::rooms::Rooms;
 use crate::host::token_signer::TokenSigner;

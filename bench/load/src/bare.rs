@@ -2,7 +2,7 @@
 //! does. Its peers read, and send as much as players do; like the bots, they run in this process.
 
 use anyhow::{Context, Result};
-use jostle_server::host::schedule::Schedule;
+use jostle_server::host::ticker::schedule::Schedule;
 use jostle_sim::TICKS_PER_SECOND;
 use rustix::time::{ClockId, clock_gettime};
 use serde::Serialize;

@@ -1,8 +1,8 @@
 //! Idle threads that wake at 60 Hz. Their lateness is the machine's own jitter, a floor for the server's.
 
 use jostle_cli::bots::histogram::{Durations, Percentiles};
-use jostle_server::host::run_queue::RunQueue;
-use jostle_server::host::schedule::Schedule;
+use jostle_server::host::clock::RunQueue;
+use jostle_server::host::ticker::schedule::Schedule;
 use jostle_server::limits::CATCH_UP_TICKS_MAX;
 use jostle_sim::TICKS_PER_SECOND;
 use serde::Serialize;

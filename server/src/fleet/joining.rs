@@ -30,7 +30,7 @@ impl Joining {
     /// read.
     pub async fn new(settings: FleetSettings) -> io::Result<(Joining, StreamEnd)> {
         let context = connect(&settings).await?;
-        let fleet = Arc::new(Fleet::new(&settings, crate::host::random::random()));
+        let fleet = Arc::new(Fleet::new(&settings, crate::host::random()));
         let handle = tokio::runtime::Handle::current();
         let publisher = Arc::new(Publisher::new(Arc::clone(&fleet), handle));
         let (policy, closed) = (Arc::clone(publisher.policy()), Arc::clone(&publisher));

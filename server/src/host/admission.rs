@@ -1,13 +1,26 @@
 //! Admission to a room: seats for newcomers in a full room, and the addresses of kicked players.
 
 use crate::limits::networks::{network, widest};
-use crate::limits::{IDLE_MOMENT_TICKS, IDLE_SEAT_TICKS, KICKED_MAX, KICKED_TICKS, SEATS_SHARE};
 use jostle_game::Seat;
 use jostle_room::Room;
+use jostle_sim::TICKS_PER_SECOND;
 use serde::{Deserialize, Serialize};
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, VecDeque};
 use std::net::IpAddr;
+
+/// Seats of a room that one network keeps against newcomers of others, as a fraction of all: of one that has more, a seat
+/// goes to a newcomer once the room is full. Four networks can fill a room, and one alone as long as no other wants in.
+const SEATS_SHARE: usize = 4;
+/// Ticks for which a player has done nothing after which the seat goes before that of the network's newest player, where
+/// the network has more than its share.
+const IDLE_MOMENT_TICKS: u32 = 5 * TICKS_PER_SECOND;
+/// Ticks for which a player has done nothing after which the seat goes to a newcomer if the room is full.
+const IDLE_SEAT_TICKS: u32 = 90 * TICKS_PER_SECOND;
+/// Ticks for which the address of a kicked player gets no seat in the room.
+const KICKED_TICKS: u32 = 5 * 60 * TICKS_PER_SECOND;
+/// Kicked addresses that a room remembers; one more replaces the oldest.
+const KICKED_MAX: usize = 64;
 
 /// The addresses of the seats, and those that get no seat for a while.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]

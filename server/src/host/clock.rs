@@ -1,7 +1,8 @@
 //! The time of a room's thread. A trait, so that tests can play hours and stalls in a moment.
 
-use crate::host::run_queue::RunQueue;
 use crate::host::thread_time;
+use std::fs::File;
+use std::io::{Read, Seek};
 use std::time::{Duration, Instant};
 
 /// Where a room's thread takes the time from, and how it waits.
@@ -42,5 +43,61 @@ impl TickClock for SystemClock {
 
     fn worked(&self) -> Duration {
         thread_time::taken()
+    }
+}
+
+/// Scheduling statistics of one thread: the time for which it was ready to run but had no processor. That makes a tick late
+/// too, but is the machine's doing: the rest of the lateness is the server's own. Measured on Linux only.
+pub struct RunQueue {
+    counts: Option<File>,
+}
+
+impl RunQueue {
+    /// Opens the statistics of the calling thread.
+    pub fn of_this_thread() -> RunQueue {
+        RunQueue { counts: File::open("/proc/thread-self/schedstat").ok() }
+    }
+
+    /// Time waited so far; `None` where the system does not count it.
+    pub fn waited(&self) -> Option<Duration> {
+        let mut bytes = [0; 96];
+        let mut file = self.counts.as_ref()?;
+        file.rewind().ok()?;
+        let length = file.read(&mut bytes).ok()?;
+        waited(str::from_utf8(&bytes[..length]).ok()?)
+    }
+
+    /// Time waited since [`RunQueue::waited`] returned `before`. Never negative, whatever the system counts.
+    pub fn waited_since(&self, before: Option<Duration>) -> Option<Duration> {
+        Some(self.waited()?.saturating_sub(before?))
+    }
+}
+
+/// Parses the second of three numbers: nanoseconds on a processor, nanoseconds waiting for one, time slices.
+fn waited(schedstat: &str) -> Option<Duration> {
+    let nanos = schedstat.split_ascii_whitespace().nth(1)?;
+    nanos.parse().ok().map(Duration::from_nanos)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_second_number_is_the_wait() {
+        assert_eq!(waited("12 3400 5\n"), Some(Duration::from_nanos(3400)));
+        assert_eq!(waited(""), None);
+        assert_eq!(waited("1 x 2"), None);
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn this_thread_is_counted_and_only_ever_waits_longer() {
+        let counts = RunQueue::of_this_thread();
+        let before = counts.waited().expect("a count");
+        std::thread::yield_now();
+        assert!(counts.waited().expect("a count") >= before);
+        assert_eq!(counts.waited_since(Some(Duration::MAX)), Some(Duration::ZERO));
+        assert_eq!(counts.waited_since(None), None);
     }
 }

@@ -1,11 +1,10 @@
 //! The handle of a room: everything that is known of it and sent to it from outside its thread.
 
 use crate::fleet::lease::RoomLease;
+use crate::host::Phase;
 use crate::host::inbox::Inbox;
-use crate::host::last_tick::LastTick;
 use crate::host::neighbours::Neighbours;
 use crate::host::outbox::{Outbox, SendQueue};
-use crate::host::phase::Phase;
 use crate::host::token_signer::{SeatClaim, TokenSigner};
 use crate::limits::Waits;
 use crate::limits::uplink::Uplink;
@@ -16,11 +15,11 @@ use jostle_game::{Scene, Seat};
 use jostle_protocol::{Appearance, ClientMessage, PlayerState, Role};
 use std::collections::BTreeMap;
 use std::net::IpAddr;
-use std::sync::atomic::{AtomicU32, AtomicUsize};
+use std::sync::atomic::{AtomicU32, AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::SyncSender;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use tokio::sync::{oneshot, watch};
 use tokio_util::sync::CancellationToken;
 
@@ -83,6 +82,33 @@ impl RoomInfo {
     pub fn notes(&self) -> Notes {
         let RoomInfo { number, private, creator, guest, .. } = *self;
         Notes { number, private, creator, guest, ..Notes::default() }
+    }
+}
+
+/// The time at which a room's thread last woke for a tick. Starts at the time the room opens. The thread writes this and
+/// everyone may read it, so that a room whose thread does not answer is seen without asking it.
+#[derive(Debug)]
+pub struct LastTick {
+    opened: Instant,
+    /// Milliseconds from `opened` to that time.
+    woke_ms: AtomicU64,
+}
+
+impl LastTick {
+    /// That of a room that opens now.
+    pub fn new(opened: Instant) -> LastTick {
+        LastTick { opened, woke_ms: AtomicU64::new(0) }
+    }
+
+    /// The room's thread woke for a tick, whether or not it may play it.
+    pub fn woke(&self, now: Instant) {
+        let ms = now.saturating_duration_since(self.opened).as_millis() as u64;
+        self.woke_ms.store(ms, Ordering::Relaxed);
+    }
+
+    pub fn age(&self, now: Instant) -> Duration {
+        let woke = Duration::from_millis(self.woke_ms.load(Ordering::Relaxed));
+        now.saturating_duration_since(self.opened).saturating_sub(woke)
     }
 }
 
@@ -171,4 +197,21 @@ pub fn take_off(
 ) -> Option<RoomHandle> {
     let is_listed = open.get(&info.code).is_some_and(|room| Arc::ptr_eq(&room.info, info));
     is_listed.then(|| open.remove(&info.code)).flatten()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_grows_until_the_room_wakes() {
+        let opened = Instant::now();
+        let after = |seconds| opened + Duration::from_secs(seconds);
+        let last = LastTick::new(opened);
+        assert_eq!(last.age(after(3)), Duration::from_secs(3), "a room that never woke");
+        last.woke(after(5));
+        assert_eq!(last.age(after(5)), Duration::ZERO);
+        assert_eq!(last.age(after(17)), Duration::from_secs(12));
+        assert_eq!(last.age(after(4)), Duration::ZERO, "a reader whose clock was read before");
+    }
 }

@@ -4,12 +4,11 @@
 use crate::fleet::entry::RoomFacts;
 use crate::fleet::lease::RoomLease;
 use crate::host::clock::SystemClock;
-use crate::host::phase::Phase;
-use crate::host::random::random;
 use crate::host::room_handle::{AdminCommand, Host, Join, RoomHandle, RoomInfo, take_off};
 use crate::host::room_shares::{NoRoomLeft, RoomShares};
 use crate::host::thread_time;
-use crate::host::ticker::{Ends, Ticker};
+use crate::host::ticker::{self, Ends, RoomOrigin};
+use crate::host::{Phase, random};
 use crate::limits;
 use crate::limits::networks::network;
 use crate::log::{Notes, SavedRoom, Seal, SharedLog};
@@ -24,6 +23,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::time::sleep;
 use tracing::error;
+
+/// Commands of operators that wait for a room's next tick.
+const COMMANDS_WAITING_MAX: usize = 16;
 
 /// Letters and digits that are not mistaken for each other.
 const CODE_ALPHABET: &[u8; 31] = b"abcdefghjkmnpqrstuvwxyz23456789";
@@ -320,7 +322,7 @@ impl Rooms {
         if *self.host.phase.borrow() != Phase::Running {
             return None;
         }
-        self.start(info, None, None, |room| Ticker::new(room, random()))
+        self.start(info, None, None, RoomOrigin::New(random()))
     }
 
     /// Keeps a guest's scene for the room that the fleet's directory is about to give to this node.
@@ -364,11 +366,9 @@ impl Rooms {
         };
         let info = RoomInfo::new(code, facts.number, facts.private, facts.creator, &scene);
         let info = RoomInfo { guest: facts.guest, ..info };
-        let room = self.start(info, Some(lease), Some(shared), |ends| match saved {
-            Some(saved) => Ticker::restored(ends, saved),
-            None => Ticker::new(ends, random()),
-        });
-        match room {
+        let origin = saved
+            .map_or_else(|| RoomOrigin::New(random()), |saved| RoomOrigin::Saved(saved.into()));
+        match self.start(info, Some(lease), Some(shared), origin) {
             Some(room) => {
                 rooms.insert(code.to_owned(), room);
                 Adopted::Open
@@ -393,7 +393,7 @@ impl Rooms {
             let info = RoomInfo::new(&saved.code, number, private, creator, &saved.scene);
             let info = RoomInfo { guest, ..info };
             let code = saved.code.clone();
-            if let Some(room) = self.start(info, None, None, |room| Ticker::restored(room, saved)) {
+            if let Some(room) = self.start(info, None, None, RoomOrigin::Saved(saved.into())) {
                 rooms.insert(code, room);
             }
         }
@@ -405,28 +405,28 @@ impl Rooms {
         info: RoomInfo,
         lease: Option<RoomLease>,
         of_stream: Option<Arc<SharedLog>>,
-        ticker: impl FnOnce(Ends) -> Ticker,
+        origin: RoomOrigin,
     ) -> Option<RoomHandle> {
         let info = Arc::new(info);
         let guest = info.guest;
         let shared = self.host.logs.share(&info.code, info.number, info.private, of_stream);
         let (sender, receiver) = sync_channel(limits::JOINS_WAITING_MAX);
-        let (commands, commanded) = sync_channel(limits::COMMANDS_WAITING_MAX);
-        let ticker = ticker(Ends {
+        let (commands, commanded) = sync_channel(COMMANDS_WAITING_MAX);
+        let ends = Ends {
             host: Arc::clone(&self.host),
             info: Arc::clone(&info),
             joins: receiver,
             commands: commanded,
             lease: lease.clone(),
             shared: shared.clone(),
-        });
+        };
         let spawned = std::thread::Builder::new()
             .name(format!("{ROOM_THREAD}{}", info.code))
             .spawn(move || {
                 if guest {
                     thread_time::go_after_others(limits::GUEST_NICENESS);
                 }
-                ticker.run(&mut SystemClock::of_this_thread());
+                ticker::run(&ends, origin, &mut SystemClock::of_this_thread());
             })
             .inspect_err(|error| error!(room = %info.code, %error, "no thread for a room"));
         let Ok(thread) = spawned else {

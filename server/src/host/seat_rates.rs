@@ -1,7 +1,17 @@
 //! Limits on how often the players of a room may do something that costs others: of each seat, and of all.
 
 use jostle_game::Seat;
+use jostle_sim::TICKS_PER_SECOND;
 use std::collections::{BTreeMap, VecDeque};
+
+/// Ticks from one emote of a player to the next that is shown.
+pub const EMOTE_TICKS: u32 = 2 * TICKS_PER_SECOND;
+/// Emotes that a room shows in a second; each is a message to all of its clients.
+const EMOTES_PER_SECOND_MAX: usize = 16;
+/// Ticks from one clip of a player to the next: four a minute.
+const CLIP_APART_TICKS: u32 = 15 * TICKS_PER_SECOND;
+/// Clips of a room in a minute. Each is a file, and up to half a second of the writer.
+const CLIPS_PER_MINUTE_MAX: usize = 8;
 
 /// What the players of a room did lately, and how often they may.
 #[derive(Debug)]
@@ -18,8 +28,16 @@ pub struct SeatRates {
 }
 
 impl SeatRates {
+    pub fn of_emotes() -> SeatRates {
+        SeatRates::new(EMOTE_TICKS, EMOTES_PER_SECOND_MAX, TICKS_PER_SECOND)
+    }
+
+    pub fn of_clips() -> SeatRates {
+        SeatRates::new(CLIP_APART_TICKS, CLIPS_PER_MINUTE_MAX, 60 * TICKS_PER_SECOND)
+    }
+
     /// Nothing was done yet: a seat may do it every `apart` ticks, all together `most` times in `window` ticks.
-    pub fn new(apart: u32, most: usize, window: u32) -> SeatRates {
+    fn new(apart: u32, most: usize, window: u32) -> SeatRates {
         SeatRates { apart, window, most, last: BTreeMap::new(), recent: VecDeque::new() }
     }
 

@@ -2,7 +2,7 @@
 
 use super::store::ReplayStore;
 use super::writer::LogWriter;
-use crate::host::random::random;
+use crate::host::random;
 use crate::limits;
 use crate::limits::address_rate_limiter::AddressRateLimiter;
 use crate::limits::networks::widest;

@@ -1,6 +1,6 @@
 //! The players' port: accepts connections, secures them and speaks HTTP until an upgrade.
 
-use crate::host::phase::Phase;
+use crate::host::Phase;
 use crate::limits;
 use crate::limits::address_rate_limiter::AddressRateLimiter;
 use crate::limits::connection_limits::Permit;

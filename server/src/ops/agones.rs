@@ -5,7 +5,7 @@
 mod sidecar;
 mod watch;
 
-use crate::host::phase::Phase;
+use crate::host::Phase;
 use crate::host::room_handle::Host;
 use crate::limits;
 use crate::ops::supervisor::Pulse;

@@ -167,7 +167,7 @@ mod tests {
 
     #[test]
     fn bans_outlive_the_process_and_a_wrong_file_is_set_aside() {
-        let name = format!("jostle-bans-{:016x}.json", crate::host::random::random());
+        let name = format!("jostle-bans-{:016x}.json", crate::host::random());
         let file = std::env::temp_dir().join(name);
         let open = || Bans::open(Some(file.clone()));
         open().ban(network("10.0.0.0/8"), HOUR).expect("a place");

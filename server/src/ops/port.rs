@@ -2,7 +2,7 @@
 //! to the world, and has its own few connections, so that scraping it hard costs players nothing. Everything
 //! that changes state is in [`admin`], behind a token.
 
-use crate::host::phase::Phase;
+use crate::host::Phase;
 use crate::host::room_handle::RoomInfo;
 use crate::limits;
 use crate::limits::connection_limits::ConnectionLimits;

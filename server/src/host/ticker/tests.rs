@@ -1,27 +1,31 @@
 use super::*;
 use crate::fleet::lease::Lease;
-use crate::host::clock::SystemClock;
 use crate::host::delivery::{Delivery, ParticlePermits};
 use crate::host::inbox::{Inbox, InboxSender, inbox};
 use crate::host::neighbours::Neighbours;
 use crate::host::outbox::{NextToSend, Outbox};
 use crate::host::room_handle::RoomHandle;
 use crate::host::rooms::Rooms;
+use crate::host::seat_rates::EMOTE_TICKS;
+use crate::host::sessions::ConnectedMember;
 use crate::host::token_signer::TokenSigner;
-use crate::limits::Waits;
 use crate::limits::uplink::Uplink;
-use crate::log::Logs;
+use crate::limits::{self, Waits};
+use crate::log::{Logs, Seal};
 use bytes::Bytes;
-use jostle_game::Scene;
+use ipnet::IpNet;
+use jostle_game::{Scene, Seat};
 use jostle_protocol::limits::ROOM_CODE_BYTES_MAX;
-use jostle_protocol::{Appearance, ClientMessage, Role};
+use jostle_protocol::{Appearance, ClientMessage, Role, ServerMessage};
+use jostle_sim::TICKS_PER_SECOND;
+use services::JOINS_PER_WAKEUP;
 use std::cell::Cell;
 use std::net::IpAddr;
 use std::sync::Mutex;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{SyncSender, sync_channel};
 use std::task::{Wake, Waker};
-use std::time::Duration;
+use std::time::Instant;
 use tokio::sync::watch;
 
 /// Incarnation of the node of rooms in a fleet.
@@ -35,7 +39,7 @@ struct Outside {
     joins: SyncSender<Join>,
 }
 
-fn room(code: &str, empty_grace: Duration) -> (Ticker, Outside) {
+fn room(code: &str, empty_grace: Duration) -> (Ends, Outside) {
     let (phase, followed) = watch::channel(Phase::Running);
     let host = || {
         Arc::new(Host {
@@ -55,18 +59,13 @@ fn room(code: &str, empty_grace: Duration) -> (Ticker, Outside) {
     let (joins, receiver) = sync_channel(4);
     let (_commands, commands) = sync_channel(1);
     let info = RoomInfo::new(code, 1, false, None, &Arc::new(Scene::built_in().swap_remove(0)));
-    let ticker = Ticker::new(
-        Ends {
-            host: host(),
-            info: Arc::new(info),
-            joins: receiver,
-            commands,
-            lease: None,
-            shared: None,
-        },
-        1,
-    );
-    (ticker, Outside { rooms, phase, joins })
+    let info = Arc::new(info);
+    let ends = Ends { host: host(), info, joins: receiver, commands, lease: None, shared: None };
+    (ends, Outside { rooms, phase, joins })
+}
+
+fn open(ends: &Ends) -> Ticker<'_> {
+    Ticker::open(ends, RoomOrigin::New(1), &TestClock::new()).expect("it opens")
 }
 
 fn join() -> (Join, InboxSender<Option<ClientMessage>>, Arc<Outbox>) {
@@ -96,10 +95,10 @@ fn end_of(outbox: &Outbox) -> Refusal {
 }
 
 /// Runs a room on a clock that sleeps in no time; returns what becomes of its state.
-fn seal_of(mut ticker: Ticker) -> Option<Seal> {
+fn seal_of(mut ends: Ends) -> Option<Seal> {
     let shared = Arc::new(SharedLog::default());
-    ticker.shared = Some(Arc::clone(&shared));
-    ticker.run(&mut TestClock::new());
+    ends.shared = Some(Arc::clone(&shared));
+    run(&ends, RoomOrigin::New(1), &mut TestClock::new());
     shared.lock().seal.clone()
 }
 
@@ -127,6 +126,8 @@ struct TestClock {
     closes: Option<(u32, watch::Sender<Phase>)>,
     /// Has somebody join in the sleep of this number.
     comes: Option<(u32, SyncSender<Join>, Join)>,
+    /// Panics in the sleep of this number, as a bug in a game would.
+    fails: Option<u32>,
     /// Renews a lease for an hour in the sleep of this number.
     renews: Option<(u32, Arc<Lease>)>,
     /// Gives the room up in the sleep of this number.
@@ -143,6 +144,7 @@ impl TestClock {
             looks: Cell::new(0),
             stall: None,
             comes: None,
+            fails: None,
             closes: None,
             renews: None,
             gives_up: None,
@@ -167,6 +169,7 @@ impl TickClock for TestClock {
         if let Some((_, joins, join)) = self.comes.take_if(|(sleep, ..)| *sleep == self.sleeps) {
             joins.send(join).expect("a place");
         }
+        assert_ne!(self.fails, Some(self.sleeps), "as it was told");
         if let Some((_, lease)) = self.renews.take_if(|(sleep, _)| *sleep == self.sleeps) {
             lease.set(INCARNATION, HOUR);
         }
@@ -183,42 +186,42 @@ impl TickClock for TestClock {
 }
 
 /// Plays a room to its end; returns the ticks played and the reason.
-fn play(ticker: &mut Ticker, clock: &mut TestClock) -> (u32, RoomEnd) {
-    let mut opened = ticker.open(clock).expect("it opens");
-    let end = ticker.play(&mut opened, clock);
-    (opened.room.game().tick_count(), end)
+fn play(ends: &Ends, clock: &mut TestClock) -> (u32, RoomEnd) {
+    let mut ticker = Ticker::open(ends, RoomOrigin::New(1), clock).expect("it opens");
+    let Err(end) = ticker.play(clock);
+    (ticker.open.room.game().tick_count(), end)
 }
 
 #[test]
 fn an_empty_room_stands_still_and_ends_after_its_time() {
-    let (mut ticker, _outside) = room("empty", Duration::from_secs(45));
+    let (ends, _outside) = room("empty", Duration::from_secs(45));
     let mut clock = TestClock::new();
     let began = clock.now;
-    assert_eq!(play(&mut ticker, &mut clock), (60, RoomEnd::Empty), "it plays for a second");
+    assert_eq!(play(&ends, &mut clock), (60, RoomEnd::Empty), "it plays for a second");
     let late = clock.now - began - Duration::from_secs(45);
-    assert!(late < limits::RESTING_LOOK, "late by {late:?}");
+    assert!(late < RESTING_LOOK, "late by {late:?}");
     assert!(clock.sleeps < 1000, "{} sleeps", clock.sleeps);
-    assert_eq!(ticker.host.metrics.ticks.missed.get(), 0);
+    assert_eq!(ends.host.metrics.ticks.missed.get(), 0);
 }
 
 #[test]
 fn a_room_that_stands_still_goes_on_when_somebody_comes() {
-    let (mut ticker, outside) = room("rests", Duration::MAX);
+    let (ends, outside) = room("rests", Duration::MAX);
     let (join, _inbox, outbox) = join();
     let comes = Some((200, outside.joins, join));
     let mut clock = TestClock { comes, closes: Some((300, outside.phase)), ..TestClock::new() };
-    let (ticks, end) = play(&mut ticker, &mut clock);
+    let (ticks, end) = play(&ends, &mut clock);
     // The last wakeup finds the server closing.
     assert_eq!((ticks, end), (60 + 99, RoomEnd::Closing));
-    assert_eq!(ticker.host.metrics.ticks.missed.get(), 0);
+    assert_eq!(ends.host.metrics.ticks.missed.get(), 0);
     assert_eq!(outbox.end_reason(), None);
 }
 
 #[test]
 fn a_guests_room_without_a_seat_ends_after_seconds_and_keeps_the_seats_of_lost_players() {
     let lasts = |comes: bool| {
-        let (mut ticker, outside) = room("guests", Duration::from_secs(120));
-        Arc::get_mut(&mut ticker.info).expect("not shared yet").guest = true;
+        let (mut ends, outside) = room("guests", Duration::from_secs(120));
+        Arc::get_mut(&mut ends.info).expect("not shared yet").guest = true;
         let (join, inbox, _outbox) = join();
         if comes {
             outside.joins.send(join).expect("a place");
@@ -229,43 +232,42 @@ fn a_guests_room_without_a_seat_ends_after_seconds_and_keeps_the_seats_of_lost_p
         drop(inbox);
         let mut clock = TestClock::new();
         let began = clock.now;
-        assert_eq!(play(&mut ticker, &mut clock).1, RoomEnd::Empty);
+        assert_eq!(play(&ends, &mut clock).1, RoomEnd::Empty);
         clock.now - began
     };
-    assert!(lasts(false) - Waits::USUAL.guest_room_empty < limits::RESTING_LOOK);
+    assert!(lasts(false) - Waits::USUAL.guest_room_empty < RESTING_LOOK);
     assert!(lasts(true) > Duration::from_secs(44), "as long as a seat is held");
 }
 
 #[test]
 fn a_room_that_stood_still_waits_for_its_players_as_long_as_any_other() {
-    let (mut ticker, outside) = room("still", Duration::from_secs(45));
+    let (mut ends, outside) = room("still", Duration::from_secs(45));
     let (join, _inbox, outbox) = join();
     outside.joins.send(join).expect("a place");
     let began = Instant::now();
     let lease = Arc::new(Lease::new(began));
     lease.set(INCARNATION, Duration::from_secs(15));
-    ticker.lease = Some(RoomLease::new(Arc::clone(&lease), INCARNATION));
+    ends.lease = Some(RoomLease::new(Arc::clone(&lease), INCARNATION));
     // It stands still from the 15th second to the 300th.
     let renews = Some((300 * 60, lease));
     let mut clock = TestClock { now: began, renews, ..TestClock::new() };
-    let (_, end) = play(&mut ticker, &mut clock);
+    let (_, end) = play(&ends, &mut clock);
     assert_eq!((end_of(&outbox), end), (Refusal::Moving, RoomEnd::Empty));
     let late = (clock.now - began).abs_diff(Duration::from_secs(300 + 45));
-    assert!(late < limits::RESTING_LOOK, "off by {late:?}");
+    assert!(late < RESTING_LOOK, "off by {late:?}");
 }
 
 #[test]
 fn a_guests_room_that_takes_more_than_its_share_for_long_is_closed_and_says_so() {
     let play_guest = |guest: bool, cost_us: u64| {
-        let (mut ticker, outside) = room("dear", Duration::from_secs(60));
-        Arc::get_mut(&mut ticker.info).expect("not shared yet").guest = guest;
+        let (mut ends, outside) = room("dear", Duration::from_secs(60));
+        Arc::get_mut(&mut ends.info).expect("not shared yet").guest = guest;
         let (join, _inbox, outbox) = join();
         outside.joins.send(join).expect("a place");
         let closes = Some((3000, outside.phase));
         let cost = Duration::from_micros(cost_us);
         let mut clock = TestClock { cost, closes, ..TestClock::new() };
-        let mut opened = ticker.open(&clock).expect("it opens");
-        let end = ticker.play(&mut opened, &mut clock);
+        let (_, end) = play(&ends, &mut clock);
         (end, clock.sleeps, outbox)
     };
     assert_eq!(play_guest(false, 16_000).0, RoomEnd::Closing, "a room of the server's own scenes");
@@ -274,24 +276,25 @@ fn a_guests_room_that_takes_more_than_its_share_for_long_is_closed_and_says_so()
     assert_eq!(end, RoomEnd::TooCostly);
     assert!((300..420).contains(&ticks), "closed after {ticks} ticks");
 
-    let (mut ticker, outside) = room("dear", Duration::from_secs(60));
-    Arc::get_mut(&mut ticker.info).expect("not shared yet").guest = true;
+    let (mut ends, outside) = room("dear", Duration::from_secs(60));
+    Arc::get_mut(&mut ends.info).expect("not shared yet").guest = true;
     let (join, _inbox, outbox) = join();
     outside.joins.send(join).expect("a place");
-    ticker.run(&mut TestClock { cost: Duration::from_millis(100), ..TestClock::new() });
+    let mut clock = TestClock { cost: Duration::from_millis(100), ..TestClock::new() };
+    run(&ends, RoomOrigin::New(1), &mut clock);
     assert_eq!(end_of(&outbox), Refusal::TooCostly);
 }
 
 #[test]
 fn a_guests_room_is_closed_after_the_first_tick_that_takes_too_long() {
     let play_guest = |tick_cost_ms, stall_s| {
-        let (mut ticker, outside) = room("dear", Duration::from_secs(60));
-        Arc::get_mut(&mut ticker.info).expect("not shared yet").guest = true;
+        let (mut ends, outside) = room("dear", Duration::from_secs(60));
+        Arc::get_mut(&mut ends.info).expect("not shared yet").guest = true;
         let (join, _inbox, _outbox) = join();
         outside.joins.send(join).expect("a place");
         let tick_cost = Duration::from_millis(tick_cost_ms);
         let stall = Some((1, Duration::from_secs(stall_s)));
-        play(&mut ticker, &mut TestClock { tick_cost, stall, ..TestClock::new() })
+        play(&ends, &mut TestClock { tick_cost, stall, ..TestClock::new() })
     };
     // The stall makes five ticks due at once.
     assert_eq!(play_guest(101, 1), (1, RoomEnd::TooCostly));
@@ -303,17 +306,17 @@ fn a_guests_room_is_closed_after_the_first_tick_that_takes_too_long() {
 
 #[test]
 fn a_tick_over_the_budget_of_a_step_closes_a_room_before_it_is_sent() {
-    let (mut ticker, outside) = room("heap", Duration::from_secs(60));
+    let (mut ends, outside) = room("heap", Duration::from_secs(60));
     let text = "title = \"Heap\"\nsize = [100, 100]\ngroups = [\"block\"]\npairs = [[\"block\", \"block\"]]\n\
                 [[layouts]]\nkind = \"block\"\ncount = 200\nradius = 10\narea = [[49, 49], [51, 51]]\n\
                 exact = true\ngrid = [20, 10]\n";
     let mut scene = Scene::parse("guest.toml", text).expect("a scene");
     scene.world.budget = limits::GUEST_STEP;
-    let info = Arc::get_mut(&mut ticker.info).expect("not shared yet");
+    let info = Arc::get_mut(&mut ends.info).expect("not shared yet");
     (info.guest, info.scene) = (true, Arc::new(scene));
     let (join, _inbox, outbox) = join();
     outside.joins.send(join).expect("a place");
-    assert_eq!(seal_of(ticker), Some(Seal::Remove));
+    assert_eq!(seal_of(ends), Some(Seal::Remove));
     assert_eq!(end_of(&outbox), Refusal::TooCostly);
 }
 
@@ -323,7 +326,7 @@ fn a_room_ends_when_its_host_leaves_it_empty() {
     for (is_host, with_another, ticks, expected) in
         cases.into_iter().chain([(true, true, 200, RoomEnd::Closing)])
     {
-        let (mut ticker, outside) = room("left", Duration::from_secs(1));
+        let (ends, outside) = room("left", Duration::from_secs(1));
         let (mut host, inbox, _outbox) = join();
         host.hosted = is_host.then_some(1);
         outside.joins.send(host).expect("a place");
@@ -333,7 +336,7 @@ fn a_room_ends_when_its_host_leaves_it_empty() {
             outside.joins.send(other).expect("a place");
         }
         let mut clock = TestClock { closes: Some((200, outside.phase)), ..TestClock::new() };
-        let (played, end) = play(&mut ticker, &mut clock);
+        let (played, end) = play(&ends, &mut clock);
         assert_eq!(end, expected, "host {is_host}, another {with_another}");
         assert!(played.abs_diff(ticks) <= 1, "{played} ticks instead of {ticks}");
     }
@@ -341,32 +344,32 @@ fn a_room_ends_when_its_host_leaves_it_empty() {
 
 #[test]
 fn a_closing_server_ends_a_room_with_players() {
-    let (mut ticker, outside) = room("closing", Duration::ZERO);
+    let (ends, outside) = room("closing", Duration::ZERO);
     let (join, _inbox, _outbox) = join();
     outside.joins.send(join).expect("a place");
     let mut clock = TestClock { closes: Some((100, outside.phase)), ..TestClock::new() };
-    assert_eq!(play(&mut ticker, &mut clock), (99, RoomEnd::Closing));
+    assert_eq!(play(&ends, &mut clock), (99, RoomEnd::Closing));
 }
 
 #[test]
 fn a_dropped_server_ends_a_room_with_players() {
-    let (mut ticker, outside) = room("dropped", Duration::MAX);
+    let (ends, outside) = room("dropped", Duration::MAX);
     let (join, _inbox, _outbox) = join();
     outside.joins.send(join).expect("a place");
     drop(outside.phase);
-    assert_eq!(play(&mut ticker, &mut TestClock::new()), (0, RoomEnd::Closing));
+    assert_eq!(play(&ends, &mut TestClock::new()), (0, RoomEnd::Closing));
 }
 
 #[test]
 fn ticks_of_a_long_stall_are_missed_and_the_next_ones_are_on_time() {
-    let (mut ticker, outside) = room("stalled", Duration::MAX);
-    let metrics = Arc::clone(&ticker.host.metrics);
+    let (ends, outside) = room("stalled", Duration::MAX);
+    let metrics = Arc::clone(&ends.host.metrics);
     let (join, _inbox, _outbox) = join();
     outside.joins.send(join).expect("a place");
     let stall = Some((61, Duration::from_secs(2)));
     let mut clock = TestClock { stall, closes: Some((200, outside.phase)), ..TestClock::new() };
     let began = clock.now;
-    let (ticks, end) = play(&mut ticker, &mut clock);
+    let (ticks, end) = play(&ends, &mut clock);
     // The last wakeup finds the server closing, and does not play.
     let due = (clock.now - began).as_secs_f64() * 60.0 - 1.0;
     assert_eq!((end, metrics.ticks.played.get()), (RoomEnd::Closing, u64::from(ticks)));
@@ -377,46 +380,43 @@ fn ticks_of_a_long_stall_are_missed_and_the_next_ones_are_on_time() {
 
 #[tokio::test(start_paused = true)]
 async fn a_command_that_is_insisted_on_waits_for_a_place_in_the_queue() {
-    let (mut ticker, outside) = room("full", Duration::MAX);
-    let Opened { mut room, .. } = ticker.open(&TestClock::new()).expect("it opens");
+    let (ends, outside) = room("full", Duration::MAX);
+    let mut open = open(&ends).open;
     let (commands, receiver) = sync_channel(1);
-    ticker.commands = receiver;
+    let (now, clock) = (Instant::now(), TestClock::new());
+    let mut obey = || Commands::new(&receiver).before(&Wakeup { now, clock: &clock }, &mut open);
     let network = IpNet::from(IpAddr::from([127, 0, 0, 1]));
     commands.send(AdminCommand::Evict(network)).expect("a place");
-    let (info, joins) = (Arc::clone(&ticker.info), outside.joins.clone());
+    let (info, joins) = (Arc::clone(&ends.info), outside.joins.clone());
     let thread = std::thread::spawn(|| {});
     let handle = RoomHandle { info, joins, commands, lease: None, shared: None, thread };
-    ticker.host.lock().insert("full".into(), handle);
+    ends.host.lock().insert("full".into(), handle);
 
-    let rooms = Rooms::new(&[], Arc::clone(&ticker.host), true, 64);
+    let rooms = Rooms::new(&[], Arc::clone(&ends.host), true, 64);
     let insists = tokio::spawn(async move {
         rooms.insist("full", AdminCommand::Leave(None)).await;
         rooms.insist("another", AdminCommand::Leave(None)).await;
     });
     tokio::time::sleep(Duration::from_secs(1)).await;
     assert!(!insists.is_finished(), "a full queue");
-    ticker.run_commands(&mut room);
-    assert_eq!(ticker.leaving, None);
+    assert_eq!(obey(), Ok(true));
     insists.await.expect("no panic");
-    ticker.run_commands(&mut room);
-    assert_eq!(ticker.leaving, Some(RoomEnd::Elsewhere));
+    assert_eq!(obey(), Err(RoomEnd::Elsewhere));
 }
 
 #[test]
 fn a_failed_room_ends_its_sessions_and_no_other_room_notices() {
-    // A code that the room asserts against makes it panic, as a bug in a game would.
-    let (mut ticker, outside) = room(&"x".repeat(ROOM_CODE_BYTES_MAX + 1), Duration::MAX);
+    let (ends, outside) = room("fails", Duration::MAX);
     let (seated, _inbox, seated_outbox) = join();
-    ticker.members.push(member(Seat(0), seated.inbox, seated.outbox));
+    outside.joins.send(seated).expect("a place");
     let (waiting, _other_inbox, waiting_outbox) = join();
-    outside.joins.send(waiting).expect("a place");
+    let comes = Some((2, outside.joins, waiting));
     let (other, other_inbox, other_outbox) = join();
     outside.rooms.join("arena", other).expect("another room");
 
-    let metrics = Arc::clone(&ticker.host.metrics);
-    std::thread::spawn(move || ticker.run(&mut SystemClock::of_this_thread()))
-        .join()
-        .expect("the panic stays inside");
+    let metrics = Arc::clone(&ends.host.metrics);
+    let mut clock = TestClock { comes, fails: Some(2), ..TestClock::new() };
+    run(&ends, RoomOrigin::New(1), &mut clock);
     assert_eq!(metrics.rooms_failed.get(), 1);
     assert_eq!(end_of(&seated_outbox), Refusal::RoomFailed);
     assert_eq!(end_of(&waiting_outbox), Refusal::RoomFailed);
@@ -455,77 +455,78 @@ fn a_room_that_fails_while_it_feeds_wakes_those_fed_before() {
             self.0.store(true, Ordering::Relaxed);
         }
     }
-    let (mut ticker, _outside) = room("fed", Duration::MAX);
+    let (ends, _outside) = room("fed", Duration::MAX);
     let (join, _inbox, outbox) = join();
     let woken = Arc::new(Woken(AtomicBool::new(false)));
     outbox.register(&Waker::from(Arc::clone(&woken)));
-    ticker.members.push(member(Seat(0), join.inbox, Arc::clone(&outbox)));
+    let mut ticker = open(&ends);
+    ticker.open.sessions.members.push(member(Seat(0), join.inbox, Arc::clone(&outbox)));
     outbox.send_soon();
-    ticker.end_all_sessions(Refusal::RoomFailed);
+    end_all_sessions(&ends, Some(&mut ticker), Refusal::RoomFailed);
     assert!(woken.0.load(Ordering::Relaxed));
 }
 
 #[test]
 fn a_host_kicks_players_but_no_host() {
-    let (mut ticker, _outside) = room("hosts", Duration::MAX);
-    let Opened { mut room, .. } = ticker.open(&TestClock::new()).expect("it opens");
+    let (ends, _outside) = room("hosts", Duration::MAX);
+    let mut open = open(&ends).open;
     let people = [Some(1), Some(1), None].map(|hosted| {
         let (join, inbox, outbox) = join();
-        ticker.seat(&mut room, Join { hosted, ..join }, &mut None, Instant::now());
+        open.seat(Join { hosted, ..join }, &mut None, Instant::now());
         (inbox, outbox)
     });
-    room.tick();
+    open.room.tick();
     people.iter().for_each(|(_, outbox)| drop(control_messages(outbox)));
     for seat in [0, 1, 2] {
         people[0].0.try_send(Some(ClientMessage::Kick { seat: Seat(seat) })).expect("a place");
     }
-    ticker.empty_inboxes(&mut room);
+    open.empty_inboxes();
     assert_eq!(control_messages(&people[0].1), [ServerMessage::Denied, ServerMessage::Denied]);
-    assert_eq!((room.players(), ticker.members.len()), (2, 2));
+    assert_eq!((open.room.players(), open.sessions.members.len()), (2, 2));
     assert_eq!(end_of(&people[2].1), Refusal::Kicked);
-    assert!(ticker.kick(&mut room, Seat(1)), "operators may");
+    assert!(open.kick(Seat(1)), "operators may");
     assert_eq!(end_of(&people[1].1), Refusal::Kicked);
 }
 
 #[test]
 fn joins_beyond_the_limit_of_a_tick_are_answered_in_the_next() {
-    let (mut ticker, _outside) = room("queue", Duration::MAX);
-    let Opened { mut room, .. } = ticker.open(&TestClock::new()).expect("it opens");
+    let (ends, _outside) = room("queue", Duration::MAX);
+    let mut open = open(&ends).open;
     let (joins, receiver) = sync_channel(limits::JOINS_WAITING_MAX);
-    ticker.joins = receiver;
-    let waiting: Vec<_> = (0..limits::JOINS_PER_WAKEUP + 1)
+    let waiting: Vec<_> = (0..JOINS_PER_WAKEUP + 1)
         .map(|_| {
             let (join, inbox, outbox) = join();
             joins.send(join).expect("a place");
             (inbox, outbox)
         })
         .collect();
-    let last = &waiting[limits::JOINS_PER_WAKEUP].1;
-    ticker.admit(&mut room, Instant::now());
-    assert!(room.players() == limits::JOINS_PER_WAKEUP && control_messages(last).is_empty());
-    ticker.admit(&mut room, Instant::now());
-    assert_eq!((room.players(), control_messages(last).len()), (limits::JOINS_PER_WAKEUP + 1, 1));
+    let last = &waiting[JOINS_PER_WAKEUP].1;
+    let (now, clock, mut entrance) = (Instant::now(), TestClock::new(), Entrance::new(&receiver));
+    for (players, answers) in [(JOINS_PER_WAKEUP, 0), (JOINS_PER_WAKEUP + 1, 1)] {
+        assert_eq!(entrance.before(&Wakeup { now, clock: &clock }, &mut open), Ok(true));
+        assert_eq!((open.room.players(), control_messages(last).len()), (players, answers));
+    }
 }
 
 #[test]
 fn all_see_an_emote_and_the_next_of_its_player_two_seconds_later() {
-    let (mut ticker, _outside) = room("emotes", Duration::MAX);
-    let Opened { mut room, .. } = ticker.open(&TestClock::new()).expect("it opens");
+    let (ends, _outside) = room("emotes", Duration::MAX);
+    let mut open = open(&ends).open;
     let people = [(); 2].map(|()| {
         let (join, inbox, outbox) = join();
-        ticker.seat(&mut room, join, &mut None, Instant::now());
+        open.seat(join, &mut None, Instant::now());
         (inbox, outbox)
     });
     people.iter().for_each(|(_, outbox)| drop(control_messages(outbox)));
-    for tick in 0..=limits::EMOTE_TICKS {
+    for tick in 0..=EMOTE_TICKS {
         people[1]
             .0
             .try_send(Some(ClientMessage::Emote { emote: (tick % 8) as u8 }))
             .expect("a place");
-        ticker.empty_inboxes(&mut room);
-        room.tick();
+        open.empty_inboxes();
+        open.room.tick();
     }
-    let shown = [0, limits::EMOTE_TICKS % 8];
+    let shown = [0, EMOTE_TICKS % 8];
     let shown = shown.map(|emote| ServerMessage::Emote { seat: Seat(1), emote: emote as u8 });
     for (_, outbox) in &people {
         assert_eq!(control_messages(outbox), shown);

@@ -19,7 +19,7 @@ struct TestDir(PathBuf);
 
 impl TestDir {
     fn new(name: &str) -> TestDir {
-        let number = crate::host::random::random();
+        let number = crate::host::random();
         TestDir(std::env::temp_dir().join(format!("jostle-state-{name}-{number:016x}")))
     }
 

@@ -6,7 +6,7 @@ use crate::fleet::directory::{Located, PlaceError};
 use crate::fleet::entry::{RoomCounts, RoomFacts};
 use crate::fleet::handle::Fleet;
 use crate::host::names::guests_title;
-use crate::host::random::random;
+use crate::host::random;
 use crate::host::room_handle::RoomInfo;
 use crate::host::room_shares::RoomShares;
 use crate::host::rooms::{CreateError, Created};

@@ -1,7 +1,7 @@
 //! Bodies of requests: bounded in length and time.
 
 use super::response::{Answer, busy, failed};
-use crate::host::phase::Phase;
+use crate::host::Phase;
 use crate::state::ServerState;
 use http_body_util::{BodyExt, LengthLimitError, Limited};
 use hyper::body::{Bytes, Incoming};

@@ -6,18 +6,18 @@ use super::*;
 fn a_room_that_was_given_up_leaves_the_records_of_its_name_alone() {
     // Its thread wakes as it plays, as the server closes, or as it stands still without a lease.
     for (closes, has_lease) in [(false, true), (true, true), (false, false)] {
-        let (mut ticker, outside) = room("given-up", Duration::MAX);
+        let (mut ends, outside) = room("given-up", Duration::MAX);
         let shared = Arc::new(SharedLog::default());
-        ticker.shared = Some(Arc::clone(&shared));
+        ends.shared = Some(Arc::clone(&shared));
         let lease = Arc::new(Lease::new(Instant::now()));
-        ticker.lease = (!has_lease).then(|| RoomLease::new(lease, INCARNATION));
+        ends.lease = (!has_lease).then(|| RoomLease::new(lease, INCARNATION));
         let mut clock = TestClock {
-            gives_up: Some((1, Arc::clone(&ticker.info))),
+            gives_up: Some((1, Arc::clone(&ends.info))),
             // Else it would stand still for ever.
             closes: Some((if closes { 1 } else { 100 }, outside.phase.clone())),
             ..TestClock::new()
         };
-        ticker.run(&mut clock);
+        run(&ends, RoomOrigin::New(1), &mut clock);
         assert_eq!((clock.sleeps, shared.lock().seal.clone()), (1, Some(Seal::Leave)));
     }
 }
@@ -26,10 +26,10 @@ fn a_room_that_was_given_up_leaves_the_records_of_its_name_alone() {
 fn a_room_that_was_given_up_before_it_failed_leaves_the_records_of_its_name_alone() {
     for given_up in [false, true] {
         // This code makes it panic before it has played.
-        let (ticker, _outside) = room(&"x".repeat(ROOM_CODE_BYTES_MAX + 1), Duration::MAX);
+        let (ends, _outside) = room(&"x".repeat(ROOM_CODE_BYTES_MAX + 1), Duration::MAX);
         if given_up {
-            ticker.info.given_up.cancel();
+            ends.info.given_up.cancel();
         }
-        assert_eq!(seal_of(ticker), (!given_up).then_some(Seal::Leave));
+        assert_eq!(seal_of(ends), (!given_up).then_some(Seal::Leave));
     }
 }

@@ -5,19 +5,14 @@ use super::*;
 /// Plays a room with a player for some ticks, with or without spectators who send all that there is; returns the state
 /// hash of each tick and what was ignored.
 fn hashes(watched: bool) -> (Vec<u64>, String) {
-    let (mut ticker, _outside) = room("watched", Duration::MAX);
-    let Opened { mut room, .. } = ticker.open(&TestClock::new()).expect("it opens");
+    let (ends, _outside) = room("watched", Duration::MAX);
+    let mut open = open(&ends).open;
     let (player, inbox, _outbox) = join();
-    ticker.seat(&mut room, player, &mut None, Instant::now());
+    open.seat(player, &mut None, Instant::now());
     let spectators: Vec<_> = (0..if watched { 3 } else { 0 })
         .map(|_| {
             let (join, inbox, outbox) = join();
-            ticker.seat(
-                &mut room,
-                Join { role: Role::Spectator, ..join },
-                &mut None,
-                Instant::now(),
-            );
+            open.seat(Join { role: Role::Spectator, ..join }, &mut None, Instant::now());
             (inbox, outbox)
         })
         .collect();
@@ -39,17 +34,17 @@ fn hashes(watched: bool) -> (Vec<u64>, String) {
                 spectator.try_send(message).expect("a place");
             }
         }
-        ticker.empty_inboxes(&mut room);
-        room.tick();
-        ticker.feed(&mut room, Instant::now());
-        room.game().hash()
+        open.empty_inboxes();
+        open.room.tick();
+        open.feed(Instant::now());
+        open.room.game().hash()
     });
     let hashes = hashes.collect();
-    assert!(!ticker.closed && room.players() == 1);
+    assert!(!open.closed && open.room.players() == 1);
     for (_, outbox) in &spectators {
         assert!(outbox.end_reason().is_none());
     }
-    (hashes, ticker.host.metrics.text(Default::default()))
+    (hashes, open.host.metrics.text(Default::default()))
 }
 
 #[test]
@@ -63,13 +58,13 @@ fn a_spectator_changes_nothing() {
 
 #[test]
 fn a_room_has_a_limit_of_spectators_and_of_each_network() {
-    let (mut ticker, _outside) = room("crowd", Duration::MAX);
-    let Opened { mut room, .. } = ticker.open(&TestClock::new()).expect("it opens");
+    let (ends, _outside) = room("crowd", Duration::MAX);
+    let mut open = open(&ends).open;
     let mut kept = Vec::new();
     let mut watch = |host: [u8; 4]| {
         let (join, inbox, outbox) = join();
         let join = Join { role: Role::Spectator, address: IpAddr::from(host), ..join };
-        ticker.seat(&mut room, join, &mut None, Instant::now());
+        open.seat(join, &mut None, Instant::now());
         kept.push((inbox, Arc::clone(&outbox)));
         outbox.end_reason()
     };
@@ -79,5 +74,5 @@ fn a_room_has_a_limit_of_spectators_and_of_each_network() {
     assert_eq!(watch([127, 0, 0, 1]), Some(Refusal::TooManySpectators));
     let admitted = (0..=255).filter(|&net| watch([10, net, 0, 1]).is_none()).count();
     assert_eq!(admitted, limits::SPECTATORS_MAX / 2);
-    assert_eq!(ticker.spectators.len(), limits::SPECTATORS_MAX);
+    assert_eq!(open.sessions.spectators.len(), limits::SPECTATORS_MAX);
 }

@@ -40,9 +40,9 @@ struct Session {
 }
 
 impl Session {
-    fn join(ticker: &mut Ticker, room: &mut Room, role: Role, own: [u8; 4], now: Instant) -> Self {
+    fn join(open: &mut OpenRoom, role: Role, own: [u8; 4], now: Instant) -> Session {
         let (join, inbox, outbox) = join();
-        ticker.seat(room, Join { role, address: own.into(), ..join }, &mut None, now);
+        open.seat(Join { role, address: own.into(), ..join }, &mut None, now);
         let stream = SnapshotStream::default();
         Session { _inbox: inbox, outbox, stream, bytes: 0, snapshots: 0 }
     }
@@ -66,22 +66,22 @@ impl Session {
 /// Plays a guest's room with 120 spectators of two addresses and a player of a third, with this uplink. Returns bytes a
 /// second of all, the messages to the player, and the least to a spectator.
 fn crowd(megabits: u32) -> (usize, u32, u32) {
-    let (mut ticker, _outside) = room("crowd", Duration::MAX);
+    let (mut ends, _outside) = room("crowd", Duration::MAX);
     let began = Instant::now();
     let scene = Arc::new(Scene::parse("restless.toml", RESTLESS).expect("a scene"));
     let info = RoomInfo::new("crowd", 1, false, None, &scene);
-    ticker.info = Arc::new(RoomInfo { guest: true, ..info });
-    Arc::get_mut(&mut ticker.host).expect("one room").uplink = Uplink::new(megabits, began);
-    let Opened { mut room, .. } = ticker.open(&TestClock::new()).expect("it opens");
-    let player = Session::join(&mut ticker, &mut room, Role::Player, [10, 0, 0, 9], began);
+    ends.info = Arc::new(RoomInfo { guest: true, ..info });
+    Arc::get_mut(&mut ends.host).expect("one room").uplink = Uplink::new(megabits, began);
+    let mut open = open(&ends).open;
+    let player = Session::join(&mut open, Role::Player, [10, 0, 0, 9], began);
     let mut sessions = vec![player];
     for number in 0..120 {
         let own = [10, 0, 0, 1 + number % 2];
-        sessions.push(Session::join(&mut ticker, &mut room, Role::Spectator, own, began));
+        sessions.push(Session::join(&mut open, Role::Spectator, own, began));
     }
     for tick in 0..SECONDS * TICKS_PER_SECOND {
-        room.tick();
-        ticker.feed(&mut room, began + Duration::from_secs(tick.into()) / TICKS_PER_SECOND);
+        open.room.tick();
+        open.feed(began + Duration::from_secs(tick.into()) / TICKS_PER_SECOND);
         for (index, session) in sessions.iter_mut().enumerate() {
             session.receive(index < READERS);
         }
@@ -89,7 +89,7 @@ fn crowd(megabits: u32) -> (usize, u32, u32) {
     let least = sessions.iter().map(|session| session.snapshots).min().unwrap_or_default();
     let newest = |session: &Session| session.stream.newest().map_or(0, |newest| newest.tick);
     let oldest = sessions[..READERS].iter().map(newest).min().unwrap_or_default();
-    let age = room.game().tick_count() - oldest;
+    let age = open.room.game().tick_count() - oldest;
     assert!(age < 5 * TICKS_PER_SECOND, "{age} ticks");
     let bytes: usize = sessions.iter().map(|session| session.bytes).sum();
     (bytes / SECONDS as usize, sessions[0].snapshots, least)

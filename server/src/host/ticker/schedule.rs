@@ -1,9 +1,13 @@
-//! The schedule of ticks: tick n is due at `start + n / 60 s`, whatever happened before. Pure, so that it can
-//! be tested without waiting; the room's thread passes the time in.
+//! The schedule of ticks: tick n is due at `start + n / 60 s`, whatever happened before; the ticks that were missed, and the
+//! time that is spent on others. Pure, so that it can be tested without waiting; the room's thread passes the time in.
 
 use crate::limits::CATCH_UP_TICKS_MAX;
 use jostle_sim::TICKS_PER_SECOND;
 use std::time::{Duration, Instant};
+use tracing::warn;
+
+/// Time between two log lines about missed ticks of a room.
+const MISSED_LOG_EVERY: Duration = Duration::from_secs(1);
 
 /// An absolute 60 Hz schedule: errors of single sleeps do not add up.
 #[derive(Debug)]
@@ -53,6 +57,44 @@ impl Schedule {
     }
 }
 
+/// Time by phase of a wakeup.
+pub struct Stopwatch {
+    since: Instant,
+    /// Time in each phase so far: inputs, play, send.
+    pub laps: [Duration; 3],
+}
+
+impl Stopwatch {
+    /// Starts in the first phase.
+    pub fn start(now: Instant) -> Stopwatch {
+        Stopwatch { since: now, laps: [Duration::ZERO; 3] }
+    }
+
+    /// Ends a phase, and begins the next.
+    pub fn lap(&mut self, phase: usize, now: Instant) {
+        self.laps[phase] += now - self.since;
+        self.since = now;
+    }
+}
+
+/// The log of missed ticks, one line at most in [`MISSED_LOG_EVERY`].
+#[derive(Default)]
+pub struct Missed {
+    logged: u64,
+    logged_at: Option<Instant>,
+}
+
+impl Missed {
+    /// Takes the number of ticks missed so far.
+    pub fn report(&mut self, room: &str, missed: u64, now: Instant) {
+        let quiet = self.logged_at.is_some_and(|at| now - at < MISSED_LOG_EVERY);
+        if missed > self.logged && !quiet {
+            warn!(%room, ticks = missed - self.logged, in_all = missed, "missed ticks");
+            *self = Missed { logged: missed, logged_at: Some(now) };
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -93,5 +135,17 @@ mod tests {
         assert_eq!(schedule.pass(start + Duration::from_millis(5000)), 0);
         assert_eq!(schedule.due(start + Duration::from_millis(5017)), 1);
         assert_eq!(schedule.missed(), missed, "what is passed over is not missed");
+    }
+
+    #[test]
+    fn missed_ticks_are_logged_at_most_once_a_second() {
+        let mut missed = Missed::default();
+        let start = Instant::now();
+        missed.report("arena", 3, start);
+        assert_eq!(missed.logged, 3);
+        missed.report("arena", 9, start + MISSED_LOG_EVERY / 2);
+        assert_eq!(missed.logged, 3);
+        missed.report("arena", 9, start + MISSED_LOG_EVERY);
+        assert_eq!(missed.logged, 9);
     }
 }

@@ -1,23 +1,101 @@
-//! The spectators of a room. They hold no seat, and the room does not know them: they read what it sends to all that see
-//! the whole world, and nothing that they send reaches it.
+//! The sessions in a room: players with a socket, and spectators. These hold no seat, and the room does not know them: they
+//! read what it sends to all that see the whole world, and nothing that they send reaches it.
 
 use crate::host::delivery::{Delivery, ParticlePermits, in_turn};
-use crate::host::member::Spectator;
+use crate::host::inbox::Inbox;
 use crate::host::outbox::Outbox;
 use crate::host::room_handle::Join;
 use crate::limits;
-use crate::limits::connection_limits::ConnectionLimits;
+use crate::limits::connection_limits::{ConnectionLimits, Permit};
 use crate::limits::uplink::Allowance;
 use crate::ops::metrics::Metrics;
 use bytes::Bytes;
 use ipnet::IpNet;
-use jostle_game::Input;
+use jostle_game::{Input, Seat};
 use jostle_protocol::{ClientMessage, Refusal};
 use jostle_room::Room;
 use std::net::IpAddr;
 use std::sync::Arc;
 use std::sync::mpsc::TryRecvError;
 use std::time::Instant;
+
+/// The sessions in a room.
+pub struct Sessions {
+    pub(super) members: Vec<ConnectedMember>,
+    pub(super) spectators: Spectators,
+}
+
+/// One player with a socket.
+pub struct ConnectedMember {
+    pub(super) seat: Seat,
+    /// Whether it may kick players and close the room.
+    pub(super) host: bool,
+    pub(super) inbox: Inbox<Option<ClientMessage>>,
+    pub(super) feed: Delivery,
+}
+
+impl Sessions {
+    /// No sessions; one address may have `address_spectators_max` of the room's spectators at most.
+    pub fn new(address_spectators_max: usize) -> Sessions {
+        Sessions { members: Vec::new(), spectators: Spectators::new(address_spectators_max) }
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.members.is_empty() && self.spectators.is_empty()
+    }
+
+    pub fn outboxes(&self) -> impl Iterator<Item = &Arc<Outbox>> {
+        let members = self.members.iter().map(|member| &member.feed.outbox);
+        members.chain(self.spectators.outboxes())
+    }
+
+    /// Queues the snapshot of the newest tick for all of them. See [`Delivery::feed`].
+    pub fn feed(
+        &mut self,
+        room: &mut Room,
+        silent_ticks_max: u32,
+        now: Instant,
+        metrics: &Metrics,
+    ) {
+        for member in in_turn(&mut self.members, room.game().tick_count()) {
+            if member.feed.feed(room, silent_ticks_max, now, metrics) {
+                member.feed.outbox.send_soon();
+            }
+        }
+        self.spectators.feed(room, silent_ticks_max, now, metrics);
+    }
+
+    /// Ends the sessions of a seat.
+    pub fn end_seat(&mut self, seat: Seat, refusal: Refusal) {
+        self.members.retain(|member| {
+            if member.seat == seat {
+                member.feed.outbox.end(refusal);
+            }
+            member.seat != seat
+        });
+    }
+
+    pub fn end(&mut self, refusal: Refusal) {
+        self.members.iter().for_each(|member| member.feed.outbox.end(refusal));
+        self.spectators.end(refusal);
+    }
+
+    /// Throws away what they have sent, while nothing is played: full inboxes would end them.
+    pub fn discard(&mut self) {
+        let spectators = self.spectators.present.iter_mut().map(|spectator| &mut spectator.inbox);
+        let inboxes = self.members.iter_mut().map(|member| &mut member.inbox);
+        inboxes.chain(spectators).for_each(|inbox| while inbox.try_recv().is_ok() {});
+    }
+}
+
+/// One spectator: a socket without a seat.
+struct Spectator {
+    address: IpAddr,
+    inbox: Inbox<Option<ClientMessage>>,
+    feed: Delivery,
+    /// Counts it towards the limits on the room's spectators.
+    _permit: Permit,
+}
 
 /// The spectators of a room.
 pub struct Spectators {
@@ -86,14 +164,7 @@ impl Spectators {
         });
     }
 
-    /// Queues the snapshot of the newest tick for all of them. See [`Delivery::feed`].
-    pub fn feed(
-        &mut self,
-        room: &mut Room,
-        silent_ticks_max: u32,
-        now: Instant,
-        metrics: &Metrics,
-    ) {
+    fn feed(&mut self, room: &mut Room, silent_ticks_max: u32, now: Instant, metrics: &Metrics) {
         for Spectator { feed, .. } in in_turn(&mut self.present, room.game().tick_count()) {
             if feed.feed(room, silent_ticks_max, now, metrics) {
                 feed.outbox.send_soon();
@@ -123,12 +194,7 @@ impl Spectators {
         self.present.drain(..).for_each(|spectator| spectator.feed.outbox.end(refusal));
     }
 
-    pub fn outboxes(&self) -> impl Iterator<Item = &Arc<Outbox>> {
+    fn outboxes(&self) -> impl Iterator<Item = &Arc<Outbox>> {
         self.present.iter().map(|spectator| &spectator.feed.outbox)
-    }
-
-    /// Throws away what they have sent, while nothing is played.
-    pub fn discard(&mut self) {
-        self.present.iter_mut().for_each(|spectator| while spectator.inbox.try_recv().is_ok() {});
     }
 }

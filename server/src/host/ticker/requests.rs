@@ -1,0 +1,141 @@
+//! What players send to their room. Inputs and views are their own; what others notice waits until all inboxes are empty.
+
+use super::open_room::OpenRoom;
+use crate::host::outbox::Outbox;
+use crate::host::sessions::ConnectedMember;
+use crate::ops::metrics::Metrics;
+use bytes::Bytes;
+use jostle_game::Seat;
+use jostle_protocol::{ClientMessage, ClipRefusal, ServerMessage};
+use jostle_room::Room;
+use std::sync::Arc;
+use std::sync::mpsc::TryRecvError;
+use std::time::Instant;
+use tracing::info;
+
+/// Requests that others notice.
+#[derive(Default)]
+struct PlayerRequests {
+    kicks: Vec<(Seat, Arc<Outbox>)>,
+    emotes: Vec<(Seat, u8)>,
+    clips: Vec<(Seat, Arc<Outbox>)>,
+    closes: bool,
+    /// Whether a host left.
+    abandons: bool,
+}
+
+impl PlayerRequests {
+    fn take(
+        &mut self,
+        message: ClientMessage,
+        member: &mut ConnectedMember,
+        room: &mut Room,
+        metrics: &Metrics,
+    ) {
+        let outbox = &member.feed.outbox;
+        match message {
+            ClientMessage::Input { seq, ack_tick, input } => {
+                member.feed.lag.acked(ack_tick, room.game().tick_count());
+                if !room.input(member.seat, seq, input) {
+                    metrics.inputs_ignored.inc();
+                }
+            }
+            ClientMessage::View { size } => room.view(member.seat, size),
+            ClientMessage::Kick { seat } if member.host => {
+                self.kicks.push((seat, Arc::clone(outbox)));
+            }
+            ClientMessage::CloseRoom if member.host => self.closes = true,
+            ClientMessage::Kick { .. } | ClientMessage::CloseRoom => {
+                outbox.control(ServerMessage::Denied.encode());
+            }
+            ClientMessage::Emote { emote } => self.emotes.push((member.seat, emote)),
+            ClientMessage::Clip => self.clips.push((member.seat, Arc::clone(outbox))),
+            // A session answers pings itself, and refuses a second hello.
+            ClientMessage::Ping { .. } | ClientMessage::Hello { .. } => {}
+        }
+    }
+}
+
+impl OpenRoom {
+    /// Moves the sessions' messages into the room. The inboxes are bounded, so this ends.
+    pub fn empty_inboxes(&mut self) {
+        let mut requests = PlayerRequests::default();
+        let OpenRoom { host, info, room, sessions, .. } = self;
+        sessions.members.retain_mut(|member| {
+            let seat = member.seat.0;
+            loop {
+                match member.inbox.try_recv() {
+                    Ok(Some(message)) => requests.take(message, member, room, &host.metrics),
+                    Ok(None) => {
+                        info!(room = %info.code, seat, "player left");
+                        host.metrics.left("left");
+                        room.leave(member.seat);
+                        requests.abandons |= member.host;
+                        return false;
+                    }
+                    Err(TryRecvError::Empty) => return true,
+                    Err(TryRecvError::Disconnected) => {
+                        info!(room = %info.code, seat, "player lost");
+                        host.metrics.left("lost");
+                        room.disconnect(member.seat);
+                        return false;
+                    }
+                }
+            }
+        });
+        self.grant(requests);
+        let tick = self.room.game().tick_count();
+        self.sessions.spectators.empty_inboxes(tick, &self.host.metrics);
+    }
+
+    fn grant(&mut self, requests: PlayerRequests) {
+        let PlayerRequests { kicks, emotes, clips, closes, abandons } = requests;
+        for (seat, outbox) in kicks {
+            if self.sessions.members.iter().any(|member| member.seat == seat && member.host) {
+                outbox.control(ServerMessage::Denied.encode());
+            } else {
+                self.kick(seat);
+            }
+        }
+        for (seat, emote) in emotes {
+            self.show(seat, emote);
+        }
+        for (seat, outbox) in clips {
+            self.keep_clip(seat, outbox);
+        }
+        self.closed |= closes;
+        self.abandoned |= abandons;
+    }
+
+    /// Shows an emote to all clients, unless there were too many.
+    fn show(&mut self, seat: Seat, emote: u8) {
+        if !self.emotes.admit(seat, self.room.game().tick_count()) {
+            return self.host.metrics.ignored("emote");
+        }
+        let message = Bytes::from(ServerMessage::Emote { seat, emote }.encode());
+        for outbox in self.sessions.outboxes() {
+            outbox.aside(message.clone());
+        }
+    }
+
+    /// Has the last seconds kept for a player, who is answered once that is done.
+    fn keep_clip(&mut self, seat: Seat, outbox: Arc<Outbox>) {
+        let answer = move |kept| {
+            outbox.control(ServerMessage::Clip { kept }.encode());
+        };
+        let Some(recording) = &self.host.logs.recording else {
+            return answer(Err(ClipRefusal::Off));
+        };
+        let asked_by = self.admission.address(seat);
+        let admitted = |address| recording.admit_clip(address, Instant::now());
+        let tick = self.room.game().tick_count();
+        // The address first: a refusal does not count for the seat.
+        if !asked_by.is_none_or(admitted) || !self.clips.admit(seat, tick) {
+            return answer(Err(ClipRefusal::TooMany));
+        }
+        match self.room.clip(recording.unix_s()) {
+            Some(records) => recording.keep_clip(records, !self.info.private, asked_by, answer),
+            None => answer(Err(ClipRefusal::Off)),
+        }
+    }
+}
