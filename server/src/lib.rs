@@ -69,30 +69,7 @@ pub async fn run_with_ops(
         let every = config.waits.certificate_look;
         tokio::spawn(async move { tls.keep_current(every).await })
     });
-    let rooms = config.rooms_in_all();
-    let mut logs = Logs::open(config.replays.as_ref(), config.state.as_ref(), rooms)?;
-    let saved = logs.saved_rooms()?;
-    let records = open_records(&config)?;
-    let joining = match config.fleet.clone() {
-        Some(settings) => {
-            let (joining, stream) = Joining::new(settings).await?;
-            logs.stream = Some(stream);
-            Some(joining)
-        }
-        None => None,
-    };
-    let state = Arc::new(ServerState::new(
-        Parts {
-            phase: followed,
-            records,
-            bans: Bans::open(logs.states.as_ref().map(|states| states.dir().bans())),
-            key: key(&config, &logs),
-            fleet: joining.as_ref().map(|joining| Arc::clone(&joining.fleet)),
-            logs,
-        },
-        config,
-    ));
-    state.rooms.restore(saved);
+    let (state, joining) = open(config, followed).await?;
     let fleet =
         joining.map(|joining| joining.start(Arc::clone(&state.rooms), Arc::clone(&state.host)));
     let ops = ops.map(|ops| tokio::spawn(ops::port::serve(ops, Arc::clone(&state))));
@@ -125,6 +102,38 @@ pub async fn run_with_ops(
     [ops, watch, certificates, fleet].into_iter().flatten().for_each(|task| task.abort());
     info!("closed");
     Ok(())
+}
+
+/// Opens the files of a server, and the rooms of the process before. In a fleet it has yet to join.
+async fn open(
+    config: Config,
+    phase: watch::Receiver<Phase>,
+) -> io::Result<(Arc<ServerState>, Option<Joining>)> {
+    let rooms = config.rooms_in_all();
+    let mut logs = Logs::open(config.replays.as_ref(), config.state.as_ref(), rooms)?;
+    let saved = logs.saved_rooms()?;
+    let records = open_records(&config)?;
+    let joining = match config.fleet.clone() {
+        Some(settings) => {
+            let (joining, stream) = Joining::new(settings).await?;
+            logs.stream = Some(stream);
+            Some(joining)
+        }
+        None => None,
+    };
+    let state = Arc::new(ServerState::new(
+        Parts {
+            phase,
+            records,
+            bans: Bans::open(logs.states.as_ref().map(|states| states.dir().bans())),
+            key: key(&config, &logs),
+            fleet: joining.as_ref().map(|joining| Arc::clone(&joining.fleet)),
+            logs,
+        },
+        config,
+    ));
+    state.rooms.restore(saved);
+    Ok((state, joining))
 }
 
 /// Warns the players, closes their sockets, then ends the rooms and their files. What is not done in time is logged,

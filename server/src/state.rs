@@ -2,8 +2,8 @@
 
 use crate::config::Config;
 use crate::fleet::handle::Fleet;
-use crate::host::neighbours::Neighbours;
 use crate::host::Phase;
+use crate::host::neighbours::Neighbours;
 use crate::host::room_handle::Host;
 use crate::host::rooms::Rooms;
 use crate::host::token_signer::TokenSigner;
@@ -37,23 +37,56 @@ pub struct ServerState {
     pub records: Option<Arc<Records>>,
     /// Networks that operators have banned.
     pub bans: Bans,
-    /// Limits on TCP connections.
-    pub connections: Arc<ConnectionLimits>,
+    /// Limits on what each address may do.
+    pub shares: AddressShares,
     /// Notified when an operator asks the server to drain.
     pub drain: Notify,
-    /// Limits on how fast each address may send requests.
-    pub requests: Mutex<AddressRateLimiter>,
-    /// Limits on responses that are being sent.
-    pub responses: Arc<ConnectionLimits>,
-    /// Limits on game sockets.
-    pub sessions: Arc<ConnectionLimits>,
-    /// Limits on long bodies that are being received.
-    pub long_bodies: Arc<ConnectionLimits>,
     /// Scenes of guests that are tried or wait for that.
     pub trials: Arc<TrialQueue>,
     /// The rate-limited log of refusals.
     pub refusal_log: RefusalLog,
     pub spare: SpareDescriptors,
+}
+
+/// Limits on what each address may do, so that none takes what all share.
+pub struct AddressShares {
+    /// TCP connections.
+    pub connections: Arc<ConnectionLimits>,
+    /// Game sockets.
+    pub sessions: Arc<ConnectionLimits>,
+    /// Long bodies that are being received.
+    pub long_bodies: Arc<ConnectionLimits>,
+    /// How fast requests come.
+    requests: Mutex<AddressRateLimiter>,
+    /// Responses that are being sent.
+    responses: Arc<ConnectionLimits>,
+}
+
+impl AddressShares {
+    fn new(connections: usize, address_sessions: usize) -> AddressShares {
+        let of_address = |sessions| limits::address_connections_max(connections, sessions);
+        let (rate, burst) = (limits::REQUESTS_PER_SECOND_MAX, limits::REQUESTS_BURST_MAX);
+        AddressShares {
+            connections: ConnectionLimits::new(connections, of_address(address_sessions)),
+            sessions: ConnectionLimits::new(connections, address_sessions),
+            long_bodies: ConnectionLimits::with_grace(
+                limits::LONG_BODIES_MAX,
+                limits::ADDRESS_LONG_BODIES_MAX,
+                limits::LONG_BODY_GRACE,
+            ),
+            requests: Mutex::new(AddressRateLimiter::new(rate, burst)),
+            responses: ConnectionLimits::new(connections, of_address(0)),
+        }
+    }
+
+    /// Admits a request of an address, or names the reason why not. The permit is held until the response was sent.
+    pub fn admit_request(&self, address: IpAddr) -> Result<Permit, &'static str> {
+        let mut requests = self.requests.lock().unwrap_or_else(PoisonError::into_inner);
+        if !requests.admit(address, Instant::now()) {
+            return Err("requests_too_fast");
+        }
+        self.responses.admit(address).ok_or("too_many_responses")
+    }
 }
 
 /// The parts that a server starts with, besides its configuration.
@@ -86,7 +119,6 @@ impl ServerState {
         let in_all = config.connections_max;
         let usual = || limits::address_sessions_max(in_all);
         let address_max = config.address_sessions_max.unwrap_or_else(usual);
-        let connections_max = limits::address_connections_max(in_all, address_max);
         let Parts { phase, logs, records, fleet, key, bans } = parts;
         // With the key of the process before, or of the fleet, its tokens go on giving seats back.
         let signer = key.map_or_else(TokenSigner::with_random_key, |key| TokenSigner::new(&key));
@@ -116,18 +148,7 @@ impl ServerState {
             host,
             records,
             bans,
-            connections: ConnectionLimits::new(in_all, connections_max),
-            requests: Mutex::new(AddressRateLimiter::new(
-                limits::REQUESTS_PER_SECOND_MAX,
-                limits::REQUESTS_BURST_MAX,
-            )),
-            responses: ConnectionLimits::new(in_all, limits::address_connections_max(in_all, 0)),
-            sessions: ConnectionLimits::new(in_all, address_max),
-            long_bodies: ConnectionLimits::with_grace(
-                limits::LONG_BODIES_MAX,
-                limits::ADDRESS_LONG_BODIES_MAX,
-                limits::LONG_BODY_GRACE,
-            ),
+            shares: AddressShares::new(in_all, address_max),
             trials: TrialQueue::new(limits::GUEST_TRIALS_MAX, limits::ADDRESS_GUEST_TRIALS_MAX),
             refusal_log: RefusalLog::default(),
             spare: SpareDescriptors::default(),
@@ -144,15 +165,6 @@ impl ServerState {
     /// The replays, if games are recorded.
     pub fn replays(&self) -> Option<&ReplayStore> {
         self.host.logs.recording.as_ref().map(|recording| &**recording.store())
-    }
-
-    /// Admits a request of an address, or names the reason why not. The permit is held until the response was sent.
-    pub(crate) fn admit_request(&self, address: IpAddr) -> Result<Permit, &'static str> {
-        let mut requests = self.requests.lock().unwrap_or_else(PoisonError::into_inner);
-        if !requests.admit(address, Instant::now()) {
-            return Err("requests_too_fast");
-        }
-        self.responses.admit(address).ok_or("too_many_responses")
     }
 
     /// Counts a refusal, and logs it unless one of the same reason was logged a moment ago.

@@ -1,8 +1,8 @@
 //! The times of the certificate.
 
 use super::finding::Finding;
+use jostle_server::net::tls::Validity;
 use jostle_server::net::tls::date;
-use jostle_server::net::validity::Validity;
 use std::time::{Duration, SystemTime};
 
 /// A renewal is late if less than a quarter of a certificate's life is left: issuers ask for it at a third.

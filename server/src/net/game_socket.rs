@@ -17,6 +17,9 @@ use tungstenite::protocol::frame::Frame;
 use tungstenite::protocol::frame::coding::{CloseCode, Data, OpCode};
 use tungstenite::protocol::{self, CloseFrame, Message, WebSocket, WebSocketConfig};
 
+/// Bytes read and thrown away while a socket closes, so that a reset does not eat our last message.
+const CLOSE_DISCARD_BYTES_MAX: usize = 1 << 20;
+
 /// A game socket, with a limit on the bytes that the peer may send.
 pub struct GameSocket {
     frames: WebSocket<PeerStream>,
@@ -214,7 +217,7 @@ pub async fn close(socket: GameSocket, end: SocketEnd) {
     let stream = frames.get_mut().stream.get_mut();
     let mut scratch = [0; limits::READ_BUFFER_BYTES];
     let mut discarded = 0;
-    while discarded < limits::CLOSE_DISCARD_BYTES_MAX {
+    while discarded < CLOSE_DISCARD_BYTES_MAX {
         match stream.read(&mut scratch).await {
             Ok(0) | Err(_) => return,
             Ok(count) => discarded += count,

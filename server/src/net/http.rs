@@ -5,7 +5,6 @@ mod api;
 mod body;
 mod guests;
 pub mod host;
-pub mod once;
 mod origin;
 mod page;
 mod read;
@@ -18,7 +17,7 @@ pub use page::meant_code;
 
 use crate::fleet::handle::Fleet;
 use crate::host::rooms::is_code;
-use crate::limits;
+use crate::limits::{self, Waits};
 use crate::net::assets;
 use crate::ops::refusal_log::Foreign;
 use crate::state::ServerState;
@@ -32,6 +31,9 @@ use page::{asset, page, room_page};
 use response::{Answer, TEXT, failed, packed, respond, upgrading};
 use std::net::IpAddr;
 use std::sync::Arc;
+
+/// Headers of a request.
+const HTTP_HEADERS_MAX: usize = 64;
 
 /// An accepted upgrade: the room's code, and the connection once hyper lets go of it.
 pub struct Upgrade {
@@ -67,12 +69,12 @@ const FOREIGN: &str =
     "this page belongs to another site; its host can be allowed with --allow-origin";
 
 /// HTTP/1 with the limits of both ports.
-pub fn builder(state: &ServerState) -> http1::Builder {
+pub fn builder(waits: &Waits) -> http1::Builder {
     let mut builder = http1::Builder::new();
     builder
         .timer(TokioTimer::new())
-        .header_read_timeout(state.config.waits.http_head)
-        .max_headers(limits::HTTP_HEADERS_MAX)
+        .header_read_timeout(waits.http_head)
+        .max_headers(HTTP_HEADERS_MAX)
         .max_buf_size(limits::HTTP_BUFFER_BYTES_MAX);
     builder
 }
@@ -89,7 +91,7 @@ pub async fn answer(
         state.refused("unreadable_forwarded_for", peer, Foreign(text.as_bytes()));
     }
     let address = client.ip;
-    let (mut answer, upgrade) = match state.admit_request(address) {
+    let (mut answer, upgrade) = match state.shares.admit_request(address) {
         _ if state.bans.is_banned(address) => {
             state.refused("banned", address, "a request");
             (failed(StatusCode::FORBIDDEN, BANNED), None)
@@ -134,7 +136,7 @@ async fn route(
     address: IpAddr,
     state: &ServerState,
 ) -> (Answer, Option<Upgrade>) {
-    if let Err(error) = once::check(request.headers()) {
+    if let Err(error) = host::check_once(request.headers()) {
         state.refused("doubled_header", address, &error);
         return (failed(StatusCode::BAD_REQUEST, &error), None);
     }
@@ -171,8 +173,8 @@ async fn route(
         "/" => page(state.config.files, request.headers(), StatusCode::OK),
         "/api/scenes" => packed(request.headers(), &api::scenes(state)),
         "/api/rooms" => packed(request.headers(), &api::rooms(request.uri().query(), state)),
-        "/api/replays" => replays::list(state),
-        "/api/records" => records::list(request.uri().query(), state),
+        "/api/replays" => replays::list(state.replays()),
+        "/api/records" => records::list(request.uri().query(), state.records.as_deref()),
         _ => other_path(request.headers(), word, address, state).await,
     };
     (answer, None)
@@ -201,7 +203,7 @@ async fn other_path(
         Some(("records", file)) => records::file(file, address, state).await,
         Some(("replays", file)) => replays::file(file, address, state).await,
         Some(("replay", name)) => {
-            page(state.config.files, headers, replays::page_status(name, state))
+            page(state.config.files, headers, replays::page_status(name, state.replays()))
         }
         Some(("api", _)) => failed(StatusCode::NOT_FOUND, "there is nothing at this address"),
         _ => room_page(headers, word, state),

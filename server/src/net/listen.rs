@@ -19,13 +19,23 @@ use std::net::{IpAddr, SocketAddr};
 use std::pin::pin;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{mpsc, watch};
 use tokio::time::{sleep, timeout};
 use tokio_util::either::Either;
 use tracing::{debug, warn};
+
+/// TCP connections of one address a second in the long run (IPv6: of one /64). The burst is as many
+/// as it may hold: a party that opens the page together, a class whose server restarts.
+const CONNECTS_PER_SECOND_MAX: u32 = 50;
+/// Bytes that the kernel may hold for one socket. Those can no longer be replaced by a
+/// keyframe, so they are the staleness of a slow reader; they also bound the bytes in flight, so they must
+/// cover bandwidth times round trip: 64 KiB is 320 KiB/s at 200 ms, and Linux doubles it.
+const SEND_BUFFER_BYTES: usize = 64 << 10;
+/// Life of a connection that serves files; long enough for the page on a slow phone.
+const HTTP_CONNECTION_MAX: Duration = Duration::from_secs(300);
 
 /// The response to an address that connects too fast.
 const CONNECTS_TOO_FAST: &[u8] = b"HTTP/1.1 429 Too Many Requests\r\nRetry-After: 1\r\n\
@@ -44,7 +54,7 @@ pub async fn accept(
     alive: &mpsc::Sender<Infallible>,
 ) {
     let mut connects =
-        AddressRateLimiter::new(limits::CONNECTS_PER_SECOND_MAX, state.connections.address_max());
+        AddressRateLimiter::new(CONNECTS_PER_SECOND_MAX, state.shares.connections.address_max());
     let mut is_failing = false;
     loop {
         let (stream, peer) = match state.spare.accept_player(listener).await {
@@ -61,24 +71,13 @@ pub async fn accept(
             }
         };
         is_failing = false;
-        let is_proxy = http::is_proxy(peer.ip(), &state.config.trusted_proxies);
-        // A proxy speaks for many clients, and limits their rate itself.
-        if !is_proxy && !connects.admit(peer.ip(), Instant::now()) {
-            turn_back(&stream, peer.ip(), "connects_too_fast", CONNECTS_TOO_FAST, state);
-            continue;
-        }
-        let permit = match is_proxy {
-            // Its clients are counted when they play.
-            true => state.connections.admit_one_of_all(peer.ip()),
-            false => state.connections.admit(peer.ip()),
+        let permit = match admit(peer.ip(), &mut connects, state) {
+            Ok(permit) => permit,
+            Err((reason, response)) => {
+                turn_back(&stream, peer.ip(), reason, response, state);
+                continue;
+            }
         };
-        let Some(permit) = permit else {
-            turn_back(&stream, peer.ip(), "too_many_connections", FULL, state);
-            continue;
-        };
-        if is_proxy {
-            permit.keep();
-        }
         let (state, alive, permit) = (Arc::clone(state), alive.clone(), Arc::new(permit));
         // So that it can be watched by the thread that serves it.
         let Ok(stream) = stream.into_std() else { continue };
@@ -97,6 +96,26 @@ pub async fn accept(
             drop((permit, alive));
         });
     }
+}
+
+/// Admits a connection, or returns the reason why not and the response.
+fn admit(
+    peer: IpAddr,
+    connects: &mut AddressRateLimiter,
+    state: &ServerState,
+) -> Result<Permit, (&'static str, &'static [u8])> {
+    let is_proxy = http::is_proxy(peer, &state.config.trusted_proxies);
+    // A proxy speaks for many clients, and limits their rate itself.
+    if !is_proxy && !connects.admit(peer, Instant::now()) {
+        return Err(("connects_too_fast", CONNECTS_TOO_FAST));
+    }
+    let connections = &state.shares.connections;
+    let permit = match is_proxy {
+        // Its clients are counted when they play.
+        true => connections.admit_one_of_all(peer).inspect(Permit::keep),
+        false => connections.admit(peer),
+    };
+    permit.ok_or(("too_many_connections", FULL))
 }
 
 /// Counts a connection that is refused, and sends the response where that is free: under TLS it would cost a
@@ -143,7 +162,7 @@ async fn serve(
     let stream = with_write_timeout(Either::Left(stream), state.config.waits.http_stall);
     let stream = secured(stream, peer.ip(), state).await?;
     let spoken = speak_http(stream, peer.ip(), permit, state);
-    let upgrade = timeout(limits::HTTP_CONNECTION_MAX, spoken).await.ok()??;
+    let upgrade = timeout(HTTP_CONNECTION_MAX, spoken).await.ok()??;
     permit.keep();
     let connection = upgrade.connection.await.ok()?;
     let parts = connection
@@ -156,7 +175,7 @@ async fn serve(
 /// Small messages go out at once, and little of what a keyframe would replace is buffered.
 fn tune(stream: &std::net::TcpStream) -> io::Result<()> {
     stream.set_nodelay(true)?;
-    socket2::SockRef::from(stream).set_send_buffer_size(limits::SEND_BUFFER_BYTES)
+    socket2::SockRef::from(stream).set_send_buffer_size(SEND_BUFFER_BYTES)
 }
 
 /// Does the TLS handshake if configured. A peer that speaks no TLS, is too slow, or refuses the
@@ -207,7 +226,8 @@ where
             Ok::<_, Infallible>(answer)
         }
     });
-    let connection = http::builder(state).serve_connection(TokioIo::new(stream), service);
+    let connection =
+        http::builder(&state.config.waits).serve_connection(TokioIo::new(stream), service);
     let mut connection = pin!(connection.with_upgrades());
     let mut phase = state.host.phase.clone();
     let served = tokio::select! {

@@ -7,9 +7,9 @@ use crate::fleet::entry::RoomFacts;
 use crate::fleet::handle::Fleet;
 use crate::host::inbox::inbox;
 use crate::host::outbox::{Outbox, SendQueue};
-use crate::host::Phase;
-use crate::host::random;
 use crate::host::room_handle::{Join, RoomInfo};
+use crate::host::rooms::Rooms;
+use crate::host::{Phase, random};
 use crate::limits;
 use crate::net::game_socket::{GameSocket, Hello, SocketEnd, accept, close, receive_hello};
 use crate::net::maybe_tls_stream::MaybeTlsStream;
@@ -57,7 +57,7 @@ pub async fn play(stream: MaybeTlsStream, read: Vec<u8>, caller: Caller, state: 
 
 async fn serve(socket: &mut GameSocket, caller: &Caller, state: &ServerState) -> SocketEnd {
     let address = caller.address;
-    let Some(_permit) = state.sessions.admit(address) else {
+    let Some(_permit) = state.shares.sessions.admit(address) else {
         return SocketEnd::Refused(Refusal::TooManySockets);
     };
     if *state.host.phase.borrow() != Phase::Running {
@@ -82,7 +82,7 @@ async fn serve(socket: &mut GameSocket, caller: &Caller, state: &ServerState) ->
         return SocketEnd::Refused(Refusal::Kicked);
     }
     if let Some(fleet) = &state.fleet
-        && let Err(end) = find(&caller.code, fleet, state).await
+        && let Err(end) = find(&caller.code, fleet, &state.rooms).await
     {
         return end;
     }
@@ -107,9 +107,9 @@ async fn serve(socket: &mut GameSocket, caller: &Caller, state: &ServerState) ->
 
 /// Waits until this server plays the room, and opens a standing one somewhere if needed. An error is the end of the
 /// session: the room is at another server, or is nowhere.
-async fn find(code: &str, fleet: &Fleet, state: &ServerState) -> Result<(), SocketEnd> {
+async fn find(code: &str, fleet: &Fleet, rooms: &Rooms) -> Result<(), SocketEnd> {
     let mut located = fleet.find(code).await;
-    if let (Located::Unknown, Some(scene)) = (&located, state.rooms.scene(code)) {
+    if let (Located::Unknown, Some(scene)) = (&located, rooms.scene(code)) {
         let facts = RoomFacts {
             scene: scene.name.clone(),
             number: random(),

@@ -3,13 +3,21 @@
 //! moment's work. For the same reason a few connections are all on one thread.
 
 use crate::host::outbox::SendQueue;
-use crate::limits::{SOCKETS_FEW, SOCKETS_GATHER, SOCKETS_GATHER_MAX};
 use std::io;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::runtime::{Builder, Handle};
 use tokio::sync::oneshot;
 use tokio::task::unconstrained;
+
+/// Connections that one thread serves before another one is used: two that wake for half as much each cost more
+/// processor time, and one sends to these in a millisecond or two.
+const SOCKETS_FEW: usize = 256;
+/// Time for which a thread of sockets that has nothing to do lets inputs gather before it looks for them, for each of its
+/// connections, and at most. Inputs and pongs may be late by this, snapshots are not.
+const SOCKETS_GATHER: Duration = Duration::from_micros(20);
+/// See [`SOCKETS_GATHER`].
+const SOCKETS_GATHER_MAX: Duration = Duration::from_millis(2);
 
 /// The threads that serve a server's connections. They end with it, and with them what they still serve.
 pub struct SocketThreads(Vec<SocketThread>);

@@ -5,7 +5,6 @@ use crate::files::read_regular;
 use crate::limits;
 use crate::log::calendar;
 use crate::net::maybe_tls_stream::{MaybeTlsStream, Socket};
-use crate::net::validity::Validity;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, PoisonError, RwLock};
@@ -14,11 +13,16 @@ use tokio::sync::Notify;
 use tokio::task::spawn_blocking;
 use tokio::time::timeout;
 use tokio_rustls::TlsAcceptor;
+use tokio_rustls::rustls::client::verify_server_cert_signed_by_trust_anchor;
 use tokio_rustls::rustls::crypto::ring;
 use tokio_rustls::rustls::pki_types::pem::{self, PemObject};
-use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer};
-use tokio_rustls::rustls::{self, ServerConfig, version};
+use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer, UnixTime};
+use tokio_rustls::rustls::server::ParsedCertificate;
+use tokio_rustls::rustls::{self, CertificateError, RootCertStore, ServerConfig, version};
 use tracing::{error, info};
+
+/// Encrypted bytes that wait for one socket; rustls alone would hold 64 KiB.
+const TLS_BUFFER_BYTES_MAX: usize = 16 << 10;
 
 /// The server's certificates and key. Cheap to clone; all clones change together.
 #[derive(Clone, Debug)]
@@ -97,7 +101,7 @@ impl Tls {
     /// [`io::ErrorKind::InvalidData`]; other errors are those of the socket.
     pub async fn accept(&self, stream: Socket) -> io::Result<MaybeTlsStream> {
         let mut stream = TlsAcceptor::from(self.pair().config).accept(stream).await?;
-        stream.get_mut().1.set_buffer_limit(Some(limits::TLS_BUFFER_BYTES_MAX));
+        stream.get_mut().1.set_buffer_limit(Some(TLS_BUFFER_BYTES_MAX));
         Ok(MaybeTlsStream::Right(Box::new(stream)))
     }
 
@@ -226,4 +230,46 @@ fn read_key(file: &Path) -> Result<PrivateKeyDer<'static>, String> {
 fn read(file: &Path) -> Result<Vec<u8>, String> {
     read_regular(file, limits::SETTINGS_FILE_BYTES_MAX)
         .map_err(|error| format!("no file to read ({error})"))
+}
+
+/// First and last moment at which a certificate is valid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Validity {
+    /// It is not valid before.
+    pub from: SystemTime,
+    /// It is not valid after.
+    pub until: SystemTime,
+}
+
+impl Validity {
+    /// Reads that of a certificate; `None` if it has none that rustls can read.
+    pub fn of(certificate: &CertificateDer) -> Option<Validity> {
+        // rustls parses certificates, but tells their times only where it rejects one for them. It looks at
+        // them before it looks for an issuer, of which there is none here.
+        let rustls::Error::InvalidCertificate(CertificateError::NotValidYetContext {
+            not_before,
+            ..
+        }) = rejection(certificate, 0)?
+        else {
+            return None;
+        };
+        let rustls::Error::InvalidCertificate(CertificateError::ExpiredContext {
+            not_after, ..
+        }) = rejection(certificate, u64::MAX)?
+        else {
+            return None;
+        };
+        Some(Validity { from: time_of(not_before), until: time_of(not_after) })
+    }
+}
+
+/// The reason why a certificate is rejected at a time, seconds since 1970.
+fn rejection(certificate: &CertificateDer, unix_s: u64) -> Option<rustls::Error> {
+    let parsed = ParsedCertificate::try_from(certificate).ok()?;
+    let now = UnixTime::since_unix_epoch(Duration::from_secs(unix_s));
+    verify_server_cert_signed_by_trust_anchor(&parsed, &RootCertStore::empty(), &[], now, &[]).err()
+}
+
+fn time_of(time: UnixTime) -> SystemTime {
+    UNIX_EPOCH + Duration::from_secs(time.as_secs())
 }

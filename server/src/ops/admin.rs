@@ -2,9 +2,11 @@
 //! ban a network, drain the server. They need the operators' token; a server without one has no such paths.
 
 use crate::host::room_handle::{AdminCommand, RoomInfo};
-use crate::limits;
+use crate::host::rooms::Rooms;
 use crate::limits::networks::prefix;
 use crate::net::http::response::{Answer, TEXT, json, uncached};
+use crate::ops::bans::Bans;
+use crate::runs::Records;
 use crate::state::ServerState;
 use hyper::body::Incoming;
 use hyper::header::{self, HeaderMap, HeaderValue};
@@ -20,10 +22,17 @@ use std::net::IpAddr;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
-use tokio::sync::oneshot;
+use tokio::sync::{Notify, oneshot};
 use tokio::task::spawn_blocking;
 use tokio::time::{Instant, timeout, timeout_at};
 use tracing::{error, info};
+
+/// Networks that operators are shown, those that hold most.
+const NETWORKS_SHOWN_MAX: usize = 100;
+/// Minutes for which a ban lasts unless it says otherwise.
+const BAN_MINUTES: u32 = 60;
+/// Minutes of the longest ban: a year.
+const BAN_MINUTES_MAX: u32 = 366 * 24 * 60;
 
 const PATHS: &str = "GET /admin/rooms, POST /admin/rooms/CODE/close, \
     POST /admin/rooms/CODE/kick/SEAT, POST /admin/records/NAME/remove, GET /admin/networks, POST /admin/ban/ADDRESS[/BITS][?minutes=60], \
@@ -45,16 +54,20 @@ pub async fn answer(request: &Request<Incoming>, rest: &str, state: &ServerState
         state.host.metrics.refused("ops_unauthorized");
         return unauthorized();
     }
-    let words: Vec<&str> = rest.split('/').collect();
+    let (words, wait) = (rest.split('/').collect::<Vec<&str>>(), state.config.waits.command);
     match (request.method(), words.as_slice()) {
-        (&Method::GET, ["rooms"]) => rooms(state).await,
-        (&Method::POST, ["rooms", code, "close"]) => close(code, state).await,
-        (&Method::POST, ["rooms", code, "kick", seat]) => kick(code, seat, state).await,
-        (&Method::POST, ["records", name, "remove"]) => remove_record(name, state).await,
+        (&Method::GET, ["rooms"]) => rooms(&state.rooms, wait).await,
+        (&Method::POST, ["rooms", code, "close"]) => close(code, &state.rooms, wait).await,
+        (&Method::POST, ["rooms", code, "kick", seat]) => {
+            kick(code, seat, &state.rooms, wait).await
+        }
+        (&Method::POST, ["records", name, "remove"]) => {
+            remove_record(name, state.records.clone()).await
+        }
         (&Method::GET, ["networks"]) => networks(state),
         (&Method::POST, ["ban", network @ ..]) => ban(network, request.uri().query(), state),
-        (&Method::DELETE, ["ban", network @ ..]) => lift(network, state),
-        (&Method::POST, ["drain"]) => drain(state),
+        (&Method::DELETE, ["ban", network @ ..]) => lift(network, &state.bans),
+        (&Method::POST, ["drain"]) => drain(&state.drain),
         _ => uncached(StatusCode::NOT_FOUND, TEXT, PATHS),
     }
 }
@@ -72,11 +85,10 @@ fn unauthorized() -> Answer {
     answer
 }
 
-async fn rooms(state: &ServerState) -> Answer {
+async fn rooms(open: &Rooms, wait: Duration) -> Answer {
     // All are asked before the first is waited for.
-    let deadline = Instant::now() + state.config.waits.command;
-    let asked: Vec<_> =
-        state.rooms.list().into_iter().map(|info| (ask(&info, state), info)).collect();
+    let deadline = Instant::now() + wait;
+    let asked: Vec<_> = open.list().into_iter().map(|info| (ask(&info, open), info)).collect();
     let mut rooms = Vec::new();
     for (players, info) in asked {
         // A room that is closing, or whose queue of commands is full, drops the question.
@@ -87,9 +99,9 @@ async fn rooms(state: &ServerState) -> Answer {
 }
 
 /// Asks a room for its players.
-fn ask(info: &RoomInfo, state: &ServerState) -> oneshot::Receiver<Vec<PlayerState>> {
+fn ask(info: &RoomInfo, rooms: &Rooms) -> oneshot::Receiver<Vec<PlayerState>> {
     let (answer, players) = oneshot::channel();
-    state.rooms.command(&info.code, AdminCommand::Players(answer));
+    rooms.command(&info.code, AdminCommand::Players(answer));
     players
 }
 
@@ -116,35 +128,35 @@ fn entry(info: &RoomInfo, players: Option<Vec<PlayerState>>) -> Value {
 }
 
 /// Has a room close itself. One that does not answer is closed without its thread.
-async fn close(code: &str, state: &ServerState) -> Answer {
-    let Some(info) = state.rooms.get(code) else { return no_room() };
+async fn close(code: &str, rooms: &Arc<Rooms>, wait: Duration) -> Answer {
+    let Some(info) = rooms.get(code) else { return no_room() };
     info!(room = %code, "an operator closed a room");
     let (answer, closing) = oneshot::channel();
     let asked = async {
-        state.rooms.insist(code, AdminCommand::Close(answer)).await;
+        rooms.insist(code, AdminCommand::Close(answer)).await;
         // An error means that it has ended already.
         let _ = closing.await;
     };
-    if timeout(state.config.waits.command, asked).await.is_ok() {
+    if timeout(wait, asked).await.is_ok() {
         return uncached(StatusCode::OK, TEXT, "closing\n");
     }
     error!(room = %code, "a room did not answer, and was closed without its thread, which may run on");
-    let rooms = Arc::clone(&state.rooms);
+    let rooms = Arc::clone(rooms);
     let given_up = spawn_blocking(move || rooms.give_up(&info)).await;
     given_up.expect("giving a room up does not panic");
     uncached(StatusCode::OK, TEXT, GIVEN_UP)
 }
 
-async fn kick(code: &str, seat: &str, state: &ServerState) -> Answer {
+async fn kick(code: &str, seat: &str, rooms: &Rooms, wait: Duration) -> Answer {
     let Ok(seat) = seat.parse() else {
         let text = format!("the seat is a number, found {seat:?}\n");
         return uncached(StatusCode::BAD_REQUEST, TEXT, text);
     };
     let (answer, kicked) = oneshot::channel();
-    if !state.rooms.command(code, AdminCommand::Kick(Seat(seat), answer)) {
+    if !rooms.command(code, AdminCommand::Kick(Seat(seat), answer)) {
         return no_room();
     }
-    match timeout(state.config.waits.command, kicked).await {
+    match timeout(wait, kicked).await {
         Ok(Ok(true)) => uncached(StatusCode::OK, TEXT, "kicked\n"),
         Ok(Ok(false)) => uncached(StatusCode::NOT_FOUND, TEXT, "no player in this seat\n"),
         _ => uncached(StatusCode::SERVICE_UNAVAILABLE, TEXT, "the room did not answer\n"),
@@ -152,8 +164,8 @@ async fn kick(code: &str, seat: &str, state: &ServerState) -> Answer {
 }
 
 /// Removes one of the best runs, and names those that come back in its place.
-async fn remove_record(name: &str, state: &ServerState) -> Answer {
-    let removed = match state.records.clone() {
+async fn remove_record(name: &str, records: Option<Arc<Records>>) -> Answer {
+    let removed = match records {
         Some(records) => {
             let name = name.to_owned();
             spawn_blocking(move || records.remove(&name)).await.map_err(io::Error::other)
@@ -180,7 +192,7 @@ fn networks(state: &ServerState) -> Answer {
     let rooms = state.rooms.list();
     let creators = rooms.iter().filter_map(|info| Some((info.creator?, 1)));
     for (kind, holders) in
-        [state.connections.holders(), state.sessions.holders(), creators.collect()]
+        [state.shares.connections.holders(), state.shares.sessions.holders(), creators.collect()]
             .into_iter()
             .enumerate()
     {
@@ -190,7 +202,7 @@ fn networks(state: &ServerState) -> Answer {
     }
     let mut held: Vec<_> = held.into_iter().collect();
     held.sort_by_key(|&(network, counts)| (Reverse(counts), network));
-    let shown = held.iter().take(limits::NETWORKS_SHOWN_MAX);
+    let shown = held.iter().take(NETWORKS_SHOWN_MAX);
     let shown = shown.map(|(network, [connections, players, rooms])| {
         json!({ "network": prefix(*network), "connections": connections, "players": players, "rooms": rooms })
     });
@@ -207,10 +219,10 @@ fn ban(words: &[&str], query: Option<&str>, state: &ServerState) -> Answer {
         Err(answer) => return *answer,
     };
     let minutes = match query.map(|query| query.strip_prefix("minutes=").map(str::parse)) {
-        None => limits::BAN_MINUTES,
-        Some(Some(Ok(minutes))) if (1..=limits::BAN_MINUTES_MAX).contains(&minutes) => minutes,
+        None => BAN_MINUTES,
+        Some(Some(Ok(minutes))) if (1..=BAN_MINUTES_MAX).contains(&minutes) => minutes,
         Some(_) => {
-            let max = limits::BAN_MINUTES_MAX;
+            let max = BAN_MINUTES_MAX;
             let text =
                 format!("found ?{}; allowed: ?minutes=1 to {max}\n", query.unwrap_or_default());
             return uncached(StatusCode::BAD_REQUEST, TEXT, text);
@@ -224,9 +236,9 @@ fn ban(words: &[&str], query: Option<&str>, state: &ServerState) -> Answer {
     kept(banned.map(|_| "banned\n"))
 }
 
-fn lift(words: &[&str], state: &ServerState) -> Answer {
+fn lift(words: &[&str], bans: &Bans) -> Answer {
     match network(words) {
-        Ok(network) => match state.bans.lift(network) {
+        Ok(network) => match bans.lift(network) {
             Ok(false) => uncached(StatusCode::NOT_FOUND, TEXT, "this network is not banned\n"),
             lifted => {
                 info!(%network, "an operator lifted a ban");
@@ -259,9 +271,9 @@ fn network(words: &[&str]) -> Result<IpNet, Box<Answer>> {
     })
 }
 
-fn drain(state: &ServerState) -> Answer {
+fn drain(drain: &Notify) -> Answer {
     info!("an operator drains the server");
-    state.drain.notify_one();
+    drain.notify_one();
     uncached(StatusCode::OK, TEXT, "draining\n")
 }
 

@@ -7,7 +7,6 @@ mod watch;
 
 use crate::host::Phase;
 use crate::host::room_handle::Host;
-use crate::limits;
 use crate::ops::supervisor::Pulse;
 use sidecar::{CallError, Sidecar};
 use std::collections::BTreeSet;
@@ -18,6 +17,17 @@ use tokio::select;
 use tokio::time::{MissedTickBehavior, interval, sleep};
 use tracing::{info, warn};
 use watch::{Counter, RoomWatch};
+
+/// Time between two signs that the server lives.
+const AGONES_HEALTH_EVERY: Duration = Duration::from_secs(2);
+/// Time between two looks at the rooms that have closed.
+const AGONES_LOOK_EVERY: Duration = Duration::from_secs(1);
+/// Time in which the sidecar answers. It is on this machine, and answers from memory.
+const AGONES_ANSWER: Duration = Duration::from_secs(1);
+/// Wait before a call that failed is tried again.
+const AGONES_RETRY: Duration = Duration::from_secs(1);
+/// Attempts to say that the server ends: they fit into a drain.
+const AGONES_SHUTDOWN_TRIES: u32 = 3;
 
 /// Where the sidecar is, and how long it is waited for.
 #[derive(Clone, Copy, Debug)]
@@ -42,10 +52,10 @@ impl Settings {
         Settings {
             sidecar,
             rooms_max,
-            health_every: limits::AGONES_HEALTH_EVERY,
-            look_every: limits::AGONES_LOOK_EVERY,
-            answer: limits::AGONES_ANSWER,
-            retry: limits::AGONES_RETRY,
+            health_every: AGONES_HEALTH_EVERY,
+            look_every: AGONES_LOOK_EVERY,
+            answer: AGONES_ANSWER,
+            retry: AGONES_RETRY,
         }
     }
 }
@@ -119,8 +129,8 @@ fn open_rooms(host: &Host) -> BTreeSet<u64> {
 
 /// Has Agones end the game server, and put another in its place.
 async fn end(sidecar: &Sidecar, retry: Duration) {
-    for attempt in 1..=limits::AGONES_SHUTDOWN_TRIES {
-        if sidecar.shutdown().await.is_ok() || attempt == limits::AGONES_SHUTDOWN_TRIES {
+    for attempt in 1..=AGONES_SHUTDOWN_TRIES {
+        if sidecar.shutdown().await.is_ok() || attempt == AGONES_SHUTDOWN_TRIES {
             return;
         }
         sleep(retry).await;

@@ -1,7 +1,6 @@
 //! Networks that operators have banned for a while. With a state directory bans outlive the process.
 
 use crate::files::read_regular;
-use crate::limits::{BANS_BYTES_MAX, BANS_MAX};
 use crate::log::write_closed;
 use ipnet::IpNet;
 use serde::{Deserialize, Serialize};
@@ -11,6 +10,11 @@ use std::net::IpAddr;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+/// Bans of operators at a time.
+const BANS_MAX: usize = 1024;
+/// Longest file of bans, bytes: a ban of IPv6 takes 90.
+const BANS_BYTES_MAX: usize = 128 * BANS_MAX;
 
 /// A network that may not play until a time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -8,7 +8,6 @@ use crate::limits;
 use crate::limits::connection_limits::ConnectionLimits;
 use crate::net::http::builder;
 use crate::net::http::host::{self, Hosts};
-use crate::net::http::once;
 use crate::net::http::response::{Answer, TEXT, uncached};
 use crate::ops::admin;
 use crate::ops::metrics::{FleetGauges, Gauges};
@@ -20,10 +19,13 @@ use hyper_util::rt::TokioIo;
 use std::convert::Infallible;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use tokio::net::TcpListener;
 use tokio::time::{sleep, timeout};
 use tracing::{debug, warn};
+
+/// Life of a connection to the operators' port.
+const OPS_CONNECTION_MAX: Duration = Duration::from_secs(60);
 
 const OPEN_METRICS: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
 
@@ -50,9 +52,10 @@ pub async fn serve(listener: TcpListener, state: Arc<ServerState>) {
         tokio::spawn(async move {
             let service =
                 service_fn(async |request| Ok::<_, Infallible>(answer(&request, &state).await));
-            let connection = builder(&state).serve_connection(TokioIo::new(stream), service);
+            let connection =
+                builder(&state.config.waits).serve_connection(TokioIo::new(stream), service);
             let mut connection = Box::pin(connection);
-            let served = timeout(limits::OPS_CONNECTION_MAX, connection.as_mut()).await;
+            let served = timeout(OPS_CONNECTION_MAX, connection.as_mut()).await;
             state.spare.take_back(connection);
             if let Ok(Err(error)) = served {
                 debug!(%error, "connection to the operators' port ended");
@@ -68,7 +71,7 @@ async fn answer(request: &Request<Incoming>, state: &ServerState) -> Answer {
         Hosts::Any => &Hosts::Listed(Vec::new()),
         listed => listed,
     };
-    let checked = once::check(request.headers()).and_then(|()| host::check(request, hosts));
+    let checked = host::check_once(request.headers()).and_then(|()| host::check(request, hosts));
     if let Err(error) = checked {
         return uncached(StatusCode::BAD_REQUEST, TEXT, format!("{error}\n"));
     }

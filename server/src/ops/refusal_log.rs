@@ -1,13 +1,17 @@
 //! The log of refusals, which any peer can cause at will: one a second is logged for each reason, with the
 //! number left out before it. Untrusted text is logged as [`Foreign`].
 
-use crate::limits::{FOREIGN_CHARS_MAX, REFUSAL_LOG_EVERY};
 use std::collections::BTreeMap;
 use std::fmt::{self, Display, Formatter, Write};
 use std::net::IpAddr;
 use std::sync::{Mutex, PoisonError};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use tracing::info;
+
+/// Time between two log lines about refusals of one reason.
+const REFUSAL_LOG_EVERY: Duration = Duration::from_secs(1);
+/// Characters that the log shows of untrusted text.
+const FOREIGN_CHARS_MAX: usize = 64;
 
 /// The time of the last logged refusal of each reason. Reasons are the values of a metric's label: few.
 #[derive(Debug, Default)]
@@ -64,7 +68,6 @@ impl Display for Foreign<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::time::Duration;
 
     #[test]
     fn one_a_second_and_reason_is_logged_with_the_count_of_the_rest() {

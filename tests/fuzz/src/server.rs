@@ -55,7 +55,7 @@ pub fn handshake(bytes: &[u8]) {
         let serve = async {
             // After an upgrade the connection ends here.
             let address = IpAddr::V4(Ipv4Addr::LOCALHOST);
-            let permit = host.state.connections.admit(address).expect("the only one");
+            let permit = host.state.shares.connections.admit(address).expect("the only one");
             let permit = Arc::new(permit);
             speak_http(server, address, &permit, &host.state).await.map(|upgrade| upgrade.code)
         };

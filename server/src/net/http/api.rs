@@ -111,7 +111,7 @@ pub async fn create_room(
     address: IpAddr,
     state: &ServerState,
 ) -> Answer {
-    let body = match read::body(request, limits::HTTP_BODY_BYTES_MAX, state).await {
+    let body = match read::body(request, limits::HTTP_BODY_BYTES_MAX, &state.host).await {
         Ok(body) => body,
         Err(error) => return error.answer(limits::HTTP_BODY_BYTES_MAX),
     };

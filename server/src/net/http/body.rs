@@ -1,7 +1,6 @@
 //! Bodies of responses: bytes that all connections share, and files that are read while they are sent.
 
 use crate::files::open_regular;
-use crate::limits::HTTP_FRAME_BYTES_MAX;
 use crate::limits::connection_limits::Permit;
 use crate::log::Readable;
 use hyper::body::{Body as HttpBody, Bytes, Frame, SizeHint};
@@ -12,6 +11,9 @@ use std::task::{Context, Poll, ready};
 use tokio::fs::File;
 use tokio::io::{AsyncRead, ReadBuf};
 use tokio::task::spawn_blocking;
+
+/// Bytes of one frame of a body: the most that a connection holds of it beyond shared memory.
+const HTTP_FRAME_BYTES_MAX: usize = 16 << 10;
 
 /// A body of known length, sent in frames of at most [`HTTP_FRAME_BYTES_MAX`], so that a connection which has
 /// to copy them, as TLS does, never copies more than a frame ahead of its peer.

@@ -1,8 +1,8 @@
-//! The name by which a request addresses the server. A page of another site can make a browser ask this
+//! Headers that every request is checked for: those that it may have once, and the name by which it addresses the server. A page of another site can make a browser ask this
 //! server under that site's name (DNS rebinding); it then counts as a page of the same site. So a server that
 //! is for this machine alone answers to addresses and `localhost` only, and any other may list its names.
 
-use hyper::header::{self, HeaderMap};
+use hyper::header::{self, HeaderMap, HeaderName};
 use hyper::{Request, Version};
 use std::net::IpAddr;
 
@@ -51,9 +51,32 @@ fn name(host: &str) -> &str {
     }
 }
 
+/// Headers that decide something, of which a request has one at most: of two, a proxy may have looked at one, and this server
+/// at the other. They are no lists (RFC 9110, section 5.3), but `Host`, which has rules of its own, and `Content-Length`, which
+/// hyper sees to. `X-Forwarded-For` is a list, read as one.
+const ONCE: [HeaderName; 5] = [
+    header::ORIGIN,
+    header::AUTHORIZATION,
+    header::UPGRADE,
+    header::SEC_WEBSOCKET_KEY,
+    header::SEC_WEBSOCKET_VERSION,
+];
+
+/// Checks that none of them is doubled. An error is a sentence for the client.
+pub fn check_once(headers: &HeaderMap) -> Result<(), String> {
+    for name in ONCE {
+        let count = headers.get_all(&name).iter().count();
+        if count > 1 {
+            return Err(format!("this request has {count} headers {name}; allowed: one"));
+        }
+    }
+    Ok(())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use hyper::header::HeaderValue;
 
     fn request(version: Version, hosts: &[&str]) -> Request<()> {
         let mut request = Request::builder().version(version);
@@ -95,5 +118,29 @@ mod tests {
             let error = check(host).expect_err(host);
             assert!(error.contains(&format!("\"{host}\"")) && error.contains("--host"), "{error}");
         }
+    }
+
+    #[test]
+    fn a_doubled_header_that_decides_something_is_named() {
+        for name in ONCE {
+            let mut headers = HeaderMap::new();
+            headers.append(&name, HeaderValue::from_static("http://here"));
+            assert_eq!(check_once(&headers), Ok(()));
+            // The same value too: whether it is the same is not for this to decide.
+            headers.append(&name, HeaderValue::from_static("http://here"));
+            let error = check_once(&headers).expect_err("two of them");
+            assert!(error.contains(&format!("2 headers {name};")), "{error}");
+        }
+    }
+
+    #[test]
+    fn lists_may_be_sent_in_several_headers() {
+        let mut headers = HeaderMap::new();
+        for name in ["x-forwarded-for", "accept-encoding", "connection"] {
+            for _ in 0..3 {
+                headers.append(HeaderName::from_static(name), HeaderValue::from_static("a"));
+            }
+        }
+        assert_eq!(check_once(&headers), Ok(()));
     }
 }

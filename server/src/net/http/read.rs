@@ -2,6 +2,7 @@
 
 use super::response::{Answer, busy, failed};
 use crate::host::Phase;
+use crate::host::room_handle::Host;
 use crate::state::ServerState;
 use http_body_util::{BodyExt, LengthLimitError, Limited};
 use hyper::body::{Bytes, Incoming};
@@ -27,12 +28,12 @@ pub enum ReadError {
 pub async fn body(
     request: Request<Incoming>,
     bytes_max: usize,
-    state: &ServerState,
+    host: &Host,
 ) -> Result<Bytes, ReadError> {
     let limited = Limited::new(request.into_body(), bytes_max);
-    let mut phase = state.host.phase.clone();
+    let mut phase = host.phase.clone();
     let read = tokio::select! {
-        read = timeout(state.config.waits.http_body, limited.collect()) => read,
+        read = timeout(host.waits.http_body, limited.collect()) => read,
         _ = phase.wait_for(|phase| *phase == Phase::Closing) => return Err(ReadError::Closing),
     };
     match read {
@@ -52,10 +53,10 @@ pub async fn long_body(
     state: &ServerState,
 ) -> Result<Bytes, ReadError> {
     let read = async {
-        let permit = state.long_bodies.admit(address)?;
+        let permit = state.shares.long_bodies.admit(address)?;
         permit.set_idle(true);
         tokio::select! {
-            read = body(request, bytes_max, state) => Some(read),
+            read = body(request, bytes_max, &state.host) => Some(read),
             () = permit.gives_way() => None,
         }
     };

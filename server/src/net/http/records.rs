@@ -5,7 +5,7 @@ use super::read;
 use super::response::{Answer, busy, failed, json, not_found};
 use crate::limits;
 use crate::ops::refusal_log::Foreign;
-use crate::runs::{BestRuns, Record};
+use crate::runs::{self, BestRuns, Record};
 use crate::state::ServerState;
 use hyper::body::Incoming;
 use hyper::header::{self, HeaderValue};
@@ -23,9 +23,9 @@ const OFF: &str = "this server keeps no records; its host can have it keep them 
 const BUSY: &str = "other runs are being checked at the moment; try again in some seconds";
 
 /// The best run of each scene, or the best ones of `?scene=NAME`.
-pub fn list(query: Option<&str>, state: &ServerState) -> Answer {
+pub fn list(query: Option<&str>, kept: Option<&runs::Records>) -> Answer {
     let wanted = query.and_then(|query| query.strip_prefix("scene="));
-    let tables = state.records.as_ref().map_or_else(Vec::new, |records| records.tables());
+    let tables = kept.map_or_else(Vec::new, runs::Records::tables);
     let is_wanted = |(scene, ..): &&(Arc<Scene>, Measure, BestRuns)| {
         wanted.is_none_or(|name| scene.name == name)
     };
@@ -36,10 +36,10 @@ pub fn list(query: Option<&str>, state: &ServerState) -> Answer {
         RecordTable { scene, measure, records }
     };
     let scenes: Vec<RecordTable> = tables.iter().filter(is_wanted).map(table).collect();
-    if wanted.is_some() && state.records.is_some() && scenes.is_empty() {
+    if wanted.is_some() && kept.is_some() && scenes.is_empty() {
         return failed(StatusCode::NOT_FOUND, "runs of no such scene are compared here");
     }
-    json(StatusCode::OK, &Records { kept: state.records.is_some(), scenes })
+    json(StatusCode::OK, &Records { kept: kept.is_some(), scenes })
 }
 
 fn card(record: &Record) -> RecordCard {

@@ -3,7 +3,7 @@
 
 use super::body::ResponseBody;
 use super::response::{Answer, failed, json, not_found};
-use crate::log::Refused;
+use crate::log::{Refused, ReplayStore};
 use crate::state::ServerState;
 use hyper::header::{self, HeaderValue};
 use hyper::{Response, StatusCode};
@@ -11,9 +11,9 @@ use jostle_protocol::web::Replays;
 use std::net::IpAddr;
 
 /// Lists the newest replays; none where nothing is recorded.
-pub fn list(state: &ServerState) -> Answer {
+pub fn list(store: Option<&ReplayStore>) -> Answer {
     let (mut replays, mut errors, mut dropped) = (Vec::new(), 0, 0);
-    if let Some(store) = state.replays() {
+    if let Some(store) = store {
         (errors, dropped) = (store.policy().errors(), store.policy().dropped());
         replays = store.list();
     }
@@ -22,9 +22,9 @@ pub fn list(state: &ServerState) -> Answer {
 
 /// Status of the page that plays a replay, named with or without `.jostle`. The page itself shows when
 /// there is none.
-pub fn page_status(name: &str, state: &ServerState) -> StatusCode {
+pub fn page_status(name: &str, store: Option<&ReplayStore>) -> StatusCode {
     let name = name.strip_suffix(".jostle").unwrap_or(name);
-    match state.replays().is_some_and(|store| store.knows(name)) {
+    match store.is_some_and(|store| store.knows(name)) {
         true => StatusCode::OK,
         false => StatusCode::NOT_FOUND,
     }

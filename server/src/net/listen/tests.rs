@@ -26,7 +26,7 @@ async fn asked() -> (Arc<ServerState>, DuplexStream, impl Future<Output = Option
         let _phase = sender;
         let server = with_write_timeout(server, served.config.waits.http_stall);
         let peer = IpAddr::V4(Ipv4Addr::LOCALHOST);
-        let permit = Arc::new(served.connections.admit(peer).expect("the first"));
+        let permit = Arc::new(served.shares.connections.admit(peer).expect("the first"));
         speak_http(server, peer, &permit, &served).await
     };
     (state, peer, spoken)
@@ -75,7 +75,7 @@ async fn waits_for_the_rest_of(sent: &[u8]) -> Duration {
     peer.write_all(sent).await.expect("a pipe in memory");
     let served = tokio::spawn(async move {
         let ip = IpAddr::V4(Ipv4Addr::LOCALHOST);
-        let permit = Arc::new(state.connections.admit(ip).expect("the first"));
+        let permit = Arc::new(state.shares.connections.admit(ip).expect("the first"));
         speak_http(server, ip, &permit, &state).await.is_none()
     });
     // Time stands still until everything waits: by now all that was sent is read.

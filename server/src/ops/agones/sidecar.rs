@@ -1,7 +1,6 @@
 //! Calls of the sidecar's REST API, each with a time limit and over a connection of its own: there is one every two
 //! seconds.
 
-use crate::limits;
 use crate::ops::metrics::Metrics;
 use bytes::Bytes;
 use http_body_util::{BodyExt, Full, Limited};
@@ -18,6 +17,9 @@ use std::time::Duration;
 use tokio::net::TcpStream;
 use tokio::time::timeout;
 use tracing::{info, warn};
+
+/// Bytes of an answer: those of a game server hold its labels and annotations, which Kubernetes bounds at 256 KiB.
+const AGONES_ANSWER_BYTES_MAX: usize = 1 << 20;
 
 /// Path of the counter of rooms. Agones calls it after the name in the fleet's spec.
 const COUNTER: &str = "/v1beta1/counters/rooms";
@@ -146,7 +148,7 @@ impl Sidecar {
             .map_err(broken)?;
         let answer = async move {
             let (head, body) = sender.send_request(request).await.map_err(broken)?.into_parts();
-            let body = Limited::new(body, limits::AGONES_ANSWER_BYTES_MAX);
+            let body = Limited::new(body, AGONES_ANSWER_BYTES_MAX);
             let bytes = body.collect().await.map_err(CallError::Broken)?.to_bytes();
             match head.status {
                 StatusCode::OK => serde_json::from_slice(&bytes).map_err(broken),
