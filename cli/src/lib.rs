@@ -22,11 +22,13 @@ mod trace;
 
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
-use jostle_server::limits;
 use output::{Failure, OrFail};
 use std::process::ExitCode;
 use tracing_appender::non_blocking::{ErrorCounter, NonBlockingBuilder, WorkerGuard};
 use tracing_subscriber::EnvFilter;
+
+/// Log lines that wait to be written; more are dropped and counted, so that nothing waits for the log.
+const LOG_LINES_WAITING_MAX: usize = 4096;
 
 /// A multiplayer physics playground.
 #[derive(Parser)]
@@ -107,7 +109,7 @@ fn start_log(arguments: &CommandLine) -> Result<(ErrorCounter, WorkerGuard), Fai
     let log = tracing_subscriber::fmt().with_env_filter(filter).with_target(false);
     let (writer, guard) = NonBlockingBuilder::default()
         .lossy(true)
-        .buffered_lines_limit(limits::LOG_LINES_WAITING_MAX)
+        .buffered_lines_limit(LOG_LINES_WAITING_MAX)
         .thread_name("log")
         .finish(std::io::stderr());
     let drops = writer.error_counter();

@@ -1,4 +1,5 @@
-//! Limits of the host. A peer that exceeds one gets a specific refusal; other peers are unaffected.
+//! Limits of the host: what an operator can set, and the bounds that several files share. The others stand beside their user.
+//! A peer that exceeds one gets a specific refusal; other peers are unaffected.
 //! Limits on what a message may hold are in [`jostle_protocol::limits`].
 
 pub mod address_rate_limiter;
@@ -11,9 +12,7 @@ pub mod uplink;
 
 use jostle_game::SEATS_MAX;
 use jostle_game::scene::{Budget, FOLLOWERS_MAX};
-use jostle_protocol::limits::{
-    CLIENT_MESSAGE_BYTES_MAX, REPLAY_BYTES_MAX, REPLAY_RECORD_BYTES_MAX, SERVER_MESSAGE_BYTES_MAX,
-};
+use jostle_protocol::limits::{REPLAY_BYTES_MAX, REPLAY_RECORD_BYTES_MAX};
 use jostle_sim::{StepBudget, TICKS_PER_SECOND};
 use std::num::NonZero;
 use std::thread::available_parallelism;
@@ -36,14 +35,6 @@ pub const fn descriptors_spare(rooms: usize) -> usize {
 }
 /// Threads that serve sockets. Each can carry some 800 players.
 pub const SOCKET_THREADS_MAX: usize = 16;
-/// Connections that one thread serves before another one is used: two that wake for half as much each cost more
-/// processor time, and one sends to these in a millisecond or two.
-pub const SOCKETS_FEW: usize = 256;
-/// Time for which a thread of sockets that has nothing to do lets inputs gather before it looks for them, for each of its
-/// connections, and at most. Inputs and pongs may be late by this, snapshots are not.
-pub const SOCKETS_GATHER: Duration = Duration::from_micros(20);
-/// See [`SOCKETS_GATHER`].
-pub const SOCKETS_GATHER_MAX: Duration = Duration::from_millis(2);
 /// TCP connections of one address at a time (IPv6: of one /64), as a fraction of all of them; a /56 may hold twice as many, a
 /// /48 four times, and a /24 of IPv4 twice ([`networks::shares`]).
 pub const ADDRESS_CONNECTIONS_SHARE: usize = 8;
@@ -58,36 +49,17 @@ pub const ADDRESS_SESSIONS_SHARE: usize = 32;
 pub const ADDRESS_SESSIONS_MIN: usize = 128;
 /// TCP connections of one address beyond its game sockets, where `--address-sockets` allows more of those.
 pub const ADDRESS_CONNECTIONS_SPARE: usize = ADDRESS_CONNECTIONS_MIN - ADDRESS_SESSIONS_MIN;
-/// TCP connections of one address a second in the long run (IPv6: of one /64). The burst is as many
-/// as it may hold: a party that opens the page together, a class whose server restarts.
-pub const CONNECTS_PER_SECOND_MAX: u32 = 50;
 /// Addresses whose rates are tracked at a time. One that connected once is dropped 20 ms later.
 pub const TRACKED_ADDRESSES_MAX: usize = 4096;
 /// Wait after the listener failed to accept, so that a lack of descriptors does not spin.
 pub const ACCEPT_RETRY: Duration = Duration::from_millis(50);
-/// Bytes that the kernel may hold for one socket. Those can no longer be replaced by a
-/// keyframe, so they are the staleness of a slow reader; they also bound the bytes in flight, so they must
-/// cover bandwidth times round trip: 64 KiB is 320 KiB/s at 200 ms, and Linux doubles it.
-pub const SEND_BUFFER_BYTES: usize = 64 << 10;
 
 /// Maximum size of files written or named by people, bytes: settings, a scene, certificates, a key, a token. The longest
 /// that makes sense, a scene, has 64 KiB.
 pub const SETTINGS_FILE_BYTES_MAX: usize = 1 << 20;
 
-/// Bans of operators at a time.
-pub const BANS_MAX: usize = 1024;
-/// Longest file of bans, bytes: a ban of IPv6 takes 90.
-pub const BANS_BYTES_MAX: usize = 128 * BANS_MAX;
-/// Networks that operators are shown, those that hold most.
-pub const NETWORKS_SHOWN_MAX: usize = 100;
-/// Minutes for which a ban lasts unless it says otherwise.
-pub const BAN_MINUTES: u32 = 60;
-/// Minutes of the longest ban: a year.
-pub const BAN_MINUTES_MAX: u32 = 366 * 24 * 60;
 /// Connections to the operators' port at a time.
 pub const OPS_CONNECTIONS_MAX: usize = 16;
-/// Life of a connection to the operators' port.
-pub const OPS_CONNECTION_MAX: Duration = Duration::from_secs(60);
 
 // HTTP.
 
@@ -95,8 +67,6 @@ pub const OPS_CONNECTION_MAX: Duration = Duration::from_secs(60);
 pub const REQUESTS_PER_SECOND_MAX: u32 = 100;
 /// Burst of requests of one address: a class of fifty loads the page.
 pub const REQUESTS_BURST_MAX: usize = 1024;
-/// Headers of a request.
-pub const HTTP_HEADERS_MAX: usize = 64;
 /// Bytes buffered of a request's head.
 pub const HTTP_BUFFER_BYTES_MAX: usize = 16 << 10;
 /// Bytes of a request's body.
@@ -108,12 +78,6 @@ pub const ADDRESS_LONG_BODIES_MAX: usize = 4;
 /// Time that such a body has before it gives way to one of a network that sends fewer, once there are too many: as long as
 /// 230 kB take at 2 Mbit/s.
 pub const LONG_BODY_GRACE: Duration = Duration::from_secs(1);
-/// Bytes of one frame of a body: the most that a connection holds of it beyond shared memory.
-pub const HTTP_FRAME_BYTES_MAX: usize = 16 << 10;
-/// Encrypted bytes that wait for one socket; rustls alone would hold 64 KiB.
-pub const TLS_BUFFER_BYTES_MAX: usize = 16 << 10;
-/// Life of a connection that serves files; long enough for the page on a slow phone.
-pub const HTTP_CONNECTION_MAX: Duration = Duration::from_secs(300);
 
 // Sessions.
 
@@ -121,43 +85,11 @@ pub const HTTP_CONNECTION_MAX: Duration = Duration::from_secs(300);
 pub const MESSAGES_PER_SECOND_MAX: u32 = 120;
 /// Burst of messages: those that an honest client has sent after a network stall of four seconds.
 pub const MESSAGES_BURST_MAX: u32 = 240;
-/// Bytes of the longest message with its frame: two of opcode and length, two more of length, a mask.
-const FRAME_BYTES_MAX: u32 = CLIENT_MESSAGE_BYTES_MAX as u32 + 2 + 2 + 4;
-/// Bytes a second in the long run. Messages are counted when they are whole; this counts fragments,
-/// of which a message may have any number, and pings before the hello.
-pub const BYTES_PER_SECOND_MAX: u32 = MESSAGES_PER_SECOND_MAX * FRAME_BYTES_MAX;
-/// Burst of bytes: [`MESSAGES_BURST_MAX`] of the longest messages.
-pub const BYTES_BURST_MAX: u32 = MESSAGES_BURST_MAX * FRAME_BYTES_MAX;
 /// Decoded messages that wait for the room. Twice the burst, so only a room that stands still for
 /// seconds can fill it.
 pub const INBOX_MAX: usize = 512;
-/// Control messages that wait for the socket; pongs past it are dropped.
-pub const OUTBOX_CONTROL_MAX: usize = 16;
-/// Memory for the pongs of one session, reused once they were sent.
-pub const PONGS_BYTES: usize = 128;
-/// Memory that a session keeps for the frames of its messages: a snapshot of a busy room. For a larger one it is allocated.
-pub const FRAMES_BYTES_KEPT: usize = 4096;
-/// Bytes of frames that wait for the socket: one message, and pongs, the newest of which waits in place of all past it.
-pub const FRAMES_BYTES_MAX: usize = SERVER_MESSAGE_BYTES_MAX + READ_BUFFER_BYTES;
-/// Snapshots that wait for the socket: past half a second of them it gets a keyframe instead.
-pub const OUTBOX_SNAPSHOTS_MAX: usize = 32;
-/// Live particles, some 20 bytes each, in the first keyframes that wait for their sockets at a time in a room: as many
-/// as the largest scene has, and twice those of a guest's.
-pub const WAITING_PARTICLES_MAX: usize = 20_000;
-/// Ticks for which a client has to keep up before its rate rises again.
-pub const RATE_RISE_TICKS: u32 = 600;
-/// Ticks by which a client may be further behind than at its recent best: more is not explained by the round trip.
-pub const LAG_GROWTH_TICKS: u32 = 45;
-/// Lag that no round trip explains: two seconds.
-pub const LAG_TICKS_MAX: u32 = 2 * TICKS_PER_SECOND;
-/// Ticks for which a client lags before its rate falls: a stall of the network is shorter.
-pub const LAGGING_TICKS: u32 = TICKS_PER_SECOND;
-/// Ticks of a window; a client is compared with its best in this one and the one before.
-pub const LAG_WINDOW_TICKS: u32 = 30 * TICKS_PER_SECOND;
 /// Time for the last message, the close frame, and the peer's own closing.
 pub const CLOSE_WAIT: Duration = Duration::from_secs(2);
-/// Bytes read and thrown away while a socket closes, so that a reset does not eat our last message.
-pub const CLOSE_DISCARD_BYTES_MAX: usize = 1 << 20;
 /// Bytes read from a session's socket at a time, which are cleared before: some ten inputs.
 pub const READ_BUFFER_BYTES: usize = 512;
 
@@ -174,19 +106,6 @@ pub const ADDRESS_UPLINK_SHARE: u32 = 4;
 pub const GUESTS_UPLINK_SHARE: u32 = 4;
 /// Seconds of a budget that may be sent at once: the welcomes and keyframes of a class that comes in together.
 pub const UPLINK_BURST_SECONDS: u32 = 2;
-/// Part of a bucket that spectators leave to players.
-pub const UPLINK_RESERVE: f64 = 0.5;
-/// Part of a bucket above which rates rise again.
-pub const UPLINK_ROOMY: f64 = 0.75;
-
-// The log.
-
-/// Time between two log lines about refusals of one reason.
-pub const REFUSAL_LOG_EVERY: Duration = Duration::from_secs(1);
-/// Characters that the log shows of untrusted text.
-pub const FOREIGN_CHARS_MAX: usize = 64;
-/// Log lines that wait to be written; more are dropped and counted, so that nothing waits for the log.
-pub const LOG_LINES_WAITING_MAX: usize = 4096;
 
 // Rooms.
 
@@ -202,43 +121,17 @@ pub const ROOMS_BOUND: usize = 4096;
 pub const ADDRESS_ROOMS_SHARE: usize = 8;
 /// The least of these on a server with few rooms.
 pub const ADDRESS_ROOMS_MIN: usize = 8;
-/// Seats of a room that one network keeps against newcomers of others, as a fraction of all: of one that has more, a seat
-/// goes to a newcomer once the room is full. Four networks can fill a room, and one alone as long as no other wants in.
-pub const SEATS_SHARE: usize = 4;
-/// Ticks for which a player has done nothing after which the seat goes before that of the network's newest player, where
-/// the network has more than its share.
-pub const IDLE_MOMENT_TICKS: u32 = 5 * TICKS_PER_SECOND;
-/// Ticks for which a player has done nothing after which the seat goes to a newcomer if the room is full.
-pub const IDLE_SEAT_TICKS: u32 = 90 * TICKS_PER_SECOND;
-/// Ticks for which the address of a kicked player gets no seat in the room.
-pub const KICKED_TICKS: u32 = 5 * 60 * TICKS_PER_SECOND;
-/// Kicked addresses that a room remembers; one more replaces the oldest.
-pub const KICKED_MAX: usize = 64;
 /// Spectators of a room at a time: with all 512 seats taken they fit the sockets of one thread. Each costs what it is sent, and no
 /// encoding.
 pub const SPECTATORS_MAX: usize = 256;
-/// Ticks from one emote of a player to the next that is shown.
-pub const EMOTE_TICKS: u32 = 2 * TICKS_PER_SECOND;
-/// Emotes that a room shows in a second; each is a message to all of its clients.
-pub const EMOTES_PER_SECOND_MAX: usize = 16;
 /// Characters of the code of a private room, 5 bits each: none can be found by trying.
 pub const PRIVATE_CODE_CHARS: usize = 20;
 /// Characters of an operators' token, at least.
 pub const OPS_TOKEN_CHARS_MIN: usize = 16;
-/// Commands of operators that wait for a room's next tick.
-pub const COMMANDS_WAITING_MAX: usize = 16;
 /// Joins that wait for a room's next tick: all that a room can take.
 pub const JOINS_WAITING_MAX: usize = SEATS_MAX;
-/// Joins that a room answers each time it wakes; the others wait for the next tick.
-pub const JOINS_PER_WAKEUP: usize = 32;
 /// Ticks played in a row to catch up; what is due beyond them is skipped and counted as missed.
 pub const CATCH_UP_TICKS_MAX: u32 = 5;
-/// Time after which a room in which nobody is, and no seat is held, stands still.
-pub const RESTING_AFTER: Duration = Duration::from_secs(1);
-/// Time between two looks of such a room for newcomers: who comes waits for as long at most.
-pub const RESTING_LOOK: Duration = Duration::from_millis(50);
-/// Time between two log lines about missed ticks of a room.
-pub const MISSED_LOG_EVERY: Duration = Duration::from_secs(1);
 
 // Scenes of guests.
 
@@ -309,15 +202,6 @@ pub const ADDRESS_GUEST_ROOMS_SHARE: usize = 4;
 pub const GUEST_ROOMS_RESERVE: usize = 1;
 /// Niceness of the threads that play and try scenes of guests, so that all others go first.
 pub const GUEST_NICENESS: i32 = 10;
-/// Time after which a trial that can be interrupted lets others have a turn: most runs are played by then.
-pub const TRIAL_TURN: Duration = Duration::from_millis(500);
-/// Time after which the next trial begins beside one that is still at work: a trial of a scene, at half of a free processor,
-/// is over by then, unless a single step of it takes longer.
-pub const TRIAL_TURN_MAX: Duration = Duration::from_secs(1);
-/// Trials that may be at work beside the one whose turn it is.
-pub const TRIALS_OVERDUE_MAX: usize = 1;
-/// Time for which it counts that a network had a turn: longer than a full queue takes.
-pub const TRIAL_TURNS_REMEMBERED: Duration = Duration::from_secs(60);
 
 /// Processors that this process may use.
 pub fn processors() -> usize {
@@ -352,9 +236,7 @@ pub const fn guest_rooms_max(processors: usize) -> usize {
 
 // Replays.
 
-/// Ticks in one file: an hour. Then a new one begins in the middle of the game.
-pub const REPLAY_FILE_TICKS_MAX: u32 = 60 * 60 * TICKS_PER_SECOND;
-/// Bytes of one file, after which a new one begins too; the records that wait for the writer still fit below
+/// Bytes of one file, after which a new one begins; the records that wait for the writer still fit below
 /// [`REPLAY_BYTES_MAX`].
 pub const REPLAY_FILE_BYTES_MAX: u64 = 32 << 20;
 /// Megabytes of all files in the directory, unless `--replays-mb` says otherwise.
@@ -363,33 +245,16 @@ pub const REPLAYS_MB: u32 = 1024;
 pub const REPLAY_FILES_MAX: usize = 10_000;
 /// Bytes that a file counts for at least: the block that it takes of a disk.
 pub const REPLAY_FILE_CHARGE_MIN: u64 = 4 << 10;
-/// Ticks from one clip of a player to the next: four a minute.
-pub const CLIP_APART_TICKS: u32 = 15 * TICKS_PER_SECOND;
-/// Clips of a room in a minute. Each is a file, and up to half a second of the writer.
-pub const CLIPS_PER_MINUTE_MAX: usize = 8;
-/// Clips of one address in a minute, in all rooms: as many as those of one room, as a class that plays together asks for.
-pub const ADDRESS_CLIPS_PER_MINUTE_MAX: u32 = 8;
 /// Clips have the directory divided by this, in files and in bytes. Past it they are deleted before recordings of games.
 pub const CLIPS_SHARE: usize = 8;
 /// Clips of all rooms that wait for the writer, or are being cut. It writes all recordings, too.
 pub const CLIPS_WAITING_MAX: usize = 4;
-/// Files that are passed over in one go because they cannot be deleted.
-pub const REPLAY_UNDELETABLE_MAX: usize = 16;
 /// Days for which a file is kept, unless `--replays-days` says otherwise.
 pub const REPLAYS_DAYS: u32 = 30;
-/// Time after which the writer of the rooms' logs looks for something new.
-pub const LOG_READ_EVERY: Duration = Duration::from_millis(50);
 /// Time after which a room whose recording failed begins a fresh file.
 pub const REPLAY_RETRY: Duration = Duration::from_secs(60);
-/// Time between two scans of the directory, and between two log lines of counters.
-pub const REPLAY_LOOK_EVERY: Duration = Duration::from_secs(60);
-/// Files whose names differ only by a number.
-pub const REPLAY_NAMESAKES_MAX: u32 = 1000;
 /// Replays that are listed; older ones are still there by name.
 pub const REPLAYS_LISTED_MAX: usize = 100;
-/// Bytes after the start of a replay that are looked at for its players when the server finds it: minutes of
-/// play, and a thousand files are 64 MiB.
-pub const REPLAY_BEGINNING_BYTES: usize = 64 << 10;
 /// Replays that are being downloaded at a time.
 pub const REPLAY_READERS_MAX: usize = 64;
 /// Of these, of one address.
@@ -403,14 +268,10 @@ pub const RECORDS_MAX: usize = 10;
 pub const RUN_BYTES_MAX: usize = 1 << 20;
 /// Displaced runs of a scene that are kept, in case an operator removes better ones: two tables of them.
 pub const DISPLACED_MAX: usize = 2 * RECORDS_MAX;
-/// Seconds for which they are: thirty days, as operators may be away.
-pub const DISPLACED_KEPT_S: u64 = 30 * 24 * 60 * 60;
 /// Files of the records of a scene, of which those of all scenes are played again when the server starts.
 pub const RECORD_FILES_MAX: usize = RECORDS_MAX + DISPLACED_MAX;
 /// Replays that are checked or wait for that, a megabyte each.
 pub const RUN_TRIALS_MAX: usize = 16;
-/// Of these, of one address.
-pub const ADDRESS_RUN_TRIALS_MAX: usize = 2;
 
 // The state directory.
 
@@ -429,45 +290,14 @@ pub const STATE_RETRY: Duration = Duration::from_secs(5);
 
 /// Time for which a write to the directory, or a read, may be on its way.
 pub const FLEET_ANSWER: Duration = Duration::from_millis(1500);
-/// Time for which a session waits until it is known where its room is.
-pub const FLEET_FIND: Duration = Duration::from_secs(4);
-/// Wait of a node that cannot place a room yet.
-pub const FLEET_PLACE_RETRY: Duration = Duration::from_millis(50);
-/// Time in which a room that is handed over is taken up by its new node; then its players are told to look for it.
-pub const FLEET_HAND_OVER: Duration = Duration::from_secs(10);
 /// Time between two looks at the inboxes of a room that is handed over.
 pub const FLEET_HAND_OVER_LOOK: Duration = Duration::from_millis(20);
-/// Time after which an error of NATS is logged again, if it is still the same.
-pub const FLEET_ERROR_AGAIN: Duration = Duration::from_secs(60);
-/// Time for which a room stands still without a lease before its players are told to look for it.
-pub const FLEET_STILL: Duration = Duration::from_secs(1);
 /// Time that a drain leaves for files and for what other nodes are to be told, whatever its players do.
 pub const DRAIN_FILES: Duration = Duration::from_secs(1);
 /// Time in which a node that drains hands its rooms over.
 pub const FLEET_DRAIN: Duration = Duration::from_millis(2500);
 /// Time in which a node reads a room's records, and opens it.
 pub const FLEET_OPEN: Duration = Duration::from_secs(10);
-/// Bytes of a message of the stream; NATS allows 1 MiB unless it is configured otherwise.
-pub const FLEET_MESSAGE_BYTES_MAX: usize = 512 << 10;
-/// Time after which a batch of records that cannot be written is given up.
-pub const FLEET_PUBLISH: Duration = Duration::from_secs(15);
-/// Addresses of nodes, present and past, whose pages may play here.
-pub const FLEET_SITES_MAX: usize = 1000;
-
-// Agones.
-
-/// Time between two signs that the server lives.
-pub const AGONES_HEALTH_EVERY: Duration = Duration::from_secs(2);
-/// Time between two looks at the rooms that have closed.
-pub const AGONES_LOOK_EVERY: Duration = Duration::from_secs(1);
-/// Time in which the sidecar answers. It is on this machine, and answers from memory.
-pub const AGONES_ANSWER: Duration = Duration::from_secs(1);
-/// Wait before a call that failed is tried again.
-pub const AGONES_RETRY: Duration = Duration::from_secs(1);
-/// Attempts to say that the server ends: they fit into a drain.
-pub const AGONES_SHUTDOWN_TRIES: u32 = 3;
-/// Bytes of an answer: those of a game server hold its labels and annotations, which Kubernetes bounds at 256 KiB.
-pub const AGONES_ANSWER_BYTES_MAX: usize = 1 << 20;
 
 // The end.
 

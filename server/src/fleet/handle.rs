@@ -5,13 +5,19 @@ use super::directory::{Change, Directory, Located, NodeSettings, PlaceError, Tim
 use super::entry::{Entry, Key, NodeEntry, RoomCounts, RoomFacts};
 use super::lease::Lease;
 use super::settings::FleetSettings;
-use crate::limits;
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::{Notify, watch};
 use tokio::time::{sleep, timeout, timeout_at};
 use tracing::error;
+
+/// Time for which a session waits until it is known where its room is.
+const FLEET_FIND: Duration = Duration::from_secs(4);
+/// Wait of a node that cannot place a room yet.
+const FLEET_PLACE_RETRY: Duration = Duration::from_millis(50);
+/// Addresses of nodes, present and past, whose pages may play here.
+const FLEET_SITES_MAX: usize = 1000;
 
 /// This node's part in its fleet. Nothing here waits for the network, but for [`Fleet::find`] and [`Fleet::place`],
 /// which wait until the directory tells.
@@ -126,7 +132,7 @@ impl Fleet {
     pub fn heard(&self, change: Change) {
         if let Change::Written(Key::Node(name), Entry::Node(node), _) = &change {
             let mut state = self.lock();
-            if state.sites.len() < limits::FLEET_SITES_MAX {
+            if state.sites.len() < FLEET_SITES_MAX {
                 state.sites.insert(node.url.clone());
             }
             state.compare_secret(name, node, self.secret_mark);
@@ -144,7 +150,7 @@ impl Fleet {
         self.lock().sites.contains(origin)
     }
 
-    /// Waits until it is known where a room is, [`limits::FLEET_FIND`] at most. What this node has heard may be out of
+    /// Waits until it is known where a room is, [`FLEET_FIND`] at most. What this node has heard may be out of
     /// date, so that it asks for the entry of a room that it does not play itself.
     pub async fn find(&self, code: &str) -> Located {
         let mut changes = self.changed.subscribe();
@@ -163,7 +169,7 @@ impl Fleet {
                 }
             }
         };
-        timeout(limits::FLEET_FIND, known).await.unwrap_or(Located::Soon)
+        timeout(FLEET_FIND, known).await.unwrap_or(Located::Soon)
     }
 
     /// Places a new room, and waits until its node is known.
@@ -181,13 +187,13 @@ impl Fleet {
         code: &str,
         place: impl Fn(&mut Directory, Time) -> Result<(), PlaceError>,
     ) -> Result<Located, PlaceError> {
-        let until = tokio::time::Instant::now() + limits::FLEET_FIND;
+        let until = tokio::time::Instant::now() + FLEET_FIND;
         // A node that has just started does not know the others yet.
         while let Err(error) = self.tell(&place) {
             if error != PlaceError::NotNow || tokio::time::Instant::now() >= until {
                 return Err(error);
             }
-            sleep(limits::FLEET_PLACE_RETRY).await;
+            sleep(FLEET_PLACE_RETRY).await;
         }
         Ok(self.find(code).await)
     }

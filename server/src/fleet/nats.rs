@@ -23,6 +23,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tracing::{info, warn};
 
+/// Time after which an error of NATS is logged again, if it is still the same.
+const FLEET_ERROR_AGAIN: Duration = Duration::from_secs(60);
+
 /// Opens a connection that is made, and made again, in the background. Errors: an address or the credentials cannot
 /// be read.
 pub async fn connect(settings: &FleetSettings) -> io::Result<Context> {
@@ -80,9 +83,8 @@ impl EventLog {
     /// Every attempt to connect ends in the same error: it is said again after a while.
     fn error(&self, error: String) {
         let mut told = self.told();
-        let again = |(last, at): &(String, Instant)| {
-            *last == error && at.elapsed() < limits::FLEET_ERROR_AGAIN
-        };
+        let again =
+            |(last, at): &(String, Instant)| *last == error && at.elapsed() < FLEET_ERROR_AGAIN;
         if !told.as_ref().is_some_and(again) {
             warn!(servers = %self.servers, %error, "NATS cannot be reached, or refuses something");
             *told = Some((error, Instant::now()));

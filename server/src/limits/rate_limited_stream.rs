@@ -3,12 +3,21 @@
 //! therefore counted here, below the frames.
 
 use crate::limits::token_bucket::TokenBucket;
-use crate::limits::{BYTES_BURST_MAX, BYTES_PER_SECOND_MAX};
+use crate::limits::{MESSAGES_BURST_MAX, MESSAGES_PER_SECOND_MAX};
+use jostle_protocol::limits::CLIENT_MESSAGE_BYTES_MAX;
 use std::io::{self, ErrorKind};
 use std::pin::Pin;
 use std::task::{Context, Poll, ready};
 use std::time::Instant;
 use tokio::io::{AsyncRead, ReadBuf};
+
+/// Bytes of the longest message with its frame: two of opcode and length, two more of length, a mask.
+const FRAME_BYTES_MAX: u32 = CLIENT_MESSAGE_BYTES_MAX as u32 + 2 + 2 + 4;
+/// Bytes a second in the long run. Messages are counted when they are whole; this counts fragments,
+/// of which a message may have any number, and pings before the hello.
+const BYTES_PER_SECOND_MAX: u32 = MESSAGES_PER_SECOND_MAX * FRAME_BYTES_MAX;
+/// Burst of bytes: [`MESSAGES_BURST_MAX`] of the longest messages.
+const BYTES_BURST_MAX: u32 = MESSAGES_BURST_MAX * FRAME_BYTES_MAX;
 
 /// Kind of the error after too many bytes; no socket has it.
 pub const SPENT: ErrorKind = ErrorKind::QuotaExceeded;

@@ -12,16 +12,23 @@
 
 use crate::host::thread_time;
 use crate::limits::networks::{LEVELS, networks, shares};
-use crate::limits::{
-    GUEST_NICENESS, TRACKED_ADDRESSES_MAX, TRIAL_TURN, TRIAL_TURN_MAX, TRIAL_TURNS_REMEMBERED,
-    TRIALS_OVERDUE_MAX,
-};
+use crate::limits::{GUEST_NICENESS, TRACKED_ADDRESSES_MAX};
 use std::collections::BTreeMap;
 use std::io;
 use std::net::IpAddr;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::oneshot;
+
+/// Time after which a trial that can be interrupted lets others have a turn: most runs are played by then.
+const TRIAL_TURN: Duration = Duration::from_millis(500);
+/// Time after which the next trial begins beside one that is still at work: a trial of a scene, at half of a free processor,
+/// is over by then, unless a single step of it takes longer.
+const TRIAL_TURN_MAX: Duration = Duration::from_secs(1);
+/// Trials that may be at work beside the one whose turn it is.
+const TRIALS_OVERDUE_MAX: usize = 1;
+/// Time for which it counts that a network had a turn: longer than a full queue takes.
+const TRIAL_TURNS_REMEMBERED: Duration = Duration::from_secs(60);
 
 /// The trials of one kind.
 #[derive(Debug)]

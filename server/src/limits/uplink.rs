@@ -8,12 +8,16 @@ use crate::limits::networks::{LEVELS, networks};
 use crate::limits::token_bucket::TokenBucket;
 use crate::limits::{
     ADDRESS_UPLINK_SHARE, GUESTS_UPLINK_SHARE, TRACKED_ADDRESSES_MAX, UPLINK_BURST_SECONDS,
-    UPLINK_RESERVE, UPLINK_ROOMY,
 };
 use std::collections::BTreeMap;
 use std::net::IpAddr;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
+
+/// Part of a bucket that spectators leave to players.
+const UPLINK_RESERVE: f64 = 0.5;
+/// Part of a bucket above which rates rise again.
+const UPLINK_ROOMY: f64 = 0.75;
 
 /// Bytes that a message takes on its way beside its own: the headers of IP and TCP, and that of its frame.
 const ENVELOPE_BYTES: usize = 56;

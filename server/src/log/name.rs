@@ -1,9 +1,11 @@
 //! Names of replays: `<scene>-<room code>-<UTC yyyymmdd-hhmmss>`, which sort by time within a room
 //! and cannot lead out of their directory. Those of clips end in `-clip` or `-unlisted`.
 
-use crate::limits;
 use jostle_protocol::limits::REPLAY_NAME_BYTES_MAX;
 use time::OffsetDateTime;
+
+/// Files whose names differ only by a number.
+const REPLAY_NAMESAKES_MAX: u32 = 1000;
 
 /// Extension of the files.
 pub const ENDING: &str = ".jostle";
@@ -19,7 +21,7 @@ pub fn name(scene: &str, room: &str, unix_s: u64) -> String {
 
 /// The same name, and then those with a number.
 pub fn numbered(name: &str) -> impl Iterator<Item = String> + '_ {
-    let others = (2..=limits::REPLAY_NAMESAKES_MAX).map(move |number| format!("{name}-{number}"));
+    let others = (2..=REPLAY_NAMESAKES_MAX).map(move |number| format!("{name}-{number}"));
     std::iter::once(name.to_owned()).chain(others)
 }
 
@@ -122,6 +124,6 @@ mod tests {
     fn numbers_follow_the_plain_name() {
         let names: Vec<_> = numbered("a").take(3).collect();
         assert_eq!(names, ["a", "a-2", "a-3"]);
-        assert_eq!(numbered("a").count(), limits::REPLAY_NAMESAKES_MAX as usize);
+        assert_eq!(numbered("a").count(), REPLAY_NAMESAKES_MAX as usize);
     }
 }

@@ -15,6 +15,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant, UNIX_EPOCH};
 
+/// Clips of one address in a minute, in all rooms: as many as those of one room, as a class that plays together asks for.
+const ADDRESS_CLIPS_PER_MINUTE_MAX: u32 = 8;
+
 /// A server's replays, as its rooms know them.
 pub struct Recording {
     store: Arc<ReplayStore>,
@@ -27,8 +30,8 @@ pub struct Recording {
 
 /// The clips of each address, for all rooms of a server.
 pub(super) fn clip_rates() -> AddressRateLimiter {
-    let per_second = f64::from(limits::ADDRESS_CLIPS_PER_MINUTE_MAX) / 60.0;
-    AddressRateLimiter::new(per_second, limits::ADDRESS_CLIPS_PER_MINUTE_MAX as usize)
+    let per_second = f64::from(ADDRESS_CLIPS_PER_MINUTE_MAX) / 60.0;
+    AddressRateLimiter::new(per_second, ADDRESS_CLIPS_PER_MINUTE_MAX as usize)
 }
 
 impl Recording {

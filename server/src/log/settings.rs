@@ -1,10 +1,16 @@
 //! The settings of recording.
 
 use crate::limits;
+use jostle_sim::TICKS_PER_SECOND;
 use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
+
+/// Ticks in one file: an hour. Then a new one begins in the middle of the game.
+const REPLAY_FILE_TICKS_MAX: u32 = 60 * 60 * TICKS_PER_SECOND;
+/// Time between two scans of the directory, and between two log lines of counters.
+const REPLAY_LOOK_EVERY: Duration = Duration::from_secs(60);
 
 /// Creates a new file, and fails if there is one of that name.
 pub type Create = fn(&Path) -> io::Result<Box<dyn Write + Send>>;
@@ -18,11 +24,11 @@ pub struct Settings {
     pub bytes_max: u64,
     /// How long a replay is kept.
     pub age_max: Duration,
-    /// [`limits::REPLAY_FILE_TICKS_MAX`]; tests shorten it.
+    /// [`REPLAY_FILE_TICKS_MAX`]; tests shorten it.
     pub file_ticks_max: u32,
     /// [`limits::REPLAY_RETRY`]; tests shorten it.
     pub retry: Duration,
-    /// [`limits::REPLAY_LOOK_EVERY`]; tests shorten it.
+    /// [`REPLAY_LOOK_EVERY`]; tests shorten it.
     pub look_every: Duration,
     /// Creates files; tests replace it by one that fails.
     pub create: Create,
@@ -37,9 +43,9 @@ impl Settings {
             dir,
             bytes_max: u64::from(limits::REPLAYS_MB) << 20,
             age_max: days(limits::REPLAYS_DAYS),
-            file_ticks_max: limits::REPLAY_FILE_TICKS_MAX,
+            file_ticks_max: REPLAY_FILE_TICKS_MAX,
             retry: limits::REPLAY_RETRY,
-            look_every: limits::REPLAY_LOOK_EVERY,
+            look_every: REPLAY_LOOK_EVERY,
             create: create_file,
             wall: SystemTime::now,
         }

@@ -20,6 +20,12 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Instant, SystemTime};
 use tracing::{info, warn};
 
+/// Files that are passed over in one go because they cannot be deleted.
+const REPLAY_UNDELETABLE_MAX: usize = 16;
+/// Bytes after the start of a replay that are looked at for its players when the server finds it: minutes of
+/// play, and a thousand files are 64 MiB.
+const REPLAY_BEGINNING_BYTES: usize = 64 << 10;
+
 /// The replays of a server.
 pub struct ReplayStore {
     settings: Settings,
@@ -297,7 +303,7 @@ impl ReplayStore {
     /// Deletes the finished file that `next` names, as long as it names one. It is told those that cannot be deleted.
     fn delete_while(&self, reason: &str, next: impl Fn(&ReplayIndex, &[Stamp]) -> Option<Stamp>) {
         let mut passed: Vec<Stamp> = Vec::new();
-        while passed.len() < limits::REPLAY_UNDELETABLE_MAX {
+        while passed.len() < REPLAY_UNDELETABLE_MAX {
             let Some(next) = next(&self.lock(), &passed) else { return };
             if !self.delete(&next.1, reason) {
                 passed.push(next);
@@ -375,7 +381,7 @@ impl ReplayStore {
     fn start_of(&self, name: &str) -> Option<(Start, PlayerCount)> {
         let mut bytes = Vec::new();
         let file = open_regular(&self.path(name)).ok()?;
-        let looked_at = (START_BYTES_MAX + limits::REPLAY_BEGINNING_BYTES) as u64;
+        let looked_at = (START_BYTES_MAX + REPLAY_BEGINNING_BYTES) as u64;
         file.take(looked_at).read_to_end(&mut bytes).ok()?;
         Some((Start::find(&bytes).ok()?, PlayerCount::of_beginning(&bytes)))
     }

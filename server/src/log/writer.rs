@@ -9,6 +9,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+/// Time after which the writer of the rooms' logs looks for something new.
+const LOG_READ_EVERY: Duration = Duration::from_millis(50);
+
 /// The writer's thread as others see it.
 pub struct LogWriter {
     tasks: SyncSender<WriterTask>,
@@ -70,7 +73,7 @@ fn run(tasks: &Receiver<WriterTask>, replays: Option<&ReplayStore>) {
             readers.sync(now);
             sync_at = now + limits::STATE_SYNC_EVERY;
         }
-        match tasks.recv_timeout(limits::LOG_READ_EVERY) {
+        match tasks.recv_timeout(LOG_READ_EVERY) {
             Ok(WriterTask::Read(reader, sink)) => readers.add(reader, sink),
             Ok(WriterTask::Once(work)) => work(),
             Err(RecvTimeoutError::Timeout) => {}

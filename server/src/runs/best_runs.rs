@@ -4,6 +4,9 @@ use crate::limits;
 use jostle_room::Run;
 use std::cmp::Reverse;
 
+/// Seconds for which displaced runs are kept: thirty days, as operators may be away.
+const DISPLACED_KEPT_S: u64 = 30 * 24 * 60 * 60;
+
 /// A run that is kept.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Record {
@@ -27,7 +30,7 @@ impl Record {
 
 /// The best runs of a scene, the best first: at most [`limits::RECORDS_MAX`], one of the same players. Of equal runs the
 /// older one is better. Those that they displaced are kept for a while, in case the better ones are removed: at most
-/// [`limits::DISPLACED_MAX`] for [`limits::DISPLACED_KEPT_S`], those that stood longest, as runs that displace each other
+/// [`limits::DISPLACED_MAX`] for [`DISPLACED_KEPT_S`], those that stood longest, as runs that displace each other
 /// within minutes are a bot's.
 #[derive(Clone, Debug, Default)]
 pub struct BestRuns {
@@ -110,7 +113,7 @@ impl BestRuns {
         let mut kept = 0;
         let (kept, gone) = std::mem::take(&mut self.displaced).into_iter().partition(|record| {
             let is_kept = kept < limits::DISPLACED_MAX
-                && now_s.saturating_sub(at_s(record)) < limits::DISPLACED_KEPT_S;
+                && now_s.saturating_sub(at_s(record)) < DISPLACED_KEPT_S;
             kept += usize::from(is_kept);
             is_kept
         });
@@ -214,7 +217,7 @@ mod tests {
         let mut runs = BestRuns::default();
         runs.enter(record("a", "Ann", 500, 3), 3);
         runs.enter(record("b", "Ann", 400, 4), 4);
-        let late = 4 + limits::DISPLACED_KEPT_S;
+        let late = 4 + DISPLACED_KEPT_S;
         let moved = runs.enter(record("c", "Cid", 400, late), late);
         assert_eq!(moved, [RunFileChange::Gone("a".to_owned(), 4)]);
         // Its file may be read again after it was entered once more.

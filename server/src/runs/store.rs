@@ -20,6 +20,9 @@ use std::thread::JoinHandle;
 use std::time::{Duration, SystemTime};
 use tracing::{error, info, warn};
 
+/// Runs of one address that are checked or wait for that.
+const ADDRESS_RUN_TRIALS_MAX: usize = 2;
+
 /// Ending of the files.
 const ENDING: &str = "jostle";
 /// Ending of a file that proves nothing any more; it is kept for a diagnosis.
@@ -64,7 +67,7 @@ impl Records {
             most,
             tables: Mutex::default(),
             files: Mutex::default(),
-            trials: TrialQueue::new(limits::RUN_TRIALS_MAX, limits::ADDRESS_RUN_TRIALS_MAX),
+            trials: TrialQueue::new(limits::RUN_TRIALS_MAX, ADDRESS_RUN_TRIALS_MAX),
             readers: ConnectionLimits::new(
                 limits::REPLAY_READERS_MAX,
                 limits::ADDRESS_REPLAY_READERS_MAX,

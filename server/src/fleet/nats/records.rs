@@ -3,7 +3,6 @@
 //! one that the writer knows, so that the first message of a new owner shuts out the one before.
 
 use crate::fleet::settings::FleetSettings;
-use crate::limits;
 use async_nats::HeaderMap;
 use async_nats::jetstream::Context;
 use async_nats::jetstream::context::PublishErrorKind;
@@ -11,6 +10,9 @@ use async_nats::jetstream::message::StreamMessage;
 use async_nats::jetstream::stream::{Config, LastRawMessageErrorKind, Stream};
 use bytes::Bytes;
 use jostle_protocol::replay::header;
+
+/// Bytes of a message of the stream; NATS allows 1 MiB unless it is configured otherwise.
+const FLEET_MESSAGE_BYTES_MAX: usize = 512 << 10;
 
 const STREAM: &str = "jostle_records";
 /// Epoch of the room's entry under which a message was written.
@@ -237,8 +239,8 @@ fn subject(code: &str) -> String {
 pub fn payloads(bytes: Vec<u8>) -> Vec<Bytes> {
     let mut rest = Bytes::from(bytes);
     let mut payloads = Vec::new();
-    while rest.len() > limits::FLEET_MESSAGE_BYTES_MAX {
-        payloads.push(rest.split_to(limits::FLEET_MESSAGE_BYTES_MAX));
+    while rest.len() > FLEET_MESSAGE_BYTES_MAX {
+        payloads.push(rest.split_to(FLEET_MESSAGE_BYTES_MAX));
     }
     payloads.push(rest);
     payloads
@@ -269,12 +271,10 @@ mod tests {
 
     #[test]
     fn payloads_are_cut_where_nats_would_refuse_them_and_lose_nothing() {
-        for bytes in
-            [0, 1, limits::FLEET_MESSAGE_BYTES_MAX, 3 * limits::FLEET_MESSAGE_BYTES_MAX + 7]
-        {
+        for bytes in [0, 1, FLEET_MESSAGE_BYTES_MAX, 3 * FLEET_MESSAGE_BYTES_MAX + 7] {
             let whole: Vec<u8> = (0..bytes).map(|n| n as u8).collect();
             let cut = payloads(whole.clone());
-            assert!(cut.iter().all(|payload| payload.len() <= limits::FLEET_MESSAGE_BYTES_MAX));
+            assert!(cut.iter().all(|payload| payload.len() <= FLEET_MESSAGE_BYTES_MAX));
             assert_eq!(cut.concat(), whole);
         }
     }

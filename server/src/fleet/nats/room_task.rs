@@ -8,8 +8,12 @@ use bytes::Bytes;
 use jostle_protocol::replay::Record;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
 use tokio::time::{Instant, sleep, timeout};
 use tracing::warn;
+
+/// Time after which a batch of records that cannot be written is given up.
+const FLEET_PUBLISH: Duration = Duration::from_secs(15);
 
 /// News of a room for the directory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -163,7 +167,7 @@ impl<S: RecordStream> RoomTask<S> {
             part: part.map(|(number, count, _)| (number, count)),
             payload,
         };
-        let give_up_at = Instant::now() + limits::FLEET_PUBLISH;
+        let give_up_at = Instant::now() + FLEET_PUBLISH;
         while !self.shut_out && Instant::now() < give_up_at {
             match self.stream.publish(&self.code, &message, self.last).await {
                 Published::Done(sequence) => return Some(self.written(sequence)),

@@ -178,8 +178,7 @@ fn a_room_that_ends_while_its_disk_fails_is_let_go() {
 
 /// What a player is told who asks for a clip on this disk.
 fn clip_on(create: Create) -> Result<String, ClipRefusal> {
-    let dir =
-        std::env::temp_dir().join(format!("jostle-clip-{:016x}", crate::host::random()));
+    let dir = std::env::temp_dir().join(format!("jostle-clip-{:016x}", crate::host::random()));
     let store = Arc::new(ReplayStore::new(Settings { create, ..Settings::new(dir.clone()) }));
     let writer = Arc::new(LogWriter::start(1, None).expect("a thread"));
     let recording = Recording::new(Arc::clone(&store), Arc::clone(&writer));
