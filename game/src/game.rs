@@ -283,7 +283,7 @@ impl Game {
             owner: actor.owner,
             group: self.world.group(actor.id),
             shape: self.world.shape(actor.id),
-            quanta: self.world.position_quanta(actor.id),
+            quanta: quantise(self.world.position(actor.id), self.scene.world.quantum),
         })
     }
 

@@ -142,10 +142,10 @@ pub(crate) fn keep_lanes(world: &mut World, players: &[Player], scene: &Scene) {
 
 /// Reports bodies that left the kill zone; the players of lost heroes wait for the next one.
 pub(crate) fn report_departed(world: &mut World, roster: &mut Roster, events: &mut Vec<Event>) {
-    if world.departed().is_empty() {
+    if world.departed().bodies.is_empty() {
         return;
     }
-    for &(body, point) in world.departed() {
+    for &(body, point) in &world.departed().bodies {
         let player = roster.players.iter_mut().find(|player| player.hero == Some(body));
         if let Some(player) = player {
             player.hero_wait = RESPAWN_TICKS;

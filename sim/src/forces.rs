@@ -126,10 +126,6 @@ impl Forces {
         fits
     }
 
-    pub fn springs(&self) -> &[Spring] {
-        &self.springs
-    }
-
     /// Visits of springs in the last step.
     pub fn spring_visits(&self) -> u64 {
         self.visits_before + self.networks.iter().map(Network::visits).sum::<u64>()

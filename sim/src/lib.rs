@@ -52,4 +52,4 @@ pub use state::{Difference, Subject};
 pub use step_counts::StepCounts;
 pub use time::{DT, STEP_MAX, TICKS_PER_SECOND};
 pub use touches::Touch;
-pub use world::{StepBudget, StepPhase, World, WorldSettings};
+pub use world::{Departed, StepBudget, StepPhase, World, WorldSettings};

@@ -15,7 +15,7 @@
 //! stillness is our own.)
 
 use crate::bodies::{Bodies, REACH_MIN};
-use crate::body::Motion;
+use crate::body::{BodyId, Motion};
 use crate::broad_phase::pairs::{Pair, PairList};
 use crate::forces::springs::{Spring, SpringEnd};
 use crate::math::min;
@@ -44,6 +44,8 @@ pub(crate) type Rest = (u32, u16);
 /// Sleeping islands, and the time for which the other bodies have been still.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Sleep {
+    /// Whether bodies of this world ever sleep.
+    is_on: bool,
     /// By slot: consecutive steps in which the body was still.
     pub still_steps: Vec<u16>,
     /// By slot: index of its sleeping island, or [`AWAKE`].
@@ -93,6 +95,10 @@ struct IslandState {
 }
 
 impl Sleep {
+    pub fn new(is_on: bool) -> Sleep {
+        Sleep { is_on, ..Sleep::default() }
+    }
+
     /// Makes room for `slots` bodies.
     fn reserve(&mut self, slots: usize) {
         self.still_steps.resize(slots, 0);
@@ -105,6 +111,12 @@ impl Sleep {
     #[inline]
     pub fn has(&self, slot: u32) -> bool {
         self.island.get(slot as usize).is_some_and(|&island| island != AWAKE)
+    }
+
+    /// Number of sleeping bodies.
+    #[cfg(test)]
+    pub fn count(&self) -> usize {
+        self.islands.iter().map(|island| island.bodies.len()).sum()
     }
 
     /// Whether no body sleeps.
@@ -329,8 +341,15 @@ impl Sleep {
 
     /// Wakes bodies that are changed from outside, with their islands. If one does not move, the bodies
     /// that sleep near it wake too, because they may rest on it.
-    pub fn wake_around(&mut self, awake: &mut Awake, slots: &[u32]) {
-        slots.iter().for_each(|&slot| self.find_around(awake, slot));
+    pub fn wake_around(&mut self, awake: &mut Awake, ids: &[BodyId]) {
+        if !self.is_on {
+            return;
+        }
+        for id in ids {
+            if awake.bodies.contains(*id) {
+                self.find_around(awake, id.index);
+            }
+        }
         self.wake_pending(awake);
     }
 
@@ -356,12 +375,16 @@ impl Sleep {
     /// the grid, since no other body finds it by its own motion, and wakes those that sleep where
     /// it is now.
     pub fn body_placed(&mut self, awake: &mut Awake, slot: u32) {
+        if !self.is_on {
+            return;
+        }
         if let Some(still_steps) = self.still_steps.get_mut(slot as usize) {
             *still_steps = 0;
         }
         if awake.bodies.motion[slot as usize] == Motion::Static {
             awake.pairs.insert_static(slot, awake.bodies);
-            self.wake_around(awake, &[slot]);
+            self.find_around(awake, slot);
+            self.wake_pending(awake);
         }
     }
 

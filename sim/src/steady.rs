@@ -133,6 +133,13 @@ impl Steady {
         self.readmit_pending(bodies);
     }
 
+    /// Readmits all islands where a body that nothing pushes appears, disappears, starts or stops.
+    pub fn readmit_if_fixed(&mut self, bodies: &mut Bodies, id: BodyId) {
+        if bodies.motion[id.index as usize] != Motion::Dynamic {
+            self.readmit_all(bodies);
+        }
+    }
+
     pub fn readmit_all(&mut self, bodies: &mut Bodies) {
         self.to_readmit.extend(self.bodies.iter().map(|&slot| self.island[slot as usize]));
         self.readmit_pending(bodies);

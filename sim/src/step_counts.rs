@@ -28,6 +28,8 @@ pub struct StepCounts {
     pub corrected: u64,
     /// Visits of springs by the rounds in which networks of springs are solved, with what their factorisations stand for.
     pub springs: u64,
+    /// The solver's work in its last attempt: visits of pairs, and predictions of impacts.
+    pub solves: u64,
     /// Particles that are alive.
     pub particles: u64,
 }

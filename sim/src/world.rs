@@ -1,9 +1,7 @@
 //! The World: bodies as plain vectors by id, their contacts, particles, and one `step`.
 
-pub(crate) mod counts;
-#[cfg(test)]
-mod inspect;
 pub(crate) mod settings;
+mod solvers;
 mod state;
 mod step;
 
@@ -17,16 +15,14 @@ use crate::features::Features;
 use crate::forces::Forces;
 use crate::forces::drag::Drag;
 use crate::forces::springs::{Spring, SpringEnd};
-use crate::growth::ScratchUse;
 use crate::particles::{EmitterDef, Obstacle, Particles, dequantise, quantise};
-use crate::shape::Shape;
+use crate::shape::{Aabb, Shape};
 use crate::sleep::{Awake, Sleep};
-use crate::solver::Solver;
-use crate::solver::conjugate::ConjugateSolver;
-use crate::solver::relaxation::RelaxationSolver;
 use crate::steady::Steady;
+use crate::step_counts::StepCounts;
 use crate::touches::{Touch, Touches};
 use glam::Vec2;
+use solvers::Solvers;
 
 /// The phases of a step after which [`World::step_watched`] calls back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,34 +41,50 @@ pub enum StepPhase {
 /// origin, and ignore changes of it.
 #[derive(Clone, Debug)]
 pub struct World {
-    settings: WorldSettings,
-    bodies: Bodies,
-    pairs: PairList,
-    sleep: Sleep,
+    pub(crate) settings: WorldSettings,
+    pub(crate) bodies: Bodies,
+    pub(crate) pairs: PairList,
+    pub(crate) sleep: Sleep,
     /// Islands that steps of the conjugate solver leave out; not state.
-    steady: Steady,
+    pub(crate) steady: Steady,
     particles: Particles,
-    forces: Option<Forces>,
+    pub(crate) forces: Forces,
     touches: Touches,
     departed: Departed,
     /// Steps follow the chapter's listing.
     listed: bool,
-    /// Features that a step has to handle: widens, never narrows, and is not state.
-    features: Features,
-    /// Scratch of the two solvers, one of which is used, and of the particles.
-    relaxation: RelaxationSolver,
-    conjugate: Box<ConjugateSolver>,
-    scratch_use: ScratchUse,
+    pub(crate) solvers: Solvers,
+    /// Scratch of the particles.
     obstacles: Vec<Obstacle>,
 }
 
 /// Bodies that the last step removed.
 #[derive(Clone, Debug, Default)]
-struct Departed {
+pub struct Departed {
     /// All of them, with their last position.
-    bodies: Vec<(BodyId, Vec2)>,
-    /// Those whose position or velocity was not finite.
-    quarantined: Vec<BodyId>,
+    pub bodies: Vec<(BodyId, Vec2)>,
+    /// Those whose position or velocity was not finite, removed before they could touch anything. This never happens; if
+    /// it does, report it.
+    pub quarantined: Vec<BodyId>,
+}
+
+impl Departed {
+    /// Lists the bodies that the present step removes.
+    fn find(&mut self, bodies: &Bodies, kill_zone: &Aabb) {
+        self.bodies.clear();
+        self.quarantined.clear();
+        for &slot in &bodies.moving {
+            let center = bodies.center[slot as usize];
+            // A body that is not finite is removed before it can touch anything (C03).
+            if !bodies.is_finite(slot as usize) {
+                let last = if center.is_finite() { center } else { kill_zone.low };
+                self.quarantined.push(bodies.id(slot));
+                self.bodies.push((bodies.id(slot), last));
+            } else if !kill_zone.contains(center) {
+                self.bodies.push((bodies.id(slot), center));
+            }
+        }
+    }
 }
 
 impl World {
@@ -81,20 +93,17 @@ impl World {
         settings.check();
         World {
             particles: particles(&settings),
-            forces: settings.forces.as_ref().map(Forces::new),
-            features: settings.features,
+            forces: settings.forces.as_ref().map_or_else(Forces::default, Forces::new),
             pairs: PairList::new(settings.sleeping),
-            settings,
             bodies: Bodies::default(),
-            sleep: Sleep::default(),
+            sleep: Sleep::new(settings.sleeping),
             steady: Steady::default(),
             touches: Touches::default(),
             departed: Departed::default(),
             listed: false,
-            relaxation: RelaxationSolver::default(),
-            conjugate: Box::default(),
-            scratch_use: ScratchUse::default(),
+            solvers: Solvers::default(),
             obstacles: Vec::new(),
+            settings,
         }
     }
 
@@ -105,13 +114,14 @@ impl World {
             return None;
         }
         self.pairs.invalidate();
-        self.widen(Features::of(def));
+        self.settings.features = self.settings.features.with(Features::of(def));
+        let has_forces = self.settings.forces.is_some();
+        assert!(has_forces || def.drag == Drag::NONE, "drag in a world without forces");
         let id = self.bodies.add(def);
-        match &mut self.forces {
-            Some(forces) => forces.added(id.index, def.group, def.drag),
-            None => assert!(def.drag == Drag::NONE, "drag in a world without forces"),
-        }
-        self.body_placed(id);
+        self.forces.added(id.index, def.group, def.drag);
+        self.steady.readmit_if_fixed(&mut self.bodies, id);
+        let mut awake = awake(&mut self.bodies, &mut self.pairs, &mut self.touches);
+        self.sleep.body_placed(&mut awake, id.index);
         Some(id)
     }
 
@@ -126,10 +136,9 @@ impl World {
     pub fn remove_all(&mut self, ids: &[BodyId]) {
         let before = self.bodies.count();
         self.wake(ids);
-        self.steady.readmit_around(&mut self.bodies, ids);
         for &id in ids {
             if self.bodies.contains(id) {
-                self.readmit_if_fixed(id);
+                self.steady.readmit_if_fixed(&mut self.bodies, id);
                 self.pairs.removed(id.index);
                 self.bodies.remove(id);
             }
@@ -140,9 +149,7 @@ impl World {
         self.pairs.keep_alive(&self.bodies);
         let lives = |id: BodyId| self.bodies.alive[id.index as usize];
         self.touches.now.retain(|touch| lives(touch.a) && lives(touch.b));
-        if let Some(forces) = &mut self.forces {
-            forces.keep_alive(&self.bodies);
-        }
+        self.forces.keep_alive(&self.bodies);
     }
 
     /// Whether the body exists.
@@ -164,11 +171,6 @@ impl World {
     #[inline]
     pub fn position(&self, id: BodyId) -> Vec2 {
         self.bodies.find(id).map_or(Vec2::ZERO, |index| self.bodies.center[index])
-    }
-
-    /// Centre rounded to the quantum, in quanta, as clients see it.
-    pub fn position_quanta(&self, id: BodyId) -> [i32; 2] {
-        quantise(self.position(id), self.settings.quantum)
     }
 
     /// Velocity, units/s.
@@ -201,25 +203,9 @@ impl World {
         self.bodies.find(id).map_or(0.0, |index| self.bodies.inverse_mass[index])
     }
 
-    /// Restitution, 0..=1.
-    pub fn restitution(&self, id: BodyId) -> f32 {
-        self.bodies.find(id).map_or(0.0, |index| self.bodies.material[index].restitution)
-    }
-
-    /// Coulomb coefficient, 0..=10.
-    pub fn friction(&self, id: BodyId) -> f32 {
-        self.bodies.find(id).map_or(0.0, |index| self.bodies.material[index].friction)
-    }
-
     /// Factor on the world's gravity.
     pub fn gravity_scale(&self, id: BodyId) -> f32 {
         self.bodies.find(id).map_or(0.0, |index| self.bodies.gravity_scale[index])
-    }
-
-    /// Drag against the air.
-    pub fn drag(&self, id: BodyId) -> Drag {
-        let forces = self.forces.as_ref().filter(|_| self.bodies.find(id).is_some());
-        forces.map_or(Drag::NONE, |forces| forces.drag(id.index))
     }
 
     /// Adds a spring; returns `false` when `springs_max` is reached. Panics on numbers outside
@@ -233,16 +219,15 @@ impl World {
         if !exists(spring.body) || !other.is_none_or(exists) {
             return false;
         }
-        self.wake_around(spring.body);
-        if let Some(other) = other {
-            self.wake_around(other);
-        }
-        self.forces.as_mut().expect("a spring in a world without forces").add_spring(spring)
+        assert!(self.settings.forces.is_some(), "a spring in a world without forces");
+        self.wake(&[spring.body]);
+        self.wake(other.as_slice());
+        self.forces.add_spring(spring)
     }
 
     /// All springs, in the order in which they were added.
     pub fn springs(&self) -> &[Spring] {
-        self.forces.as_ref().map_or(&[], Forces::springs)
+        &self.forces.springs
     }
 
     /// Sets a position. Panics unless finite.
@@ -252,11 +237,13 @@ impl World {
         if self.settings.sleeping && self.bodies.center[index] == position {
             return;
         }
-        self.wake_around(id);
+        self.wake(&[id]);
         self.pairs.remove_static(id.index);
         self.bodies.center[index] = position;
         self.pairs.invalidate();
-        self.body_placed(id);
+        self.steady.readmit_if_fixed(&mut self.bodies, id);
+        let mut awake = awake(&mut self.bodies, &mut self.pairs, &mut self.touches);
+        self.sleep.body_placed(&mut awake, id.index);
     }
 
     /// Sets a velocity. Panics unless finite. A static body keeps its own, which is zero (C20): another is a fault of
@@ -267,38 +254,21 @@ impl World {
         let still = self.bodies.motion[index] != Motion::Static || velocity == Vec2::ZERO;
         debug_assert!(still, "static body {} cannot have velocity {velocity}", id.index);
         if still && self.bodies.velocity[index] != velocity {
-            self.wake_around(id);
+            self.wake(&[id]);
             let stands = |velocity: Vec2| velocity == Vec2::ZERO;
             if stands(self.bodies.velocity[index]) != stands(velocity) {
-                self.readmit_if_fixed(id);
+                self.steady.readmit_if_fixed(&mut self.bodies, id);
             }
             self.bodies.velocity[index] = velocity;
         }
     }
 
     /// Wakes bodies, each with those that rest on it: all at once, which takes far less time than one after another, as changes
-    /// of them would. Does nothing in a world that does not sleep.
+    /// of them would. Bodies that do not exist are passed over.
     pub fn wake(&mut self, ids: &[BodyId]) {
-        if self.settings.sleeping {
-            let mut slots: Vec<u32> = Vec::new();
-            for &id in ids {
-                if self.bodies.contains(id) {
-                    slots.push(id.index);
-                }
-            }
-            let mut awake = awake(&mut self.bodies, &mut self.pairs, &mut self.touches);
-            self.sleep.wake_around(&mut awake, &slots);
-        }
-    }
-
-    /// Sets the mass of a dynamic body. Panics unless positive and finite.
-    pub fn set_mass(&mut self, id: BodyId, mass: f32) {
-        let is_invertible = mass > 0.0 && mass.is_finite() && (1.0 / mass).is_finite();
-        check::number(is_invertible, "mass", mass);
-        let Some(index) = self.bodies.find(id) else { return };
-        assert!(self.bodies.motion[index] == Motion::Dynamic, "only dynamic bodies have a mass");
-        self.wake_around(id);
-        self.bodies.inverse_mass[index] = 1.0 / mass;
+        self.steady.readmit_around(&mut self.bodies, ids);
+        let mut awake = awake(&mut self.bodies, &mut self.pairs, &mut self.touches);
+        self.sleep.wake_around(&mut awake, ids);
     }
 
     /// Changes the factor on gravity. Panics unless finite.
@@ -306,7 +276,7 @@ impl World {
         check::number(scale.is_finite(), "gravity scale", scale);
         let Some(index) = self.bodies.find(id) else { return };
         if self.bodies.gravity_scale[index] != scale {
-            self.wake_around(id);
+            self.wake(&[id]);
             self.bodies.gravity_scale[index] = scale;
         }
     }
@@ -350,35 +320,10 @@ impl World {
         self.advance(watch);
     }
 
-    /// Wakes a body that is changed from outside, with the bodies that rest on it.
-    fn wake_around(&mut self, id: BodyId) {
-        self.steady.readmit_around(&mut self.bodies, &[id]);
-        if self.settings.sleeping {
-            let mut awake = awake(&mut self.bodies, &mut self.pairs, &mut self.touches);
-            self.sleep.wake_around(&mut awake, &[id.index]);
-        }
-    }
-
-    /// Readmits all steady islands where a body that nothing pushes appears, disappears, starts or stops.
-    fn readmit_if_fixed(&mut self, id: BodyId) {
-        if self.motion(id) != Motion::Dynamic {
-            self.steady.readmit_all(&mut self.bodies);
-        }
-    }
-
-    /// Registers a body that was added or placed elsewhere.
-    fn body_placed(&mut self, id: BodyId) {
-        self.readmit_if_fixed(id);
-        if self.settings.sleeping {
-            let mut awake = awake(&mut self.bodies, &mut self.pairs, &mut self.touches);
-            self.sleep.body_placed(&mut awake, id.index);
-        }
-    }
-
     /// Advances particles and emitters by one step, against the bodies at the present quantised
     /// positions that clients see.
     pub fn step_particles(&mut self) {
-        if !self.features.particles || self.is_over_budget() {
+        if !self.settings.features.particles || self.is_over_budget() {
             return;
         }
         let quantum = self.settings.quantum;
@@ -404,31 +349,19 @@ impl World {
         &self.touches.now
     }
 
-    /// Bodies of the last step whose position or velocity was not finite, removed before they could
-    /// touch anything. They are among the departed too. This never happens; if it does, report it.
-    pub fn quarantined(&self) -> &[BodyId] {
-        &self.departed.quarantined
+    /// Bodies that left the kill zone in the last step and were removed.
+    pub fn departed(&self) -> &Departed {
+        &self.departed
     }
 
-    /// Bodies that left the kill zone in the last step and were removed, with their last position.
-    pub fn departed(&self) -> &[(BodyId, Vec2)] {
-        &self.departed.bodies
-    }
-
-    /// Number of passes or sweeps over the contacts in the last step.
-    pub fn passes(&self) -> u32 {
-        match self.settings.solver {
-            Some(Solver::Conjugate(_)) => self.conjugate.sweeps,
-            _ => self.relaxation.passes,
-        }
-    }
-
-    /// The solver's work in the last step: visits of pairs by passes, and predictions of impacts. A measure
-    /// independent of the machine.
-    pub fn pair_solves(&self) -> u64 {
-        match self.settings.solver {
-            Some(Solver::Conjugate(_)) => self.conjugate.work,
-            _ => u64::from(self.relaxation.passes) * self.relaxation.constraints.len() as u64,
+    /// Counts of the last step.
+    pub fn step_counts(&self) -> StepCounts {
+        let (moving, pairs) = (self.bodies.moving.len(), self.pairs.pairs.len());
+        StepCounts {
+            listed: self.pairs.listed,
+            springs: self.forces.spring_visits(),
+            particles: self.particles.len() as u64,
+            ..self.solvers.counts(moving, pairs, self.touches.now.len())
         }
     }
 
@@ -436,7 +369,7 @@ impl World {
     /// Its game cannot go on. What a step needs depends on when the list of pairs was built and on which islands were left
     /// out, so that a restored world may exceed its budget some steps earlier or later.
     pub fn is_over_budget(&self) -> bool {
-        self.pairs.is_over() || self.conjugate.is_over() || self.particles.is_over()
+        self.pairs.is_over() || self.solvers.conjugate.is_over() || self.particles.is_over()
     }
 
     /// Pairs that the last step found: what [`StepBudget::pairs`] bounds.
@@ -453,7 +386,7 @@ impl World {
     /// Starts an emitter; returns `false` if too many are running. Panics if its recipe does not
     /// exist.
     pub fn start_emitter(&mut self, emitter: EmitterDef) -> bool {
-        self.features.particles = true;
+        self.settings.features.particles = true;
         self.particles.start(emitter)
     }
 
@@ -462,17 +395,7 @@ impl World {
         &self.particles
     }
 
-    /// Adds features that steps handle, beyond those of the bodies. It changes no result.
-    pub fn widen(&mut self, features: Features) {
-        self.features = self.features.with(features);
-    }
-
-    /// Features that steps handle so far.
-    pub fn features(&self) -> Features {
-        self.features
-    }
-
-    /// The settings of the world.
+    /// The settings of the world, among them the features that steps handle so far.
     pub fn settings(&self) -> &WorldSettings {
         &self.settings
     }

@@ -116,7 +116,7 @@ impl Engine for Jostle {
     fn tick(&mut self) {
         for _ in 0..self.steps {
             self.world.step();
-            self.pair_solves += self.world.pair_solves();
+            self.pair_solves += self.world.step_counts().solves;
             self.body_steps += self.world.body_count() as u64;
         }
     }

@@ -7,7 +7,7 @@ use crate::trace::{TraceSink, line};
 use jostle_game::Phase;
 use jostle_protocol::replay::Replay;
 use jostle_room::Playback;
-use jostle_sim::World;
+use jostle_sim::{StateHasher, World};
 use serde::Serialize;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -102,7 +102,9 @@ fn print_phases(
     let Some(block) = replay.block_with(tick) else { return Ok(Ok(())) };
     let mut lines = Vec::new();
     let mut watch = |phase: Phase, world: &mut World| {
-        let hash = format!("{:016x}", world.hash_in_step());
+        let mut hasher = StateHasher::default();
+        world.visit_in_step(&mut hasher);
+        let hash = format!("{:016x}", hasher.finish());
         lines.push(PhaseLine { tick, phase: phase.name(), hash });
     };
     playback.moment().clone().step(&block, &mut watch)?;

@@ -3,10 +3,8 @@
 use super::players::busy_tick;
 use super::*;
 use crate::scene::Plan;
-use jostle_sim::Conjugate;
-use jostle_sim::Rng;
-use jostle_sim::Solver;
-use jostle_sim::{BodyDef, EmitterDef, Features};
+use jostle_sim::state::bytes::{StateReader, StateWriter};
+use jostle_sim::{BodyDef, Conjugate, EmitterDef, Features, Rng, Solver, World, WorldSettings};
 
 const TICKS: u32 = 90;
 /// Ticks of a scene with thousands of bodies, which meet in the first.
@@ -60,11 +58,19 @@ fn barer(scene: &Scene) -> Vec<Scene> {
     vec![changed(&round), changed(&square), smooth, dull, bare]
 }
 
+/// Lets the steps of a world handle all features.
+fn widen(world: &mut World) {
+    let mut saved = StateWriter::default();
+    world.save(&mut saved);
+    let settings = WorldSettings { features: Features::ALL, ..world.settings().clone() };
+    *world = World::restore(settings, &mut StateReader::new(&saved.0)).expect("its own state");
+}
+
 /// Hashes of a busy game, and the features of its world at the end.
 fn played(scene: &Scene, widened: bool) -> (Vec<u64>, Features) {
     let mut game = Game::new(Arc::new(scene.clone()), 3);
     if widened {
-        game.world.widen(Features::ALL);
+        widen(&mut game.world);
     }
     (0..4).for_each(|seat| game.join(Seat(seat)));
     let mut rng = Rng::new(5, 1);
@@ -74,7 +80,7 @@ fn played(scene: &Scene, widened: bool) -> (Vec<u64>, Features) {
         busy_tick(&mut game, &mut rng);
         hashes.push(game.hash());
     }
-    (hashes, game.world.features())
+    (hashes, game.world.settings().features)
 }
 
 /// Plays all of them with specialised and with general steps.
@@ -117,12 +123,15 @@ fn a_body_beyond_the_plan_widens_the_world() {
     let mut games = [true, false].map(|widened| {
         let mut game = Game::new(Arc::new(bare.clone()), 3);
         if widened {
-            game.world.widen(Features::ALL);
+            widen(&mut game.world);
         }
         game
     });
     for game in &mut games {
-        assert!(game.world.features() == Features::ALL || !game.world.features().circles);
+        assert!(
+            game.world.settings().features == Features::ALL
+                || !game.world.settings().features.circles
+        );
         let center = bare.size * 0.5;
         for place in 0..20u8 {
             let def = BodyDef {
@@ -139,11 +148,15 @@ fn a_body_beyond_the_plan_widens_the_world() {
         game.world.start_emitter(EmitterDef { recipe: 0, count: 50, seed, source });
         (0..200).for_each(|_| game.tick(&[]));
     }
-    assert!(games[1].world.features() == Features::ALL, "{:?}", games[1].world.features());
+    assert!(
+        games[1].world.settings().features == Features::ALL,
+        "{:?}",
+        games[1].world.settings().features
+    );
     assert!(!games[1].world.particles().is_empty(), "particles came");
     assert_eq!(games[0].hash(), games[1].hash());
     let restored = Game::restore(Arc::new(bare), &games[1].save()).expect("its own state");
-    assert_eq!(restored.world.features(), Features::ALL, "what the bytes bring");
+    assert_eq!(restored.world.settings().features, Features::ALL, "what the bytes bring");
 }
 
 #[test]

@@ -205,7 +205,6 @@ pub(crate) fn reindex_pairs(constraints: &mut [ContactConstraint], pairs: &[Pair
 mod tests {
     use super::*;
     use crate::broad_phase::pairs::Axis;
-    use crate::features::Features;
     use crate::shape::Shape;
     use crate::solver::settings::Conjugate;
     use crate::world::{BodyDef, World, WorldSettings};
@@ -219,14 +218,14 @@ mod tests {
                 BodyDef { shape: Shape::circle(1.0), position, velocity, ..BodyDef::default() };
             world.add(&def).expect("there is room");
         }
-        let mut bodies = world.body_arrays().clone();
+        let mut bodies = world.bodies.clone();
         let (mut late_pairs, mut paths, dt) = (LatePairs::default(), Paths::default(), 1.0 / 60.0);
         paths.impact_time.resize(2, 0.0);
         late_pairs.begin(2);
         assert!(late_pairs.extend_reach(&mut bodies, &[], dt));
         let pair = Pair { a: 0, b: 1, normal_impulse: 5.0, tangent_impulse: 1.0, axis: Axis::Free };
         let (mut contacts, settings) = (ContactSet::default(), Conjugate::default());
-        let context = StepContext::new(&settings, world.settings(), Features::default());
+        let context = StepContext::new(&settings, world.settings());
         assert!(late_pairs.gather(&bodies, &[pair], &paths, &context, &mut contacts));
         let constraints = &contacts.constraints;
         assert_eq!(

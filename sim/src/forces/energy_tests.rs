@@ -44,7 +44,7 @@ fn floor(restitution: f32) -> BodyDef {
 /// Energy of all bodies and springs; that of gravity is 0 at this height.
 fn energy(world: &World, height: f64) -> f64 {
     let gravity = -f64::from(world.settings().gravity.y);
-    let bodies = world.body_arrays();
+    let bodies = &world.bodies;
     let of_bodies = bodies.moving.iter().map(|&slot| {
         let slot = slot as usize;
         let squared = bodies.velocity[slot].as_dvec2().length_squared();

@@ -12,8 +12,12 @@ const DRAG_BYTES: usize = 12;
 const SPRING_BYTES: usize = 29;
 
 impl Forces {
-    /// Describes the drag of bodies.
-    pub fn drag_state(&self, bodies: &Bodies, io: &mut impl StateIo) -> Vec<(u32, Drag)> {
+    /// Describes the drag of bodies, and the springs.
+    pub fn state(&self, bodies: &Bodies, io: &mut impl StateIo) -> (Vec<(u32, Drag)>, Vec<Spring>) {
+        (self.drag_state(bodies, io), self.spring_state(bodies, io))
+    }
+
+    fn drag_state(&self, bodies: &Bodies, io: &mut impl StateIo) -> Vec<(u32, Drag)> {
         let limits = [bodies.alive.len(), DRAG_BYTES];
         let (name, given) = ("number of bodies with drag", self.dragged.iter().copied());
         let mut last = None;
@@ -31,8 +35,7 @@ impl Forces {
         })
     }
 
-    /// Describes the springs.
-    pub fn spring_state(&self, bodies: &Bodies, io: &mut impl StateIo) -> Vec<Spring> {
+    fn spring_state(&self, bodies: &Bodies, io: &mut impl StateIo) -> Vec<Spring> {
         io.subject(Subject::WORLD);
         io.bits("springs", self.springs.len() as u32);
         let (body, end) = (NOBODY, SpringEnd::Body(NOBODY));

@@ -178,14 +178,12 @@ impl ConjugateSolver {
         bodies: &mut Bodies,
         pairs: &mut PairList,
         steady: &Steady,
-        forces: &Option<Forces>,
+        forces: &Forces,
         context: &StepContext,
     ) {
         self.is_large_world = is_large_world(bodies, steady);
         self.impact_queue.begin(bodies.alive.len(), movable(bodies, steady));
-        if let Some(forces) = forces {
-            forces.find_sprung(bodies, context.dt, &mut self.impact_queue.paths.sprung);
-        }
+        forces.find_sprung(bodies, context.dt, &mut self.impact_queue.paths.sprung);
         self.static_clamp.remember(bodies);
         let may_bounce =
             self.reach(bodies, context) && self.impact_queue.find_candidates(bodies, context);

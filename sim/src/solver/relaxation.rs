@@ -179,16 +179,15 @@ impl RelaxationSolver {
         bodies: &mut Bodies,
         pairs: &mut [Pair],
         settings: Option<&Relaxation>,
-        features: Features,
         world: &WorldSettings,
     ) {
         self.drop_non_finite(bodies);
         self.passes = 0;
         let Some(settings) = settings else { return };
-        let passes = match features.takes_shapes() {
-            shapes::CIRCLES => passes_with::<{ shapes::CIRCLES }>(features),
-            shapes::BOXES => passes_with::<{ shapes::BOXES }>(features),
-            _ => passes_with::<{ shapes::BOTH }>(features),
+        let passes = match world.features.takes_shapes() {
+            shapes::CIRCLES => passes_with::<{ shapes::CIRCLES }>(world.features),
+            shapes::BOXES => passes_with::<{ shapes::BOXES }>(world.features),
+            _ => passes_with::<{ shapes::BOTH }>(world.features),
         };
         if !self.constraints.is_empty() {
             self.step_back(bodies, settings.slop);

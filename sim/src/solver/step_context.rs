@@ -21,12 +21,8 @@ pub(crate) struct StepContext<'a> {
 
 impl<'a> StepContext<'a> {
     /// The constants of a world's next step.
-    pub fn new(
-        settings: &'a Conjugate,
-        world: &'a WorldSettings,
-        features: Features,
-    ) -> StepContext<'a> {
-        let WorldSettings { gravity, dt, speed_max, .. } = *world;
+    pub fn new(settings: &'a Conjugate, world: &'a WorldSettings) -> StepContext<'a> {
+        let WorldSettings { gravity, dt, speed_max, features, .. } = *world;
         StepContext { settings, gravity, dt, speed_max, features, filter: world.filter() }
     }
 

@@ -4,7 +4,7 @@ use crate::body::GROUPS_MAX;
 use crate::broad_phase::pairs::Filter;
 use crate::check;
 use crate::features::Features;
-use crate::forces::ForceSettings;
+use crate::forces::{ForceSettings, Surroundings};
 use crate::particles::Recipe;
 use crate::shape::Aabb;
 use crate::solver::Solver;
@@ -42,7 +42,7 @@ pub struct WorldSettings {
     pub particles_max: usize,
     /// Recipes that emitters may name.
     pub recipes: Vec<Recipe>,
-    /// Features that steps handle from the start; others are added with the bodies that have them.
+    /// Features that steps handle. They widen with the bodies that have others, never narrow, and are not state.
     pub features: Features,
     /// The most that a step may take.
     pub budget: StepBudget,
@@ -106,6 +106,12 @@ impl WorldSettings {
     pub(crate) fn filter(&self) -> Filter<'_> {
         let (immovable, pairs_max) = (self.solver.is_none(), self.budget.pairs);
         Filter { meets: &self.meets, immovable, pairs_max }
+    }
+
+    /// Constants of a step with forces.
+    pub(super) fn surroundings(&self) -> Surroundings {
+        let WorldSettings { gravity, dt, speed_max, meets, .. } = *self;
+        Surroundings { gravity, dt, speed_max, meets }
     }
 
     /// Panics unless every setting is in its documented range.

@@ -8,17 +8,18 @@
 use super::{World, WorldSettings};
 use crate::bodies::{Bodies, Body};
 use crate::body::{GROUPS_MAX, Motion};
-use crate::broad_phase::pairs::{Axis, Pair, key};
+use crate::broad_phase::pairs::{Axis, Pair, PairList, key};
 use crate::features::Features;
 use crate::hash::StateHasher;
 use crate::material::Material;
 use crate::narrow_phase::overlap::overlap;
+use crate::particles::Particles;
 use crate::shape::Shape;
-use crate::sleep::Rest;
+use crate::sleep::{Rest, Sleep};
 use crate::state::bytes::{StateError, StateReader, StateWriter};
 use crate::state::io::{PLAUSIBLE_MAX, StateIo, plausible};
 use crate::state::{Difference, StateDump, Subject};
-use crate::touches::Touch;
+use crate::touches::{Touch, Touches};
 use glam::Vec2;
 use std::collections::BTreeMap;
 
@@ -42,13 +43,6 @@ impl World {
         hasher.finish()
     }
 
-    /// Digest of the state within a step: [`World::hash`], and the pairs that take part.
-    pub fn hash_in_step(&self) -> u64 {
-        let mut hasher = StateHasher::default();
-        self.visit_in_step(&mut hasher);
-        hasher.finish()
-    }
-
     /// Returns the first difference between two worlds within a step: of state, then of the pairs.
     pub fn first_difference(&self, other: &World) -> Option<Difference> {
         let (mut one, mut two) = (StateDump::default(), StateDump::default());
@@ -57,11 +51,10 @@ impl World {
         one.first_difference(&two)
     }
 
-    fn visit_in_step(&self, io: &mut impl StateIo) {
+    /// Visits the state within a step: all of [`World::visit`], and the pairs that take part.
+    pub fn visit_in_step(&self, io: &mut impl StateIo) {
         self.visit(io);
-        let relaxed = self.relaxation.constraints.iter().map(|pair| (pair.a, pair.b));
-        let solved = self.conjugate.contacts.constraints.iter().map(|pair| (pair.a, pair.b));
-        for (a, b) in relaxed.chain(solved) {
+        for (a, b) in self.solvers.pairs() {
             io.subject(Subject::Contact(a, b));
             io.bits("taking part", 1);
         }
@@ -83,36 +76,21 @@ impl World {
         }
         visit_pairs(&self.pairs.pairs, io);
         if self.settings.sleeping {
-            self.visit_sleep(io);
+            visit_sleep(&self.sleep, bodies, io);
         }
         self.particles.state(io);
-        if let Some(forces) = &self.forces {
-            forces.drag_state(bodies, io);
-            forces.spring_state(bodies, io);
-        }
-    }
-
-    /// Visits, for every body that can move, its sleeping island or its still steps; the impulses
-    /// of each sleeping island with its lowest slot.
-    fn visit_sleep(&self, io: &mut impl StateIo) {
-        let bodies = &self.bodies;
-        for slot in bodies.slots().filter(|&slot| bodies.motion[slot as usize] != Motion::Static) {
-            io.subject(Subject::Body(bodies.id(slot)));
-            let (lowest, _) = rest(self.sleep.rest_of(slot), io);
-            if let Some(sleeping) = self.sleep.sleeping(slot).filter(|_| lowest == slot) {
-                visit_pairs(&sleeping.pairs, io);
-            }
+        if self.settings.forces.is_some() {
+            self.forces.state(bodies, io);
         }
     }
 
     /// Saves everything that the next step depends on, except the settings.
     pub fn save(&self, out: &mut StateWriter) {
-        self.saved_bodies(out);
-        self.saved_contacts(out);
+        self.bodies.saved(&self.sleep, &self.settings, out);
+        saved_contacts(contacts(&self.pairs, &self.touches, &self.sleep), &self.bodies, out);
         self.particles.state(out);
-        if let Some(forces) = &self.forces {
-            forces.drag_state(&self.bodies, out);
-            forces.spring_state(&self.bodies, out);
+        if self.settings.forces.is_some() {
+            self.forces.state(&self.bodies, out);
         }
     }
 
@@ -120,11 +98,11 @@ impl World {
     /// state of such a world are refused.
     pub fn restore(settings: WorldSettings, bytes: &mut StateReader) -> Result<World, StateError> {
         let mut world = World::new(settings);
-        let slots = world.saved_bodies(bytes);
+        let World { settings, bodies, sleep, pairs, touches, particles, forces, .. } = &mut world;
+        let slots = bodies.saved(sleep, settings, bytes);
         bytes.ok()?;
-        world.bodies = restored_bodies(&slots);
-        if world.settings.sleeping {
-            let World { sleep, bodies, pairs, settings, .. } = &mut world;
+        *bodies = restored_bodies(&slots);
+        if settings.sleeping {
             for (slot, it) in (0..).zip(&slots).filter(|(_, it)| it.prototype != FREE) {
                 let fits = sleep.restore_rest(bodies, pairs, slot, it.rest, settings);
                 bytes.check("sleep", || fits);
@@ -132,24 +110,33 @@ impl World {
             }
             sleep.finish_restore(bodies, pairs);
         }
-        let contacts = world.saved_contacts(bytes);
-        let (emitters, particles) = world.particles.state(bytes);
-        if let Some(forces) = &mut world.forces {
-            forces.dragged = forces.drag_state(&world.bodies, bytes);
-            forces.springs = forces.spring_state(&world.bodies, bytes);
+        let contacts = saved_contacts(Vec::new(), bodies, bytes);
+        let (emitters, moving) = particles.state(bytes);
+        if settings.forces.is_some() {
+            (forces.dragged, forces.springs) = forces.state(bodies, bytes);
         }
         bytes.ok()?;
-        world.put_contacts(&contacts);
-        world.particles.fill(emitters, &particles);
-        world.widen_for_restored();
-        world.pairs.invalidate();
+        for (pair, touching) in contacts {
+            let touch = touching.then(|| restored_touch(bodies, pair.a, pair.b));
+            let (pairs, touches) = match sleep.island_of(bodies, pair.a, pair.b) {
+                Some(sleeping) => (&mut sleeping.pairs, &mut sleeping.touches),
+                None => (&mut pairs.pairs, &mut touches.now),
+            };
+            pairs.extend(Some(pair).filter(|pair| pair.normal_impulse > 0.0));
+            touches.extend(touch);
+        }
+        particles.fill(emitters, &moving);
+        settings.features = settings.features.with(features(bodies, pairs, particles));
+        pairs.invalidate();
         Ok(world)
     }
+}
 
+impl Bodies {
     /// Describes how bodies are saved: what many share once, then what each slot has of its own.
-    fn saved_bodies(&self, io: &mut impl StateIo) -> Vec<Slot> {
-        let (palette, slots) = self.slots();
-        let most = self.settings.bodies_max;
+    fn saved(&self, sleep: &Sleep, settings: &WorldSettings, io: &mut impl StateIo) -> Vec<Slot> {
+        let (palette, slots) = self.prototypes(sleep);
+        let most = settings.bodies_max;
         let (limits, given) = ([most.min(usize::from(FREE)), PROTOTYPE_BYTES], palette.into_iter());
         let palette = io.list("number of prototypes", limits, given, BLANK.body, |io, _, it| {
             it.form(io).substance(io)
@@ -165,7 +152,7 @@ impl World {
             it.body = io.checked("prototype", it.body, prototype).state(io);
             let may_move = it.body.motion != Motion::Static;
             io.check("velocity of a static body", || may_move || it.body.velocity == Vec2::ZERO);
-            if self.settings.sleeping {
+            if settings.sleeping {
                 it.rest = rest(it.rest, io);
             }
             it
@@ -173,10 +160,10 @@ impl World {
     }
 
     /// The prototypes in the order of their first body, and all slots.
-    fn slots(&self) -> (Vec<Body>, Vec<Slot>) {
+    fn prototypes(&self, sleep: &Sleep) -> (Vec<Body>, Vec<Slot>) {
         let (mut palette, mut indices) = (Vec::new(), BTreeMap::new());
-        let slots = (0u32..).zip(&self.bodies.alive).map(|(slot, &alive)| {
-            let (generation, body) = (self.bodies.id(slot).generation, self.bodies.body(slot));
+        let slots = (0u32..).zip(&self.alive).map(|(slot, &alive)| {
+            let (generation, body) = (self.id(slot).generation, self.body(slot));
             if !alive {
                 return Slot { generation, ..BLANK };
             }
@@ -186,65 +173,67 @@ impl World {
                 palette.push(body);
                 palette.len() as u16 - 1
             });
-            Slot { generation, prototype, rest: self.sleep.rest_of(slot), body }
+            Slot { generation, prototype, rest: sleep.rest_of(slot), body }
         });
         let slots = slots.collect();
         (palette, slots)
     }
+}
 
-    /// Describes the pairs that hold or touch, in (a, b) order.
-    fn saved_contacts(&self, io: &mut impl StateIo) -> Vec<Contact> {
-        let lives = |slot: u32| self.bodies.alive.get(slot as usize) == Some(&true);
-        let (limits, given) = ([usize::MAX, CONTACT_BYTES], self.contacts().into_iter());
-        let mut last = None;
-        io.list("number of contacts", limits, given, (Pair::of(0), false), |io, _, given| {
-            let contact = contact(given, io);
-            let (a, b) = (contact.0.a, contact.0.b);
-            io.check("bodies", || a < b && lives(a) && lives(b) && last < Some((a, b)));
-            last = Some((a, b));
-            contact
-        })
-    }
-
-    fn contacts(&self) -> Vec<Contact> {
-        let islands = &self.sleep.islands;
-        let pairs = self.pairs.pairs.iter().chain(islands.iter().flat_map(|it| &it.pairs));
-        let touches = self.touches.now.iter().chain(islands.iter().flat_map(|it| &it.touches));
-        let holding = pairs.filter(|pair| pair.normal_impulse > 0.0).map(|&pair| (pair, false));
-        let touching = touches.map(|it| (Pair::of(key(it.a.index, it.b.index)), true));
-        let mut contacts: Vec<Contact> = holding.chain(touching).collect();
-        contacts.sort_unstable_by_key(|(pair, touching)| (pair.key(), *touching));
-        contacts.dedup_by(|(pair, touches), (first, first_touches)| {
-            let is_same = pair.key() == first.key();
-            *first_touches |= is_same && *touches;
-            is_same
-        });
-        contacts
-    }
-
-    fn put_contacts(&mut self, contacts: &[Contact]) {
-        for &(pair, touching) in contacts {
-            let touch = touching.then(|| restored_touch(&self.bodies, pair.a, pair.b));
-            let (pairs, touches) = match self.sleep.island_of(&self.bodies, pair.a, pair.b) {
-                Some(sleeping) => (&mut sleeping.pairs, &mut sleeping.touches),
-                None => (&mut self.pairs.pairs, &mut self.touches.now),
-            };
-            pairs.extend(Some(pair).filter(|pair| pair.normal_impulse > 0.0));
-            touches.extend(touch);
+/// Visits, for every body that can move, its sleeping island or its still steps; the impulses
+/// of each sleeping island with its lowest slot.
+fn visit_sleep(sleep: &Sleep, bodies: &Bodies, io: &mut impl StateIo) {
+    for slot in bodies.slots().filter(|&slot| bodies.motion[slot as usize] != Motion::Static) {
+        io.subject(Subject::Body(bodies.id(slot)));
+        let (lowest, _) = rest(sleep.rest_of(slot), io);
+        if let Some(sleeping) = sleep.sleeping(slot).filter(|_| lowest == slot) {
+            visit_pairs(&sleeping.pairs, io);
         }
     }
+}
 
-    /// Adds the features of the restored bodies, impulses and particles.
-    fn widen_for_restored(&mut self) {
-        let Bodies { shape, motion, material, .. } = &self.bodies;
-        for slot in self.bodies.slots().map(|slot| slot as usize) {
-            let Material { friction, restitution } = material[slot];
-            let brought = Features::of_parts(shape[slot], motion[slot], friction, restitution);
-            self.features = self.features.with(brought);
-        }
-        self.features.friction |= self.pairs.pairs.iter().any(|pair| pair.tangent_impulse != 0.0);
-        self.features.particles |= !self.particles.is_empty() || self.particles.emitter_count() > 0;
-    }
+/// Describes the pairs that hold or touch, in (a, b) order.
+fn saved_contacts(given: Vec<Contact>, bodies: &Bodies, io: &mut impl StateIo) -> Vec<Contact> {
+    let lives = |slot: u32| bodies.alive.get(slot as usize) == Some(&true);
+    let limits = [usize::MAX, CONTACT_BYTES];
+    let mut last = None;
+    let (given, blank) = (given.into_iter(), (Pair::of(0), false));
+    io.list("number of contacts", limits, given, blank, |io, _, given| {
+        let contact = contact(given, io);
+        let (a, b) = (contact.0.a, contact.0.b);
+        io.check("bodies", || a < b && lives(a) && lives(b) && last < Some((a, b)));
+        last = Some((a, b));
+        contact
+    })
+}
+
+/// The pairs that hold or touch, in (a, b) order.
+fn contacts(pairs: &PairList, touches: &Touches, sleep: &Sleep) -> Vec<Contact> {
+    let islands = &sleep.islands;
+    let pairs = pairs.pairs.iter().chain(islands.iter().flat_map(|it| &it.pairs));
+    let touches = touches.now.iter().chain(islands.iter().flat_map(|it| &it.touches));
+    let holding = pairs.filter(|pair| pair.normal_impulse > 0.0).map(|&pair| (pair, false));
+    let touching = touches.map(|it| (Pair::of(key(it.a.index, it.b.index)), true));
+    let mut contacts: Vec<Contact> = holding.chain(touching).collect();
+    contacts.sort_unstable_by_key(|(pair, touching)| (pair.key(), *touching));
+    contacts.dedup_by(|(pair, touches), (first, first_touches)| {
+        let is_same = pair.key() == first.key();
+        *first_touches |= is_same && *touches;
+        is_same
+    });
+    contacts
+}
+
+/// The features of restored bodies, impulses and particles.
+fn features(bodies: &Bodies, pairs: &PairList, particles: &Particles) -> Features {
+    let brought = bodies.slots().map(|slot| {
+        let Body { shape, motion, material, .. } = bodies.body(slot);
+        Features::of_parts(shape, motion, material.friction, material.restitution)
+    });
+    let mut features = brought.fold(Features::NONE, Features::with);
+    features.friction |= pairs.pairs.iter().any(|pair| pair.tangent_impulse != 0.0);
+    features.particles = particles.is_active();
+    features
 }
 
 /// A touch of the last step; its closing speed is not saved, since no later step needs it.

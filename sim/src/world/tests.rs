@@ -11,7 +11,8 @@ mod squeezed;
 
 use super::*;
 use crate::GROUPS_MAX;
-use crate::{Aabb, Conjugate, DT, ForceSettings, Relaxation, Spring, SpringEnd};
+use crate::material::Material;
+use crate::{Conjugate, DT, ForceSettings, Relaxation, Solver};
 
 const SLOP: f32 = 0.005;
 
@@ -110,11 +111,9 @@ fn a_default_body_has_the_values_of_the_textbook() {
     assert_eq!(world.settings().gravity, Vec2::new(0.0, -50.0));
     let id = add(&mut world, BodyDef::default());
     assert_eq!(world.inverse_mass(id), 1.0);
-    assert_eq!(world.restitution(id), 0.8);
-    assert_eq!(world.friction(id), 0.3);
+    let Material { restitution, friction } = world.bodies.material[id.index as usize];
+    assert_eq!((restitution, friction), (0.8, 0.3));
     assert_eq!(world.velocity(id), Vec2::ZERO);
-    world.set_mass(id, 2.0);
-    assert_eq!(world.inverse_mass(id), 0.5);
     let settings = Relaxation::default();
     assert_eq!((settings.iterations, settings.correction, settings.slop), (15, 0.8, SLOP));
 }
@@ -195,7 +194,7 @@ fn bodies_outside_the_kill_zone_are_removed_and_reported() {
     let mut reports = 0;
     for _ in 0..60 {
         world.step();
-        for &(gone, position) in world.departed() {
+        for &(gone, position) in &world.departed().bodies {
             assert_eq!(gone, id);
             assert!(position.y < -10.0);
             reports += 1;
@@ -250,7 +249,7 @@ fn bodies_removed_together_leave_what_they_leave_one_by_one() {
         let mut heap: Vec<BodyId> =
             (0..30).map(|index| add(&mut together, stacked(index))).collect();
         steps(&mut together, 200);
-        assert_eq!(together.asleep_count() > 0, sleeping);
+        assert_eq!(together.sleep.count() > 0, sleeping);
         for pair in heap.chunks(2) {
             let end = SpringEnd::Body(pair[1]);
             together.add_spring(Spring::tuned(pair[0], end, 2.0, 0.1, 0.5));
@@ -315,7 +314,7 @@ fn a_pair_at_rest_is_solved_at_least_once_a_step() {
     floor(&mut world, 0.3);
     add(&mut world, crate_at(0.0, 1.0));
     steps(&mut world, 60);
-    assert_eq!(world.pair_solves(), u64::from(world.passes()));
+    assert_eq!(world.step_counts().solves, u64::from(world.solvers.passes()));
 }
 
 #[test]

@@ -118,8 +118,8 @@ impl Container {
             let fail = |sort, detail: String| {
                 Some(Failure { sort, detail: format!("step {step}: {detail}") })
             };
-            if !self.world.quarantined().is_empty() || !self.world.is_finite() {
-                return fail("not finite", format!("{:?}", self.world.quarantined()));
+            if !self.world.departed().quarantined.is_empty() || !self.world.is_finite() {
+                return fail("not finite", format!("{:?}", self.world.departed().quarantined));
             }
             if only_finite {
                 continue;

@@ -73,7 +73,7 @@ fn springs_and_drag_become_those_of_the_world() {
     assert_eq!(springs[1].rest_length, 5.0);
     assert_eq!(springs[2].end, SpringEnd::Point(Vec2::new(40.0, 10.0)));
     assert_eq!((springs[2].rest_length, springs[2].damping), (10.0, 0.0));
-    let drags: Vec<Drag> = world.ids().map(|id| world.drag(id)).collect();
+    let drags: Vec<Drag> = game.scene().bodies.iter().map(|body| body.def.drag).collect();
     assert_eq!(drags, [Drag::NONE, Drag { linear: 0.5, quadratic: 0.25 }, Drag::NONE]);
 }
 

@@ -47,7 +47,7 @@ fn play(scene: Scene) {
         room.tick();
         let world = room.game().world();
         assert!(world.is_finite(), "tick {tick}");
-        assert!(world.quarantined().is_empty(), "tick {tick}");
+        assert!(world.departed().quarantined.is_empty(), "tick {tick}");
         client.receive(&mut room);
     }
 }

@@ -47,15 +47,15 @@ fn the_list_holds_every_near_pair_at_every_step() {
         world.step();
         // The positions at which the step built its pairs are gone; a fresh refresh at the present
         // ones must be complete as well.
-        world.refresh_pairs();
+        world.pairs.refresh(&world.bodies, world.settings.filter());
         let listed: Vec<(u32, u32)> = world
-            .pair_list()
+            .pairs
             .pairs
             .iter()
             .map(|pair| (pair.a, pair.b))
-            .filter(|&(a, b)| near(world.body_arrays(), a, b))
+            .filter(|&(a, b)| near(&world.bodies, a, b))
             .collect();
-        assert_eq!(listed, near_pairs(world.body_arrays()), "step {step}");
+        assert_eq!(listed, near_pairs(&world.bodies), "step {step}");
     }
 }
 
@@ -63,7 +63,7 @@ fn the_list_holds_every_near_pair_at_every_step() {
 fn the_time_of_a_rebuild_changes_no_bit() {
     let (mut lazy, mut eager) = (gas(150, 60.0), gas(150, 60.0));
     for step in 0..600 {
-        eager.invalidate_pairs();
+        eager.pairs.invalidate();
         lazy.step();
         eager.step();
         assert_eq!(lazy.hash(), eager.hash(), "step {step}");
@@ -83,13 +83,12 @@ fn the_list_is_complete_where_few_bodies_outgrow_their_boxes() {
             world.remove(ids[step / 50]);
         }
         world.step();
-        world.refresh_pairs();
-        renewals += usize::from(world.pair_list().added > added);
-        added = world.pair_list().added;
-        let pairs = world.pair_list().pairs.iter().map(|pair| (pair.a, pair.b));
-        let listed: Vec<(u32, u32)> =
-            pairs.filter(|&(a, b)| near(world.body_arrays(), a, b)).collect();
-        assert_eq!(listed, near_pairs(world.body_arrays()), "step {step}");
+        world.pairs.refresh(&world.bodies, world.settings.filter());
+        renewals += usize::from(world.pairs.added > added);
+        added = world.pairs.added;
+        let pairs = world.pairs.pairs.iter().map(|pair| (pair.a, pair.b));
+        let listed: Vec<(u32, u32)> = pairs.filter(|&(a, b)| near(&world.bodies, a, b)).collect();
+        assert_eq!(listed, near_pairs(&world.bodies), "step {step}");
     }
     assert!(renewals > 30, "{renewals} renewals");
 }

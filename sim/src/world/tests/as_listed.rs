@@ -69,7 +69,7 @@ fn a_pass_less_than_asked_for_is_made_and_one_alone_is_none() {
         floor(&mut world, 0.0);
         let id = add(&mut world, crate_at(0.0, 1.0));
         steps(&mut world, 60);
-        assert_eq!(world.passes(), passes);
+        assert_eq!(world.solvers.passes(), passes);
         assert_eq!(world.position(id).y < -1.0, passes == 0, "it falls through the floor");
     }
 }
@@ -81,7 +81,7 @@ fn circles_that_touch_are_a_contact_and_those_with_one_centre_part_slowly() {
     add(&mut world, circle);
     add(&mut world, BodyDef { position: Vec2::new(2.0, 0.0), ..circle });
     steps(&mut world, 1);
-    assert_eq!(world.passes(), 14);
+    assert_eq!(world.solvers.passes(), 14);
     let mut same = super::world(Relaxation { iterations: 2, ..Relaxation::default() }, 0.0);
     same.set_listed(true);
     let [a, b] = [add(&mut same, circle), add(&mut same, circle)];

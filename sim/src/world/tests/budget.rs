@@ -34,13 +34,16 @@ fn too_many_pairs_end_a_step_before_they_are_listed() {
         let mut world = heap(solver, 400, 12.0, budget);
         world.step();
         assert!(world.is_over_budget());
-        let list = world.pair_list();
+        let list = &world.pairs;
         let held = list.pairs.capacity();
         assert!(held <= 2 * (budget.pairs + 400), "room for {held} pairs");
-        assert_eq!((world.touches().len(), world.constraint_count()), (0, 0));
-        let positions = world.body_arrays().center.clone();
+        assert_eq!(
+            (world.touches().len(), world.solvers.conjugate.contacts.constraints.len()),
+            (0, 0)
+        );
+        let positions = world.bodies.center.clone();
         world.step();
-        assert_eq!(world.body_arrays().center, positions, "the world stands still");
+        assert_eq!(world.bodies.center, positions, "the world stands still");
     }
 }
 
@@ -73,8 +76,16 @@ fn impacts_and_sweeps_take_no_more_work_than_the_budget_has() {
     assert!(world.is_over_budget());
     let mut free = heap(solvers()[1], 400, 3.0, StepBudget::UNLIMITED);
     free.step();
-    assert!(free.pair_solves() > 10 * budget.work, "{} without a budget", free.pair_solves());
-    assert!(world.pair_solves() < 2 * budget.work, "{} with one", world.pair_solves());
+    assert!(
+        free.step_counts().solves > 10 * budget.work,
+        "{} without a budget",
+        free.step_counts().solves
+    );
+    assert!(
+        world.step_counts().solves < 2 * budget.work,
+        "{} with one",
+        world.step_counts().solves
+    );
 }
 
 /// Crates on top of each other, which fall a little, and columns of them beside.
@@ -98,8 +109,8 @@ fn an_island_that_needs_more_than_the_budget_is_over_and_never_solved_less_well(
     for (height, count) in [(20, 1), (12, 10)] {
         let mut free = columns(height, count, u64::MAX);
         free.step();
-        let corrections = free.conjugate.corrections;
-        let needed = free.pair_solves() + corrections + 2 * u64::from(height * count) * 8;
+        let corrections = free.solvers.conjugate.corrections;
+        let needed = free.step_counts().solves + corrections + 2 * u64::from(height * count) * 8;
         let (mut over, mut kept) = (0, 0);
         for part in 1..=200 {
             let mut world = columns(height, count, needed * part / 200);
@@ -122,8 +133,8 @@ fn corrections_of_positions_count_too() {
     let mut free = columns(height, count, u64::MAX);
     free.step();
     // With what finding the pairs takes at most.
-    let solved = free.pair_solves() + 2 * u64::from(height * count) * 8;
-    let corrections = free.conjugate.corrections;
+    let solved = free.step_counts().solves + 2 * u64::from(height * count) * 8;
+    let corrections = free.solvers.conjugate.corrections;
     let is_over = |work| {
         let mut world = columns(height, count, work);
         world.step();

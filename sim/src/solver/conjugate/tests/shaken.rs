@@ -46,7 +46,11 @@ fn a_shaken_pile_takes_bounded_work_and_overlaps_little() {
     for step in 0..400 {
         shaken_step(&mut world, step, &mut rng);
         // Some 700 contacts; with whole sweeps only up to 660,000 visits were seen.
-        assert!(world.pair_solves() <= 40_000, "step {step}: {} visits", world.pair_solves());
+        assert!(
+            world.step_counts().solves <= 40_000,
+            "step {step}: {} visits",
+            world.step_counts().solves
+        );
         assert!(deepest(&world) < 1.0, "step {step}: {} deep", deepest(&world));
         let is_inside = |id| {
             let place = world.position(id);
@@ -63,12 +67,12 @@ fn a_shaken_pile_with_bodies_of_any_weight_takes_bounded_work() {
         let mut world = pile(&mut rng, 0.0);
         let bodies: Vec<BodyId> = dynamic(&world).collect();
         for &id in bodies.iter().skip(7).step_by(50) {
-            world.set_mass(id, ratio / world.inverse_mass(id));
+            world.bodies.inverse_mass[id.index as usize] /= ratio;
         }
         for step in 0..400 {
             shaken_step(&mut world, step, &mut rng);
             // Where such islands were swept as a whole, more than 130,000 were seen.
-            let visits = world.pair_solves();
+            let visits = world.step_counts().solves;
             // Small islands of such ratios are solved by elimination.
             let most = if ratio < 5000.0 { 120_000 } else { 400_000 };
             assert!(visits <= most, "1:{ratio}, step {step}: {visits} visits");
@@ -92,7 +96,7 @@ fn a_pile_that_is_pulled_to_a_point_takes_bounded_work() {
             world.set_velocity(id, world.velocity(id) + gain);
         }
         world.step();
-        let visits = world.pair_solves();
+        let visits = world.step_counts().solves;
         assert!(visits <= 40_000, "step {step}: {visits} visits");
     }
 }
@@ -116,7 +120,7 @@ fn an_elastic_gas_that_is_pulled_to_a_point_takes_bounded_work_and_gains_no_ener
         }
         let before = energy(&world);
         world.step();
-        let visits = world.pair_solves();
+        let visits = world.step_counts().solves;
         // Without a limit up to 280,000 were seen.
         assert!(visits <= 140_000, "step {step}: {visits} visits and predictions");
         let gained = energy(&world) / before - 1.0;
@@ -132,7 +136,7 @@ fn a_shaken_pile_that_bounces_takes_bounded_work() {
         for step in 0..400 {
             shaken_step(&mut world, step, &mut rng);
             // Without a limit for crowds up to 230,000 were seen.
-            let visits = world.pair_solves();
+            let visits = world.step_counts().solves;
             assert!(visits <= 120_000, "restitution {restitution}, step {step}: {visits} visits");
         }
     }
@@ -170,7 +174,7 @@ fn a_finer_tolerance_takes_more_sweeps() {
             add(&mut world, BodyDef { velocity, ..at });
         }
         steps(&mut world, 12);
-        world.pair_solves()
+        world.step_counts().solves
     };
     let (few, many) = (visits(0.005), visits(0.0005));
     assert!(2 * many > 3 * few, "{few} and {many} visits");
