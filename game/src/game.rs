@@ -220,15 +220,14 @@ impl Game {
         let path_tick = |body| rules.as_ref().map_or(tick + 1, |rules| rules.path_tick(body));
         platforms::drive(world, &roster.placed, scene, path_tick);
         minions::steer(world, &roster.actors, scene.minion_recovery);
-        let teams = rules.as_ref().map_or(&[][..], |rules| &rules.teams);
+        let teams = rules.as_ref().map_or(&[][..], |rules| &rules.teams.standings);
         heroes::spawn_due(world, roster, scene, teams, &mut rngs.spawn);
         heroes::thrust(world, &roster.players, scene);
         packs::steer(world, roster, scene, prey);
         tools::act_on_bodies(world, roster, scene, &mut rngs.agitate);
         if let Some(rules) = rules {
             heroes::keep_lanes(world, &roster.players, scene);
-            rules.work_sling(&mut Table { scene, world, roster, rngs, events });
-            rules.hold_resting(&mut Table { scene, world, roster, rngs, events });
+            rules.hold_bodies(&mut Table { scene, world, roster, rngs, events });
         }
         watch(Phase::Inputs, world);
 
@@ -299,7 +298,7 @@ impl Game {
         match &self.rules {
             Some(rules) => {
                 let info = round.get_or_insert_default();
-                rules.capture(&self.scene, &self.roster, self.ticks, info);
+                info.capture(rules, &self.scene, &self.roster, self.ticks);
             }
             None => *round = None,
         }
@@ -310,7 +309,7 @@ impl Game {
         let Some(rules) = self.rules.as_ref().filter(|_| self.scene.rules.round.is_some()) else {
             return player.score;
         };
-        let team = player.team.map(|team| rules.teams[usize::from(team)]);
+        let team = player.team.map(|team| rules.teams.standings[usize::from(team)]);
         team.unwrap_or(player.standing).score.clamp(0, i32::from(u16::MAX)) as u16
     }
 

@@ -1,14 +1,23 @@
-//! The state of the rules, and the order in which a tick plays them.
+//! The state of the rules, the order in which a tick plays them, and rounds: waiting for players, a countdown, the game, and
+//! a pause with the result.
 
+use super::breakage::Breakage;
 use super::clock::{Round, RoundPhase};
-use super::memory::{Broken, Changes, Claims, Lap, SignalState, Sling, ZoneState};
 use super::notes::BodyNotes;
-use crate::event::Event;
-use crate::rngs::Rngs;
+use super::signals::{SignalState, Signals};
+use super::sling::Sling;
+use super::table::Table;
+use super::verdict::{Claims, Teams};
+use super::zones::{ZoneState, Zones};
+use crate::input::{Buttons, Seat};
 use crate::roster::Roster;
 use crate::scene::{Condition, Levels, Scene};
-use crate::side::{Side, Standing};
+use crate::side::Side;
+use crate::{heroes, placing, tools};
 use jostle_sim::{Rng, World};
+
+/// Ticks for which a result stands at least.
+const RESULT_TICKS: u32 = 60;
 
 /// The state of a scene's rules.
 #[derive(Clone, Debug)]
@@ -16,46 +25,19 @@ pub(crate) struct Rules {
     pub round: Round,
     /// Of the last tick.
     pub levels: Levels,
-    pub(super) zones: Vec<ZoneState>,
-    pub(super) signals: Vec<SignalState>,
-    /// Of the teams; players without a team have theirs in the roster.
-    pub teams: Vec<Standing>,
+    pub zones: Zones,
+    pub(super) signals: Signals,
+    pub teams: Teams,
     pub notes: BodyNotes,
-    /// Whether each body of the scene has come since its condition holds.
-    pub(super) came: Vec<bool>,
-    /// Ticks for which each body of the scene stood still on its path.
-    pub(super) stood: Vec<u32>,
     /// In a scene that has one.
     pub(super) sling: Option<Sling>,
-    /// Whether anything can break.
-    pub(super) has_breakables: bool,
-    /// Whether the round began with two sides or more.
-    pub(super) contested: bool,
+    pub(super) breakage: Breakage,
     /// Who won the round that is over.
     pub winners: Vec<Side>,
     /// Layouts are placed by it.
     pub(super) layouts: Rng,
     /// Scratch memory of a tick.
-    pub(super) scratch: Scratch,
-}
-
-/// What a tick finds out on its way to the rules.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Scratch {
-    pub zones: Changes,
-    pub laps: Vec<Lap>,
-    pub claims: Claims,
-    pub broken: Vec<Broken>,
-    pub standings: Vec<(Side, Standing)>,
-}
-
-/// What rules act on.
-pub(crate) struct Table<'a> {
-    pub scene: &'a Scene,
-    pub world: &'a mut World,
-    pub roster: &'a mut Roster,
-    pub rngs: &'a mut Rngs,
-    pub events: &'a mut Vec<Event>,
+    pub(super) claims: Claims,
 }
 
 impl Rules {
@@ -65,48 +47,38 @@ impl Rules {
         if !scene.has_rules() {
             return None;
         }
+        let bodies = scene.bodies.len();
         let mut rules = Rules {
             round: Round::new(set.round.is_some()),
             levels: Levels::default(),
-            zones: vec![ZoneState::default(); set.zones.len()],
-            signals: set.signals.iter().map(SignalState::new).collect(),
-            teams: vec![Standing::at_start(set.lives(), set.round.is_none()); set.teams.len()],
-            notes: BodyNotes::default(),
-            came: vec![false; scene.bodies.len()],
-            stood: vec![0; scene.bodies.len()],
+            zones: Zones::new(set.zones.len()),
+            signals: Signals::new(set.signals.iter().map(SignalState::new).collect()),
+            teams: Teams::new(scene),
+            notes: BodyNotes::new(vec![false; bodies], vec![0; bodies]),
             sling: Sling::at_start(scene),
-            has_breakables: scene.has_breakables(),
-            contested: false,
+            breakage: Breakage { is_on: scene.has_breakables(), ..Breakage::default() },
             winners: Vec::new(),
             layouts,
-            scratch: Scratch::default(),
+            claims: Claims::default(),
         };
-        rules.update_teams();
         rules.settle(scene);
         Some(rules)
     }
 
     /// Levels at the start of a round: zones are empty, and signals come on without an edge.
-    pub(super) fn settle(&mut self, scene: &Scene) {
-        self.levels = Levels { teams: self.levels.teams, ..Levels::default() };
-        self.zones.fill(ZoneState::default());
+    fn settle(&mut self, scene: &Scene) {
+        let levels = Levels { teams: self.teams.levels(), ..Levels::default() };
+        self.zones.states.fill(ZoneState::default());
         self.sling = Sling::at_start(scene);
-        let signals = scene.rules.signals.iter().zip(&mut self.signals);
-        for (index, (spec, state)) in signals.enumerate() {
-            *state = SignalState::new(spec);
-            if state.settle(spec, self.levels) {
-                self.levels = self.levels.or(Levels::signal(index));
-            }
-        }
-        let bodies = scene.bodies.iter().zip(&mut self.came);
-        bodies.for_each(|(body, came)| *came = body.presence.all(self.levels));
-        self.stood.fill(0);
+        self.levels = self.signals.settle(&scene.rules.signals, levels);
+        self.notes.settle(scene, self.levels);
     }
 
     /// The start of a tick: the clock moves on, and the levels of the last tick act.
     pub fn begin_tick(&mut self, table: &mut Table) {
         self.advance_clock(table);
-        self.update_presence(table);
+        let stands_still = self.stands_still();
+        self.notes.update_presence(self.levels, self.round.clock, stands_still, table);
         self.notes.observe(table.world, table.roster);
         if self.round.phase == RoundPhase::Countdown {
             table.roster.players.iter_mut().for_each(|player| player.stun = player.stun.max(1));
@@ -118,9 +90,18 @@ impl Rules {
         condition.all(self.levels)
     }
 
+    /// Before the step: works the sling, and holds bodies that rest at their starts.
+    pub fn hold_bodies(&mut self, table: &mut Table) {
+        let scene = table.scene;
+        if let (Some(spec), Some(sling)) = (&scene.sling, &mut self.sling) {
+            sling.work(spec, self.levels, self.round.is_running(), &mut self.notes, table);
+        }
+        self.notes.hold_resting(table);
+    }
+
     /// The tick of its path that a body of the scene is to reach in this tick.
     pub fn path_tick(&self, body: usize) -> u32 {
-        self.round.clock - self.stood[body]
+        self.round.clock - self.notes.stood[body]
     }
 
     /// The tick of the round that launchers go by, from 0; `None` while everything stands.
@@ -141,10 +122,144 @@ impl Rules {
         }
         let before = self.levels;
         self.levels.sling = self.sling.map_or(0, |sling| sling.levels().sling);
-        self.break_bodies(table);
-        self.update_zones(table);
-        self.update_signals(table);
+        let shooter = self.sling.and_then(|sling| sling.shooter);
+        self.breakage.update(&mut self.notes, &mut self.teams, shooter, table);
+        self.levels.zones = self.zones.update(self.levels, &self.notes, table);
+        self.levels = self.signals.update(self.levels, &self.zones.entered, table);
         self.apply(before, table);
         self.judge(table);
     }
+
+    /// Ends the round if something decides it, and takes out the sides that lost their last life.
+    fn judge(&mut self, table: &mut Table) {
+        let Some(spec) = &table.scene.rules.round else { return };
+        let winners = self.claims.winners(spec, self.round.ticks, &self.teams, table.roster);
+        if let Some(winners) = winners {
+            self.reward_spare_shots(&winners, table);
+            self.winners = winners;
+            self.round.enter(RoundPhase::Over, 0);
+        }
+        if spec.lives.is_some() {
+            self.teams.all(table.roster).for_each(|side| side.out |= side.lives == 0);
+            self.levels.teams = self.teams.levels();
+        }
+    }
+
+    /// Each shot that is left is worth something to who won.
+    fn reward_spare_shots(&mut self, winners: &[Side], table: &mut Table) {
+        let (Some(spec), Some(sling)) = (table.scene.sling, self.sling) else { return };
+        for &side in winners {
+            if let Some(standing) = self.teams.standing(side, table.roster) {
+                standing.add_score(spec.spare.saturating_mul(i32::from(sling.shots)));
+                standing.settle();
+            }
+        }
+    }
+
+    // --- Rounds ---------------------------------------------------------------------------------
+
+    /// Moves the clock on to this tick. A new round places everything again.
+    fn advance_clock(&mut self, table: &mut Table) {
+        self.round.ticks += 1;
+        self.round.clock += u32::from(!self.stands_still());
+        let Some(spec) = &table.scene.rules.round else { return };
+        let players = table.roster.players.len();
+        let enough = players >= usize::from(spec.players_min);
+        let next = if enough { RoundPhase::Countdown } else { RoundPhase::Waiting };
+        match self.round.phase {
+            RoundPhase::Waiting if !enough => return,
+            RoundPhase::Waiting => self.restart(next, table),
+            _ if players == 0 => return self.restart(next, table),
+            RoundPhase::Over if self.round.ticks > spec.pause => self.restart(next, table),
+            _ => {}
+        }
+        if self.round.phase == RoundPhase::Countdown && self.round.ticks > spec.countdown {
+            self.round.enter(RoundPhase::Running, 1);
+            self.teams.count_in(table.scene, table.roster);
+            self.levels.teams = self.teams.levels();
+        }
+    }
+
+    /// Whether everything was placed again in this tick.
+    pub fn begins_round(&self) -> bool {
+        self.round.ticks == 1 && self.round.clock == 1
+    }
+
+    /// Carries out the requests of players in this tick: for another team, or for the next round.
+    pub fn take_wishes(&mut self, table: &mut Table) {
+        self.change_teams(table);
+        let Some(spec) = &table.scene.rules.round else { return };
+        if self.round.phase == RoundPhase::Over
+            && self.round.ticks >= RESULT_TICKS
+            && all_go_on(table.roster)
+        {
+            // The next tick begins the next round.
+            self.round.ticks = self.round.ticks.max(spec.pause);
+        }
+    }
+
+    /// Players who press the key for it change over to another team, while a round is on to one that is in it.
+    /// Their heroes come back there.
+    fn change_teams(&self, table: &mut Table) {
+        let Table { scene, world, roster, .. } = table;
+        if scene.rules.teams.len() < 2 {
+            return;
+        }
+        for slot in 0..roster.players.len() {
+            if !roster.players[slot].pressed(Buttons::TEAM) {
+                continue;
+            }
+            let is_open = |team: u8| {
+                !self.round.is_running() || self.teams.standings[usize::from(team)].is_in()
+            };
+            let Some(team) = roster.team_after(scene, slot, is_open) else { continue };
+            let player = &mut roster.players[slot];
+            tools::release(world, player);
+            player.drop_carried(world);
+            let seat = player.seat;
+            roster.remove_matching(world, &|actor| actor.owner == Some(seat));
+            let player = &mut roster.players[slot];
+            (player.team, player.checkpoint) = (Some(team), None);
+            player.hero_wait = heroes::RESPAWN_TICKS;
+        }
+    }
+
+    /// A player who joins inherits no progress and no zone from the one who had the seat before.
+    pub fn forget(&mut self, seat: Seat) {
+        self.zones.forget(Side::Player(seat));
+        self.signals.forget(Side::Player(seat));
+    }
+
+    /// Removes all but the players and places everything as at the start of a game.
+    fn restart(&mut self, phase: RoundPhase, table: &mut Table) {
+        let Table { scene, world, roster, rngs, .. } = table;
+        self.round.enter(phase, 1);
+        self.round.clock = 1;
+        self.winners.clear();
+        self.teams.count_in(scene, roster);
+        self.settle(scene);
+        roster.players.iter_mut().for_each(|player| player.begin_round());
+        roster.placed.clear();
+        roster.remove_matching(world, &|_| true);
+        self.place(scene, world, roster);
+        for slot in 0..roster.players.len() {
+            heroes::spawn(world, roster, scene, slot, &mut rngs.spawn);
+        }
+    }
+
+    /// Places the bodies of the scene that are there from the start, and the layouts.
+    pub fn place(&mut self, scene: &Scene, world: &mut World, roster: &mut Roster) {
+        let mut rng = self.layouts.clone();
+        placing::fill(world, roster, scene, &mut rng, |body| self.notes.came[body]);
+        self.notes.note_placed(world, roster);
+        if scene.rules.round.as_ref().is_some_and(|round| round.new_layouts) {
+            self.layouts = rng;
+        }
+    }
+}
+
+/// Returns whether all players hold the key for the next round. Those who are away are not waited for.
+fn all_go_on(roster: &Roster) -> bool {
+    let mut present = roster.players.iter().filter(|player| !player.is_away).peekable();
+    present.peek().is_some() && present.all(|player| player.holds(Buttons::AGAIN))
 }

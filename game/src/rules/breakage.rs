@@ -1,57 +1,77 @@
 //! Bodies that break under a hard blow.
 
-use super::book::{Rules, Table};
-use super::effects;
-use super::memory::Broken;
+use super::notes::BodyNotes;
+use super::table::Table;
+use super::verdict::Teams;
 use crate::input::Seat;
 use crate::scene::Breakable;
 use jostle_sim::{BodyId, Touch, World};
 
-impl Rules {
+/// The bodies that broke in this tick.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Breakage {
+    /// Whether anything can break.
+    pub is_on: bool,
+    pub(super) broken: Vec<Broken>,
+}
+
+/// A body that broke in this tick.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Broken {
+    pub body: BodyId,
+    pub group: u8,
+    pub by: Option<Seat>,
+    breaks: Breakable,
+}
+
+impl Breakage {
     /// Breaks what was hit too hard in the step, in the order of contacts, and cracks what was hit half as
-    /// hard.
-    pub(super) fn break_bodies(&mut self, table: &mut Table) {
-        self.scratch.broken.clear();
-        if !self.has_breakables {
+    /// hard. A blow by something that no player touched counts for the `shooter`.
+    pub fn update(
+        &mut self,
+        notes: &mut BodyNotes,
+        teams: &mut Teams,
+        shooter: Option<Seat>,
+        table: &mut Table,
+    ) {
+        self.broken.clear();
+        if !self.is_on {
             return;
         }
-        let mut broken: Vec<(Broken, Breakable)> = Vec::new();
         for touch in table.world.touches() {
             let blow = blow(table.world, touch);
-            for (it, other) in [(touch.a, touch.b), (touch.b, touch.a)] {
-                let placed = self.notes.get(it).and_then(|note| note.placed);
-                let breaks = placed.and_then(|body| table.scene.bodies[body].breaks);
+            for (body, other) in [(touch.a, touch.b), (touch.b, touch.a)] {
+                let placed = notes.get(body).and_then(|note| note.placed);
+                let breaks = placed.and_then(|placed| table.scene.bodies[placed].breaks);
                 let Some(breaks) = breaks.filter(|breaks| blow > 0.5 * breaks.strength) else {
                     continue;
                 };
-                self.notes.of(it, table.world).is_cracked = true;
-                let is_known = broken.iter().any(|(known, _)| known.body == it);
+                notes.of(body, table.world).is_cracked = true;
+                let is_known = self.broken.iter().any(|known| known.body == body);
                 if blow > breaks.strength && !is_known {
-                    let group = table.world.group(it);
-                    let by = self.who_hit(it, other, table);
-                    broken.push((Broken { body: it, group, by }, breaks));
+                    let group = table.world.group(body);
+                    let by = who_hit(body, other, notes, table).or(shooter);
+                    self.broken.push(Broken { body, group, by, breaks });
                 }
             }
         }
-        for (Broken { body, by, .. }, breaks) in &broken {
+        for &Broken { body, by, breaks, .. } in &self.broken {
             let side = by.map(|seat| table.roster.side_of(seat));
-            if let Some(standing) = side.and_then(|side| self.standing(side, table)) {
+            if let Some(standing) = side.and_then(|side| teams.standing(side, table.roster)) {
                 standing.add_score(breaks.points);
             }
             if let Some(recipe) = breaks.splash {
-                effects::splash(recipe, *body, table);
+                table.splash(recipe, body);
             }
-            table.roster.remove(table.world, *body);
+            table.roster.remove(table.world, body);
         }
-        self.scratch.broken.extend(broken.into_iter().map(|(broken, _)| broken));
     }
+}
 
-    /// Who made `other` hit `it`: whose it is, who touched it last, or who shot last.
-    fn who_hit(&self, it: BodyId, other: BodyId, table: &Table) -> Option<Seat> {
-        let touched = |id| self.notes.get(id).and_then(|note| note.touched_by);
-        let owner = table.roster.owner_of(other).or_else(|| touched(other));
-        owner.or_else(|| touched(it)).or_else(|| self.sling?.shooter)
-    }
+/// Who made `other` hit `it`: whose it is, or who touched it last.
+fn who_hit(it: BodyId, other: BodyId, notes: &BodyNotes, table: &Table) -> Option<Seat> {
+    let touched = |id| notes.get(id).and_then(|note| note.touched_by);
+    table.roster.owner_of(other).or_else(|| touched(other)).or_else(|| touched(it))
 }
 
 /// The impulse that stops two bodies along their normal, units of mass times units/s. What presses slowly

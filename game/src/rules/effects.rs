@@ -1,32 +1,41 @@
-//! Effects: what rules do.
+//! Occasions that rules wait for, and the effects that rules have.
 
-use super::book::{Rules, Table};
-use super::notes::{BodyNote, BodyStart, Rest};
-use super::occasions::Occurrence;
-use crate::actor::Rule;
+use super::book::Rules;
+use super::notes::BodyNotes;
+use super::signals::Lap;
+use super::table::Table;
 use crate::event::Event;
 use crate::input::Seat;
-use crate::scene::{Effects, Levels, RuleSpec, To};
+use crate::roster::Roster;
+use crate::scene::{Condition, Effects, Levels, Occasion, RuleSpec, To};
 use crate::side::{Side, Standing};
-use crate::{emitters, placing};
-use glam::Vec2;
-use jostle_sim::{BodyId, EmitterDef, Motion, Source};
+use jostle_sim::BodyId;
 
 /// Occurrences on which rules act in a tick, those of the first rules; further ones have no effect. A heap in which all
 /// bodies touch has as many for each rule as the square of its bodies.
 const OCCURRENCES_MAX: usize = 4096;
-/// Particles of a splash.
-const SPLASH_PARTICLES: u16 = 40;
+
+/// One time that a rule applies.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Occurrence {
+    /// The body that it is about, which may be gone.
+    pub it: Option<BodyId>,
+    /// The other body of a touch.
+    pub other: Option<BodyId>,
+    /// The player whose body it is, or who touched it last.
+    pub player: Option<Seat>,
+    /// The player who caused it.
+    pub by: Option<Seat>,
+}
 
 impl Rules {
     /// Goes over the rules in file order; `before` are the levels of the last tick. What happened is listed
     /// before anything acts on it, so that no rule takes an occasion from another.
     pub(super) fn apply(&mut self, before: Levels, table: &mut Table) {
-        self.scratch.claims.won.clear();
-        self.scratch.claims.lost.clear();
+        self.claims.clear();
         let scene = table.scene;
         let (mut found, mut of_rule) = (Vec::new(), Vec::new());
-        let has_laps = !self.scratch.laps.is_empty();
+        let has_laps = !self.signals.laps.is_empty();
         let may_act = |rule: &RuleSpec| has_laps || rule.condition.all(self.levels);
         for (index, rule) in (0..).zip(&scene.rules.rules).filter(|(_, rule)| may_act(rule)) {
             of_rule.clear();
@@ -34,7 +43,11 @@ impl Rules {
             of_rule.retain(|of| {
                 let side = of.player.map(|seat| table.roster.side_of(seat));
                 rule.team.is_none_or(|team| side == Some(Side::Team(team)))
-                    && rule.condition.all(self.levels_of(of.player, table.roster))
+                    && rule.condition.all(self.signals.levels_of(
+                        self.levels,
+                        of.player,
+                        table.roster,
+                    ))
             });
             if let Some(&Occurrence { player, by, .. }) = of_rule.first()
                 && rule.effects.say.is_some()
@@ -47,18 +60,17 @@ impl Rules {
         for (rule, occurrence) in &found {
             self.act(rule, occurrence, table);
         }
-        let players = table.roster.players.iter_mut().map(|player| &mut player.standing);
-        self.teams.iter_mut().chain(players).for_each(Standing::settle);
+        self.teams.all(table.roster).for_each(Standing::settle);
     }
 
     fn act(&mut self, rule: &RuleSpec, occurrence: &Occurrence, table: &mut Table) {
         let effects = &rule.effects;
         self.act_on_sides(rule, occurrence, table);
         if let Some(it) = occurrence.it {
-            self.act_on_body(effects, it, occurrence.other, table);
+            act_on_body(effects, it, occurrence.other, &mut self.notes, table);
         }
         for &body in &effects.reset {
-            self.reset(body, effects.back.unwrap_or(0), table);
+            self.notes.reset(body, effects.back.unwrap_or(0), table);
         }
     }
 
@@ -68,12 +80,12 @@ impl Rules {
             return;
         }
         for side in self.concerned(rule.to, occurrence, table) {
-            let Some(standing) = self.standing(side, table) else { continue };
+            let Some(standing) = self.teams.standing(side, table.roster) else { continue };
             standing.add_score(score);
             standing.add_lives(life);
             match end {
-                Some(true) => self.scratch.claims.won.push(side),
-                Some(false) => self.scratch.claims.lost.push(side),
+                Some(true) => self.claims.won.push(side),
+                Some(false) => self.claims.lost.push(side),
                 None => {}
             }
         }
@@ -84,14 +96,14 @@ impl Rules {
         let side = |seat| table.roster.side_of(seat);
         let of = |player: Option<Seat>| player.map(side).into_iter().collect();
         match to {
-            To::It if occurrence.it.is_none() => self.sides(table.roster),
+            To::It if occurrence.it.is_none() => self.teams.sides(table.roster),
             To::It => of(occurrence.player),
             To::By => of(occurrence.by),
-            To::All => self.sides(table.roster),
+            To::All => self.teams.sides(table.roster),
             To::Team(team) => vec![Side::Team(team)],
-            To::Holder(zone) => self.zones[usize::from(zone)].holder.into_iter().collect(),
+            To::Holder(zone) => self.zones.states[usize::from(zone)].holder.into_iter().collect(),
             To::Others => {
-                let mut sides = self.sides(table.roster);
+                let mut sides = self.teams.sides(table.roster);
                 let own = occurrence.player.map(side);
                 sides.retain(|&side| Some(side) != own);
                 sides
@@ -99,153 +111,152 @@ impl Rules {
         }
     }
 
-    fn act_on_body(
-        &mut self,
-        effects: &Effects,
-        it: BodyId,
-        other: Option<BodyId>,
-        table: &mut Table,
+    /// Lists the occurrences of an occasion in this tick, in the order in which they were found.
+    fn list_occurrences(
+        &self,
+        occasion: Occasion,
+        before: Levels,
+        table: &Table,
+        found: &mut Vec<Occurrence>,
     ) {
-        let exists = table.world.contains(it);
-        if let Some(recipe) = effects.splash.filter(|_| exists) {
-            splash(recipe, it, table);
-        }
-        if let Some(player) = table.roster.players.iter_mut().find(|player| player.hero == Some(it))
-        {
-            player.stun = player.stun.max(effects.stun);
-            if effects.checkpoint {
-                player.checkpoint = Some(table.world.position(it));
+        let (notes, roster) = (&self.notes, &*table.roster);
+        let of = |zones: u64| move |&&(zone, _): &&(u8, BodyId)| zones >> zone & 1 == 1;
+        match occasion {
+            Occasion::Enter(zones) => {
+                let entered = self.zones.entered.iter().filter(of(zones));
+                found.extend(entered.map(|&(_, id)| about(id, notes, roster)));
             }
-            if effects.drop || effects.stun > 0 {
-                player.drop_carried(table.world);
+            Occasion::Leave(zones) => {
+                let left = self.zones.left.iter().filter(of(zones));
+                found.extend(left.map(|&(_, id)| about(id, notes, roster)));
             }
-            if let Some(other) = other.filter(|_| effects.carry) {
-                player.carry(other, table.world);
+            Occasion::On(condition) => self.list_edge(condition, before, table, found),
+            Occasion::Every(ticks) => {
+                if self.round.ticks.is_multiple_of(ticks) {
+                    found.push(Occurrence::default());
+                }
             }
-        }
-        if let Some(ticks) = effects.back {
-            self.send_back(it, ticks, table);
-        }
-        if effects.remove && table.world.contains(it) {
-            table.roster.remove(table.world, it);
+            Occasion::Touch(first, second) => list_touches(first, second, notes, table, found),
+            Occasion::Burst => {
+                for event in table.events.iter() {
+                    if let Event::PackHit { owner, victim, hero, .. } = *event
+                        && !roster.is_away(victim)
+                    {
+                        found.push(Occurrence { by: owner, ..about(hero, notes, roster) });
+                    }
+                }
+            }
+            Occasion::Lost(group) => {
+                for event in table.events.iter() {
+                    if let Event::BodyLeft { body, .. } = *event
+                        && let Some(note) = notes.get(body)
+                        && note.group == group
+                    {
+                        found.push(about_gone(body, notes, roster));
+                    }
+                }
+            }
+            Occasion::Breaks(group) => {
+                for broken in self.breakage.broken.iter().filter(|broken| broken.group == group) {
+                    let (it, by) = (Some(broken.body), broken.by);
+                    found.push(Occurrence { it, other: None, player: by, by });
+                }
+            }
         }
     }
 
-    /// Puts a body of the scene back to its start, where it rests for so many ticks.
-    pub(super) fn reset(&mut self, body: usize, ticks: u32, table: &mut Table) {
-        match table.roster.placed[body] {
-            Some(id) => self.send_back(id, ticks, table),
-            None => self.bring_back(body, ticks, table),
-        }
-    }
-
-    /// Puts a body back to its start; one that is gone is made again if it is the scene's.
-    fn send_back(&mut self, id: BodyId, ticks: u32, table: &mut Table) {
-        if !table.world.contains(id) {
-            let placed = self.notes.get(id).and_then(|note| note.placed);
-            if let Some(body) = placed.filter(|&body| table.roster.placed[body].is_none()) {
-                self.bring_back(body, ticks, table);
+    /// A condition came to hold. One that names a lap does so for each who completes it, whatever held for
+    /// others in the tick before; of several laps that it names, the last one counts.
+    fn list_edge(
+        &self,
+        condition: Condition,
+        before: Levels,
+        table: &Table,
+        found: &mut Vec<Occurrence>,
+    ) {
+        let named = |lap: &&Lap| condition.on.signals >> lap.signal & 1 == 1;
+        let laps = self.signals.laps.iter().filter(named);
+        let Some(last) = laps.clone().map(|lap| lap.signal).max() else {
+            if !condition.all(before) && condition.all(self.levels) {
+                found.push(Occurrence::default());
             }
             return;
-        }
-        if table.world.motion(id) == Motion::Static {
-            return;
-        }
-        let Table { world, roster, .. } = table;
-        let home = roster.players.iter().find(|player| player.hero == Some(id));
-        let home = home.map(|player| player.checkpoint.unwrap_or(player.home));
-        for player in &mut roster.players {
-            player.let_go_of(id, world);
-        }
-        let note = self.notes.of(id, world);
-        if let Some(position) = home {
-            note.start = BodyStart { position, velocity: Vec2::ZERO };
-        }
-        world.set_position(id, note.start.position);
-        // Who carries it or scored with it is no longer who touched it last.
-        note.touched_by = None;
-        if ticks > 0 && note.rests.is_none() {
-            note.rests = Some(Rest { ticks, gravity_scale: world.gravity_scale(id) });
-        } else if ticks == 0 {
-            let note = *note;
-            set_off(id, &note, table);
-        }
-    }
-
-    /// Makes a body of the scene that is gone, at its start.
-    fn bring_back(&mut self, body: usize, ticks: u32, table: &mut Table) {
-        let Table { scene, world, roster, rngs, .. } = table;
-        if !self.came[body] {
-            return;
-        }
-        let id = placing::place_body(world, roster, &scene.bodies[body], &mut rngs.spawn);
-        roster.placed[body] = id;
-        let Some(id) = id else { return };
-        let note = self.notes.of(id, world);
-        note.placed = Some(body);
-        if ticks > 0 && world.motion(id) != Motion::Static {
-            note.rests = Some(Rest { ticks, gravity_scale: world.gravity_scale(id) });
-        }
-    }
-
-    /// Before the step: holds bodies that rest at their start, and lets those go whose time is up.
-    pub fn hold_resting(&mut self, table: &mut Table) {
-        for note in self.notes.iter_mut() {
-            let Some(Rest { ticks, gravity_scale }) = note.rests else { continue };
-            let (id, start) = (note.id, note.start.position);
-            if !table.world.contains(id) {
-                note.rests = None;
-            } else if ticks == 0 {
-                note.rests = None;
-                table.world.set_gravity_scale(id, gravity_scale);
-                set_off(id, note, table);
-            } else {
-                note.rests = Some(Rest { ticks: ticks - 1, gravity_scale });
-                table.world.set_gravity_scale(id, 0.0);
-                table.world.set_position(id, start);
-                table.world.set_velocity(id, Vec2::ZERO);
-            }
-        }
-    }
-
-    /// The standing of a side that is there and not out.
-    pub(super) fn standing<'a>(
-        &'a mut self,
-        side: Side,
-        table: &'a mut Table,
-    ) -> Option<&'a mut Standing> {
-        let standing = match side {
-            Side::Team(team) => self.teams.get_mut(usize::from(team)),
-            Side::Player(seat) => {
-                let mut players = table.roster.players.iter_mut();
-                players.find(|player| player.seat == seat).map(|player| &mut player.standing)
-            }
         };
-        standing.filter(|standing| !standing.out)
+        let completed = laps
+            .filter(|lap| lap.signal == last)
+            .map(|lap| about(lap.body, &self.notes, table.roster));
+        let holds = |of: &Occurrence| {
+            condition.all(self.signals.levels_of(self.levels, of.player, table.roster))
+        };
+        found.extend(completed.filter(holds));
     }
 }
 
-/// Particles at a body.
-pub(super) fn splash(recipe: u8, body: BodyId, table: &mut Table) {
-    let source = Source::Point(table.world.position(body));
-    let seed = table.rngs.emit.next_u32();
-    let emitter = EmitterDef { recipe, count: SPLASH_PARTICLES, seed, source };
-    emitters::start(table.world, emitter, table.events);
+fn list_touches(
+    first: u8,
+    second: u8,
+    notes: &BodyNotes,
+    table: &Table,
+    found: &mut Vec<Occurrence>,
+) {
+    let world = &*table.world;
+    for touch in world.touches().iter().filter(|touch| touch.began) {
+        let groups = [touch.a, touch.b].map(|id| world.contains(id).then(|| world.group(id)));
+        let [Some(group_a), Some(group_b)] = groups else { continue };
+        let (it, other) = if (group_a, group_b) == (first, second) {
+            (touch.a, touch.b)
+        } else if (group_b, group_a) == (first, second) {
+            (touch.b, touch.a)
+        } else {
+            continue;
+        };
+        found.push(Occurrence { other: Some(other), ..about(it, notes, table.roster) });
+    }
 }
 
-/// A body sets off from its start; one that began to either side does so again.
-fn set_off(id: BodyId, note: &BodyNote, table: &mut Table) {
-    let start_speed = note.placed.map_or(0.0, |body| table.scene.bodies[body].start_speed);
-    let velocity = match start_speed > 0.0 {
-        true => placing::either_side(start_speed, &mut table.rngs.spawn),
-        false => note.start.velocity,
-    };
-    table.world.set_velocity(id, velocity);
-    let speed = velocity.length();
-    if let Some(actor) = &mut table.roster.actors[id.index as usize]
-        && let Rule::Wander { heading, speed: wander, .. } = &mut actor.rule
-        && speed > 0.0
-    {
-        (*heading, *wander) = (velocity / speed, speed);
+/// Something about a body: it is by its own player, or by who touched it last.
+fn about(id: BodyId, notes: &BodyNotes, roster: &Roster) -> Occurrence {
+    let owner = roster.owner_of(id);
+    let touched_by = notes.get(id).and_then(|note| note.touched_by);
+    let player = owner.or(touched_by);
+    Occurrence { it: Some(id), other: None, player, by: player }
+}
+
+/// Something about a body that left the world: by who touched it last.
+fn about_gone(id: BodyId, notes: &BodyNotes, roster: &Roster) -> Occurrence {
+    let touched_by = notes.get(id).and_then(|note| note.touched_by);
+    let owner = roster.players.iter().find(|player| player.lost == Some(id));
+    let player = owner.map(|player| player.seat).or(touched_by);
+    Occurrence { it: Some(id), other: None, player, by: touched_by }
+}
+
+fn act_on_body(
+    effects: &Effects,
+    it: BodyId,
+    other: Option<BodyId>,
+    notes: &mut BodyNotes,
+    table: &mut Table,
+) {
+    let exists = table.world.contains(it);
+    if let Some(recipe) = effects.splash.filter(|_| exists) {
+        table.splash(recipe, it);
+    }
+    if let Some(player) = table.roster.players.iter_mut().find(|player| player.hero == Some(it)) {
+        player.stun = player.stun.max(effects.stun);
+        if effects.checkpoint {
+            player.checkpoint = Some(table.world.position(it));
+        }
+        if effects.drop || effects.stun > 0 {
+            player.drop_carried(table.world);
+        }
+        if let Some(other) = other.filter(|_| effects.carry) {
+            player.carry(other, table.world);
+        }
+    }
+    if let Some(ticks) = effects.back {
+        notes.send_back(it, ticks, table);
+    }
+    if effects.remove && table.world.contains(it) {
+        table.roster.remove(table.world, it);
     }
 }

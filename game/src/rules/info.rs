@@ -2,7 +2,7 @@
 
 use super::book::Rules;
 use super::clock::RoundPhase;
-use super::memory::{OrderState, SignalState, Sling};
+use super::sling::Sling;
 use crate::input::{Buttons, Seat};
 use crate::player::Player;
 use crate::roster::Roster;
@@ -95,70 +95,45 @@ pub struct RoundPlayer {
     pub goes_on: bool,
 }
 
-impl Rules {
-    /// Sides that are about to take a zone. Outside of a running round zones rest.
-    fn takings(&self, ticks: u32) -> impl Iterator<Item = Taking> {
-        let zones = (0..).zip(&self.zones).filter(|_| self.round.is_running());
-        zones.filter_map(move |(zone, state)| {
-            let (side, alone) = state.taking?;
-            let since = ticks - alone.min(ticks);
-            (state.holder != Some(side)).then_some(Taking { zone, side, since })
-        })
-    }
-
-    fn list_orders(&self, orders: &mut Vec<OrderProgress>) {
-        orders.clear();
-        for (signal, state) in (0..).zip(&self.signals) {
-            if let SignalState::Order(OrderState { done }) = state {
-                orders.extend(done.iter().map(|&(walker, steps)| OrderProgress {
-                    signal,
-                    side: walker.side(),
-                    steps,
-                }));
-            }
-        }
-    }
-
-    /// Fills in what players see of the rules after this many ticks of the game, in the memory of an earlier one.
-    pub(crate) fn capture(&self, scene: &Scene, roster: &Roster, ticks: u32, info: &mut RoundInfo) {
-        let zones = (0..64u64).zip(&scene.rules.zones);
-        let drawn = zones.filter(|(_, zone)| zone.is_drawn());
-        let mask = |all: u64, (index, _): (u64, &ZoneSpec)| all | 1 << index;
-        let resting = drawn.clone().filter(|(_, zone)| !zone.condition.all(self.levels));
-        info.phase = self.round.phase;
-        info.since = ticks - self.round.ticks.min(ticks);
-        info.zones = self.levels.zones & drawn.fold(0, mask);
-        info.resting = resting.fold(0, mask);
-        refill(&mut info.teams, self.teams.iter().map(SideInfo::of));
-        refill(&mut info.players, roster.players.iter().map(|player| self.player_info(player)));
-        refill(&mut info.winners, self.winners.iter().copied());
-        refill(&mut info.holders, self.holders());
-        refill(&mut info.takings, self.takings(ticks));
-        self.list_orders(&mut info.orders);
-        let sling = |sling: Sling| SlingInfo { shots: sling.shots, is_flying: sling.flight > 0 };
-        info.sling = self.sling.map(sling);
-        let is_cracked = |id| self.notes.get(id).is_some_and(|note| note.is_cracked);
-        let cracked = roster.actors().filter(|actor| self.has_breakables && is_cracked(actor.id));
-        refill(&mut info.cracked, cracked.map(|actor| actor.id.index));
-    }
-
-    fn player_info(&self, player: &Player) -> RoundPlayer {
-        RoundPlayer {
-            seat: player.seat,
-            team: player.team,
-            side: SideInfo::of(&player.standing),
-            is_stunned: player.stun > 0,
-            goes_on: self.round.phase == RoundPhase::Over && player.holds(Buttons::AGAIN),
-        }
-    }
-}
-
 fn refill<T>(list: &mut Vec<T>, with: impl Iterator<Item = T>) {
     list.clear();
     list.extend(with);
 }
 
 impl RoundInfo {
+    /// Fills in what players see of the rules after this many ticks of the game.
+    pub(crate) fn capture(&mut self, rules: &Rules, scene: &Scene, roster: &Roster, ticks: u32) {
+        let Rules { round, levels, .. } = rules;
+        let zones = (0..64u64).zip(&scene.rules.zones);
+        let drawn = zones.filter(|(_, zone)| zone.is_drawn());
+        let mask = |all: u64, (index, _): (u64, &ZoneSpec)| all | 1 << index;
+        let resting = drawn.clone().filter(|(_, zone)| !zone.condition.all(*levels));
+        self.phase = round.phase;
+        self.since = ticks - round.ticks.min(ticks);
+        self.zones = levels.zones & drawn.fold(0, mask);
+        self.resting = resting.fold(0, mask);
+        refill(&mut self.teams, rules.teams.standings.iter().map(SideInfo::of));
+        let is_over = round.phase == RoundPhase::Over;
+        let players = roster.players.iter();
+        refill(&mut self.players, players.map(|player| RoundPlayer::of(player, is_over)));
+        refill(&mut self.winners, rules.winners.iter().copied());
+        refill(&mut self.holders, rules.zones.holders());
+        // Outside of a running round zones rest.
+        let takings = rules.zones.takings().filter(|_| round.is_running());
+        let since = |alone: u32| ticks - alone.min(ticks);
+        let taking = |(zone, side, alone)| Taking { zone, side, since: since(alone) };
+        refill(&mut self.takings, takings.map(taking));
+        let orders = rules.signals.progress();
+        let progress = |(signal, side, steps)| OrderProgress { signal, side, steps };
+        refill(&mut self.orders, orders.map(progress));
+        let sling = |sling: Sling| SlingInfo { shots: sling.shots, is_flying: sling.flight > 0 };
+        self.sling = rules.sling.map(sling);
+        let is_cracked = |id| rules.notes.get(id).is_some_and(|note| note.is_cracked);
+        let bodies = roster.actors().map(|actor| actor.id);
+        let cracked = bodies.filter(|&id| rules.breakage.is_on && is_cracked(id));
+        refill(&mut self.cracked, cracked.map(|id| id.index));
+    }
+
     /// Steps of an order that a side has taken; `None` for all together.
     pub fn steps(&self, signal: u8, side: Option<Side>) -> u8 {
         let found = self.orders.iter().find(|order| (order.signal, order.side) == (signal, side));
@@ -183,6 +158,18 @@ impl RoundInfo {
     pub fn side_of(&self, seat: Seat) -> Side {
         let team = self.player(seat).and_then(|player| player.team);
         team.map_or(Side::Player(seat), Side::Team)
+    }
+}
+
+impl RoundPlayer {
+    fn of(player: &Player, is_over: bool) -> RoundPlayer {
+        RoundPlayer {
+            seat: player.seat,
+            team: player.team,
+            side: SideInfo::of(&player.standing),
+            is_stunned: player.stun > 0,
+            goes_on: is_over && player.holds(Buttons::AGAIN),
+        }
     }
 }
 

@@ -1,11 +1,14 @@
-//! What rules remember of bodies: where they started, who touched them last, and whether they are held.
+//! What rules remember of bodies: where they started, who touched them last, and whether they are held. Bodies of the
+//! scene come and go by conditions, and return to their starts.
 
-use crate::actor::Actor;
+use super::table::Table;
+use crate::actor::{Actor, Rule};
 use crate::input::Seat;
+use crate::placing;
 use crate::roster::Roster;
-use crate::scene::Kind;
+use crate::scene::{Kind, Levels, Scene};
 use glam::Vec2;
-use jostle_sim::{BodyId, World};
+use jostle_sim::{BodyId, Motion, World};
 
 /// What rules remember of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,15 +45,86 @@ pub(crate) struct Rest {
     pub gravity_scale: f32,
 }
 
-/// Notes by body slot.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct BodyNotes(Vec<Option<BodyNote>>);
+/// What rules remember of all bodies.
+#[derive(Clone, Debug)]
+pub(crate) struct BodyNotes {
+    /// By body slot.
+    notes: Vec<Option<BodyNote>>,
+    /// Whether each body of the scene has come since its condition holds.
+    pub(super) came: Vec<bool>,
+    /// Ticks for which each body of the scene stood still on its path.
+    pub(super) stood: Vec<u32>,
+}
 
 impl BodyNotes {
+    pub fn new(came: Vec<bool>, stood: Vec<u32>) -> BodyNotes {
+        BodyNotes { notes: Vec::new(), came, stood }
+    }
+
+    /// Bodies of the scene at the start of a round.
+    pub fn settle(&mut self, scene: &Scene, levels: Levels) {
+        let bodies = scene.bodies.iter().zip(&mut self.came);
+        bodies.for_each(|(body, came)| *came = body.presence.all(levels));
+        self.stood.fill(0);
+    }
+
+    /// Notes which bodies of the scene were placed.
+    pub fn note_placed(&mut self, world: &World, roster: &Roster) {
+        for (body, &id) in roster.placed.iter().enumerate() {
+            if let Some(id) = id {
+                self.of(id, world).placed = Some(body);
+            }
+        }
+    }
+
+    /// Bodies come and go by the levels of the last tick, before the tick of the round that `clock` counts. One that should
+    /// come waits until nothing that can move is in its place: a door closes on nobody.
+    pub fn update_presence(
+        &mut self,
+        levels: Levels,
+        clock: u32,
+        stands_still: bool,
+        table: &mut Table,
+    ) {
+        let Table { scene, world, roster, rngs, .. } = table;
+        for (index, body) in scene.bodies.iter().enumerate() {
+            if !stands_still && !body.runs.is_none() && !body.runs.all(levels) {
+                self.stood[index] += 1;
+            }
+            if body.presence.is_none() {
+                continue;
+            }
+            if !body.presence.all(levels) {
+                self.came[index] = false;
+                if let Some(id) = roster.placed[index] {
+                    roster.remove(world, id);
+                }
+                continue;
+            }
+            if self.came[index] {
+                continue;
+            }
+            let mut def = body.def;
+            if let Some(path) = &body.path {
+                def.position = path.at((clock - self.stood[index]).saturating_sub(1));
+            }
+            let movable = world.ids().filter(|&id| world.motion(id) == Motion::Dynamic);
+            if placing::is_clear(world, scene, &def, def.position, movable) {
+                self.came[index] = true;
+                let id = placing::place_body(world, roster, body, &mut rngs.spawn);
+                roster.placed[index] = id;
+                if let Some(id) = id {
+                    world.set_position(id, def.position);
+                    self.of(id, world).placed = Some(index);
+                }
+            }
+        }
+    }
+
     /// Notes where everybody is before a step, and who is new; forgets who was gone before it, whom a saved
     /// state does not have either.
     pub fn observe(&mut self, world: &World, roster: &Roster) {
-        for note in &mut self.0 {
+        for note in &mut self.notes {
             note.take_if(|note| !world.contains(note.id));
         }
         for actor in roster.actors() {
@@ -62,10 +136,10 @@ impl BodyNotes {
     /// The note of an existing body.
     pub fn of(&mut self, id: BodyId, world: &World) -> &mut BodyNote {
         let index = id.index as usize;
-        if index >= self.0.len() {
-            self.0.resize(index + 1, None);
+        if index >= self.notes.len() {
+            self.notes.resize(index + 1, None);
         }
-        let slot = &mut self.0[index];
+        let slot = &mut self.notes[index];
         if slot.is_none_or(|note| note.id != id) {
             *slot = Some(BodyNote::new(id, world));
         }
@@ -74,7 +148,7 @@ impl BodyNotes {
 
     /// The note of a body that may be gone.
     pub fn get(&self, id: BodyId) -> Option<&BodyNote> {
-        self.0.get(id.index as usize)?.as_ref().filter(|note| note.id == id)
+        self.notes.get(id.index as usize)?.as_ref().filter(|note| note.id == id)
     }
 
     /// The note of an existing body, or what it will be.
@@ -87,11 +161,6 @@ impl BodyNotes {
         self.get(id).map_or_else(|| world.position(id), |note| note.before)
     }
 
-    /// All notes, those of bodies that are gone too.
-    pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut BodyNote> {
-        self.0.iter_mut().flatten()
-    }
-
     /// Notes who touched whom in the step.
     pub fn follow_touches(&mut self, world: &World, roster: &Roster) {
         for touch in world.touches() {
@@ -101,6 +170,100 @@ impl BodyNotes {
                 }
             }
         }
+    }
+
+    /// Puts a body of the scene back to its start, where it rests for so many ticks.
+    pub fn reset(&mut self, body: usize, ticks: u32, table: &mut Table) {
+        match table.roster.placed[body] {
+            Some(id) => self.send_back(id, ticks, table),
+            None => self.bring_back(body, ticks, table),
+        }
+    }
+
+    /// Puts a body back to its start; one that is gone is made again if it is the scene's.
+    pub fn send_back(&mut self, id: BodyId, ticks: u32, table: &mut Table) {
+        if !table.world.contains(id) {
+            let placed = self.get(id).and_then(|note| note.placed);
+            if let Some(body) = placed.filter(|&body| table.roster.placed[body].is_none()) {
+                self.bring_back(body, ticks, table);
+            }
+            return;
+        }
+        if table.world.motion(id) == Motion::Static {
+            return;
+        }
+        let Table { world, roster, .. } = table;
+        let home = roster.players.iter().find(|player| player.hero == Some(id));
+        let home = home.map(|player| player.checkpoint.unwrap_or(player.home));
+        for player in &mut roster.players {
+            player.let_go_of(id, world);
+        }
+        let note = self.of(id, world);
+        if let Some(position) = home {
+            note.start = BodyStart { position, velocity: Vec2::ZERO };
+        }
+        world.set_position(id, note.start.position);
+        // Who carries it or scored with it is no longer who touched it last.
+        note.touched_by = None;
+        if ticks > 0 && note.rests.is_none() {
+            note.rests = Some(Rest { ticks, gravity_scale: world.gravity_scale(id) });
+        } else if ticks == 0 {
+            let note = *note;
+            set_off(id, &note, table);
+        }
+    }
+
+    /// Makes a body of the scene that is gone, at its start.
+    fn bring_back(&mut self, body: usize, ticks: u32, table: &mut Table) {
+        let Table { scene, world, roster, rngs, .. } = table;
+        if !self.came[body] {
+            return;
+        }
+        let id = placing::place_body(world, roster, &scene.bodies[body], &mut rngs.spawn);
+        roster.placed[body] = id;
+        let Some(id) = id else { return };
+        let note = self.of(id, world);
+        note.placed = Some(body);
+        if ticks > 0 && world.motion(id) != Motion::Static {
+            note.rests = Some(Rest { ticks, gravity_scale: world.gravity_scale(id) });
+        }
+    }
+
+    /// Before the step: holds bodies that rest at their start, and lets those go whose time is up.
+    pub fn hold_resting(&mut self, table: &mut Table) {
+        for note in self.notes.iter_mut().flatten() {
+            let Some(Rest { ticks, gravity_scale }) = note.rests else { continue };
+            let (id, start) = (note.id, note.start.position);
+            if !table.world.contains(id) {
+                note.rests = None;
+            } else if ticks == 0 {
+                note.rests = None;
+                table.world.set_gravity_scale(id, gravity_scale);
+                set_off(id, note, table);
+            } else {
+                note.rests = Some(Rest { ticks: ticks - 1, gravity_scale });
+                table.world.set_gravity_scale(id, 0.0);
+                table.world.set_position(id, start);
+                table.world.set_velocity(id, Vec2::ZERO);
+            }
+        }
+    }
+}
+
+/// A body sets off from its start; one that began to either side does so again.
+fn set_off(id: BodyId, note: &BodyNote, table: &mut Table) {
+    let start_speed = note.placed.map_or(0.0, |body| table.scene.bodies[body].start_speed);
+    let velocity = match start_speed > 0.0 {
+        true => placing::either_side(start_speed, &mut table.rngs.spawn),
+        false => note.start.velocity,
+    };
+    table.world.set_velocity(id, velocity);
+    let speed = velocity.length();
+    if let Some(actor) = &mut table.roster.actors[id.index as usize]
+        && let Rule::Wander { heading, speed: wander, .. } = &mut actor.rule
+        && speed > 0.0
+    {
+        (*heading, *wander) = (velocity / speed, speed);
     }
 }
 

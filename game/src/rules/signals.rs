@@ -1,96 +1,255 @@
 //! Signals: levels made of zones and of signals above them.
 
-use super::book::{Rules, Table};
-use super::memory::{Lap, OrderState, RelayState, SignalState, Walker, is_off};
+use super::table::Table;
 use crate::input::Seat;
 use crate::roster::Roster;
-use crate::scene::{Each, Levels, OrderSpec, SignalKind, Step};
+use crate::scene::{Each, Levels, OrderSpec, RelaySpec, SignalKind, SignalSpec, Stays, Step};
+use crate::side::Side;
 use jostle_sim::BodyId;
 
-impl Rules {
-    /// Updates signals in file order: each sees zones and signals above it, of this tick.
-    pub(super) fn update_signals(&mut self, table: &Table) {
-        let before = self.levels.signals;
-        self.levels.signals = 0;
-        self.scratch.laps.clear();
-        for (index, spec) in table.scene.rules.signals.iter().enumerate() {
-            let mut state = std::mem::replace(
-                &mut self.signals[index],
-                SignalState::Relay(RelayState::default()),
-            );
-            let on = match (&mut state, &spec.kind) {
-                _ if is_off(spec, self.levels) => {
-                    state = SignalState::new(spec);
+/// The signals of a scene, and the laps of this tick.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Signals {
+    pub(super) states: Vec<SignalState>,
+    pub(super) laps: Vec<Lap>,
+}
+
+/// What a signal counts.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum SignalState {
+    Relay(RelayState),
+    /// Of steps in an order.
+    Order(OrderState),
+}
+
+/// What a signal made of levels counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct RelayState {
+    /// Ticks in a row for which its condition has held.
+    pub held: u32,
+    /// Ticks for which it stays on without it.
+    pub left: u32,
+    /// Whether it is on, or would come on if it did not toggle.
+    pub base: bool,
+    /// Whether a toggle is on.
+    pub toggled: bool,
+}
+
+/// Progress in an order.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct OrderState {
+    /// Steps done by each who makes progress, those without any left out, in order.
+    pub done: Vec<(Walker, u8)>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Walker {
+    All,
+    Side(Side),
+    Player(Seat),
+}
+
+/// A lap: an order of each side or player that one of them completed in this tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Lap {
+    pub signal: u8,
+    pub walker: Walker,
+    pub body: BodyId,
+}
+
+impl Signals {
+    /// Signals that are off.
+    pub fn new(states: Vec<SignalState>) -> Signals {
+        Signals { states, laps: Vec::new() }
+    }
+
+    /// Begins a round: signals come on without an edge. Returns the levels with theirs.
+    pub fn settle(&mut self, specs: &[SignalSpec], mut levels: Levels) -> Levels {
+        for (index, (spec, state)) in specs.iter().zip(&mut self.states).enumerate() {
+            *state = SignalState::new(spec);
+            if state.settle(spec, levels) {
+                levels = levels.or(Levels::signal(index));
+            }
+        }
+        levels
+    }
+
+    /// Updates signals in file order: each sees zones, of which some bodies `entered`, and signals above it, of this tick.
+    /// Returns the levels with theirs.
+    pub fn update(
+        &mut self,
+        mut levels: Levels,
+        entered: &[(u8, BodyId)],
+        table: &Table,
+    ) -> Levels {
+        let before = std::mem::take(&mut levels.signals);
+        self.laps.clear();
+        let specs = &table.scene.rules.signals;
+        for (index, (spec, state)) in (0u8..).zip(specs.iter().zip(&mut self.states)) {
+            let on = match (&mut *state, &spec.kind) {
+                _ if is_off(spec, levels) => {
+                    *state = SignalState::new(spec);
                     false
                 }
                 (SignalState::Relay(state), SignalKind::Relay(relay)) => {
-                    state.advance(relay, self.levels);
+                    state.advance(relay, levels);
                     state.level(relay)
                 }
                 (SignalState::Order(state), SignalKind::Order(order)) => {
-                    self.advance_order(state, order, index as u8, before, table)
+                    let signals = [before, levels.signals];
+                    state.advance(order, index, signals, entered, &mut self.laps, table)
                 }
                 _ => unreachable!("a signal keeps its kind"),
             };
-            self.signals[index] = state;
             if on {
-                self.levels = self.levels.or(Levels::signal(index));
+                levels = levels.or(Levels::signal(index.into()));
             }
         }
+        levels
     }
 
-    /// Takes the steps of this tick, and returns whether the order is complete.
-    fn advance_order(
-        &mut self,
-        state: &mut OrderState,
-        order: &OrderSpec,
-        signal: u8,
-        before: u64,
-        table: &Table,
-    ) -> bool {
-        if order.each == Each::All && state.steps(Walker::All) == order.steps.len() {
-            return true;
-        }
-        let laps_before = self.scratch.laps.len();
-        for &(zone, body) in &self.scratch.zones.entered {
-            let Some(walker) = walker(order.each, body, table) else { continue };
-            if state.step(order, walker, Step::Zone(zone)) && order.each != Each::All {
-                state.set(walker, 0);
-                self.scratch.laps.push(Lap { signal, walker, body });
-            }
-        }
-        for index in (0..64).filter(|index| self.levels.signals >> index & 1 == 1) {
-            let laps = self.scratch.laps.iter().filter(|lap| lap.signal == index).count();
-            let came = usize::from(before >> index & 1 == 0);
-            // Each lap is a step, also of those in one tick or in consecutive ones.
-            for _ in 0..laps.max(came) {
-                state.step(order, Walker::All, Step::Signal(index));
-            }
-        }
-        match order.each {
-            Each::All => state.steps(Walker::All) == order.steps.len(),
-            Each::Side | Each::Player => self.scratch.laps.len() > laps_before,
-        }
-    }
-}
-
-impl Rules {
     /// The levels as a player sees them: of the laps of this tick, the player's own and those of the
     /// player's side. Where it is about no player, anyone's.
-    pub(super) fn levels_of(&self, player: Option<Seat>, roster: &Roster) -> Levels {
-        let mut levels = self.levels;
+    pub fn levels_of(&self, mut levels: Levels, player: Option<Seat>, roster: &Roster) -> Levels {
         let Some(seat) = player else { return levels };
         let own = [Walker::Player(seat), Walker::Side(roster.side_of(seat))];
-        let laps = &self.scratch.laps;
-        laps.iter().for_each(|lap| levels.signals &= !(1 << lap.signal));
-        for lap in laps.iter().filter(|lap| own.contains(&lap.walker)) {
+        self.laps.iter().for_each(|lap| levels.signals &= !(1 << lap.signal));
+        for lap in self.laps.iter().filter(|lap| own.contains(&lap.walker)) {
             levels = levels.or(Levels::signal(lap.signal.into()));
         }
         levels
     }
+
+    /// Drops the progress of a side.
+    pub fn forget(&mut self, side: Side) {
+        for signal in &mut self.states {
+            if let SignalState::Order(order) = signal {
+                order.done.retain(|(walker, _)| walker.side() != Some(side));
+            }
+        }
+    }
+
+    /// Steps of orders that were taken: the signal, by whom, and how many.
+    pub fn progress(&self) -> impl Iterator<Item = (u8, Option<Side>, u8)> {
+        (0..).zip(&self.states).flat_map(|(signal, state)| {
+            let done = match state {
+                SignalState::Order(order) => &order.done[..],
+                SignalState::Relay(_) => &[],
+            };
+            done.iter().map(move |&(walker, steps)| (signal, walker.side(), steps))
+        })
+    }
+}
+
+impl SignalState {
+    /// Off, without any memory.
+    pub fn new(spec: &SignalSpec) -> SignalState {
+        match spec.kind {
+            SignalKind::Relay(_) => SignalState::Relay(RelayState::default()),
+            SignalKind::Order(_) => SignalState::Order(OrderState::default()),
+        }
+    }
+
+    /// Its level at the start of a round.
+    pub fn settle(&mut self, spec: &SignalSpec, levels: Levels) -> bool {
+        match (self, &spec.kind) {
+            (SignalState::Relay(state), SignalKind::Relay(relay)) if !is_off(spec, levels) => {
+                state.advance(relay, levels);
+                state.toggled = false;
+                state.level(relay)
+            }
+            _ => false,
+        }
+    }
+}
+
+/// Whether its `until` holds.
+fn is_off(spec: &SignalSpec, levels: Levels) -> bool {
+    spec.until.is_some_and(|until| until.all(levels))
+}
+
+impl RelayState {
+    pub fn advance(&mut self, spec: &RelaySpec, levels: Levels) {
+        let holds = spec.when.all(levels) && spec.any.is_none_or(|any| any.any(levels));
+        self.held = if holds { self.held.saturating_add(1) } else { 0 };
+        let before = self.base;
+        if self.held > spec.after {
+            self.base = true;
+            self.left = match spec.stays {
+                Stays::Ticks(ticks) => ticks,
+                Stays::Ever => u32::MAX,
+            };
+        } else if self.left > 0 {
+            self.left -= u32::from(self.left != u32::MAX);
+        } else {
+            self.base = false;
+        }
+        self.toggled ^= self.base && !before;
+    }
+
+    pub fn level(&self, spec: &RelaySpec) -> bool {
+        if spec.toggles { self.toggled } else { self.base }
+    }
+}
+
+impl Walker {
+    /// As what it is saved.
+    pub fn side(self) -> Option<Side> {
+        match self {
+            Walker::All => None,
+            Walker::Side(side) => Some(side),
+            Walker::Player(seat) => Some(Side::Player(seat)),
+        }
+    }
+
+    /// What was saved as this side.
+    pub fn of(each: Each, side: Option<Side>) -> Option<Walker> {
+        match (each, side) {
+            (Each::All, None) => Some(Walker::All),
+            (Each::Side, Some(side)) => Some(Walker::Side(side)),
+            (Each::Player, Some(Side::Player(seat))) => Some(Walker::Player(seat)),
+            _ => None,
+        }
+    }
 }
 
 impl OrderState {
+    /// Takes the steps of a tick, by bodies that entered zones and by signals above that came on; returns whether the order
+    /// is complete.
+    fn advance(
+        &mut self,
+        order: &OrderSpec,
+        signal: u8,
+        [before, now]: [u64; 2],
+        entered: &[(u8, BodyId)],
+        laps: &mut Vec<Lap>,
+        table: &Table,
+    ) -> bool {
+        if order.each == Each::All && self.steps(Walker::All) == order.steps.len() {
+            return true;
+        }
+        let laps_before = laps.len();
+        for &(zone, body) in entered {
+            let Some(walker) = walker(order.each, body, table) else { continue };
+            if self.step(order, walker, Step::Zone(zone)) && order.each != Each::All {
+                self.set(walker, 0);
+                laps.push(Lap { signal, walker, body });
+            }
+        }
+        for index in (0..64).filter(|index| now >> index & 1 == 1) {
+            let completed = laps.iter().filter(|lap| lap.signal == index).count();
+            let came = usize::from(before >> index & 1 == 0);
+            // Each lap is a step, also of those in one tick or in consecutive ones.
+            for _ in 0..completed.max(came) {
+                self.step(order, Walker::All, Step::Signal(index));
+            }
+        }
+        match order.each {
+            Each::All => self.steps(Walker::All) == order.steps.len(),
+            Each::Side | Each::Player => laps.len() > laps_before,
+        }
+    }
+
     fn steps(&self, walker: Walker) -> usize {
         let known = self.done.binary_search_by_key(&walker, |(walker, _)| *walker);
         known.map_or(0, |at| usize::from(self.done[at].1))

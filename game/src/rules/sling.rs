@@ -1,9 +1,9 @@
 //! The sling: its ball waits at its start, is pulled back by a player, flies, and comes back.
 
-use super::book::{Rules, Table};
-use super::memory::Sling;
-use crate::input::Buttons;
-use crate::scene::{Scene, SlingSpec};
+use super::notes::BodyNotes;
+use super::table::Table;
+use crate::input::{Buttons, Seat};
+use crate::scene::{Levels, Scene, SlingSpec};
 use glam::Vec2;
 use jostle_sim::math::clamp_length;
 use jostle_sim::{BodyId, World};
@@ -11,51 +11,77 @@ use jostle_sim::{BodyId, World};
 /// How far from the ball a pull may begin, as a share of how far it can be pulled: fingers are thick.
 const GRAB: f32 = 1.0;
 
-impl Rules {
-    /// Before the step: lets players pull the ball, lets it go, and brings it back.
-    pub fn work_sling(&mut self, table: &mut Table) {
-        let (Some(spec), Some(mut sling)) = (table.scene.sling, self.sling) else { return };
-        if sling.flight > 0 {
-            sling.flight += 1;
-            // Levels are those of the last tick: in the first one everything may still lie still.
-            let settled = sling.flight > 2 && spec.over.is_some_and(|over| over.all(self.levels));
+/// What a sling is at.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Sling {
+    /// Shots left, the one in the sling included.
+    pub shots: u8,
+    /// Who pulls, or pulled last.
+    pub shooter: Option<Seat>,
+    /// Whether the shooter holds the ball.
+    pub is_pulled: bool,
+    /// Ticks since the ball was let go; 0 while it is in the sling.
+    pub flight: u32,
+}
+
+impl Sling {
+    /// The sling at the start of a round.
+    pub fn at_start(scene: &Scene) -> Option<Sling> {
+        scene.sling.map(|spec| Sling { shots: spec.shots, ..Sling::default() })
+    }
+
+    /// Returns whether the last shot is over.
+    pub fn is_spent(&self) -> bool {
+        self.shots == 0 && self.flight == 0
+    }
+
+    /// What conditions may ask of it.
+    pub fn levels(&self) -> Levels {
+        let on = |holds, level| if holds { level } else { Levels::default() };
+        on(self.is_spent(), Levels::SPENT).or(on(self.flight > 0, Levels::FLYING))
+    }
+
+    /// Before the step: lets players pull the ball, lets it go, and brings it back. `levels` are those of the last tick.
+    pub fn work(
+        &mut self,
+        spec: &SlingSpec,
+        levels: Levels,
+        is_running: bool,
+        notes: &mut BodyNotes,
+        table: &mut Table,
+    ) {
+        if self.flight > 0 {
+            self.flight += 1;
+            // In the first tick everything may still lie still.
+            let settled = self.flight > 2 && spec.over.is_some_and(|over| over.all(levels));
             let ball = table.roster.placed[spec.ball];
-            if settled || sling.flight > spec.over_time || ball.is_none() {
-                sling.flight = 0;
-                self.end_shot(&spec, sling, table);
+            if settled || self.flight > spec.over_time || ball.is_none() {
+                self.flight = 0;
+                // The ball comes back for the next shot, or is gone after the last one.
+                match (ball, self.shots > 0) {
+                    (_, true) => notes.reset(spec.ball, 0, table),
+                    (Some(ball), false) => table.roster.remove(table.world, ball),
+                    (None, false) => {}
+                }
             }
         }
         let is_gone = table.roster.placed[spec.ball].is_none();
-        if is_gone && sling.flight == 0 && sling.shots > 0 {
-            self.reset(spec.ball, 0, table);
+        if is_gone && self.flight == 0 && self.shots > 0 {
+            notes.reset(spec.ball, 0, table);
         }
-        if let Some(ball) = table.roster.placed[spec.ball].filter(|_| sling.flight == 0) {
+        if let Some(ball) = table.roster.placed[spec.ball].filter(|_| self.flight == 0) {
             let start = table.scene.bodies[spec.ball].def.position;
-            let pull = if self.round.is_running() {
-                pull(&spec, &mut sling, start, ball, table)
-            } else {
-                Vec2::ZERO
-            };
+            let pull = if is_running { pull(spec, self, start, ball, table) } else { Vec2::ZERO };
             hold(table.world, ball, start + pull);
-            let released = sling.shooter.is_some() && !sling.is_pulled;
+            let released = self.shooter.is_some() && !self.is_pulled;
             if let Some(velocity) = spec.launch(pull).filter(|_| released) {
                 table.world.set_velocity(ball, velocity);
                 let scale = table.scene.bodies[spec.ball].def.gravity_scale;
                 table.world.set_gravity_scale(ball, scale);
-                self.notes.of(ball, table.world).touched_by = sling.shooter;
-                sling.shots = sling.shots.saturating_sub(1);
-                sling.flight = 1;
+                notes.of(ball, table.world).touched_by = self.shooter;
+                self.shots = self.shots.saturating_sub(1);
+                self.flight = 1;
             }
-        }
-        self.sling = Some(sling);
-    }
-
-    /// The ball comes back for the next shot, or is gone after the last one.
-    fn end_shot(&mut self, spec: &SlingSpec, sling: Sling, table: &mut Table) {
-        match (table.roster.placed[spec.ball], sling.shots > 0) {
-            (_, true) => self.reset(spec.ball, 0, table),
-            (Some(ball), false) => table.roster.remove(table.world, ball),
-            (None, false) => {}
         }
     }
 }

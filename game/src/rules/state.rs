@@ -1,9 +1,13 @@
 //! The rules' part of a game's state. Its hash digests the saved bytes, subject by subject.
 
-use super::book::{Rules, Scratch};
+use super::book::Rules;
+use super::breakage::Breakage;
 use super::clock::{Round, RoundPhase};
-use super::memory::{OrderState, RelayState, SignalState, Sling, Walker, ZoneState};
 use super::notes::{BodyNote, BodyNotes, Rest};
+use super::signals::{OrderState, RelayState, SignalState, Signals, Walker};
+use super::sling::Sling;
+use super::verdict::{Claims, Teams};
+use super::zones::{ZoneState, Zones};
 use crate::input::Seat;
 use crate::player::Player;
 use crate::roster::Roster;
@@ -27,13 +31,13 @@ impl Rules {
         io: &mut Io,
     ) -> (Rules, Vec<Player>) {
         let mut rules = self.round_state(io);
-        let count = self.teams.len();
-        rules.zones = io.each(&self.zones, |io, index, zone| {
+        let count = self.teams.standings.len();
+        rules.zones.states = io.each(&self.zones.states, |io, index, zone| {
             io.subject(Subject::Numbered("zone", index));
             zone_state(zone, scene, count, io)
         });
-        let signals = self.signals.iter().zip(&scene.rules.signals);
-        rules.signals = io.each(signals, |io, index, (signal, spec)| {
+        let signals = self.signals.states.iter().zip(&scene.rules.signals);
+        rules.signals.states = io.each(signals, |io, index, (signal, spec)| {
             io.subject(Subject::Numbered("signal", index));
             signal_state(signal, spec, count, io)
         });
@@ -41,8 +45,11 @@ impl Rules {
             io.subject(Subject::Numbered("note of body", actor.id.index));
             note_state(self.notes.of_existing(actor.id, world), scene, world, io)
         });
+        for note in notes {
+            *rules.notes.of(note.id, world) = note;
+        }
         if Io::READS {
-            rules.notes = restored_notes(&notes, world, roster);
+            rules.notes.note_placed(world, roster);
         }
         let players = io.each(&roster.players, |io, _, player| {
             io.subject(Subject::Numbered("player in the round", u32::from(player.seat.0)));
@@ -62,25 +69,27 @@ impl Rules {
         // A countdown's clock stands at 1, and no path has stood still before it.
         let clock_min = u32::from(phase == RoundPhase::Countdown);
         io.check("clock", || clock >= clock_min);
-        let [contested] = io.flags("contested", [self.contested]);
+        let [contested] = io.flags("contested", [self.teams.contested]);
         let mut levels = Levels {
             zones: io.long("zones", self.levels.zones),
             signals: io.long("signals", self.levels.signals),
             teams: io.byte("teams", self.levels.teams),
             sling: 0,
         };
-        let teams = io.each(&self.teams, |io, _, team| standing_state(*team, io));
-        let (count, blank) = (self.teams.len(), Side::Team(0));
+        let teams = &self.teams.standings;
+        let standings = io.each(teams, |io, _, team| standing_state(*team, io));
+        let (count, blank) = (teams.len(), Side::Team(0));
         let winners = short_list("number of winners", &self.winners, blank, io, |io, _, it| {
             let side = side_state(Some(it), count, io);
             io.checked("winner", it, || side)
         });
-        let presence = io.each(self.came.iter().zip(&self.stood), |io, _, (&came, &stood)| {
-            let [came] = io.flags("presence", [came]);
-            let stood = io.word("ticks stood", stood);
-            io.check("ticks stood", || stood <= clock - clock_min);
-            (came, stood)
-        });
+        let presence =
+            io.each(self.notes.came.iter().zip(&self.notes.stood), |io, _, (&came, &stood)| {
+                let [came] = io.flags("presence", [came]);
+                let stood = io.word("ticks stood", stood);
+                io.check("ticks stood", || stood <= clock - clock_min);
+                (came, stood)
+            });
         let (came, stood) = presence.into_iter().unzip();
         let layouts = io.generator("chance of layouts", &self.layouts);
         let sling = self.sling.map(|sling| {
@@ -90,31 +99,17 @@ impl Rules {
         Rules {
             round: Round { phase, ticks, clock },
             levels,
-            zones: Vec::new(),
-            signals: Vec::new(),
-            teams,
-            notes: BodyNotes::default(),
-            came,
-            stood,
+            zones: Zones::default(),
+            signals: Signals::default(),
+            teams: Teams { standings, contested },
+            notes: BodyNotes::new(came, stood),
             sling,
-            has_breakables: self.has_breakables,
-            contested,
+            breakage: Breakage { is_on: self.breakage.is_on, ..Breakage::default() },
             winners,
             layouts,
-            scratch: Scratch::default(),
+            claims: Claims::default(),
         }
     }
-}
-
-fn restored_notes(read: &[BodyNote], world: &World, roster: &Roster) -> BodyNotes {
-    let mut notes = BodyNotes::default();
-    read.iter().for_each(|note| *notes.of(note.id, world) = *note);
-    for (body, &id) in roster.placed.iter().enumerate() {
-        if let Some(id) = id {
-            notes.of(id, world).placed = Some(body);
-        }
-    }
-    notes
 }
 
 /// Bodies in a zone may be gone by now.

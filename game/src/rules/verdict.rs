@@ -1,106 +1,152 @@
-//! The verdict: whether the round is over, and who won it.
+//! The verdict: how the sides stand, whether the round is over, and who won it.
 
-use super::book::{Rules, Table};
-use super::clock::RoundPhase;
 use crate::roster::Roster;
-use crate::scene::{AtTime, RoundSpec};
+use crate::scene::{AtTime, RoundSpec, Scene};
 use crate::side::{Side, Standing};
 use jostle_sim::short_sort::sort_few;
 
-impl Rules {
-    /// Ends the round if something decides it: a claim, the goal, lives, then time. No order of rules or
-    /// sides matters: who decides it in the same tick shares it. Sides that are out have no part in it.
-    pub(super) fn judge(&mut self, table: &mut Table) {
-        let Some(spec) = &table.scene.rules.round else { return };
-        let mut standings = std::mem::take(&mut self.scratch.standings);
-        standings.clear();
-        standings.extend(self.standings(table.roster).filter(|(_, standing)| !standing.out));
-        let winners = self
-            .by_claims(spec, &standings)
-            .or_else(|| by_goal(spec, &standings))
-            .or_else(|| self.by_lives(spec, &standings))
-            .or_else(|| self.by_time(spec, &standings));
-        self.scratch.standings = standings;
-        if let Some(winners) = winners {
-            self.reward_spare_shots(&winners, table);
-            self.winners = winners;
-            self.round.enter(RoundPhase::Over, 0);
-        }
-        self.take_out(spec, table);
+/// The teams of a scene. Players without a team have their standing in the roster.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Teams {
+    pub standings: Vec<Standing>,
+    /// Whether the round began with two sides or more.
+    pub(super) contested: bool,
+}
+
+impl Teams {
+    pub fn new(scene: &Scene) -> Teams {
+        let set = &scene.rules;
+        let standing = Standing::at_start(set.lives(), set.round.is_none());
+        Teams { standings: vec![standing; set.teams.len()], contested: false }
     }
 
-    /// Each shot that is left is worth something to who won.
-    fn reward_spare_shots(&mut self, winners: &[Side], table: &mut Table) {
-        let (Some(spec), Some(sling)) = (table.scene.sling, self.sling) else { return };
-        for &side in winners {
-            if let Some(standing) = self.standing(side, table) {
-                standing.add_score(spec.spare.saturating_mul(i32::from(sling.shots)));
-                standing.settle();
-            }
+    /// A bit for each team that is in.
+    pub fn levels(&self) -> u8 {
+        let teams = self.standings.iter().enumerate().filter(|(_, team)| team.is_in());
+        teams.fold(0, |all, (index, _)| all | 1 << index)
+    }
+
+    /// Sides that have players now take part in the round that begins, without points.
+    pub fn count_in(&mut self, scene: &Scene, roster: &mut Roster) {
+        let lives = scene.rules.lives();
+        let has_players = |team| roster.players.iter().any(|player| player.team == Some(team));
+        for (index, team) in (0u8..).zip(&mut self.standings) {
+            *team = Standing::at_start(lives, has_players(index));
         }
+        for player in &mut roster.players {
+            player.standing = Standing::at_start(lives, true);
+        }
+        let sides = self.standings.iter().filter(|team| team.plays).count();
+        self.contested = if self.standings.is_empty() { roster.players.len() } else { sides } > 1;
     }
 
     /// Sides that take part, in order.
-    pub(super) fn sides(&self, roster: &Roster) -> Vec<Side> {
-        self.standings(roster).map(|(side, _)| side).collect()
+    pub fn sides(&self, roster: &Roster) -> Vec<Side> {
+        self.playing(roster).map(|(side, _)| side).collect()
     }
 
     /// Sides that take part and how they stand, in order.
-    pub(super) fn standings(&self, roster: &Roster) -> impl Iterator<Item = (Side, Standing)> {
-        let teams = (0..).zip(&self.teams).map(|(index, team)| (Side::Team(index), *team));
+    pub fn playing(&self, roster: &Roster) -> impl Iterator<Item = (Side, Standing)> {
+        let teams = (0..).zip(&self.standings).map(|(index, team)| (Side::Team(index), *team));
         let players = roster.players.iter().filter(|player| player.team.is_none());
         let players = players.map(|player| (Side::Player(player.seat), player.standing));
         teams.chain(players).filter(|(_, standing)| standing.plays)
     }
 
+    /// The standing of a side that is there and not out.
+    pub fn standing<'a>(
+        &'a mut self,
+        side: Side,
+        roster: &'a mut Roster,
+    ) -> Option<&'a mut Standing> {
+        let standing = match side {
+            Side::Team(team) => self.standings.get_mut(usize::from(team)),
+            Side::Player(seat) => {
+                let mut players = roster.players.iter_mut();
+                players.find(|player| player.seat == seat).map(|player| &mut player.standing)
+            }
+        };
+        standing.filter(|standing| !standing.out)
+    }
+
+    /// The standings of all teams and players.
+    pub fn all<'a>(&'a mut self, roster: &'a mut Roster) -> impl Iterator<Item = &'a mut Standing> {
+        let players = roster.players.iter_mut().map(|player| &mut player.standing);
+        self.standings.iter_mut().chain(players)
+    }
+}
+
+/// Ends of the round that were claimed in a tick.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Claims {
+    pub won: Vec<Side>,
+    pub lost: Vec<Side>,
+    /// Scratch: sides that are not out.
+    standings: Vec<(Side, Standing)>,
+}
+
+impl Claims {
+    pub fn clear(&mut self) {
+        self.won.clear();
+        self.lost.clear();
+    }
+
+    /// Who won the round, if something decides it: a claim, the goal, lives, then time. No order of rules or
+    /// sides matters: who decides it in the same tick shares it. Sides that are out have no part in it.
+    pub fn winners(
+        &mut self,
+        spec: &RoundSpec,
+        ticks: u32,
+        teams: &Teams,
+        roster: &Roster,
+    ) -> Option<Vec<Side>> {
+        self.standings.clear();
+        self.standings.extend(teams.playing(roster).filter(|(_, standing)| !standing.out));
+        self.by_claims(spec)
+            .or_else(|| by_goal(spec, &self.standings))
+            .or_else(|| by_lives(spec, &self.standings, teams.contested))
+            .or_else(|| by_time(spec, &self.standings, ticks))
+    }
+
     /// A win beats a loss; where somebody lost, the others won.
-    fn by_claims(&mut self, spec: &RoundSpec, standings: &[(Side, Standing)]) -> Option<Vec<Side>> {
-        let claims = &mut self.scratch.claims;
-        if !claims.won.is_empty() {
-            sort_few(&mut claims.won, |one, other| one < other);
-            claims.won.dedup();
-            return Some(claims.won.clone());
+    fn by_claims(&mut self, spec: &RoundSpec) -> Option<Vec<Side>> {
+        let Claims { won, lost, standings } = self;
+        if !won.is_empty() {
+            sort_few(won, |one, other| one < other);
+            won.dedup();
+            return Some(won.clone());
         }
         let others = alive(spec, standings).map(|(side, _)| *side);
-        let others = others.filter(|side| !claims.lost.contains(side));
-        (!claims.lost.is_empty()).then(|| others.collect())
+        (!lost.is_empty()).then(|| others.filter(|side| !lost.contains(side)).collect())
     }
+}
 
-    /// The last side with lives; those who lost their last one in the same tick share. A side alone
-    /// loses.
-    fn by_lives(&self, spec: &RoundSpec, standings: &[(Side, Standing)]) -> Option<Vec<Side>> {
-        spec.lives?;
-        let alive: Vec<Side> = alive(spec, standings).map(|(side, _)| *side).collect();
-        match (self.contested, alive.len()) {
-            (true, 0) => Some(standings.iter().map(|(side, _)| *side).collect()),
-            (true, 1) => Some(alive),
-            (false, 0) => Some(Vec::new()),
-            _ => None,
-        }
+/// The last side with lives; those who lost their last one in the same tick share. A side alone
+/// loses.
+fn by_lives(
+    spec: &RoundSpec,
+    standings: &[(Side, Standing)],
+    contested: bool,
+) -> Option<Vec<Side>> {
+    spec.lives?;
+    let alive: Vec<Side> = alive(spec, standings).map(|(side, _)| *side).collect();
+    match (contested, alive.len()) {
+        (true, 0) => Some(standings.iter().map(|(side, _)| *side).collect()),
+        (true, 1) => Some(alive),
+        (false, 0) => Some(Vec::new()),
+        _ => None,
     }
+}
 
-    fn by_time(&self, spec: &RoundSpec, standings: &[(Side, Standing)]) -> Option<Vec<Side>> {
-        if self.round.ticks < spec.time? {
-            return None;
-        }
-        Some(match spec.at_time {
-            AtTime::Lose => Vec::new(),
-            AtTime::Win => alive(spec, standings).map(|(side, _)| *side).collect(),
-            AtTime::Score => best(alive(spec, standings)),
-        })
+fn by_time(spec: &RoundSpec, standings: &[(Side, Standing)], ticks: u32) -> Option<Vec<Side>> {
+    if ticks < spec.time? {
+        return None;
     }
-
-    /// Sides that lost their last life are out.
-    fn take_out(&mut self, spec: &RoundSpec, table: &mut Table) {
-        if spec.lives.is_none() {
-            return;
-        }
-        let players = table.roster.players.iter_mut().map(|player| &mut player.standing);
-        for standing in self.teams.iter_mut().chain(players) {
-            standing.out |= standing.lives == 0;
-        }
-        self.update_teams();
-    }
+    Some(match spec.at_time {
+        AtTime::Lose => Vec::new(),
+        AtTime::Win => alive(spec, standings).map(|(side, _)| *side).collect(),
+        AtTime::Score => best(alive(spec, standings)),
+    })
 }
 
 /// The sides that have lives left at the end of this tick, where lives count.

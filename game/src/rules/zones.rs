@@ -1,7 +1,7 @@
 //! Zones: who is in them, who came and who went, and who holds them.
 
-use super::book::{Rules, Table};
-use super::memory::ZoneState;
+use super::notes::BodyNotes;
+use super::table::Table;
 use crate::roster::Roster;
 use crate::scene::{Levels, Need, Take, ZoneArea, ZoneSpec};
 use crate::side::Side;
@@ -9,76 +9,112 @@ use glam::Vec2;
 use jostle_sim::math::{clamp, max, min};
 use jostle_sim::{BodyId, Shape, collide};
 
-impl Rules {
-    /// Who holds each zone.
-    pub fn holders(&self) -> impl Iterator<Item = Option<Side>> {
-        self.zones.iter().map(|zone| zone.holder)
+/// The zones of a scene, and who entered and left them in this tick.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Zones {
+    pub(super) states: Vec<ZoneState>,
+    /// Zones in file order, bodies in id order.
+    pub(super) entered: Vec<(u8, BodyId)>,
+    pub(super) left: Vec<(u8, BodyId)>,
+    /// Scratch: who is in a zone now.
+    inside: Vec<BodyId>,
+}
+
+/// What a zone knows.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct ZoneState {
+    /// Who was in it in the last tick, in id order.
+    pub inside: Vec<BodyId>,
+    pub holder: Option<Side>,
+    /// The side that is alone in it, and for how many ticks.
+    pub taking: Option<(Side, u32)>,
+}
+
+impl Zones {
+    /// This many zones, all empty.
+    pub fn new(count: usize) -> Zones {
+        Zones { states: vec![ZoneState::default(); count], ..Zones::default() }
     }
 
-    /// Finds out who is in each zone.
-    pub(super) fn update_zones(&mut self, table: &Table) {
-        let mut changes = std::mem::take(&mut self.scratch.zones);
-        changes.entered.clear();
-        changes.left.clear();
-        let specs = &table.scene.rules.zones;
-        let mut on = Levels::default();
-        for (index, spec) in (0u8..).zip(specs) {
-            changes.inside.clear();
+    /// Who holds each zone.
+    pub fn holders(&self) -> impl Iterator<Item = Option<Side>> {
+        self.states.iter().map(|zone| zone.holder)
+    }
+
+    /// Zones that a side is about to take, the side, and for how many ticks it has been alone there.
+    pub fn takings(&self) -> impl Iterator<Item = (u8, Side, u32)> {
+        (0..).zip(&self.states).filter_map(|(zone, state)| {
+            let (side, alone) = state.taking?;
+            (state.holder != Some(side)).then_some((zone, side, alone))
+        })
+    }
+
+    /// Takes from a side what it holds or is about to take.
+    pub fn forget(&mut self, side: Side) {
+        for zone in &mut self.states {
+            zone.holder.take_if(|holder| *holder == side);
+            zone.taking.take_if(|(taking, _)| *taking == side);
+        }
+    }
+
+    /// Finds out who is in each zone, and returns a bit for each that is on.
+    pub fn update(&mut self, levels: Levels, notes: &BodyNotes, table: &Table) -> u64 {
+        let Zones { states, entered, left, inside } = self;
+        entered.clear();
+        left.clear();
+        let mut on = 0;
+        for ((index, spec), state) in (0u8..).zip(&table.scene.rules.zones).zip(states) {
+            inside.clear();
             let mut existing = 0;
-            if spec.condition.all(self.levels) {
-                existing = self.list_inside(spec, table, &mut changes.inside);
+            if spec.condition.all(levels) {
+                existing = list_inside(spec, notes, table, inside);
             }
-            let count = changes.inside.len() as u32;
+            let count = inside.len() as u32;
             let enough = match spec.need {
                 Need::Count(need) => count >= need,
                 Need::All => existing > 0 && count == existing,
             };
-            if enough {
-                on = on.or(Levels::zone(usize::from(index)));
-            }
-            let state = &mut self.zones[usize::from(index)];
+            on |= u64::from(enough) << index;
             if let Some(take) = spec.take {
-                state.update_holder(take, alone(&changes.inside, table.roster));
+                state.update_holder(take, alone(inside, table.roster));
             }
-            let came = changes.inside.iter().filter(|id| !has(&state.inside, **id));
-            changes.entered.extend(came.map(|&id| (index, id)));
-            let gone = state.inside.iter().filter(|id| !has(&changes.inside, **id));
-            changes.left.extend(gone.map(|&id| (index, id)));
-            std::mem::swap(&mut state.inside, &mut changes.inside);
+            let came = inside.iter().filter(|id| !has(&state.inside, **id));
+            entered.extend(came.map(|&id| (index, id)));
+            let gone = state.inside.iter().filter(|id| !has(inside, **id));
+            left.extend(gone.map(|&id| (index, id)));
+            std::mem::swap(&mut state.inside, inside);
         }
-        self.levels.zones = on.zones;
-        self.scratch.zones = changes;
+        on
     }
+}
 
-    /// Lists who is in a zone, and returns how many bodies of its groups exist.
-    fn list_inside(&self, spec: &ZoneSpec, table: &Table, inside: &mut Vec<BodyId>) -> u32 {
-        let world = &*table.world;
-        let followed = match spec.follow {
-            None => Some([Vec2::ZERO; 2]),
-            Some(body) => table.roster.placed[body]
-                .map(|id| [self.notes.position_before(id, world), world.position(id)]),
-        };
-        let mut existing = 0;
-        for actor in table.roster.actors() {
-            if spec.who >> world.group(actor.id) & 1 == 0 {
-                continue;
-            }
-            existing += 1;
-            let Some([before, now]) = followed else { continue };
-            let slow = |limit| world.velocity(actor.id).length() < limit;
-            if !spec.slower.is_none_or(slow) {
-                continue;
-            }
-            let way = [
-                self.notes.position_before(actor.id, world) - before,
-                world.position(actor.id) - now,
-            ];
-            if is_in(spec, world.shape(actor.id), way) {
-                inside.push(actor.id);
-            }
+/// Lists who is in a zone, and returns how many bodies of its groups exist.
+// Inlined into its caller the loop compiles to slower code.
+#[inline(never)]
+fn list_inside(spec: &ZoneSpec, notes: &BodyNotes, table: &Table, inside: &mut Vec<BodyId>) -> u32 {
+    let world = &*table.world;
+    let way = |id| [notes.position_before(id, world), world.position(id)];
+    let followed = match spec.follow {
+        None => Some([Vec2::ZERO; 2]),
+        Some(body) => table.roster.placed[body].map(way),
+    };
+    let mut existing = 0;
+    for actor in table.roster.actors() {
+        if spec.who >> world.group(actor.id) & 1 == 0 {
+            continue;
         }
-        existing
+        existing += 1;
+        let Some(followed) = followed else { continue };
+        let slow = |limit| world.velocity(actor.id).length() < limit;
+        if !spec.slower.is_none_or(slow) {
+            continue;
+        }
+        let [before, now] = way(actor.id);
+        if is_in(spec, world.shape(actor.id), [before - followed[0], now - followed[1]]) {
+            inside.push(actor.id);
+        }
     }
+    existing
 }
 
 impl ZoneState {
@@ -122,6 +158,7 @@ fn alone(inside: &[BodyId], roster: &Roster) -> Presence {
 }
 
 /// Whether a body that went this way, relative to the zone, is in it at the end or came and went.
+#[inline(never)]
 fn is_in(spec: &ZoneSpec, shape: Shape, [before, now]: [Vec2; 2]) -> bool {
     if contains(spec, shape, now) {
         return true;

@@ -234,7 +234,7 @@ fn value_of(key: &str, game: &Game) -> String {
     };
     let number = |value: i32| if value == 0 { String::new() } else { value.to_string() };
     let standing = || match set.teams.iter().position(|team| team.name == name) {
-        Some(team) => rules.teams[team],
+        Some(team) => rules.teams.standings[team],
         None => {
             let seat = Seat(name.parse().expect("a team or a seat"));
             let mut players = game.roster.players.iter();
@@ -250,7 +250,7 @@ fn value_of(key: &str, game: &Game) -> String {
             on(rules.levels.signals, index)
         }
         "holder" => {
-            let holder = rules.holders().nth(zone()).expect("a zone");
+            let holder = rules.zones.holders().nth(zone()).expect("a zone");
             holder.map_or(String::new(), |side| side_name(game, side))
         }
         "score" => number(standing().score),

@@ -1,0 +1,30 @@
+//! What rules act on.
+
+use crate::emitters;
+use crate::event::Event;
+use crate::rngs::Rngs;
+use crate::roster::Roster;
+use crate::scene::Scene;
+use jostle_sim::{BodyId, EmitterDef, Source, World};
+
+/// Particles of a splash.
+const SPLASH_PARTICLES: u16 = 40;
+
+/// What rules act on.
+pub(crate) struct Table<'a> {
+    pub scene: &'a Scene,
+    pub world: &'a mut World,
+    pub roster: &'a mut Roster,
+    pub rngs: &'a mut Rngs,
+    pub events: &'a mut Vec<Event>,
+}
+
+impl Table<'_> {
+    /// Particles at a body.
+    pub fn splash(&mut self, recipe: u8, body: BodyId) {
+        let source = Source::Point(self.world.position(body));
+        let seed = self.rngs.emit.next_u32();
+        let emitter = EmitterDef { recipe, count: SPLASH_PARTICLES, seed, source };
+        emitters::start(self.world, emitter, self.events);
+    }
+}
