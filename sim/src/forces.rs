@@ -128,7 +128,7 @@ impl Forces {
 
     /// Visits of springs in the last step.
     pub fn spring_visits(&self) -> u64 {
-        self.visits_before + self.networks.iter().map(Network::visits).sum::<u64>()
+        self.visits_before + self.networks.iter().map(|network| network.visits.all()).sum::<u64>()
     }
 
     pub fn has_springs(&self) -> bool {
@@ -164,11 +164,12 @@ impl Forces {
     /// Shares [`VISITS_MAX`] among the networks by what they want. One that wants little gets twice that, up to an equal share,
     /// whatever others want: up to twice as many visits in all.
     fn share_visits(&mut self) {
-        let all = self.networks.iter().map(|network| network.wanted).sum::<u64>();
+        let all = self.networks.iter().map(|network| network.visits.wanted).sum::<u64>();
         let equal = VISITS_MAX / self.networks.len().max(1) as u64;
         for network in &mut self.networks {
-            let by_want = network.wanted * VISITS_MAX / all;
-            network.allowed = by_want.max(equal.min(2 * network.wanted));
+            let wanted = network.visits.wanted;
+            let by_want = wanted * VISITS_MAX / all;
+            network.visits.allowed = by_want.max(equal.min(2 * wanted));
         }
     }
 
@@ -205,7 +206,7 @@ impl Forces {
     /// Begins a step: saves positions and velocities for the energy guard.
     pub fn begin(&mut self, bodies: &Bodies) {
         self.visits_before = 0;
-        self.networks.iter_mut().for_each(Network::forget_visits);
+        self.networks.iter_mut().for_each(|network| network.visits.forget());
         if self.has_springs() {
             self.guard.remember(bodies);
         }

@@ -131,23 +131,29 @@ pub(crate) struct PairList {
     outgrown: Vec<u32>,
     /// Pairs that were added since the list was built.
     added: usize,
-    /// Slots whose boxes are not those that were sorted, or too wide to be found there.
-    aside: Vec<u32>,
-    /// By slot: whether it is not to be taken from the sorted ones: it is aside, or neither moves nor counts any more.
-    is_left_out: Vec<bool>,
-    /// Whether the sorted boxes are turned, and the width of the widest one that is not aside.
-    is_upright: bool,
-    widest: f32,
+    sorted: SortedBoxes,
     /// Refreshes since pairs were last searched for.
     idle_refreshes: u32,
     /// Pairs written to the list in this step: all of them, and the bodies sorted, when it is built; those found, and a share of
     /// those moved, when it is extended.
     pub listed: u64,
-    /// Slots sorted by lower edge as the list was built, and their boxes in this order; none after they were released.
-    order: Vec<u64>,
-    sorted: Vec<Aabb>,
     /// Scratch: keys of the pairs found.
     keys: Vec<u64>,
+}
+
+/// The boxes of the bodies as they were sorted when the list was built; none after they were released.
+#[derive(Clone, Debug, Default)]
+struct SortedBoxes {
+    /// Slots sorted by lower edge, and their boxes in this order.
+    order: Vec<u64>,
+    boxes: Vec<Aabb>,
+    /// Whether the boxes are turned, and the width of the widest one that is not aside.
+    is_upright: bool,
+    widest: f32,
+    /// Slots whose boxes are not those that were sorted, or too wide to be found there.
+    aside: Vec<u32>,
+    /// By slot: whether it is not to be taken from the sorted ones: it is aside, or neither moves nor counts any more.
+    is_left_out: Vec<bool>,
 }
 
 impl PairList {
@@ -167,14 +173,7 @@ impl PairList {
         self.stale |= !within;
         self.fat[index] = fat;
         grid.insert(slot, &fat);
-        self.leave_out(slot);
-    }
-
-    /// Leaves a body out of renewals, until the list is built again.
-    fn leave_out(&mut self, slot: u32) {
-        if let Some(is_left_out) = self.is_left_out.get_mut(slot as usize) {
-            *is_left_out = true;
-        }
+        self.sorted.leave_out(slot);
     }
 
     /// In a world that sleeps: removes a body that starts to move or is removed.
@@ -221,7 +220,7 @@ impl PairList {
     /// Registers a body that is about to be removed.
     pub fn removed(&mut self, slot: u32) {
         self.remove_static(slot);
-        self.leave_out(slot);
+        self.sorted.leave_out(slot);
         if let Some(fat) = self.fat.get_mut(slot as usize) {
             *fat = EMPTY_BOX;
         }
@@ -253,9 +252,10 @@ impl PairList {
             }
         }
         self.idle_refreshes = 0;
-        let is_worn = self.order.is_empty()
+        let SortedBoxes { order, aside, .. } = &self.sorted;
+        let is_worn = order.is_empty()
             || self.added > self.pairs.len() / ADDED_PART
-            || self.aside.len() > self.order.len() / ASIDE_PART;
+            || aside.len() > order.len() / ASIDE_PART;
         let is_extended = !(self.stale || is_worn || self.outgrown.len() > most);
         if is_extended && let Some(is_changed) = self.renew(bodies, filter) {
             return is_changed;
@@ -283,8 +283,7 @@ impl PairList {
     /// Releases the memory that only a search needs.
     fn release_scratch(&mut self) {
         self.pairs.shrink_to_fit();
-        (self.order, self.sorted) = (Vec::new(), Vec::new());
-        (self.aside, self.is_left_out) = (Vec::new(), Vec::new());
+        self.sorted = SortedBoxes::default();
         self.keys = Vec::new();
     }
 
@@ -301,20 +300,20 @@ impl PairList {
         self.outgrown.extend(found.take(most));
     }
 
-    /// Sorts and sweeps along the axis on which the bodies are spread out further.
+    /// Sorts and sweeps.
     fn rebuild(&mut self, bodies: &Bodies, filter: Filter) {
-        self.is_upright = is_upright(bodies);
         self.fat.resize(bodies.alive.len(), EMPTY_BOX);
-        for slot in swept(bodies, self.static_grid.is_some()) {
+        let only_moving = self.static_grid.is_some();
+        for slot in swept(bodies, only_moving) {
             self.fat[slot as usize] = grown(bodies, slot);
         }
-        self.sort_by_edge(bodies);
-        self.set_aside(bodies.alive.len());
-        self.sweep(bodies, filter);
+        self.sorted.sort_by_edge(bodies, only_moving, &self.fat);
+        self.sorted.set_aside(bodies.alive.len());
+        self.sorted.sweep(bodies, filter, &mut self.keys);
         self.find_static_pairs(bodies, &bodies.moving, filter);
         self.keys.sort_unstable();
         self.carry_impulses();
-        self.listed += (self.pairs.len() + self.order.len()) as u64;
+        self.listed += (self.pairs.len() + self.sorted.order.len()) as u64;
         self.stale = false;
         self.added = 0;
     }
@@ -325,13 +324,14 @@ impl PairList {
         let outgrown = std::mem::take(&mut self.outgrown);
         for &slot in &outgrown {
             self.fat[slot as usize] = grown(bodies, slot);
-            if !std::mem::replace(&mut self.is_left_out[slot as usize], true) {
-                push(&mut self.aside, slot);
+            let SortedBoxes { aside, is_left_out, .. } = &mut self.sorted;
+            if !std::mem::replace(&mut is_left_out[slot as usize], true) {
+                push(aside, slot);
             }
         }
         self.keys.clear();
         for &slot in &outgrown {
-            self.find_pairs_of(slot, bodies, filter);
+            self.sorted.find_pairs_of(slot, bodies, &self.fat, filter, &mut self.keys);
             if self.keys.len() > filter.pairs_max {
                 break;
             }
@@ -345,94 +345,6 @@ impl PairList {
         self.keys.sort_unstable();
         self.keys.dedup();
         Some(self.add_pairs())
-    }
-
-    /// Finds the pairs of a body with those that were sorted, and with those aside.
-    fn find_pairs_of(&mut self, a: u32, bodies: &Bodies, filter: Filter) {
-        let PairList { fat, order, sorted, aside, is_left_out, keys, widest, .. } = self;
-        let fat_a = fat[a as usize];
-        let bounds = turned(fat_a, self.is_upright);
-        // Twice the width: rounding may take as much from it far away from the origin.
-        let from = sorted.partition_point(|other| other.low.x < bounds.low.x - 2.0 * *widest);
-        let to = sorted.partition_point(|other| other.low.x < bounds.high.x).max(from);
-        for at in 0..to - from + aside.len() {
-            let (b, counts) = match order[..to].get(from + at) {
-                Some(&entry) => (entry as u32, !is_left_out[entry as u32 as usize]),
-                None => (aside[at - (to - from)], true),
-            };
-            let overlaps = counts && b != a && fat_a.overlaps(&fat[b as usize]);
-            if overlaps && filter.takes(bodies, a, b) {
-                push(keys, key(a, b));
-            }
-        }
-    }
-
-    /// Sorts by the lower edge along the axis of the sweep, which comes first in `sorted`.
-    fn sort_by_edge(&mut self, bodies: &Bodies) {
-        let PairList { order, sorted, fat, static_grid, is_upright, .. } = self;
-        order.clear();
-        order.extend(swept(bodies, static_grid.is_some()).map(|slot| {
-            let low = turned(fat[slot as usize], *is_upright).low.x;
-            u64::from(ordered_bits(low)) << 32 | u64::from(slot)
-        }));
-        order.sort_unstable();
-        sorted.clear();
-        let of = |&entry: &u64| turned(fat[entry as u32 as usize], *is_upright);
-        sorted.extend(order.iter().map(of));
-    }
-
-    /// Sets aside what is far wider than the others.
-    fn set_aside(&mut self, slots: usize) {
-        let PairList { order, sorted, aside, is_left_out, widest, .. } = self;
-        let width = |bounds: &Aabb| bounds.high.x - bounds.low.x;
-        let wide = WIDE * sorted.iter().map(width).sum::<f32>() / sorted.len() as f32;
-        aside.clear();
-        is_left_out.clear();
-        is_left_out.resize(slots, false);
-        *widest = 0.0;
-        for (&entry, bounds) in order.iter().zip(&*sorted) {
-            let (slot, width) = (entry as u32, width(bounds));
-            if width <= wide {
-                *widest = max(*widest, width);
-            } else {
-                // One that is not finite too, and then all.
-                push(aside, slot);
-                is_left_out[slot as usize] = true;
-            }
-        }
-    }
-
-    fn sweep(&mut self, bodies: &Bodies, filter: Filter) {
-        let PairList { order, sorted, keys, .. } = self;
-        keys.clear();
-        let mut found = [0; BESIDE];
-        for (rank, (&a, bounds)) in order.iter().zip(sorted.iter()).enumerate() {
-            let beside = order[rank + 1..].chunks(BESIDE).zip(sorted[rank + 1..].chunks(BESIDE));
-            for (slots, boxes) in beside {
-                // Without a branch on what cannot be predicted: few of the boxes beside overlap.
-                let (mut count, mut is_last) = (0, false);
-                for (&b, other) in slots.iter().zip(boxes) {
-                    if other.low.x >= bounds.high.x {
-                        is_last = true;
-                        break;
-                    }
-                    found[count] = b as u32;
-                    let overlaps = (other.low.y < bounds.high.y) & (bounds.low.y < other.high.y);
-                    count += usize::from(overlaps);
-                }
-                for &b in &found[..count] {
-                    if filter.takes(bodies, a as u32, b) {
-                        push(keys, key(a as u32, b));
-                    }
-                }
-                if is_last {
-                    break;
-                }
-            }
-            if keys.len() > filter.pairs_max {
-                return;
-            }
-        }
     }
 
     /// Pairs of some moving bodies with those that do not move.
@@ -493,6 +405,112 @@ impl PairList {
             }
         }
         from
+    }
+}
+
+impl SortedBoxes {
+    /// Leaves a body out of renewals, until the list is built again.
+    fn leave_out(&mut self, slot: u32) {
+        if let Some(is_left_out) = self.is_left_out.get_mut(slot as usize) {
+            *is_left_out = true;
+        }
+    }
+
+    /// Finds the pairs of a body with those that were sorted, and with those aside.
+    fn find_pairs_of(
+        &self,
+        a: u32,
+        bodies: &Bodies,
+        fat: &[Aabb],
+        filter: Filter,
+        keys: &mut Vec<u64>,
+    ) {
+        let SortedBoxes { order, boxes, aside, is_left_out, widest, .. } = self;
+        let fat_a = fat[a as usize];
+        let bounds = turned(fat_a, self.is_upright);
+        // Twice the width: rounding may take as much from it far away from the origin.
+        let from = boxes.partition_point(|other| other.low.x < bounds.low.x - 2.0 * *widest);
+        let to = boxes.partition_point(|other| other.low.x < bounds.high.x).max(from);
+        for at in 0..to - from + aside.len() {
+            let (b, counts) = match order[..to].get(from + at) {
+                Some(&entry) => (entry as u32, !is_left_out[entry as u32 as usize]),
+                None => (aside[at - (to - from)], true),
+            };
+            let overlaps = counts && b != a && fat_a.overlaps(&fat[b as usize]);
+            if overlaps && filter.takes(bodies, a, b) {
+                push(keys, key(a, b));
+            }
+        }
+    }
+
+    /// Sorts by the lower edge along the axis on which the bodies are spread out further, which comes first in `boxes`.
+    fn sort_by_edge(&mut self, bodies: &Bodies, only_moving: bool, fat: &[Aabb]) {
+        self.is_upright = is_upright(bodies);
+        let SortedBoxes { order, boxes, is_upright, .. } = self;
+        order.clear();
+        order.extend(swept(bodies, only_moving).map(|slot| {
+            let low = turned(fat[slot as usize], *is_upright).low.x;
+            u64::from(ordered_bits(low)) << 32 | u64::from(slot)
+        }));
+        order.sort_unstable();
+        boxes.clear();
+        let of = |&entry: &u64| turned(fat[entry as u32 as usize], *is_upright);
+        boxes.extend(order.iter().map(of));
+    }
+
+    /// Sets aside what is far wider than the others.
+    fn set_aside(&mut self, slots: usize) {
+        let SortedBoxes { order, boxes, aside, is_left_out, widest, .. } = self;
+        let width = |bounds: &Aabb| bounds.high.x - bounds.low.x;
+        let wide = WIDE * boxes.iter().map(width).sum::<f32>() / boxes.len() as f32;
+        aside.clear();
+        is_left_out.clear();
+        is_left_out.resize(slots, false);
+        *widest = 0.0;
+        for (&entry, bounds) in order.iter().zip(&*boxes) {
+            let (slot, width) = (entry as u32, width(bounds));
+            if width <= wide {
+                *widest = max(*widest, width);
+            } else {
+                // One that is not finite too, and then all.
+                push(aside, slot);
+                is_left_out[slot as usize] = true;
+            }
+        }
+    }
+
+    /// Finds the pairs whose boxes overlap.
+    fn sweep(&self, bodies: &Bodies, filter: Filter, keys: &mut Vec<u64>) {
+        let SortedBoxes { order, boxes, .. } = self;
+        keys.clear();
+        let mut found = [0; BESIDE];
+        for (rank, (&a, bounds)) in order.iter().zip(boxes).enumerate() {
+            let beside = order[rank + 1..].chunks(BESIDE).zip(boxes[rank + 1..].chunks(BESIDE));
+            for (slots, boxes) in beside {
+                // Without a branch on what cannot be predicted: few of the boxes beside overlap.
+                let (mut count, mut is_last) = (0, false);
+                for (&b, other) in slots.iter().zip(boxes) {
+                    if other.low.x >= bounds.high.x {
+                        is_last = true;
+                        break;
+                    }
+                    found[count] = b as u32;
+                    let overlaps = (other.low.y < bounds.high.y) & (bounds.low.y < other.high.y);
+                    count += usize::from(overlaps);
+                }
+                for &b in &found[..count] {
+                    if filter.takes(bodies, a as u32, b) {
+                        push(keys, key(a as u32, b));
+                    }
+                }
+                if is_last {
+                    break;
+                }
+            }
+            if keys.len() > filter.pairs_max {
+                return;
+            }
+        }
     }
 }
 

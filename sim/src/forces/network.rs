@@ -105,11 +105,7 @@ pub(super) struct Network {
     frequency: f64,
     /// Whether it turns over within a few steps, where something may be in the way.
     is_fast: bool,
-    /// Visits of springs by rounds in this step, visits that its factorisations stand for, and how many it needs and is to have.
-    visits: u64,
-    factored: u64,
-    pub wanted: u64,
-    pub allowed: u64,
+    pub visits: Visits,
     /// Whether implicit steps are left to safe rounds (see `solve_safely`), and whether this is one.
     is_hard: bool,
     is_safe: bool,
@@ -122,6 +118,27 @@ pub(super) struct Network {
     /// Weight t of the end of a substep.
     weight: f64,
     planes: Vec<Plane>,
+}
+
+/// Visits of springs in a step.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Visits {
+    /// By rounds.
+    done: u64,
+    /// Those that factorisations stand for.
+    factored: u64,
+    pub wanted: u64,
+    pub allowed: u64,
+}
+
+impl Visits {
+    pub fn all(&self) -> u64 {
+        self.done + self.factored
+    }
+
+    pub fn forget(&mut self) {
+        (self.done, self.factored) = (0, 0);
+    }
 }
 
 /// An end of a link: position at the start, velocities at start and end.
@@ -150,10 +167,10 @@ impl Network {
         self.find_frequency();
         self.has_diverged = false;
         self.responds = false;
-        self.forget_visits();
+        self.visits.forget();
         self.is_damped = self.links.iter().all(|link| self.decay(link) * dt >= DAMPED);
         self.is_fast = may_touch && self.frequency * dt > FAST_PHASE;
-        self.wanted = match self.is_dense(VISITS_MAX) {
+        self.visits.wanted = match self.is_dense(VISITS_MAX) {
             true => {
                 self.visits_of_factorisation() + u64::from(SAFE_ROUNDS) * self.visits_of_round()
             }
@@ -165,9 +182,10 @@ impl Network {
     /// an implicit step, to find where that leads.
     pub fn fly(&mut self, bodies: &Bodies, air: &Air, moves: &mut Vec<Move>) {
         let first = moves.len();
-        self.is_hard = self.is_dense(self.allowed);
+        self.is_hard = self.is_dense(self.visits.allowed);
         self.planes.clear();
-        let is_resolved = self.substeps(air.dt) * self.visits_of_substep() <= 2 * self.allowed;
+        let is_resolved =
+            self.substeps(air.dt) * self.visits_of_substep() <= 2 * self.visits.allowed;
         if self.is_fast {
             self.advance_implicitly(bodies, air, 0.0);
             for node in &self.nodes {
@@ -197,12 +215,12 @@ impl Network {
     /// Advances by a step. Where Newton's method fails, as springs turn over within a substep, or the visits are used up, one
     /// implicit step covers the rest: stability is enough, and the guard sees to the energy.
     fn advance_in_substeps(&mut self, bodies: &Bodies, air: &Air) {
-        let most = (self.allowed / self.visits_of_substep()).max(1);
+        let most = (self.visits.allowed / self.visits_of_substep()).max(1);
         let substeps = self.substeps(air.dt).min(most);
         let part = Air { dt: air.dt / substeps as f64, ..*air };
         for index in 0..substeps {
             let elapsed = index as f64 * part.dt;
-            let has_time = index == 0 || self.visits() < self.allowed;
+            let has_time = index == 0 || self.visits.all() < self.visits.allowed;
             if !(has_time && self.advance(bodies, &part, elapsed)) {
                 self.has_diverged = true;
                 let rest = Air { dt: air.dt - elapsed, ..*air };
@@ -340,7 +358,7 @@ impl Network {
         let mut change = f64::INFINITY;
         let mut stale = true;
         for round in 0..ROUNDS_MAX {
-            if stale && self.factored > 0 && !self.has_time_to_factor() {
+            if stale && self.visits.factored > 0 && !self.has_time_to_factor() {
                 break;
             }
             self.assemble(bodies, air, elapsed, stale);
@@ -384,31 +402,22 @@ impl Network {
     }
 
     fn has_time_to_factor(&self) -> bool {
-        self.factored + self.visits_of_factorisation() <= self.allowed
+        self.visits.factored + self.visits_of_factorisation() <= self.visits.allowed
     }
 
     fn visits_of_factorisation(&self) -> u64 {
         self.system.products() / PRODUCTS_PER_VISIT
     }
 
-    pub fn forget_visits(&mut self) {
-        (self.visits, self.factored) = (0, 0);
-    }
-
-    /// Visits of springs in this step, with those that factorisations stand for.
-    pub fn visits(&self) -> u64 {
-        self.visits + self.factored
-    }
-
     /// Solves for what the residual is, in place.
     fn eliminate(&mut self) {
         self.system.solve(&mut self.residual);
-        self.visits += self.system.blocks() / BLOCKS_PER_VISIT;
+        self.visits.done += self.system.blocks() / BLOCKS_PER_VISIT;
     }
 
     fn factor(&mut self) {
         self.system.factor();
-        self.factored += self.visits_of_factorisation();
+        self.visits.factored += self.visits_of_factorisation();
     }
 
     /// Computes the residual of the velocities, and the system matrix if `with_matrix`.
@@ -416,7 +425,7 @@ impl Network {
         if with_matrix {
             self.system.clear();
         }
-        self.visits += self.links.len() as u64;
+        self.visits.done += self.links.len() as u64;
         let t = self.weight;
         for (at, node) in (0u32..).zip(&self.nodes) {
             let through_air = node.before * (1.0 - t) + node.velocity * t - air.wind;

@@ -70,10 +70,16 @@ pub(crate) struct ConjugateSolver {
     displacements: Displacements,
     position_correction: PositionCorrection,
     static_clamp: StaticClamp,
+    pub work: StepWork,
+}
+
+/// Work of a step, and how much it may take.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct StepWork {
     /// Sweeps of the island that needed most.
     pub sweeps: u32,
     /// Visits of constraints by sweeps, and predictions of impacts.
-    pub work: u64,
+    pub done: u64,
     /// Those of them that stand for elimination.
     eliminated: u64,
     /// Visits by sweeps over very stiff islands, before they are eliminated.
@@ -83,9 +89,18 @@ pub(crate) struct ConjugateSolver {
     /// Bodies, pairs, eliminations and predictions of the attempts at a step before the present one, if there are any.
     earlier: StepCounts,
     /// Work that the step may still take.
-    work_left: u64,
+    left: u64,
     /// Whether a step needed more.
     is_over: bool,
+}
+
+impl StepWork {
+    /// Takes work from what the step may take; returns whether there was enough.
+    fn spend(&mut self, work: u64) -> bool {
+        self.is_over |= work > self.left;
+        self.left = self.left.saturating_sub(work);
+        !self.is_over
+    }
 }
 
 /// Leaves out the scratch that no comparison of worlds within a step reads: a page that predicts clones its world.
@@ -96,13 +111,8 @@ impl Clone for ConjugateSolver {
             contacts: ContactSet { constraints, infos: Vec::new() },
             is_large_world: self.is_large_world,
             impact_queue: self.impact_queue.counts(),
-            sweeps: self.sweeps,
-            work: self.work,
-            eliminated: self.eliminated,
-            corrections: self.corrections,
             blocks: Blocks { swept: self.blocks.swept, ..Blocks::default() },
-            earlier: self.earlier,
-            is_over: self.is_over,
+            work: self.work,
             ..ConjugateSolver::default()
         }
     }
@@ -122,9 +132,8 @@ impl ConjugateSolver {
         leaves_out: bool,
         work_max: u64,
     ) {
-        self.work_left = work_max;
-        self.earlier = StepCounts::default();
-        (self.work, self.eliminated, self.corrections, self.very_stiff) = (0, 0, 0, 0);
+        let StepWork { sweeps, is_over, .. } = self.work;
+        self.work = StepWork { sweeps, is_over, left: work_max, ..StepWork::default() };
         self.blocks.swept = Swept::default();
         if is_large_world(bodies, steady) != self.is_large_world {
             // Their islands are solved in another way.
@@ -135,7 +144,7 @@ impl ConjugateSolver {
 
     /// Counts of all attempts at a step, among these moving bodies and pairs.
     pub fn counts(&self, moving: usize, pairs: usize) -> StepCounts {
-        let earlier = self.earlier;
+        let earlier = self.work.earlier;
         let Swept { singles, wide, links, nodes, corrected } = self.blocks.swept;
         StepCounts {
             moving: earlier.moving + moving as u64,
@@ -144,7 +153,7 @@ impl ConjugateSolver {
             wide,
             links,
             nodes,
-            eliminated: earlier.eliminated + self.eliminated,
+            eliminated: earlier.eliminated + self.work.eliminated,
             predictions: earlier.predictions + self.impact_queue.predictions,
             corrected,
             ..StepCounts::default()
@@ -154,21 +163,14 @@ impl ConjugateSolver {
     /// Begins an attempt at a step that follows another one. The page, which counts nothing, forgets it.
     pub fn try_again(&mut self, moving: usize, pairs: usize) {
         if !GENERAL_ONLY {
-            self.earlier = self.counts(moving, pairs);
+            self.work.earlier = self.counts(moving, pairs);
         }
-        (self.work, self.eliminated) = (0, 0);
+        (self.work.done, self.work.eliminated) = (0, 0);
     }
 
     /// Whether a step needed more work than it may take.
     pub fn is_over(&self) -> bool {
-        self.is_over
-    }
-
-    /// Takes work from what the step may take; returns whether there was enough.
-    fn spend(&mut self, work: u64) -> bool {
-        self.is_over |= work > self.work_left;
-        self.work_left = self.work_left.saturating_sub(work);
-        !self.is_over
+        self.work.is_over
     }
 
     /// Finds the contact constraints of a step, once all bounces are done: bounces change
@@ -201,7 +203,7 @@ impl ConjugateSolver {
             pairs.refresh(bodies, context.filter);
         }
         let work = self.impact_queue.predictions + pairs.pairs.len() as u64;
-        if self.spend(work) && !pairs.is_over() {
+        if self.work.spend(work) && !pairs.is_over() {
             self.gather(bodies, &pairs.pairs, &steady.takes_no_part, context);
             if context.features.restitution {
                 let ImpactQueue { crowd, paths, .. } = &mut self.impact_queue;
@@ -213,9 +215,9 @@ impl ConjugateSolver {
     fn find_impacts(&mut self, bodies: &mut Bodies, pairs: &mut PairList, context: &StepContext) {
         for round in 1..=BOUNCE_ROUNDS_MAX {
             let last = round == BOUNCE_ROUNDS_MAX;
-            let (queue, work_max) = (&mut self.impact_queue, self.work_left);
+            let (queue, work_max) = (&mut self.impact_queue, self.work.left);
             let progress = queue.process(bodies, &pairs.pairs, context, last, work_max);
-            self.is_over |= progress == Progress::OverBudget;
+            self.work.is_over |= progress == Progress::OverBudget;
             if progress != Progress::BeyondReach || pairs.is_over() {
                 break;
             }
@@ -309,7 +311,7 @@ impl ConjugateSolver {
         context: &StepContext,
     ) {
         for _ in 0..late_pairs::ROUNDS_MAX {
-            if !self.late_pairs.extend_reach(bodies, moves, context.dt) || self.is_over {
+            if !self.late_pairs.extend_reach(bodies, moves, context.dt) || self.work.is_over {
                 return;
             }
             self.refresh(bodies, pairs, context);
@@ -335,11 +337,11 @@ impl ConjugateSolver {
         }
         self.find_islands(bodies.alive.len());
         self.late_pairs.begin(bodies.alive.len());
-        self.sweeps = 0;
-        self.work = self.impact_queue.predictions;
-        (self.eliminated, self.very_stiff) = (0, 0);
+        self.work.sweeps = 0;
+        self.work.done = self.impact_queue.predictions;
+        (self.work.eliminated, self.work.very_stiff) = (0, 0);
         for number in 0..self.islands.count() {
-            let work_before = self.work;
+            let work_before = self.work.done;
             let island = &self.islands.constraints[self.islands.range(number)];
             match *island {
                 [index] => self.solve_single(index, bodies, context),
@@ -353,7 +355,7 @@ impl ConjugateSolver {
                     self.solve_island(number, false, bodies, context);
                 }
             }
-            if !self.spend(self.work - work_before) {
+            if !self.work.spend(self.work.done - work_before) {
                 return;
             }
         }
@@ -395,9 +397,9 @@ impl ConjugateSolver {
                 for &index in island {
                     self.contacts.infos[index as usize].correction = Correction::Thorough;
                 }
-                let work_before = self.work;
+                let work_before = self.work.done;
                 self.solve_island(number, true, bodies, context);
-                if !self.spend(self.work - work_before) {
+                if !self.work.spend(self.work.done - work_before) {
                     return false;
                 }
             }
@@ -426,8 +428,8 @@ impl ConjugateSolver {
         // Constraints of bodies that are not finite were dropped: the islands are others. Eliminations and the sweeps before them
         // count towards bounds of all islands.
         let is_complete = constraints.len() == self.is_changed.len()
-            && self.eliminated == 0
-            && self.very_stiff == 0;
+            && self.work.eliminated == 0
+            && self.work.very_stiff == 0;
         if is_complete && !impact_queue::still_bodies_may_impact(context) {
             let fall = context.fall_distance();
             let reach = |velocity: Vec2| reach(velocity.length_squared(), fall, context.dt);
@@ -456,9 +458,9 @@ impl ConjugateSolver {
         let is_unsure = self.late_pairs.any_in_motion || context.features.restitution;
         let may_tunnel =
             self.static_clamp.may_tunnel(bodies, moved.separation_min, slop, is_unsure);
-        self.corrections = 0;
+        self.work.corrections = 0;
         if moved.overlaps {
-            self.corrections = self.position_correction.separate(
+            self.work.corrections = self.position_correction.separate(
                 bodies,
                 &mut self.contacts,
                 pairs,
@@ -466,7 +468,7 @@ impl ConjugateSolver {
                 &mut self.displacements,
                 context,
             );
-            self.spend(self.corrections);
+            self.work.spend(self.work.corrections);
         }
         if moved.overlaps || may_tunnel {
             self.static_clamp.resolve(bodies, pairs, &self.impact_queue.paths, context);

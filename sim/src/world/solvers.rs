@@ -31,7 +31,7 @@ impl Solvers {
     /// Number of passes or sweeps over the contacts in the last step.
     #[cfg(test)]
     pub fn passes(&self) -> u32 {
-        self.relaxation.passes + self.conjugate.sweeps
+        self.relaxation.passes + self.conjugate.work.sweeps
     }
 
     /// Pairs that take part in the step, by slots.
@@ -49,7 +49,7 @@ impl Solvers {
         StepCounts {
             visits: solved.visits + visits,
             touching: u64::from(*passes) * touching as u64,
-            solves: self.conjugate.work + visits,
+            solves: self.conjugate.work.done + visits,
             ..solved
         }
     }

@@ -41,9 +41,9 @@ impl ConjugateSolver {
             true => sweep::solve_single::<true>(constraint, velocity, VISITS, rounding),
             false => sweep::solve_single::<false>(constraint, velocity, VISITS, rounding),
         };
-        self.work += u64::from(visits);
+        self.work.done += u64::from(visits);
         self.blocks.swept.singles += u64::from(visits);
-        self.sweeps = self.sweeps.max(visits);
+        self.work.sweeps = self.work.sweeps.max(visits);
     }
 
     /// Solves the constraints of an island from their present impulses and velocities, or sweeps it until its limits are
@@ -80,18 +80,18 @@ impl ConjugateSolver {
         };
         let mut is_solved = sweeps < limits.sweeps_max;
         let mut visits = sweeps * island.len() as u32;
-        let rounds_max = direct::rounds_left(island.len(), self.eliminated);
+        let rounds_max = direct::rounds_left(island.len(), self.work.eliminated);
         let is_worth = agitation.is_none() && direct::is_worth(island.len(), mass_ratio);
         if !is_solved && is_worth && rounds_max > 0 {
             let (solved, rounds) =
                 self.direct.solve(constraints, island, velocity, limits.tolerance, rounds_max);
             is_solved = solved;
             let elimination = rounds * direct::VISITS * island.len() as u32;
-            self.eliminated += u64::from(elimination);
+            self.work.eliminated += u64::from(elimination);
             visits += elimination;
         }
         if is_stiff && is_worth {
-            self.very_stiff += u64::from(sweeps * island.len() as u32);
+            self.work.very_stiff += u64::from(sweeps * island.len() as u32);
         }
         if is_stiff {
             visits += self.energy_guard.check(constraints, island, velocity);
@@ -111,8 +111,8 @@ impl ConjugateSolver {
                 self.contacts.infos[index as usize].correction = correction;
             }
         }
-        self.work += u64::from(visits);
-        self.sweeps = self.sweeps.max(sweeps);
+        self.work.done += u64::from(visits);
+        self.work.sweeps = self.work.sweeps.max(sweeps);
     }
 
     /// The limits of the sweeps over an island.
@@ -137,7 +137,7 @@ impl ConjugateSolver {
         if agitation.is_none() {
             // One sweep more than the step may still take: an island that needs it is over the budget, rather than solved
             // less well than without one. Those of an island with an agitation are few.
-            let work_left = (self.work_left / island.len() as u64).saturating_add(1);
+            let work_left = (self.work.left / island.len() as u64).saturating_add(1);
             work_max = work_max.min(u32::try_from(work_left).unwrap_or(u32::MAX));
         }
         let precision = max(TOLERANCE / context.settings.tolerance, 1.0);
@@ -147,7 +147,7 @@ impl ConjugateSolver {
             work_max = work_max.min((CALM_VISITS as f32 * precision) as u32 / island.len() as u32);
         }
         if is_stiff && direct::is_worth(island.len(), mass_ratio) {
-            work_max = work_max.min(direct::sweeps_before(island.len(), self.very_stiff));
+            work_max = work_max.min(direct::sweeps_before(island.len(), self.work.very_stiff));
         } else if is_stiff && !is_exact {
             work_max = work_max.min(STIFF_VISITS / island.len() as u32);
         }

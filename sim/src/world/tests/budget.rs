@@ -109,7 +109,7 @@ fn an_island_that_needs_more_than_the_budget_is_over_and_never_solved_less_well(
     for (height, count) in [(20, 1), (12, 10)] {
         let mut free = columns(height, count, u64::MAX);
         free.step();
-        let corrections = free.solvers.conjugate.corrections;
+        let corrections = free.solvers.conjugate.work.corrections;
         let needed = free.step_counts().solves + corrections + 2 * u64::from(height * count) * 8;
         let (mut over, mut kept) = (0, 0);
         for part in 1..=200 {
@@ -134,7 +134,7 @@ fn corrections_of_positions_count_too() {
     free.step();
     // With what finding the pairs takes at most.
     let solved = free.step_counts().solves + 2 * u64::from(height * count) * 8;
-    let corrections = free.solvers.conjugate.corrections;
+    let corrections = free.solvers.conjugate.work.corrections;
     let is_over = |work| {
         let mut world = columns(height, count, work);
         world.step();
