@@ -146,9 +146,13 @@ impl Game {
         if let Some(rules) = rules {
             rules.forget(seat);
         }
-        let mut player = Player::new(seat, roster.first_of(scene, Kind::Hero));
-        player.team = roster.team_for(scene);
-        player.standing = Standing::at_start(scene.rules.lives(), true);
+        let player = Player {
+            seat,
+            selected: roster.first_of(scene, Kind::Hero),
+            team: roster.team_for(scene),
+            standing: Standing::at_start(scene.rules.lives(), true),
+            ..Player::default()
+        };
         roster.players.insert(slot, player);
         heroes::spawn(world, roster, scene, slot, &mut rngs.spawn);
         self.pending.push(Event::Joined(seat));
@@ -321,7 +325,10 @@ impl Game {
             selected: player.selected,
             held: player.held.map(|held| held.body),
             score: self.score_of(player),
-            pointer: player.pointer.map(|pointer| quantise(pointer, self.scene.world.quantum)),
+            pointer: player
+                .controls
+                .pointer
+                .map(|pointer| quantise(pointer, self.scene.world.quantum)),
         })
     }
 }

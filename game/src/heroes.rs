@@ -111,7 +111,7 @@ pub(crate) fn thrust(world: &mut World, players: &[Player], scene: &Scene) {
     }
     for player in players {
         let Some(hero) = player.hero else { continue };
-        let velocity = spec.steered_in(world, scene, hero, player.down);
+        let velocity = spec.steered_in(world, scene, hero, player.controls.down);
         world.set_velocity(hero, velocity);
     }
 }

@@ -4,7 +4,7 @@ use glam::Vec2;
 use jostle_sim::particles::{dequantise, quantise};
 
 /// A player's slot in a game, 0..[`SEATS_MAX`](crate::SEATS_MAX).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Seat(pub u16);
 
 /// Keys and pointer buttons that are down, one bit each.

@@ -13,7 +13,7 @@ pub(crate) struct HeldBody {
     pub gravity_scale: f32,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Player {
     pub seat: Seat,
     pub hero: Option<BodyId>,
@@ -26,8 +26,6 @@ pub(crate) struct Player {
     pub team: Option<u8>,
     /// How the player stands in the round, where there are no teams.
     pub standing: Standing,
-    /// Ticks for which keys do nothing.
-    pub stun: u32,
     /// Ticks until the next dye pack may be thrown.
     pub throw_wait: u32,
     /// Where the hero appeared last.
@@ -36,11 +34,19 @@ pub(crate) struct Player {
     pub checkpoint: Option<Vec2>,
     /// The body that hangs on the hero.
     pub carried: Option<HeldBody>,
+    /// The hero that left the world in this tick.
+    pub lost: Option<BodyId>,
+    pub controls: PlayerControls,
+}
+
+/// Pointer and keys of a player.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct PlayerControls {
     /// No input arrived for this tick: the connection is closed or silent. Hits on such a player score
     /// nothing.
     pub is_away: bool,
-    /// The hero that left the world in this tick.
-    pub lost: Option<BodyId>,
+    /// Ticks for which keys do nothing.
+    pub stun: u32,
     /// Last pointer inside the world.
     pub pointer: Option<Vec2>,
     /// The same, a tick before.
@@ -53,43 +59,25 @@ pub(crate) struct Player {
     pressed: Buttons,
 }
 
-impl Player {
-    pub fn new(seat: Seat, selected: Option<BodyId>) -> Player {
-        Player {
-            seat,
-            hero: None,
-            hero_wait: 0,
-            selected,
-            held: None,
-            score: 0,
-            team: None,
-            standing: Standing::default(),
-            stun: 0,
-            throw_wait: 0,
-            home: Vec2::ZERO,
-            checkpoint: None,
-            carried: None,
-            is_away: false,
-            lost: None,
-            pointer: None,
-            pointer_before: None,
-            aim: None,
-            down: Buttons::default(),
-            pressed: Buttons::default(),
-        }
-    }
-
-    /// Takes the input of a tick. A pointer outside the world is ignored: the last one stays (B1).
-    pub fn take(&mut self, input: Input, world_size: Vec2) {
+impl PlayerControls {
+    /// Takes the input of a tick, `None` while the player is away: nothing is down then. A pointer outside the world is
+    /// ignored: the last one stays (B1).
+    pub fn take(&mut self, input: Option<Input>, world_size: Vec2) {
         let inside = |pointer: &Vec2| {
             (0.0..=world_size.x).contains(&pointer.x) && (0.0..=world_size.y).contains(&pointer.y)
         };
+        self.is_away = input.is_none();
+        let input = input.unwrap_or_default();
+        let mut down = input.buttons();
+        if self.stun > 0 {
+            self.stun -= 1;
+            down.0 &= Buttons::OF_ROUND.0;
+        }
         self.aim = input.pointer().filter(inside);
-        self.lost = None;
         self.pointer_before = self.pointer;
         self.pointer = self.aim.or(self.pointer);
-        self.pressed = Buttons(input.buttons().0 & !self.down.0);
-        self.down = input.buttons();
+        self.pressed = Buttons(down.0 & !self.down.0);
+        self.down = down;
     }
 
     /// Returns whether a button is down.
@@ -101,10 +89,12 @@ impl Player {
     pub fn pressed(&self, button: Buttons) -> bool {
         self.pressed.contains(button)
     }
+}
 
+impl Player {
     /// Forgets the round before.
     pub fn begin_round(&mut self) {
-        self.stun = 0;
+        self.controls.stun = 0;
         self.throw_wait = 0;
         self.checkpoint = None;
         self.hero_wait = 0;
@@ -149,17 +139,12 @@ impl Player {
     }
 }
 
-/// Gives each player its input of this tick. A seat without an entry is at rest: nothing is down.
+/// Gives each player its input of this tick.
 pub(crate) fn take_inputs(players: &mut [Player], inputs: &[(Seat, Input)], world_size: Vec2) {
     for player in players {
         let found = inputs.binary_search_by_key(&player.seat, |&(seat, _)| seat);
-        player.is_away = found.is_err();
-        let mut input = found.map_or(Input::default(), |at| inputs[at].1);
         player.throw_wait = player.throw_wait.saturating_sub(1);
-        if player.stun > 0 {
-            player.stun -= 1;
-            input = input.with_buttons(Buttons(input.buttons().0 & Buttons::OF_ROUND.0));
-        }
-        player.take(input, world_size);
+        player.lost = None;
+        player.controls.take(found.ok().map(|at| inputs[at].1), world_size);
     }
 }

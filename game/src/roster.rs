@@ -23,7 +23,7 @@ pub(crate) struct Roster {
 impl Roster {
     /// Returns whether this seat has a player whose connection is closed or silent.
     pub fn is_away(&self, seat: Option<Seat>) -> bool {
-        self.players.iter().any(|player| Some(player.seat) == seat && player.is_away)
+        self.players.iter().any(|player| Some(player.seat) == seat && player.controls.is_away)
     }
 
     /// Adds a body with its role; `None` when the world is full.

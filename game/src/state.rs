@@ -102,7 +102,7 @@ impl Game {
         });
         let mut read = Roster { actors, placed, ..Roster::default() };
         let limits = [usize::from(scene.players_max), PLAYER_BYTES_MIN];
-        let (given, blank) = (roster.players.iter().cloned(), Player::new(Seat(0), None));
+        let (given, blank) = (roster.players.iter().cloned(), Player::default());
         let mut last = None;
         read.players = io.list("number of players", limits, given, blank, |io, _, player| {
             let player = player_state(player, &read, world, io);
@@ -198,12 +198,12 @@ fn player_state(mut it: Player, roster: &Roster, world: &World, io: &mut impl St
     it.held = held_state(["held", "gravity scale"], it.held, plausible, world, io);
     io.bits("wait for a hero", it.hero_wait);
     it.score = io.short("score", it.score);
-    let [has_pointed] = io.flags("has pointed", [it.pointer.is_some()]);
-    let pointer = it.pointer.unwrap_or_default();
+    let [has_pointed] = io.flags("has pointed", [it.controls.pointer.is_some()]);
+    let pointer = it.controls.pointer.unwrap_or_default();
     let pointer = io.vector(["pointer.x", "pointer.y"], pointer, f32::is_finite);
-    it.pointer = has_pointed.then_some(pointer);
-    it.down = Buttons(io.short("buttons", it.down.0));
-    io.check("buttons", || it.down.0 & !Buttons::ALL.0 == 0);
+    it.controls.pointer = has_pointed.then_some(pointer);
+    it.controls.down = Buttons(io.short("buttons", it.controls.down.0));
+    io.check("buttons", || it.controls.down.0 & !Buttons::ALL.0 == 0);
     it
 }
 

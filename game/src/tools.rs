@@ -28,7 +28,7 @@ const DROP_GROWTH: f32 = 0.4;
 /// Tools that act on bodies, before the step: V, C, selection and drag, X.
 pub(crate) fn act_on_bodies(world: &mut World, roster: &mut Roster, scene: &Scene, rng: &mut Rng) {
     let allows = |tool| scene.tools.contains(tool);
-    let any = |button| roster.players.iter().any(|player| player.holds(button));
+    let any = |button| roster.players.iter().any(|player| player.controls.holds(button));
     if allows(Tools::CLEAR) && any(Buttons::CLEAR) {
         roster.remove_matching(world, &|actor| actor.kind == Kind::Marble);
     } else if allows(Tools::AGITATE) && any(Buttons::AGITATE) {
@@ -58,11 +58,11 @@ pub(crate) fn make(
     let allows = |tool| scene.tools.contains(tool);
     for slot in 0..roster.players.len() {
         let player = &roster.players[slot];
-        let Some(aim) = player.aim else { continue };
-        let makes = player.holds(Buttons::MAKE);
+        let Some(aim) = player.controls.aim else { continue };
+        let makes = player.controls.holds(Buttons::MAKE);
         let fires = match scene.throws_packs() {
-            true => player.holds(Buttons::FIRE),
-            false => player.pressed(Buttons::FIRE),
+            true => player.controls.holds(Buttons::FIRE),
+            false => player.controls.pressed(Buttons::FIRE),
         };
         if fires && allows(Tools::LAUNCH) {
             packs::launch(world, roster, scene, slot, aim);
@@ -148,14 +148,14 @@ fn select(world: &World, roster: &mut Roster, scene: &Scene, slot: usize) {
         (Buttons::PICK_PLATFORM, Kind::Platform),
     ];
     for (button, kind) in keys {
-        if roster.players[slot].pressed(button)
+        if roster.players[slot].controls.pressed(button)
             && let Some(body) = roster.first_of(scene, kind)
         {
             roster.players[slot].selected = Some(body);
         }
     }
     let player = &roster.players[slot];
-    if let Some(aim) = player.aim.filter(|_| player.pressed(Buttons::FIRE)) {
+    if let Some(aim) = player.controls.aim.filter(|_| player.controls.pressed(Buttons::FIRE)) {
         let bodies = roster
             .actors()
             .map(|actor| (actor.id, actor.kind, world.shape(actor.id), world.position(actor.id)));
@@ -180,11 +180,12 @@ pub fn selectable_at(
 /// Moves the selected body with the pointer. If the pointer does not hit it, its centre comes to the
 /// pointer (B2).
 fn drag(world: &mut World, player: &Player) {
-    let (Some(body), Some(aim)) = (player.selected, player.aim) else { return };
-    if !player.holds(Buttons::FIRE) {
+    let (Some(body), Some(aim)) = (player.selected, player.controls.aim) else { return };
+    if !player.controls.holds(Buttons::FIRE) {
         return;
     }
-    let before = if player.pressed(Buttons::FIRE) { Some(aim) } else { player.pointer_before };
+    let is_new = player.controls.pressed(Buttons::FIRE);
+    let before = if is_new { Some(aim) } else { player.controls.pointer_before };
     let center = world.position(body);
     let grip = before.filter(|&before| world.shape(body).contains(before - center));
     world.set_position(body, grip.map_or(aim, |before| center + (aim - before)));
@@ -195,16 +196,16 @@ fn drag(world: &mut World, player: &Player) {
 /// driven towards the pointer, and gravity adds nothing to its velocity in the meantime.
 fn hold(world: &mut World, roster: &mut Roster, slot: usize, speed_max: f32) {
     let player = &mut roster.players[slot];
-    if !player.holds(Buttons::HOLD) {
+    if !player.controls.holds(Buttons::HOLD) {
         release(world, player);
         return;
     }
     if player.held.is_none() {
-        let grabbed = player.aim.and_then(|aim| grab(world, roster, aim));
+        let grabbed = player.controls.aim.and_then(|aim| grab(world, roster, aim));
         roster.players[slot].held = grabbed;
     }
     let player = &roster.players[slot];
-    let (Some(held), Some(pointer)) = (player.held, player.pointer) else { return };
+    let (Some(held), Some(pointer)) = (player.held, player.controls.pointer) else { return };
     let way = pointer - world.position(held.body);
     world.set_velocity(held.body, clamp_length(way / DT, speed_max));
 }

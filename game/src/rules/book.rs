@@ -81,7 +81,9 @@ impl Rules {
         self.notes.update_presence(self.levels, self.round.clock, stands_still, table);
         self.notes.observe(table.world, table.roster);
         if self.round.phase == RoundPhase::Countdown {
-            table.roster.players.iter_mut().for_each(|player| player.stun = player.stun.max(1));
+            for player in &mut table.roster.players {
+                player.controls.stun = player.controls.stun.max(1);
+            }
         }
     }
 
@@ -206,7 +208,7 @@ impl Rules {
             return;
         }
         for slot in 0..roster.players.len() {
-            if !roster.players[slot].pressed(Buttons::TEAM) {
+            if !roster.players[slot].controls.pressed(Buttons::TEAM) {
                 continue;
             }
             let is_open = |team: u8| {
@@ -260,6 +262,6 @@ impl Rules {
 
 /// Returns whether all players hold the key for the next round. Those who are away are not waited for.
 fn all_go_on(roster: &Roster) -> bool {
-    let mut present = roster.players.iter().filter(|player| !player.is_away).peekable();
-    present.peek().is_some() && present.all(|player| player.holds(Buttons::AGAIN))
+    let mut present = roster.players.iter().filter(|player| !player.controls.is_away).peekable();
+    present.peek().is_some() && present.all(|player| player.controls.holds(Buttons::AGAIN))
 }

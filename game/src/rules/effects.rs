@@ -242,7 +242,7 @@ fn act_on_body(
         table.splash(recipe, it);
     }
     if let Some(player) = table.roster.players.iter_mut().find(|player| player.hero == Some(it)) {
-        player.stun = player.stun.max(effects.stun);
+        player.controls.stun = player.controls.stun.max(effects.stun);
         if effects.checkpoint {
             player.checkpoint = Some(table.world.position(it));
         }

@@ -167,8 +167,8 @@ impl RoundPlayer {
             seat: player.seat,
             team: player.team,
             side: SideInfo::of(&player.standing),
-            is_stunned: player.stun > 0,
-            goes_on: is_over && player.holds(Buttons::AGAIN),
+            is_stunned: player.controls.stun > 0,
+            goes_on: is_over && player.controls.holds(Buttons::AGAIN),
         }
     }
 }

@@ -93,7 +93,7 @@ fn pull(spec: &SlingSpec, sling: &mut Sling, start: Vec2, ball: BodyId, table: &
     if !is_held {
         let grabs = players.iter().find(|player| {
             let near = |aim: Vec2| aim.distance(start) <= GRAB * spec.pull;
-            player.pressed(Buttons::FIRE) && player.aim.is_some_and(near)
+            player.controls.pressed(Buttons::FIRE) && player.controls.aim.is_some_and(near)
         });
         if !sling.is_pulled || grabs.is_some() {
             sling.shooter = grabs.map(|player| player.seat);
@@ -106,8 +106,8 @@ fn pull(spec: &SlingSpec, sling: &mut Sling, start: Vec2, ball: BodyId, table: &
         return Vec2::ZERO;
     };
     // Silence of the connection lets nothing go.
-    sling.is_pulled = shooter.holds(Buttons::FIRE) || shooter.is_away;
-    let pulled = shooter.pointer.filter(|_| sling.is_pulled);
+    sling.is_pulled = shooter.controls.holds(Buttons::FIRE) || shooter.controls.is_away;
+    let pulled = shooter.controls.pointer.filter(|_| sling.is_pulled);
     clamp_length(pulled.unwrap_or_else(|| table.world.position(ball)) - start, spec.pull)
 }
 

@@ -192,7 +192,7 @@ fn player_state(
     let fits = if teams == 0 { team == u8::MAX } else { usize::from(team) < teams };
     it.team = io.checked("team", it.team, || fits.then_some((teams > 0).then_some(team)));
     it.standing = standing_state(it.standing, io);
-    it.stun = io.word("stun", it.stun);
+    it.controls.stun = io.word("stun", it.controls.stun);
     it.home = place_state(["home.x", "home.y"], it.home, scene, io);
     let [has_checkpoint] = io.flags("checkpoint", [it.checkpoint.is_some()]);
     let (fields, checkpoint) =

@@ -262,7 +262,7 @@ fn value_of(key: &str, game: &Game) -> String {
                 String::new()
             }
         }
-        "stunned" => number(game.roster.players[0].stun as i32),
+        "stunned" => number(game.roster.players[0].controls.stun as i32),
         "place" => match body_named(game, name) {
             None => "gone".to_owned(),
             Some(id) => {
