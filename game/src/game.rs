@@ -202,15 +202,35 @@ impl Game {
     ) {
         let ordered = inputs.windows(2).all(|pair| pair[0].0 < pair[1].0);
         debug_assert!(ordered, "inputs must be in seat order, one a seat");
-        let Game { scene, world, roster, rngs, events, prey, rules, .. } = self;
-        let tick = self.ticks;
-        events.clear();
-        roster.positions_tried = 0;
-        if world.is_over_budget() {
+        self.events.clear();
+        self.roster.positions_tried = 0;
+        if self.world.is_over_budget() {
             return;
         }
-        events.append(&mut self.pending);
+        self.events.append(&mut self.pending);
+        self.begin_tick(inputs);
+        watch(Phase::Inputs, &mut self.world);
 
+        // Everything stands until the round begins, and the world still names what left it in its last step.
+        let steps = !self.rules.as_ref().is_some_and(Rules::stands_still);
+        if steps {
+            step(&mut self.world, watch);
+        }
+        if self.world.is_over_budget() {
+            self.events.clear();
+            return;
+        }
+        self.end_tick(steps);
+        watch(Phase::Events, &mut self.world);
+        self.world.step_particles();
+        watch(Phase::Particles, &mut self.world);
+        self.ticks += 1;
+    }
+
+    /// What acts before the step.
+    fn begin_tick(&mut self, inputs: &[(Seat, Input)]) {
+        let Game { scene, world, roster, rngs, events, prey, rules, .. } = self;
+        let tick = self.ticks;
         if let Some(rules) = rules {
             rules.begin_tick(&mut Table { scene, world, roster, rngs, events });
         }
@@ -233,18 +253,12 @@ impl Game {
             heroes::keep_lanes(world, &roster.players, scene);
             rules.hold_bodies(&mut Table { scene, world, roster, rngs, events });
         }
-        watch(Phase::Inputs, world);
+    }
 
-        // Everything stands until the round begins, and the world still names what left it in its last step.
-        let steps = !rules.as_ref().is_some_and(Rules::stands_still);
-        if steps {
-            step(world, watch);
-        }
-        if world.is_over_budget() {
-            events.clear();
-            return;
-        }
-
+    /// What follows from the step, if there was one.
+    fn end_tick(&mut self, steps: bool) {
+        let Game { scene, world, roster, rngs, events, prey, rules, .. } = self;
+        let tick = self.ticks;
         impacts::report(world, scene, &mut self.hard_touches, events);
         if steps {
             heroes::report_departed(world, roster, events);
@@ -261,10 +275,6 @@ impl Game {
             launchers::work(world, roster, scene, prey, tick, allows);
         }
         emitters::start_due(world, scene, &roster.placed, tick, allows, &mut rngs.emit, events);
-        watch(Phase::Events, world);
-        world.step_particles();
-        watch(Phase::Particles, world);
-        self.ticks += 1;
     }
 
     /// Whether a tick needed more than the scene's [`StepBudget`](jostle_sim::StepBudget). That tick was broken off, and
