@@ -158,28 +158,9 @@ pub(crate) fn move_bodies(
     context: &StepContext,
 ) -> Moved {
     let dt = context.dt;
-    let ContactSet { constraints, infos } = contacts;
-    displacements.weight.resize(bodies.alive.len(), Vec2::ZERO);
     displacements.path.resize(bodies.alive.len(), Vec2::ZERO);
-    for &slot in &bodies.moving {
-        displacements.weight[slot as usize] = Vec2::splat(FREE);
-    }
-    for (constraint, info) in constraints.iter().zip(infos.iter()) {
-        let inv_mass = constraint.inv_mass_a + constraint.inv_mass_b;
-        // Impulses that rounding leaves between bodies which fall side by side hold neither.
-        let velocity = bodies.velocity[constraint.a as usize].abs();
-        let least = context.rounding() + SPEED_ROUNDING * max(velocity.x, velocity.y);
-        if constraint.normal_impulse * inv_mass <= least {
-            continue;
-        }
-        limit_weight(constraint, constraint.normal, 0.0, &mut displacements.weight);
-        let limit = constraint.friction * constraint.normal_impulse;
-        if constraint.tangent_impulse.abs() < limit {
-            let weight =
-                if info.slid { FREE * constraint.tangent_impulse.abs() / limit } else { 0.0 };
-            limit_weight(constraint, constraint.normal.perp(), weight, &mut displacements.weight);
-        }
-    }
+    find_weights(bodies, contacts, &mut displacements.weight, context);
+    let ContactSet { constraints, infos } = contacts;
     find_paths(bodies, displacements, dt);
     if limit_overlapping(constraints, infos, displacements) {
         find_paths(bodies, displacements, dt);
@@ -207,6 +188,36 @@ pub(crate) fn move_bodies(
         displacements.path[slot as usize] = Vec2::ZERO;
     }
     Moved { is_finite, separation_min, overlaps }
+}
+
+/// Finds the weights of v0 in the paths: those of free flight, limited by the contacts that hold a body.
+#[inline]
+fn find_weights(
+    bodies: &Bodies,
+    contacts: &ContactSet,
+    weight: &mut Vec<Vec2>,
+    context: &StepContext,
+) {
+    weight.resize(bodies.alive.len(), Vec2::ZERO);
+    for &slot in &bodies.moving {
+        weight[slot as usize] = Vec2::splat(FREE);
+    }
+    for (constraint, info) in contacts.constraints.iter().zip(&contacts.infos) {
+        let inv_mass = constraint.inv_mass_a + constraint.inv_mass_b;
+        // Impulses that rounding leaves between bodies which fall side by side hold neither.
+        let velocity = bodies.velocity[constraint.a as usize].abs();
+        let least = context.rounding() + SPEED_ROUNDING * max(velocity.x, velocity.y);
+        if constraint.normal_impulse * inv_mass <= least {
+            continue;
+        }
+        limit_weight(constraint, constraint.normal, 0.0, weight);
+        let limit = constraint.friction * constraint.normal_impulse;
+        if constraint.tangent_impulse.abs() < limit {
+            let share =
+                if info.slid { FREE * constraint.tangent_impulse.abs() / limit } else { 0.0 };
+            limit_weight(constraint, constraint.normal.perp(), share, weight);
+        }
+    }
 }
 
 /// Whether a body that contacts hold is so slow that its path is lost in the rounding of its position, or of its size.

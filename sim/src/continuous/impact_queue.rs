@@ -214,8 +214,6 @@ impl ImpactQueue {
         predictions_max: u64,
     ) -> Progress {
         self.fill_queue(bodies, pairs, context);
-        // Not those beyond reach: how many are listed depends on when the list was built.
-        self.predictions += self.near.len() as u64 / PAIRS_PER_PREDICTION;
         if self.queue.is_empty() {
             return Progress::Done;
         }
@@ -254,14 +252,7 @@ impl ImpactQueue {
                 },
             };
             self.apply_impact(bodies, pair, &hit, context);
-            for slot in [pair.a, pair.b] {
-                self.push_impacts_of(bodies, pairs, slot, context);
-            }
-            // What stopped an obstruction may have changed neither body of the event.
-            let stopped = &pairs[event.pair as usize];
-            if event.version == self.version(stopped) {
-                self.push_next_impact(bodies, event.pair, stopped, context);
-            }
+            self.push_followers(bodies, pairs, &event, pair, context);
             if self.has_exhausted_impacts(pair) {
                 self.stop_at_impact(bodies, pair.a, context);
                 self.stop_at_impact(bodies, pair.b, context);
@@ -272,6 +263,26 @@ impl ImpactQueue {
             }
         }
         if self.waiting.is_empty() { Progress::Done } else { Progress::BeyondReach }
+    }
+
+    /// Queues the impacts that follow an event, which was one of `pair`.
+    #[inline]
+    fn push_followers(
+        &mut self,
+        bodies: &Bodies,
+        pairs: &[Pair],
+        event: &Event,
+        pair: &Pair,
+        context: &StepContext,
+    ) {
+        for slot in [pair.a, pair.b] {
+            self.push_impacts_of(bodies, pairs, slot, context);
+        }
+        // What stopped an obstruction may have changed neither body of the event.
+        let stopped = &pairs[event.pair as usize];
+        if event.version == self.version(stopped) {
+            self.push_next_impact(bodies, event.pair, stopped, context);
+        }
     }
 
     /// Queues the first impacts of a round: of all pairs, or of the bodies that waited for it.
@@ -293,6 +304,8 @@ impl ImpactQueue {
                 self.push_next_impact(bodies, index, pair, context);
             }
         }
+        // Not those beyond reach: how many are listed depends on when the list was built.
+        self.predictions += self.near.len() as u64 / PAIRS_PER_PREDICTION;
         for slot in self.waiting.drain(..) {
             self.waits[slot as usize] = false;
         }

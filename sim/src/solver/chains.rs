@@ -271,7 +271,6 @@ impl Chains {
         let bodies = &self.bodies[first..=first + count];
         let masses = &self.masses[first..=first + count];
         let links = &self.links[chain.links as usize..][..count];
-        let axis = chain.axis;
         self.nodes.clear();
         let mut below = 0.0;
         for (index, (&body, &mass)) in bodies.iter().zip(masses).enumerate() {
@@ -279,7 +278,7 @@ impl Chains {
             let above = link.map_or(0.0, |constraint| constraint.normal_impulse);
             let closing_max = link.map_or(0.0, |constraint| -constraint.min_normal_velocity);
             // Without the chain's own impulses.
-            let speed = without_dust(velocity[body as usize][axis] + (above - below) / mass);
+            let speed = without_dust(velocity[body as usize][chain.axis] + (above - below) / mass);
             self.nodes.push(ChainNode { speed, mass, closing_max });
             below = above;
         }
@@ -288,15 +287,14 @@ impl Chains {
         self.changes.resize(count, 0.0);
         for pool in &self.pools {
             // From here on `speed` is the change.
-            for (node, &body) in
-                self.nodes[pool.first..pool.end].iter_mut().zip(&bodies[pool.first..])
-            {
+            let nodes = &mut self.nodes[pool.first..pool.end];
+            for (node, &body) in nodes.iter_mut().zip(&bodies[pool.first..]) {
                 if node.mass == f32::INFINITY {
                     // Its speed was summed along the pool and may be off by rounding.
                     node.speed = 0.0;
                     continue;
                 }
-                let speed = &mut velocity[body as usize][axis];
+                let speed = &mut velocity[body as usize][chain.axis];
                 let change = node.speed - *speed;
                 *speed = node.speed;
                 node.speed = change;
@@ -306,8 +304,7 @@ impl Chains {
         for (link, &index) in links.iter().enumerate() {
             let constraint = &mut constraints[index as usize];
             let before = constraint.normal_impulse;
-            let normal = before + self.changes[link];
-            constraint.normal_impulse = if normal > 0.0 { normal } else { 0.0 };
+            constraint.normal_impulse = max(before + self.changes[link], 0.0);
             let mut speed_change = 0.0;
             if before > 0.0 || constraint.normal_impulse > 0.0 {
                 speed_change = (self.nodes[link + 1].speed - self.nodes[link].speed).abs();

@@ -188,25 +188,29 @@ impl DirectSolver {
         (false, rounds_max)
     }
 
-    /// Reads the bodies and contacts of an island.
-    fn read(&mut self, constraints: &[ContactConstraint], island: &[u32], velocity: &[Vec2]) {
-        let DirectSolver { slots, edges, order, masses, speed, momentum, contacts, .. } = self;
+    /// Lists the bodies of an island, and finds the order in which they are eliminated.
+    fn list_bodies(&mut self, constraints: &[ContactConstraint], island: &[u32]) {
+        let DirectSolver { slots, edges, order, system, .. } = self;
         let bodies = || island.iter().flat_map(|&index| constraints[index as usize].bodies());
         let movable = bodies().filter(|&(_, inv_mass)| inv_mass > 0.0);
         slots.clear();
         slots.extend(movable.map(|(slot, _)| slot));
         slots.sort_unstable();
         slots.dedup();
-        let unknown = |(slot, inv_mass): (u32, f32)| {
-            (inv_mass > 0.0).then(|| slots.binary_search(&slot).expect("listed") as u32)
-        };
         edges.clear();
         for &index in island {
-            if let [Some(a), Some(b)] = constraints[index as usize].bodies().map(unknown) {
+            let ends = constraints[index as usize].bodies().map(|end| unknown(slots, end));
+            if let [Some(a), Some(b)] = ends {
                 edges.push((a, b));
             }
         }
-        self.system.build(slots.len(), edges, order);
+        system.build(slots.len(), edges, order);
+    }
+
+    /// Reads the bodies and contacts of an island.
+    fn read(&mut self, constraints: &[ContactConstraint], island: &[u32], velocity: &[Vec2]) {
+        self.list_bodies(constraints, island);
+        let DirectSolver { slots, order, masses, speed, momentum, contacts, .. } = self;
         masses.clear();
         masses.resize(slots.len(), 0.0);
         speed.clear();
@@ -214,7 +218,7 @@ impl DirectSolver {
         contacts.clear();
         for &index in island {
             let constraint = &constraints[index as usize];
-            let place = |body| unknown(body).map(|end| order.index_of[end as usize]);
+            let place = |body| unknown(slots, body).map(|end| order.index_of[end as usize]);
             let ends = constraint.bodies().map(place);
             // Velocities of immovable bodies.
             let mut driven = [DVec2::ZERO; 2];
@@ -324,6 +328,11 @@ impl DirectSolver {
             (constraint.normal_impulse, constraint.tangent_impulse) = (impulse.x, impulse.y);
         }
     }
+}
+
+/// The index of a body among those of the island; `None` for one that does not move.
+fn unknown(slots: &[u32], (slot, inv_mass): (u32, f32)) -> Option<u32> {
+    (inv_mass > 0.0).then(|| slots.binary_search(&slot).expect("listed") as u32)
 }
 
 /// Adds an impulse to the second of two bodies, and its opposite to the first.

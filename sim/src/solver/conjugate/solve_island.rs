@@ -55,29 +55,17 @@ impl ConjugateSolver {
         bodies: &mut Bodies,
         context: &StepContext,
     ) {
-        let IslandLimits { sweeps: mut limits, mass_ratio, agitation } =
-            self.limits(number, is_late, &bodies.velocity, context);
-        let island = &self.islands.constraints[self.islands.range(number)];
-        let (constraints, velocity) = (&mut self.contacts.constraints, &mut bodies.velocity);
+        let found = self.limits(number, is_late, &bodies.velocity, context);
+        let IslandLimits { sweeps: limits, mass_ratio, agitation } = found;
         let is_stiff = mass_ratio > STIFF_MASS_RATIO;
+        let velocity = &mut bodies.velocity;
         if is_stiff {
-            self.energy_guard.remember(constraints, island, velocity);
+            let island = &self.islands.constraints[self.islands.range(number)];
+            self.energy_guard.remember(&self.contacts.constraints, island, velocity);
         }
-        let in_motion = agitation.is_some_and(|agitation| agitation.in_motion);
-        let sweeps = if in_motion {
-            self.late_pairs.note_motion(constraints, island);
-            sweep::solve_in_motion(constraints, island, &mut self.blocks, velocity, limits)
-        } else {
-            let chains = &mut self.blocks.chains;
-            chains.find(constraints, island);
-            if agitation.is_some_and(|agitation| agitation.is_slow)
-                && 2 * chains.links().len() > island.len()
-            {
-                // A fallen tower: its columns lean on each other, and sweeps by colour let it creep on.
-                limits.sequence = Sequence::Forests;
-            }
-            sweep::solve(constraints, island, &mut self.blocks, velocity, limits)
-        };
+        let sweeps = self.sweep_island(number, found, velocity);
+        let island = &self.islands.constraints[self.islands.range(number)];
+        let constraints = &mut self.contacts.constraints;
         let mut is_solved = sweeps < limits.sweeps_max;
         let mut visits = sweeps * island.len() as u32;
         let rounds_max = direct::rounds_left(island.len(), self.work.eliminated);
@@ -113,6 +101,26 @@ impl ConjugateSolver {
         }
         self.work.done += u64::from(visits);
         self.work.sweeps = self.work.sweeps.max(sweeps);
+    }
+
+    /// Sweeps an island within its limits; returns the number of sweeps.
+    #[inline]
+    fn sweep_island(&mut self, number: usize, found: IslandLimits, velocity: &mut [Vec2]) -> u32 {
+        let IslandLimits { sweeps: mut limits, agitation, .. } = found;
+        let island = &self.islands.constraints[self.islands.range(number)];
+        let (constraints, blocks) = (&mut self.contacts.constraints, &mut self.blocks);
+        if agitation.is_some_and(|agitation| agitation.in_motion) {
+            self.late_pairs.note_motion(constraints, island);
+            return sweep::solve_in_motion(constraints, island, blocks, velocity, limits);
+        }
+        blocks.chains.find(constraints, island);
+        if agitation.is_some_and(|agitation| agitation.is_slow)
+            && 2 * blocks.chains.links().len() > island.len()
+        {
+            // A fallen tower: its columns lean on each other, and sweeps by colour let it creep on.
+            limits.sequence = Sequence::Forests;
+        }
+        sweep::solve(constraints, island, blocks, velocity, limits)
     }
 
     /// The limits of the sweeps over an island.
