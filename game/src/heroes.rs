@@ -1,17 +1,15 @@
 //! Heroes of players: where they appear and how they are steered.
 
-use crate::actor::Rule;
 use crate::event::Event;
 use crate::input::Buttons;
 use crate::placing::is_clear;
 use crate::player::Player;
-use crate::roster::Roster;
+use crate::roster::{Roster, Rule};
 use crate::scene::{HeroSpec, Kind, LaneAxis, Scene, Tools};
 use crate::side::Standing;
 use glam::Vec2;
-use jostle_sim::Rng;
 use jostle_sim::math::{clamp_length, max};
-use jostle_sim::{BodyDef, DT, World};
+use jostle_sim::{BodyDef, DT, Rng, World};
 
 /// Ticks from the loss of a hero to the next one.
 pub(crate) const RESPAWN_TICKS: u32 = 30;

@@ -1,9 +1,8 @@
 //! Launchers of a scene: packs without an owner, which chase every player's hero, and marbles.
 
-use crate::actor::{Actor, Rule};
 use crate::packs::{self, Prey};
 use crate::placing::is_clear;
-use crate::roster::Roster;
+use crate::roster::{Actor, Roster, Rule};
 use crate::scene::{Condition, Kind, Launcher, Location, Scene};
 use glam::Vec2;
 use jostle_sim::{BodyDef, World};

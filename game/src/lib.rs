@@ -5,7 +5,6 @@
 
 #![warn(missing_docs)]
 
-mod actor;
 mod emitters;
 mod event;
 mod game;

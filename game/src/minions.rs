@@ -1,6 +1,6 @@
 //! Minions: they wander at a speed of their own or rest, and recover the motion that a bounce takes.
 
-use crate::actor::{Actor, Rule};
+use crate::roster::{Actor, Rule};
 use crate::scene::Kind;
 use glam::Vec2;
 use jostle_sim::math::clamp_length;

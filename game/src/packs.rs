@@ -4,18 +4,15 @@
 //! pushes like any body; the change that they make becomes drift, which dies away. So a pack in
 //! front of a platform slides along it, and a hero behind a platform has cover (C39).
 
-use crate::actor::{Actor, Rule};
 use crate::emitters;
 use crate::event::Event;
 use crate::input::Seat;
 use crate::placing::is_clear;
-use crate::roster::Roster;
+use crate::roster::{Actor, Roster, Rule};
 use crate::scene::{Kind, PackSpec, Scene};
 use glam::Vec2;
-use jostle_sim::Rng;
-use jostle_sim::collide;
 use jostle_sim::math::{atan2, clamp, clamp_length, min, rotate};
-use jostle_sim::{BodyDef, BodyId, EmitterDef, Motion, Shape, Source, World};
+use jostle_sim::{BodyDef, BodyId, EmitterDef, Motion, Rng, Shape, Source, World, collide};
 
 /// Packs look to the right when they appear (B3).
 const FRONT_AT_START: Vec2 = Vec2::X;

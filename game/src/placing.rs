@@ -1,11 +1,9 @@
 //! The start of a game: bodies of the scene file, and layouts at positions that the seed decides.
 
-use crate::actor::Rule;
-use crate::roster::Roster;
+use crate::roster::{Roster, Rule};
 use crate::scene::{Kind, Layout, Location, Path, Placed, Scene};
 use glam::Vec2;
-use jostle_sim::{Aabb, BodyDef, BodyId, Motion, Shape, Spring, SpringEnd, World};
-use jostle_sim::{Rng, collide};
+use jostle_sim::{Aabb, BodyDef, BodyId, Motion, Rng, Shape, Spring, SpringEnd, World, collide};
 
 /// Positions tried for a body in its cell, and again in the whole area; then it is left out.
 const TRIES: u32 = 256;

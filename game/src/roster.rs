@@ -1,11 +1,42 @@
 //! The roster: who the bodies of the World are, and who plays.
 
-use crate::actor::{Actor, Rule};
 use crate::input::Seat;
 use crate::player::Player;
 use crate::scene::{Kind, Scene, Tools};
 use crate::side::Side;
+use glam::Vec2;
 use jostle_sim::{BodyDef, BodyId, World};
+
+/// A body's role in the game.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Actor {
+    pub id: BodyId,
+    pub kind: Kind,
+    pub owner: Option<Seat>,
+    pub rule: Rule,
+}
+
+/// Motion of a body by itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Rule {
+    Still,
+    Wander {
+        heading: Vec2,
+        /// Units/s, positive.
+        speed: f32,
+        /// A dye pack has pushed it off its way, to which it returns.
+        is_pushed: bool,
+    },
+    Chase {
+        /// Unit vector of its own motion.
+        front: Vec2,
+        /// Velocity that contacts have added to its own motion, units/s.
+        drift: Vec2,
+        /// Velocity set for this step, units/s.
+        driven: Vec2,
+        life: u32,
+    },
+}
 
 /// Roles of the bodies, and the players.
 #[derive(Clone, Debug, Default)]

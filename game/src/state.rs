@@ -3,13 +3,12 @@
 //! A saved state is the World's and the rules' own. It goes with its scene, and is saved between two
 //! ticks: the reports of the last tick are not part of it.
 
-use crate::actor::{Actor, Rule};
 use crate::event::Event;
 use crate::game::Game;
 use crate::input::{Buttons, Seat};
 use crate::player::{HeldBody, Player};
 use crate::rngs::Rngs;
-use crate::roster::Roster;
+use crate::roster::{Actor, Roster, Rule};
 use crate::rules::Rules;
 use crate::scene::{Kind, SEATS_MAX, Scene};
 use glam::Vec2;

@@ -14,7 +14,7 @@ mod shipped;
 mod showcases;
 mod sling;
 
-use crate::actor::Rule;
+use crate::roster::Rule;
 use crate::scene::BUILT_IN;
 use crate::{Buttons, Event, Game, Input, Kind, Scene, Seat, SnapshotBody};
 use glam::Vec2;

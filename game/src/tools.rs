@@ -1,18 +1,16 @@
 //! Tools of players: Z, X, C, V, the click, and H, M, P with the drag.
 
-use crate::actor::Rule;
 use crate::event::Event;
 use crate::input::Buttons;
 use crate::placing::{either_side, is_clear};
 use crate::player::{HeldBody, Player};
 use crate::rngs::Rngs;
-use crate::roster::Roster;
+use crate::roster::{Roster, Rule};
 use crate::scene::{Kind, Scene, Tools};
 use crate::{emitters, packs};
 use glam::Vec2;
-use jostle_sim::Rng;
 use jostle_sim::math::{clamp_length, min};
-use jostle_sim::{Aabb, BodyDef, BodyId, DT, EmitterDef, Motion, Shape, Source, World};
+use jostle_sim::{Aabb, BodyDef, BodyId, DT, EmitterDef, Motion, Rng, Shape, Source, World};
 
 /// Largest change of either component of a velocity that C makes in a tick, units/s.
 const AGITATE_SPEED: f32 = 5.0;

@@ -3,9 +3,8 @@
 //! A slot is reused after a removal; its generation then differs. All loops go over slots in
 //! ascending order, so the order of creation matters only through the slots it assigned.
 
-use crate::body::{BodyDef, BodyId, GROUPS_MAX, Motion};
+use crate::body::{BodyDef, BodyId, GROUPS_MAX, Material, Motion};
 use crate::check;
-use crate::material::Material;
 use crate::math::min;
 use crate::shape::{Aabb, Shape};
 use glam::Vec2;

@@ -1,6 +1,6 @@
 //! Body ids, kinds of motion, and definitions.
 
-use crate::forces::drag::Drag;
+use crate::forces::air::Drag;
 use crate::shape::Shape;
 use glam::Vec2;
 
@@ -22,6 +22,13 @@ pub enum Motion {
     Kinematic,
     /// Moved by gravity and contacts.
     Dynamic,
+}
+
+/// Restitution and friction of a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Material {
+    pub restitution: f32,
+    pub friction: f32,
 }
 
 /// Definition of a new body. [`Default`] is a dynamic circle of radius 1 in group 0, with mass 1,

@@ -8,4 +8,3 @@ pub(crate) mod impact_queue;
 pub(crate) mod late_pairs;
 pub(crate) mod paths;
 pub(crate) mod static_clamp;
-pub(crate) mod thin;

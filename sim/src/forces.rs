@@ -12,8 +12,7 @@
 //! Computed in double precision, which is as exact on every target as single: a stiff spring
 //! multiplies the rounding of the positions that it joins by its stiffness.
 
-mod air;
-pub(crate) mod drag;
+pub(crate) mod air;
 pub(crate) mod elimination;
 mod energy_guard;
 pub(crate) mod euler;
@@ -27,9 +26,8 @@ use crate::bodies::{Bodies, REACH_MIN};
 use crate::body::{GROUPS_MAX, Motion};
 use crate::broad_phase::pairs::Pair;
 use crate::math::max;
-use air::Air;
+use air::{Air, Drag, FORCE_MAX};
 pub(crate) use air::{Move, MoveKind};
-use drag::{Drag, FORCE_MAX};
 use energy_guard::SpringGuard;
 use euler::{EulerBody, EulerGroups};
 use flight::Flight;

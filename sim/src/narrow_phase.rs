@@ -1,5 +1,22 @@
 //! Narrow phase: how two shapes touch, overlap or are apart.
 
-pub(crate) mod manifold;
 pub(crate) mod overlap;
 pub(crate) mod separation;
+
+use glam::Vec2;
+
+/// Contact of two shapes, present or predicted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Manifold {
+    /// Unit vector from a to b.
+    pub normal: Vec2,
+    /// Distance along the normal, world units; negative where the shapes overlap.
+    pub separation: f32,
+}
+
+impl Manifold {
+    /// Returns the manifold of the same two shapes in the other order.
+    pub(crate) fn flipped(self) -> Manifold {
+        Manifold { normal: -self.normal, ..self }
+    }
+}

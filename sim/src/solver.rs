@@ -10,7 +10,6 @@ mod energy_guard;
 mod gauss_seidel;
 mod graph_coloring;
 pub(crate) mod islands;
-mod layers;
 mod pava;
 mod position_correction;
 pub(crate) mod relaxation;

@@ -13,7 +13,7 @@ use crate::broad_phase::pairs::PairList;
 use crate::check;
 use crate::features::Features;
 use crate::forces::Forces;
-use crate::forces::drag::Drag;
+use crate::forces::air::Drag;
 use crate::forces::springs::{Spring, SpringEnd};
 use crate::particles::{EmitterDef, Obstacle, Particles, dequantise, quantise};
 use crate::shape::{Aabb, Shape};

@@ -2,10 +2,9 @@
 //! scene come and go by conditions, and return to their starts.
 
 use super::table::Table;
-use crate::actor::{Actor, Rule};
 use crate::input::Seat;
 use crate::placing;
-use crate::roster::Roster;
+use crate::roster::{Actor, Roster, Rule};
 use crate::scene::{Kind, Levels, Scene};
 use glam::Vec2;
 use jostle_sim::{BodyId, Motion, World};

@@ -2,7 +2,7 @@
 //! does nothing loses.
 
 use super::*;
-use crate::actor::Rule;
+use crate::roster::Rule;
 use crate::rules::RoundPhase;
 use crate::side::Side;
 

@@ -3,8 +3,7 @@
 //! Times are exact under gravity: across a separation s, a pair that closes at speed c with
 //! acceleration g touches at the speed w, w^2 = c^2 + 2 g s, after 2 s / (c + w).
 
-use super::paths::Paths;
-use super::thin::{overlap_limit, thickness};
+use super::paths::{Paths, overlap_limit, thickness};
 use crate::bodies::Bodies;
 use crate::body::Motion;
 use crate::broad_phase::pairs::Pair;

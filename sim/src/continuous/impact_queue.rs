@@ -23,8 +23,7 @@ use super::crowd::Crowd;
 use super::impact_prediction::{
     Hit, as_obstruction, bounces, gravity_on, predict, restitution, tunnels,
 };
-use super::paths::Paths;
-use super::thin::is_fast;
+use super::paths::{Paths, is_fast};
 use crate::bodies::{Bodies, REACH_MIN};
 use crate::broad_phase::pairs::{Pair, near};
 use crate::math::{clamp, clamp_length, max};
@@ -252,28 +251,21 @@ impl ImpactQueue {
                 },
             };
             self.apply_impact(bodies, pair, &hit, context);
-            self.push_followers(bodies, pairs, &event, pair, context);
-            if self.has_exhausted_impacts(pair) {
-                self.stop_at_impact(bodies, pair.a, context);
-                self.stop_at_impact(bodies, pair.b, context);
-            }
-            if !last {
-                self.extend_reach_of_impacted(bodies, pair.a, context);
-                self.extend_reach_of_impacted(bodies, pair.b, context);
-            }
+            self.follow_up(bodies, pairs, &event, pair, context, last);
         }
         if self.waiting.is_empty() { Progress::Done } else { Progress::BeyondReach }
     }
 
-    /// Queues the impacts that follow an event, which was one of `pair`.
+    /// Queues the impacts that follow an event, which was one of `pair`. Both bodies go on, unless it was their last one.
     #[inline]
-    fn push_followers(
+    fn follow_up(
         &mut self,
-        bodies: &Bodies,
+        bodies: &mut Bodies,
         pairs: &[Pair],
         event: &Event,
         pair: &Pair,
         context: &StepContext,
+        last: bool,
     ) {
         for slot in [pair.a, pair.b] {
             self.push_impacts_of(bodies, pairs, slot, context);
@@ -282,6 +274,14 @@ impl ImpactQueue {
         let stopped = &pairs[event.pair as usize];
         if event.version == self.version(stopped) {
             self.push_next_impact(bodies, event.pair, stopped, context);
+        }
+        if self.has_exhausted_impacts(pair) {
+            self.stop_at_impact(bodies, pair.a, context);
+            self.stop_at_impact(bodies, pair.b, context);
+        }
+        if !last {
+            self.extend_reach_of_impacted(bodies, pair.a, context);
+            self.extend_reach_of_impacted(bodies, pair.b, context);
         }
     }
 

@@ -9,14 +9,12 @@
 //! impulses.
 
 use super::impact_prediction::restitution;
-use super::paths::Paths;
+use super::paths::{Paths, is_fast, predict_manifold};
 use crate::bodies::{Bodies, REACH_MIN};
 use crate::broad_phase::pairs::{Pair, near};
-use crate::continuous::paths::predict_manifold;
-use crate::continuous::thin::is_fast;
 use crate::forces::{Move, MoveKind};
 use crate::math::max;
-use crate::narrow_phase::manifold::Manifold;
+use crate::narrow_phase::Manifold;
 use crate::shape::shapes;
 use crate::solver::contact_constraint::{ContactConstraint, ContactSet, PackedBody, make_contact};
 use crate::solver::step_context::StepContext;

@@ -1,10 +1,12 @@
-//! Paths of bodies within a step: straight lines, after an impact from the point of impact.
+//! Paths of bodies within a step: straight lines, after an impact from the point of impact; and how far they are compared
+//! with the sizes of bodies.
 
 use crate::bodies::Bodies;
 use crate::broad_phase::pairs::Pair;
-use crate::math::max;
-use crate::narrow_phase::manifold::Manifold;
+use crate::math::{max, min};
+use crate::narrow_phase::Manifold;
 use crate::narrow_phase::separation::{self, placed};
+use crate::solver::tolerances::TOLERATED_SHARE;
 use glam::Vec2;
 
 /// Last impact of each body in the step, by slot.
@@ -72,4 +74,27 @@ pub(crate) fn predict_manifold(
     let ahead = at_b.center - at_a.center - begin;
     let manifold = separation::between(at_a, at_b, path - ahead, pair.axis)?;
     Some(Manifold { separation: manifold.separation - manifold.normal.dot(ahead), ..manifold })
+}
+
+/// Whether one of a pair moves in a step by more than `times` the smaller one's half-size.
+#[inline]
+pub(crate) fn is_fast(bodies: &Bodies, pair: &Pair, dt: f32, times: f32) -> bool {
+    let speed = |slot: u32| {
+        let speed = bodies.velocity[slot as usize].abs();
+        max(speed.x, speed.y)
+    };
+    max(speed(pair.a), speed(pair.b)) * dt > times * thickness(bodies, pair)
+}
+
+/// The smaller half-size of a pair, world units.
+#[inline]
+pub(crate) fn thickness(bodies: &Bodies, pair: &Pair) -> f32 {
+    let of = |slot: u32| bodies.thickness(slot as usize);
+    min(of(pair.a), of(pair.b))
+}
+
+/// Limits a tolerated overlap for bodies of this size.
+#[inline]
+pub(crate) fn overlap_limit(thickness: f32, overlap: f32) -> f32 {
+    min(overlap, TOLERATED_SHARE * thickness)
 }

@@ -9,13 +9,12 @@
 //! first, and its velocity towards the wall is removed, as by an impulse of the wall: no energy is
 //! gained, and an overlap that this causes is corrected in the next step.
 
-use super::paths::Paths;
+use super::paths::{Paths, overlap_limit, thickness};
 use crate::bodies::Bodies;
 use crate::body::Motion;
 use crate::broad_phase::pairs::{Pair, key, near};
-use crate::continuous::thin::{overlap_limit, thickness};
 use crate::math::{max, ordered_bits};
-use crate::narrow_phase::manifold::Manifold;
+use crate::narrow_phase::Manifold;
 use crate::narrow_phase::separation;
 use crate::narrow_phase::separation::placed;
 use crate::solver::step_context::StepContext;

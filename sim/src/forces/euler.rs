@@ -4,8 +4,7 @@
 //! moves a body by its velocity at the start, the symplectic one by that at the end: the energy of an
 //! orbit grows with the first, and swings about its true value with the second.
 
-use super::air::{Air, Move};
-use super::drag::Drag;
+use super::air::{Air, Drag, Move};
 use super::springs::{LENGTH_MIN, Spring, SpringEnd};
 use crate::bodies::Bodies;
 use glam::DVec2;

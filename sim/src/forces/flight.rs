@@ -11,8 +11,7 @@
 //! path. (The substitution is the classical one for ballistics: Legendre's and Euler's.) Combined
 //! with other forces it acts in two halves, before and after their exact step (Strang 1968).
 
-use super::air::{Air, FAST_PHASE, Hold, Move, MoveKind};
-use super::drag::Drag;
+use super::air::{Air, Drag, FAST_PHASE, Hold, Move, MoveKind};
 use super::obstacles::NearbyObstacle;
 use super::springs::{Spring, SpringEnd};
 use crate::bodies::Bodies;

@@ -20,16 +20,13 @@
 pub(super) mod build;
 mod held;
 mod link;
-mod plane;
 
-use super::air::{Air, FAST_PHASE, Move, MoveKind};
-use super::drag::Drag;
+use super::air::{Air, Drag, FAST_PHASE, Move, MoveKind};
 use super::elimination::Elimination;
 use crate::bodies::Bodies;
 use crate::math::exp_m1;
 use glam::{DMat2, DVec2};
-use link::{LinkEnd, NetworkLink, max_or_nan};
-use plane::Plane;
+use link::{LinkEnd, NetworkLink, Plane, max_or_nan};
 
 /// Phase of the fastest oscillation in a substep, radians.
 const SUBSTEP_PHASE: f64 = 1.0;

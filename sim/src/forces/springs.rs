@@ -1,6 +1,6 @@
 //! Springs from a body to a point or to another body.
 
-use super::drag::FORCE_MAX;
+use super::air::FORCE_MAX;
 use crate::body::BodyId;
 use crate::check;
 use glam::{DVec2, Vec2};

@@ -1,7 +1,7 @@
 //! State of drag and springs (12 bytes for a body with drag, 29 for a spring).
 
 use super::Forces;
-use super::drag::{Drag, FORCE_MAX};
+use super::air::{Drag, FORCE_MAX};
 use super::springs::{Spring, SpringEnd};
 use crate::bodies::Bodies;
 use crate::state::Subject;

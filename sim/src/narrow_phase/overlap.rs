@@ -5,7 +5,7 @@
 
 use crate::bodies::Bodies;
 use crate::math::{self, ordered_bits};
-use crate::narrow_phase::manifold::Manifold;
+use crate::narrow_phase::Manifold;
 use crate::shape::{Shape, shapes};
 use crate::solver::tolerances::{DEEP_SHARE, SAME_CENTER};
 use glam::Vec2;

@@ -12,7 +12,7 @@
 use crate::bodies::Bodies;
 use crate::broad_phase::pairs::Axis;
 use crate::math::{clamp, max, min};
-use crate::narrow_phase::manifold::Manifold;
+use crate::narrow_phase::Manifold;
 use crate::narrow_phase::overlap::{box_circle_at_rest, circles_at_rest, corner_normal, side};
 use crate::shape::Shape;
 use crate::solver::tolerances::{CORNER, CORNER_SHARE, ROUNDING, STRAIGHT};

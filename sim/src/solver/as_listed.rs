@@ -7,7 +7,7 @@
 use crate::bodies::Bodies;
 use crate::broad_phase::pairs::Pair;
 use crate::math::{clamp_length, max, min};
-use crate::narrow_phase::manifold::Manifold;
+use crate::narrow_phase::Manifold;
 use crate::narrow_phase::overlap::side;
 use crate::shape::Shape;
 use crate::solver::relaxation::constraint::RelaxationConstraint;

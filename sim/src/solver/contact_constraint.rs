@@ -12,7 +12,7 @@ use crate::broad_phase::pairs::{Axis, Pair};
 use crate::continuous::paths::{Paths, predict_manifold};
 use crate::growth::{push, reserve};
 use crate::math::{max, min};
-use crate::narrow_phase::manifold::Manifold;
+use crate::narrow_phase::Manifold;
 use crate::narrow_phase::separation::{self, PlacedShape};
 use crate::shape::{Shape, shapes};
 use crate::solver::tolerances::{DEEP_SHARE, ROUNDING, SLIDING, SPECULATIVE};

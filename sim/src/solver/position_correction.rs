@@ -16,14 +16,13 @@ use crate::broad_phase::pairs::Pair;
 use crate::growth::push;
 use crate::integrate::Displacements;
 use crate::math::{clamp_length, max};
-use crate::narrow_phase::manifold::Manifold;
+use crate::narrow_phase::Manifold;
 use crate::narrow_phase::overlap::spread_manifold;
 use crate::narrow_phase::separation::{self, placed};
 use crate::solver::contact_constraint::{
     ContactConstraint, ContactInfo, ContactSet, Correction, PUSHED_FROM,
 };
 use crate::solver::islands::Islands;
-use crate::solver::layers::{self, UNREACHED};
 use crate::solver::settings::Conjugate;
 use crate::solver::step_context::StepContext;
 use crate::solver::sweep::{self, Blocks, Sequence, SweepLimits};
@@ -42,6 +41,8 @@ const SWEEPS_MAX: u32 = 20;
 /// further pass takes half of them. In a tower of 1000 that fell, whole passes would take five times as many.
 const VISITS_MAX: u32 = 20_000;
 const WORK_SHARE: u32 = 8;
+/// Distance of a body that was not reached.
+const UNREACHED: u8 = u8::MAX;
 /// Distance from an overlap, in contacts, within which bodies still give way: so few sweeps reach
 /// no further, and a pile with one deep overlap need not be handled as a whole.
 const LAYERS: u8 = 8;
@@ -273,10 +274,10 @@ impl PositionCorrection {
         for (index, (constraint, info)) in (0u32..).zip(constraints.iter().zip(infos.iter())) {
             if info.separation_after < settings.correction_max {
                 push(&mut self.close, index);
-                push(&mut self.ends, layers::movable_ends(constraint));
+                push(&mut self.ends, movable_ends(constraint));
             }
         }
-        layers::spread(&mut self.layer, &self.ends, LAYERS);
+        spread(&mut self.layer, &self.ends, LAYERS);
         self.taken.clear();
         self.solved.clear();
         for (&index, &[a, b]) in self.close.iter().zip(&self.ends) {
@@ -323,7 +324,7 @@ impl PositionCorrection {
                 let is_thorough =
                     info.correction == Correction::Thorough || info.separation_after < -deep;
                 let first = if is_thorough { 0 } else { LAYERS - LIGHT_LAYERS };
-                for slot in layers::movable_ends(constraint) {
+                for slot in movable_ends(constraint) {
                     let layer = &mut self.layer[slot as usize];
                     *layer = first.min(*layer);
                 }
@@ -452,4 +453,34 @@ fn current_manifold(
         return Some(manifold);
     }
     Some(spread_manifold(bodies, (constraint.a, constraint.b)))
+}
+
+/// The movable bodies of a contact; twice the same one if the other is immovable, which passes
+/// nothing on.
+#[inline]
+fn movable_ends(constraint: &ContactConstraint) -> [u32; 2] {
+    let [(a, inv_mass_a), (b, inv_mass_b)] = constraint.bodies();
+    [if inv_mass_a > 0.0 { a } else { b }, if inv_mass_b > 0.0 { b } else { a }]
+}
+
+/// Finds the distances, in contacts with these ends, up to `distance_max` from the bodies whose
+/// `layer`, by slot, is set before; all others are [`UNREACHED`]. Those further away stay further
+/// away than `distance_max`.
+fn spread(layer: &mut [u8], ends: &[[u32; 2]], distance_max: u8) {
+    // After n passes all distances up to n are right, and usually all of them after a few.
+    for _ in 0..distance_max {
+        let mut any = false;
+        for &[a, b] in ends {
+            let (before_a, before_b) = (layer[a as usize], layer[b as usize]);
+            if before_a.abs_diff(before_b) > 1 {
+                let nearest = before_a.min(before_b);
+                layer[a as usize] = before_a.min(nearest + 1);
+                layer[b as usize] = before_b.min(nearest + 1);
+                any = true;
+            }
+        }
+        if !any {
+            return;
+        }
+    }
 }

@@ -7,11 +7,10 @@
 
 use super::{World, WorldSettings};
 use crate::bodies::{Bodies, Body};
-use crate::body::{GROUPS_MAX, Motion};
+use crate::body::{GROUPS_MAX, Material, Motion};
 use crate::broad_phase::pairs::{Axis, Pair, PairList, key};
 use crate::features::Features;
 use crate::hash::StateHasher;
-use crate::material::Material;
 use crate::narrow_phase::overlap::overlap;
 use crate::particles::Particles;
 use crate::shape::Shape;

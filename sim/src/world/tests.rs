@@ -11,7 +11,7 @@ mod squeezed;
 
 use super::*;
 use crate::GROUPS_MAX;
-use crate::material::Material;
+use crate::body::Material;
 use crate::{Conjugate, DT, ForceSettings, Relaxation, Solver};
 
 const SLOP: f32 = 0.005;

@@ -2,7 +2,7 @@
 
 use super::link::{LinkEnd, NetworkLink};
 use super::{Network, NetworkNode};
-use crate::forces::drag::Drag;
+use crate::forces::air::Drag;
 use crate::forces::elimination::{Elimination, EliminationOrder};
 use crate::forces::springs::{Spring, SpringEnd};
 use crate::solver::islands;

@@ -2,8 +2,7 @@
 //! nodes resist contacts with the mass of their response to an impulse, and the impulses that contacts gave are then
 //! spread over all nodes, so that springs pass weights on.
 
-use super::link::max_or_nan;
-use super::plane::Plane;
+use super::link::{Plane, max_or_nan};
 use super::{DIVERGED_IMPLICIT, Network};
 use crate::bodies::Bodies;
 use crate::forces::air::{Air, Hold, Move, MoveKind};

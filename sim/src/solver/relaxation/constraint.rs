@@ -3,7 +3,7 @@
 use crate::bodies::Bodies;
 use crate::broad_phase::pairs::Pair;
 use crate::math::{max, min};
-use crate::narrow_phase::manifold::Manifold;
+use crate::narrow_phase::Manifold;
 use crate::narrow_phase::overlap::{overlap_of, separation_along, spread_circles};
 use crate::shape::shapes;
 use crate::solver::tolerances::SAME_FACE;
