@@ -269,6 +269,10 @@ fn emits(scene: &Scene) -> Reason {
 /// The fields by which a scene uses a part, or does without it.
 type Reason = Result<String, String>;
 
+fn given(is_given: bool, has: &str, lacks: &str) -> Reason {
+    if is_given { Ok(has.to_owned()) } else { Err(lacks.to_owned()) }
+}
+
 struct Reasons<'a> {
     scene: &'a Scene,
     sources: &'a [Bodies],
@@ -395,17 +399,22 @@ impl Reasons<'_> {
     }
 
     fn as_listed(&self) -> Reason {
-        match self.scene.listed {
-            Some(_) => Ok("the scene has listed".to_owned()),
-            None => Err("no listed".to_owned()),
-        }
+        given(self.scene.listed.is_some(), "the scene has listed", "no listed")
     }
 
     fn sleeping(&self) -> Reason {
-        match self.scene.world.sleeping {
-            true => Ok("sleeping = true, the default of the conjugate solver".to_owned()),
-            false => Err("sleeping = false, the default of other solvers".to_owned()),
-        }
+        let is = "sleeping = true, the default of the conjugate solver";
+        given(self.scene.world.sleeping, is, "sleeping = false, the default of other solvers")
+    }
+
+    fn sling(&self) -> Reason {
+        given(self.scene.sling.is_some(), "the scene has [sling]", "no [sling]")
+    }
+
+    fn breakage(&self) -> Reason {
+        let first = self.scene.bodies.iter().position(|body| body.breaks.is_some());
+        let has = first.map(|index| format!("bodies[{index}] has strength"));
+        has.ok_or_else(|| "no strength in bodies".to_owned())
     }
 
     fn obstacles(&self, emits: bool) -> Reason {
@@ -435,19 +444,6 @@ impl Reasons<'_> {
             (Some(_), _) => Ok("the scene has [round]".to_owned()),
             (None, 0) => Err("no [round] and no [[teams]]".to_owned()),
             (None, teams) => Ok(format!("teams has {teams}")),
-        }
-    }
-
-    fn breakage(&self) -> Reason {
-        let first = self.scene.bodies.iter().position(|body| body.breaks.is_some());
-        let none = || "no strength in bodies".to_owned();
-        first.map(|index| format!("bodies[{index}] has strength")).ok_or_else(none)
-    }
-
-    fn sling(&self) -> Reason {
-        match self.scene.sling {
-            Some(_) => Ok("the scene has [sling]".to_owned()),
-            None => Err("no [sling]".to_owned()),
         }
     }
 
