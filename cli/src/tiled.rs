@@ -35,21 +35,12 @@ impl fmt::Display for ImportError {
 /// Turns a map into the text of a scene file that [`Scene::parse`] accepts. `file` is used in errors, and `name` is the
 /// scene's.
 pub fn import(file: &str, name: &str, bytes: &[u8]) -> Result<String, ImportError> {
-    let map: Map = serde_json::from_slice(bytes).map_err(|error| ImportError {
-        file: file.to_owned(),
-        place: String::new(),
-        field: "file".to_owned(),
-        found: error.to_string(),
-        allowed: "a map of Tiled in its JSON format".to_owned(),
-    })?;
+    let wrong = |found: String, allowed: &str| at(file, *Origin::Map.wrong("file", found, allowed));
+    let map: Map = serde_json::from_slice(bytes)
+        .map_err(|error| wrong(error.to_string(), "a map of Tiled in its JSON format"))?;
     let written = objects::write(&map).map_err(|wrong| at(file, *wrong))?;
-    let text = toml::to_string(&written.scene).map_err(|error| ImportError {
-        file: file.to_owned(),
-        place: String::new(),
-        field: "file".to_owned(),
-        found: error.to_string(),
-        allowed: "values that TOML has".to_owned(),
-    })?;
+    let text = toml::to_string(&written.scene)
+        .map_err(|error| wrong(error.to_string(), "values that TOML has"))?;
     let text = format!("# Made from a map of Tiled by `jostle scene import`.\n\n{text}");
     match Scene::parse(&format!("{name}.toml"), &text) {
         Ok(_) => Ok(text),

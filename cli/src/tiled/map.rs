@@ -1,4 +1,4 @@
-//! The JSON format of Tiled, as far as a scene needs it. Fields that are not listed are of no concern to a scene.
+//! The JSON format of Tiled, as far as a scene needs it, and mistakes in a map. Fields that are not listed are of no concern to a scene.
 
 use serde::Deserialize;
 use serde_json::Value;

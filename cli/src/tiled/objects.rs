@@ -78,11 +78,8 @@ fn check(map: &Map) -> Result<Scale, Box<Wrong>> {
         return Err(origin.wrong("infinite", "true", allowed));
     }
     if !matches!(map.orientation.as_str(), "" | "orthogonal") {
-        return Err(origin.wrong(
-            "orientation",
-            format!("{:?}", map.orientation),
-            "\"orthogonal\"",
-        ));
+        let found = format!("{:?}", map.orientation);
+        return Err(origin.wrong("orientation", found, "\"orthogonal\""));
     }
     let given = map.properties.iter().find(|property| property.name == SCALE);
     let pixels = match given {
@@ -241,10 +238,7 @@ fn box_of(corners: &[[f64; 2]]) -> Option<DrawnShape> {
     let (low, high) = ([of(0, f64::min), of(1, f64::min)], [of(0, f64::max), of(1, f64::max)]);
     let near = |a: f64, b: f64| (a - b).abs() <= EQUAL;
     let has = |x: f64, y: f64| corners.iter().any(|[a, b]| near(*a, x) && near(*b, y));
-    let all = has(low[0], low[1])
-        && has(low[0], high[1])
-        && has(high[0], low[1])
-        && has(high[0], high[1]);
+    let all = [low[0], high[0]].iter().all(|&x| has(x, low[1]) && has(x, high[1]));
     // Edges along the axes only: the other order of the corners is a bow tie.
     let upright = (0..corners.len()).all(|at| {
         let [[ax, ay], [bx, by]] = [corners[at], corners[(at + 1) % corners.len()]];
@@ -357,21 +351,16 @@ fn value(property: &Property, origin: &Origin) -> Result<Value, Box<Wrong>> {
 
 /// Sets a field by its path, such as `limits.players`.
 fn set_at(scene: &mut Table, path: &str, value: Value) -> Result<(), Box<Wrong>> {
-    match path.split_once('.') {
-        None => {
-            scene.insert(path.to_owned(), value);
-            Ok(())
-        }
-        Some((name, rest)) => {
-            let table = scene.entry(name).or_insert_with(|| Value::Table(Table::new()));
-            let table = table.as_table_mut().ok_or_else(|| {
-                Origin::Map.wrong(path, format!("a property {name:?} too"), "one of the two")
-            })?;
-            // Tables in scene files are few levels deep.
-            if rest.split('.').count() > DEPTH_MAX {
-                return Err(Origin::Map.wrong(path, "many dots", "the path of a field"));
-            }
-            set_at(table, rest, value)
-        }
+    let Some((name, rest)) = path.split_once('.') else {
+        scene.insert(path.to_owned(), value);
+        return Ok(());
+    };
+    let table = scene.entry(name).or_insert_with(|| Value::Table(Table::new()));
+    let both = || Origin::Map.wrong(path, format!("a property {name:?} too"), "one of the two");
+    let table = table.as_table_mut().ok_or_else(both)?;
+    // Tables in scene files are few levels deep.
+    if rest.split('.').count() > DEPTH_MAX {
+        return Err(Origin::Map.wrong(path, "many dots", "the path of a field"));
     }
+    set_at(table, rest, value)
 }
