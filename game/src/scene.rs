@@ -36,7 +36,7 @@ mod traits;
 #[cfg(test)]
 mod tests;
 
-pub use budget::Budget;
+pub use budget::{Budget, SolverBudget};
 pub use cost::{WorstTick, made_max};
 pub use error::{SceneError, line_at};
 pub use field::{FieldForm, FieldInfo};

@@ -11,8 +11,10 @@ pub mod trial_queue;
 pub mod uplink;
 
 use jostle_game::SEATS_MAX;
-use jostle_game::scene::{Budget, FOLLOWERS_MAX};
-use jostle_protocol::limits::{REPLAY_BYTES_MAX, REPLAY_RECORD_BYTES_MAX};
+use jostle_game::scene::{Budget, FOLLOWERS_MAX, SolverBudget};
+use jostle_protocol::limits::{
+    CLIENT_MESSAGE_BYTES_MAX, REPLAY_BYTES_MAX, REPLAY_RECORD_BYTES_MAX, SERVER_MESSAGE_BYTES_MAX,
+};
 use jostle_sim::{StepBudget, TICKS_PER_SECOND};
 use std::num::NonZero;
 use std::thread::available_parallelism;
@@ -149,13 +151,15 @@ pub const GUEST_BUDGET: Budget = Budget {
     size: 4096.0,
     // Half a tick, so that a room that has its worst ticks in a row is not late.
     tick_ms: 8.0,
-    // Twice the default.
-    iterations: 30,
-    // The defaults.
-    sweeps: 400,
-    work: 2_000_000,
-    // Twice the default.
-    position_passes: 8,
+    solver: SolverBudget {
+        // Twice the default.
+        iterations: 30,
+        // The defaults.
+        sweeps: 400,
+        work: 2_000_000,
+        // Twice the default.
+        position_passes: 8,
+    },
     // A chain as long as the widest shipped scene.
     springs: 256,
     // 32 zones with all bodies that are allowed, some tenths of a millisecond.

@@ -22,14 +22,8 @@ pub struct Budget {
     pub size: f32,
     /// The worst tick by the scene's limits ([`WorstTick`]), milliseconds of a processor.
     pub tick_ms: f32,
-    /// Iterations of the relaxation in a step.
-    pub iterations: u32,
-    /// Sweeps of the conjugate solver in a step.
-    pub sweeps: u32,
-    /// Its work in a step.
-    pub work: u32,
-    /// Its passes over positions in a step.
-    pub position_passes: u32,
+    /// The settings of its solver.
+    pub solver: SolverBudget,
     /// Springs between its bodies.
     pub springs: usize,
     /// Zones times bodies, which are looked at in a tick.
@@ -44,11 +38,24 @@ pub struct Budget {
     pub launched_per_s: u32,
 }
 
+/// The most that a scene's settings may let its solver do in a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SolverBudget {
+    /// Iterations of the relaxation.
+    pub iterations: u32,
+    /// Sweeps of the conjugate solver.
+    pub sweeps: u32,
+    /// Its visits of contacts.
+    pub work: u32,
+    /// Its passes over positions.
+    pub position_passes: u32,
+}
+
 impl Budget {
     /// Checks a scene. The error is about the first field that asks for too much.
     pub fn check(&self, scene: &Scene) -> Result<(), SceneError> {
         self.check_limits(scene)?;
-        self.check_solver(scene)?;
+        self.solver.check(scene)?;
         self.check_rules(scene)?;
         self.check_sources(scene)?;
         self.check_tick(scene)
@@ -68,23 +75,6 @@ impl Budget {
         at_most(scene, &bodies_field(scene), "bodies at a time", bodies, allowed)?;
         let (particles, allowed) = (world.particles_max as u32, self.particles as u32);
         at_most(scene, "limits.particles", "particles at a time", particles, allowed)
-    }
-
-    fn check_solver(&self, scene: &Scene) -> Result<(), SceneError> {
-        match scene.world.solver {
-            None => Ok(()),
-            Some(Solver::Relaxation(settings)) => {
-                let field = "relaxation.iterations";
-                at_most(scene, field, "iterations", settings.iterations, self.iterations)
-            }
-            Some(Solver::Conjugate(settings)) => {
-                let (sweeps, work) = ("conjugate.sweeps_max", "conjugate.work_max");
-                let passes = "conjugate.position_passes";
-                at_most(scene, sweeps, "sweeps", settings.sweeps_max, self.sweeps)?;
-                at_most(scene, work, "units of work", settings.work_max, self.work)?;
-                at_most(scene, passes, "passes", settings.position_passes, self.position_passes)
-            }
-        }
     }
 
     fn check_rules(&self, scene: &Scene) -> Result<(), SceneError> {
@@ -134,6 +124,25 @@ impl Budget {
     }
 }
 
+impl SolverBudget {
+    fn check(&self, scene: &Scene) -> Result<(), SceneError> {
+        match scene.world.solver {
+            None => Ok(()),
+            Some(Solver::Relaxation(settings)) => {
+                let field = "relaxation.iterations";
+                at_most(scene, field, "iterations", settings.iterations, self.iterations)
+            }
+            Some(Solver::Conjugate(settings)) => {
+                let (sweeps, work) = ("conjugate.sweeps_max", "conjugate.work_max");
+                let passes = "conjugate.position_passes";
+                at_most(scene, sweeps, "sweeps", settings.sweeps_max, self.sweeps)?;
+                at_most(scene, work, "units of work", settings.work_max, self.work)?;
+                at_most(scene, passes, "passes", settings.position_passes, self.position_passes)
+            }
+        }
+    }
+}
+
 /// Refuses a count above what is allowed.
 fn at_most(
     scene: &Scene,
@@ -142,13 +151,11 @@ fn at_most(
     count: u32,
     allowed: u32,
 ) -> Result<(), SceneError> {
-    match count <= allowed {
-        true => Ok(()),
-        false => {
-            let found = format!("{count} {what}");
-            Err(SceneError::in_scene(scene, field, found, format!("at most {allowed}")))
-        }
+    if count <= allowed {
+        return Ok(());
     }
+    let found = format!("{count} {what}");
+    Err(SceneError::in_scene(scene, field, found, format!("at most {allowed}")))
 }
 
 /// The field that decides how many bodies there may be: the limit if the file has one, else what brings most.

@@ -111,7 +111,7 @@ async fn an_operator_decides_whether_there_are_such_rooms_and_whether_they_are_l
 async fn a_scene_over_each_budget_is_refused_with_its_field() {
     let server = Server::start_with(hospitable(GuestScenes::Private)).await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
-    let Budget { bodies, particles, size, iterations, .. } = GUEST_BUDGET;
+    let Budget { bodies, particles, size, solver, .. } = GUEST_BUDGET;
     let cases = [
         (scene("limits = { players = 100 }", ""), "limits.players", "limits"),
         (scene(&format!("limits = {{ bodies = {} }}", bodies + 1), ""), "limits.bodies", "limits"),
@@ -121,7 +121,7 @@ async fn a_scene_over_each_budget_is_refused_with_its_field() {
             "limits",
         ),
         (
-            scene(&format!("relaxation = {{ iterations = {} }}", iterations + 1), ""),
+            scene(&format!("relaxation = {{ iterations = {} }}", solver.iterations + 1), ""),
             "relaxation.iterations",
             "relaxation",
         ),
