@@ -18,7 +18,6 @@ mod limits;
 mod locate;
 mod marks;
 mod name;
-mod overlaps;
 mod parse;
 mod path;
 mod plan;

@@ -6,11 +6,10 @@
 //! Intel Xeon server, shared with other work, and belong to the worst of 1200 to 3600 ticks with 8 to
 //! 64 bots. Sending snapshots comes on top.
 
-use super::overlaps::Overlaps;
 use super::plan::{self, Bodies, Per};
 use super::spec::Scene;
-use jostle_sim::math::{max, min};
-use jostle_sim::{DT, Motion, Relaxation, Solver};
+use jostle_sim::math::{max, min, ordered_bits};
+use jostle_sim::{BodyDef, DT, Motion, Relaxation, Shape, Solver, collide};
 
 /// Microseconds of a dynamic body with the relaxation, or with contacts that are only found: 3000
 /// bodies in ten pits with 64 bots took 12.1 ms, the 250 marbles of `pile` 0.73 ms. More iterations than usual count in
@@ -29,6 +28,9 @@ const PARTICLE_US: f32 = 0.08;
 /// 0.3 ms, the densest network of 1020 springs 5.3 ms.
 const FEW_SPRINGS_US: f32 = 30.0;
 const MANY_SPRINGS_US: (f32, f32) = (1500.0, 3.8);
+
+/// Pairs that lie in each other at the start; more make no difference.
+const COUNTED_MAX: u32 = 1_000_000;
 
 /// Contacts of a body in a heap, of which its time consists. Each one more that bodies have at the start takes as much.
 const CONTACTS_PER_BODY: u32 = 3;
@@ -147,6 +149,90 @@ fn movers(scene: &Scene) -> Vec<Bodies> {
 /// Whether anything in the scene emits particles.
 fn emits(scene: &Scene) -> bool {
     scene.world_settings().features.particles
+}
+
+/// Bodies that lie in each other at the start: those of `bodies` and of exact layouts, as other layouts keep theirs apart.
+struct Overlaps {
+    /// Pairs of them that collide.
+    count: u32,
+    /// Field of the file that brings most of them; empty if there are none.
+    field: String,
+}
+
+/// A body at the start, and the number of its source.
+#[derive(Clone, Copy)]
+struct StartingBody {
+    def: BodyDef,
+    source: usize,
+}
+
+impl Overlaps {
+    /// Counts them; sorted and swept along x.
+    fn at_start(scene: &Scene) -> Overlaps {
+        let starts = by_edge(starts(scene));
+        let (mut count, mut by_source) = (0, vec![0u32; 1 + scene.layouts.len()]);
+        for (index, a) in starts.iter().enumerate() {
+            if count > COUNTED_MAX {
+                break;
+            }
+            let right = a.def.position.x + a.def.shape.half_extent().x;
+            let beside = starts[index + 1..].iter().take_while(|b| left(&b.def) < right);
+            for b in beside.filter(|b| lie_in_each_other(scene, &a.def, &b.def)) {
+                count += 1;
+                by_source[a.source] += 1;
+                by_source[b.source] += 1;
+            }
+        }
+        let most = (0..by_source.len()).max_by_key(|&source| by_source[source]);
+        let field = match most.filter(|&source| by_source[source] > 0) {
+            None => String::new(),
+            Some(0) => "bodies".to_owned(),
+            Some(source) => format!("layouts[{}].count", source - 1),
+        };
+        Overlaps { count, field }
+    }
+}
+
+/// All bodies whose start the file fixes: those of `bodies` are source 0, those of a layout its index and 1.
+fn starts(scene: &Scene) -> Vec<StartingBody> {
+    let bodies = scene.bodies.iter().map(|body| StartingBody { def: body.def, source: 0 });
+    let layouts = scene.layouts.iter().enumerate().filter(|(_, layout)| layout.exact);
+    let exact = layouts.flat_map(|(index, layout)| {
+        // Of the shapes that the seed chooses from, the largest.
+        let largest = layout.shapes.iter().copied().max_by(|a, b| area(*a).total_cmp(&area(*b)));
+        let shape = largest.unwrap_or(layout.def.shape);
+        (0..layout.count).map(move |number| {
+            let position = layout.cell_center(number);
+            StartingBody { def: BodyDef { shape, position, ..layout.def }, source: index + 1 }
+        })
+    });
+    bodies.chain(exact).collect()
+}
+
+/// Sorts them by their left edges. Plain numbers are sorted, as in the broad phase: a sort of its own would take
+/// 3 kB of the page's program.
+fn by_edge(starts: Vec<StartingBody>) -> Vec<StartingBody> {
+    let keys = starts.iter().zip(0u64..);
+    let keys = keys.map(|(start, index)| u64::from(ordered_bits(left(&start.def))) << 32 | index);
+    let mut keys: Vec<u64> = keys.collect();
+    keys.sort_unstable();
+    keys.iter().map(|&key| starts[key as u32 as usize]).collect()
+}
+
+fn area(shape: Shape) -> f32 {
+    shape.half_extent().x * shape.half_extent().y
+}
+
+fn left(def: &BodyDef) -> f32 {
+    def.position.x - def.shape.half_extent().x
+}
+
+/// Whether two bodies touch, and take part in a contact.
+fn lie_in_each_other(scene: &Scene, a: &BodyDef, b: &BodyDef) -> bool {
+    let movable = [a, b].iter().any(|def| def.motion == Motion::Dynamic);
+    (movable || scene.world.solver.is_none())
+        && scene.groups_meet(a.group, b.group)
+        && collide(a.shape, a.position, b.shape, b.position, (0, 1)).is_some()
 }
 
 #[cfg(test)]
