@@ -1,23 +1,85 @@
-//! Heroes, minions, marbles, dye packs and emitters in a scene file.
+//! Heroes, minions, marbles and dye packs in a scene file.
 
-use super::drag;
 use super::groups::Groups;
 use super::kind::Kind;
-use super::launchers;
-use super::limits::SPEED_MAX;
+use super::limits::{SPEED_MAX, TICKS_MAX};
 use super::recipes::Recipes;
-use super::rules::{self, Names, SECONDS, ticks};
-use super::spec::{HeroSpec, MarbleSpec, PackSpec, Placed, ScheduledEmitter, WalkSpec};
-use super::springs::location;
-use super::table::{POSITION, Range, Table};
+use super::rules::{self, LaneAxis};
+use super::sources;
+use super::table::{POSITION, Range, SECONDS, Table};
 use super::tools::Tools;
-use super::traits::{Kinds, Traits};
+use super::traits::{Kinds, Traits, drag};
 use glam::Vec2;
 use jostle_sim::{BodyDef, Drag};
 
 const SPEED: Range = Range::from(0.0, SPEED_MAX);
 const SPAWNS_MAX: usize = 256;
-const TICKS_MAX: u32 = 1_000_000;
+
+/// Heroes, one for each player.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeroSpec {
+    /// The body, at the origin.
+    pub body: BodyDef,
+    /// Where heroes appear, tried in turn from the seat's own; clear of static and kinematic bodies.
+    pub spawns: Vec<Vec2>,
+    /// Acceleration with A and D, and with W and S.
+    pub thrust: Vec2,
+    /// Speed beyond which thrust adds nothing.
+    pub speed_max: f32,
+    /// Instead of thrust: A and D run at this speed along what the hero stands on, and W jumps off it at this speed,
+    /// both above 0, at most 10000; needs gravity that pulls down. The default of `friction` is then 0. Default: heroes fly.
+    pub walk: Option<WalkSpec>,
+    /// The only axis along which heroes move. Default: none.
+    pub lane: Option<LaneAxis>,
+}
+
+/// How heroes run and jump.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WalkSpec {
+    /// Speed along what they stand on, units/s.
+    pub speed: f32,
+    /// Speed upwards at the start of a jump, units/s.
+    pub jump: f32,
+}
+
+/// Marbles that players make.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MarbleSpec {
+    /// The body, at the origin.
+    pub body: BodyDef,
+    /// Initial speed to either side.
+    pub speed: f32,
+    /// Most at a time, beyond which Z makes no more.
+    pub count_max: u32,
+}
+
+/// Packs of dye, which players throw. Times are ticks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PackSpec {
+    /// The body, at the origin.
+    pub body: BodyDef,
+    /// Speed by its own drive.
+    pub speed: f32,
+    /// Share of the angle to its target by which it turns in a tick, however small; the chapter's packs stop turning within
+    /// 0.08 degrees.
+    pub turn: f32,
+    /// Ticks until it is gone.
+    pub life_ticks: u32,
+    /// Share of the velocity from a bounce that remains after a tick.
+    pub drift: f32,
+    /// Particles when it hits a hero.
+    pub burst: u16,
+    /// Recipe of these particles. Default: `"explosion"`.
+    pub recipe: u8,
+    /// Players throw packs from their heroes towards the pointer, as long as the button is down, with at least this time from
+    /// one to the next; without it a click launches one at the pointer. A thrown pack never hits its owner.
+    /// Default: not thrown.
+    pub throw_every: Option<u32>,
+    /// Speed that a hit adds to the hero, along the pack's own motion.
+    pub push: f32,
+    /// Most of one player at a time.
+    pub count_max: u32,
+}
 
 /// The actors of a scene, as far as the file has them, without their caps.
 pub(super) struct Actors {
@@ -30,31 +92,28 @@ pub(super) struct Actors {
 
 /// Reads `[hero]`, `[minion]`, `[dumb]` and `[pack]`.
 pub(super) fn actors(root: &Table, tools: Tools, groups: &Groups, recipes: &mut Recipes) -> Actors {
-    let drag = drag::drag(&root.get("drag"), Drag::NONE);
+    // Slows down all dynamic bodies: see [Drag and wind](#drag-and-wind). Default: none.
+    let drag = drag(&root.get("drag"), Drag::NONE);
     let traits = |kind, table: &Table| Traits::of(kind, drag).changed_by(table, groups);
-    let field = root.get("hero");
-    let hero = field.is_given().then(|| {
+    let hero = root.get("hero").given(|field| {
         field.table(|table| {
             let traits = traits(Kind::Hero, table);
             (traits, read_hero(table, &traits, groups))
         })
     });
     let (hero_traits, hero_spec) = hero.unzip();
-    let (minion, minion_recovery) = root.get("minion").table(|table| {
-        let mut traits = traits(Kind::Minion, table);
-        traits.speed = table.get("speed").number(traits.speed, SPEED);
-        (traits, table.get("recovery").number(30.0, Range::from(0.0, 1.0e5)))
-    });
+    let minion = |table: &Table| read_minion(table, traits(Kind::Minion, table));
+    let (minion, minion_recovery) = root.get("minion").table(minion);
     let (marble_traits, marble) = root.get("dumb").table(|table| {
         let mut traits = traits(Kind::Marble, table);
-        traits.speed = table.get("speed").number(traits.speed, SPEED);
-        let spec =
-            || MarbleSpec { body: traits.def(table, groups), speed: traits.speed, count_max: 0 };
-        let is_made = tools.contains(Tools::MARBLE) || launchers::make(root, Kind::Marble);
+        let speed = table.get("speed").number(traits.start_speed, SPEED);
+        traits.start_speed = speed;
+        let spec = || MarbleSpec { body: traits.def(table, groups), speed, count_max: 0 };
+        let is_made = tools.contains(Tools::MARBLE) || sources::make(root, Kind::Marble);
         (traits, is_made.then(spec))
     });
     let field = root.get("pack");
-    let is_launched = tools.contains(Tools::LAUNCH) || launchers::make(root, Kind::Pack);
+    let is_launched = tools.contains(Tools::LAUNCH) || sources::make(root, Kind::Pack);
     let has_packs = field.is_given() || is_launched;
     let pack = has_packs.then(|| {
         field.table(|table| read_pack(table, traits(Kind::Pack, table).def(table, groups), recipes))
@@ -85,27 +144,32 @@ fn read_hero(table: &Table, traits: &Traits, groups: &Groups) -> HeroSpec {
     }
 }
 
+/// The traits of minions, and their acceleration back to their speed.
+fn read_minion(table: &Table, mut traits: Traits) -> (Traits, f32) {
+    // Wander speed.
+    traits.start_speed = table.get("speed").number(traits.start_speed, SPEED);
+    // Acceleration back to the wander speed, or to rest, after a bounce. A lighter dye pack does not change the minion's
+    // heading.
+    let recovery = table.get("recovery").number(30.0, Range::from(0.0, 1.0e5));
+    (traits, recovery)
+}
+
 /// `walk`, beside which there is no thrust.
 fn walk(table: &Table) -> Option<WalkSpec> {
-    let field = table.get("walk");
-    if !field.is_given() {
-        return None;
-    }
-    for field in ["thrust", "speed_max"].map(|name| table.get(name)) {
-        if field.is_given() {
-            field.refuse("nothing: a hero that walks has no thrust");
+    table.get("walk").given(|field| {
+        for field in ["thrust", "speed_max"].map(|name| table.get(name)) {
+            field.refuse_if_given("nothing: a hero that walks has no thrust");
         }
-    }
-    let speed = Range::above(0.0, SPEED_MAX);
-    Some(field.table_or("{ speed = 25, jump = 40 }", |walk| WalkSpec {
-        speed: walk.need("speed", "its speed along the ground").number(1.0, speed),
-        jump: walk.need("jump", "its speed upwards").number(1.0, speed),
-    }))
+        let speed = Range::above(0.0, SPEED_MAX);
+        field.table_or("{ speed = 25, jump = 40 }", |walk| WalkSpec {
+            speed: walk.need("speed", "its speed along the ground").number(1.0, speed),
+            jump: walk.need("jump", "its speed upwards").number(1.0, speed),
+        })
+    })
 }
 
 fn read_pack(table: &Table, body: BodyDef, recipes: &mut Recipes) -> PackSpec {
     let share = Range::from(0.0, 1.0);
-    let throw_every = table.get("throw_every");
     PackSpec {
         body,
         speed: table.get("speed").number(30.0, Range::from(-SPEED_MAX, SPEED_MAX)),
@@ -114,28 +178,8 @@ fn read_pack(table: &Table, body: BodyDef, recipes: &mut Recipes) -> PackSpec {
         drift: table.get("drift").number(0.9, share),
         burst: table.get("burst").whole(200, 0..=u32::from(u16::MAX)) as u16,
         recipe: recipes.index(&table.get("recipe"), "explosion"),
-        throw_every: throw_every.is_given().then(|| ticks(throw_every.number(0.6, SECONDS)).max(1)),
+        throw_every: table.get("throw_every").given(|field| field.ticks(0.6, SECONDS).max(1)),
         push: table.get("push").number(0.0, SPEED),
         count_max: 0,
-    }
-}
-
-/// Reads one entry of `emitters`.
-pub(super) fn emitter(
-    table: &Table,
-    bodies: &[Placed],
-    names: &Names,
-    recipes: &mut Recipes,
-) -> ScheduledEmitter {
-    let recipe = table.need("recipe", "the name of a recipe");
-    let location = location(table, bodies);
-    let every = table.get("every");
-    ScheduledEmitter {
-        recipe: recipes.index(&recipe, "fire"),
-        count: table.need("count", "particles each time").whole(1, 1..=10_000) as u16,
-        start: table.get("start").whole(0, 0..=TICKS_MAX),
-        every: every.is_given().then(|| every.whole(1, 1..=TICKS_MAX)),
-        location,
-        condition: names.any_condition(&table.get("while")),
     }
 }

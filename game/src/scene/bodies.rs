@@ -1,37 +1,111 @@
 //! Bodies in a scene file: single ones, and layouts that the seed decides.
 
 use super::groups::Groups;
-use super::limits::{LAYOUT_COUNT_MAX, SIZE_MAX, SPEED_MAX};
+use super::kind::Kind;
+use super::limits::{LAYOUT_COUNT_MAX, SIZE_MAX};
 use super::path::Path;
 use super::recipes::Recipes;
-use super::rules::Names;
-use super::sling;
-use super::spec::{Layout, Placed};
-use super::table::{POSITION, Range, Table};
+use super::rules::{Condition, Known, POINTS_MAX};
+use super::table::{POSITION, Range, Table, VELOCITY};
 use super::traits::{Kinds, Traits, shape};
 use glam::Vec2;
 use jostle_sim::{Aabb, BodyDef, DT, Motion, Shape, TICKS_PER_SECOND};
 
-/// A component of a velocity.
-const VELOCITY: Range = Range::from(-SPEED_MAX, SPEED_MAX);
 const PERIOD: Range = Range::from(0.1, 3600.0);
-const POINTS_MAX: usize = 64;
+const PATH_POINTS_MAX: usize = 64;
 const NAME_CHARS_MAX: usize = 32;
+const STRENGTH: Range = Range::above(0.0, 1.0e9);
+
+/// A body at a fixed position.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Placed {
+    /// Kind of the body.
+    pub kind: Kind,
+    /// Definition of the body.
+    pub def: BodyDef,
+    /// Speed at which it sets off to either side, units/s; 0 where the file gives a velocity.
+    pub start_speed: f32,
+    /// The path of a kinematic body.
+    pub path: Option<Path>,
+    /// For emitters and zones that follow it, for springs and rules; no other body has it.
+    pub name: Option<String>,
+    /// It is there only while this holds; it comes back at its start, as soon as nothing that moves is in its way.
+    /// Default: always.
+    #[doc(alias = "while")]
+    pub presence: Condition,
+    /// It moves along its path only while this holds; only with `path`. Default: always.
+    pub runs: Condition,
+    /// The impact that breaks it, if one can.
+    pub breaks: Option<Breakable>,
+}
+
+/// What breaks a body, and what that is worth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Breakable {
+    /// It breaks under a harder blow, and is cracked after one of more than half of it; only for dynamic bodies. A blow is
+    /// the closing speed of a contact times the mass that both have together (m1 m2 / (m1 + m2), beside something
+    /// immovable m1). What presses slowly breaks nothing.
+    pub strength: f32,
+    /// Points for the side of who broke it: of the player whose hero or pack hit it, or who touched last what hit it; with
+    /// `strength`.
+    pub points: i32,
+    /// Particles where it broke; with `strength`.
+    pub splash: Option<u8>,
+}
+
+/// Bodies in a grid: at positions that the seed decides, clear of each other and of all fixed ones,
+/// or exactly at the centres of its cells.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layout {
+    /// Kind of the bodies.
+    pub kind: Kind,
+    /// The body, at the origin.
+    pub def: BodyDef,
+    /// As in [`Placed`].
+    pub start_speed: f32,
+    /// Number of bodies; those that find no free position are omitted.
+    pub count: u32,
+    /// Where their centres may be: two corners, inside the kill zone.
+    pub area: Aabb,
+    /// Divides the area into cells, which are filled in turn. Default: `[1, 1]`.
+    pub grid: [u32; 2],
+    /// Least distance to other bodies; not with `exact`.
+    pub gap: f32,
+    /// Puts body number n at the centre of cell number n, from the lower left, row by row; then `count` is at most the
+    /// number of cells.
+    pub exact: bool,
+    /// One is chosen at random for each body; replaces `radius` and `size`. Default: none.
+    pub shapes: Vec<Shape>,
+}
+
+impl Layout {
+    /// The cell of its grid that its body number `number` belongs to.
+    pub fn cell(&self, number: u32) -> Aabb {
+        let [columns, rows] = self.grid;
+        let number = number % (columns * rows);
+        let size = (self.area.high - self.area.low) / Vec2::new(columns as f32, rows as f32);
+        let corner = Vec2::new((number % columns) as f32, (number / columns) as f32) * size;
+        let low = self.area.low + corner;
+        Aabb { low, high: low + size }
+    }
+
+    /// Centre of that cell.
+    pub fn cell_center(&self, number: u32) -> Vec2 {
+        let cell = self.cell(number);
+        (cell.low + cell.high) * 0.5
+    }
+}
 
 /// Reads one entry of `bodies`.
-pub(super) fn placed(
-    table: &Table,
-    kinds: &Kinds,
-    groups: &Groups,
-    names: &Names,
-    recipes: &mut Recipes,
-) -> Placed {
+pub(super) fn placed(table: &Table, kinds: &Kinds, known: &Known, recipes: &mut Recipes) -> Placed {
+    let Known { names, groups } = known;
     let name = table.get("name");
-    let mut traits = kinds.read(table, groups);
+    let mut traits = kinds.traits_of(table, groups);
+    // Centre, inside the kill zone. Default: this or `path`.
     let position = table.get("position");
     let path = path(table);
     if path.is_some() {
-        traits.motion = Motion::Kinematic;
+        traits.def.motion = Motion::Kinematic;
     } else if !position.is_given() {
         position.refuse("[x, y] of the centre");
     }
@@ -41,45 +115,52 @@ pub(super) fn placed(
     };
     let (velocity, start_speed) = velocity(table, &traits);
     let runs = table.get("runs");
-    if runs.is_given() && path.is_none() {
-        runs.refuse("nothing: only a path has it");
+    if path.is_none() {
+        runs.refuse_if_given("nothing: only a path has it");
     }
-    let runs = names.any_condition(&runs);
     Placed {
         kind: traits.kind,
         def: BodyDef { position, velocity, ..traits.def(table, groups) },
         start_speed,
-        name: name.is_given().then(|| name.text(NAME_CHARS_MAX)),
+        name: name.given(|name| name.text(NAME_CHARS_MAX)),
+        runs: names.any_condition(&runs),
         presence: names.any_condition(&table.get("while")),
-        runs,
-        breaks: sling::breakable(table, traits.motion, recipes),
+        breaks: breakable(table, traits.def.motion, recipes),
         path,
     }
 }
 
 /// The velocity at the start, and the speed at which the body sets off to either side instead.
 fn velocity(table: &Table, traits: &Traits) -> (Vec2, f32) {
+    // Velocity with which it starts and comes back, together at most `speed_max`; a minion keeps this speed, and one that
+    // starts at rest and does not fall comes to rest again. Default: 0; minions and marbles move to either side.
     let field = table.get("velocity");
     let velocity = field.vector(Vec2::ZERO, VELOCITY);
-    if traits.motion == Motion::Static && velocity != Vec2::ZERO {
+    if traits.def.motion == Motion::Static && velocity != Vec2::ZERO {
         field.refuse("nothing: a static body never moves; make it kinematic or dynamic");
     }
-    let sets_off = !field.is_given() && traits.motion == Motion::Dynamic;
-    (velocity, if sets_off { traits.speed } else { 0.0 })
+    let sets_off = !field.is_given() && traits.def.motion == Motion::Dynamic;
+    (velocity, if sets_off { traits.start_speed } else { 0.0 })
 }
 
 /// `path`, `period` and `phase`.
 fn path(table: &Table) -> Option<Path> {
-    let [path, period, phase] = ["path", "period", "phase"].map(|name| table.get(name));
+    // Makes the body kinematic: it moves from the first point to the last and back, for ever. Default: none.
+    let path = table.get("path");
+    // Seconds there and back; every point is reached at a whole tick. Default: required with `path`.
+    let period = table.get("period");
+    // Share of the period that has passed at the start.
+    let phase = table.get("phase");
     if !path.is_given() {
-        for field in [period, phase].iter().filter(|field| field.is_given()) {
-            field.refuse("nothing: only a path has it");
+        for field in [period, phase] {
+            field.refuse_if_given("nothing: only a path has it");
         }
         return None;
     }
     refuse_beside_path(table);
-    let allowed = format!("a list of 2 to {POINTS_MAX} points [x, y], each unlike the one before");
-    let items = path.some_items(2..=POINTS_MAX, &allowed);
+    let allowed =
+        format!("a list of 2 to {PATH_POINTS_MAX} points [x, y], each unlike the one before");
+    let items = path.some_items(2..=PATH_POINTS_MAX, &allowed);
     let points: Vec<Vec2> = items.iter().map(|item| item.vector(Vec2::ZERO, POSITION)).collect();
     let distinct = points.windows(2).all(|leg| (leg[1] - leg[0]).length() > 0.0);
     if points.len() < 2 || !distinct {
@@ -100,9 +181,7 @@ fn path(table: &Table) -> Option<Path> {
 
 fn refuse_beside_path(table: &Table) {
     for field in ["position", "velocity"].map(|name| table.get(name)) {
-        if field.is_given() {
-            field.refuse("nothing: the path decides it");
-        }
+        field.refuse_if_given("nothing: the path decides it");
     }
     let motion = table.get("motion");
     if motion.is_given() && motion.word() != Some("kinematic") {
@@ -112,7 +191,7 @@ fn refuse_beside_path(table: &Table) {
 
 /// Reads one entry of `layouts`.
 pub(super) fn layout(table: &Table, kinds: &Kinds, groups: &Groups) -> Layout {
-    let mut traits = kinds.read(table, groups);
+    let mut traits = kinds.traits_of(table, groups);
     let shapes = shapes(table);
     traits.shape = shapes.first().copied().or(traits.shape);
     let def = traits.def(table, groups);
@@ -123,8 +202,8 @@ pub(super) fn layout(table: &Table, kinds: &Kinds, groups: &Groups) -> Layout {
     );
     let count = table.need("count", "how many bodies");
     let (exact, gap) = (table.get("exact").truth(false), table.get("gap"));
-    if exact && gap.is_given() {
-        gap.refuse("nothing: the grid decides it where exact = true");
+    if exact {
+        gap.refuse_if_given("nothing: the grid decides it where exact = true");
     }
     let count_max = if exact { grid[0] * grid[1] } else { LAYOUT_COUNT_MAX };
     let area = table.need("area", "[[x, y], [x, y]]: corners");
@@ -158,4 +237,22 @@ fn shapes(table: &Table) -> Vec<Shape> {
         shape
     });
     shapes.collect()
+}
+
+/// Reads `strength`, `points` and `splash` of a body.
+fn breakable(table: &Table, motion: Motion, recipes: &mut Recipes) -> Option<Breakable> {
+    let strength = table.get("strength");
+    let [points, splash] = ["points", "splash"].map(|name| table.get(name));
+    if !strength.is_given() {
+        for field in [&points, &splash] {
+            field.refuse_if_given("nothing: only a body with a strength has it");
+        }
+    } else if motion != Motion::Dynamic {
+        strength.refuse("nothing: only a dynamic body breaks");
+    }
+    strength.given(|strength| Breakable {
+        strength: strength.number(1.0, STRENGTH),
+        points: points.signed(0, POINTS_MAX),
+        splash: splash.given(|splash| recipes.index(splash, "spark")),
+    })
 }

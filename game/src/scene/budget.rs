@@ -2,10 +2,10 @@
 //! anything of it is played.
 
 use super::cost::WorstTick;
-use super::error::SceneError;
-use super::locate::has_field;
+use super::error::{SceneError, locate};
 use super::plan;
-use super::spec::{Launcher, Scene, ScheduledEmitter};
+use super::sources::{Launcher, ScheduledEmitter};
+use super::spec::Scene;
 use jostle_sim::math::max;
 use jostle_sim::{Solver, TICKS_PER_SECOND};
 
@@ -171,7 +171,7 @@ fn bodies_field(scene: &Scene) -> String {
     }
     let most = fields.into_iter().max_by_key(|(_, count)| *count);
     match most {
-        Some((field, _)) if !has_field(scene, limit) => field,
+        Some((field, _)) if !locate(&scene.source, limit).1 => field,
         _ => limit.to_owned(),
     }
 }

@@ -1,8 +1,8 @@
 //! Checks of a scene that need more than one field. The scene has been read without an error.
 
-use super::drag;
+use super::bodies::{Layout, Placed};
 use super::limits::{MASS_RATIO_MAX, QUANTA_MAX, ZONE_LOOKS_MAX};
-use super::spec::{Layout, Placed, Scene};
+use super::spec::Scene;
 use super::table::{Field, Table};
 use super::tools::Tools;
 use jostle_sim::collide;
@@ -14,7 +14,7 @@ pub(super) fn check(root: &Table, scene: &Scene) {
     let [bodies, layouts] = ["bodies", "layouts"].map(|name| root.get(name).items());
     let hero = root.get("hero");
     let spawns = if hero.is_given() { hero.inner("spawns").items() } else { Vec::new() };
-    drag::check_wind(&root.get("wind"), scene);
+    check_wind(&root.get("wind"), scene);
     check_quanta(root, scene);
     check_tools(&root.get("tools"), scene);
     check_positions(scene, &bodies, &spawns, &layouts);
@@ -24,6 +24,13 @@ pub(super) fn check(root: &Table, scene: &Scene) {
     check_zones(root, scene);
     check_walk(root, scene);
     check_players(root, scene);
+}
+
+/// Without drag no body would feel the wind.
+fn check_wind(field: &Field, scene: &Scene) {
+    if !scene.has_drag() {
+        field.refuse_if_given("nothing: no body has drag, by which it would feel the wind");
+    }
 }
 
 /// A round can begin with the players that a scene admits.

@@ -9,7 +9,11 @@ const NAME_CHARS_MAX: usize = 32;
 /// Names of the groups, and which meet which.
 pub(super) struct Groups {
     pub names: Vec<String>,
+    /// Which groups collide; a group may collide with itself; all other pairs pass through each other. Default: `[]`.
+    #[doc(alias = "pairs")]
     pub meets: [u32; GROUPS_MAX],
+    /// Which groups push particles out. Default: `[]`.
+    #[doc(alias = "particles_meet")]
     pub meets_particles: u32,
 }
 
@@ -32,18 +36,15 @@ impl Groups {
     /// Reads `integrators`: the groups that one of Euler's methods moves.
     pub fn euler(&self, field: &Field) -> EulerGroups {
         let allowed = "{ explicit = [\"group\"], symplectic = [\"group\"] }";
-        let mut euler = EulerGroups::NONE;
-        if !field.is_given() {
-            return euler;
-        }
-        field.table_or(allowed, |methods| {
-            let masks = [("explicit", &mut euler.explicit), ("symplectic", &mut euler.symplectic)];
-            for (method, mask) in masks {
-                for item in methods.get(method).items() {
-                    *mask |= 1 << self.index(&item);
-                }
-            }
+        let mask =
+            |field: Field| field.items().iter().fold(0, |all, item| all | 1 << self.index(item));
+        let euler = field.given(|field| {
+            field.table_or(allowed, |methods| EulerGroups {
+                explicit: mask(methods.get("explicit")),
+                symplectic: mask(methods.get("symplectic")),
+            })
         });
+        let euler = euler.unwrap_or(EulerGroups::NONE);
         if euler.explicit & euler.symplectic != 0 {
             field.refuse_as("a group with both methods", "each group once");
         }

@@ -1,4 +1,4 @@
-//! Limits of scenes.
+//! Limits of scenes, and the names that they may have.
 
 /// Longest scene file, bytes.
 pub const SCENE_BYTES_MAX: usize = 64 << 10;
@@ -47,3 +47,14 @@ pub const EMITTERS_MAX: usize = 256;
 pub const RECIPES_MAX: usize = 64;
 /// Zones times bodies of a scene: what zones look at in a tick.
 pub const ZONE_LOOKS_MAX: usize = 262_144;
+/// Ticks in a scene file.
+pub(super) const TICKS_MAX: u32 = 1_000_000;
+
+pub(super) const NAME_ALLOWED: &str = "1 to 32 lower-case letters, digits and dashes";
+
+/// Returns whether a text may be the name of a scene or a recipe: 1 to 32 lower-case letters, digits
+/// and dashes.
+pub fn is_name(text: &str) -> bool {
+    let known = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'-';
+    (1..=SCENE_NAME_BYTES_MAX).contains(&text.len()) && text.bytes().all(known)
+}

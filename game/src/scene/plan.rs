@@ -5,8 +5,9 @@
 //! A World's step is prepared for [`Plan::features`]; a body that a program adds beside the
 //! scene widens that (see [`Features`]).
 
+use super::bodies::Placed;
 use super::kind::Kind;
-use super::spec::{Placed, Scene};
+use super::spec::Scene;
 use super::tools::Tools;
 use jostle_sim::WorldSettings;
 use jostle_sim::math::min;

@@ -1,7 +1,6 @@
 //! Particle recipes of a scene: its own, and the presets that it uses.
 
-use super::limits::{RECIPES_MAX, SCENE_NAME_BYTES_MAX};
-use super::name::{NAME_ALLOWED, is_name};
+use super::limits::{NAME_ALLOWED, RECIPES_MAX, SCENE_NAME_BYTES_MAX, is_name};
 use super::table::{Document, Field, Range, Table, one_of};
 use jostle_sim::Recipe;
 use jostle_sim::short_sort::sort_few;
@@ -47,6 +46,7 @@ impl Recipes {
             if !is_name(name) {
                 field.refuse_as(format!("a recipe named {name:?}"), NAME_ALLOWED);
             }
+            // Preset that supplies the other defaults. Default: the preset of that name, else `"fire"`.
             field.table(|table| recipe(name, table, base(name, &table.get("like"))))
         });
         Recipes { list: list.collect() }
@@ -84,20 +84,26 @@ impl Recipes {
 
 /// Reads a recipe whose defaults are those of `base`.
 fn recipe(name: &str, table: &Table, base: Recipe) -> Recipe {
+    let ends = || "[low, high], each [red, green, blue, alpha]".to_owned();
     Recipe {
         name: name.to_owned(),
+        // Lifetime. Default: the preset's.
         life_ticks: life_ticks(&table.get("life_ticks"), base.life_ticks),
+        // Colour at birth; colours are added to the picture, so values above 1 are brighter. Default: the preset's.
         color_start: color(&table.get("color_start"), base.color_start),
-        color_end: table.get("color_end").array(
-            base.color_end,
-            || "[low, high], each [red, green, blue, alpha]".to_owned(),
-            color,
-        ),
+        // Colour at the end of life, between these two. Default: the preset's.
+        color_end: table.get("color_end").array(base.color_end, ends, color),
+        // Width at birth. Default: the preset's.
         size: size(&table.get("size"), base.size),
+        // Factor applied to the width every tick. Default: the preset's.
         size_factor: table.get("size_factor").number(base.size_factor, Range::above(0.0, 1.1)),
+        // Velocity at birth, between these corners. Default: the preset's.
         velocity: table.get("velocity").corners(base.velocity, SPEED),
+        // Whether velocities fill the ellipse between the corners instead of the box. Default: the preset's.
         round: table.get("round").truth(base.round),
+        // Used instead of the world's gravity. Default: the preset's.
         acceleration: table.get("acceleration").vector(base.acceleration, SPEED),
+        // Factor applied to the velocity every tick. Default: the preset's.
         drag: table.get("drag").number(base.drag, Range::from(0.0, 1.0)),
     }
 }
@@ -112,21 +118,27 @@ fn base(name: &str, like: &Field) -> Recipe {
 
 fn life_ticks(field: &Field, base: [u16; 2]) -> [u16; 2] {
     let allowed = || format!("[low, high], whole numbers from 1 to {LIFE_TICKS_MAX}, low first");
-    let [low, high] = field
-        .array(base.map(u32::from), allowed, |item, base| item.whole(base, 1..=LIFE_TICKS_MAX));
-    if low > high {
-        field.refuse(allowed());
-    }
-    [low as u16, high as u16]
+    let whole = |item: &Field, base| item.whole(base, 1..=LIFE_TICKS_MAX);
+    ordered(field, base.map(u32::from), allowed, whole).map(|ticks| ticks as u16)
 }
 
 fn size(field: &Field, base: [f32; 2]) -> [f32; 2] {
     let allowed = || format!("[low, high], low first, each {SIZE}");
-    let [low, high] = field.array(base, allowed, |item, base| item.number(base, SIZE));
-    if low > high {
+    ordered(field, base, allowed, |item, base| item.number(base, SIZE))
+}
+
+/// Two values, the lower one first.
+fn ordered<T: Copy + PartialOrd>(
+    field: &Field,
+    base: [T; 2],
+    allowed: impl Fn() -> String,
+    read: impl Fn(&Field, T) -> T,
+) -> [T; 2] {
+    let values = field.array(base, &allowed, read);
+    if values[0] > values[1] {
         field.refuse(allowed());
     }
-    [low, high]
+    values
 }
 
 fn color(field: &Field, base: [f32; 4]) -> [f32; 4] {

@@ -1,23 +1,85 @@
 //! Rules in a scene file: rounds and teams, zones, signals, and what happens at their edges.
 
 mod condition;
-mod known;
 mod names;
 mod round;
 mod rule;
-mod rule_set;
-mod say;
 mod signal;
 mod zone;
 
+use super::recipes::Recipes;
+use super::table::{Table, read_list};
 pub use condition::{Condition, Levels};
-pub(super) use known::{Known, SECONDS, ticks};
-pub use known::{POINTS_MAX, SIGNALS_MAX, TEAMS_MAX, ZONES_MAX};
-pub(super) use names::Names;
+pub use names::POINTS_MAX;
+pub(super) use names::{Known, Names};
 pub(super) use round::lane;
 pub use round::{AtTime, LaneAxis, RoundSpec, TeamSpec};
-pub use rule::{Effects, Occasion, RuleSpec, To};
-pub use rule_set::RuleSet;
-pub use say::{Line, Whose};
+use rule::RuleSurroundings;
+pub use rule::{Effects, Line, Occasion, RuleSpec, To, Whose};
 pub use signal::{Each, OrderSpec, RelaySpec, SignalKind, SignalSpec, Stays, Step};
 pub use zone::{Need, Take, ZoneArea, ZoneSpec};
+
+/// Teams of a scene.
+pub const TEAMS_MAX: usize = 8;
+/// Zones of a scene, one bit of a word each.
+pub const ZONES_MAX: usize = 64;
+/// Signals of a scene, one bit of a word each.
+pub const SIGNALS_MAX: usize = 64;
+/// Rules of a scene.
+const RULES_MAX: usize = 128;
+
+/// The rules of a scene, in the order of the file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RuleSet {
+    /// How a round is played; `None` in a playground without end.
+    pub round: Option<RoundSpec>,
+    /// Teams; without any each player plays alone.
+    pub teams: Vec<TeamSpec>,
+    /// Places that know who is in them.
+    pub zones: Vec<ZoneSpec>,
+    /// Levels, yes or no.
+    pub signals: Vec<SignalSpec>,
+    /// Rules, in the order of the file.
+    pub rules: Vec<RuleSpec>,
+}
+
+impl RuleSet {
+    /// Reads the rules of a scene whose bodies have been read.
+    pub(super) fn read(root: &Table, known: &Known, recipes: &mut Recipes) -> RuleSet {
+        let team = |table: &Table| round::team(table, known.names);
+        let zone = |table: &Table| zone::zone(table, known);
+        let mut above = 0;
+        let signal = |table: &Table| {
+            above += 1;
+            signal::signal(table, known.names, above - 1)
+        };
+        let rules = RuleSet {
+            round: root.get("round").given(|field| field.table(round::round)),
+            teams: read_list(root, "teams", TEAMS_MAX, team),
+            zones: read_list(root, "zones", ZONES_MAX, zone),
+            signals: read_list(root, "signals", SIGNALS_MAX, signal),
+            rules: Vec::new(),
+        };
+        let around = RuleSurroundings {
+            has_round: rules.round.is_some(),
+            zones: &rules.zones,
+            signals: &rules.signals,
+        };
+        let rule = |table: &Table| rule::rule(table, known, &around, recipes);
+        RuleSet { rules: read_list(root, "rules", RULES_MAX, rule), ..rules }
+    }
+
+    /// Returns whether the scene has none at all.
+    pub fn is_empty(&self) -> bool {
+        self.round.is_none()
+            && self.teams.is_empty()
+            && self.zones.is_empty()
+            && self.signals.is_empty()
+            && self.rules.is_empty()
+    }
+
+    /// Lives of each side at the start of a round, if lives count.
+    pub fn lives(&self) -> Option<i32> {
+        self.round.as_ref()?.lives
+    }
+}

@@ -1,18 +1,45 @@
-//! The sling, and bodies that break, in a scene file.
+//! The sling in a scene file.
 
-use super::recipes::Recipes;
-use super::rules::{Names, POINTS_MAX, SECONDS, ticks};
-use super::spec::{Breakable, Placed, SlingSpec};
-use super::table::{Field, Range, Table};
+use super::bodies::Placed;
+use super::rules::{Condition, Names, POINTS_MAX};
+use super::table::{Range, SECONDS, Table};
 use super::tools::Tools;
+use glam::Vec2;
 use jostle_sim::Motion;
 
 const PULL: Range = Range::from(1.0, 1.0e3);
 const SPEED: Range = Range::from(0.1, 100.0);
 const SHOTS_MAX: u32 = 255;
-const STRENGTH: Range = Range::above(0.0, 1.0e9);
 
-/// Reads `[sling]`; nothing where it is wrong, or not there.
+/// A sling: players pull its ball back and let go. Times are ticks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SlingSpec {
+    /// The dynamic body that it shoots, from where that body starts.
+    pub ball: usize,
+    /// How far it can be pulled, and how near to it a pull begins.
+    pub pull: f32,
+    /// Speed for each unit that it was pulled, in the opposite direction. A pull of less than 1 shoots nothing.
+    pub speed: f32,
+    /// Shots in a round.
+    pub shots: u8,
+    /// The shot is over when this holds, at the earliest in its third tick. Default: never.
+    pub over: Option<Condition>,
+    /// And after this time in any case.
+    pub over_time: u32,
+    /// Points to the winners for each shot that is left.
+    pub spare: i32,
+}
+
+impl SlingSpec {
+    /// The velocity with which the ball sets off from where it was pulled to, by the way from its start;
+    /// `None` if that is so short that nobody can have meant it.
+    pub fn launch(&self, pull: Vec2) -> Option<Vec2> {
+        const MEANT: f32 = 1.0;
+        (pull.length() >= MEANT).then(|| pull * -self.speed)
+    }
+}
+
+/// Reads `[sling]`; nothing where it is not there.
 pub(super) fn sling(
     root: &Table,
     tools: Tools,
@@ -20,48 +47,27 @@ pub(super) fn sling(
     names: &Names,
 ) -> Option<SlingSpec> {
     let field = root.get("sling");
-    let is_used = tools.contains(Tools::SLING);
-    match (field.is_given(), is_used) {
-        (false, false) => return None,
+    match (field.is_given(), tools.contains(Tools::SLING)) {
         (false, true) => field.refuse("a table [sling] for the tool sling"),
         (true, false) => field.refuse("nothing without \"sling\" among the tools"),
-        (true, true) => {}
+        _ => {}
     }
-    field.table(|table| {
-        let ball = table.need("ball", "the name of a body");
-        let index = names.body(&ball);
-        let movable = |index: &usize| bodies.get(*index).map(|body| body.def.motion);
-        if index.as_ref().and_then(movable).is_some_and(|motion| motion != Motion::Dynamic) {
-            ball.refuse("the name of a dynamic body");
-        }
-        let over = table.get("over");
-        Some(SlingSpec {
-            ball: index?,
-            pull: table.get("pull").number(20.0, PULL),
-            speed: table.get("speed").number(5.0, SPEED),
-            shots: table.get("shots").whole(5, 1..=SHOTS_MAX) as u8,
-            over: over.is_given().then(|| names.any_condition(&over)),
-            over_time: ticks(table.get("over_time").number(10.0, SECONDS)).max(1),
-            spare: table.get("spare").signed(0, POINTS_MAX),
-        })
-    })
+    field.given(|field| field.table(|table| read_sling(table, bodies, names)))
 }
 
-/// Reads `strength`, `points` and `splash` of a body.
-pub(super) fn breakable(table: &Table, motion: Motion, recipes: &mut Recipes) -> Option<Breakable> {
-    let strength = table.get("strength");
-    let [points, splash] = ["points", "splash"].map(|name| table.get(name));
-    let refuse = |field: &Field| field.refuse("nothing: only a body with a strength has it");
-    if !strength.is_given() {
-        [points, splash].iter().filter(|field| field.is_given()).for_each(refuse);
-        return None;
+fn read_sling(table: &Table, bodies: &[Placed], names: &Names) -> SlingSpec {
+    let field = table.need("ball", "the name of a body");
+    let ball = names.body(&field).unwrap_or(0);
+    if bodies.get(ball).is_some_and(|body| body.def.motion != Motion::Dynamic) {
+        field.refuse("the name of a dynamic body");
     }
-    if motion != Motion::Dynamic {
-        strength.refuse("nothing: only a dynamic body breaks");
+    SlingSpec {
+        ball,
+        pull: table.get("pull").number(20.0, PULL),
+        speed: table.get("speed").number(5.0, SPEED),
+        shots: table.get("shots").whole(5, 1..=SHOTS_MAX) as u8,
+        over: table.get("over").given(|over| names.any_condition(over)),
+        over_time: table.get("over_time").ticks(10.0, SECONDS).max(1),
+        spare: table.get("spare").signed(0, POINTS_MAX),
     }
-    Some(Breakable {
-        strength: strength.number(1.0, STRENGTH),
-        points: points.signed(0, POINTS_MAX),
-        splash: splash.is_given().then(|| recipes.index(&splash, "spark")),
-    })
 }

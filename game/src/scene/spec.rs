@@ -1,11 +1,32 @@
-//! A checked scene: plain data, ready to be played.
+//! A scene: plain data, ready to be played, and how its top level is read.
 
-use super::kind::Kind;
-use super::path::Path;
-use super::rules::{Condition, LaneAxis, RuleSet};
+use super::actors::{self, HeroSpec, MarbleSpec, PackSpec};
+use super::bodies::{self, Layout, Placed};
+use super::error::{SceneError, line_at, locate};
+use super::groups::Groups;
+use super::limits::{
+    BODIES_MAX, EMITTERS_MAX, FOLLOWERS_MAX, GRAVITY_MAX, PACKS_MAX, PARTICLES_MAX, QUANTUM_MIN,
+    SEATS_MAX, SIZE_MAX, SPEED_MAX, SPRINGS_MAX, WIND_MAX,
+};
+use super::marks::{self, MARKS_MAX, Mark};
+use super::recipes::Recipes;
+use super::rules::{Condition, Known, LaneAxis, Names, RuleSet};
+use super::sling::{self, SlingSpec};
+use super::solver;
+use super::sources::{self, LAUNCHERS_MAX, Launcher, Location, ScheduledEmitter};
+use super::springs::{self, PlacedSpring};
+use super::table::{Field, POSITION, Range, Table, read_list};
 use super::tools::Tools;
 use glam::Vec2;
-use jostle_sim::{Aabb, BodyDef, Drag, EmitterDef, Shape, Source, WorldSettings};
+use jostle_sim::{
+    Aabb, Drag, EmitterDef, EulerGroups, ForceSettings, Solver, Source, WorldSettings,
+};
+
+/// A component of gravity.
+const GRAVITY: Range = Range::from(-GRAVITY_MAX, GRAVITY_MAX);
+const WIND: Range = Range::from(-WIND_MAX, WIND_MAX);
+const TITLE_CHARS_MAX: usize = 40;
+const ABOUT_CHARS_MAX: usize = 200;
 
 /// Where a lobby shows a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,30 +80,35 @@ impl Camera {
 pub struct Scene {
     /// Short name: the file's stem, the word in links; lower case, digits and dashes.
     pub name: String,
-    /// One line for people.
+    /// Name shown to players.
     pub title: String,
-    /// One sentence for the lobby.
+    /// One sentence for the lobby. Default: empty.
     pub about: String,
-    /// Where a lobby shows it.
+    /// Where the lobby shows it; `book` is folded. Default: `games` with a `[round]`, else `playgrounds`.
     pub category: Category,
     /// The TOML text that it was made from.
     pub source: String,
-    /// The world spans (0, 0) to this, world units.
+    /// Width and height of the world.
     pub size: Vec2,
     /// The settings of its World, but for the features: see [`Scene::world_settings`].
     pub world: WorldSettings,
-    /// Names of the collision groups.
-    pub groups: Vec<String>,
-    /// Tools that players have.
+    /// What players can do: see [Tools](#tools). Default: `[]`.
     pub tools: Tools,
-    /// Framing of the world by the camera.
+    /// What the spray tool sprays. Default: `"fire"`.
+    pub spray: Option<u8>,
+    /// Shows the whole world (`fit`: on an upright phone, where that is tiny, a part around the hero), or follows the player's
+    /// hero with a view of this height; then each player is sent little more than that view shows. Default:
+    /// `"fit"`.
     pub camera: Camera,
-    /// Closing speed above which a contact is reported, units/s.
+    /// Contacts that close faster than this are reported (sparks).
     pub impact_speed: f32,
+    /// While this holds, bodies fall and contacts are solved by the chapter's solver as it is printed, mistakes included
+    /// ([physics.md](physics.md), C01 to C22a); only with the relaxation and without forces. Default: never.
+    pub listed: Option<Condition>,
+    /// Collision groups, each name once.
+    pub groups: Vec<String>,
     /// Players at a time.
     pub players_max: u16,
-    /// Recipe of the particles that Z sprays, with the spray tool.
-    pub spray: Option<u8>,
     /// Bodies at fixed positions.
     pub bodies: Vec<Placed>,
     /// Bodies at positions that the seed decides.
@@ -103,8 +129,6 @@ pub struct Scene {
     pub marble: Option<MarbleSpec>,
     /// Dye packs, with the launch tool.
     pub pack: Option<PackSpec>,
-    /// While this holds, the solver is the chapter's as it is printed.
-    pub listed: Option<Condition>,
     /// The sling, with that tool.
     pub sling: Option<SlingSpec>,
     /// Rounds, teams, zones, signals and rules; empty in a plain playground.
@@ -182,268 +206,216 @@ impl Scene {
     pub fn groups_meet(&self, a: u8, b: u8) -> bool {
         self.world.meets[usize::from(a)] >> b & 1 == 1
     }
-}
 
-/// A body at a fixed position.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Placed {
-    /// Kind of the bodies.
-    pub kind: Kind,
-    /// Definition of each body.
-    pub def: BodyDef,
-    /// Speed at which it sets off to either side, units/s; 0 where the file gives a velocity.
-    pub start_speed: f32,
-    /// Name by which emitters follow it.
-    pub name: Option<String>,
-    /// The path of a kinematic body.
-    pub path: Option<Path>,
-    /// It is there only while this holds.
-    pub presence: Condition,
-    /// It moves along its path only while this holds.
-    pub runs: Condition,
-    /// The impact that breaks it, if one can.
-    pub breaks: Option<Breakable>,
-}
-
-/// Bodies in a grid: at positions that the seed decides, clear of each other and of all fixed ones,
-/// or exactly at the centres of its cells.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Layout {
-    /// Kind of the bodies.
-    pub kind: Kind,
-    /// The body, at the origin.
-    pub def: BodyDef,
-    /// As in [`Placed`].
-    pub start_speed: f32,
-    /// One of these is drawn for each body.
-    pub shapes: Vec<Shape>,
-    /// Number of bodies; those that find no free position are left out.
-    pub count: u32,
-    /// Region of the centres.
-    pub area: Aabb,
-    /// Columns and rows into which the area is cut; bodies take the cells in turn.
-    pub grid: [u32; 2],
-    /// Free space around each, world units; unused by an exact layout.
-    pub gap: f32,
-    /// Whether body number n is at the centre of cell number n, counted from the lower left, row by
-    /// row. An exact layout has at most as many bodies as cells.
-    pub exact: bool,
-}
-
-impl Layout {
-    /// The cell of its grid that its body number `number` belongs to.
-    pub fn cell(&self, number: u32) -> Aabb {
-        let [columns, rows] = self.grid;
-        let number = number % (columns * rows);
-        let size = (self.area.high - self.area.low) / Vec2::new(columns as f32, rows as f32);
-        let corner = Vec2::new((number % columns) as f32, (number / columns) as f32) * size;
-        let low = self.area.low + corner;
-        Aabb { low, high: low + size }
-    }
-
-    /// Centre of that cell.
-    pub fn cell_center(&self, number: u32) -> Vec2 {
-        let cell = self.cell(number);
-        (cell.low + cell.high) * 0.5
+    /// Everything that its author wrote for players, each with the path of its field.
+    pub fn texts(&self) -> Vec<(String, &str)> {
+        let mut texts = vec![("title".to_owned(), self.title.as_str())];
+        texts.push(("about".to_owned(), &self.about));
+        texts.extend(self.rules.round.iter().map(|round| ("round.task".to_owned(), &*round.task)));
+        let zones = self.rules.zones.iter().enumerate();
+        texts.extend(zones.map(|(index, zone)| (format!("zones[{index}].label"), &*zone.label)));
+        let rules = self.rules.rules.iter().enumerate();
+        texts.extend(rules.filter_map(|(index, rule)| {
+            let line = rule.effects.say.as_ref()?;
+            Some((format!("rules[{index}].say"), line.text.as_str()))
+        }));
+        texts.retain(|(_, text)| !text.is_empty());
+        texts
     }
 }
 
-/// A spring between a body and another or a point.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PlacedSpring {
-    /// Entry of [`Scene::bodies`] that it holds.
-    pub body: usize,
-    /// The end that is not at the body.
-    pub to: Location,
-    /// Length at rest, world units.
-    pub length: f32,
-    /// Force a unit of length.
-    pub stiffness: f32,
-    /// Force against a unit of speed.
-    pub damping: f32,
-}
-
-/// Heroes, one for each player.
-#[derive(Clone, Debug, PartialEq)]
-pub struct HeroSpec {
-    /// The body, at the origin.
-    pub body: BodyDef,
-    /// Acceleration by A and D on x and by W and S on y, units/s^2.
-    pub thrust: Vec2,
-    /// Speed past which thrust adds nothing, units/s.
-    pub speed_max: f32,
-    /// How they run and jump; `None` where they fly.
-    pub walk: Option<WalkSpec>,
-    /// The axis that they stay on, unless their team has one.
-    pub lane: Option<LaneAxis>,
-    /// Spawn points, tried from the seat's own on.
-    pub spawns: Vec<Vec2>,
-}
-
-/// How heroes run and jump.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct WalkSpec {
-    /// Speed along what they stand on, units/s.
-    pub speed: f32,
-    /// Speed upwards at the start of a jump, units/s.
-    pub jump: f32,
-}
-
-/// Marbles that players make.
-#[derive(Clone, Debug, PartialEq)]
-pub struct MarbleSpec {
-    /// The body, at the origin.
-    pub body: BodyDef,
-    /// Speed at which they set off to either side, units/s.
-    pub speed: f32,
-    /// Most at a time, beyond which Z makes no more.
-    pub count_max: u32,
-}
-
-/// Packs of dye, which players throw.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PackSpec {
-    /// The body, at the origin.
-    pub body: BodyDef,
-    /// Own speed, units/s.
-    pub speed: f32,
-    /// Share of the angle to the target that is turned a tick, 0..=1.
-    pub turn: f32,
-    /// Life, ticks.
-    pub life_ticks: u32,
-    /// Share of a change of velocity by a contact that is left after a tick, 0..1.
-    pub drift: f32,
-    /// Particles of the burst.
-    pub burst: u16,
-    /// Recipe of the burst.
-    pub recipe: u8,
-    /// Players throw packs from their heroes towards the pointer, with at least so many ticks from one to
-    /// the next; `None`: they launch packs at the pointer.
-    pub throw_every: Option<u32>,
-    /// Speed that a burst adds to the hero, along the pack's own motion, units/s.
-    pub push: f32,
-    /// Most of one player at a time.
-    pub count_max: u32,
-}
-
-/// A position in a scene file: the end of a spring, or where an emitter is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Location {
-    /// A fixed point, world units.
-    Point(Vec2),
-    /// The centre of this entry of [`Scene::bodies`].
-    Body(usize),
-}
-
-/// An emitter that starts by itself.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ScheduledEmitter {
-    /// Index into the recipes.
-    pub recipe: u8,
-    /// Particles of one burst.
-    pub count: u16,
-    /// Tick of the first time.
-    pub start: u32,
-    /// Ticks from one time to the next; `None` runs once.
-    pub every: Option<u32>,
-    /// Where it is, fixed or with a body.
-    pub location: Location,
-    /// It starts only while this holds.
-    pub condition: Condition,
-}
-
-impl ScheduledEmitter {
-    /// Returns whether it starts in the tick with this number, from 0.
-    pub fn starts_at(&self, tick: u32) -> bool {
-        match self.every {
-            Some(every) => tick >= self.start && (tick - self.start).is_multiple_of(every),
-            None => tick == self.start,
-        }
-    }
-
-    /// The emitter that it starts.
-    pub fn emitter(&self, source: Source, seed: u32) -> EmitterDef {
-        EmitterDef { recipe: self.recipe, count: self.count, seed, source }
+impl SceneError {
+    /// An error about a field of a scene, named by its path, such as `layouts[2].count`. Its line is that of the
+    /// field, or of the deepest table around it that the file has.
+    pub fn in_scene(scene: &Scene, field: &str, found: String, allowed: String) -> SceneError {
+        let (at, _) = locate(&scene.source, field);
+        let line = line_at(scene.source.as_bytes(), at);
+        let file = format!("{}.toml", scene.name);
+        SceneError { file, line, field: field.to_owned(), found, allowed }
     }
 }
 
-/// Makes a body at regular intervals.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Launcher {
-    /// What it makes: a pack or a marble.
-    pub makes: Kind,
-    /// Where it is, fixed or with a body.
-    pub location: Location,
-    /// A marble's velocity, units/s; the direction in which a pack sets off, by default the one to its
-    /// target.
-    pub velocity: Option<Vec2>,
-    /// Tick of the first one.
-    pub start: u32,
-    /// Ticks from one to the next.
-    pub every: u32,
-    /// It waits while so many bodies that launchers made are there.
-    pub limit: u32,
-    /// It works only while this holds.
-    pub condition: Condition,
+/// Reads the top level.
+pub(super) fn read(name: String, source: &str, root: &Table) -> Scene {
+    let title = root.need("title", "a name for people").text(TITLE_CHARS_MAX);
+    let about = root.get("about").text(ABOUT_CHARS_MAX);
+    let size = root.need("size", "[width, height]").vector(Vec2::ONE, Range::from(1.0, SIZE_MAX));
+    let groups = Groups::read(root);
+    let world = world_settings(root, size, &groups);
+    let tools = tools(root);
+    let mut recipes = Recipes::read(root);
+    let actors = actors::actors(root, tools, &groups, &mut recipes);
+    let names = Names::read(root);
+    let known = Known { names: &names, groups: &groups };
+    let bodies = read_list(root, "bodies", BODIES_MAX as usize, |table| {
+        bodies::placed(table, &actors.kinds, &known, &mut recipes)
+    });
+    let layout = |table: &Table| bodies::layout(table, &actors.kinds, &groups);
+    let layouts = read_list(root, "layouts", BODIES_MAX as usize, layout);
+    let spring = |table: &Table| springs::spring(table, &bodies, &names);
+    let springs = read_list(root, "springs", SPRINGS_MAX, spring);
+    let emitter = |table: &Table| sources::emitter(table, &names, &mut recipes);
+    let emitters = read_list(root, "emitters", EMITTERS_MAX, emitter);
+    let launcher = |table: &Table| sources::launcher(table, &names);
+    let mut scene = Scene {
+        name,
+        title,
+        about,
+        source: source.to_owned(),
+        size,
+        world,
+        tools,
+        players_max: 0,
+        layouts,
+        springs: springs.into_iter().flatten().collect(),
+        emitters,
+        launchers: read_list(root, "launchers", LAUNCHERS_MAX, launcher),
+        marks: read_list(root, "marks", MARKS_MAX, |table| marks::mark(table, &names)),
+        hero: actors.hero,
+        minion_recovery: actors.minion_recovery,
+        marble: actors.marble,
+        pack: actors.pack,
+        sling: sling::sling(root, tools, &bodies, &names),
+        bodies,
+        rules: RuleSet::read(root, &known, &mut recipes),
+        camera: camera(root),
+        category: category(root),
+        impact_speed: root.get("impact_speed").number(12.0, Range::from(0.0, 1.0e6)),
+        spray: spray(root, tools, &mut recipes),
+        listed: root.get("listed").given(|listed| names.any_condition(listed)),
+        groups: groups.names.clone(),
+    };
+    scene.world.recipes = recipes.list;
+    scene.world.forces = forces(root, &groups, &scene);
+    check_listed(&root.get("listed"), &scene);
+    root.get("limits").table(|table| limits(table, &mut scene));
+    scene
 }
 
-impl Launcher {
-    /// Returns whether it is due in the tick with this number, from 0.
-    pub fn is_due(&self, tick: u32) -> bool {
-        tick >= self.start && (tick - self.start).is_multiple_of(self.every)
+/// Only the relaxation without forces is printed in the chapter.
+fn check_listed(field: &Field, scene: &Scene) {
+    let is_relaxation = matches!(scene.world.solver, Some(Solver::Relaxation(_)));
+    if scene.listed.is_some() && (!is_relaxation || scene.world.forces.is_some()) {
+        field.refuse_as("another solver, or forces", "only the relaxation, without forces");
     }
 }
 
-/// A sling: players pull its ball back and let go.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SlingSpec {
-    /// Entry of [`Scene::bodies`] that it shoots.
-    pub ball: usize,
-    /// How far the ball can be pulled from its start, world units.
-    pub pull: f32,
-    /// Speed of the ball for each unit that it was pulled, units/s.
-    pub speed: f32,
-    /// Shots in a round.
-    pub shots: u8,
-    /// A shot is over when this comes to hold.
-    pub over: Option<Condition>,
-    /// And after so many ticks in any case.
-    pub over_time: u32,
-    /// Points to the winners for each shot that is left.
-    pub spare: i32,
+/// Reads `wind` and `integrators`; nothing in a scene without forces.
+fn forces(root: &Table, groups: &Groups, scene: &Scene) -> Option<ForceSettings> {
+    // Velocity of the air; only with drag.
+    let wind = root.get("wind").vector(Vec2::ZERO, WIND);
+    // Groups whose bodies move by one of Euler's methods instead of exactly, drag and springs included, for scenes that compare
+    // them; each group once. Stiff forces make both unstable. Default: none.
+    let euler = groups.euler(&root.get("integrators"));
+    let has_forces = !scene.springs.is_empty() || scene.has_drag() || euler != EulerGroups::NONE;
+    has_forces.then_some(ForceSettings { wind, springs_max: scene.springs.len(), euler })
 }
 
-/// What breaks a body, and what that is worth.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Breakable {
-    /// The largest blow that it survives, units of mass times units/s; it cracks above half of it.
-    pub strength: f32,
-    /// Points for who broke it.
-    pub points: i32,
-    /// Recipe of the particles that are left of it.
-    pub splash: Option<u8>,
+/// By default what has a round is a game.
+fn category(root: &Table) -> Category {
+    let base = if root.get("round").is_given() { Category::Games } else { Category::Playgrounds };
+    root.get("category").choice(&Category::NAMES).unwrap_or(base)
 }
 
-impl SlingSpec {
-    /// The velocity with which the ball sets off from where it was pulled to, by the way from its start;
-    /// `None` if that is so short that nobody can have meant it.
-    pub fn launch(&self, pull: Vec2) -> Option<Vec2> {
-        const MEANT: f32 = 1.0;
-        (pull.length() >= MEANT).then(|| pull * -self.speed)
+/// Reads the settings of the world, except for those that follow from the rest of the scene.
+fn world_settings(root: &Table, size: Vec2, groups: &Groups) -> WorldSettings {
+    // Acceleration of every body that falls.
+    let gravity = root.get("gravity").vector(Vec2::new(0.0, -50.0), GRAVITY);
+    let solver = solver::solver(root);
+    WorldSettings {
+        gravity,
+        solver,
+        sleeping: solver::sleeping(root, solver),
+        meets: groups.meets,
+        meets_particles: groups.meets_particles,
+        kill_zone: kill_zone(root, size),
+        quantum: quantum(root),
+        // Largest speed of any body.
+        speed_max: root.get("speed_max").number(150.0, Range::from(1.0, SPEED_MAX)),
+        ..WorldSettings::default()
     }
 }
 
-/// Dots on the wall, as on dice. Nothing but the page knows them.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Mark {
-    /// Centre, in world units.
-    pub position: Vec2,
-    /// How many dots, 1 to 6.
-    pub dots: u8,
-    /// Width and height, world units.
-    pub size: f32,
-    /// Entry of [`Scene::bodies`] in whose light alone it is seen.
-    pub lamp: Option<usize>,
-    /// How far that light reaches, world units.
-    pub reach: f32,
+fn spray(root: &Table, tools: Tools, recipes: &mut Recipes) -> Option<u8> {
+    let field = root.get("spray");
+    let sprays = field.is_given() || tools.contains(Tools::SPRAY);
+    sprays.then(|| recipes.index(&field, "fire"))
+}
+
+fn tools(root: &Table) -> Tools {
+    let tools = root.get("tools").items();
+    let tools = tools.iter().filter_map(|field| field.choice(&Tools::NAMES));
+    tools.fold(Tools::default(), |all, tool| Tools(all.0 | tool.0))
+}
+
+fn camera(root: &Table) -> Camera {
+    let field = root.get("camera");
+    let allowed = "\"fit\", \"whole\" or { follow = height }";
+    match field.word() {
+        _ if !field.is_given() => return Camera::Fit,
+        Some("fit") => return Camera::Fit,
+        Some("whole") => return Camera::Whole,
+        _ => {}
+    }
+    let height = field.table_or(allowed, |table| {
+        let height = table.need("follow", "the height of the view");
+        height.number(1.0, Range::from(1.0, SIZE_MAX))
+    });
+    Camera::Follow { height }
+}
+
+/// By default half a world more on every side.
+fn kill_zone(root: &Table, size: Vec2) -> Aabb {
+    // Bodies whose centre leaves it are removed; a hero respawns. It encloses the whole world. Default: the world and half its
+    // size more on each side.
+    let field = root.get("kill_zone");
+    let [low, high] = field.corners([size * -0.5, size * 1.5], POSITION);
+    let zone = Aabb { low, high };
+    if !zone.contains(Vec2::ZERO) || !zone.contains(size) {
+        field.refuse("corners around the whole world");
+    }
+    zone
+}
+
+fn quantum(root: &Table) -> f32 {
+    // Resolution of the positions that clients see; messages carry up to 2^24 quanta to either side of 0, so the kill zone may
+    // reach no further: with the default, 262144 units.
+    let field = root.get("quantum");
+    let quantum = field.number(1.0 / 64.0, Range::from(QUANTUM_MIN, 1.0));
+    // A power of two has no mantissa bits.
+    if quantum.to_bits() & 0x007f_ffff != 0 {
+        field.refuse("a power of two from 1/65536 to 1, like 0.015625");
+    }
+    quantum
+}
+
+/// Reads the caps of a scene into it.
+fn limits(table: &Table, scene: &mut Scene) {
+    let seats_max = if scene.camera.sees_all() { SEATS_MAX as u32 } else { FOLLOWERS_MAX };
+    // Players at a time; at most 64 if the camera follows.
+    let players = table.get("players").whole(16, 1..=seats_max);
+    // Dye packs of one player.
+    let packs = table.get("packs").whole(8, 0..=PACKS_MAX);
+    // Marbles, beyond which Z makes no more.
+    let marbles = table.get("dumb").whole(200, 0..=BODIES_MAX);
+    let laid_out: u64 = scene.layouts.iter().map(|layout| u64::from(layout.count)).sum();
+    let if_any = |any, count: u32| if any { u64::from(count) } else { 0 };
+    let least = scene.bodies.len() as u64 + laid_out + if_any(scene.hero.is_some(), players);
+    let launched = if_any(scene.pack.is_some(), players * packs);
+    let dropped = if_any(scene.marble.is_some(), marbles);
+    let made = scene.launchers.iter().map(|launcher| u64::from(launcher.limit)).sum::<u64>();
+    let roomy = (least + launched + dropped + made).clamp(1, u64::from(BODIES_MAX)) as u32;
+    // Bodies at a time; all bodies, layouts and heroes must fit. Default: enough for everything that the file allows.
+    let field = table.get("bodies");
+    let bodies = field.whole(roomy, 1..=BODIES_MAX);
+    if least > u64::from(bodies) {
+        let found = format!("{bodies} for {least} bodies with layouts and heroes of all players");
+        field.refuse_as(found, format!("{least} or more, up to {BODIES_MAX}"));
+    }
+    scene.players_max = players as u16;
+    scene.world.bodies_max = bodies as usize;
+    // Particles at a time.
+    scene.world.particles_max = table.get("particles").whole(4096, 0..=PARTICLES_MAX) as usize;
+    scene.marble.iter_mut().for_each(|marble| marble.count_max = marbles);
+    scene.pack.iter_mut().for_each(|pack| pack.count_max = packs);
 }

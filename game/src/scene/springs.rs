@@ -1,8 +1,10 @@
 //! Springs in a scene file.
 
+use super::bodies::Placed;
 use super::limits::SIZE_MAX;
-use super::spec::{Location, Placed, PlacedSpring};
-use super::table::{Field, POSITION, Range, Table, one_of};
+use super::rules::Names;
+use super::sources::Location;
+use super::table::{POSITION, Range, Table};
 use glam::Vec2;
 use jostle_sim::Motion;
 
@@ -12,27 +14,39 @@ const DAMPING: Range = Range::from(0.0, 1.0e9);
 const FREQUENCY: Range = Range::above(0.0, 600.0);
 const DAMPING_RATIO: Range = Range::from(0.0, 100.0);
 
-/// Reads `position` or `follow`, one of which must be there.
-pub(super) fn location(table: &Table, bodies: &[Placed]) -> Location {
-    let [position, follow] = table.either("position", "follow");
-    if !position.is_given() && !follow.is_given() {
-        position.refuse("[x, y], or follow = \"name\"");
-    }
-    match follow.is_given() {
-        true => Location::Body(named(&follow, bodies).unwrap_or(0)),
-        false => Location::Point(position.vector(Vec2::ZERO, POSITION)),
-    }
+/// A spring between a body and another or a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlacedSpring {
+    /// The body at one end.
+    pub body: usize,
+    /// The other end; at least one end must be a dynamic body.
+    pub to: Location,
+    /// Rest length. Default: the distance at the start.
+    pub length: f32,
+    /// Force per unit of length. Default: this or `frequency`.
+    pub stiffness: f32,
+    /// Force per unit of speed along the spring.
+    pub damping: f32,
 }
 
 /// Reads one entry of `springs`; nothing where it is wrong.
-pub(super) fn spring(table: &Table, bodies: &[Placed]) -> Option<PlacedSpring> {
+pub(super) fn spring(table: &Table, bodies: &[Placed], names: &Names) -> Option<PlacedSpring> {
     let holder = table.need("body", "the name of a body");
     let end = table.need("to", "[x, y], or the name of another body");
     let length = table.get("length");
-    let strength = Strength::read(table);
-    let body = named(&holder, bodies)?;
+    let [stiffness, damping] = ["stiffness", "damping"].map(|name| table.get(name));
+    // Oscillations per second of the joined bodies, without other forces. Default: this or `stiffness`.
+    let frequency = table.get("frequency");
+    frequency.not_beside(&stiffness);
+    // Damping relative to critical damping: below 1 it oscillates; not with `damping`. Default: `0`.
+    let damping_ratio = table.get("damping_ratio");
+    damping_ratio.not_beside(&damping);
+    if !stiffness.is_given() && !frequency.is_given() {
+        stiffness.refuse("stiffness or frequency");
+    }
+    let body = names.body(&holder)?;
     let to = match end.word() {
-        Some(_) => Location::Body(named(&end, bodies)?),
+        Some(_) => Location::Body(names.body(&end)?),
         None => Location::Point(end.vector(Vec2::ZERO, POSITION)),
     };
     if to == Location::Body(body) {
@@ -48,7 +62,13 @@ pub(super) fn spring(table: &Table, bodies: &[Placed]) -> Option<PlacedSpring> {
     };
     let distance = (far - bodies[body].def.position).length();
     let length = length.number(distance, Range::from(0.0, 4.0 * SIZE_MAX));
-    let (stiffness, damping) = strength.of(mass);
+    let (stiffness, damping) = (stiffness.number(0.0, STIFFNESS), damping.number(0.0, DAMPING));
+    let stiffness = frequency.given(|field| field.number(0.0, FREQUENCY)).map_or(stiffness, |hz| {
+        let turn = std::f32::consts::TAU * hz;
+        turn * turn * mass
+    });
+    let ratio = damping_ratio.given(|field| field.number(0.0, DAMPING_RATIO));
+    let damping = ratio.map_or(damping, |ratio| 2.0 * ratio * (stiffness * mass).sqrt());
     Some(PlacedSpring { body, to, length, stiffness, damping })
 }
 
@@ -64,52 +84,6 @@ fn swinging_mass(bodies: &[Placed], body: usize, to: Location) -> Option<f32> {
     };
     let sum = inv_mass(body) + other;
     (sum > 0.0).then(|| 1.0 / sum)
-}
-
-/// Stiffness and damping, given as such or by how the spring swings.
-struct Strength {
-    stiffness: f32,
-    frequency: Option<f32>,
-    damping: f32,
-    damping_ratio: Option<f32>,
-}
-
-impl Strength {
-    fn read(table: &Table) -> Strength {
-        let [stiffness, frequency] = table.either("stiffness", "frequency");
-        let [damping, damping_ratio] = table.either("damping", "damping_ratio");
-        if !stiffness.is_given() && !frequency.is_given() {
-            stiffness.refuse("stiffness or frequency");
-        }
-        let given = |field: &Field, range| field.is_given().then(|| field.number(0.0, range));
-        Strength {
-            stiffness: stiffness.number(0.0, STIFFNESS),
-            frequency: given(&frequency, FREQUENCY),
-            damping: damping.number(0.0, DAMPING),
-            damping_ratio: given(&damping_ratio, DAMPING_RATIO),
-        }
-    }
-
-    fn of(&self, mass: f32) -> (f32, f32) {
-        let stiffness = self.frequency.map_or(self.stiffness, |frequency| {
-            let turn = std::f32::consts::TAU * frequency;
-            turn * turn * mass
-        });
-        let damping = self
-            .damping_ratio
-            .map_or(self.damping, |ratio| 2.0 * ratio * (stiffness * mass).sqrt());
-        (stiffness, damping)
-    }
-}
-
-/// The index of the body that a field names.
-pub(super) fn named(field: &Field, bodies: &[Placed]) -> Option<usize> {
-    let is_it = |body: &Placed| body.name.is_some() && body.name.as_deref() == field.word();
-    let index = bodies.iter().position(is_it);
-    if index.is_none() {
-        field.refuse(one_of(bodies.iter().filter_map(|body| body.name.as_deref())));
-    }
-    index
 }
 
 #[cfg(test)]

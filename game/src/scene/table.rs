@@ -10,9 +10,9 @@
 //! misspelled field is reported as such rather than as a missing one.
 
 use super::error::{SceneError, line_at};
-use super::field::{FieldForm, FieldInfo};
-use super::limits::SIZE_MAX;
+use super::limits::{SIZE_MAX, SPEED_MAX};
 use glam::Vec2;
+use jostle_sim::TICKS_PER_SECOND;
 use std::cell::RefCell;
 use std::fmt;
 use std::ops::{Range as Bytes, RangeInclusive};
@@ -22,12 +22,68 @@ use toml::de::{DeTable, DeValue};
 const QUOTE_CHARS_MAX: usize = 48;
 
 /// The text, its name in errors, and the first error in it.
+#[derive(Default)]
 pub(super) struct Document<'a> {
     pub file: &'a str,
     pub source: &'a str,
     error: RefCell<Option<SceneError>>,
     /// Every field that was asked for, if that is wanted.
     asked: Option<RefCell<Vec<FieldInfo>>>,
+}
+
+/// A field that the reader of a scene asked for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FieldInfo {
+    /// Its path, like `bodies[3].radius`.
+    pub path: String,
+    /// The bytes of its value, if the file has it.
+    pub given: Option<Bytes<usize>>,
+    /// The values that it may have.
+    pub form: FieldForm,
+}
+
+/// The values that a field may have, and the one that it has without the file's word. For a field that a file must
+/// have, or whose default is none, that one stands for nothing.
+#[derive(Clone, Debug, PartialEq)]
+pub enum FieldForm {
+    /// A finite number within a range.
+    Number {
+        /// The least and the greatest.
+        range: [f32; 2],
+        /// It must be above the least.
+        above: bool,
+        /// Value where the file says nothing.
+        default: f32,
+    },
+    /// A whole number within a range.
+    Whole {
+        /// The least and the greatest.
+        range: [i64; 2],
+        /// Value where the file says nothing.
+        default: i64,
+    },
+    /// Two finite numbers, each within a range.
+    Vector {
+        /// The least and the greatest of each.
+        range: [f32; 2],
+        /// Value where the file says nothing.
+        default: [f32; 2],
+    },
+    /// Either `true` or `false`.
+    Truth {
+        /// Value where the file says nothing.
+        default: bool,
+    },
+    /// A text in one line.
+    Text {
+        /// Greatest length, in characters.
+        chars_max: usize,
+    },
+    /// One of these words.
+    Choice {
+        /// The words that are allowed.
+        names: Vec<String>,
+    },
 }
 
 /// Numbers that a field may hold.
@@ -40,6 +96,12 @@ pub(super) struct Range {
 
 /// Lowest and highest coordinate of anything in a scene.
 pub(super) const POSITION: Range = Range::from(-2.0 * SIZE_MAX, 2.0 * SIZE_MAX);
+/// A component of a velocity.
+pub(super) const VELOCITY: Range = Range::from(-SPEED_MAX, SPEED_MAX);
+/// Times in a scene, seconds.
+pub(super) const SECONDS: Range = Range::from(0.0, 3600.0);
+/// Times from one event to the next, seconds.
+pub(super) const INTERVAL: Range = Range::from(1.0 / TICKS_PER_SECOND as f32, 3600.0);
 
 /// A table of the file; a missing one reads as empty.
 pub(super) struct Table<'a> {
@@ -92,7 +154,7 @@ impl fmt::Display for Range {
 
 impl<'a> Document<'a> {
     pub fn new(file: &'a str, source: &'a str) -> Document<'a> {
-        Document { file, source, error: RefCell::new(None), asked: None }
+        Document { file, source, ..Document::default() }
     }
 
     /// A document that notes which fields its readers ask for.
@@ -167,12 +229,13 @@ impl<'a> Table<'a> {
             known.push(name);
         }
         let value = self.entries.and_then(|entries| entries.get(name));
-        Field {
+        let field = Field {
             document: self.document,
             path: path_of(&self.path, name),
             at: value.map_or(self.at.clone(), |value| value.span()),
             value: value.map(|value| value.get_ref()),
-        }
+        };
+        field
     }
 
     /// A field that the file must have.
@@ -183,21 +246,33 @@ impl<'a> Table<'a> {
         }
         field
     }
-
-    /// One of two fields of which a file may have only one.
-    pub fn either(&self, one: &'static str, other: &'static str) -> [Field<'a>; 2] {
-        let fields = [self.get(one), self.get(other)];
-        if fields.iter().all(Field::is_given) {
-            fields[1].refuse_as(format!("{one} and {other}"), "only one of the two");
-        }
-        fields
-    }
 }
 
 impl<'a> Field<'a> {
     /// Returns whether the file has it.
     pub fn is_given(&self) -> bool {
         self.value.is_some()
+    }
+
+    /// Reads a field whose default is nothing.
+    pub fn given<T>(&self, read: impl FnOnce(&Field<'a>) -> T) -> Option<T> {
+        self.is_given().then(|| read(self))
+    }
+
+    /// Refuses a field that only another one, which the file lacks, would give a meaning; `allowed` says so.
+    pub fn refuse_if_given(&self, allowed: &str) {
+        if self.is_given() {
+            self.refuse(allowed);
+        }
+    }
+
+    /// Refuses this field beside another one.
+    pub fn not_beside(&self, other: &Field) {
+        if self.is_given() && other.is_given() {
+            let names =
+                [other, self].map(|field| field.path.rsplit('.').next().unwrap_or_default());
+            self.refuse_as(names.join(" and "), "only one of the two");
+        }
     }
 
     /// Where it is, such as `layouts[2].count`.
@@ -224,7 +299,7 @@ impl<'a> Field<'a> {
     }
 
     /// Notes what is asked for here, where that is wanted. Entries of lists of values are not fields.
-    fn note(&self, form: impl FnOnce() -> FieldForm) {
+    fn note(&self, form: impl Fn() -> FieldForm) {
         let Some(asked) = &self.document.asked else { return };
         let mut asked = asked.borrow_mut();
         if !self.path.ends_with(']') && !asked.iter().any(|known| known.path == self.path) {
@@ -237,7 +312,7 @@ impl<'a> Field<'a> {
     fn parse<T>(
         &self,
         wanted: impl FnOnce(&'a DeValue<'a>) -> Option<T>,
-        allowed: impl FnOnce() -> String,
+        allowed: impl Fn() -> String,
     ) -> Option<T> {
         let found = wanted(self.value?);
         if found.is_none() {
@@ -251,6 +326,11 @@ impl<'a> Field<'a> {
         self.note(|| FieldForm::Number { range: range.ends(), above: range.above_low, default });
         let number = |value| number_of(value).filter(|&number| range.contains(number));
         self.parse(number, || range.to_string()).unwrap_or(default)
+    }
+
+    /// A number of seconds, as whole ticks.
+    pub fn ticks(&self, default: f32, range: Range) -> u32 {
+        (self.number(default, range) * TICKS_PER_SECOND as f32 + 0.5) as u32
     }
 
     /// Returns whether the value is a number, in any range.
@@ -315,6 +395,11 @@ impl<'a> Field<'a> {
         self.index_in(&names).map(|index| choices[index].1)
     }
 
+    /// The choice that the string names; without one the first.
+    pub fn choice_or_first<T: Copy>(&self, choices: &[(&str, T)]) -> T {
+        self.choice(choices).unwrap_or(choices[0].1)
+    }
+
     /// The values of a list.
     pub fn items(&self) -> Vec<Field<'a>> {
         let array = self.parse(DeValue::as_array, || "a list".to_owned());
@@ -344,7 +429,7 @@ impl<'a> Field<'a> {
     pub fn array<const N: usize, T: Copy>(
         &self,
         default: [T; N],
-        allowed: impl FnOnce() -> String,
+        allowed: impl Fn() -> String,
         read: impl Fn(&Field<'a>, T) -> T,
     ) -> [T; N] {
         let is_it = |value: &'a DeValue<'a>| value.as_array().filter(|array| array.len() == N);

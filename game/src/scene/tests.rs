@@ -1,6 +1,5 @@
 //! Scene files: readings, refusals with their lines, and that no text makes the reader panic.
 
-use super::parse::BUILT_IN;
 use super::*;
 use glam::Vec2;
 use jostle_sim::Conjugate;

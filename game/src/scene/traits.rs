@@ -1,25 +1,20 @@
 //! Properties of bodies: defaults by kind (B3), and the fields of a scene file that change them.
 
-use super::drag;
 use super::groups::Groups;
 use super::kind::Kind;
 use super::limits::{EXTENT_MIN, GRAVITY_SCALE_MAX, MASS_MAX, MASS_MIN, SIZE_MAX};
-use super::table::{Range, Table, one_of};
+use super::table::{Field, Range, Table, one_of};
 use glam::Vec2;
 use jostle_sim::{BodyDef, Drag, Motion, Shape};
 
 const EXTENT: Range = Range::from(EXTENT_MIN, SIZE_MAX);
 const MASS: Range = Range::from(MASS_MIN, MASS_MAX);
+/// Linear drag, per second, and quadratic drag, per unit.
+const DRAG: Range = Range::from(0.0, 1000.0);
 
-/// Kinds that a file may place, by their words.
-const PLACEABLE: [(&str, Kind); 6] = [
-    (Kind::Hero.name(), Kind::Hero),
-    (Kind::Minion.name(), Kind::Minion),
-    (Kind::Marble.name(), Kind::Marble),
-    (Kind::Platform.name(), Kind::Platform),
-    (Kind::Wall.name(), Kind::Wall),
-    (Kind::Block.name(), Kind::Block),
-];
+/// Kinds that a file may place.
+const PLACEABLE: [Kind; 6] =
+    [Kind::Hero, Kind::Minion, Kind::Marble, Kind::Platform, Kind::Wall, Kind::Block];
 const MOTIONS: [(&str, Motion); 3] =
     [("static", Motion::Static), ("kinematic", Motion::Kinematic), ("dynamic", Motion::Dynamic)];
 
@@ -28,70 +23,57 @@ const MOTIONS: [(&str, Motion); 3] =
 pub(super) struct Traits {
     pub kind: Kind,
     pub shape: Option<Shape>,
-    pub motion: Motion,
-    mass: f32,
-    restitution: f32,
-    friction: f32,
-    gravity_scale: f32,
-    drag: Drag,
     group: Option<u8>,
-    /// Speed of minions and marbles without a velocity of their own, units/s.
-    pub speed: f32,
+    /// Speed of minions and marbles without a velocity, units/s.
+    pub start_speed: f32,
+    /// The other properties, of a body at the origin and at rest.
+    pub def: BodyDef,
 }
 
 impl Traits {
     /// The values of a kind (B3), and the scene's drag.
     pub fn of(kind: Kind, drag: Drag) -> Traits {
-        let base = Traits {
-            kind,
-            shape: None,
-            motion: Motion::Dynamic,
-            mass: 1.0,
-            restitution: 0.8,
-            friction: 0.3,
-            gravity_scale: 1.0,
-            drag,
-            group: None,
-            speed: 0.0,
-        };
-        let ball = Shape::circle(6.5);
-        let minion = Traits { shape: Some(ball), mass: 2.0, friction: 0.0, speed: 5.0, ..base };
-        match kind {
+        let base = BodyDef { drag, ..BodyDef::default() };
+        let fixed = BodyDef { motion: Motion::Static, ..base };
+        let ball = BodyDef { mass: 2.0, friction: 0.0, ..base };
+        let (radius, box_size) = (|r| Some(Shape::circle(r)), |x, y| Some(Shape::rect(x, y)));
+        let (shape, start_speed, def) = match kind {
             Kind::Hero => {
-                Traits { shape: Some(Shape::rect(16.0, 22.0)), mass: 0.7, restitution: 0.3, ..base }
+                (box_size(16.0, 22.0), 0.0, BodyDef { mass: 0.7, restitution: 0.3, ..base })
             }
-            Kind::Minion => Traits { gravity_scale: 0.0, ..minion },
-            Kind::Marble => Traits { gravity_scale: 0.5, ..minion },
-            Kind::Platform => {
-                Traits { shape: Some(Shape::rect(30.0, 3.0)), motion: Motion::Static, ..base }
-            }
-            Kind::Wall => Traits { motion: Motion::Static, ..base },
+            Kind::Minion => (radius(6.5), 5.0, BodyDef { gravity_scale: 0.0, ..ball }),
+            Kind::Marble => (radius(6.5), 5.0, BodyDef { gravity_scale: 0.5, ..ball }),
+            Kind::Platform => (box_size(30.0, 3.0), 0.0, fixed),
+            Kind::Wall => (None, 0.0, fixed),
             // Friction would brake its own motion, and hold it where it meets a platform (C39).
-            Kind::Pack => Traits {
-                shape: Some(Shape::circle(1.5)),
-                mass: 0.1,
-                friction: 0.0,
-                gravity_scale: 0.0,
-                ..base
-            },
-            Kind::Block => Traits { restitution: 0.2, friction: 0.4, ..base },
-        }
+            Kind::Pack => (radius(1.5), 0.0, BodyDef { mass: 0.1, gravity_scale: 0.0, ..ball }),
+            Kind::Block => (None, 0.0, BodyDef { restitution: 0.2, friction: 0.4, ..base }),
+        };
+        Traits { kind, shape, group: None, start_speed, def }
     }
 
     /// The traits with the changes of a table.
     pub fn changed_by(self, table: &Table, groups: &Groups) -> Traits {
-        Traits {
-            shape: shape(table).or(self.shape),
-            mass: table.get("mass").number(self.mass, MASS),
-            restitution: table.get("restitution").number(self.restitution, Range::from(0.0, 1.0)),
-            friction: table.get("friction").number(self.friction, Range::from(0.0, 10.0)),
-            gravity_scale: table
-                .get("gravity_scale")
-                .number(self.gravity_scale, Range::from(-GRAVITY_SCALE_MAX, GRAVITY_SCALE_MAX)),
-            drag: drag::drag(&table.get("drag"), self.drag),
-            group: groups.given(&table.get("group")).or(self.group),
-            ..self
-        }
+        let Traits { def, .. } = self;
+        let share = Range::from(0.0, 1.0);
+        let gravity = Range::from(-GRAVITY_SCALE_MAX, GRAVITY_SCALE_MAX);
+        let shape = shape(table).or(self.shape);
+        let def = BodyDef {
+            // Mass of a dynamic body. Default: by kind.
+            mass: table.get("mass").number(def.mass, MASS),
+            // Bounciness: 1 keeps all speed; a pair has the smaller one. Default: by kind.
+            restitution: table.get("restitution").number(def.restitution, share),
+            // Coulomb's coefficient; a pair has the geometric mean. Default: by kind.
+            friction: table.get("friction").number(def.friction, Range::from(0.0, 10.0)),
+            // Factor on gravity; 0 for none. Default: by kind.
+            gravity_scale: table.get("gravity_scale").number(def.gravity_scale, gravity),
+            // Drag: see [below](#drag-and-wind); `0` for none. Default: the scene's.
+            drag: drag(&table.get("drag"), def.drag),
+            ..def
+        };
+        // Collision group. Default: by kind.
+        let group = groups.given(&table.get("group")).or(self.group);
+        Traits { shape, group, def, ..self }
     }
 
     /// The body at the origin, at rest.
@@ -100,29 +82,40 @@ impl Traits {
             table.get("size").refuse("radius = r or size = [width, height]");
             Shape::circle(1.0)
         });
-        BodyDef {
-            shape,
-            position: Vec2::ZERO,
-            velocity: Vec2::ZERO,
-            motion: self.motion,
-            mass: self.mass,
-            restitution: self.restitution,
-            friction: self.friction,
-            gravity_scale: self.gravity_scale,
-            drag: if self.motion == Motion::Dynamic { self.drag } else { Drag::NONE },
-            group: self.group.unwrap_or_else(|| groups.default_of(self.kind, table)),
-        }
+        let drag = if self.def.motion == Motion::Dynamic { self.def.drag } else { Drag::NONE };
+        let group = self.group.unwrap_or_else(|| groups.default_of(self.kind, table));
+        BodyDef { shape, drag, group, ..self.def }
     }
 }
 
 /// `radius` or `size`, if the table has one of them.
 pub(super) fn shape(table: &Table) -> Option<Shape> {
-    let [radius, size] = table.either("radius", "size");
-    if radius.is_given() {
-        return Some(Shape::circle(radius.number(1.0, EXTENT)));
+    // Makes a circle. Default: by kind.
+    let radius = table.get("radius");
+    // Makes a box of this width and height. Default: by kind.
+    let size = table.get("size");
+    size.not_beside(&radius);
+    let circle = radius.given(|radius| Shape::circle(radius.number(1.0, EXTENT)));
+    if circle.is_some() {
+        return circle;
     }
     let full = size.vector(Vec2::ONE, EXTENT);
     size.is_given().then(|| Shape::rect(full.x, full.y))
+}
+
+/// The `drag` of a table: a rate, or both rates.
+pub(super) fn drag(field: &Field, default: Drag) -> Drag {
+    let drag = field.given(|field| {
+        if field.is_number() || !field.is_given() {
+            return Drag { linear: field.number(0.0, DRAG), quadratic: 0.0 };
+        }
+        let allowed = format!("{DRAG}, or {{ linear = k, quadratic = q }}");
+        field.table_or(&allowed, |rates| Drag {
+            linear: rates.get("linear").number(0.0, DRAG),
+            quadratic: rates.get("quadratic").number(0.0, DRAG),
+        })
+    });
+    drag.unwrap_or(default)
 }
 
 /// The kinds' traits as changed by `[hero]`, `[minion]` and `[dumb]`.
@@ -135,15 +128,20 @@ pub(super) struct Kinds {
 
 impl Kinds {
     /// Kind and traits of a body's or layout's table.
-    pub fn read(&self, table: &Table, groups: &Groups) -> Traits {
-        let kind = table.need("kind", &one_of(PLACEABLE.map(|(name, _)| name)));
-        let base = match kind.choice(&PLACEABLE).unwrap_or(Kind::Block) {
+    pub fn traits_of(&self, table: &Table, groups: &Groups) -> Traits {
+        // The kind of body: how rules treat it, and its defaults.
+        let kind = table.need("kind", &one_of(PLACEABLE.map(Kind::name)));
+        let placeable = PLACEABLE.map(|kind| (kind.name(), kind));
+        let base = match kind.choice(&placeable).unwrap_or(Kind::Block) {
             Kind::Hero => self.hero,
             Kind::Minion => self.minion,
             Kind::Marble => self.marble,
             other => Traits::of(other, self.drag),
         };
-        let motion = table.get("motion").choice(&MOTIONS).unwrap_or(base.motion);
-        Traits { motion, ..base.changed_by(table, groups) }
+        // A static body never moves, a kinematic one only by its velocity or path, a dynamic one by forces and contacts.
+        // Default: `static` for platforms and walls, else `dynamic`.
+        let motion = table.get("motion").choice(&MOTIONS).unwrap_or(base.def.motion);
+        let traits = base.changed_by(table, groups);
+        Traits { def: BodyDef { motion, ..traits.def }, ..traits }
     }
 }

@@ -1,9 +1,16 @@
 //! The names that rules use: teams, zones, signals and bodies share one namespace.
 
 use super::condition::{Condition, Levels};
-use crate::scene::name::{NAME_ALLOWED, is_name};
+use crate::scene::groups::Groups;
+use crate::scene::limits::{NAME_ALLOWED, is_name};
 use crate::scene::table::{Field, Table, one_of};
 
+/// Longest sentence that a scene shows, characters.
+pub(super) const SENTENCE_CHARS_MAX: usize = 80;
+/// Colours of the players' palette.
+pub(super) const COLORS: u32 = 8;
+/// Points of a side, either sign.
+pub const POINTS_MAX: i32 = 1_000_000;
 /// Words with a meaning of their own in rules.
 const RESERVED: [&str; 4] = ["it", "by", "others", "all"];
 /// What is known of a sling.
@@ -11,6 +18,12 @@ const SLING_LEVELS: [(&str, Levels); 2] =
     [("sling.spent", Levels::SPENT), ("sling.flying", Levels::FLYING)];
 /// Names in one condition.
 const CONDITION_NAMES_MAX: usize = 8;
+
+/// What rules may name.
+pub(in crate::scene) struct Known<'a> {
+    pub names: &'a Names,
+    pub groups: &'a Groups,
+}
 
 /// Names in the order of the file; those of signals come before the signals are read.
 pub(in crate::scene) struct Names {
@@ -92,15 +105,19 @@ impl Names {
         if let Some((_, level)) = of_sling.filter(|_| self.has_sling) {
             return Some(*level);
         }
-        let signals = &self.signals[..above.min(self.signals.len())];
-        place(&self.zones).map(Levels::zone).or_else(|| place(signals).map(Levels::signal))
+        let signal = || place(self.signals_above(above)).map(Levels::signal);
+        place(&self.zones).map(Levels::zone).or_else(signal)
+    }
+
+    /// The names of the first `above` signals.
+    pub fn signals_above(&self, above: usize) -> &[String] {
+        &self.signals[..above.min(self.signals.len())]
     }
 
     /// What a condition may name, for an error.
     pub fn allowed(&self, above: usize) -> String {
         let mut names: Vec<String> = self.zones.clone();
-        let signals = &self.signals[..above.min(self.signals.len())];
-        names.extend_from_slice(signals);
+        names.extend_from_slice(self.signals_above(above));
         names.extend(self.teams.iter().map(|team| format!("{team}.in")));
         if self.has_sling {
             names.extend(SLING_LEVELS.map(|(name, _)| name.to_owned()));
@@ -126,4 +143,10 @@ impl Names {
         let bits = words.iter().filter_map(|word| word.index_in(&self.zones));
         bits.fold(0, |all, index| all | 1 << index)
     }
+}
+
+/// The name of a team, a zone or a signal, which [`Names::read`] has checked.
+pub(super) fn name(table: &Table) -> String {
+    let field = table.need("name", NAME_ALLOWED);
+    field.word().unwrap_or_default().to_owned()
 }

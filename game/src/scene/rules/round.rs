@@ -1,39 +1,41 @@
 //! Rounds and teams in a scene file.
 
-use super::known::{POINTS_MAX, SECONDS, SENTENCE_CHARS_MAX, ticks};
-use super::names::Names;
+use super::names::{self, COLORS, Names, POINTS_MAX, SENTENCE_CHARS_MAX};
 use crate::scene::limits::SEATS_MAX;
-use crate::scene::table::{Field, POSITION, Range, Table};
+use crate::scene::table::{Field, POSITION, Range, SECONDS, Table};
 use glam::Vec2;
 
 const SPAWNS_MAX: usize = 64;
-const COLORS: u32 = 8;
 const LIVES_MAX: u32 = 1000;
+const SEATS: u32 = SEATS_MAX as u32;
 
 /// How a round is played. Times are ticks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoundSpec {
-    /// What players are to do, one sentence; may be empty.
+    /// The sentence that players see.
     pub task: String,
     /// Length of a round.
     pub time: Option<u32>,
-    /// What decides when the time is up.
+    /// When the time is up most points win and equals share, or all lose, or all win; only sides that have lives left, where
+    /// there are lives.
     pub at_time: AtTime,
-    /// Points with which a side wins at once.
+    /// The first side with so many points wins.
     pub goal: Option<i32>,
-    /// Lives of each side at the start.
+    /// Lives of each side; a side without is out: it gets no more points or lives, it cannot win, and its heroes do not come
+    /// back. Of two sides or more the last one wins; a side alone loses.
     pub lives: Option<i32>,
-    /// Players without whom no round begins.
+    /// Until so many are there everybody warms up and nothing counts.
     pub players_min: u16,
-    /// From the placing of the bodies to the start.
+    /// From the placing of the bodies to the start; nothing moves.
     pub countdown: u32,
     /// From the end of a round to the next.
     pub pause: u32,
-    /// Points of one, two and three stars.
+    /// Points for one, two and three stars, the least first, where one side plays alone.
     pub stars: Option<[i32; 3]>,
-    /// Whether layouts differ from round to round.
+    /// `"next"`: layouts differ from round to round.
+    #[doc(alias = "seed")]
     pub new_layouts: bool,
-    /// Seats that bots take until people come.
+    /// Seats that the server's own players take until people come.
     pub fill: u16,
 }
 
@@ -51,15 +53,16 @@ pub enum AtTime {
 /// One of the teams between which a round is played.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TeamSpec {
-    /// Name, unique among the teams.
+    /// A name that nothing else has.
     pub name: String,
-    /// One of the players' colours, 0 to 8.
+    /// Colour of the players' palette. Default: its place in the file.
     pub color: u8,
-    /// Where its heroes start, instead of the hero's spawns; may be empty.
+    /// Where its heroes appear. Default: the hero's.
     pub spawns: Vec<Vec2>,
-    /// The axis that its heroes stay on.
+    /// The only axis along which they move. Default: the hero's.
     pub lane: Option<LaneAxis>,
     /// Most players that it takes.
+    #[doc(alias = "players")]
     pub players_max: u16,
 }
 
@@ -76,49 +79,42 @@ const LANES: [(&str, LaneAxis); 2] = [("x", LaneAxis::X), ("y", LaneAxis::Y)];
 
 /// Reads `[round]`.
 pub(super) fn round(table: &Table) -> RoundSpec {
-    let given = |field: &Field, default: f32| ticks(field.number(default, SECONDS));
-    let task = table.get("task");
-    let time = table.get("time");
     let at_time = [("score", AtTime::Score), ("lose", AtTime::Lose), ("win", AtTime::Win)];
-    let goal = table.get("goal");
-    let lives = table.get("lives");
-    let stars = table.get("stars");
-    let points = |field: &Field, base: i32| field.whole(base as u32, 0..=POINTS_MAX as u32) as i32;
+    let task = table.get("task").given(|task| task.text(SENTENCE_CHARS_MAX));
     RoundSpec {
-        task: if task.is_given() { task.text(SENTENCE_CHARS_MAX) } else { String::new() },
-        time: time.is_given().then(|| ticks(time.number(60.0, Range::from(1.0, 3600.0)))),
-        at_time: table.get("at_time").choice(&at_time).unwrap_or(AtTime::Score),
-        goal: goal.is_given().then(|| goal.whole(1, 1..=POINTS_MAX as u32) as i32),
-        lives: lives.is_given().then(|| lives.whole(1, 1..=LIVES_MAX) as i32),
-        players_min: table.get("players_min").whole(1, 1..=SEATS_MAX as u32) as u16,
-        countdown: given(&table.get("countdown"), 3.0),
-        pause: given(&table.get("pause"), 6.0),
-        stars: stars.is_given().then(|| {
-            let stars = stars.array([0; 3], || "three numbers of points".to_owned(), points);
-            if stars[0] > stars[1] || stars[1] > stars[2] {
-                stars_in_order(table);
-            }
-            stars
-        }),
-        new_layouts: table.get("seed").choice(&[("same", false), ("next", true)]).unwrap_or(false),
-        fill: table.get("fill").whole(0, 0..=SEATS_MAX as u32) as u16,
+        task: task.unwrap_or_default(),
+        time: table.get("time").given(|time| time.ticks(60.0, Range::from(1.0, 3600.0))),
+        at_time: table.get("at_time").choice_or_first(&at_time),
+        goal: table.get("goal").given(|goal| goal.whole(1, 1..=POINTS_MAX as u32) as i32),
+        lives: table.get("lives").given(|lives| lives.whole(1, 1..=LIVES_MAX) as i32),
+        stars: table.get("stars").given(stars),
+        players_min: table.get("players_min").whole(1, 1..=SEATS) as u16,
+        countdown: table.get("countdown").ticks(3.0, SECONDS),
+        pause: table.get("pause").ticks(6.0, SECONDS),
+        new_layouts: table.get("seed").choice_or_first(&[("same", false), ("next", true)]),
+        fill: table.get("fill").whole(0, 0..=SEATS) as u16,
     }
 }
 
-fn stars_in_order(table: &Table) {
-    table.get("stars").refuse("three numbers of points, the least first");
+fn stars(field: &Field) -> [i32; 3] {
+    let points = |field: &Field, base: i32| field.whole(base as u32, 0..=POINTS_MAX as u32) as i32;
+    let stars = field.array([0; 3], || "three numbers of points".to_owned(), points);
+    if !stars.is_sorted() {
+        field.refuse("three numbers of points, the least first");
+    }
+    stars
 }
 
 /// Reads one entry of `teams`.
 pub(super) fn team(table: &Table, names: &Names) -> TeamSpec {
-    let name = table.get("name").word().unwrap_or_default().to_owned();
+    let name = names::name(table);
     let place = names.teams.iter().position(|known| *known == name).unwrap_or(0);
     TeamSpec {
         name,
         color: table.get("color").whole(place as u32, 0..=COLORS - 1) as u8,
         spawns: points(&table.get("spawns")),
         lane: lane(table),
-        players_max: table.get("players").whole(SEATS_MAX as u32, 1..=SEATS_MAX as u32) as u16,
+        players_max: table.get("players").whole(SEATS, 1..=SEATS) as u16,
     }
 }
 

@@ -1,18 +1,18 @@
-//! Rules in a scene file: one occasion, any number of effects.
+//! Rules in a scene file: one occasion, any number of effects, and the lines that they say.
 
 use super::condition::Condition;
-use super::known::{Known, POINTS_MAX, SECONDS, ticks};
-use super::names::Names;
-use super::say::Line;
+use super::names::{Known, Names, POINTS_MAX, SENTENCE_CHARS_MAX};
 use super::signal::{Each, SignalKind, SignalSpec};
 use super::zone::ZoneSpec;
 use crate::scene::recipes::Recipes;
-use crate::scene::table::{Field, Range, Table};
+use crate::scene::table::{Field, INTERVAL, SECONDS, Table};
 
 /// Lives that one rule may give or take.
 const LIFE_MAX: i32 = 1000;
 /// Bodies that one rule may put back.
 const RESET_MAX: usize = 8;
+/// Players whom a line names.
+const WORDS: [(&str, Whose); 2] = [("{it}", Whose::It), ("{by}", Whose::By)];
 const OCCASIONS: [&str; 8] = ["enter", "leave", "on", "every", "touch", "burst", "lost", "breaks"];
 
 /// A rule: effects, and the occasion that has them.
@@ -20,12 +20,15 @@ const OCCASIONS: [&str; 8] = ["enter", "leave", "on", "every", "touch", "burst",
 pub struct RuleSpec {
     /// The occasion at which it takes effect.
     pub occasion: Occasion,
-    /// Only while this holds.
-    pub condition: Condition,
-    /// Only if the body that it is about is of this team.
-    pub team: Option<u8>,
-    /// Whom points, lives and the end concern.
+    /// Whom `score`, `life` and `end` concern: the side of the body that the rule is about, or all where it is about nobody;
+    /// who caused it; all but the body's side; all; that team; the zone's holder.
     pub to: To,
+    /// Only if the body is of this team. Default: any.
+    pub team: Option<u8>,
+    /// Only while this holds. A lap in it is that of the player, or the player's side, whom the rule is about. Default:
+    /// always.
+    #[doc(alias = "while")]
+    pub condition: Condition,
     /// Effects on scores, lives, bodies and signals.
     pub effects: Effects,
 }
@@ -33,22 +36,24 @@ pub struct RuleSpec {
 /// When a rule applies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Occasion {
-    /// A body enters one of these zones, a bit each.
+    /// A body enters it. About: the body. By: the side whose hero or pack touched it last; a hero's own side.
     Enter(u64),
-    /// A body leaves one of them.
+    /// A body leaves it. About and by: as for `enter`.
     Leave(u64),
-    /// A condition comes to hold.
+    /// It comes to hold. About: no player; a lap: each player who completed it, even if others did so in the same tick or in
+    /// the one before. By: the same.
     On(Condition),
-    /// Each time so many ticks of the round have passed.
+    /// Each time so much of the round has passed. About and by: nobody.
     Every(u32),
-    /// A body of the first group begins to touch one of the second.
+    /// A body of the first group begins to touch one of the second. About: the first. By: its side.
     Touch(u8, u8),
-    /// A dye pack bursts on a hero.
+    /// A dye pack bursts on a hero, unless the connection of its player is closed or silent. About: the hero. By: the pack's
+    /// owner.
     Burst,
-    /// A body of this group leaves the kill zone.
-    Lost(u8),
-    /// A body of this group breaks.
+    /// A body of the group [breaks](#bodies) and is gone. About: the body. By: who broke it.
     Breaks(u8),
+    /// A body of the group leaves the kill zone. About: the body. By: who touched it last.
+    Lost(u8),
 }
 
 /// Whom an effect on sides concerns.
@@ -68,33 +73,54 @@ pub enum To {
     Holder(u8),
 }
 
-/// What a rule does, in this order.
+/// What a rule does, in this order. Times are ticks.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Effects {
-    /// Points for the side.
+    /// Points for the sides in `to`.
     pub score: i32,
-    /// Lives for the side.
+    /// Lives for the same sides.
     pub life: i32,
-    /// Claims the end of the round: `true` won, `false` lost.
+    /// Ends the round for the same sides.
     pub end: Option<bool>,
-    /// The body returns to its start, at rest for so many ticks.
-    pub back: Option<u32>,
-    /// These bodies of the scene do so.
-    pub reset: Vec<usize>,
-    /// The body is gone.
-    pub remove: bool,
-    /// The keys of the body's player do nothing for so many ticks.
+    /// 40 particles at the body.
+    pub splash: Option<u8>,
+    /// The keys of the hero's player do nothing for so long, and what the hero carries is dropped.
     pub stun: u32,
-    /// The hero comes back here from now on.
+    /// The hero comes back here.
     pub checkpoint: bool,
-    /// What the hero touched hangs on it.
-    pub carry: bool,
     /// What the hero carries is dropped.
     pub drop: bool,
-    /// Particles of this recipe at the body.
-    pub splash: Option<u8>,
-    /// A line for the feed, once a tick.
+    /// What the hero touched hangs on it from now on.
+    pub carry: bool,
+    /// The body returns to its start, a hero to its checkpoint; it rests there for so long, and sets off as at the start.
+    pub back: Option<u32>,
+    /// The body is gone.
+    pub remove: bool,
+    /// A line in the feed, once a tick. It may begin and end with `{it}`, the player whose body it is about or who touched
+    /// that last, or `{by}`, the player who caused it; without such a player nothing is said.
     pub say: Option<Line>,
+    /// These bodies return to their starts, and rest as long as `back` says. Default: none.
+    pub reset: Vec<usize>,
+}
+
+/// A line for the feed: the name of a player, a text, the name of another.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Line {
+    /// Whose name comes first.
+    pub first: Option<Whose>,
+    /// The text between the names.
+    pub text: String,
+    /// Whose name comes last.
+    pub last: Option<Whose>,
+}
+
+/// A player whom a line names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Whose {
+    /// `{it}`: the player whose hero it is about, or who touched that body last.
+    It,
+    /// `{by}`: who caused it.
+    By,
 }
 
 /// What rules are checked against.
@@ -113,11 +139,11 @@ pub(super) fn rule(
 ) -> RuleSpec {
     let names = known.names;
     let occasion = occasion(table, known);
-    let team = table.get("team");
+    let team = |field: &Field| field.index_in(&names.teams).unwrap_or(0) as u8;
     let rule = RuleSpec {
         occasion,
+        team: table.get("team").given(team),
         condition: names.any_condition(&table.get("while")),
-        team: team.is_given().then(|| team.index_in(&names.teams).unwrap_or(0) as u8),
         to: to(&table.get("to"), names, around),
         effects: effects(table, known, recipes),
     };
@@ -136,27 +162,30 @@ fn occasion(table: &Table, known: &Known) -> Occasion {
     }
     let [enter, leave, on, every, touch, burst, lost, breaks] = &fields;
     let group = |field: &Field| groups.given(field).unwrap_or(0);
-    if leave.is_given() {
-        Occasion::Leave(names.zones(leave))
-    } else if on.is_given() {
-        Occasion::On(names.any_condition(on))
-    } else if every.is_given() {
-        Occasion::Every(ticks(every.number(1.0, Range::from(1.0 / 60.0, 3600.0))).max(1))
-    } else if touch.is_given() {
-        let allowed = || "two groups, [\"a\", \"b\"]".to_owned();
-        let [first, second] = touch.array([0; 2], allowed, |field, _| group(field));
-        Occasion::Touch(first, second)
-    } else if burst.is_given() {
-        if !burst.truth(true) {
-            burst.refuse("true");
-        }
-        Occasion::Burst
-    } else if lost.is_given() {
-        Occasion::Lost(group(lost))
-    } else if breaks.is_given() {
-        Occasion::Breaks(group(breaks))
-    } else {
-        Occasion::Enter(names.zones(enter))
+    let occasions = [
+        leave.given(|field| Occasion::Leave(names.zones(field))),
+        on.given(|field| Occasion::On(names.any_condition(field))),
+        every.given(|field| Occasion::Every(field.ticks(1.0, INTERVAL).max(1))),
+        touch.given(|field| {
+            let allowed = || "two groups, [\"a\", \"b\"]".to_owned();
+            let [first, second] = field.array([0; 2], allowed, |field, _| group(field));
+            Occasion::Touch(first, second)
+        }),
+        burst.given(|field| {
+            true_only(field, "true");
+            Occasion::Burst
+        }),
+        lost.given(|field| Occasion::Lost(group(field))),
+        breaks.given(|field| Occasion::Breaks(group(field))),
+    ];
+    let given = occasions.into_iter().flatten().next();
+    given.unwrap_or_else(|| Occasion::Enter(names.zones(enter)))
+}
+
+/// Refuses `false`, which means nothing.
+fn true_only(field: &Field, allowed: &str) {
+    if !field.truth(true) {
+        field.refuse(allowed);
     }
 }
 
@@ -169,33 +198,30 @@ fn to(field: &Field, names: &Names, around: &RuleSurroundings) -> To {
         zones.filter(|(index, _)| around.zones.get(*index).is_some_and(|z| z.take.is_some()));
     let held = held.map(|(index, name)| (name.as_str(), To::Holder(index as u8)));
     let choices: Vec<(&str, To)> = words.into_iter().chain(teams).chain(held).collect();
-    field.choice(&choices).unwrap_or(To::It)
+    field.choice_or_first(&choices)
 }
 
 fn effects(table: &Table, known: &Known, recipes: &mut Recipes) -> Effects {
     let [back, splash] = ["back", "splash"].map(|name| table.get(name));
-    let at_once = [("win", true), ("lose", false)];
     Effects {
         score: table.get("score").signed(0, POINTS_MAX),
         life: table.get("life").signed(0, LIFE_MAX),
-        end: table.get("end").choice(&at_once),
-        back: back.is_given().then(|| match back.is_number() {
-            true => ticks(back.number(0.0, SECONDS)),
-            false => {
-                if !back.truth(true) {
-                    back.refuse("true, or seconds");
-                }
-                0
+        end: table.get("end").choice(&[("win", true), ("lose", false)]),
+        back: back.given(|back| {
+            if back.is_number() {
+                return back.ticks(0.0, SECONDS);
             }
+            true_only(back, "true, or seconds");
+            0
         }),
         reset: reset(&table.get("reset"), known.names),
         remove: table.get("remove").truth(false),
-        stun: ticks(table.get("stun").number(0.0, SECONDS)),
+        stun: table.get("stun").ticks(0.0, SECONDS),
         checkpoint: table.get("checkpoint").truth(false),
         carry: table.get("carry").truth(false),
         drop: table.get("drop").truth(false),
-        splash: splash.is_given().then(|| recipes.index(&splash, "spark")),
-        say: Line::read(&table.get("say")),
+        splash: splash.given(|splash| recipes.index(splash, "spark")),
+        say: table.get("say").given(Line::read),
     }
 }
 
@@ -242,4 +268,29 @@ fn has_body(rule: &RuleSpec, around: &RuleSurroundings) -> bool {
 fn reset(field: &Field, names: &Names) -> Vec<usize> {
     let items = field.some_items(1..=RESET_MAX, "1 to 8 names of bodies");
     items.iter().filter_map(|item| names.body(item)).collect()
+}
+
+impl Line {
+    /// Reads `say`.
+    fn read(field: &Field) -> Line {
+        let text = field.text(SENTENCE_CHARS_MAX);
+        let line = Line::of(&text);
+        if line.text.trim().is_empty() || line.text.contains(['{', '}']) {
+            field.refuse("a text that may begin and end with {it} or {by}");
+        }
+        line
+    }
+
+    fn of(text: &str) -> Line {
+        let first = WORDS.into_iter().find(|(word, _)| text.starts_with(word));
+        let text = first.map_or(text, |(word, _)| &text[word.len()..]);
+        let last = WORDS.into_iter().find(|(word, _)| text.ends_with(word));
+        let text = last.map_or(text, |(word, _)| &text[..text.len() - word.len()]).to_owned();
+        Line { first: first.map(|(_, whose)| whose), text, last: last.map(|(_, whose)| whose) }
+    }
+
+    /// Returns whether it names a player.
+    fn has_names(&self) -> bool {
+        self.first.is_some() || self.last.is_some()
+    }
 }

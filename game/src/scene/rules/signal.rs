@@ -1,21 +1,19 @@
 //! Signals in a scene file.
 
 use super::condition::Condition;
-use super::known::{SECONDS, ticks};
-use super::names::Names;
-use crate::scene::table::{Field, Table, one_of};
+use super::names::{self, Names};
+use crate::scene::table::{SECONDS, Table, one_of};
 
 const STEPS: std::ops::RangeInclusive<usize> = 2..=16;
 
 /// A yes or no made of zones and of signals above it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SignalSpec {
-    /// Name, unique among the signals.
+    /// A name that nothing else has.
     pub name: String,
     /// Source of its level: other levels, or steps in an order.
     pub kind: SignalKind,
-    /// It is off while this holds, and forgets what it counted. A condition that asks for nothing never
-    /// holds here.
+    /// It is off while this holds, and forgets what it counted. Default: never.
     pub until: Option<Condition>,
 }
 
@@ -38,18 +36,18 @@ pub enum SignalKind {
     Order(OrderSpec),
 }
 
-/// A signal that levels make.
+/// A signal that levels make. Times are ticks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RelaySpec {
-    /// All of these hold.
+    /// It is on while all of this holds. Default: this, `any` or `order`.
     pub when: Condition,
-    /// And any of these, if it is given.
+    /// And any of this. Default: all of `when` suffices.
     pub any: Option<Condition>,
-    /// Ticks for which they must have held.
+    /// Once they have held for longer than this.
     pub after: u32,
-    /// How long it stays on once they no longer do.
+    /// And for so long after they no longer do; `"ever"`: to the end of the round. Default: `0`.
     pub stays: Stays,
-    /// Whether it changes over each time it would come on.
+    /// It changes over instead, each time it would come on.
     pub toggles: bool,
 }
 
@@ -65,11 +63,13 @@ pub enum Stays {
 /// A signal that steps in an order make.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OrderSpec {
-    /// 2 to 16 of them.
+    /// In place of all these: it is on once they came in this order. Default: none.
+    #[doc(alias = "order")]
     pub steps: Vec<Step>,
-    /// The sides that make progress, each its own or all together.
+    /// Who makes progress in the order. Together: complete, it stays on. Each side or player: it is on for a tick and starts
+    /// over, which makes a lap. A player who joins later starts from the beginning, also in the seat of one who left.
     pub each: Each,
-    /// Whether another step of the list throws back to the start.
+    /// Another step of the list throws back to the start.
     pub strict: bool,
 }
 
@@ -95,14 +95,14 @@ pub enum Each {
 
 /// Reads one entry of `signals`, which has `above` others above it.
 pub(super) fn signal(table: &Table, names: &Names, above: usize) -> SignalSpec {
-    let name = table.get("name").word().unwrap_or_default().to_owned();
+    let name = names::name(table);
     let order = table.get("order");
     let until = table.get("until");
     let kind = match order.is_given() {
         true => SignalKind::Order(read_order(table, names, above)),
         false => SignalKind::Relay(read_relay(table, names, above)),
     };
-    let until = until.is_given().then(|| names.condition(&until, above));
+    let until = until.given(|until| names.condition(until, above));
     SignalSpec { name, kind, until }
 }
 
@@ -111,29 +111,30 @@ fn read_relay(table: &Table, names: &Names, above: usize) -> RelaySpec {
     if !when.is_given() && !any.is_given() {
         when.refuse("when, any or order");
     }
-    for field in ["each", "strict"].map(|field| table.get(field)) {
-        refuse_given(&field, "nothing: only an order has it");
+    for field in ["each", "strict"] {
+        table.get(field).refuse_if_given("nothing: only an order has it");
     }
     RelaySpec {
         when: names.condition(&when, above),
-        any: any.is_given().then(|| names.condition(&any, above)),
-        after: ticks(table.get("after").number(0.0, SECONDS)),
+        any: any.given(|any| names.condition(any, above)),
+        after: table.get("after").ticks(0.0, SECONDS),
         stays: match stays.word() {
             Some("ever") => Stays::Ever,
-            _ => Stays::Ticks(ticks(stays.number(0.0, SECONDS))),
+            _ => Stays::Ticks(stays.ticks(0.0, SECONDS)),
         },
         toggles: table.get("toggles").truth(false),
     }
 }
 
 fn read_order(table: &Table, names: &Names, above: usize) -> OrderSpec {
-    for field in ["when", "any", "after", "stays", "toggles"].map(|field| table.get(field)) {
-        refuse_given(&field, "nothing beside an order; another signal can build on this one");
+    for field in ["when", "any", "after", "stays", "toggles"] {
+        let allowed = "nothing beside an order; another signal can build on this one";
+        table.get(field).refuse_if_given(allowed);
     }
-    let signals = &names.signals[..above.min(names.signals.len())];
-    let known: Vec<&String> = names.zones.iter().chain(signals).collect();
+    let known: Vec<&String> = names.zones.iter().chain(names.signals_above(above)).collect();
     let allowed = format!("a list of 2 to 16 names, each {}", one_of(&known));
-    let items = table.get("order").some_items(STEPS, &allowed);
+    let order = table.get("order");
+    let items = order.some_items(STEPS, &allowed);
     let steps = items.iter().filter_map(|item| {
         let index = item.index_in(&known)?;
         let zones = names.zones.len();
@@ -143,15 +144,9 @@ fn read_order(table: &Table, names: &Names, above: usize) -> OrderSpec {
     let steps: Vec<Step> = steps.collect();
     let each = table.get("each");
     let choices = [("all", Each::All), ("side", Each::Side), ("player", Each::Player)];
-    let who = each.choice(&choices).unwrap_or(Each::All);
+    let who = each.choice_or_first(&choices);
     if who != Each::All && steps.iter().any(|step| matches!(step, Step::Signal(_))) {
         each.refuse("\"all\": a signal among the steps is nobody's");
     }
     OrderSpec { steps, each: who, strict: table.get("strict").truth(false) }
-}
-
-fn refuse_given(field: &Field, allowed: &str) {
-    if field.is_given() {
-        field.refuse(allowed);
-    }
 }

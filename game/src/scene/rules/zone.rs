@@ -1,40 +1,40 @@
 //! Zones in a scene file.
 
 use super::condition::Condition;
-use super::known::{Known, SECONDS, SENTENCE_CHARS_MAX, ticks};
+use super::names::{self, COLORS, Known, SENTENCE_CHARS_MAX};
 use crate::scene::groups::Groups;
 use crate::scene::limits::{BODIES_MAX, EXTENT_MIN, SIZE_MAX};
-use crate::scene::table::{POSITION, Range, Table};
+use crate::scene::table::{POSITION, Range, SECONDS, Table};
 use glam::Vec2;
 use jostle_sim::Aabb;
 
 const SPEED: Range = Range::above(0.0, 1.0e6);
-const COLORS: u32 = 8;
 
 /// A place that knows who is in it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ZoneSpec {
-    /// Name, unique among the zones.
+    /// A name that nothing else has.
     pub name: String,
     /// Where it is; relative to the body that it follows, if it follows one.
     pub area: ZoneArea,
-    /// Entry of the scene's bodies that it moves along with.
+    /// It moves along with this body; its place is relative to it.
     pub follow: Option<usize>,
-    /// Groups that count, a bit each.
+    /// Groups whose bodies count. Default: `["hero"]`.
     pub who: u32,
-    /// Whether a body is in as soon as its outline touches the area; else its centre must be inside.
+    /// Bodies are in it as soon as their outline touches it; else their centre must be inside.
     pub touch: bool,
-    /// Bodies count only below this speed, units/s.
+    /// Only what is slower than this counts, units/s.
     pub slower: Option<f32>,
-    /// How many make it a yes.
+    /// So many make it a yes; `"all"`: all bodies of its groups, and at least one. Default: `1`.
     pub need: Need,
-    /// It counts nobody while this does not hold.
+    /// It counts nobody while this does not hold. Default: always.
+    #[doc(alias = "while")]
     pub condition: Condition,
-    /// How it gets a holder; `None` if it has none.
+    /// The side that was alone in it for longer than this holds it. Default: none.
     pub take: Option<Take>,
-    /// What is written on it; may be empty.
+    /// What is written on it; a zone without label and colour is not drawn.
     pub label: String,
-    /// One of the players' colours; a zone without label and colour is not drawn.
+    /// Colour of the players' palette.
     pub color: Option<u8>,
 }
 
@@ -86,49 +86,55 @@ pub enum Need {
 pub struct Take {
     /// Ticks for which a side must be alone in it.
     pub ticks: u32,
-    /// Whether the holder stays while others are in it, or nobody is.
+    /// The holder stays until another side takes it; else only as long as it is alone in it. Default: `false`.
     pub keep: bool,
 }
 
 /// Reads one entry of `zones`.
 pub(super) fn zone(table: &Table, known: &Known) -> ZoneSpec {
-    let name = table.get("name").word().unwrap_or_default().to_owned();
-    let follow = table.get("follow");
-    let slower = table.get("slower");
+    let name = names::name(table);
+    let [follow, slower] = ["follow", "slower"].map(|field| table.get(field));
     let [label, color] = ["label", "color"].map(|field| table.get(field));
     ZoneSpec {
         name,
         area: area(table),
-        follow: if follow.is_given() { known.names.body(&follow) } else { None },
+        follow: follow.given(|follow| known.names.body(follow)).flatten(),
         who: who(table, known.groups),
         touch: table.get("touch").truth(false),
-        slower: slower.is_given().then(|| slower.number(1.0, SPEED)),
+        slower: slower.given(|slower| slower.number(1.0, SPEED)),
         need: need(table),
         condition: known.names.any_condition(&table.get("while")),
         take: take(table),
-        label: if label.is_given() { label.text(SENTENCE_CHARS_MAX) } else { String::new() },
-        color: color.is_given().then(|| color.whole(0, 0..=COLORS - 1) as u8),
+        label: label.given(|label| label.text(SENTENCE_CHARS_MAX)).unwrap_or_default(),
+        color: color.given(|color| color.whole(0, 0..=COLORS - 1) as u8),
     }
 }
 
 fn area(table: &Table) -> ZoneArea {
-    let [area, position] = table.either("area", "position");
+    // Where it is: two corners. Default: everywhere.
+    let area = table.get("area");
+    // Or the centre of a disc.
+    let position = table.get("position");
+    position.not_beside(&area);
+    // Radius of that disc. Default: required with `position`.
     let radius = table.get("radius");
-    if position.is_given() {
-        let radius = table.need("radius", "the radius around the position");
-        return ZoneArea::Circle {
+    let disc = position.given(|position| {
+        if !radius.is_given() {
+            radius.refuse("the radius around the position");
+        }
+        ZoneArea::Circle {
             center: position.vector(Vec2::ZERO, POSITION),
             radius: radius.number(1.0, Range::from(EXTENT_MIN, SIZE_MAX)),
-        };
+        }
+    });
+    if disc.is_none() {
+        radius.refuse_if_given("nothing: only a position has it");
     }
-    if radius.is_given() {
-        radius.refuse("nothing: only a position has it");
-    }
-    if !area.is_given() {
-        return ZoneArea::Everywhere;
-    }
-    let [low, high] = area.corners([Vec2::ZERO; 2], POSITION);
-    ZoneArea::Box(Aabb { low, high })
+    let rectangle = area.given(|area| {
+        let [low, high] = area.corners([Vec2::ZERO; 2], POSITION);
+        ZoneArea::Box(Aabb { low, high })
+    });
+    disc.or(rectangle).unwrap_or(ZoneArea::Everywhere)
 }
 
 /// Heroes unless the file says otherwise.
@@ -160,9 +166,8 @@ fn need(table: &Table) -> Need {
 
 fn take(table: &Table) -> Option<Take> {
     let [take, keep] = ["take", "keep"].map(|field| table.get(field));
-    if !take.is_given() && keep.is_given() {
-        keep.refuse("nothing: only a zone that can be taken has it");
+    if !take.is_given() {
+        keep.refuse_if_given("nothing: only a zone that can be taken has it");
     }
-    take.is_given()
-        .then(|| Take { ticks: ticks(take.number(1.0, SECONDS)), keep: keep.truth(false) })
+    take.given(|take| Take { ticks: take.ticks(1.0, SECONDS), keep: keep.truth(false) })
 }

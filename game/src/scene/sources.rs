@@ -1,0 +1,141 @@
+//! Emitters and launchers in a scene file: they make particles, dye packs and marbles by themselves.
+
+use super::kind::Kind;
+use super::limits::TICKS_MAX;
+use super::recipes::Recipes;
+use super::rules::{Condition, Names};
+use super::table::{INTERVAL, POSITION, SECONDS, Table, VELOCITY};
+use glam::Vec2;
+use jostle_sim::{EmitterDef, Source};
+
+/// Launchers of a scene.
+pub const LAUNCHERS_MAX: usize = 64;
+/// Bodies of one launcher at a time.
+const LAUNCHED_MAX: u32 = 256;
+/// What launchers make, with its words in scene files.
+const MAKES: [(&str, Kind); 2] = [("pack", Kind::Pack), ("dumb", Kind::Marble)];
+
+/// A position in a scene file: of an emitter or a launcher, or the end of a spring.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Location {
+    /// A fixed point, world units.
+    Point(Vec2),
+    /// The centre of this entry of [`Scene::bodies`](crate::Scene::bodies).
+    Body(usize),
+}
+
+/// An emitter that starts by itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ScheduledEmitter {
+    /// Recipe of its particles.
+    pub recipe: u8,
+    /// Particles per run; at least 5 are emitted each tick until all are out.
+    pub count: u16,
+    /// Where it is, fixed or with a body.
+    pub location: Location,
+    /// Tick of the first run.
+    pub start: u32,
+    /// Ticks from one run to the next. Default: one run only.
+    pub every: Option<u32>,
+    /// It runs only while this holds. Default: always.
+    #[doc(alias = "while")]
+    pub condition: Condition,
+}
+
+impl ScheduledEmitter {
+    /// Returns whether it starts in the tick with this number, from 0.
+    pub fn starts_at(&self, tick: u32) -> bool {
+        match self.every {
+            Some(every) => tick >= self.start && (tick - self.start).is_multiple_of(every),
+            None => tick == self.start,
+        }
+    }
+
+    /// The emitter that it starts.
+    pub fn emitter(&self, source: Source, seed: u32) -> EmitterDef {
+        EmitterDef { recipe: self.recipe, count: self.count, seed, source }
+    }
+}
+
+/// Makes a body at regular intervals. Times are ticks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Launcher {
+    /// Where it is, fixed or with a body.
+    pub location: Location,
+    /// Time from one body to the next.
+    pub every: u32,
+    /// Time of the first, from the start of the round.
+    pub start: u32,
+    /// The kind of body that it makes.
+    #[doc(alias = "what")]
+    pub makes: Kind,
+    /// Velocity of a marble; direction in which a pack sets off. Default: to the nearest hero; `[0, 0]` for a marble.
+    pub velocity: Option<Vec2>,
+    /// It waits while there are this many bodies of its kind that no player owns.
+    pub limit: u32,
+    /// It works only while this holds. Default: always.
+    #[doc(alias = "while")]
+    pub condition: Condition,
+}
+
+impl Launcher {
+    /// Returns whether it is due in the tick with this number, from 0.
+    pub fn is_due(&self, tick: u32) -> bool {
+        tick >= self.start && (tick - self.start).is_multiple_of(self.every)
+    }
+}
+
+/// Returns whether launchers of the file make bodies of this kind.
+pub(super) fn make(root: &Table, kind: Kind) -> bool {
+    let field = root.get("launchers");
+    let entries = if field.is_given() { field.items() } else { Vec::new() };
+    entries.iter().any(|entry| {
+        let makes = entry.inner("what");
+        let word = makes.word().unwrap_or(MAKES[0].0);
+        MAKES.contains(&(word, kind))
+    })
+}
+
+/// Reads `position` or `follow`, one of which must be there.
+fn location(table: &Table, names: &Names) -> Location {
+    // Where it is. Default: this or `follow`.
+    let position = table.get("position");
+    // It is at the centre of this body, also while that moves. Default: this or `position`.
+    let follow = table.get("follow");
+    follow.not_beside(&position);
+    if !position.is_given() && !follow.is_given() {
+        position.refuse("[x, y], or follow = \"name\"");
+    }
+    match follow.given(|follow| names.body(follow).unwrap_or(0)) {
+        Some(body) => Location::Body(body),
+        None => Location::Point(position.vector(Vec2::ZERO, POSITION)),
+    }
+}
+
+/// Reads one entry of `emitters`.
+pub(super) fn emitter(table: &Table, names: &Names, recipes: &mut Recipes) -> ScheduledEmitter {
+    let recipe = table.need("recipe", "the name of a recipe");
+    let location = location(table, names);
+    ScheduledEmitter {
+        recipe: recipes.index(&recipe, "fire"),
+        count: table.need("count", "particles each time").whole(1, 1..=10_000) as u16,
+        location,
+        start: table.get("start").whole(0, 0..=TICKS_MAX),
+        every: table.get("every").given(|every| every.whole(1, 1..=TICKS_MAX)),
+        condition: names.any_condition(&table.get("while")),
+    }
+}
+
+/// Reads one entry of `launchers`.
+pub(super) fn launcher(table: &Table, names: &Names) -> Launcher {
+    let every = table.need("every", "seconds from one to the next").ticks(1.0, INTERVAL).max(1);
+    Launcher {
+        makes: table.get("what").choice_or_first(&MAKES),
+        location: location(table, names),
+        every,
+        start: table.get("start").ticks(0.0, SECONDS),
+        velocity: table.get("velocity").given(|field| field.vector(Vec2::ZERO, VELOCITY)),
+        limit: table.get("limit").whole(8, 1..=LAUNCHED_MAX),
+        condition: names.any_condition(&table.get("while")),
+    }
+}
