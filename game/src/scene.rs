@@ -114,10 +114,8 @@ impl Scene {
 
     /// The scenes that Jostle ships, embedded from `assets/scenes`, `arena` first.
     pub fn built_in() -> Vec<Scene> {
-        let files = BUILT_IN.iter();
-        files
-            .map(|(file, source)| Scene::parse(file, source).expect("a test parses every one"))
-            .collect()
+        let parse = |(file, source)| Scene::parse(file, source).expect("a test parses every one");
+        BUILT_IN.into_iter().map(parse).collect()
     }
 }
 

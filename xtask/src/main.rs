@@ -4,6 +4,8 @@
 //! needed to use the crates: plain `cargo build` and `cargo test` work without it.
 
 mod dist;
+mod docs;
+mod fleet;
 mod fuzz;
 mod goldens;
 mod hashes;
@@ -86,6 +88,8 @@ enum Task {
         #[arg(long, value_name = "DIR", requires = "figures")]
         root: Option<PathBuf>,
     },
+    /// Write the tables of fields in docs/scenes.md, the schema of scene files and the classes for Tiled
+    Docs,
     /// Try the decoders, replays, scenes, rooms and handshakes on millions of broken inputs
     Fuzz {
         /// Only this one, such as keyframe
@@ -170,6 +174,7 @@ fn run(task: Task) -> Result<bool> {
             if is_static { web::build_static(profile)? } else { web::build(profile)? }
         }
         Task::Dist => dist::dist()?,
+        Task::Docs => docs::docs()?,
         Task::Tidy { figures: false, .. } => tidy::tidy()?,
         Task::Tidy { root, .. } => tidy::figures(&root.unwrap_or_else(shell::root))?,
         Task::Fuzz { property, seconds } => fuzz::fuzz(property.as_deref(), seconds)?,

@@ -157,7 +157,13 @@ fn path(table: &Table) -> Option<Path> {
         }
         return None;
     }
-    refuse_beside_path(table);
+    for field in ["position", "velocity"].map(|name| table.get(name)) {
+        field.refuse_if_given("nothing: the path decides it");
+    }
+    let motion = table.get("motion");
+    if motion.is_given() && motion.word() != Some("kinematic") {
+        motion.refuse("\"kinematic\", because the body has a path");
+    }
     let allowed =
         format!("a list of 2 to {PATH_POINTS_MAX} points [x, y], each unlike the one before");
     let items = path.some_items(2..=PATH_POINTS_MAX, &allowed);
@@ -177,16 +183,6 @@ fn path(table: &Table) -> Option<Path> {
     let phase = phase.number(0.0, Range::from(0.0, 1.0));
     let phase_ticks = (phase * (2 * half) as f32 + 0.5) as u32;
     Some(Path::new(points, half, phase_ticks))
-}
-
-fn refuse_beside_path(table: &Table) {
-    for field in ["position", "velocity"].map(|name| table.get(name)) {
-        field.refuse_if_given("nothing: the path decides it");
-    }
-    let motion = table.get("motion");
-    if motion.is_given() && motion.word() != Some("kinematic") {
-        motion.refuse("\"kinematic\", because the body has a path");
-    }
 }
 
 /// Reads one entry of `layouts`.

@@ -14,7 +14,10 @@ pub(super) fn check(root: &Table, scene: &Scene) {
     let [bodies, layouts] = ["bodies", "layouts"].map(|name| root.get(name).items());
     let hero = root.get("hero");
     let spawns = if hero.is_given() { hero.inner("spawns").items() } else { Vec::new() };
-    check_wind(&root.get("wind"), scene);
+    if !scene.has_drag() {
+        let allowed = "nothing: no body has drag, by which it would feel the wind";
+        root.get("wind").refuse_if_given(allowed);
+    }
     check_quanta(root, scene);
     check_tools(&root.get("tools"), scene);
     check_positions(scene, &bodies, &spawns, &layouts);
@@ -24,13 +27,6 @@ pub(super) fn check(root: &Table, scene: &Scene) {
     check_zones(root, scene);
     check_walk(root, scene);
     check_players(root, scene);
-}
-
-/// Without drag no body would feel the wind.
-fn check_wind(field: &Field, scene: &Scene) {
-    if !scene.has_drag() {
-        field.refuse_if_given("nothing: no body has drag, by which it would feel the wind");
-    }
 }
 
 /// A round can begin with the players that a scene admits.

@@ -21,13 +21,13 @@ impl Groups {
     /// Reads `groups`, `pairs` and `particles_meet`.
     pub fn read(root: &Table) -> Groups {
         let mut groups = Groups { names: names(root), meets: [0; GROUPS_MAX], meets_particles: 0 };
-        for pair in root.get("pairs").items() {
+        for pair in root.get("pairs").items_of("pairs of groups") {
             let allowed = || "a pair of groups, [\"a\", \"b\"]".to_owned();
             let [a, b] = pair.array([0; 2], allowed, |field, _| groups.index(field));
             groups.meets[usize::from(a)] |= 1 << b;
             groups.meets[usize::from(b)] |= 1 << a;
         }
-        for field in root.get("particles_meet").items() {
+        for field in root.get("particles_meet").items_of("groups") {
             groups.meets_particles |= 1 << groups.index(&field);
         }
         groups
@@ -53,6 +53,7 @@ impl Groups {
 
     /// Index of the group that a field names, if the file has it.
     pub fn given(&self, field: &Field) -> Option<u8> {
+        field.describe("a group");
         field.index_in(&self.names).map(|index| index as u8)
     }
 
@@ -75,7 +76,7 @@ impl Groups {
 
 fn names(root: &Table) -> Vec<String> {
     let field = root.need("groups", "a list of names of collision groups");
-    let items = field.items();
+    let items = field.items_of("1 to 32 names");
     if field.is_given() && !(1..=GROUPS_MAX).contains(&items.len()) {
         field.refuse_as(format!("{} groups", items.len()), format!("1 to {GROUPS_MAX} names"));
     }

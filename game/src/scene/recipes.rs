@@ -55,6 +55,7 @@ impl Recipes {
     /// Index of the recipe that a field names: one of the file's, else a preset; `default` where the
     /// file names none.
     pub fn index(&mut self, field: &Field, default: &str) -> u8 {
+        field.describe("a recipe");
         let name = if field.is_given() { field.word() } else { Some(default) };
         name.and_then(|name| self.resolve(name)).unwrap_or_else(|| {
             field.refuse(self.known());

@@ -4,9 +4,6 @@
 use super::table::{Field, Range, Table};
 use jostle_sim::{Conjugate, Relaxation, Solver};
 
-#[cfg(test)]
-mod tests;
-
 /// Reads `response`, `solver` and the table of its settings.
 pub(super) fn solver(root: &Table) -> Option<Solver> {
     // `"none"` detects contacts and solves none; a scene without response may not name a solver.

@@ -343,7 +343,7 @@ fn spray(root: &Table, tools: Tools, recipes: &mut Recipes) -> Option<u8> {
 }
 
 fn tools(root: &Table) -> Tools {
-    let tools = root.get("tools").items();
+    let tools = root.get("tools").items_of("names of tools");
     let tools = tools.iter().filter_map(|field| field.choice(&Tools::NAMES));
     tools.fold(Tools::default(), |all, tool| Tools(all.0 | tool.0))
 }
@@ -351,6 +351,7 @@ fn tools(root: &Table) -> Tools {
 fn camera(root: &Table) -> Camera {
     let field = root.get("camera");
     let allowed = "\"fit\", \"whole\" or { follow = height }";
+    field.describe("`\"fit\"`, `\"whole\"`, `{ follow = height }`");
     match field.word() {
         _ if !field.is_given() => return Camera::Fit,
         Some("fit") => return Camera::Fit,
@@ -381,6 +382,7 @@ fn quantum(root: &Table) -> f32 {
     // Resolution of the positions that clients see; messages carry up to 2^24 quanta to either side of 0, so the kill zone may
     // reach no further: with the default, 262144 units.
     let field = root.get("quantum");
+    field.describe("a power of two, 1/65536 to 1");
     let quantum = field.number(1.0 / 64.0, Range::from(QUANTUM_MIN, 1.0));
     // A power of two has no mantissa bits.
     if quantum.to_bits() & 0x007f_ffff != 0 {

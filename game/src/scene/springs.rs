@@ -33,6 +33,7 @@ pub struct PlacedSpring {
 pub(super) fn spring(table: &Table, bodies: &[Placed], names: &Names) -> Option<PlacedSpring> {
     let holder = table.need("body", "the name of a body");
     let end = table.need("to", "[x, y], or the name of another body");
+    end.describe("[x, y], or the name of another body");
     let length = table.get("length");
     let [stiffness, damping] = ["stiffness", "damping"].map(|name| table.get(name));
     // Oscillations per second of the joined bodies, without other forces. Default: this or `stiffness`.

@@ -5,12 +5,18 @@
 //! are unknown. Derived deserialisers do not fit: eight fields are shared by six tables, and serde
 //! can either flatten shared fields or refuse unknown ones.
 //!
+//! The same calls make the editor's form ([`FieldInfo`]) and, in tests, the tables of `docs/scenes.md`, the schema for text
+//! editors and the classes of the Tiled project. A field's sentence there is the comment above its call, or above
+//! the field of the type that the call fills.
+//!
 //! Readers never fail: they report to the [`Document`] and go on with the default;
 //! [`Document::checked`] returns the first error at the end. So a table is always read as a whole, and a
 //! misspelled field is reported as such rather than as a missing one.
 
 use super::error::{SceneError, line_at};
 use super::limits::{SIZE_MAX, SPEED_MAX};
+#[cfg(test)]
+use super::tests::reference::FieldNote;
 use glam::Vec2;
 use jostle_sim::TICKS_PER_SECOND;
 use std::cell::RefCell;
@@ -29,6 +35,9 @@ pub(super) struct Document<'a> {
     error: RefCell<Option<SceneError>>,
     /// Every field that was asked for, if that is wanted.
     asked: Option<RefCell<Vec<FieldInfo>>>,
+    /// What the documentation says about each field, if that is wanted.
+    #[cfg(test)]
+    pub notes: Option<RefCell<Vec<FieldNote>>>,
 }
 
 /// A field that the reader of a scene asked for.
@@ -235,12 +244,16 @@ impl<'a> Table<'a> {
             at: value.map_or(self.at.clone(), |value| value.span()),
             value: value.map(|value| value.get_ref()),
         };
+        #[cfg(test)]
+        field.remark(|_| ());
         field
     }
 
     /// A field that the file must have.
     pub fn need(&self, name: &'static str, allowed: &str) -> Field<'a> {
         let field = self.get(name);
+        #[cfg(test)]
+        field.remark(|note| note.needed = Some(allowed.to_owned()));
         if !field.is_given() {
             field.refuse(allowed);
         }
@@ -256,7 +269,28 @@ impl<'a> Field<'a> {
 
     /// Reads a field whose default is nothing.
     pub fn given<T>(&self, read: impl FnOnce(&Field<'a>) -> T) -> Option<T> {
+        #[cfg(test)]
+        if self.remark(|note| note.is_optional = true) {
+            let value = read(self);
+            return self.is_given().then_some(value);
+        }
         self.is_given().then(|| read(self))
+    }
+
+    /// Says for the documentation which values are allowed, where no single reading does.
+    pub fn describe(&self, _allowed: impl fmt::Display) {
+        #[cfg(test)]
+        self.remark(|note| note.describe(_allowed.to_string()));
+    }
+
+    /// Changes the note about this field, if notes are wanted. Values in lists have none.
+    #[cfg(test)]
+    fn remark(&self, change: impl FnOnce(&mut FieldNote)) -> bool {
+        let Some(notes) = &self.document.notes else { return false };
+        if !self.path.ends_with(']') {
+            change(FieldNote::of(&mut notes.borrow_mut(), &self.path));
+        }
+        true
     }
 
     /// Refuses a field that only another one, which the file lacks, would give a meaning; `allowed` says so.
@@ -300,6 +334,8 @@ impl<'a> Field<'a> {
 
     /// Notes what is asked for here, where that is wanted. Entries of lists of values are not fields.
     fn note(&self, form: impl Fn() -> FieldForm) {
+        #[cfg(test)]
+        self.remark(|note| note.keep(form()));
         let Some(asked) = &self.document.asked else { return };
         let mut asked = asked.borrow_mut();
         if !self.path.ends_with(']') && !asked.iter().any(|known| known.path == self.path) {
@@ -314,6 +350,8 @@ impl<'a> Field<'a> {
         wanted: impl FnOnce(&'a DeValue<'a>) -> Option<T>,
         allowed: impl Fn() -> String,
     ) -> Option<T> {
+        #[cfg(test)]
+        self.remark(|note| note.allow(allowed()));
         let found = wanted(self.value?);
         if found.is_none() {
             self.refuse(allowed());
@@ -330,6 +368,8 @@ impl<'a> Field<'a> {
 
     /// A number of seconds, as whole ticks.
     pub fn ticks(&self, default: f32, range: Range) -> u32 {
+        #[cfg(test)]
+        self.remark(|note| note.allow(format!("{range} s")));
         (self.number(default, range) * TICKS_PER_SECOND as f32 + 0.5) as u32
     }
 
@@ -397,6 +437,8 @@ impl<'a> Field<'a> {
 
     /// The choice that the string names; without one the first.
     pub fn choice_or_first<T: Copy>(&self, choices: &[(&str, T)]) -> T {
+        #[cfg(test)]
+        self.remark(|note| note.default = Some(choices[0].0.to_owned()));
         self.choice(choices).unwrap_or(choices[0].1)
     }
 
@@ -407,8 +449,15 @@ impl<'a> Field<'a> {
         items.map(|(index, item)| self.inside(format!("{}[{index}]", self.path), item)).collect()
     }
 
+    /// [`Field::items`], with a word for what they are.
+    pub fn items_of(&self, things: &str) -> Vec<Field<'a>> {
+        self.describe(things);
+        self.items()
+    }
+
     /// The values of a list whose length is in the range.
     pub fn some_items(&self, count: RangeInclusive<usize>, allowed: &str) -> Vec<Field<'a>> {
+        self.describe(allowed);
         let items = self.items();
         if self.is_given() && !count.contains(&items.len()) {
             self.refuse(allowed);

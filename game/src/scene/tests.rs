@@ -7,7 +7,7 @@ use jostle_sim::Relaxation;
 use jostle_sim::{Motion, Shape, Solver};
 use proptest::prelude::*;
 
-mod reference;
+pub(super) mod reference;
 
 const SMALL: &str = r#"title = "Small"
 size = [100, 50]

@@ -105,6 +105,7 @@ pub(super) fn shape(table: &Table) -> Option<Shape> {
 
 /// The `drag` of a table: a rate, or both rates.
 pub(super) fn drag(field: &Field, default: Drag) -> Drag {
+    field.describe(format_args!("{DRAG}, or {{ linear = k, quadratic = q }}"));
     let drag = field.given(|field| {
         if field.is_number() || !field.is_given() {
             return Drag { linear: field.number(0.0, DRAG), quadratic: 0.0 };

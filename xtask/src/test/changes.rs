@@ -7,13 +7,15 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::Command;
 
-/// Files outside the crates that are compiled into one of them.
-const DATA: [(&str, &str); 9] = [
+/// Files outside of the crates that are compiled into one.
+const DATA: [(&str, &str); 11] = [
     ("shaders/", "jostle-client-web"),
     ("assets/scenes/", "jostle-game"),
     ("assets/", "jostle-client-web"),
     ("deploy/", "jostle-server"),
     ("docs/scenes.md", "jostle-game"),
+    ("docs/scene.schema.json", "jostle-game"),
+    ("docs/examples/tiled/", "jostle-game"),
     ("docs/protocol.md", "jostle-protocol"),
     ("docs/examples/", "jostle-cli"),
     ("tests/scenes/", "jostle-game"),

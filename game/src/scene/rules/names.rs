@@ -73,6 +73,7 @@ impl Names {
     /// Reads a condition: a name, "!name", or a list of them. Only signals before number `above` are
     /// known.
     pub fn condition(&self, field: &Field, above: usize) -> Condition {
+        field.describe("a condition");
         let mut condition = Condition::default();
         for word in field.one_or_more(CONDITION_NAMES_MAX) {
             let Some(text) = word.word() else {
@@ -129,6 +130,7 @@ impl Names {
 
     /// The body that a field names.
     pub fn body(&self, field: &Field) -> Option<usize> {
+        field.describe("the `name` of a body");
         let is_it = |name: &Option<String>| name.is_some() && name.as_deref() == field.word();
         let index = self.bodies.iter().position(is_it);
         if index.is_none() {
@@ -139,6 +141,7 @@ impl Names {
 
     /// The zones that a field names, a bit each.
     pub fn zones(&self, field: &Field) -> u64 {
+        field.describe("a zone, or a list of 1 to 8");
         let words = field.one_or_more(CONDITION_NAMES_MAX);
         let bits = words.iter().filter_map(|word| word.index_in(&self.zones));
         bits.fold(0, |all, index| all | 1 << index)

@@ -139,10 +139,11 @@ pub(super) fn rule(
 ) -> RuleSpec {
     let names = known.names;
     let occasion = occasion(table, known);
-    let team = |field: &Field| field.index_in(&names.teams).unwrap_or(0) as u8;
+    let team = table.get("team");
+    team.describe("a team");
     let rule = RuleSpec {
         occasion,
-        team: table.get("team").given(team),
+        team: team.given(|team| team.index_in(&names.teams).unwrap_or(0) as u8),
         condition: names.any_condition(&table.get("while")),
         to: to(&table.get("to"), names, around),
         effects: effects(table, known, recipes),
@@ -184,6 +185,7 @@ fn occasion(table: &Table, known: &Known) -> Occasion {
 
 /// Refuses `false`, which means nothing.
 fn true_only(field: &Field, allowed: &str) {
+    field.describe(allowed);
     if !field.truth(true) {
         field.refuse(allowed);
     }
@@ -198,6 +200,9 @@ fn to(field: &Field, names: &Names, around: &RuleSurroundings) -> To {
         zones.filter(|(index, _)| around.zones.get(*index).is_some_and(|z| z.take.is_some()));
     let held = held.map(|(index, name)| (name.as_str(), To::Holder(index as u8)));
     let choices: Vec<(&str, To)> = words.into_iter().chain(teams).chain(held).collect();
+    field.describe(
+        "`\"it\"`, `\"by\"`, `\"others\"`, `\"all\"`, a team, or a zone that can be held",
+    );
     field.choice_or_first(&choices)
 }
 

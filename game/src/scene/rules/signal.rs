@@ -114,6 +114,7 @@ fn read_relay(table: &Table, names: &Names, above: usize) -> RelaySpec {
     for field in ["each", "strict"] {
         table.get(field).refuse_if_given("nothing: only an order has it");
     }
+    stays.describe(format_args!("{SECONDS} s, or `\"ever\"`"));
     RelaySpec {
         when: names.condition(&when, above),
         any: any.given(|any| names.condition(any, above)),
@@ -134,6 +135,7 @@ fn read_order(table: &Table, names: &Names, above: usize) -> OrderSpec {
     let known: Vec<&String> = names.zones.iter().chain(names.signals_above(above)).collect();
     let allowed = format!("a list of 2 to 16 names, each {}", one_of(&known));
     let order = table.get("order");
+    order.describe("2 to 16 zones or signals");
     let items = order.some_items(STEPS, &allowed);
     let steps = items.iter().filter_map(|item| {
         let index = item.index_in(&known)?;

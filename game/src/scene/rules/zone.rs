@@ -140,6 +140,7 @@ fn area(table: &Table) -> ZoneArea {
 /// Heroes unless the file says otherwise.
 fn who(table: &Table, groups: &Groups) -> u32 {
     let field = table.get("who");
+    field.describe("groups");
     if !field.is_given() {
         return match groups.names.iter().position(|name| name == "hero") {
             Some(index) => 1 << index,
@@ -155,6 +156,7 @@ fn who(table: &Table, groups: &Groups) -> u32 {
 
 fn need(table: &Table) -> Need {
     let field = table.get("need");
+    field.describe(format_args!("a whole number from 1 to {BODIES_MAX}, or `\"all\"`"));
     if field.word() == Some("all") {
         return Need::All;
     }
