@@ -1,4 +1,4 @@
-//! The configuration of a server.
+//! The server configuration.
 
 use crate::fleet::settings::FleetSettings;
 use crate::guests::GuestScenes;
@@ -20,9 +20,9 @@ pub struct Config {
     pub files: &'static [assets::AssetFile],
     /// Scenes on offer, at most [`limits::SCENES_BOUND`], each name once.
     pub scenes: Vec<Scene>,
-    /// How long the server waits before it gives up a peer or a room.
+    /// Timeouts after which the server gives up on a peer or a room.
     pub waits: limits::Waits,
-    /// Whether guests may open rooms with scenes of their own.
+    /// Whether guests may open rooms with their own scenes.
     pub guest_scenes: GuestScenes,
     /// Sites besides this one whose pages may play here, such as `https://play.example.org`.
     pub origins: Vec<String>,
@@ -30,41 +30,42 @@ pub struct Config {
     pub hosts: Hosts,
     /// Networks of proxies whose `X-Forwarded-For` header is trusted.
     pub trusted_proxies: Vec<IpNet>,
-    /// Rooms that people create, at a time, at most [`limits::ROOMS_BOUND`]; the scenes' standing rooms do not count.
+    /// Limit on the rooms that people may have open at a time, at most [`limits::ROOMS_BOUND`]. The scenes' standing
+    /// rooms do not count.
     pub rooms_max: usize,
-    /// Connections at a time, at most [`limits::CONNECTIONS_BOUND`].
+    /// Limit on simultaneous connections, at most [`limits::CONNECTIONS_BOUND`].
     pub connections_max: usize,
-    /// Game sockets of one address; `None` for its share of the connections ([`limits::address_sessions_max`]).
+    /// Limit on game sockets per address; `None` for its share of the connections ([`limits::address_sessions_max`]).
     pub address_sessions_max: Option<usize>,
-    /// Megabits a second that the server may send: of these one address is sent a part, and rooms with scenes of guests
-    /// together send one ([`limits::uplink`]).
+    /// Megabits per second that the server may send. One address gets a part of them, and all rooms with guests' scenes
+    /// share another part ([`limits::uplink`]).
     pub uplink_megabits: u32,
-    /// Token that operators need for the admin paths; `None` closes these.
+    /// Token that operators need for the admin paths; `None` disables these paths.
     pub ops_token: Option<String>,
-    /// Certificate and key of the players' port; `None` serves it without TLS.
+    /// Certificate and key for the players' port; `None` serves it without TLS.
     pub tls: Option<tls::Tls>,
-    /// Counter of dropped log lines, if the log drops any.
+    /// Counter of dropped log lines, if the log can drop any.
     pub log_drops: Option<ErrorCounter>,
     /// Directory and limits of recordings; `None` records nothing.
     pub replays: Option<log::Settings>,
-    /// Where rooms are kept, so that they outlive the process; `None` lets them end with it.
+    /// Where rooms are stored so that they outlive the process; `None` lets them end with it.
     pub state: Option<StateSettings>,
-    /// How the server takes part in a fleet; `None` for a server of its own. Needs the feature `nats`, and excludes
-    /// `state`: where a room is kept decides which server goes on with it.
+    /// The server's settings as a node of a fleet; `None` for a single server. Needs the feature `nats`, and excludes
+    /// `state`: where a room is stored decides which server resumes it.
     pub fleet: Option<FleetSettings>,
-    /// Told of the server's signs of life.
+    /// Receives the server's status notifications.
     pub supervisor: Supervisor,
-    /// Agones' sidecar, if Agones started the server.
+    /// The Agones sidecar, if Agones started the server.
     pub agones: Option<agones::Settings>,
 }
 
 impl Config {
-    /// Rooms at a time: those that people create, and the standing room of each scene.
+    /// Maximum number of rooms at a time: those that people create, and the standing room of each scene.
     pub fn rooms_in_all(&self) -> usize {
         self.rooms_max + self.scenes.len()
     }
 
-    /// Where the best runs are kept: beside the open rooms, or else beside the replays.
+    /// Directory of the best runs: that of the open rooms, or else that of the replays.
     pub fn records_dir(&self) -> Option<PathBuf> {
         let state = self.state.as_ref().map(|state| &state.dir);
         let dir = state.or(self.replays.as_ref().map(|replays| &replays.dir))?;
@@ -73,8 +74,8 @@ impl Config {
 }
 
 impl Default for Config {
-    /// The embedded page, the built-in scenes, pages of this site only, no proxies, no TLS, nothing recorded or
-    /// kept.
+    /// The embedded page, the built-in scenes, pages of this site only, no proxies, no TLS, and nothing recorded or
+    /// stored.
     fn default() -> Config {
         Config {
             files: assets::files(),

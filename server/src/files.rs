@@ -1,11 +1,11 @@
-//! Files that others may have put where the server reads. A pipe would hang the reader for ever, and a device or a huge
-//! file would fill the memory, so only regular files are read, up to a length.
+//! Safe reading of files that other users may have placed where the server reads. A pipe would block the reader
+//! forever, and a device or a huge file would fill the memory, so only regular files are read, up to a limit.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read};
 use std::path::Path;
 
-/// Opens a regular file, or a link to one, for reading. Anything else is an error, and is never waited for.
+/// Opens a regular file, or a link to one, for reading. Anything else is an error, and never blocks.
 pub fn open_regular(path: &Path) -> io::Result<File> {
     let file = without_waiting(OpenOptions::new().read(true)).open(path)?;
     if !file.metadata()?.is_file() {
@@ -27,7 +27,7 @@ pub fn read_regular(path: &Path, bytes_max: usize) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Opens or refuses a pipe at once: without this the system waits for its other end.
+/// Makes opening a pipe return or fail at once. By default it would block until the other end is opened.
 pub fn without_waiting(options: &mut OpenOptions) -> &mut OpenOptions {
     #[cfg(unix)]
     {
@@ -70,7 +70,7 @@ mod tests {
             let error = read_regular(path, 1 << 20).expect_err("no regular file");
             assert!(error.to_string().contains("no regular file"), "{}: {error}", path.display());
         }
-        // Nor does writing to a pipe wait for a reader.
+        // Opening a pipe for writing does not wait for a reader either.
         let opened = without_waiting(OpenOptions::new().write(true)).open(&pipe);
         assert!(opened.is_err());
         for path in [pipe, link] {

@@ -1,5 +1,5 @@
-//! Several servers as one: a directory of nodes and rooms in a key-value store that they share, and the records of
-//! each room in a stream of it, from which another node goes on with a room whose node drains or dies.
+//! Several servers as one fleet. They share a directory of nodes and rooms in a key-value store. Each room's records
+//! are in a stream of that store, from which another node resumes the room when its node drains or dies.
 
 pub mod directory;
 pub mod entry;

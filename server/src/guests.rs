@@ -1,9 +1,10 @@
-//! Rooms with scenes of guests: a player sends a scene file, and gets a room that plays it.
+//! Rooms with guests' scenes: a player sends a scene file, and gets a room that plays it.
 //!
-//! A stranger's scene must not slow down other rooms, so it passes three checks. [`read`] refuses what asks for more
-//! than [`limits::GUEST_BUDGET`] by its file. [`try_out`] plays its beginning on a thread that goes after all others,
-//! when it is its turn in a [`TrialQueue`], and refuses it if that takes too long. The room that opens has a [`Share`] of a
-//! processor, and is closed when it takes more for long; the number of such rooms is bounded ([`limits::guest_rooms_max`]).
+//! A stranger's scene must not slow down other rooms, so there are three safeguards. [`read`] refuses a file that needs
+//! more than [`limits::GUEST_BUDGET`]. [`try_out`] plays the first seconds on a low-priority thread, after waiting for
+//! its turn in a [`TrialQueue`], and refuses the scene if that takes too long. The room itself has a [`Share`] of a
+//! processor, and is closed if it uses more for long. The number of such rooms is limited
+//! ([`limits::guest_rooms_max`]).
 
 mod share;
 mod trial;
@@ -20,23 +21,23 @@ use std::io;
 use std::net::IpAddr;
 use std::sync::Arc;
 
-/// Name of each guest's scene. Its file is `guest.toml` in errors.
+/// Name of every guest's scene. In errors its file is called `guest.toml`.
 pub const NAME: &str = "guest";
 const FILE: &str = "guest.toml";
 
-/// Whether guests may open rooms with scenes of their own.
+/// Whether guests may open rooms with their own scenes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum GuestScenes {
     Off,
-    /// Only rooms that are not listed.
+    /// Unlisted rooms only.
     #[default]
     Private,
-    /// Also rooms that are listed.
+    /// Listed rooms too.
     All,
 }
 
 impl GuestScenes {
-    /// Its word in flags and answers.
+    /// The name of the setting in flags and answers.
     pub fn name(self) -> &'static str {
         match self {
             GuestScenes::Off => "off",
@@ -46,7 +47,7 @@ impl GuestScenes {
     }
 }
 
-/// Parses a guest's scene, checks that it keeps to its budget, and bounds its steps.
+/// Parses a guest's scene, checks that it stays within its budget, and limits its steps.
 pub fn read(text: &[u8]) -> Result<Scene, SceneError> {
     let text = std::str::from_utf8(text).map_err(|error| {
         let line = line_at(text, error.valid_up_to());
@@ -62,7 +63,7 @@ pub fn read(text: &[u8]) -> Result<Scene, SceneError> {
     Ok(scene)
 }
 
-/// The refusal of a text of this length.
+/// The refusal of a text that is too long; `found` describes its length.
 pub fn too_long(found: String) -> SceneError {
     about_file(1, found, format!("at most {} bytes", limits::GUEST_SCENE_BYTES_MAX))
 }
@@ -71,7 +72,7 @@ fn about_file(line: usize, found: String, allowed: String) -> SceneError {
     SceneError { file: FILE.to_owned(), line, field: "file".to_owned(), found, allowed }
 }
 
-/// Texts that others are shown keep to the rules for names.
+/// Checks that texts shown to others follow the rules for names.
 fn check_texts(scene: &Scene) -> Result<(), SceneError> {
     for (field, text) in scene.texts() {
         let found = match first_forbidden(text) {
@@ -85,8 +86,8 @@ fn check_texts(scene: &Scene) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// Reads a scene of a client of this address and plays its trial when it is its turn; `None` if too many wait. Errors of the
-/// outer kind are those of the server.
+/// Reads a scene sent from this address, and plays its trial when its turn comes; `None` if too many wait. The outer
+/// error is that of the server.
 pub async fn try_out(
     text: Vec<u8>,
     waits: Waits,
@@ -98,7 +99,7 @@ pub async fn try_out(
 
 fn try_here(text: &[u8], waits: &Waits) -> Result<Arc<Scene>, SceneError> {
     let scene = Arc::new(read(text)?);
-    // It takes half a processor, also where nothing else is to go first.
+    // The trial rests half of the time, even if no other work is waiting.
     let times = [waits.guest_trial, waits.guest_trial_later];
     trial::play(&scene, times, thread_time::taken, std::thread::sleep)?;
     Ok(scene)

@@ -18,11 +18,11 @@ pub mod thread_time;
 pub mod ticker;
 pub mod token_signer;
 
-/// Phase of a server's life. It only moves forward.
+/// The current phase of a server. It only moves forward.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phase {
     Running,
-    /// Players are warned, and nothing new begins.
+    /// Players have been warned, and nothing new is started.
     Draining,
     Closing,
 }

@@ -1,14 +1,13 @@
 //! The host: sockets, sessions, the tickers (the only clocks) and files. It holds no game rules, and lets
 //! no client and no room delay another. A program that embeds it calls [`run`].
 //!
-//! A connection passes through [`net`]: [`net::listen`] accepts and counts it, one of the
-//! [`net::socket_threads`] serves it from then on, [`net::tls`] decrypts it if
-//! configured, [`net::http`] answers or upgrades it, [`net::session`] runs the game session. A session meets
-//! its room at two bounded queues: the inbox that it fills and the [`host::outbox`] that it empties.
-//! [`host::ticker`] is the room's thread between them; [`host::rooms`] lists the rooms.
-//! [`log`] has the readers of the rooms' logs, which record games and keep rooms, so that they outlive the process; [`runs`] keeps the best
-//! runs. [`limits`] bounds what an address, a network and a socket
-//! may do. [`ops`] counts events, shows them to operators on a port of their own and logs refusals.
+//! A connection passes through [`net`]: [`net::listen`] accepts and counts it, one of the [`net::socket_threads`]
+//! serves it from then on, [`net::tls`] decrypts it if configured, [`net::http`] answers or upgrades it, and
+//! [`net::session`] runs the game session. A session meets its room at two bounded queues: the inbox that it fills and
+//! the [`host::outbox`] that it empties. [`host::ticker`] is the room's thread between them; [`host::rooms`] lists the
+//! rooms. [`log`] has the readers of the rooms' logs, which record games and store rooms so that they outlive the
+//! process. [`runs`] keeps the best runs. [`limits`] bounds the use by an address, a network and a socket. [`ops`]
+//! counts events, serves them to operators on a separate port, and logs refusals.
 
 pub mod config;
 pub mod files;
@@ -55,7 +54,7 @@ pub async fn run(
     run_with_ops(listener, None, config, shutdown).await
 }
 
-/// [`run`] with an operators' port, which is served to the very end.
+/// Like [`run`], with an operators' port that is served until the very end.
 pub async fn run_with_ops(
     listener: TcpListener,
     ops: Option<TcpListener>,
@@ -81,7 +80,7 @@ pub async fn run_with_ops(
         ))
     });
     (supervisor.tell)(Sign::Ready);
-    // Every connection holds a sender; when the last is dropped, no connection is left.
+    // Every connection holds a clone of the sender. When the last one is dropped, all connections have ended.
     let (alive, all_gone) = mpsc::channel::<Infallible>(1);
     let threads = SocketThreads::start(&state.host.send_queues)?;
     let agones =
@@ -136,8 +135,8 @@ async fn open(
     Ok((state, joining))
 }
 
-/// Warns the players, closes their sockets, then ends the rooms and their files. What is not done in time is logged,
-/// and left.
+/// Warns the players, closes their sockets, then ends the rooms and their files. Tasks that are late are logged and
+/// abandoned.
 async fn drain(
     state: &ServerState,
     phase: &watch::Sender<Phase>,
@@ -150,7 +149,7 @@ async fn drain(
         hand_over(fleet, &state.rooms).await;
     }
     phase.send_replace(Phase::Draining);
-    // Those that are left are closed now.
+    // The remaining players are disconnected now.
     let _ = timeout(drain_notice, all_gone.recv()).await;
     phase.send_replace(Phase::Closing);
     let closes_by = (ends_at - limits::DRAIN_FILES).min(Instant::now() + drain);
@@ -165,7 +164,7 @@ async fn drain(
         let host = Arc::clone(&state.host);
         let close = move || host.logs.close();
         blocking(ends_at, "some logs were not written to their end in time", close).await;
-        // A socket that does not close takes no time from this: other nodes would wait for the lease to end.
+        // Done even if a socket does not close in time; other nodes would otherwise wait for the lease to expire.
         if let Some(fleet) = &state.fleet {
             fleet.leave(ends_at.min(Instant::now() + limits::FLEET_ANSWER)).await;
         }
@@ -173,7 +172,7 @@ async fn drain(
     tokio::join!(sockets, rooms_and_files);
 }
 
-/// Hands the rooms over to other nodes, and waits until their players were told.
+/// Hands over the rooms to other nodes, and waits until their players have been told.
 async fn hand_over(fleet: &Fleet, rooms: &Rooms) {
     let until = Instant::now() + limits::FLEET_DRAIN;
     fleet.hand_over(until).await;
@@ -183,14 +182,14 @@ async fn hand_over(fleet: &Fleet, rooms: &Rooms) {
     }
 }
 
-/// Waits for something that blocks, and logs that it is late.
+/// Waits for blocking work until a deadline, and logs if it is late.
 async fn blocking(until: Instant, late: &str, work: impl FnOnce() + Send + 'static) {
     if timeout_at(until, spawn_blocking(work)).await.is_err() {
         warn!("{late}");
     }
 }
 
-/// The records, where the server has a directory for them. Their files are played again from now on.
+/// The best runs, if the server has a directory for them. Their replays are verified again from now on.
 fn open_records(config: &Config) -> io::Result<Option<Arc<Records>>> {
     let Some(dir) = config.records_dir() else { return Ok(None) };
     let records = Records::open(dir, &config.scenes, config.waits.run_trial);
@@ -198,7 +197,7 @@ fn open_records(config: &Config) -> io::Result<Option<Arc<Records>>> {
     Ok(Some(records))
 }
 
-/// The key that signs tokens: that of the fleet, or that of the process before.
+/// The key that signs tokens: that of the fleet, or that of the previous process.
 fn key(config: &Config, logs: &Logs) -> Option<[u8; 32]> {
     let of_fleet = config.fleet.as_ref().map(|fleet| fleet.secret);
     of_fleet.or_else(|| logs.states.as_ref().map(|states| *states.dir().key()))

@@ -1,17 +1,18 @@
-//! The logs of all rooms: readers with a position each, and the files that they write.
+//! The logs of all rooms: their readers, each with a position, and the files that they write.
 //!
-//! **Data.** A room's [`GameLog`](jostle_room::GameLog) has blocks, made once and shared. A replay, the file of
-//! `--state`, or the stream of a fleet in its place, and a clip are readers of it, each with a position of its own.
+//! **Data.** A room's [`GameLog`](jostle_room::GameLog) has blocks that are made once and shared. Its readers are a
+//! replay, the file of `--state` (in a fleet the stream in its place), and a clip, each with its own position.
 //!
-//! **Its trip.** After its ticks a room's [`RoomLog`] puts the newest blocks into its [`SharedLog`], and waits for nothing. The
-//! writer's thread has each [`LogReader`] of a disk read on, and its [`Sink`] write; a reader of the network is a task. A
-//! room that outlives the process is a [`SavedRoom`], from the newest file of it.
+//! **Data flow.** After its ticks a room's [`RoomLog`] puts the newest blocks into its [`SharedLog`], without waiting.
+//! The writer's thread lets each [`LogReader`] of a disk read further, and its [`Sink`] write; a reader that writes to
+//! the network is a task. A room that outlives the process becomes a [`SavedRoom`], read from its newest file.
 //!
-//! **Limits.** A shared log has the length of a clip: a reader that is further behind has lost its place. What was read is
-//! written before more is.
+//! **Limits.** A shared log has the length of a clip; a reader that falls further behind has lost its place. A reader
+//! writes everything it has read before it reads more.
 //!
-//! **Failures.** There is one [`Policy`]: whatever fails, is full or stalls costs a reader its file and no game a tick. The
-//! first error is logged, each is counted, and a new file begins after a while. `docs/faults.md` has the table.
+//! **Failures.** There is one [`Policy`]: whatever fails, is full or stalls, a reader may lose its file, but no game
+//! loses a tick. The first error is logged, each is counted, and a new file starts after a while. `docs/faults.md` has
+//! the table.
 
 mod index;
 mod logs;

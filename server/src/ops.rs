@@ -1,5 +1,5 @@
-//! The operators' side: a port of their own with metrics and admin paths, the log of refusals, and signs of life for a
-//! service manager or Agones.
+//! The operators' side: a separate port with metrics and admin paths, the log of refusals, and status notifications for
+//! a service manager or Agones.
 
 mod admin;
 pub mod agones;

@@ -1,4 +1,4 @@
-//! The state that all connections of a server share.
+//! The state shared by all connections of a server.
 
 use crate::config::Config;
 use crate::fleet::handle::Fleet;
@@ -27,13 +27,13 @@ use tokio::sync::{Notify, watch};
 /// State shared by all connections of a server.
 pub struct ServerState {
     pub config: Config,
-    /// Shared by its rooms.
+    /// Shared by the server's rooms.
     pub host: Arc<Host>,
     /// Open rooms.
     pub rooms: Arc<Rooms>,
     /// This server's part in a fleet.
     pub fleet: Option<Arc<Fleet>>,
-    /// The best runs, if they are kept.
+    /// The best runs, if the server keeps them.
     pub records: Option<Arc<Records>>,
     /// Networks that operators have banned.
     pub bans: Bans,
@@ -41,7 +41,7 @@ pub struct ServerState {
     pub shares: AddressShares,
     /// Notified when an operator asks the server to drain.
     pub drain: Notify,
-    /// Scenes of guests that are tried or wait for that.
+    /// Guests' scenes that are being tried or wait for their trial.
     pub trials: Arc<TrialQueue>,
     /// The rate-limited log of refusals.
     pub refusal_log: RefusalLog,
@@ -79,7 +79,8 @@ impl AddressShares {
         }
     }
 
-    /// Admits a request of an address, or names the reason why not. The permit is held until the response was sent.
+    /// Admits a request from an address; the error is the reason for a refusal. The permit must be held until the
+    /// response was sent.
     pub fn admit_request(&self, address: IpAddr) -> Result<Permit, &'static str> {
         let mut requests = self.requests.lock().unwrap_or_else(PoisonError::into_inner);
         if !requests.admit(address, Instant::now()) {
@@ -89,24 +90,24 @@ impl AddressShares {
     }
 }
 
-/// The parts that a server starts with, besides its configuration.
+/// The parts with which a server starts, besides its configuration.
 pub struct Parts {
-    /// Phase of its life.
+    /// Current phase of the server.
     pub phase: watch::Receiver<Phase>,
-    /// What writes the rooms' logs.
+    /// The writers of the rooms' logs.
     pub logs: Logs,
-    /// The best runs; `None` keeps none.
+    /// The best runs; `None` disables them.
     pub records: Option<Arc<Records>>,
-    /// Its part in a fleet.
+    /// The server's part in a fleet.
     pub fleet: Option<Arc<Fleet>>,
-    /// Key that signs tokens; `None` draws one.
+    /// Key that signs tokens; `None` uses a random one.
     pub key: Option<[u8; 32]>,
     /// Networks that operators have banned.
     pub bans: Bans,
 }
 
 impl Parts {
-    /// The parts of a server that keeps nothing, and is in no fleet.
+    /// The parts of a server without any storage or fleet.
     pub fn new(phase: watch::Receiver<Phase>) -> Parts {
         let (logs, bans) = (Logs::default(), Bans::default());
         Parts { phase, logs, records: None, fleet: None, key: None, bans }
@@ -120,7 +121,7 @@ impl ServerState {
         let usual = || limits::address_sessions_max(in_all);
         let address_max = config.address_sessions_max.unwrap_or_else(usual);
         let Parts { phase, logs, records, fleet, key, bans } = parts;
-        // With the key of the process before, or of the fleet, its tokens go on giving seats back.
+        // With the key of the previous process, or of the fleet, its tokens still restore seats.
         let signer = key.map_or_else(TokenSigner::with_random_key, |key| TokenSigner::new(&key));
         let threads = limits::processors().min(limits::SOCKET_THREADS_MAX);
         let host = Arc::new(Host {
@@ -129,7 +130,7 @@ impl ServerState {
             logs,
             neighbours: Neighbours::default(),
             send_queues: (0..threads).map(|_| Arc::default()).collect(),
-            // As many as it may have sockets at all.
+            // As many as the sockets it may have in total.
             address_spectators_max: address_max,
             uplink: Uplink::new(config.uplink_megabits, Instant::now()),
             metrics: Arc::new(Metrics::default()),
@@ -156,7 +157,7 @@ impl ServerState {
         }
     }
 
-    /// Returns whether there is a room of this code, as far as this server knows.
+    /// Returns whether a room with this code exists, as far as this server knows.
     pub fn knows_room(&self, code: &str) -> bool {
         let elsewhere = |fleet: &Arc<Fleet>| fleet.ask(|directory| directory.has_room(code));
         self.rooms.knows(code) || self.fleet.as_ref().is_some_and(elsewhere)
@@ -167,7 +168,7 @@ impl ServerState {
         self.host.logs.recording.as_ref().map(|recording| &**recording.store())
     }
 
-    /// Counts a refusal, and logs it unless one of the same reason was logged a moment ago.
+    /// Counts a refusal, and logs it unless one for the same reason was just logged.
     pub(crate) fn refused(&self, reason: &'static str, address: IpAddr, about: impl Display) {
         self.host.metrics.refused(reason);
         self.refusal_log.log(reason, address, about);

@@ -1,10 +1,11 @@
-//! One node's copy of the directory, and the node's part in it. A state machine: changes, answers and the time go in,
-//! and [`Action`]s come out, so that it runs on a network and in a simulation alike.
+//! A node's copy of the directory, and the node's part in it. It is a state machine: changes, answers and the time go
+//! in, and [`Action`]s come out, so that it runs both on a network and in a simulation.
 //!
-//! The rules are few. A node plays exactly the rooms whose entries name it. Entries change by compare-and-set alone, so
-//! that of several nodes which want a room one gets it. A node renews its lease every [`RENEW_EVERY`]; its rooms
-//! stand still [`HELD_FOR`] after a renewal was sent, and its entry is gone [`LEASE_TTL`] after the renewal was
-//! written, so that no other node can begin before. The rooms of a node that is gone are claimed by the others.
+//! The rules are few. A node plays exactly the rooms whose entries name it. Entries change only by compare-and-set, so
+//! that only one of several nodes that want a room gets it. A node renews its lease every [`RENEW_EVERY`]. Without a
+//! renewal its rooms pause [`HELD_FOR`] after the last one was sent, and its entry expires [`LEASE_TTL`] after the last
+//! one was written, so that no other node can start them before they have paused. The rooms of a node that is gone are
+//! claimed by the others.
 
 mod handover;
 mod members;
@@ -22,8 +23,9 @@ use members::Members;
 use placements::Placements;
 use std::collections::BTreeSet;
 
-/// One node's copy of the directory, and its part in it: who is alive, which node plays which room, and what this one
-/// does about it. Each event goes to the part that it concerns, and what it changes there to the others.
+/// A node's copy of the directory, and the node's part in it: the nodes that are alive, the node that plays each room,
+/// and the actions of this node. Each event is passed to the part that it concerns, and the resulting changes to the
+/// other parts.
 #[derive(Debug, Default)]
 pub struct Directory {
     members: Members,
@@ -34,7 +36,7 @@ pub struct Directory {
 }
 
 impl Directory {
-    /// A directory of which nothing is known yet.
+    /// Creates an empty directory.
     pub fn new(node: NodeSettings) -> Directory {
         let mut directory = Directory::default();
         directory.members.own.node = node;
@@ -46,20 +48,20 @@ impl Directory {
         std::mem::take(&mut self.requests.actions)
     }
 
-    /// A connection to the store was made, whose watchers are about to tell all entries. Requests of the connection
-    /// before it get no answer any more. `may_have_forgotten` says that it need not be the store of that connection, with
-    /// everything that was acknowledged: it may have lost its disk, or what was not synced when power failed.
+    /// Called when a connection to the store was made, whose watchers will report all entries. Requests on earlier
+    /// connections will not be answered any more. `may_have_forgotten` means that the store may have lost acknowledged
+    /// writes since the last connection: it may be a different store, have lost its disk, or have had unsynced data in
+    /// a power failure.
     ///
-    /// Two rules keep one owner for each room. A node claims no room of another before it has held its lease for
-    /// [`LEASE_TTL`], since the others may be about to connect as well. And it renews its lease only once every room
-    /// that it holds under this lease has an entry that names it; entries of rooms that it still played are written
-    /// again.
+    /// Two rules ensure one owner for each room. A node claims no room of another until it has held its lease for
+    /// [`LEASE_TTL`], since the others may be about to reconnect. And it renews its lease only once every room that it
+    /// holds under this lease has an entry that names it; it rewrites the entries of rooms that it still played.
     pub fn connected(&mut self, may_have_forgotten: bool, now: Time) {
         self.connection += 1;
         self.requests.cancel();
         self.handover.connected(now);
         self.placements.synced = false;
-        // A process that has just started knows of nothing that could be forgotten.
+        // A process that has just started knows of nothing that the store could have forgotten.
         let may_have_forgotten = may_have_forgotten && self.connection > 1;
         self.members.connected(may_have_forgotten, now);
         if may_have_forgotten {
@@ -69,12 +71,12 @@ impl Directory {
         }
     }
 
-    /// Number of the present connection, from 1; 0 before the first.
+    /// Number of the current connection, from 1; 0 before the first.
     pub fn connection(&self) -> u64 {
         self.connection
     }
 
-    /// Takes a change of the directory, in the order of their revisions.
+    /// Applies a change of the directory. Changes must arrive in the order of their revisions.
     pub fn changed(&mut self, change: Change, now: Time) {
         match change {
             Change::Written(Key::Node(name), Entry::Node(entry), revision) => {
@@ -110,14 +112,14 @@ impl Directory {
         }
     }
 
-    /// All nodes that there were when their bucket began to be watched were passed to [`Directory::changed`]; those
-    /// that were known before and are not among these are gone.
+    /// Called when all nodes that existed when watching began have been passed to [`Directory::changed`]. Nodes known
+    /// from before that are not in `present` are gone.
     pub fn synced_nodes(&mut self, present: &BTreeSet<Key>, now: Time) {
         self.members.synced(present);
         self.compare_all(now);
     }
 
-    /// The same for rooms.
+    /// Like [`Directory::synced_nodes`], for rooms.
     pub fn synced_rooms(&mut self, present: &BTreeSet<Key>, now: Time) {
         let absent = self.placements.absent(present);
         absent.iter().for_each(|code| self.forget(code));
@@ -132,7 +134,7 @@ impl Directory {
                 let gone = self.members.answered(answer, &mut self.requests, now);
                 self.claim_rooms_of(gone, now);
             }
-            // The others were told that a node is gone.
+            // Nothing to do: the watchers report the removal of another node.
             Key::Node(_) => {}
             Key::Room(code) => self.room_answered(code, answer, now),
         }
@@ -144,13 +146,13 @@ impl Directory {
             (Answer::Done(revision), Operation::Change { to }) => {
                 let written = Change::Written(Key::Room(code.clone()), Entry::Room(to), revision);
                 self.changed(written, now);
-                // A watcher may have told of it before this answer, which it had to wait for.
+                // A watcher may have reported the change before this answer, which had to come first.
                 self.compare([code], now);
                 if self.members.own.draining {
                     self.compare_held(now);
                 }
             }
-            // Otherwise a watcher has told of it already.
+            // If it was not removed here, a watcher has reported it already.
             (Answer::Done(_), Operation::Remove { revision }) => {
                 self.found_removed(&code, revision, now);
             }
@@ -162,20 +164,20 @@ impl Directory {
         }
     }
 
-    /// Asks for the entry of a room, unless it was asked for already.
+    /// Looks up the entry of a room, unless a lookup is in progress.
     pub fn look(&mut self, code: &str) {
         self.placements.look_up(code, &mut self.requests);
     }
 
-    /// Returns whether the entry of a room was asked for, and no answer has come yet.
+    /// Returns whether a lookup of a room's entry is in progress.
     pub fn looks_for(&self, code: &str) -> bool {
         self.requests.is_looking_up(&Key::Room(code.to_owned()))
     }
 
-    /// Takes the answer to an [`Action::Look`]: the entry, `None` if there is none.
+    /// Handles the answer to an [`Action::Look`]: the entry, or `None` if it does not exist.
     pub fn looked(&mut self, key: Key, found: Option<(Entry, Revision)>, now: Time) {
         let Some(lookup) = self.requests.looked_up(&key) else { return };
-        // A watcher may have told since that what was found is gone.
+        // A watcher may have reported since then that this entry was removed.
         let found = found.filter(|(_, revision)| *revision > lookup.removed_by);
         match (key, found) {
             (Key::Node(name), found) => {
@@ -189,7 +191,7 @@ impl Directory {
                 self.changed(Change::Written(key, entry, revision), now);
             }
             (Key::Room(code), None) => {
-                // There may be another since the lookup was sent.
+                // There may be a newer entry since the lookup was sent.
                 if let Some(revision) = lookup.known
                     && self.found_removed(&code, revision, now)
                 {
@@ -224,7 +226,7 @@ impl Directory {
         }
     }
 
-    /// No answer came to an [`Action::Look`].
+    /// Called when an [`Action::Look`] was not answered.
     pub fn look_failed(&mut self, key: &Key, now: Time) {
         self.requests.looked_up(key);
         if let Key::Node(name) = key {
@@ -232,7 +234,7 @@ impl Directory {
         }
     }
 
-    /// Does what is due at this time: renews the lease, looks for silent nodes, claims rooms. To be called some ten
+    /// Does everything that is due: renews the lease, looks for silent nodes, claims rooms. Must be called about ten
     /// times a second.
     pub fn poll(&mut self, now: Time) {
         let may_renew = |incarnation| !self.handover.has_doubts(incarnation);
@@ -248,46 +250,47 @@ impl Directory {
         self.compare(due, now);
     }
 
-    /// Takes the measured load for the next renewal.
+    /// Sets the measured load for the next renewal.
     pub fn measured(&mut self, load: Load) {
         self.members.own.load = load;
     }
 
-    /// Hands all rooms over, and takes no other.
+    /// Hands over all rooms, and takes no others.
     pub fn drain(&mut self, now: Time) {
         self.members.own.drain(now);
         self.compare_held(now);
     }
 
-    /// Removes this node's entry, so that the others need not wait for its end. Rooms that it still plays stand
-    /// still from now on. It does not register again.
+    /// Removes this node's entry, so that the others need not wait for it to expire. Rooms that it still plays are
+    /// paused from now on. The node does not register again.
     pub fn leave(&mut self) {
         self.members.own.leave(&mut self.requests);
     }
 
-    /// Takes news of a room that this node holds.
+    /// Handles an event of a room that this node holds.
     pub fn room(&mut self, code: &str, event: RoomEvent, now: Time) {
         let (handover, mut around) = self.handover(now);
         handover.on(code, event, &mut around);
     }
 
-    /// The records of a room that this node is to open were continued in a later epoch. If that is another node's, its
-    /// entry is about to be heard of; if not, the directory has forgotten it, and the room goes on after it.
+    /// Called when the records of a room that this node should open already have a later epoch. If another node wrote
+    /// them, its entry will arrive soon; otherwise the directory has forgotten the entry, and the room resumes in a
+    /// higher epoch.
     pub fn outdated(&mut self, code: &str, epoch: u64, now: Time) {
         self.placements.has_records_of(code, epoch);
         self.room(code, RoomEvent::Fenced, now);
     }
 
-    /// Places a room that there is not yet. [`Directory::locate`] tells where, once it is placed.
+    /// Places a new room. Once it is placed, [`Directory::locate`] returns its node.
     pub fn place(&mut self, code: &str, room: RoomFacts, now: Time) -> Result<(), PlaceError> {
-        // A standing room has the code of the one before it, which another node may play.
+        // A standing room has the same code as its predecessor, which another node may still play.
         if room.creator.is_none() && self.placements.is_doubtful(now) {
             return Err(PlaceError::NotNow);
         }
         self.place_at(code, room, |_| true)
     }
 
-    /// Places such a room at this node.
+    /// Places a new room on this node.
     pub fn place_here(&mut self, code: &str, room: RoomFacts) -> Result<(), PlaceError> {
         let own = self.members.own.node.name.clone();
         self.place_at(code, room, |name| name == own)
@@ -316,33 +319,33 @@ impl Directory {
         self.members.own.is_registered()
     }
 
-    /// The incarnation of this node that a room's entry names; `None` if it names another node.
+    /// The incarnation of this node named in a room's entry; `None` if the entry names another node.
     pub fn owned_under(&self, code: &str) -> Option<u64> {
         let owner = self.placements.owner(code)?;
         (owner.node == self.members.own.node.name).then_some(owner.incarnation)
     }
 
-    /// Returns whether this node holds a room in this epoch of it, or in a later one.
+    /// Returns whether this node holds a room in this or a later epoch.
     pub fn holds_epoch(&self, code: &str, epoch: u64) -> bool {
         self.handover.holds_epoch(code, epoch)
     }
 
-    /// The nodes that are registered, this one among them.
+    /// Number of registered nodes, including this one.
     pub fn nodes(&self) -> usize {
         self.members.count()
     }
 
-    /// The rooms that this node plays, hands over or opens.
+    /// Number of rooms that this node plays, hands over or opens.
     pub fn holds(&self) -> usize {
         self.handover.rooms().len()
     }
 
-    /// The other nodes' addresses.
+    /// The addresses of the other nodes.
     pub fn urls(&self) -> impl Iterator<Item = &str> {
         self.members.others().map(|(_, entry)| entry.url.as_str())
     }
 
-    /// The rooms of other nodes that they list, and their facts.
+    /// The listed rooms of other nodes, and their facts.
     pub fn listed_elsewhere(&self) -> impl Iterator<Item = (&RoomCounts, &RoomFacts)> {
         let others = self.members.others();
         let counts = others.flat_map(|(name, node)| node.rooms.iter().map(move |c| (name, c)));
@@ -352,17 +355,17 @@ impl Directory {
         })
     }
 
-    /// Returns whether there is a room of this code.
+    /// Returns whether a room with this code exists.
     pub fn has_room(&self, code: &str) -> bool {
         self.placements.get(code).is_some()
     }
 
-    /// The facts of all rooms.
+    /// The entries of all rooms.
     pub fn rooms(&self) -> impl Iterator<Item = (&String, &RoomEntry)> {
         self.placements.rooms()
     }
 
-    /// The place of a room.
+    /// The node that plays a room.
     pub fn locate(&self, code: &str) -> Located {
         if self.handover.plays(code) {
             return Located::Here;
@@ -396,7 +399,7 @@ impl Directory {
         self.claim_rooms_of(gone, now);
     }
 
-    /// The rooms of owners that are gone are to be claimed.
+    /// Marks the rooms of owners that are gone as claimable.
     fn claim_rooms_of(&mut self, gone: impl IntoIterator<Item = Owner>, now: Time) {
         for owner in gone {
             if let Some(codes) = self.placements.rooms_of(&owner).cloned() {
@@ -406,7 +409,7 @@ impl Directory {
         }
     }
 
-    /// The entry of a room is removed that was of this revision; returns whether no other is known.
+    /// Removes a room's entry if it has this revision. Returns whether it did.
     fn found_removed(&mut self, code: &str, revision: Revision, now: Time) -> bool {
         let is_known = self.placements.found_removed(code, revision);
         if is_known {

@@ -1,49 +1,50 @@
-//! The entries of the directory: small JSON values under the names of nodes and the codes of rooms. New fields have
-//! defaults, so that nodes of two versions can share a directory.
+//! The entries of the directory: small JSON values, keyed by node names and room codes. New fields have defaults, so
+//! that nodes of two versions can share a directory.
 
 use serde::{Deserialize, Serialize};
 use std::net::IpAddr;
 
-/// Revision of an entry: grows with every write of its bucket. 0 stands for no entry.
+/// Revision of an entry. It increases with every write to its bucket; 0 means that the entry does not exist.
 pub type Revision = u64;
 
-/// A node, as long as its lease lasts. It writes its entry every two seconds.
+/// A node with a valid lease. It rewrites its entry every two seconds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NodeEntry {
-    /// Drawn when the node registers. A node that lost its lease, and a process that took its name, have another.
+    /// Chosen when the node registers. A node that lost its lease, or another process with its name, has a different
+    /// one.
     pub incarnation: u64,
-    /// Where players reach it, such as `https://b.play.example.org`, without a slash at the end.
+    /// Address at which players reach the node, such as `https://b.play.example.org`, without a trailing slash.
     pub url: String,
-    /// Whether it hands its rooms over and takes none.
+    /// Whether the node hands over its rooms and takes none.
     #[serde(default)]
     pub draining: bool,
-    /// Processor seconds a second that its rooms may take.
+    /// Processor time that the node's rooms may take, in seconds per second.
     pub capacity: f64,
-    /// Of these, what they took in the last seconds.
+    /// The part of it that they took in the last seconds.
     pub used: f64,
-    /// Rooms that it may still open.
+    /// Number of rooms that the node may still open.
     pub rooms_left: usize,
-    /// Tells whether it has the same secret; missing in entries of an earlier version.
+    /// Shows whether the node has the same secret; missing in entries of earlier versions.
     #[serde(default)]
     pub secret_mark: Option<u32>,
-    /// Its public rooms, for the lists of other nodes.
+    /// The node's public rooms, for the lists of other nodes.
     #[serde(default)]
     pub rooms: Vec<RoomCounts>,
 }
 
-/// How full a room is.
+/// The occupancy of a room.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RoomCounts {
-    /// The code in its link.
+    /// The code in the room's link.
     pub code: String,
     pub players: usize,
-    /// Of these, players who are there now.
+    /// Number of players who are connected.
     pub connected: usize,
     #[serde(default, skip_serializing_if = "is_zero")]
     pub spectators: usize,
 }
 
-/// Most rooms have no spectators, and their counts are sent to all nodes.
+/// Zeros are omitted: most rooms have no spectators, and their counts are sent to all nodes.
 fn is_zero(count: &usize) -> bool {
     *count == 0
 }
@@ -52,36 +53,37 @@ fn is_zero(count: &usize) -> bool {
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Owner {
     pub node: String,
-    /// Its incarnation; the owner is gone when the node has another.
+    /// The node's incarnation. The owner is gone when the node has another one.
     pub incarnation: u64,
 }
 
-/// A room. The node that it names plays it, and no other.
+/// A room. It is played only by the node named here.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RoomEntry {
-    /// The node that plays it.
+    /// The node that plays the room.
     pub owner: Owner,
-    /// Grows by one with every change of the owner, from 1.
+    /// Increases by one with every change of the owner, from 1.
     pub epoch: u64,
-    /// The rest, which never changes.
+    /// The facts that never change.
     #[serde(flatten)]
     pub room: RoomFacts,
 }
 
-/// What is decided when a room opens.
+/// The facts decided when a room opens.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RoomFacts {
-    /// Name of its scene.
+    /// Name of the room's scene.
     pub scene: String,
-    /// Number that its tokens and host keys name.
+    /// Number in the room's tokens and host keys.
     pub number: u64,
-    /// Whether it is reached by its link only.
+    /// Whether the room can only be reached by its link.
     #[serde(default)]
     pub private: bool,
     /// Network of the creator; `None` for a standing room.
     #[serde(default)]
     pub creator: Option<IpAddr>,
-    /// Whether a guest brought the scene: only the node that opens the room has it, and then the room's records.
+    /// Whether a guest provided the scene. It is known only to the node that opens the room, and later from the room's
+    /// records.
     #[serde(default)]
     pub guest: bool,
 }
@@ -96,8 +98,8 @@ pub enum Key {
 /// The value of an entry.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Entry {
-    /// That of a node.
+    /// The entry of a node.
     Node(NodeEntry),
-    /// That of a room.
+    /// The entry of a room.
     Room(RoomEntry),
 }

@@ -1,4 +1,4 @@
-//! The fleet as sessions and requests see it: where a room is, and where a new one goes.
+//! The fleet as seen by sessions and requests: the location of rooms, and the placement of new ones.
 
 use super::directory::{Action, Load};
 use super::directory::{Change, Directory, Located, NodeSettings, PlaceError, Time};
@@ -12,20 +12,20 @@ use tokio::sync::{Notify, watch};
 use tokio::time::{sleep, timeout, timeout_at};
 use tracing::error;
 
-/// Time for which a session waits until it is known where its room is.
+/// Longest wait of a session for the location of its room.
 const FLEET_FIND: Duration = Duration::from_secs(4);
-/// Wait of a node that cannot place a room yet.
+/// Wait before a node tries again to place a room.
 const FLEET_PLACE_RETRY: Duration = Duration::from_millis(50);
-/// Addresses of nodes, present and past, whose pages may play here.
+/// Maximum number of addresses of nodes, present and past, whose pages may play here.
 const FLEET_SITES_MAX: usize = 1000;
 
-/// This node's part in its fleet. Nothing here waits for the network, but for [`Fleet::find`] and [`Fleet::place`],
-/// which wait until the directory tells.
+/// This node's part in its fleet. Only [`Fleet::find`] and [`Fleet::place`] wait for the network, until the directory
+/// has an answer.
 pub struct Fleet {
     start: Instant,
     state: Mutex<FleetState>,
     due: Notify,
-    /// Counts changes of the directory.
+    /// Notified of every change of the directory.
     changed: watch::Sender<()>,
     lease: Arc<Lease>,
     incarnation: u64,
@@ -34,14 +34,15 @@ pub struct Fleet {
 
 struct FleetState {
     directory: Directory,
-    /// Origins of all nodes that were heard of, whose pages may play here.
+    /// Origins of all known nodes, whose pages may play here.
     sites: BTreeSet<String>,
-    /// Nodes with another secret, which the log has named.
+    /// Nodes with a different secret that were reported in the log.
     strangers: BTreeSet<String>,
 }
 
 impl FleetState {
-    /// Names a node with another secret in the log, once: its players would lose their seats here, and those from here theirs.
+    /// Logs a node with a different secret, once. Players who move between that node and this one would lose their
+    /// seats.
     fn compare_secret(&mut self, name: &str, node: &NodeEntry, mark: u32) {
         if node.secret_mark.is_none_or(|other| other == mark) {
             self.strangers.remove(name);
@@ -56,7 +57,7 @@ impl FleetState {
 }
 
 impl Fleet {
-    /// A node that is not registered yet. `incarnation` is random.
+    /// Creates the handle of a node that is not registered yet. `incarnation` is random.
     pub fn new(settings: &FleetSettings, incarnation: u64) -> Fleet {
         let start = Instant::now();
         let node = NodeSettings {
@@ -87,12 +88,12 @@ impl Fleet {
         &self.lease
     }
 
-    /// The time that is left of the lease.
+    /// Remaining time of the lease.
     pub fn lease_left(&self) -> Duration {
         self.lease.left(Instant::now())
     }
 
-    /// Passes something to the directory, and wakes the driver and all that wait for a change.
+    /// Passes an event to the directory, and wakes the driver and everything that waits for a change.
     pub fn tell<R>(&self, event: impl FnOnce(&mut Directory, Time) -> R) -> R {
         let result = event(&mut self.lock().directory, self.start.elapsed());
         self.due.notify_one();
@@ -100,7 +101,7 @@ impl Fleet {
         result
     }
 
-    /// Passes on an answer that came over the connection of this number, if that is still the present one.
+    /// Passes on an answer that arrived over the connection with this number, if that is still the current one.
     pub fn tell_over(&self, connection: u64, event: impl FnOnce(&mut Directory, Time)) {
         self.tell(|directory, now| {
             if directory.connection() == connection {
@@ -109,12 +110,13 @@ impl Fleet {
         });
     }
 
-    /// Looks something up in the directory.
+    /// Queries the directory.
     pub fn ask<R>(&self, question: impl FnOnce(&Directory) -> R) -> R {
         question(&self.lock().directory)
     }
 
-    /// Waits until the directory has something to do, and takes it, with the number of the connection that it is for.
+    /// Waits until the directory has actions, and takes them, with the number of the connection for which they are
+    /// meant.
     pub async fn actions(&self) -> (u64, Vec<Action>) {
         loop {
             let taken = {
@@ -128,7 +130,7 @@ impl Fleet {
         }
     }
 
-    /// Passes on a change that was heard of, and remembers where nodes are reached.
+    /// Passes on a reported change, and remembers the addresses of nodes.
     pub fn heard(&self, change: Change) {
         if let Change::Written(Key::Node(name), Entry::Node(node), _) = &change {
             let mut state = self.lock();
@@ -140,12 +142,12 @@ impl Fleet {
         self.tell(|directory, now| directory.changed(change, now));
     }
 
-    /// Measures the load: `used` is in processor seconds a second.
+    /// Sets the measured load. `used` is processor time in seconds per second.
     pub fn measured(&self, used: f64, rooms_left: usize, rooms: Vec<RoomCounts>) {
         self.lock().directory.measured(Load { used, rooms_left, rooms });
     }
 
-    /// Returns whether a page of this origin belongs to a node.
+    /// Returns whether a page with this origin belongs to a node.
     pub fn is_site(&self, origin: &str) -> bool {
         self.lock().sites.contains(origin)
     }
@@ -177,7 +179,7 @@ impl Fleet {
         self.place_by(code, |directory, now| directory.place(code, facts.clone(), now)).await
     }
 
-    /// The same for a room that only this node can open.
+    /// Like [`Fleet::place`], for a room that only this node can open.
     pub async fn place_here(&self, code: &str, facts: RoomFacts) -> Result<Located, PlaceError> {
         self.place_by(code, |directory, _| directory.place_here(code, facts.clone())).await
     }
@@ -198,13 +200,13 @@ impl Fleet {
         Ok(self.find(code).await)
     }
 
-    /// Hands the rooms of this node over, as far as that is done by this time.
+    /// Hands over the rooms of this node, as far as possible by this time.
     pub async fn hand_over(&self, until: tokio::time::Instant) {
         self.tell(|directory, now| directory.drain(now));
         self.wait_for(until, |directory| directory.holds() == 0).await;
     }
 
-    /// Removes the entry of this node, so that the others need not wait for its end.
+    /// Removes this node's entry, so that the others need not wait for it to expire.
     pub async fn leave(&self, until: tokio::time::Instant) {
         self.tell(|directory, _| directory.leave());
         self.wait_for(until, |directory| !directory.is_registered()).await;
@@ -216,12 +218,12 @@ impl Fleet {
         let _ = timeout_at(until, done).await;
     }
 
-    /// The incarnation with which this node began.
+    /// The incarnation with which this node started.
     pub fn first_incarnation(&self) -> u64 {
         self.incarnation
     }
 
-    /// Ignores poisoning: what is left halfway is mended by the next change.
+    /// Ignores poisoning: the next change repairs an incomplete one.
     fn lock(&self) -> MutexGuard<'_, FleetState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }

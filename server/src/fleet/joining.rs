@@ -1,4 +1,4 @@
-//! How a server joins its fleet: what has to be there before its rooms are, and the driver that runs beside them.
+//! Joins a server to its fleet: the parts that must exist before its rooms, and the driver that runs beside them.
 
 use super::handle::Fleet;
 use super::settings::FleetSettings;
@@ -26,7 +26,7 @@ pub struct Joining {
 
 #[cfg(feature = "nats")]
 impl Joining {
-    /// Begins to connect, and returns the end of the rooms' stream, too. Errors: an address or the credentials cannot be
+    /// Starts to connect. Also returns the end of the rooms' stream. Fails if an address or the credentials cannot be
     /// read.
     pub async fn new(settings: FleetSettings) -> io::Result<(Joining, StreamEnd)> {
         let context = connect(&settings).await?;
@@ -47,13 +47,13 @@ impl Joining {
 
 #[cfg(not(feature = "nats"))]
 impl Joining {
-    /// Returns an error: this program was built without the feature `nats`.
+    /// Always fails, because this program was built without the feature `nats`.
     pub async fn new(_: FleetSettings) -> io::Result<(Joining, StreamEnd)> {
         let text = "a fleet needs a program that was built with the feature `nats`";
         Err(io::Error::new(io::ErrorKind::Unsupported, text))
     }
 
-    /// Never called: there is no value of this type.
+    /// Never called, because this type has no values.
     pub fn start(self, _: Arc<Rooms>, _: Arc<Host>) -> JoinHandle<()> {
         tokio::spawn(async {})
     }

@@ -1,4 +1,4 @@
-//! The lease of a node, as its rooms see it: before each tick a room asks whether it may still be played here.
+//! The lease of a node as its rooms see it. Before each tick a room checks whether it may still be played here.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -8,18 +8,18 @@ use std::time::{Duration, Instant};
 #[derive(Debug)]
 pub struct Lease {
     epoch_of_clock: Instant,
-    /// When it ends, nanoseconds since `epoch_of_clock`.
+    /// End of the lease, nanoseconds since `epoch_of_clock`.
     until: AtomicU64,
     incarnation: AtomicU64,
 }
 
 impl Lease {
-    /// A lease that has not begun; times are counted from `start`.
+    /// Creates a lease that is not valid yet; times are counted from `start`.
     pub fn new(start: Instant) -> Lease {
         Lease { epoch_of_clock: start, until: AtomicU64::new(0), incarnation: AtomicU64::new(0) }
     }
 
-    /// Extends the lease of this incarnation of the node. Another incarnation's rooms stand still first.
+    /// Extends the lease of this incarnation. If the incarnation changed, the rooms of the previous one pause first.
     pub fn set(&self, incarnation: u64, until: Duration) {
         if self.incarnation.swap(incarnation, Ordering::SeqCst) != incarnation {
             self.until.store(0, Ordering::SeqCst);
@@ -27,7 +27,7 @@ impl Lease {
         self.until.store(until.as_nanos() as u64, Ordering::SeqCst);
     }
 
-    /// The time that is left of it.
+    /// Remaining time of the lease.
     pub fn left(&self, now: Instant) -> Duration {
         let until = Duration::from_nanos(self.until.load(Ordering::SeqCst));
         (self.epoch_of_clock + until).saturating_duration_since(now)
@@ -42,19 +42,19 @@ pub struct RoomLease {
 }
 
 impl RoomLease {
-    /// The lease of a room that this incarnation of the node holds.
+    /// The lease of a room held by this incarnation of the node.
     pub fn new(lease: Arc<Lease>, incarnation: u64) -> RoomLease {
         RoomLease { lease, held_under: Arc::new(AtomicU64::new(incarnation)) }
     }
 
-    /// Holds the room under another incarnation of the node.
+    /// Moves the room to another incarnation of the node.
     pub fn renew(&self, incarnation: u64) {
         self.held_under.store(incarnation, Ordering::SeqCst);
     }
 
     /// Returns whether the room may be played at this time.
     pub fn allows(&self, now: Instant) -> bool {
-        // In this order: time that is left may be that of an incarnation which has just begun.
+        // The order matters: the remaining time may belong to an incarnation that has just started.
         self.lease.left(now) > Duration::ZERO
             && self.lease.incarnation.load(Ordering::SeqCst)
                 == self.held_under.load(Ordering::SeqCst)

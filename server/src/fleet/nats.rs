@@ -1,4 +1,5 @@
-//! A fleet by NATS: the directory in two key-value buckets, the records in a stream. Nothing here is asked for in a tick.
+//! A fleet over NATS: the directory is in two key-value buckets, the records are in a stream. No tick waits for any of
+//! this.
 
 mod driver;
 mod follower;
@@ -23,11 +24,11 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tracing::{info, warn};
 
-/// Time after which an error of NATS is logged again, if it is still the same.
+/// Time after which an unchanged error of NATS is logged again.
 const FLEET_ERROR_AGAIN: Duration = Duration::from_secs(60);
 
-/// Opens a connection that is made, and made again, in the background. Errors: an address or the credentials cannot
-/// be read.
+/// Opens a connection that is established, and re-established, in the background. Fails if an address or the
+/// credentials cannot be read.
 pub async fn connect(settings: &FleetSettings) -> io::Result<Context> {
     let invalid = |error: &dyn std::fmt::Display| {
         io::Error::new(io::ErrorKind::InvalidInput, format!("NATS {}: {error}", settings.nats))
@@ -57,10 +58,10 @@ pub async fn connect(settings: &FleetSettings) -> io::Result<Context> {
     Ok(builder.timeout(limits::FLEET_ANSWER).ack_timeout(limits::FLEET_ANSWER).build(client))
 }
 
-/// Logs what happens to the connection.
+/// Logs the events of the connection.
 struct EventLog {
     servers: String,
-    /// The last error, and when it was logged.
+    /// The last error, and the time when it was logged.
     told: Mutex<Option<(String, Instant)>>,
 }
 
@@ -80,7 +81,7 @@ impl EventLog {
         }
     }
 
-    /// Every attempt to connect ends in the same error: it is said again after a while.
+    /// Every attempt to connect fails with the same error, so it is logged again only after a while.
     fn error(&self, error: String) {
         let mut told = self.told();
         let again =

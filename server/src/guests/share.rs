@@ -1,28 +1,28 @@
-//! The share of a processor that a room with a guest's scene has: measured, as a scene within its budget may still be
+//! The processor share of a room with a guest's scene. It is measured, because a scene within its budget may still be
 //! slow.
 
 use crate::limits::GUEST_SHARE;
 use std::time::{Duration, Instant};
 
-/// A token bucket of processor time. It gains the [`GUEST_SHARE`]th part of the time that passes.
+/// A token bucket of processor time. It is refilled at one part in [`GUEST_SHARE`] of real time.
 #[derive(Debug)]
 pub struct Share {
     left: Duration,
     max: Duration,
-    /// Work that may be spent at a time.
+    /// Maximum work in one tick.
     tick_max: Duration,
     last: Option<(Instant, Duration)>,
 }
 
 impl Share {
-    /// A full bucket that holds `excess`, of which a tick may take `tick_max`.
+    /// Creates a full bucket of size `excess`, from which one tick may take `tick_max`.
     pub fn new(excess: Duration, tick_max: Duration) -> Share {
         Share { left: excess, max: excess, tick_max, last: None }
     }
 
-    /// Takes the work since the last call from the bucket: `worked` is the processor time that the room's thread has
-    /// taken in all. Returns whether there was enough, and that was no more than a tick may take; the first call only
-    /// begins to count.
+    /// Takes the work since the last call from the bucket; `worked` is the total processor time of the room's thread.
+    /// Returns whether the bucket had enough, and the work was within the limit for a tick. The first call only starts
+    /// the count.
     pub fn spend(&mut self, now: Instant, worked: Duration) -> bool {
         let Some((then, worked_before)) = self.last.replace((now, worked)) else { return true };
         let gained = now.saturating_duration_since(then) / GUEST_SHARE;
@@ -39,7 +39,7 @@ mod tests {
 
     const TICK: Duration = Duration::from_nanos(1_000_000_000 / 60);
 
-    /// Ticks that a room lasts whose ticks take `cost` each, at most 100,000.
+    /// Number of ticks, at most 100,000, that a room survives if each tick takes `cost`.
     fn lasts(cost: Duration) -> u32 {
         let mut share = Share::new(Duration::from_secs(5), TICK);
         let began = Instant::now();

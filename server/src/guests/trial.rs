@@ -1,5 +1,5 @@
-//! A guest's scene is read and played for a moment before its room opens, so that one that is too slow is refused with
-//! the field that costs most.
+//! A guest's scene is read and played for a moment before its room opens. A scene that is too slow is refused, and the
+//! error names its most expensive field.
 
 use crate::limits::{GUEST_STEP, GUEST_TRIAL_PARTS, GUEST_TRIAL_PLAYERS, GUEST_TRIAL_TICKS};
 use jostle_game::scene::{SceneError, WorstTick};
@@ -12,12 +12,12 @@ use std::time::Duration;
 
 /// Seed of the game and of its players' keys.
 const SEED: u64 = 1;
-/// Ticks after which a player presses other keys, at the mean.
+/// Mean number of ticks after which a player presses other keys.
 const HELD_TICKS: u32 = 6;
 
-/// Plays a room of this scene with players who press every key, and with its bots: the first two seconds, and then
-/// as much again and again, as long as that has not taken `later`. `worked` returns the processor time of this thread, of
-/// which each two seconds may take `most`; `rest` is called after each tick with the time that it took.
+/// Plays a room of this scene with its bots, and with players who press every key. It plays two seconds, and then
+/// repeats until the repetitions have taken `later`. `worked` returns the processor time of this thread, of which each
+/// two seconds may take `most`. `rest` is called after each tick with the time that it took.
 pub fn play(
     scene: &Arc<Scene>,
     [most, later]: [Duration; 2],
@@ -52,7 +52,8 @@ pub fn play(
     Ok(())
 }
 
-/// The scene with rounds that begin at once, with the players of a trial: nothing moves until they begin.
+/// The scene with rounds that begin at once, and with the players of a trial. Otherwise nothing would move before a
+/// round.
 fn without_waits(scene: &Arc<Scene>) -> Arc<Scene> {
     let mut scene = Arc::clone(scene);
     if scene.rules.round.is_some() {
@@ -90,7 +91,7 @@ struct RandomPlayers {
 }
 
 impl RandomPlayers {
-    /// As many as a trial has.
+    /// Joins as many players as a trial has.
     fn join(scene: &Arc<Scene>) -> RandomPlayers {
         let mut room = Room::new("trial", Arc::clone(scene), SEED);
         let wanted = scene.players_max.min(GUEST_TRIAL_PLAYERS);
@@ -103,7 +104,7 @@ impl RandomPlayers {
         RandomPlayers { room, rng: Rng::new(SEED, 0), size: scene.size, held, ticks: 0 }
     }
 
-    /// Plays a tick with the inputs of all.
+    /// Plays a tick with the inputs of all players.
     fn play(&mut self) {
         self.ticks += 1;
         for (seat, input) in &mut self.held {
@@ -128,7 +129,7 @@ mod tests {
         Arc::new(scenes.find(|scene| scene.name == name).expect("a built-in scene"))
     }
 
-    /// Plays a trial in which each look at the time finds a millisecond more.
+    /// Plays a trial in which every reading of the clock is a millisecond later.
     fn trial(scene: &Arc<Scene>, most: Duration) -> (Result<(), SceneError>, Duration) {
         let (time, rested) = (Cell::new(Duration::ZERO), Cell::new(Duration::ZERO));
         let worked = || {
@@ -146,7 +147,7 @@ mod tests {
         assert_eq!(played, Ok(()));
         let ticks = u64::from(GUEST_TRIAL_TICKS * GUEST_TRIAL_PARTS);
         assert_eq!(rested, Duration::from_millis(ticks + 1));
-        // A part takes a quarter of a second on this clock, so that three use up all that a trial may take.
+        // On this clock a part takes a quarter of a second, so that three parts use up the time of a trial.
         let (played, rested) = trial(&pile, Duration::from_millis(242));
         assert_eq!(played, Ok(()));
         assert!(rested <= Duration::from_millis(3 * u64::from(GUEST_TRIAL_TICKS) + 1));

@@ -1,4 +1,4 @@
-//! Admission to a room: seats for newcomers in a full room, and the addresses of kicked players.
+//! Admission to a room: seats for newcomers in a full room, and bans of kicked players.
 
 use crate::limits::networks::{network, widest};
 use jostle_game::Seat;
@@ -9,42 +9,43 @@ use std::cmp::Reverse;
 use std::collections::{BTreeMap, VecDeque};
 use std::net::IpAddr;
 
-/// Seats of a room that one network keeps against newcomers of others, as a fraction of all: of one that has more, a seat
-/// goes to a newcomer once the room is full. Four networks can fill a room, and one alone as long as no other wants in.
+/// Seats that one network keeps against newcomers from others, as a fraction of a room's seats. Once the room is full,
+/// a network with more loses seats to newcomers. Four networks can fill a room, and one alone can do so as long as no
+/// other wants to join.
 const SEATS_SHARE: usize = 4;
-/// Ticks for which a player has done nothing after which the seat goes before that of the network's newest player, where
-/// the network has more than its share.
+/// Ticks without activity after which a player's seat is given away before that of the network's newest player, if the
+/// network has more than its share.
 const IDLE_MOMENT_TICKS: u32 = 5 * TICKS_PER_SECOND;
-/// Ticks for which a player has done nothing after which the seat goes to a newcomer if the room is full.
+/// Ticks without activity after which a player's seat may be given to a newcomer if the room is full.
 const IDLE_SEAT_TICKS: u32 = 90 * TICKS_PER_SECOND;
-/// Ticks for which the address of a kicked player gets no seat in the room.
+/// Ticks for which the address of a kicked player is shut out of the room.
 const KICKED_TICKS: u32 = 5 * 60 * TICKS_PER_SECOND;
-/// Kicked addresses that a room remembers; one more replaces the oldest.
+/// Maximum number of kicked addresses that a room remembers; a further one replaces the oldest.
 const KICKED_MAX: usize = 64;
 
-/// The addresses of the seats, and those that get no seat for a while.
+/// The addresses of the seated players, and those that are shut out for a while.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Admission {
-    /// By seat, the network of its last player, and the name that this player asked for.
+    /// For each seat, the network of its last player and the name that this player asked for.
     seated: Vec<Option<(IpAddr, String)>>,
-    /// The oldest first.
+    /// Kicked players, oldest first.
     kicked: VecDeque<Kicked>,
     /// Grows with every change.
     #[serde(skip)]
     revision: u64,
 }
 
-/// A player who gets no seat for a while.
+/// A player who is shut out for a while.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Kicked {
     network: IpAddr,
-    /// Nobody else of the network is meant: others of it play, and were not kicked.
+    /// Only a player with this name is shut out, because others on the network play and were not kicked.
     name: Option<String>,
     tick: u32,
 }
 
 impl Admission {
-    /// Notes that a player of this address, who asked for this name, took a seat.
+    /// Notes that a player from this address, who asked for this name, took a seat.
     pub fn seated(&mut self, seat: Seat, address: IpAddr, name: &str) {
         self.revision += 1;
         let index = usize::from(seat.0);
@@ -54,9 +55,9 @@ impl Admission {
         self.seated[index] = Some((network(address), name.to_owned()));
     }
 
-    /// Shuts out the player of a seat for a while: the whole network, unless it is shared with one of
-    /// the `others` who play. Then only the name is shut out, until somebody else of the network is kicked:
-    /// a party behind one router stays together, and who comes back under another name does so once.
+    /// Shuts out the player of a seat for a while. The whole network is shut out, unless one of the `others` who play
+    /// is on it too. Then only the name is shut out, until another player of the network is kicked. This keeps a party
+    /// behind one router together, and a player who returns under another name can do so only once.
     pub fn kicked(&mut self, seat: Seat, others: impl Iterator<Item = Seat>, tick: u32) {
         let Some((network, name)) = self.of(seat).cloned() else { return };
         let again =
@@ -76,7 +77,7 @@ impl Admission {
         self.revision
     }
 
-    /// Returns whether a player of this address and name was kicked a short while ago.
+    /// Returns whether a player with this address and name was kicked recently.
     pub fn is_shut(&self, address: IpAddr, name: &str, tick: u32) -> bool {
         let network = network(address);
         let is_it = |kicked: &Kicked| {
@@ -96,10 +97,10 @@ impl Admission {
         HeldSeats { seats, count_by_address, share: share(room) }
     }
 
-    /// The connected seat that a newcomer of this address may have in a full room where none is held. A network with more
-    /// than its share of the seats, and with more than the newcomer's would then have, gives that of its most idle player,
-    /// if idle for a moment, and else that of its newest. Otherwise the most idle player of all loses the seat, if
-    /// idle for a while. `seats` are those that may be given away.
+    /// The connected seat that a newcomer from this address may take in a full room without held seats. A network loses
+    /// a seat if it has more than its share, and more than the newcomer's network would then have: that of its most
+    /// idle player, if idle for a moment, otherwise that of its newest player. If no network has that many, the most
+    /// idle player in the room loses the seat, if idle for a while. `seats` are the candidates.
     pub fn displaced(
         &self,
         room: &Room,
@@ -108,7 +109,8 @@ impl Admission {
     ) -> Option<Seat> {
         let count_by_network = self.count_by_network(room);
         let count = |network: IpAddr| count_by_network.get(&network).copied().unwrap_or(0);
-        // More than the newcomer's network would have: else two that have many would take seats from each other in turn.
+        // More than the newcomer's network would have; otherwise two large networks would take seats from each other in
+        // turn.
         let kept = share(room).max(1 + count(widest(newcomer)));
         let of_network = |seat| self.address(seat).map_or(0, |address| count(widest(address)));
         let seats = seats.filter_map(|seat| Some((room.idle_ticks(seat)?, seat)));
@@ -123,7 +125,8 @@ impl Admission {
         displaced.map(|&(_, seat)| seat)
     }
 
-    /// The seats of people, held ones included, of each network: the widest, as one person may have all of its addresses.
+    /// Number of seats taken by people per network, including held seats. The widest network counts, since one person
+    /// may have all of its addresses.
     fn count_by_network(&self, room: &Room) -> BTreeMap<IpAddr, usize> {
         let seats = (0..room.scene().players_max).map(Seat);
         let taken = seats.filter(|&seat| room.joined_tick(seat).is_some());
@@ -138,7 +141,7 @@ impl Admission {
         self.seated.get(usize::from(seat.0))?.as_ref()
     }
 
-    /// The network of the last player of a seat: an IPv4 address, or the first of an IPv6 /64.
+    /// The network of a seat's last player: an IPv4 address, or the first address of an IPv6 /64.
     pub fn address(&self, seat: Seat) -> Option<IpAddr> {
         self.of(seat).map(|(address, _)| *address)
     }
@@ -150,26 +153,26 @@ impl Kicked {
     }
 }
 
-/// Seats of a room that one network keeps against newcomers of others.
+/// Seats that one network keeps against newcomers from others.
 fn share(room: &Room) -> usize {
     (usize::from(room.scene().players_max) / SEATS_SHARE).max(1)
 }
 
-/// The held seats of a room, valid until a player joins, leaves or is lost. Counted once for all
-/// joins that a full room refuses in a tick.
+/// The held seats of a room, valid until a player joins, leaves or disconnects. They are counted once for all joins
+/// that a full room handles in a tick.
 #[derive(Debug)]
 pub struct HeldSeats {
-    /// The longest-lost comes first.
+    /// Held seats, longest absence first.
     seats: Vec<(Seat, Option<IpAddr>)>,
     count_by_address: BTreeMap<Option<IpAddr>, usize>,
-    /// Seats that one address may hold before it has to give way to any newcomer.
+    /// Seats that one address may hold before it may lose one to any newcomer.
     share: usize,
 }
 
 impl HeldSeats {
-    /// The held seat that a newcomer of this address may have in a full room: the longest-lost of the own
-    /// address, and else of one that holds more than its share. So no newcomer takes a seat from an address
-    /// that holds few, and a client that joins and vanishes again and again only uses up seats of its own address.
+    /// The held seat that a newcomer from this address may take in a full room: the longest held seat of the same
+    /// address, otherwise one of an address that holds more than its share. So no newcomer takes a seat from an address
+    /// that holds few, and a client that keeps joining and vanishing only uses up seats of its address.
     pub fn displaced(&self, newcomer: IpAddr) -> Option<Seat> {
         let newcomer = Some(network(newcomer));
         let own = self.seats.iter().find(|&&(_, address)| address == newcomer);
@@ -190,7 +193,7 @@ mod tests {
         IpAddr::from([10, 0, 0, last])
     }
 
-    /// A full room whose first seats are held for these addresses, in the order of their losses.
+    /// A full room whose first seats are held for these addresses, in the order in which they were lost.
     fn full(lost: &[u8]) -> (Room, Admission) {
         let arena = Scene::built_in().into_iter().find(|scene| scene.name == "arena");
         let mut room = Room::new("full", Arc::new(arena.expect("a shipped scene")), 1);
@@ -232,12 +235,12 @@ mod tests {
         assert_eq!(admission.held(&room).displaced(address(4)), None);
     }
 
-    /// Seats that may be given away: all but that of the host.
+    /// Seats that may be given away: all except the host's.
     fn given_away(room: &Room) -> impl Iterator<Item = Seat> {
         (1..room.scene().players_max).map(Seat)
     }
 
-    /// Plays with all keys at work but those of one seat.
+    /// Plays a room in which everyone presses keys, except for one seat.
     fn play(room: &mut Room, ticks: u32, idle: Option<u16>) {
         for _ in 0..ticks {
             for seat in (0..room.scene().players_max).filter(|&seat| Some(seat) != idle) {
@@ -249,7 +252,7 @@ mod tests {
         }
     }
 
-    /// A full room in which each seat is of the network that `of` says, and all play.
+    /// A full room in which `of` gives the network of each seat, and everyone plays.
     fn busy(of: impl Fn(u16) -> [u8; 4]) -> (Room, Admission) {
         let (mut room, mut admission) = full(&[]);
         for seat in 0..room.scene().players_max {
@@ -261,7 +264,7 @@ mod tests {
 
     #[test]
     fn the_most_idle_seat_of_a_network_with_many_goes_to_a_newcomer_of_another() {
-        // One each but for a network with more than its share.
+        // Each seat has a separate network, except for one network with more than its share.
         let of = |seat: u16| if seat < 20 { [10, 0, 7, 1] } else { [10, 1, seat as u8, 1] };
         let (mut room, admission) = busy(of);
         play(&mut room, IDLE_MOMENT_TICKS, Some(5));
@@ -276,7 +279,7 @@ mod tests {
     fn a_network_with_many_gives_its_newest_seats_until_it_has_its_share() {
         let (mut room, mut admission) = busy(|_| [10, 0, 7, 1]);
         let (seats, mut taken) = (room.scene().players_max, Vec::new());
-        // One of them leaves and comes back later, to a low seat.
+        // One of the players leaves, and comes back later to a low seat.
         room.leave(Seat(3));
         play(&mut room, 1, Some(3));
         let newest = room.join(Appearance { name: "Ann".into(), color: 0 }, None);
@@ -291,7 +294,7 @@ mod tests {
             taken.push(seat.0);
         }
         let newest_first: Vec<_> = [3].into_iter().chain((seats / 4..seats).rev()).collect();
-        // The newcomers are newer than all of the crowd, and none of them loses the seat again.
+        // The newcomers are newer than the whole crowd, and none of them loses the seat again.
         assert_eq!(taken, newest_first[..usize::from(seats - seats / 4)]);
     }
 
@@ -315,7 +318,7 @@ mod tests {
         assert_eq!(idle(&room), Some(Seat(3)));
     }
 
-    /// Everybody is called Ann.
+    /// Every player is called Ann.
     fn kick(admission: &mut Admission, of: u8, others: &[u16], tick: u32) {
         admission.seated(Seat(3), address(of), "Ann");
         admission.kicked(Seat(3), others.iter().map(|&seat| Seat(seat)), tick);
@@ -344,7 +347,7 @@ mod tests {
         kick(&mut admission, 1, &[0, 3], 100);
         assert!(admission.is_shut(address(1), "Ann", 101), "who was kicked");
         assert!(!admission.is_shut(address(1), "Eve", 101), "who was not");
-        // Back under another name, and kicked again.
+        // The player is back under another name, and is kicked again.
         admission.seated(Seat(3), address(1), "Anna");
         admission.kicked(Seat(3), [Seat(0)].into_iter(), 200);
         for name in ["Ann", "Anna", "Eve"] {

@@ -1,20 +1,20 @@
-//! The time of a room's thread. A trait, so that tests can play hours and stalls in a moment.
+//! The clock of a room's thread. It is a trait, so that tests can simulate hours and stalls in a moment.
 
 use crate::host::thread_time;
 use std::fs::File;
 use std::io::{Read, Seek};
 use std::time::{Duration, Instant};
 
-/// Where a room's thread takes the time from, and how it waits.
+/// The source of time for a room's thread, and its way to wait.
 pub trait TickClock {
-    /// The time now. Never goes back.
+    /// The current time. Never goes back.
     fn now(&self) -> Instant;
 
-    /// Sleeps until `at`, or longer. Returns for how long of that the thread was ready to run but had no
-    /// processor; `None` where that is not counted.
+    /// Sleeps until `at`, or longer. Returns how much of that time the thread was ready to run but had no processor;
+    /// `None` if the system does not count it.
     fn sleep_until(&mut self, at: Instant) -> Option<Duration>;
 
-    /// Processor time that the thread has taken so far.
+    /// Processor time used by the thread so far.
     fn worked(&self) -> Duration;
 }
 
@@ -58,7 +58,7 @@ impl RunQueue {
         RunQueue { counts: File::open("/proc/thread-self/schedstat").ok() }
     }
 
-    /// Time waited so far; `None` where the system does not count it.
+    /// Total waiting time so far; `None` if the system does not count it.
     pub fn waited(&self) -> Option<Duration> {
         let mut bytes = [0; 96];
         let mut file = self.counts.as_ref()?;
@@ -67,7 +67,7 @@ impl RunQueue {
         waited(str::from_utf8(&bytes[..length]).ok()?)
     }
 
-    /// Time waited since [`RunQueue::waited`] returned `before`. Never negative, whatever the system counts.
+    /// Waiting time since [`RunQueue::waited`] returned `before`. Never negative.
     pub fn waited_since(&self, before: Option<Duration>) -> Option<Duration> {
         Some(self.waited()?.saturating_sub(before?))
     }

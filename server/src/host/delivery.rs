@@ -1,5 +1,5 @@
-//! What one socket is sent: its snapshots, the lower rate of a slow client or of one whose address is sent too much, and
-//! whether the client still acknowledges them.
+//! Delivery to one socket: its snapshots, a lower rate for a client that is slow or whose address exceeds its budget,
+//! and the check that the client still acknowledges them.
 
 use crate::host::outbox::Outbox;
 use crate::limits::uplink::Allowance;
@@ -13,22 +13,23 @@ use std::sync::Arc;
 use std::time::Instant;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
-/// Live particles, some 20 bytes each, in the first keyframes that wait for their sockets at a time in a room: as many
-/// as the largest scene has, and twice those of a guest's.
+/// Live particles, about 20 bytes each, in first keyframes that wait for their sockets at a time in a room: as many as
+/// in the largest scene, and twice those of a guest's scene.
 const WAITING_PARTICLES_MAX: usize = 20_000;
-/// Ticks for which a client has to keep up before its rate rises again.
+/// Ticks that a client has to keep up before its rate rises again.
 const RATE_RISE_TICKS: u32 = 600;
-/// Ticks by which a client may be further behind than at its recent best: more is not explained by the round trip.
+/// Ticks that a client may be further behind than at its recent best; more is not explained by the round trip.
 const LAG_GROWTH_TICKS: u32 = 45;
-/// Lag that no round trip explains: two seconds.
+/// Lag that cannot be explained by any round trip: two seconds.
 const LAG_TICKS_MAX: u32 = 2 * TICKS_PER_SECOND;
-/// Ticks for which a client lags before its rate falls: a stall of the network is shorter.
+/// Ticks that a client has to lag before its rate falls; network stalls are shorter.
 const LAGGING_TICKS: u32 = TICKS_PER_SECOND;
-/// Ticks of a window; a client is compared with its best in this one and the one before.
+/// Ticks of a window. A client is compared with its best in this window and the previous one.
 const LAG_WINDOW_TICKS: u32 = 30 * TICKS_PER_SECOND;
 
-/// Limits the particles of first keyframes that are in memory for the sockets of a room. Beyond it a newcomer gets a
-/// keyframe without particles, which are only decoration: otherwise a crowd that reads nothing would fill the memory.
+/// Limits the memory of particles in first keyframes that wait for the sockets of a room. Beyond the limit a newcomer
+/// gets a keyframe without particles, which are only decoration. Otherwise a crowd that reads nothing would fill the
+/// memory.
 #[derive(Clone, Debug)]
 pub struct ParticlePermits(Arc<Semaphore>);
 
@@ -40,26 +41,26 @@ impl Default for ParticlePermits {
 
 /// The snapshots of one socket.
 pub struct Delivery {
-    /// The player's seat; a spectator has none, and is sent the whole world.
+    /// The player's seat. A spectator has none, and gets snapshots of the whole world.
     seat: Option<Seat>,
     pub(super) outbox: Arc<Outbox>,
     pub(super) lag: AckLag,
-    /// Its subscription to snapshots; `None` until its next keyframe.
+    /// The subscription to snapshots; `None` until the next keyframe.
     subscriber: Option<Subscriber>,
-    /// Whether it was sent a keyframe.
+    /// Whether a keyframe has been sent.
     subscribed: bool,
     permits: ParticlePermits,
     rate: Rate,
-    /// Tick at which it was last found to be far behind, or its budget used up.
+    /// Tick at which the client was last found far behind, or its budget was used up.
     late_tick: u32,
-    /// Bytes that it may be sent.
+    /// Budget of bytes for the session.
     allowance: Allowance,
-    /// Whether its next keyframe waits for the budget.
+    /// Whether the next keyframe has to wait for the budget.
     held_back: bool,
 }
 
 impl Delivery {
-    /// The feed of a client that was just welcomed.
+    /// Creates the delivery to a client that was just welcomed.
     pub fn new(
         seat: Option<Seat>,
         outbox: Arc<Outbox>,
@@ -68,7 +69,7 @@ impl Delivery {
         tick: u32,
     ) -> Delivery {
         let (lag, rate, late_tick) = (AckLag::new(tick), Rate::default(), tick);
-        // Else one that comes again and again would be sent as many keyframes.
+        // The keyframe waits for the budget. Otherwise a client that keeps reconnecting would get a keyframe each time.
         let (subscriber, subscribed, held_back) = (None, false, true);
         Delivery {
             seat,
@@ -89,9 +90,10 @@ impl Delivery {
         self.outbox.control(welcome);
     }
 
-    /// Queues the snapshot of the newest tick. A client that is too far behind gets a keyframe and a lower
-    /// rate, and a higher one after it kept up for long enough; one whose budget is used up gets both once there is some left. A
-    /// client that acknowledges nothing for `silent_ticks_max` ticks is disconnected. Returns whether anything was queued.
+    /// Queues the snapshot of the newest tick. A client that is too far behind gets a keyframe and a lower rate, and a
+    /// higher rate after it has kept up for long enough. If its budget is used up, it gets the keyframe and the lower
+    /// rate once some budget is left. A client that acknowledges nothing for `silent_ticks_max` ticks is disconnected.
+    /// Returns whether anything was queued.
     pub fn feed(
         &mut self,
         room: &mut Room,
@@ -100,7 +102,7 @@ impl Delivery {
         metrics: &Metrics,
     ) -> bool {
         let tick = room.game().tick_count();
-        // First: a keyframe of a tick that was queued already would repeat its events.
+        // This comes first, because a keyframe of a tick that was queued already would repeat its events.
         self.choose_rate(tick, now, metrics);
         let mut queued = self.hand_over(room, tick, now, metrics);
         if self.subscriber.is_none() && self.may_subscribe(tick, now, metrics) {
@@ -123,8 +125,8 @@ impl Delivery {
         queued
     }
 
-    /// Returns whether the next keyframe may be sent. One that waited for the budget is sent at a tick of its rate, for the
-    /// same reason for which the rate only falls at one.
+    /// Returns whether the next keyframe may be sent. One that waited for the budget is sent at a tick of its rate, for
+    /// the same reason that the rate falls only at such a tick.
     fn may_subscribe(&mut self, tick: u32, now: Instant, metrics: &Metrics) -> bool {
         if !self.held_back {
             return true;
@@ -137,7 +139,7 @@ impl Delivery {
         !self.held_back
     }
 
-    /// A permit for the particles of a first keyframe, if there are any and not too many wait already.
+    /// A permit for the particles of a first keyframe, if there are any and not too many are waiting already.
     fn particle_permit(&mut self, room: &Room) -> Option<OwnedSemaphorePermit> {
         let again = std::mem::replace(&mut self.subscribed, true);
         let particles = room.game().world().particles();
@@ -184,8 +186,8 @@ impl Delivery {
     }
 
     fn choose_rate(&mut self, tick: u32, now: Instant, metrics: &Metrics) {
-        // Only at a tick of the lower rate: between two of them its keyframe is of the one before, and
-        // events since then, which may have been sent already, would be sent again.
+        // The rate falls only at a tick of the lower rate. Between two such ticks the keyframe would be that of the
+        // earlier one, and events that may have been sent already would be sent again.
         let lower = self.rate.lower();
         if self.lag.lags(tick) && tick.is_multiple_of(lower.every().into()) {
             self.lag.restart(tick);
@@ -206,7 +208,7 @@ impl Delivery {
         }
     }
 
-    /// Makes its next snapshot a keyframe, at a lower rate, once the budget allows it.
+    /// Lowers the rate, and makes the next snapshot a keyframe once the budget allows it.
     fn lower_rate(&mut self, tick: u32) {
         (self.subscriber, self.held_back) = (None, true);
         self.rate = self.rate.lower();
@@ -219,22 +221,22 @@ impl Delivery {
 /// last minute.
 #[derive(Clone, Debug)]
 pub struct AckLag {
-    /// Ticks of the newest snapshot that was sent, and of the newest that was acknowledged.
+    /// Ticks of the newest snapshot sent, and of the newest one acknowledged.
     sent: u32,
     acked: u32,
-    /// When `acked` last grew, or there was nothing left to acknowledge.
+    /// Tick when `acked` last grew, or when everything had been acknowledged.
     moved: u32,
-    /// Ticks from the newest acknowledged to the newest sent, at the client's last input.
+    /// Ticks between the newest acknowledged and the newest sent snapshot, at the client's last input.
     behind: u32,
-    /// Least `behind` in this window and in the one before.
+    /// Lowest `behind` in this window, and in the previous one.
     least: [u32; 2],
     window_began: u32,
-    /// Tick since which it is more than the round trip explains.
+    /// Tick since which the lag is more than the round trip explains.
     lagging_since: Option<u32>,
 }
 
 impl AckLag {
-    /// A client that is sent its first snapshot at this tick.
+    /// Creates the lag of a client that is sent its first snapshot at this tick.
     pub fn new(tick: u32) -> AckLag {
         AckLag {
             sent: tick,
@@ -247,8 +249,8 @@ impl AckLag {
         }
     }
 
-    /// Notes that a snapshot of this tick was sent. While nothing moves a keyframe may be older than the snapshot
-    /// before it: then the keyframe is the newest that can be acknowledged.
+    /// Notes that a snapshot of this tick was sent. While nothing moves, a keyframe may be older than the previous
+    /// snapshot; it is then the newest tick that can be acknowledged.
     pub fn sent(&mut self, tick: u32) {
         if self.acked == self.sent {
             self.moved = tick;
@@ -277,31 +279,31 @@ impl AckLag {
         self.lagging_since = lags.then(|| self.lagging_since.unwrap_or(now));
     }
 
-    /// Ticks from the newest snapshot acknowledged to the newest sent.
+    /// Ticks between the newest acknowledged and the newest sent snapshot.
     pub fn ticks(&self) -> u32 {
         self.behind
     }
 
-    /// Returns whether it lags for long enough to get a lower rate.
+    /// Returns whether the client has lagged long enough to get a lower rate.
     pub fn lags(&self, now: u32) -> bool {
         self.lagging_since.is_some_and(|since| now - since >= LAGGING_TICKS)
     }
 
-    /// Notes that its rate is lower from now on, so that it has time to catch up.
+    /// Notes that the client's rate was lowered, so that it has time to catch up.
     pub fn restart(&mut self, now: u32) {
         self.lagging_since = self.lagging_since.map(|_| now);
     }
 
-    /// Returns whether it is sent snapshots and has acknowledged none for `ticks_max` ticks.
+    /// Returns whether the client is being sent snapshots and has acknowledged none for `ticks_max` ticks.
     pub fn is_silent(&self, now: u32, ticks_max: u32) -> bool {
         self.sent > self.acked && now - self.moved >= ticks_max
     }
 }
 
-/// All sessions of a room, another one first each time that the slowest are due: the first has the best chances with a
-/// budget that is almost used up.
+/// Iterates over a room's sessions, with a different first one for each snapshot at the lowest rate, because the first
+/// has the best chance when the budget is almost used up.
 pub fn in_turn<T>(sessions: &mut [T], tick: u32) -> impl Iterator<Item = &mut T> {
-    // Multiplied by the golden ratio, so that neighbours in the list take turns far apart.
+    // Multiplied by the golden ratio, so that neighbours in the list take turns at distant times.
     let turn = (tick / u32::from(Rate::Twelfth.every())).wrapping_mul(0x9E37_79B9);
     let first = turn as usize % sessions.len().max(1);
     let (last, rest) = sessions.split_at_mut(first);

@@ -1,12 +1,12 @@
-//! The queue from a session to its room. The room takes all that waits at once, and both ends use the same little
-//! memory again and again: a ring that is large enough for a burst would be cold memory at each message.
+//! The queue from a session to its room. The room takes all waiting messages at once, and both ends keep reusing the
+//! same small memory. A ring large enough for a burst would be cold memory at each message.
 
 use std::collections::VecDeque;
 use std::mem;
 use std::sync::mpsc::{TryRecvError, TrySendError};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Creates a queue in which at most `max` messages wait.
+/// Creates a queue for at most `max` waiting messages.
 pub fn inbox<T>(max: usize) -> (InboxSender<T>, Inbox<T>) {
     let queue = InboxQueue { waiting: VecDeque::new(), is_open: true };
     let shared = Arc::new(Mutex::new(queue));
@@ -32,7 +32,7 @@ struct InboxQueue<T> {
 }
 
 impl<T> InboxSender<T> {
-    /// Queues a message. Fails when too many wait, or when the other end is gone.
+    /// Queues a message. Fails if too many are waiting, or the other end is gone.
     pub fn try_send(&self, message: T) -> Result<(), TrySendError<T>> {
         let mut queue = lock(&self.shared);
         if !queue.is_open {
@@ -47,7 +47,8 @@ impl<T> InboxSender<T> {
 }
 
 impl<T> Inbox<T> {
-    /// Takes the next message. Fails when none waits; after the last one the error says whether the other end is gone.
+    /// Takes the next message. Fails if none is waiting; once the queue is empty, the error says whether the other end
+    /// is gone.
     pub fn try_recv(&mut self) -> Result<T, TryRecvError> {
         if self.taken.is_empty() {
             let mut queue = lock(&self.shared);

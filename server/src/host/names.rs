@@ -1,10 +1,10 @@
-//! Names that look alike. A room numbers namesakes; here a name that only looks like another's is made its
-//! namesake, so that no player can pass for another.
+//! Names that look alike. A room numbers players with equal names. Here confusable names are treated as equal, so that
+//! no player can impersonate another.
 
 use std::sync::Arc;
 use unicode_security::confusable_detection::skeleton;
 
-/// The name to ask a room for: the wanted one, or the one of the `others` that it looks like.
+/// The name to use in a room: the wanted one, or that of the `others` that it resembles.
 pub fn unmistakable<'a>(
     wanted: &Arc<str>,
     others: impl Iterator<Item = &'a Arc<str>> + Clone,
@@ -16,7 +16,7 @@ pub fn unmistakable<'a>(
     Arc::clone(double.unwrap_or(wanted))
 }
 
-/// The title of a guest's scene in lists: one that looks like that of a scene of the server's own says whose it is.
+/// The title of a guest's scene in lists. A title that resembles one of the server's scenes is marked as a guest's.
 pub fn guests_title<'a>(title: &str, mut own: impl Iterator<Item = &'a str>) -> String {
     let looks = looks_of(title);
     match own.any(|own| looks_of(own).iter().any(|look| !look.is_empty() && looks.contains(look))) {
@@ -25,14 +25,14 @@ pub fn guests_title<'a>(title: &str, mut own: impl Iterator<Item = &'a str>) -> 
     }
 }
 
-/// The letters and digits of a title without its number, as they look and as they look in lower case.
+/// The skeleton of a title without its number, letters and digits only, as written and in lower case.
 fn looks_of(title: &str) -> [String; 2] {
     let base = base(title.trim());
     [base.to_owned(), base.to_lowercase()]
         .map(|text| skeleton(&text).filter(|character| character.is_alphanumeric()).collect())
 }
 
-/// A name without the number that a room gave it.
+/// A name without the number that a room added.
 fn base(name: &str) -> &str {
     match name.rsplit_once(' ') {
         Some((base, number)) if number.bytes().all(|byte| byte.is_ascii_digit()) => base,
@@ -59,7 +59,7 @@ mod tests {
     fn a_name_that_looks_like_anothers_becomes_its_namesake() {
         let others: [Arc<str>; 4] = ["Ann".into(), "Bill".into(), "Zoë".into(), "Max 2".into()];
         let name = |wanted: &str| unmistakable(&wanted.into(), others.iter()).to_string();
-        // Cyrillic A, Greek Alpha, full width, an I for an l, and an accent written apart.
+        // Cyrillic A, Greek Alpha, full width, an I for an l, and a separate combining accent.
         for (wanted, double) in [
             ("\u{410}nn", "Ann"),
             ("\u{391}nn", "Ann"),

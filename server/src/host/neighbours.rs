@@ -1,4 +1,4 @@
-//! The other nodes of a fleet, for the players' clients: one of them knows where a room is when this node falls silent.
+//! The other nodes of a fleet, for clients: one of them knows where a room is if this node falls silent.
 
 use bytes::Bytes;
 use jostle_protocol::ServerMessage;
@@ -14,7 +14,7 @@ pub struct Neighbours {
 }
 
 impl Neighbours {
-    /// Takes the addresses of the other nodes.
+    /// Sets the addresses of the other nodes.
     pub fn set(&self, urls: Vec<String>) {
         let mut current = self.lock();
         if **current != *urls {
@@ -23,12 +23,12 @@ impl Neighbours {
         }
     }
 
-    /// Grows when the addresses change; 0 outside a fleet.
+    /// Increases when the addresses change; 0 outside a fleet.
     pub fn revision(&self) -> u64 {
         self.revision.load(Ordering::Acquire)
     }
 
-    /// The message to clients with the first of them.
+    /// The message to clients with the first of these addresses.
     pub fn message(&self) -> Bytes {
         let urls = self.lock().iter().take(NODES_MAX).cloned().collect();
         ServerMessage::Nodes { urls }.encode().into()

@@ -1,9 +1,10 @@
-//! The messages that wait for one session's socket: snapshots in order, a few control messages, and the end.
+//! The messages waiting for one session's socket: snapshots in order, a few control messages, and the end of the
+//! session.
 //!
-//! The room fills it and never waits; the session's thread empties it at the pace of its socket. Each snapshot is
-//! coded against the one before, so none may be left out: a client whose backlog exceeds the size of a
-//! keyframe gets a keyframe instead. Where all see the whole world, the subscribers of a rate share the bytes
-//! of everything but such keyframes.
+//! The room fills the outbox and never waits; the session's thread empties it at the pace of its socket. Each snapshot
+//! is coded against the previous one, so none may be skipped: a client whose backlog exceeds the size of a keyframe
+//! gets a keyframe in its place. If all players see the whole world, the subscribers at the same rate share the bytes
+//! of all messages except such keyframes.
 
 use crate::host::socket_writer::SocketWriter;
 use bytes::Bytes;
@@ -17,12 +18,12 @@ use std::task::Waker;
 use std::time::Duration;
 use tokio::sync::{Notify, OwnedSemaphorePermit};
 
-/// Control messages that wait for the socket; pongs past it are dropped.
+/// Control messages that may wait for the socket; further pongs are dropped.
 const OUTBOX_CONTROL_MAX: usize = 16;
-/// Snapshots that wait for the socket: past half a second of them it gets a keyframe instead.
+/// Snapshots that may wait for the socket; after half a second of them it gets a keyframe in their place.
 const OUTBOX_SNAPSHOTS_MAX: usize = 32;
 
-/// Snapshots that may wait whatever their size: fewer are no sign of a slow reader.
+/// Number of snapshots that may wait regardless of their size; that few do not indicate a slow reader.
 const LATE_SNAPSHOTS_MIN: usize = 4;
 
 /// The queue from a room to one socket.
@@ -30,12 +31,12 @@ const LATE_SNAPSHOTS_MIN: usize = 4;
 pub struct Outbox {
     state: Mutex<OutboxState>,
     waker: AtomicWaker,
-    /// Sends what was queued.
+    /// Sends the queued messages.
     send_queue: Arc<SendQueue>,
     writer: Arc<SocketWriter>,
 }
 
-/// That which comes next for a socket.
+/// The next item for a socket.
 #[derive(Debug, PartialEq)]
 pub enum NextToSend {
     /// A message to send.
@@ -49,25 +50,26 @@ pub enum NextToSend {
 struct OutboxState {
     control: VecDeque<Bytes>,
     snapshots: VecDeque<Bytes>,
-    /// Bytes of `snapshots`, and of the newest keyframe.
+    /// Total bytes of `snapshots`, and bytes of the newest keyframe.
     waiting_bytes: usize,
     keyframe_bytes: usize,
-    /// For the particles of the keyframe that waits, which is the first of `snapshots`.
+    /// Permit for the particles of the waiting keyframe, which is the first of `snapshots`.
     permit: Option<OwnedSemaphorePermit>,
-    /// The same of the keyframe that was taken last, until the socket asks for more: it has sent that one by then.
+    /// Permit of the keyframe that was taken last. It is released when the socket asks for more, having sent that
+    /// keyframe.
     permit_sending: Option<OwnedSemaphorePermit>,
     end: Option<Refusal>,
-    /// Where the room goes on, if it ends for that reason.
+    /// Address at which the room continues, if it ends because it moved.
     moved_to: Option<Arc<str>>,
 }
 
 impl Outbox {
-    /// Queues a message that must not be replaced, and wakes the session; `false` when too many wait.
+    /// Queues a message that must not be dropped, and wakes the session; `false` if too many are waiting.
     pub fn control(&self, bytes: impl Into<Bytes>) -> bool {
         self.queue_control(bytes, OUTBOX_CONTROL_MAX)
     }
 
-    /// The same for what may be missed: it leaves half of the queue to what may not.
+    /// Like [`Outbox::control`], for messages that may be lost. They leave half of the queue to the others.
     pub fn aside(&self, bytes: impl Into<Bytes>) -> bool {
         self.queue_control(bytes, OUTBOX_CONTROL_MAX / 2)
     }
@@ -82,8 +84,8 @@ impl Outbox {
         fits
     }
 
-    /// Queues the next snapshot and returns 0; [`Outbox::send_soon`] is the caller's to call. If the peer is so far
-    /// behind that it needs a keyframe, drops this snapshot and all that wait, and returns their number.
+    /// Queues the next snapshot and returns 0; the caller must then call [`Outbox::send_soon`]. If the client is so far
+    /// behind that it needs a keyframe, drops this snapshot and all waiting ones, and returns their number.
     pub fn snapshot(&self, bytes: &Bytes) -> usize {
         let mut state = self.lock();
         if state.end.is_some() {
@@ -103,8 +105,8 @@ impl Outbox {
         0
     }
 
-    /// Replaces all waiting snapshots by a keyframe, and returns how many were dropped; [`Outbox::send_soon`] is the
-    /// caller's to call. Keeps the permit for its particles for as long as it is in memory.
+    /// Replaces all waiting snapshots by a keyframe, and returns the number dropped; the caller must then call
+    /// [`Outbox::send_soon`]. Keeps the permit for the keyframe's particles while it is in memory.
     pub fn keyframe(&self, bytes: Bytes, permit: Option<OwnedSemaphorePermit>) -> usize {
         let mut state = self.lock();
         state.keyframe_bytes = bytes.len();
@@ -115,12 +117,12 @@ impl Outbox {
         dropped
     }
 
-    /// An outbox for a socket, on the thread with this queue.
+    /// Creates the outbox of a socket on the thread with this queue.
     pub fn new(send_queue: Arc<SendQueue>, writer: Arc<SocketWriter>) -> Outbox {
         Outbox { send_queue, writer, ..Outbox::default() }
     }
 
-    /// Has what waits sent by the session's thread, once its [`SendQueue`] is requested to.
+    /// Schedules sending by the session's thread, at the next request to its [`SendQueue`].
     pub fn send_soon(self: &Arc<Outbox>) {
         self.send_queue.add(Arc::clone(self));
     }
@@ -130,7 +132,7 @@ impl Outbox {
         self.lock().snapshots.is_empty()
     }
 
-    /// Ends the session; the first reason counts.
+    /// Ends the session. The first reason counts.
     pub fn end(&self, refusal: Refusal) {
         let mut state = self.lock();
         if state.end.is_none() {
@@ -139,7 +141,7 @@ impl Outbox {
         }
     }
 
-    /// Ends the session because its room goes on at another node.
+    /// Ends the session because its room continues on another node.
     pub fn move_to(&self, url: Arc<str>) {
         self.lock().moved_to = Some(url);
         self.end(Refusal::Moved);
@@ -150,12 +152,12 @@ impl Outbox {
         self.lock().moved_to.clone()
     }
 
-    /// Registers the session to be woken when there is something to take. Register first, then look.
+    /// Registers the session to be woken when an item can be taken. Register before checking for items.
     pub fn register(&self, waker: &Waker) {
         self.waker.register(waker);
     }
 
-    /// Takes what comes next for the socket: the end before all else, control messages before snapshots.
+    /// Takes the next item for the socket: the end first, then control messages, then snapshots.
     pub fn take(&self) -> NextToSend {
         let mut state = self.lock();
         state.permit_sending = None;
@@ -171,7 +173,7 @@ impl Outbox {
         NextToSend::Message(bytes)
     }
 
-    /// The reason why the session is to end.
+    /// The reason why the session must end.
     pub fn end_reason(&self) -> Option<Refusal> {
         self.lock().end
     }
@@ -201,7 +203,7 @@ impl Outbox {
 #[derive(Default)]
 pub struct SendQueue {
     state: Mutex<SendQueueState>,
-    /// Wakes the task that sends.
+    /// Wakes the sending task.
     requested: Notify,
     /// Ends the thread's pause.
     ends_pause: Condvar,
@@ -210,17 +212,17 @@ pub struct SendQueue {
 #[derive(Default)]
 struct SendQueueState {
     filled: Vec<Arc<Outbox>>,
-    /// Whether they are to be sent.
+    /// Whether sending was requested.
     is_requested: bool,
 }
 
 impl SendQueue {
-    /// Adds an outbox to those that the next [`SendQueue::request`] has sent.
+    /// Adds an outbox, to be sent at the next [`SendQueue::request`].
     pub fn add(&self, outbox: Arc<Outbox>) {
         self.lock().filled.push(outbox);
     }
 
-    /// Has them sent, if there are any.
+    /// Requests the sending of all added outboxes.
     pub fn request(&self) {
         let mut state = self.lock();
         if !state.filled.is_empty() {
@@ -231,13 +233,13 @@ impl SendQueue {
         }
     }
 
-    /// Lets the queue's thread pause for this long, or until there is something to send.
+    /// Pauses the queue's thread for this long, or until a request arrives.
     pub fn pause(&self, time: Duration) {
         let wait = |state: &mut SendQueueState| !state.is_requested;
         drop(self.ends_pause.wait_timeout_while(self.lock(), time, wait));
     }
 
-    /// Sends them for as long as the thread serves.
+    /// Sends outboxes on request, forever.
     pub async fn serve(&self) -> Infallible {
         let mut filled: Vec<Arc<Outbox>> = Vec::new();
         loop {

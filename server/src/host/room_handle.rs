@@ -1,4 +1,4 @@
-//! The handle of a room: everything that is known of it and sent to it from outside its thread.
+//! The handle of a room: its public state, and the channels to it from outside its thread.
 
 use crate::fleet::lease::RoomLease;
 use crate::host::Phase;
@@ -25,35 +25,35 @@ use tokio_util::sync::CancellationToken;
 
 /// Public state of an open room.
 pub struct RoomInfo {
-    /// The code in its link.
+    /// The code in the room's link.
     pub code: String,
-    /// Number drawn at random when it opened. Unique among all rooms, past ones included.
+    /// Number drawn at random when the room opened. Unique among all rooms, including past ones.
     pub number: u64,
-    /// Whether it is reached by its link only: it is in no list, and is not recorded.
+    /// Whether the room can only be reached by its link. Private rooms are unlisted and not recorded.
     pub private: bool,
     /// Network of the creator; `None` for a standing room.
     pub creator: Option<IpAddr>,
     pub scene: Arc<Scene>,
-    /// Whether a guest brought the scene, so that the room has a share of a processor only.
+    /// Whether a guest provided the scene, so that the room has only a share of a processor.
     pub guest: bool,
     /// Newest tick.
     pub tick: AtomicU32,
-    /// When its thread last woke to play.
+    /// Time when the room's thread last woke to play.
     pub last_tick: LastTick,
-    /// Cancelled when the room is given up because its thread does not answer. Its sessions then end, and so does the
+    /// Cancelled when the room is given up because its thread does not respond. Its sessions then end, as does the
     /// thread if it ever wakes.
     pub given_up: CancellationToken,
     pub players: AtomicUsize,
-    /// Of these, players who are there now.
+    /// Number of players who are connected.
     pub connected: AtomicUsize,
-    /// Spectators, who are none of them.
+    /// Number of spectators, who are not players.
     pub spectators: AtomicUsize,
-    /// Bodies in its world.
+    /// Number of bodies in the room's world.
     pub bodies: AtomicUsize,
 }
 
 impl RoomInfo {
-    /// The info of a room that has not played yet, with a scene of the server's own.
+    /// The public state of a room that has not played yet, with one of the server's scenes.
     pub fn new(
         code: &str,
         number: u64,
@@ -78,29 +78,29 @@ impl RoomInfo {
         }
     }
 
-    /// The room's own facts in the notes of its log.
+    /// The room's facts for the notes in its log.
     pub fn notes(&self) -> Notes {
         let RoomInfo { number, private, creator, guest, .. } = *self;
         Notes { number, private, creator, guest, ..Notes::default() }
     }
 }
 
-/// The time at which a room's thread last woke for a tick. Starts at the time the room opens. The thread writes this and
+/// The time at which a room's thread last woke for a tick. It starts at the time when the room opened. The thread writes this and
 /// everyone may read it, so that a room whose thread does not answer is seen without asking it.
 #[derive(Debug)]
 pub struct LastTick {
     opened: Instant,
-    /// Milliseconds from `opened` to that time.
+    /// Milliseconds from `opened` to the last wakeup.
     woke_ms: AtomicU64,
 }
 
 impl LastTick {
-    /// That of a room that opens now.
+    /// Creates the value for a room that opens now.
     pub fn new(opened: Instant) -> LastTick {
         LastTick { opened, woke_ms: AtomicU64::new(0) }
     }
 
-    /// The room's thread woke for a tick, whether or not it may play it.
+    /// Notes that the room's thread woke for a tick, whether or not it may play it.
     pub fn woke(&self, now: Instant) {
         let ms = now.saturating_duration_since(self.opened).as_millis() as u64;
         self.woke_ms.store(ms, Ordering::Relaxed);
@@ -112,19 +112,19 @@ impl LastTick {
     }
 }
 
-/// A session that asks for a seat, or to watch. The answer comes through its outbox: a welcome or the end.
+/// A session that asks for a seat, or to watch. The answer comes through its outbox: a welcome, or the end.
 pub struct Join {
-    /// Whether it is to play or to watch.
+    /// Whether the session wants to play or watch.
     pub role: Role,
     pub appearance: Appearance,
-    /// The seat it held before, by a token of this server.
+    /// The seat that the player held before, proved by a token of this server.
     pub claim: Option<SeatClaim>,
-    /// Number of the room whose host it is, by a key of this server.
+    /// Number of the room that the player hosts, proved by a key of this server.
     pub hosted: Option<u64>,
-    /// Address that it counts for.
+    /// Address to which the session is attributed.
     pub address: IpAddr,
-    /// Messages from the session; `None` if the player closed the socket on purpose, so that the seat need not be held. A
-    /// dropped sender is a lost socket.
+    /// Messages from the session. `None` means that the player closed the socket on purpose, so that the seat need not
+    /// be held. A dropped sender means a lost socket.
     pub inbox: Inbox<Option<ClientMessage>>,
     /// Messages to the session.
     pub outbox: Arc<Outbox>,
@@ -134,15 +134,15 @@ pub struct Join {
 #[derive(Debug)]
 pub enum AdminCommand {
     Players(oneshot::Sender<Vec<PlayerState>>),
-    /// Kicks a player; the answer is whether there was one in this seat.
+    /// Kicks a player. The answer is whether this seat had one.
     Kick(Seat, oneshot::Sender<bool>),
     /// Removes all players of a network.
     Evict(IpNet),
-    /// Closes the room, and answers that it will.
+    /// Closes the room. The answer confirms it in advance.
     Close(oneshot::Sender<()>),
-    /// Ends the room with a last record of its whole state, from which another node goes on with it.
+    /// Ends the room with a last record of its whole state, from which another node continues it.
     Part,
-    /// Ends the room without a record, because another node plays it: at this address, if it is known.
+    /// Ends the room without a record, because another node plays it; holds that node's address, if known.
     Leave(Option<Arc<str>>),
 }
 
@@ -150,31 +150,31 @@ pub enum AdminCommand {
 pub struct RoomHandle {
     /// The room's public state.
     pub info: Arc<RoomInfo>,
-    /// Sessions that ask for a seat.
+    /// Channel for sessions that ask for a seat.
     pub joins: SyncSender<Join>,
     pub commands: SyncSender<AdminCommand>,
-    /// Under which it is held, in a fleet.
+    /// The lease of the room, in a fleet.
     pub lease: Option<RoomLease>,
-    /// Where the readers of its log find that, if it has any.
+    /// The place where readers find the room's log, if it has one.
     pub shared: Option<Arc<SharedLog>>,
     pub thread: JoinHandle<()>,
 }
 
 /// Shared by the rooms of a server.
 pub struct Host {
-    /// How long to wait before a room or a client is given up.
+    /// Timeouts after which rooms and clients are given up.
     pub waits: Waits,
-    /// Phase of the server's life.
+    /// Current phase of the server.
     pub phase: watch::Receiver<Phase>,
     /// The writers of the rooms' logs.
     pub logs: Logs,
-    /// The other nodes of the fleet, if there is one.
+    /// The other nodes of the fleet, if the server is in one.
     pub neighbours: Neighbours,
-    /// Send what rooms have put into outboxes; one for each thread that serves sockets.
+    /// Queues that send the messages in outboxes, one for each thread that serves sockets.
     pub send_queues: Vec<Arc<SendQueue>>,
-    /// Spectators of one address in a room at a time.
+    /// Maximum number of spectators from one address in a room.
     pub address_spectators_max: usize,
-    /// Budgets of bytes that sessions are sent.
+    /// Budgets of the bytes sent to sessions.
     pub uplink: Arc<Uplink>,
     pub metrics: Arc<Metrics>,
     /// Signs and verifies tokens.
@@ -184,13 +184,13 @@ pub struct Host {
 }
 
 impl Host {
-    /// Locks the handles. No holder of the lock waits for anything else.
+    /// Locks the handles. Holders of the lock must not wait for anything else.
     pub fn lock(&self) -> MutexGuard<'_, BTreeMap<String, RoomHandle>> {
         self.open.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// Takes a room off the list, if it is on it: another one may have its code by now.
+/// Takes a room off the list if it is still there. Another room may have its code by now.
 pub fn take_off(
     open: &mut BTreeMap<String, RoomHandle>,
     info: &Arc<RoomInfo>,

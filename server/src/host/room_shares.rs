@@ -1,43 +1,43 @@
-//! How many rooms one network may have open, of those that people create and of those with scenes of guests.
+//! Limits on the rooms that one network may have open, for rooms that people create and for rooms with guests' scenes.
 
 use crate::limits;
 use crate::limits::networks::{LEVELS, networks, shares};
 use std::net::IpAddr;
 
-/// Rooms at a time, and how networks share them.
+/// A limit of open rooms, and the share of each network.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RoomShares {
-    /// Rooms at a time.
+    /// Maximum number of open rooms.
     max: usize,
-    /// Of these, of one address; wider networks have more ([`shares`]).
+    /// Maximum number of open rooms of one address; wider networks may have more ([`shares`]).
     address_max: usize,
-    /// The last ones, for networks that have none.
+    /// Number of last rooms that are reserved for networks without rooms.
     reserve: usize,
 }
 
-/// Why a network gets no more rooms.
+/// The reason why a network may not open another room.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoRoomLeft {
-    /// It has its share; that of one address is this many.
+    /// The network has used up its share; the share of one address is this many.
     OfNetwork(usize),
-    /// All of this number are taken, but perhaps for those that are kept for others.
+    /// All of this many rooms are taken, apart from reserved ones.
     OfAll(usize),
 }
 
 impl RoomShares {
-    /// Shares of this many rooms that people create.
+    /// Shares of this many rooms created by people.
     pub fn of_rooms(max: usize) -> RoomShares {
         let address_max = (max / limits::ADDRESS_ROOMS_SHARE).max(limits::ADDRESS_ROOMS_MIN);
         RoomShares { max, address_max, reserve: max / limits::RESERVE_SHARE }
     }
 
-    /// Shares of this many rooms with scenes of guests, which are few.
+    /// Shares of this many rooms with guests' scenes, which are few.
     pub fn of_guests(max: usize) -> RoomShares {
         let address_max = (max / limits::ADDRESS_GUEST_ROOMS_SHARE).max(1);
         RoomShares { max, address_max, reserve: limits::GUEST_ROOMS_RESERVE }
     }
 
-    /// Checks that the networks of a creator may have one more room beside those of the creators of all.
+    /// Checks that a creator's networks may have one more room, given the creators of all open rooms.
     pub fn check(
         self,
         created: impl Iterator<Item = IpAddr> + Clone,
@@ -67,7 +67,7 @@ mod tests {
         IpAddr::from([0x2001, 0xdb8, line, household, 0, 0, 0, 1u16])
     }
 
-    /// Rooms that households of a line get, each of which asks for nine.
+    /// Number of rooms opened by households of a line that ask for nine each.
     fn opened(
         shares: RoomShares,
         created: &mut Vec<IpAddr>,

@@ -1,5 +1,5 @@
-//! The list of open rooms. A code that is a scene's name is that scene's standing room and opens on
-//! demand; others are created with a random code. Rooms take themselves off the list when empty.
+//! The list of open rooms. A code that equals a scene's name is that scene's standing room, which opens on demand;
+//! other rooms are created with a random code. Rooms take themselves off the list when they are empty.
 
 use crate::fleet::entry::RoomFacts;
 use crate::fleet::lease::RoomLease;
@@ -24,28 +24,27 @@ use std::time::{Duration, Instant};
 use tokio::time::sleep;
 use tracing::error;
 
-/// Commands of operators that wait for a room's next tick.
+/// Operators' commands that may wait for a room's next tick.
 const COMMANDS_WAITING_MAX: usize = 16;
 
-/// Letters and digits that are not mistaken for each other.
+/// Letters and digits that are not easily confused.
 const CODE_ALPHABET: &[u8; 31] = b"abcdefghjkmnpqrstuvwxyz23456789";
-/// Characters of a random code: 887 million codes.
+/// Length of a random code; there are 887 million codes.
 const CODE_CHARS: usize = 6;
 
-/// Wait before a command is sent again to a room whose queue is full; it is emptied in every tick.
+/// Wait before a command is sent again to a room with a full queue, which is emptied in every tick.
 const COMMAND_RETRY: Duration = Duration::from_millis(2);
 
-/// All open rooms, and the scenes to open more of.
+/// All open rooms, and the scenes for new ones.
 pub struct Rooms {
     scenes: Vec<Arc<Scene>>,
     host: Arc<Host>,
     /// Whether a directory decides which rooms are open here.
     in_fleet: bool,
-    /// Rooms with scenes of guests that may be open.
-    /// Rooms that people create, at a time.
+    /// Maximum number of rooms that people may have open at a time.
     max: usize,
     guests: RoomShares,
-    /// Scenes of guests whose rooms the fleet's directory is about to give to this node, by their codes.
+    /// Guests' scenes by room code, whose rooms the fleet's directory is about to assign to this node.
     expected: Mutex<BTreeMap<String, Expected>>,
 }
 
@@ -61,15 +60,15 @@ struct Expected {
 pub enum Adopted {
     /// The room is open.
     Open,
-    /// It is not possible here: there is no thread, or not its scene.
+    /// This node cannot open the room: no thread is left, or its scene is unknown here.
     NotHere,
-    /// It is not possible anywhere: its scene was a guest's, and is lost.
+    /// No node can open the room, because its guest's scene is lost.
     Over,
 }
 
 /// A newly created room.
 pub struct Created {
-    /// The code in its link.
+    /// The code in the room's link.
     pub code: String,
     /// Key that makes its holder the host.
     pub host_key: Token,
@@ -78,29 +77,29 @@ pub struct Created {
 /// Error of [`Rooms::create`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CreateError {
-    /// There is no such scene.
+    /// The scene does not exist.
     #[error("That scene doesn't exist.")]
     NoSuchScene(String),
-    /// The address has its share of rooms open, this many.
+    /// The address has its share of rooms open, which is this many.
     #[error(
         "Your network already has {0} rooms open, the maximum. Close one or try again in two minutes."
     )]
     TooManyOfAddress(usize),
-    /// As many rooms as there may be are open.
+    /// The maximum number of rooms is open.
     #[error("This server already has its maximum of {0} rooms open. Try again later.")]
     TooMany(usize),
-    /// The server is closing, or a thread could not be started.
+    /// The server is closing, or could not start a thread.
     #[error("The server isn't opening new rooms right now. Try again later.")]
     NotNow,
-    /// [`limits::guest_rooms_max`] rooms with scenes of guests are open.
+    /// The maximum number of rooms with guests' scenes is open ([`limits::guest_rooms_max`]).
     #[error("This server already plays as many scenes of guests as it can. Try again later.")]
     TooManyGuests,
-    /// The networks of the address have their share of these.
+    /// The networks of the address have their share of the rooms with guests' scenes open.
     #[error(
         "Your network already has its share of the rooms for scenes of guests open. Close one, or try again in a moment."
     )]
     TooManyGuestsOfAddress,
-    /// No node of the fleet has room for another one.
+    /// No node of the fleet has capacity for another room.
     #[error("All servers are full at the moment. Try again later.")]
     FleetFull,
 }
@@ -115,8 +114,8 @@ impl From<NoRoomLeft> for CreateError {
 }
 
 impl Rooms {
-    /// Creates a list of rooms on which none is open, and on which people can create `max`. In a fleet only [`Rooms::adopt`]
-    /// opens one.
+    /// Creates an empty list, on which people can create `max` rooms. In a fleet, rooms are opened only by
+    /// [`Rooms::adopt`].
     pub fn new(scenes: &[Scene], host: Arc<Host>, in_fleet: bool, max: usize) -> Rooms {
         let guests_max = limits::guest_rooms_max(limits::processors()).min(max);
         Rooms {
@@ -129,7 +128,7 @@ impl Rooms {
         }
     }
 
-    /// Rooms that people create, at a time; the scenes' standing rooms do not count.
+    /// Maximum number of rooms that people may have open at a time. The scenes' standing rooms do not count.
     pub fn max(&self) -> usize {
         self.max
     }
@@ -139,7 +138,7 @@ impl Rooms {
         &self.scenes
     }
 
-    /// Open rooms in the order of their codes.
+    /// Open rooms, sorted by code.
     pub fn list(&self) -> Vec<Arc<RoomInfo>> {
         self.host.lock().values().map(|room| Arc::clone(&room.info)).collect()
     }
@@ -169,7 +168,7 @@ impl Rooms {
         self.create_in(&mut rooms, scene, private, false, creator)
     }
 
-    /// Opens a room with a random code and the scene of a guest.
+    /// Opens a room with a random code and a guest's scene.
     pub fn create_guest(
         &self,
         scene: &Arc<Scene>,
@@ -182,7 +181,7 @@ impl Rooms {
         self.create_in(&mut rooms, scene, private, true, creator)
     }
 
-    /// Checks that [`Rooms::create_guest`] could open a room now.
+    /// Checks that [`Rooms::create_guest`] could currently open a room.
     pub fn check_guest(&self, creator: IpAddr) -> Result<(), CreateError> {
         if *self.host.phase.borrow() != Phase::Running {
             return Err(CreateError::NotNow);
@@ -195,7 +194,7 @@ impl Rooms {
         self.check_guests(&rooms, creator)
     }
 
-    /// Checks that the networks of a creator may have one more room on this server.
+    /// Checks that a creator's networks may have one more room on this server.
     fn check_created(
         &self,
         rooms: &BTreeMap<String, RoomHandle>,
@@ -237,7 +236,7 @@ impl Rooms {
         Ok(Created { code, host_key })
     }
 
-    /// A random code that is not taken.
+    /// A random unused code.
     pub fn free_code(&self, private: bool, is_taken: impl Fn(&str) -> bool) -> String {
         let chars = if private { limits::PRIVATE_CODE_CHARS } else { CODE_CHARS };
         loop {
@@ -248,8 +247,8 @@ impl Rooms {
         }
     }
 
-    /// Hands a session to a room, and opens a standing one first if needed. The room answers through
-    /// the session's outbox; an error here means that no room took the session.
+    /// Hands a session to a room, opening a standing room first if needed. The room answers through the session's
+    /// outbox. An error means that no room took the session.
     pub fn join(&self, code: &str, join: Join) -> Result<Arc<RoomInfo>, Refusal> {
         let mut rooms = self.host.lock();
         if !rooms.contains_key(code) {
@@ -274,21 +273,21 @@ impl Rooms {
         self.host.lock().get(code).map(|room| Arc::clone(&room.info))
     }
 
-    /// Gives up a room whose thread does not answer: its sessions end, its records are removed, and its code is free.
+    /// Gives up a room whose thread does not respond: its sessions end, its records are removed, and its code is freed.
     /// The thread cannot be ended from outside; it ends when it wakes.
     pub fn give_up(&self, info: &Arc<RoomInfo>) {
-        // First, so that a thread that wakes meanwhile begins no new file.
+        // This comes first, so that a thread that wakes meanwhile starts no new file.
         info.given_up.cancel();
         let Some(room) = take_off(&mut self.host.lock(), info) else { return };
         room.shared.inspect(|shared| shared.seal(Seal::Remove));
     }
 
-    /// Sends a command to a room; `false` if there is no such room, or its queue is full.
+    /// Sends a command to a room; `false` if the room does not exist, or its queue is full.
     pub fn command(&self, code: &str, command: AdminCommand) -> bool {
         self.host.lock().get(code).is_some_and(|room| room.commands.try_send(command).is_ok())
     }
 
-    /// Sends a command to a room, if it is open; returns the command if the room's queue is full.
+    /// Sends a command to a room, if it is open. Returns the command if the room's queue is full.
     pub fn try_command(&self, code: &str, command: AdminCommand) -> Option<AdminCommand> {
         match self.host.lock().get(code)?.commands.try_send(command) {
             Err(TrySendError::Full(command)) => Some(command),
@@ -296,7 +295,7 @@ impl Rooms {
         }
     }
 
-    /// Sends a command to a room until its queue takes it, or the room has ended.
+    /// Sends a command to a room. Retries until its queue accepts it or the room has ended.
     pub async fn insist(&self, code: &str, mut command: AdminCommand) {
         while let Some(refused) = self.try_command(code, command) {
             command = refused;
@@ -304,16 +303,16 @@ impl Rooms {
         }
     }
 
-    /// Waits for the threads of all rooms; they end by themselves when the server closes.
+    /// Waits for the threads of all rooms, which end when the server closes.
     pub fn wait(&self) {
         let rooms = std::mem::take(&mut *self.host.lock());
         for room in rooms.into_values() {
-            // A room that panicked has logged it.
+            // If the room panicked, that has been logged.
             let _ = room.thread.join();
         }
     }
 
-    /// The scene of this name.
+    /// The scene with this name.
     pub fn scene(&self, name: &str) -> Option<&Arc<Scene>> {
         self.scenes.iter().find(|scene| scene.name == name)
     }
@@ -325,7 +324,7 @@ impl Rooms {
         self.start(info, None, None, RoomOrigin::New(random()))
     }
 
-    /// Keeps a guest's scene for the room that the fleet's directory is about to give to this node.
+    /// Keeps a guest's scene for a room that the fleet's directory is about to assign to this node.
     pub fn expect_guest(&self, code: &str, scene: &Arc<Scene>, creator: IpAddr) {
         let scene = Arc::clone(scene);
         let expected = Expected { scene, creator, since: Instant::now() };
@@ -336,15 +335,15 @@ impl Rooms {
         self.expected().remove(code);
     }
 
-    /// The expected scenes, without those whose rooms should have opened long ago.
+    /// The expected scenes. Those whose rooms should have opened long ago are dropped.
     fn expected(&self) -> MutexGuard<'_, BTreeMap<String, Expected>> {
         let mut expected = self.expected.lock().unwrap_or_else(PoisonError::into_inner);
         expected.retain(|_, expected| expected.since.elapsed() < limits::FLEET_OPEN);
         expected
     }
 
-    /// Opens a room that the fleet's directory gives to this node, from what was saved of it if there is something:
-    /// a new one needs its scene, and each a thread. The room seals its `shared` log when it ends here.
+    /// Opens a room that the fleet's directory assigns to this node, from its saved state if there is any. A new room
+    /// needs its scene, and every room needs a thread. The room seals its `shared` log when it ends here.
     pub fn adopt(
         &self,
         code: &str,
@@ -377,7 +376,7 @@ impl Rooms {
         }
     }
 
-    /// Holds a room under another incarnation of this node.
+    /// Moves a room to another incarnation of this node.
     pub fn resume(&self, code: &str, incarnation: u64) {
         let rooms = self.host.lock();
         if let Some(lease) = rooms.get(code).and_then(|room| room.lease.as_ref()) {
@@ -385,7 +384,7 @@ impl Rooms {
         }
     }
 
-    /// Opens the rooms of the process before; they play up to where they were on threads of their own.
+    /// Reopens the rooms of the previous process. Each catches up to its last tick on its thread.
     pub fn restore(&self, saved: Vec<SavedRoom>) {
         let mut rooms = self.host.lock();
         for saved in saved {
@@ -399,7 +398,7 @@ impl Rooms {
         }
     }
 
-    /// Starts the thread of a room; `None` if that is not possible. In a fleet the reader of the stream has its log already.
+    /// Starts the thread of a room; `None` if that fails. In a fleet the stream's reader already has the room's log.
     fn start(
         &self,
         info: RoomInfo,
@@ -437,7 +436,7 @@ impl Rooms {
     }
 }
 
-/// Returns whether a path segment has the form of a room's code.
+/// Returns whether a path segment looks like a room code.
 pub fn is_code(text: &str) -> bool {
     let allowed = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'-';
     (1..=ROOM_CODE_BYTES_MAX).contains(&text.len()) && text.bytes().all(allowed)

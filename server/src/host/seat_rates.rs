@@ -1,29 +1,29 @@
-//! Limits on how often the players of a room may do something that costs others: of each seat, and of all.
+//! Rate limits on player actions that cost others something: per seat, and for the whole room.
 
 use jostle_game::Seat;
 use jostle_sim::TICKS_PER_SECOND;
 use std::collections::{BTreeMap, VecDeque};
 
-/// Ticks from one emote of a player to the next that is shown.
+/// Minimum number of ticks between two visible emotes of a player.
 pub const EMOTE_TICKS: u32 = 2 * TICKS_PER_SECOND;
-/// Emotes that a room shows in a second; each is a message to all of its clients.
+/// Maximum number of emotes that a room shows per second; each is a message to all its clients.
 const EMOTES_PER_SECOND_MAX: usize = 16;
-/// Ticks from one clip of a player to the next: four a minute.
+/// Minimum number of ticks between two clips of a player: four per minute.
 const CLIP_APART_TICKS: u32 = 15 * TICKS_PER_SECOND;
-/// Clips of a room in a minute. Each is a file, and up to half a second of the writer.
+/// Clips per minute in a room. Each is a file, and takes up to half a second of the writer's time.
 const CLIPS_PER_MINUTE_MAX: usize = 8;
 
-/// What the players of a room did lately, and how often they may.
+/// The recent actions of a room's players, and their limits.
 #[derive(Debug)]
 pub struct SeatRates {
-    /// Ticks from one time to the next of a seat.
+    /// Minimum number of ticks between two actions of a seat.
     apart: u32,
-    /// In so many ticks all together may do it `most` times.
+    /// In this many ticks all seats together may act `most` times.
     window: u32,
     most: usize,
-    /// Tick of the last time of each seat.
+    /// Tick of each seat's last action.
     last: BTreeMap<Seat, u32>,
-    /// Ticks of all times in the last window.
+    /// Ticks of all actions in the last window.
     recent: VecDeque<u32>,
 }
 
@@ -36,12 +36,13 @@ impl SeatRates {
         SeatRates::new(CLIP_APART_TICKS, CLIPS_PER_MINUTE_MAX, 60 * TICKS_PER_SECOND)
     }
 
-    /// Nothing was done yet: a seat may do it every `apart` ticks, all together `most` times in `window` ticks.
+    /// Creates limits without past actions: a seat may act every `apart` ticks, all seats together `most` times in
+    /// `window` ticks.
     fn new(apart: u32, most: usize, window: u32) -> SeatRates {
         SeatRates { apart, window, most, last: BTreeMap::new(), recent: VecDeque::new() }
     }
 
-    /// Returns whether this seat may do it at this tick, and counts it if so.
+    /// Returns whether this seat may act in this tick, and counts the action if so.
     pub fn admit(&mut self, seat: Seat, tick: u32) -> bool {
         while self.recent.front().is_some_and(|past| tick - past >= self.window) {
             self.recent.pop_front();

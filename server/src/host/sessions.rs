@@ -25,10 +25,10 @@ pub struct Sessions {
     pub(super) spectators: Spectators,
 }
 
-/// One player with a socket.
+/// A player with a socket.
 pub struct ConnectedMember {
     pub(super) seat: Seat,
-    /// Whether it may kick players and close the room.
+    /// Whether the player may kick others and close the room.
     pub(super) host: bool,
     pub(super) inbox: Inbox<Option<ClientMessage>>,
     pub(super) feed: Delivery,
@@ -49,7 +49,7 @@ impl Sessions {
         members.chain(self.spectators.outboxes())
     }
 
-    /// Queues the snapshot of the newest tick for all of them. See [`Delivery::feed`].
+    /// Queues the snapshot of the newest tick for all spectators. See [`Delivery::feed`].
     pub fn feed(
         &mut self,
         room: &mut Room,
@@ -88,12 +88,12 @@ impl Sessions {
     }
 }
 
-/// One spectator: a socket without a seat.
+/// A spectator: a socket without a seat.
 struct Spectator {
     address: IpAddr,
     inbox: Inbox<Option<ClientMessage>>,
     feed: Delivery,
-    /// Counts it towards the limits on the room's spectators.
+    /// Counts the spectator towards the limits of the room.
     _permit: Permit,
 }
 
@@ -106,7 +106,7 @@ pub struct Spectators {
 }
 
 impl Spectators {
-    /// No spectators; one address may have `address_max` of the room's at most.
+    /// Creates an empty list; at most `address_max` of a room's spectators may come from one address.
     pub fn new(address_max: usize) -> Spectators {
         let limits = ConnectionLimits::new(limits::SPECTATORS_MAX, address_max);
         Spectators { present: Vec::new(), limits, permits: ParticlePermits::default() }
@@ -116,12 +116,12 @@ impl Spectators {
         self.present.len()
     }
 
-    /// Returns whether there are none.
+    /// Returns whether there are no spectators.
     pub fn is_empty(&self) -> bool {
         self.present.is_empty()
     }
 
-    /// Welcomes a session as a spectator, or says why not.
+    /// Welcomes a session as a spectator, or refuses it with the reason.
     pub fn admit(
         &mut self,
         room: &Room,
@@ -140,8 +140,8 @@ impl Spectators {
         Ok(())
     }
 
-    /// Takes what spectators have sent. Inputs only acknowledge snapshots, and views mean nothing to those who are sent
-    /// the whole world; all else is dropped and counted.
+    /// Handles the messages of spectators. Inputs only acknowledge snapshots, and views are ignored because spectators
+    /// get the whole world; everything else is dropped and counted.
     pub fn empty_inboxes(&mut self, tick: u32, metrics: &Metrics) {
         self.present.retain_mut(|spectator| {
             loop {
@@ -172,7 +172,7 @@ impl Spectators {
         }
     }
 
-    /// Sends a control message to all of them.
+    /// Sends a control message to all spectators.
     pub fn tell(&self, message: &Bytes) {
         for outbox in self.outboxes() {
             outbox.aside(message.clone());

@@ -13,26 +13,27 @@ use tokio::io::{AsyncWrite, AsyncWriteExt};
 use tungstenite::protocol::frame::Frame;
 use tungstenite::protocol::frame::coding::{Data, OpCode};
 
-/// Memory that a session keeps for the frames of its messages: a snapshot of a busy room. For a larger one it is allocated.
+/// Memory that a session keeps for the frames of its messages: a snapshot of a busy room. Larger messages are
+/// allocated.
 const FRAMES_BYTES_KEPT: usize = 4096;
-/// Bytes of frames that wait for the socket: one message, and pongs, the newest of which waits in place of all past it.
+/// Bytes of frames that may wait for the socket: one message, and pongs. Beyond this only the newest pong is kept.
 const FRAMES_BYTES_MAX: usize = SERVER_MESSAGE_BYTES_MAX + READ_BUFFER_BYTES;
 
-/// A [`FrameWriter`] that the session and its thread share, until the session takes it to close the socket. Both are on one
-/// thread, so none waits for the lock.
+/// A [`FrameWriter`] shared by the session and its thread, until the session takes it to close the socket. Both run on
+/// the same thread, so neither waits for the lock.
 #[derive(Default)]
 pub struct SocketWriter(Mutex<Option<FrameWriter>>);
 
 impl SocketWriter {
-    /// Wraps the sending side of a socket to which no frame was written.
+    /// Wraps the sending side of a socket on which no frame was sent yet.
     pub fn new(socket: impl AsyncWrite + Send + Unpin + 'static) -> SocketWriter {
         let socket = Box::new(socket);
         let writer = FrameWriter { socket, frames: Vec::new(), taken: 0, is_flushed: true };
         SocketWriter(Mutex::new(Some(writer)))
     }
 
-    /// Sends what waits, then one message after another for as long as there is a next one. A message that is not
-    /// asked for yet can still be replaced.
+    /// Sends the waiting bytes, then one message after another while `next` returns some. A message that was not taken
+    /// yet can still be replaced.
     pub fn poll_send(
         &self,
         cx: &mut Context<'_>,
@@ -44,11 +45,11 @@ impl SocketWriter {
         }
     }
 
-    /// Sends one message after another as far as the socket takes them at once. Returns `false` if the session has to be
-    /// woken to go on.
+    /// Sends messages as long as the socket takes them at once. Returns `false` if the session has to be woken to
+    /// continue.
     pub fn send_now(&self, next: impl FnMut() -> Option<Bytes>) -> bool {
         match &mut *self.lock() {
-            // The session waits for the socket already, and goes on by itself.
+            // The session is already waiting for the socket, and will continue.
             Some(writer) if !writer.is_clear() => true,
             Some(writer) => {
                 let mut cx = Context::from_waker(Waker::noop());
@@ -65,7 +66,7 @@ impl SocketWriter {
         }
     }
 
-    /// Queues frames that are formatted; `false`, and none is queued, if too many wait.
+    /// Queues formatted frames. Returns `false`, and queues none, if too many are waiting.
     pub fn queue_bytes(&self, frames: &[u8]) -> bool {
         match &mut *self.lock() {
             Some(writer) if writer.frames.len() + frames.len() > FRAMES_BYTES_MAX => false,
@@ -77,7 +78,7 @@ impl SocketWriter {
         }
     }
 
-    /// Takes the writer, for good. Nothing is sent but by it from then on.
+    /// Takes the writer permanently. From then on only its holder can send.
     pub fn take(&self) -> Option<FrameWriter> {
         self.lock().take()
     }
@@ -91,10 +92,10 @@ impl SocketWriter {
 /// Writes frames to a socket.
 pub struct FrameWriter {
     socket: Box<dyn AsyncWrite + Send + Unpin>,
-    /// Frames that the socket has not taken, from `taken` bytes on.
+    /// Frames that the socket has not taken yet, starting at byte `taken`.
     frames: Vec<u8>,
     taken: usize,
-    /// Whether the socket has sent all that it took. Under TLS it may hold some.
+    /// Whether the socket has sent everything it took. Under TLS it may still hold some bytes.
     is_flushed: bool,
 }
 
@@ -115,12 +116,12 @@ impl FrameWriter {
         }
     }
 
-    /// Queues a frame behind those that wait.
+    /// Queues a frame behind the waiting ones.
     pub fn queue(&mut self, frame: Frame) {
         frame.format(&mut self.frames).expect("a Vec takes everything");
     }
 
-    /// Sends what waits, and then that nothing follows.
+    /// Sends the waiting bytes, and then shuts down the sending side.
     pub async fn finish(&mut self) -> io::Result<()> {
         poll_fn(|cx| self.poll_flush(cx)).await?;
         self.socket.shutdown().await
@@ -141,7 +142,7 @@ impl FrameWriter {
         }
         self.taken = 0;
         self.frames.clear();
-        // The memory of a keyframe is not kept.
+        // Memory of the size of a keyframe is not kept.
         self.frames.shrink_to(FRAMES_BYTES_KEPT);
         if !self.is_flushed {
             ready!(Pin::new(&mut self.socket).poll_flush(cx))?;

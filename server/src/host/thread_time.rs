@@ -1,10 +1,10 @@
-//! Processor time of the calling thread, and its place behind others.
+//! Processor time and priority of the calling thread.
 
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
-/// Processor time that the calling thread has taken so far. Where the system does not count it, the time since the
-/// first call stands for it.
+/// Processor time that the calling thread has used so far. If the system does not count it, the time since the first
+/// call is returned.
 pub fn taken() -> Duration {
     counted().unwrap_or_else(|| {
         static FIRST: OnceLock<Instant> = OnceLock::new();
@@ -24,8 +24,8 @@ fn counted() -> Option<Duration> {
     None
 }
 
-/// Puts the calling thread behind others that are ready to run: a niceness from 1 to 19. Only Linux has one for
-/// each thread; elsewhere this does nothing.
+/// Lowers the priority of the calling thread by a niceness from 1 to 19. Only Linux has a niceness per thread;
+/// elsewhere this does nothing.
 pub fn go_after_others(niceness: i32) {
     #[cfg(target_os = "linux")]
     if let Err(error) = rustix::process::setpriority_process(None, niceness) {

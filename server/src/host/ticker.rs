@@ -30,25 +30,25 @@ use tracing::{error, info};
 /// Time between two looks for newcomers of a room that stands still: who comes waits for as long at most.
 const RESTING_LOOK: Duration = Duration::from_millis(50);
 
-/// The ends of the channels to a room's thread, with the state that it shares.
+/// The room thread's ends of the channels, and the state it shares.
 pub struct Ends {
     /// Shared by all rooms.
     pub host: Arc<Host>,
     /// The room's public state.
     pub info: Arc<RoomInfo>,
-    /// Sessions that ask for a seat.
+    /// Channel from sessions that ask for a seat.
     pub joins: Receiver<Join>,
     pub commands: Receiver<AdminCommand>,
-    /// Under which the room is held, in a fleet.
+    /// The lease of the room, in a fleet.
     pub lease: Option<RoomLease>,
-    /// Where the readers of its log find that, if it has any.
+    /// The place where readers find the room's log, if it has one.
     pub shared: Option<Arc<SharedLog>>,
 }
 
 /// Plays a room until it is empty or closed, or the server closes. A panic ends this room alone.
 pub fn run(ends: &Ends, origin: RoomOrigin, clock: &mut impl TickClock) {
     let code = &ends.info.code;
-    // Kept out here, it survives a panic, and the last ticks before it can still be recorded.
+    // Kept outside the closure, so that it survives a panic and the last ticks before it can still be recorded.
     let mut ticker: Option<Ticker> = None;
     let played = catch_unwind(AssertUnwindSafe(|| {
         let opened = Ticker::open(ends, origin, clock).ok_or(RoomEnd::TooCostly)?;
@@ -151,7 +151,7 @@ impl<'a> Ticker<'a> {
             let laps = self.play_ticks(due, &wakeup)?;
             let skipped = schedule.missed() - missed_before;
             self.open.host.metrics.ticks.woke(due, skipped, late, laps);
-            // It may have stood still in a tick.
+            // The thread may have been blocked within a tick.
             self.check_given_up()?;
             self.open.publish(now);
             let Ticker { open, services } = self;
@@ -194,7 +194,7 @@ impl<'a> Ticker<'a> {
         if self.open.info.given_up.is_cancelled() { Err(RoomEnd::GivenUp) } else { Ok(()) }
     }
 
-    /// A server that was dropped instead of being shut down is gone as well, and its phase with it.
+    /// A server that was dropped rather than shut down is closing too; its phase is gone with it.
     fn is_closing(&self) -> bool {
         let phase = &self.open.host.phase;
         *phase.borrow() == Phase::Closing || phase.has_changed().is_err()

@@ -1,6 +1,6 @@
-//! Signed tokens for seats and keys for hosts. A signature (HMAC with SHA-256, truncated to 16 bytes) by a
-//! random key of each process proves that they are its own; the room that they name decides who may use
-//! them, and how often.
+//! Signed tokens for seats, and keys for hosts. A signature (HMAC with SHA-256, truncated to 16 bytes) with a random
+//! key of each process proves that the process issued them. The room that a token names decides who may use it, and how
+//! often.
 
 use hmac::{Hmac, KeyInit, Mac};
 use jostle_game::Seat;
@@ -9,7 +9,7 @@ use jostle_protocol::limits::TOKEN_BYTES;
 use jostle_room::Claim;
 use sha2::Sha256;
 
-/// Bytes of the signature at the end; 128 bits cannot be found by trying.
+/// Bytes of the signature at the end of a token; 128 bits cannot be guessed by trial.
 const SIGNATURE_BYTES: usize = 16;
 const PAYLOAD_BYTES: usize = TOKEN_BYTES - SIGNATURE_BYTES;
 
@@ -27,12 +27,12 @@ pub struct TokenSigner {
     mac: Hmac<Sha256>,
 }
 
-/// A claim to a seat, in the room that the number stands for.
+/// A claim to a seat in the room with this number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SeatClaim {
     /// [`crate::host::room_handle::RoomInfo::number`].
     pub room: u64,
-    /// The seat in it.
+    /// The claim within that room.
     pub claim: Claim,
 }
 
@@ -45,18 +45,18 @@ impl TokenSigner {
         TokenSigner::new(&key)
     }
 
-    /// Creates a signer with this key. Knowledge of the key allows to forge tokens.
+    /// Creates a signer with this key. Anyone who knows the key can forge tokens.
     pub fn new(key: &[u8; 32]) -> TokenSigner {
         TokenSigner { mac: Hmac::new_from_slice(key).expect("a key of any length will do") }
     }
 
-    /// Makes a token for a seat.
+    /// Creates a token for a seat.
     pub fn seat_token(&self, SeatClaim { room, claim }: SeatClaim) -> Token {
         let (seat, serial) = (claim.seat.0.to_le_bytes(), claim.serial.to_le_bytes());
         self.signed(Purpose::Seat, &[&room.to_le_bytes()[..], &seat, &serial].concat())
     }
 
-    /// The claim of a seat's token; `None` if this server did not make it.
+    /// The claim in a seat's token; `None` if this server did not issue it.
     pub fn seat_claim(&self, token: &Token) -> Option<SeatClaim> {
         let payload = self.verified(Purpose::Seat, token)?;
         let (room, rest) = payload.split_first_chunk::<8>()?;
@@ -66,18 +66,18 @@ impl TokenSigner {
         Some(SeatClaim { room: u64::from_le_bytes(*room), claim: Claim { seat, serial } })
     }
 
-    /// Makes the key of a room's host.
+    /// Creates the key of a room's host.
     pub fn host_key(&self, room: u64) -> Token {
         self.signed(Purpose::Host, &room.to_le_bytes())
     }
 
-    /// The room whose host a key's holder is; `None` if this server did not make the key.
+    /// The number of the room that the holder of this key hosts; `None` if this server did not issue it.
     pub fn hosted(&self, key: &Token) -> Option<u64> {
         let payload = self.verified(Purpose::Host, key)?;
         payload.first_chunk::<8>().map(|room| u64::from_le_bytes(*room))
     }
 
-    /// Compares two secrets in a time that does not depend on where they differ.
+    /// Compares two secrets in constant time, independent of where they differ.
     pub fn same(&self, a: &[u8], b: &[u8]) -> bool {
         let signature = self.mac(Purpose::Secret, b).finalize().into_bytes();
         self.mac(Purpose::Secret, a).verify_slice(&signature).is_ok()
@@ -91,7 +91,7 @@ impl TokenSigner {
         Token(bytes)
     }
 
-    /// Verifies in a time that does not depend on where the signatures differ.
+    /// Verifies a token in constant time, independent of where the signatures differ.
     fn verified<'a>(&self, purpose: Purpose, token: &'a Token) -> Option<&'a [u8]> {
         let (payload, signature) = token.0.split_at(PAYLOAD_BYTES);
         self.mac(purpose, payload).verify_truncated_left(signature).is_ok().then_some(payload)

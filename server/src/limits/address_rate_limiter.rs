@@ -1,5 +1,6 @@
-//! Limits how fast each address may open connections, or send requests. Each address has a token bucket of its own, which is
-//! dropped once it is full again, so there are few of them and one address cannot use up the share of another.
+//! Limits the rate at which each address may open connections or send requests. Each address has a separate token
+//! bucket, which is dropped once it is full again, so there are few of them and one address cannot use up another's
+//! share.
 
 use crate::limits::TRACKED_ADDRESSES_MAX;
 use crate::limits::networks::network;
@@ -8,7 +9,7 @@ use std::collections::BTreeMap;
 use std::net::IpAddr;
 use std::time::Instant;
 
-/// Token buckets of the addresses that came recently. Time is passed in.
+/// Token buckets of recently seen addresses. The time is passed in.
 #[derive(Debug)]
 pub struct AddressRateLimiter {
     per_second: f64,
@@ -17,15 +18,14 @@ pub struct AddressRateLimiter {
 }
 
 impl AddressRateLimiter {
-    /// Creates a limiter under which one address may come `burst` times at once, and `per_second` times a second in
-    /// the long run.
+    /// Creates a limiter that allows each address a burst of `burst`, and `per_second` in the long run.
     pub fn new(per_second: impl Into<f64>, burst: usize) -> AddressRateLimiter {
         let burst = u32::try_from(burst).unwrap_or(u32::MAX);
         AddressRateLimiter { per_second: per_second.into(), burst, buckets: BTreeMap::new() }
     }
 
-    /// Returns whether this address may come now. Where more addresses come than are tracked, all of the others
-    /// may: then only their total is limited, and no address is shut out because of others.
+    /// Returns whether this address is admitted now. Once the maximum number of addresses is tracked, all other
+    /// addresses are admitted: then only their total is limited, and no address is shut out because of others.
     pub fn admit(&mut self, ip: IpAddr, now: Instant) -> bool {
         if self.buckets.len() >= TRACKED_ADDRESSES_MAX {
             self.buckets.retain(|_, bucket| !bucket.is_full(now));

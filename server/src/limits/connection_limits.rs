@@ -1,7 +1,7 @@
-//! Limits on the sockets of each network, and of all. A permit frees its socket when it is dropped.
+//! Limits on the sockets of each network, and on their total. Dropping a permit frees its socket.
 //!
-//! The last eighth of all sockets is a reserve for networks that hold few, so that no visitor is shut out by
-//! networks that hold many. If that is not enough, idle connections give way.
+//! The last eighth of all sockets is reserved for networks that hold few, so that no visitor is shut out by networks
+//! that hold many. If that is not enough, idle connections are closed.
 
 use crate::limits::RESERVE_SHARE;
 use crate::limits::networks::{LEVELS, networks, shares};
@@ -11,17 +11,17 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::Notify;
 
-/// Sockets of a network that may come out of the reserve: the connections of one browser.
+/// Sockets that a network may hold and still use the reserve: the connections of one browser.
 const FEW: usize = 8;
-/// The `grace` of a server.
+/// The `grace` used by a server.
 const IDLE_GRACE: Duration = Duration::from_secs(3);
 
-/// Counts of sockets by network and in total, up to their limits.
+/// Counts of sockets per network and in total, with their limits.
 #[derive(Debug)]
 pub struct ConnectionLimits {
     in_all_max: usize,
     address_max: usize,
-    /// Time for which a connection is idle before it may have to give way: what it was sent may still be on its way.
+    /// Time that a connection must be idle before it can be closed, since its last response may still be on its way.
     grace: Duration,
     counts: Mutex<Counts>,
 }
@@ -30,9 +30,9 @@ pub struct ConnectionLimits {
 struct Counts {
     in_all: usize,
     by_network: [BTreeMap<IpAddr, usize>; LEVELS],
-    /// Connections that would give way, the longest idle first.
+    /// Connections that may be closed, longest idle first.
     idle: BTreeMap<u64, Idle>,
-    /// Number of the newest of these.
+    /// Number of the newest idle connection.
     number: u64,
 }
 
@@ -43,7 +43,7 @@ struct Idle {
     gives_way: Arc<Notify>,
 }
 
-/// A counted socket, until it is dropped.
+/// A counted socket. Dropping the permit frees it.
 #[derive(Debug)]
 pub struct Permit {
     limits: Arc<ConnectionLimits>,
@@ -55,20 +55,20 @@ pub struct Permit {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum PermitState {
     Busy,
-    /// Idle, under this number.
+    /// The connection is idle, and has this number.
     Idle(u64),
-    /// It never gives way.
+    /// The connection is never closed for a newcomer.
     Kept,
 }
 
 impl ConnectionLimits {
-    /// Creates limits with no sockets counted: `in_all_max` in all, `address_max` for one address, and more for
+    /// Creates limits without any counted sockets: `in_all_max` in total, `address_max` for one address, and more for
     /// the networks around it ([`shares`]).
     pub fn new(in_all_max: usize, address_max: usize) -> Arc<ConnectionLimits> {
         ConnectionLimits::with_grace(in_all_max, address_max, IDLE_GRACE)
     }
 
-    /// The same with another time for which a socket is idle before it may have to give way.
+    /// Like [`ConnectionLimits::new`], with another idle time before a socket can be closed.
     pub fn with_grace(
         in_all_max: usize,
         address_max: usize,
@@ -77,12 +77,12 @@ impl ConnectionLimits {
         Arc::new(ConnectionLimits { in_all_max, address_max, grace, counts: Mutex::default() })
     }
 
-    /// Sockets of one address at a time.
+    /// Maximum number of sockets of one address.
     pub fn address_max(&self) -> usize {
         self.address_max
     }
 
-    /// Counts one socket of `ip`; `None` when a limit is reached and no idle connection gives way.
+    /// Counts one socket of `ip`; `None` if a limit is reached and no idle connection can be closed.
     pub fn admit(self: &Arc<Self>, ip: IpAddr) -> Option<Permit> {
         let networks = networks(ip);
         let mut counts = self.lock();
@@ -98,7 +98,7 @@ impl ConnectionLimits {
         Some(self.count(&mut counts, networks))
     }
 
-    /// The same for the address of a proxy: only the total limit counts.
+    /// Like [`ConnectionLimits::admit`], for the address of a proxy, to which only the total limit applies.
     pub fn admit_one_of_all(self: &Arc<Self>, ip: IpAddr) -> Option<Permit> {
         let mut counts = self.lock();
         if counts.in_all >= self.in_all_max {
@@ -107,7 +107,7 @@ impl ConnectionLimits {
         Some(self.count(&mut counts, networks(ip)))
     }
 
-    /// The narrowest networks that hold any, with how many, most first.
+    /// The narrowest networks that hold sockets, with their counts, largest first.
     pub fn holders(&self) -> Vec<(IpAddr, usize)> {
         let counts = self.lock();
         let held = counts.by_network[0].iter();
@@ -154,7 +154,7 @@ impl Counts {
         }
     }
 
-    /// Has the longest idle connection give way of a network that holds more than `held`, that of the newcomer.
+    /// Closes the longest idle connection of a network that holds more than `held`, the newcomer's count.
     fn make_room(&mut self, held: usize, grace: Duration) -> bool {
         let widest = |idle: &Idle| self.by_network[LEVELS - 1].get(&idle.networks[LEVELS - 1]);
         let may_go = |idle: &Idle| {
@@ -170,7 +170,7 @@ impl Counts {
 }
 
 impl Permit {
-    /// Notes whether the connection waits for nothing but its peer's next wish: then it may have to give way.
+    /// Notes whether the connection only waits for its peer's next request. If so, it may be closed for a newcomer.
     pub fn set_idle(&self, is_idle: bool) {
         let mut state = self.lock();
         let mut counts = self.limits.lock();
@@ -183,7 +183,7 @@ impl Permit {
                 counts.idle.insert(number, Idle { since, networks: self.networks, gives_way });
                 *state = PermitState::Idle(number);
             }
-            // One that has been given away stays so.
+            // A connection that is already being closed stays so.
             (PermitState::Idle(number), false) if counts.idle.remove(&number).is_some() => {
                 *state = PermitState::Busy;
             }
@@ -191,7 +191,7 @@ impl Permit {
         }
     }
 
-    /// Never gives way from now on: it is a player's.
+    /// Protects the connection from being closed for a newcomer, because it belongs to a player.
     pub fn keep(&self) {
         self.set_idle(false);
         let mut state = self.lock();
@@ -200,7 +200,7 @@ impl Permit {
         }
     }
 
-    /// Resolves when the connection has to give way to a newcomer.
+    /// Resolves when the connection must be closed for a newcomer.
     pub async fn gives_way(&self) {
         self.gives_way.notified().await;
     }
@@ -214,7 +214,7 @@ impl Drop for Permit {
     fn drop(&mut self) {
         let state = *self.lock();
         let mut counts = self.limits.lock();
-        // One that gave way is counted no longer.
+        // A connection that was closed for a newcomer is not counted any more.
         let is_counted = match state {
             PermitState::Idle(number) => counts.idle.remove(&number).is_some(),
             PermitState::Busy | PermitState::Kept => true,
@@ -236,7 +236,7 @@ mod tests {
         text.parse().expect("an address")
     }
 
-    /// An address in the household of this number on a line of this number.
+    /// An address in this household on this line.
     fn household(line: u16, number: u16) -> IpAddr {
         Ipv6Addr::new(0x2001, 0xdb8, line, number, 0, 0, 0, 1).into()
     }
@@ -276,7 +276,7 @@ mod tests {
     #[test]
     fn one_line_with_many_networks_leaves_most_to_others() {
         let limits = ConnectionLimits::new(4096, 512);
-        // All 256 networks of one line, which is a /56, and then all of a /48.
+        // All 256 networks of one line, which is a /56, and then all networks of a /48.
         let of_line = admitted(&limits, (0..4096).map(|number| household(1, number % 256)));
         assert_eq!(of_line.len(), 1024);
         let of_site = admitted(&limits, (0..4096).map(|number| household(1, 256 + number)));

@@ -1,16 +1,16 @@
-//! The networks of an address. One person may have many addresses: a household has a /64 of IPv6 or all of a
-//! /56, an organisation a /48, and a rented machine a few neighbours in a /24 of IPv4.
+//! The networks of an address. One person may have many addresses: a household has a /64 of IPv6 or a whole /56, an
+//! organisation a /48, and a rented machine a few neighbouring addresses in an IPv4 /24.
 
 use ipnet::IpNet;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
 
-/// Networks that an address belongs to.
+/// Number of networks that an address belongs to.
 pub const LEVELS: usize = 3;
-/// Lengths of their prefixes, the longest first.
+/// Prefix lengths of these networks, longest first.
 const BITS_V4: [u32; LEVELS] = [32, 24, 24];
 const BITS_V6: [u32; LEVELS] = [64, 56, 48];
 
-/// The networks of an address, the narrowest first, each by its first address.
+/// The networks of an address, narrowest first, each represented by its first address.
 pub fn networks(ip: IpAddr) -> [IpAddr; LEVELS] {
     match ip.to_canonical() {
         IpAddr::V4(ip) => BITS_V4.map(|bits| {
@@ -22,7 +22,7 @@ pub fn networks(ip: IpAddr) -> [IpAddr; LEVELS] {
     }
 }
 
-/// The network that an address counts for where only one matters: one IPv4 address, or one IPv6 /64.
+/// The network for limits that use only one: an IPv4 address, or an IPv6 /64.
 pub fn network(ip: IpAddr) -> IpAddr {
     networks(ip)[0]
 }
@@ -32,15 +32,15 @@ pub fn widest(ip: IpAddr) -> IpAddr {
     networks(ip)[LEVELS - 1]
 }
 
-/// The narrowest network with the length of its prefix.
+/// The narrowest network, with its prefix length.
 pub fn prefix(ip: IpAddr) -> IpNet {
     let ip = ip.to_canonical();
     let bits = if ip.is_ipv4() { BITS_V4[0] } else { BITS_V6[0] };
     IpNet::new_assert(ip, bits as u8).trunc()
 }
 
-/// The share of each network of an address if the narrowest may have `narrowest`: twice as much in each wider
-/// one, so that a neighbourhood is more than a household, and no single one is everybody.
+/// The shares of an address's networks if the narrowest may have `narrowest`. Each wider network may have twice as
+/// much, so that a neighbourhood gets more than a household, and no single network gets everything.
 pub fn shares(narrowest: usize) -> [usize; LEVELS] {
     std::array::from_fn(|level| narrowest.saturating_mul(1 << level))
 }

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-/// A token bucket. Time is passed in.
+/// A token bucket. The time is passed in.
 #[derive(Debug)]
 pub struct TokenBucket {
     per_second: f64,
@@ -18,17 +18,17 @@ impl TokenBucket {
         TokenBucket { per_second: per_second.into(), burst, tokens: burst, filled_at: now }
     }
 
-    /// Returns whether it is full.
+    /// Returns whether the bucket is full.
     pub fn is_full(&self, now: Instant) -> bool {
         self.tokens + self.gained(now) >= self.burst
     }
 
-    /// Takes one token; `false` when none is left.
+    /// Takes one token; `false` if none is left.
     pub fn take(&mut self, now: Instant) -> bool {
         self.take_many(1, now)
     }
 
-    /// Takes `count` tokens; `false`, and none is taken, when fewer are left.
+    /// Takes `count` tokens. Returns `false`, and takes none, if fewer are left.
     pub fn take_many(&mut self, count: usize, now: Instant) -> bool {
         let count = count as f64;
         self.refill(now);
@@ -39,13 +39,13 @@ impl TokenBucket {
         allowed
     }
 
-    /// Takes `count` tokens, on credit if fewer are left: at most a burst of them is owed.
+    /// Takes `count` tokens, on credit if fewer are left. The debt is limited to one burst.
     pub fn charge(&mut self, count: usize, now: Instant) {
         self.refill(now);
         self.tokens = (self.tokens - count as f64).max(-self.burst);
     }
 
-    /// The part of the burst that is left; below 0 where tokens are owed.
+    /// The fraction of the burst that is left; negative if tokens are owed.
     pub fn fill(&mut self, now: Instant) -> f64 {
         self.refill(now);
         self.tokens / self.burst

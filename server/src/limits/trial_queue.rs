@@ -1,14 +1,14 @@
-//! Work for strangers that takes a processor for a while, such as playing a run again or trying a scene: each on a thread
-//! of its own behind all other threads, one at a time, in an order that is fair by network.
+//! A queue for processor-intensive work on behalf of strangers, such as verifying a run or trying a scene. Each trial
+//! has a low-priority thread. They run one at a time, in an order that is fair between networks.
 //!
-//! **Order.** Next is the trial whose network had no turn for the longest time, the widest network first; of equals the one
-//! that came first. So networks that bring one trial after another delay a newcomer by the turn that is under way, however
-//! many of them wait.
+//! **Order.** The next trial is the one whose network has waited longest since its last turn, comparing the widest
+//! networks first; on a tie, the one that came first. So networks that submit one trial after another delay a newcomer
+//! only by the current turn, however many of their trials wait.
 //!
-//! **Limits.** There are places for some trials in all and for a few of an address ([`shares`]). Once all are taken, a
-//! newcomer gets the place of a trial that waits, of the network that has most, if the newcomer's has fewer or had no turn
-//! lately. A trial that can be interrupted passes its turn on after [`TRIAL_TURN`]. One that cannot has the next begin
-//! beside it after [`TRIAL_TURN_MAX`], but only [`TRIALS_OVERDUE_MAX`] at a time.
+//! **Limits.** The number of trials is limited, in total and per address ([`shares`]). Once all places are taken, a
+//! newcomer gets the place of a waiting trial from the network that has most, if the newcomer's network has fewer or
+//! had no recent turn. An interruptible trial passes on its turn after [`TRIAL_TURN`]. A trial that cannot be
+//! interrupted lets the next start beside it after [`TRIAL_TURN_MAX`], but only [`TRIALS_OVERDUE_MAX`] at a time.
 
 use crate::host::thread_time;
 use crate::limits::networks::{LEVELS, networks, shares};
@@ -20,17 +20,17 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::oneshot;
 
-/// Time after which a trial that can be interrupted lets others have a turn: most runs are played by then.
+/// Time after which an interruptible trial lets others have a turn; most runs have been played by then.
 const TRIAL_TURN: Duration = Duration::from_millis(500);
-/// Time after which the next trial begins beside one that is still at work: a trial of a scene, at half of a free processor,
-/// is over by then, unless a single step of it takes longer.
+/// Time after which the next trial starts beside one that is still running. By then a trial of a scene at half of a
+/// free processor is over, unless a single step takes longer.
 const TRIAL_TURN_MAX: Duration = Duration::from_secs(1);
-/// Trials that may be at work beside the one whose turn it is.
+/// Maximum number of trials that may run beside the one whose turn it is.
 const TRIALS_OVERDUE_MAX: usize = 1;
-/// Time for which it counts that a network had a turn: longer than a full queue takes.
+/// Time for which a network's turn is remembered; longer than a full queue takes.
 const TRIAL_TURNS_REMEMBERED: Duration = Duration::from_secs(60);
 
-/// The trials of one kind.
+/// The queue for one kind of trial.
 #[derive(Debug)]
 pub struct TrialQueue {
     trials_max: usize,
@@ -38,17 +38,17 @@ pub struct TrialQueue {
     turn: Duration,
     turn_max: Duration,
     state: Mutex<TrialQueueState>,
-    /// Notified when a trial comes, begins, passes its turn on or ends.
+    /// Notified when a trial arrives, starts, passes on its turn or ends.
     changed: Condvar,
 }
 
 #[derive(Debug, Default)]
 struct TrialQueueState {
-    /// Those that wait or are at work, in the order in which they came.
+    /// Waiting and running trials, in order of arrival.
     trials: Vec<QueuedTrial>,
-    /// Number of the newest.
+    /// Number of the newest trial.
     number: u64,
-    /// When each network last began a turn, the narrowest first.
+    /// Time at which each network last started a turn, narrowest networks first.
     turns: [BTreeMap<IpAddr, Instant>; LEVELS],
 }
 
@@ -56,11 +56,11 @@ struct TrialQueueState {
 struct QueuedTrial {
     number: u64,
     networks: [IpAddr; LEVELS],
-    /// When its turn began; `None` while it waits.
+    /// Start of the trial's turn; `None` while it waits.
     since: Option<Instant>,
 }
 
-/// A place in the queue, until it is dropped.
+/// A place in the queue, held until it is dropped.
 #[derive(Debug)]
 pub struct QueuePlace {
     queue: Arc<TrialQueue>,
@@ -68,7 +68,7 @@ pub struct QueuePlace {
 }
 
 impl TrialQueue {
-    /// An empty queue: `trials_max` places in all, `address_max` for one address.
+    /// Creates an empty queue with `trials_max` places, `address_max` of them for one address.
     pub fn new(trials_max: usize, address_max: usize) -> Arc<TrialQueue> {
         TrialQueue::with_turns(trials_max, address_max, TRIAL_TURN, TRIAL_TURN_MAX)
     }
@@ -83,9 +83,9 @@ impl TrialQueue {
         Arc::new(TrialQueue { trials_max, address_max, turn, turn_max, state, changed })
     }
 
-    /// Has `work` done for a client of this address when it is its turn, on a thread of this name, and returns its result:
-    /// `None` if there was no place, or it was lost to another network. The work is done although the request is gone, and
-    /// has its place until then. Errors are those of the server.
+    /// Runs `work` for a client of this address when its turn comes, on a thread with this name, and returns its
+    /// result. `None` if no place was free, or the place was lost to another network. The work is completed even if the
+    /// request is gone, and keeps its place until then. Errors are those of the server.
     pub async fn run<T: Send + 'static>(
         self: &Arc<Self>,
         address: IpAddr,
@@ -98,7 +98,7 @@ impl TrialQueue {
             thread_time::go_after_others(GUEST_NICENESS);
             let result = place.wait().then(|| work(&place)).filter(|_| place.is_held());
             drop(place);
-            // The request may be gone by then.
+            // The request may be gone already.
             let _ = sender.send(result);
         })?;
         done.await.map_err(|_| io::Error::other("the work of a trial panicked"))
@@ -139,19 +139,19 @@ impl TrialQueueState {
         self.trials.iter_mut().find(|trial| trial.number == number)
     }
 
-    /// When these networks last began a turn, the widest first.
+    /// Times at which these networks last started a turn, widest first.
     fn turns(&self, networks: [IpAddr; LEVELS]) -> [Option<Instant>; LEVELS] {
         std::array::from_fn(|at| LEVELS - 1 - at)
             .map(|level: usize| self.turns[level].get(&networks[level]).copied())
     }
 
-    /// The trial that begins next.
+    /// The trial that starts next.
     fn next(&self) -> Option<u64> {
         let order = |trial: &&QueuedTrial| (self.turns(trial.networks), trial.number);
         self.waiting().min_by_key(order).map(|trial| trial.number)
     }
 
-    /// Time until another trial may begin; `None` as long as none ends.
+    /// Time until another trial may start; `None` if one must end first.
     fn free_in(&self, now: Instant, turn_max: Duration) -> Option<Duration> {
         let begun = self.trials.iter().filter_map(|trial| trial.since);
         match begun.clone().max() {
@@ -174,8 +174,8 @@ impl TrialQueueState {
         }
     }
 
-    /// Takes the place of a trial that waits, of the network that has most, for a newcomer whose network has fewer, or had
-    /// no turn lately.
+    /// Removes a waiting trial of the network that has most, in favour of a newcomer whose network has fewer, or had no
+    /// recent turn.
     fn make_room(&mut self, newcomer: [IpAddr; LEVELS]) -> bool {
         let claim = |networks: [IpAddr; LEVELS], more: usize| {
             let widest = networks[LEVELS - 1];
@@ -192,7 +192,7 @@ impl TrialQueueState {
 }
 
 impl QueuePlace {
-    /// Waits for its turn; `false` if the place was lost to another network.
+    /// Waits for the turn of this place; `false` if the place was lost to another network.
     fn wait(&self) -> bool {
         let mut state = self.queue.lock();
         loop {
@@ -203,7 +203,7 @@ impl QueuePlace {
             let free_in = state.free_in(now, self.queue.turn_max);
             if free_in == Some(Duration::ZERO) && state.next() == Some(self.number) {
                 state.begin(self.number, now);
-                // The others wait until this turn is overdue.
+                // Wakes the others, which then wait until this turn is overdue.
                 self.queue.changed.notify_all();
                 return true;
             }
@@ -217,8 +217,8 @@ impl QueuePlace {
         }
     }
 
-    /// Called now and then by work that can be interrupted: passes the turn on, if it has lasted its time and others wait,
-    /// and waits for the next one. Returns `false` if the place was lost meanwhile, and the work is to end.
+    /// Called regularly by interruptible work. If the turn has lasted its full time and others wait, passes it on and
+    /// waits for the next one. Returns `false` if the place was lost meanwhile and the work should stop.
     pub fn pass(&self) -> bool {
         let mut state = self.queue.lock();
         let is_awaited = state.waiting().next().is_some();
@@ -252,7 +252,7 @@ mod tests {
     use std::sync::mpsc;
     use std::thread::yield_now;
 
-    /// Longer than anything takes, on a busy machine too.
+    /// Longer than anything takes, even on a busy machine.
     const LONG: Duration = Duration::from_secs(300);
 
     /// An address of this line.
@@ -260,13 +260,13 @@ mod tests {
         IpAddr::from([198, 51, number, 1])
     }
 
-    /// The trials of these lines, each of an address of its own.
+    /// Trials of these lines, each from a different address.
     fn entered(queue: &Arc<TrialQueue>, lines: &[u8]) -> Vec<QueuePlace> {
         let address = |(at, &line): (usize, &u8)| IpAddr::from([198, 51, line, at as u8]);
         lines.iter().enumerate().filter_map(|entry| queue.enter(address(entry))).collect()
     }
 
-    /// Plays all trials, each in one turn; returns their order.
+    /// Plays all trials, each in one turn, and returns their order.
     fn played(queue: &Arc<TrialQueue>, mut places: Vec<QueuePlace>) -> Vec<u64> {
         let mut order = Vec::new();
         let next = || queue.lock().next();
@@ -364,7 +364,7 @@ mod tests {
             let ended = end.recv_timeout(LONG);
             sender.send(ended).expect("it is awaited");
         });
-        // It is asked once, which starts the thread, and dropped.
+        // The future is polled once, which starts the thread, and then dropped.
         assert!(tokio::time::timeout(Duration::ZERO, work).await.is_err(), "it takes a moment");
         assert!(queue.enter(line(1)).is_none(), "it has its place");
         ends.send(()).expect("it waits");

@@ -1,8 +1,9 @@
-//! Bytes sent to one address, and bytes sent by all rooms with guests' scenes: each has a budget. A session beyond
-//! one gets fewer snapshots a second; see `Delivery` in `host`. Time is passed in.
+//! Budgets for the bytes sent to each address, and for the bytes sent by all rooms with guests' scenes. A session
+//! beyond a budget gets fewer snapshots per second; see `Delivery` in `host`. The time is passed in.
 //!
-//! When the guests' budget is used up, an address that takes no more than an equal part of it is still sent everything. The parts
-//! are equal among the widest networks, and among the addresses of one: many addresses of one line are one taker.
+//! When the guests' budget is used up, an address that takes no more than an equal part of it still gets everything.
+//! The parts are equal among the widest networks, and among the addresses of one: many addresses of one line are one
+//! taker.
 
 use crate::limits::networks::{LEVELS, networks};
 use crate::limits::token_bucket::TokenBucket;
@@ -14,49 +15,49 @@ use std::net::IpAddr;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
-/// Part of a bucket that spectators leave to players.
+/// Share of a bucket that spectators leave to players.
 const UPLINK_RESERVE: f64 = 0.5;
-/// Part of a bucket above which rates rise again.
+/// Fill level of a bucket above which rates rise again.
 const UPLINK_ROOMY: f64 = 0.75;
 
-/// Bytes that a message takes on its way beside its own: the headers of IP and TCP, and that of its frame.
+/// Bytes that a message takes in addition to its content: the IP and TCP headers, and the frame header.
 const ENVELOPE_BYTES: usize = 56;
 
 /// The budgets of a server.
 #[derive(Debug)]
 pub struct Uplink {
-    /// Bytes a second of an address, and of the guests' rooms together.
+    /// Bytes per second for one address, and for all guests' rooms together.
     address_per_second: u32,
     guests_per_second: u32,
     addresses: Mutex<BTreeMap<IpAddr, Arc<Mutex<AddressBuckets>>>>,
     guests: Mutex<Guests>,
 }
 
-/// What one address is sent.
+/// The budgets of one address.
 #[derive(Debug)]
 struct AddressBuckets {
     all: TokenBucket,
-    /// Its part of the guests' budget, in their rooms.
+    /// The address's part of the guests' budget.
     part: TokenBucket,
 }
 
-/// What guests' rooms send.
+/// The budget of guests' rooms.
 #[derive(Debug)]
 struct Guests {
     all: TokenBucket,
-    /// Their sessions, by address and by the widest network of the address.
+    /// The rooms' sessions, counted by address within the address's widest network.
     sessions: BTreeMap<IpAddr, BTreeMap<IpAddr, u32>>,
 }
 
-/// A session's part of the budgets, until it is dropped.
+/// A session's part of the budgets, held until it is dropped.
 #[derive(Debug)]
 pub struct Allowance {
     uplink: Arc<Uplink>,
     networks: [IpAddr; LEVELS],
     address: Arc<Mutex<AddressBuckets>>,
-    /// Whether it is in a room with a guest's scene.
+    /// Whether the session is in a room with a guest's scene.
     guest: bool,
-    /// Part of a bucket that it leaves to others.
+    /// The fraction of a bucket that the session leaves to others.
     reserve: f64,
 }
 
@@ -70,7 +71,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Uplink {
-    /// The budgets of a server that may send this many megabits a second.
+    /// The budgets of a server that may send this many megabits per second.
     pub fn new(megabits: u32, now: Instant) -> Arc<Uplink> {
         let per_second = megabits.saturating_mul(1_000_000 / 8);
         let guests_per_second = per_second / GUESTS_UPLINK_SHARE;
@@ -83,7 +84,8 @@ impl Uplink {
         })
     }
 
-    /// Begins to count what a session of this address is sent, as a player or a spectator, in a room of a `guest` or not.
+    /// Starts to count the bytes sent to a session of this address. `guest` is whether its room has a guest's scene,
+    /// `spectates` whether it is a spectator.
     pub fn open(
         self: &Arc<Self>,
         ip: IpAddr,
@@ -100,8 +102,8 @@ impl Uplink {
         Allowance { uplink: Arc::clone(self), networks, address, guest, reserve }
     }
 
-    /// The buckets of an address. Those of addresses without sessions are kept until they are full again: no address gets
-    /// a full one by coming back.
+    /// The buckets of an address. Those of addresses without sessions are kept until they are full again, so that no
+    /// address gets a full bucket by reconnecting.
     fn address(&self, network: IpAddr, now: Instant) -> Arc<Mutex<AddressBuckets>> {
         let mut addresses = lock(&self.addresses);
         if addresses.len() >= TRACKED_ADDRESSES_MAX {
@@ -134,7 +136,7 @@ impl Guests {
         }
     }
 
-    /// Takers among which the budget is divided, as an address with these networks counts them.
+    /// Number of takers that share the budget, from the view of an address with these networks.
     fn takers(&self, networks: [IpAddr; LEVELS]) -> usize {
         let of_widest = self.sessions.get(&networks[LEVELS - 1]).map_or(1, BTreeMap::len);
         self.sessions.len() * of_widest
@@ -142,8 +144,8 @@ impl Guests {
 }
 
 impl Allowance {
-    /// Counts a message of this size if it may be sent now; `false`, and it is not counted, if the budgets are used up. The
-    /// last message may exceed them.
+    /// Counts a message of this size if it may be sent now. Returns `false`, without counting it, if a budget is used
+    /// up. The last message may exceed a budget.
     pub fn take(&self, bytes: usize, now: Instant) -> bool {
         let allowed = self.has_some(now);
         if allowed {
@@ -157,12 +159,12 @@ impl Allowance {
         self.holds(self.reserve, now)
     }
 
-    /// Returns whether so much is left that the session may be sent more a second.
+    /// Returns whether enough is left to send the session more per second.
     pub fn is_roomy(&self, now: Instant) -> bool {
         self.holds(UPLINK_ROOMY, now)
     }
 
-    /// Counts a message that is sent whatever is left.
+    /// Counts a message that is sent regardless of the budgets.
     pub fn charge(&self, bytes: usize, now: Instant) {
         let bytes = bytes + ENVELOPE_BYTES;
         let mut address = lock(&self.address);
@@ -173,7 +175,7 @@ impl Allowance {
         }
     }
 
-    /// Returns whether more than this part of each bucket is left.
+    /// Returns whether more than this fraction of each bucket is left.
     fn holds(&self, part: f64, now: Instant) -> bool {
         let mut address = lock(&self.address);
         if address.all.fill(now) <= part {
@@ -208,11 +210,12 @@ mod tests {
     use super::*;
     use std::time::Duration;
 
-    /// One megabyte a second of an address, and of all guests' rooms.
+    /// One megabyte per second for each address, and for all guests' rooms together.
     const MEGABITS: u32 = 8 * ADDRESS_UPLINK_SHARE;
     const SECONDS: usize = 20;
 
-    /// Has sessions send messages of 1000 bytes, each so many a tick, and returns kilobytes a second of each.
+    /// Lets sessions send messages of 1000 bytes, each this many per tick, and returns the kilobytes per second of
+    /// each.
     fn sent(sessions: &[(&Allowance, usize)], began: Instant) -> Vec<usize> {
         let mut sent = vec![0; sessions.len()];
         for tick in 0..60 * SECONDS {
@@ -227,7 +230,7 @@ mod tests {
         sent.into_iter().map(|kilobytes| kilobytes / SECONDS).collect()
     }
 
-    /// Checks that this is so up to a tenth beyond the burst.
+    /// Checks that the rate is as expected, to within a tenth beyond the burst.
     fn is_about(kilobytes: usize, expected: usize) {
         let most = expected + expected * UPLINK_BURST_SECONDS as usize / SECONDS;
         let range = expected * 9 / 10..=most + expected / 10;
@@ -282,7 +285,7 @@ mod tests {
         assert!(lock(&uplink.guests).sessions.is_empty());
         let later = now + Duration::from_millis(2);
         assert!(open(later).take(1000, later));
-        // Full ones are forgotten once there are many.
+        // Full buckets are dropped once there are many.
         for host in 0..TRACKED_ADDRESSES_MAX as u32 {
             let now = now + Duration::from_secs(60);
             drop(uplink.open(std::net::Ipv4Addr::from(host).into(), false, false, now));

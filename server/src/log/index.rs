@@ -1,5 +1,5 @@
-//! The index of the replay directory, ordered so that a record, a deletion and a list visit a few files
-//! only, however many there are.
+//! The index of the replay directory, ordered so that recording, deleting and listing touch only a few files, however
+//! many there are.
 
 use super::name::is_clip;
 use crate::limits::{CLIPS_SHARE, REPLAY_FILE_CHARGE_MIN, REPLAY_FILES_MAX};
@@ -16,11 +16,11 @@ pub struct ReplayIndex {
     files: BTreeMap<String, IndexedFile>,
     /// Finished files, the least recently written first.
     finished: BTreeSet<Stamp>,
-    /// Of these the clips, by the network that asked for them; `None` if it is not known any more.
+    /// The clips among these, by the network that asked for them; `None` if it is no longer known.
     clips: BTreeMap<Option<IpAddr>, BTreeSet<Stamp>>,
-    /// Number of these clips, and the sum of their [`charge`].
+    /// Number of clips, and the sum of their [`charge`].
     clips_held: (usize, u64),
-    /// Readable files by the second in which they began.
+    /// Readable files by start time in seconds.
     begun: BTreeSet<(u64, String)>,
     /// Sum of [`charge`] over all files.
     charged_bytes: u64,
@@ -34,7 +34,7 @@ pub type Stamp = (SystemTime, String);
 pub struct IndexedFile {
     /// The file as lists show it.
     pub entry: ReplayCard,
-    /// Whether its beginning can be read; no list shows it otherwise.
+    /// Whether the start of the file can be read; otherwise it is not listed.
     pub is_readable: bool,
     /// Time of the last write.
     pub modified: SystemTime,
@@ -45,7 +45,7 @@ pub struct IndexedFile {
 }
 
 impl IndexedFile {
-    /// Shows the file with the fields of its start record.
+    /// Sets the listed fields that come from the file's start record.
     pub fn set_start(&mut self, start: &Start) {
         self.entry.scene.clone_from(&start.scene_name);
         self.entry.room.clone_from(&start.room);
@@ -54,20 +54,20 @@ impl IndexedFile {
         self.is_readable = true;
     }
 
-    /// Shows the file with a game that has reached this tick.
+    /// Sets the listed length of a game that has reached this tick.
     pub fn set_last_tick(&mut self, tick: u32) {
         let ticks = tick.saturating_sub(self.first_tick);
         self.entry.seconds = Some(ticks.div_ceil(TICKS_PER_SECOND));
     }
 }
 
-/// Bytes that a file of this length counts for towards the limit of the directory.
+/// Bytes counted for a file of this length towards the directory's limit.
 fn charge(bytes: u64) -> u64 {
     bytes.max(REPLAY_FILE_CHARGE_MIN)
 }
 
 impl ReplayIndex {
-    /// Adds a file, or replaces the one of this name.
+    /// Adds a file, or replaces the one with this name.
     pub fn insert(&mut self, file: IndexedFile) {
         let name = file.entry.name.clone();
         self.remove(&name);
@@ -105,7 +105,7 @@ impl ReplayIndex {
         Some(file)
     }
 
-    /// Changes a file, if there is one of this name.
+    /// Changes the file with this name, if it exists.
     pub fn update(&mut self, name: &str, change: impl FnOnce(&mut IndexedFile)) {
         if let Some(mut file) = self.remove(name) {
             change(&mut file);
@@ -113,7 +113,7 @@ impl ReplayIndex {
         }
     }
 
-    /// The file of this name.
+    /// The file with this name.
     pub fn get(&self, name: &str) -> Option<&IndexedFile> {
         self.files.get(name)
     }
@@ -127,12 +127,12 @@ impl ReplayIndex {
         self.files.len()
     }
 
-    /// Bytes that all files count for.
+    /// Total bytes counted for all files.
     pub fn charged_bytes(&self) -> u64 {
         self.charged_bytes
     }
 
-    /// The same once some more bytes were appended to a file, which need not exist yet.
+    /// The total after `bytes` more were appended to a file, which need not exist yet.
     pub fn charged_bytes_with(&self, name: &str, bytes: u64) -> u64 {
         match self.get(name) {
             Some(file) => {
@@ -147,8 +147,8 @@ impl ReplayIndex {
         self.finished.iter().find(|stamp| !passed.contains(stamp))
     }
 
-    /// The finished file, not among `passed`, that makes room in a directory of `bytes_max`: if clips have more than their
-    /// share, the oldest one of the network that has most, and else the oldest file.
+    /// The next finished file to delete, not among `passed`, in a directory of `bytes_max`. If clips exceed their
+    /// share, it is the oldest clip of the network that has most, otherwise the oldest file.
     pub fn next_to_go(&self, bytes_max: u64, passed: &[Stamp]) -> Option<&Stamp> {
         let (files, bytes) = self.clips_held;
         let too_many =
@@ -212,8 +212,8 @@ mod tests {
         assert_eq!(index.oldest_finished(&[]).map(|(_, name)| name.as_str()), Some("new"));
     }
 
-    /// Processor time of this thread for a hundred records, deletions and new files, and ten lists; the
-    /// least of some tries, for others may share the processor's caches.
+    /// Processor time of this thread for a hundred records, deletions and new files, and ten lists. The minimum of
+    /// several tries counts, since other threads may share the processor's caches.
     fn cost(index: &mut ReplayIndex) -> Duration {
         let now = || {
             let time = clock_gettime(ClockId::ThreadCPUTime);
@@ -242,7 +242,7 @@ mod tests {
     fn ten_thousand_files_cost_a_record_no_more_than_a_hundred() {
         let few = cost(&mut filled(REPLAYS_LISTED_MAX));
         let many = cost(&mut filled(REPLAY_FILES_MAX));
-        // A hundred times as much if anything of it went through all files.
+        // It would be a hundred times as much if any operation visited all files.
         assert!(many < 10 * few, "{many:?} with many files, {few:?} with few");
     }
 }

@@ -1,4 +1,4 @@
-//! The writers of the logs of all rooms of a server.
+//! The writers of the logs of all rooms.
 
 use super::reader::{LogReader, Policy, Seal, SharedLog, Wants};
 use super::recording::Recording;
@@ -15,7 +15,7 @@ use std::sync::Arc;
 use std::time::SystemTime;
 use tracing::error;
 
-/// The writer of a server, and what the logs of its rooms are read for. By default nothing is.
+/// The log writer of a server, and the readers that its rooms' logs get. By default there are none.
 #[derive(Default)]
 pub struct Logs {
     writer: Option<Arc<LogWriter>>,
@@ -23,23 +23,23 @@ pub struct Logs {
     pub recording: Option<Recording>,
     /// The files of `--state`, if rooms outlive the process.
     pub states: Option<Arc<StateFiles>>,
-    /// The stream of a fleet, which takes their place.
+    /// The stream of a fleet, which is used in place of these files.
     pub stream: Option<StreamEnd>,
 }
 
-/// The stream of a server's fleet, as far as the server knows it.
+/// The stream of a fleet, as the server uses it.
 pub struct StreamEnd {
     pub policy: Arc<Policy>,
-    /// Waits until everything that is in the shares of rooms is written.
+    /// Waits until everything in the rooms' shared logs is written.
     pub close: Box<dyn Fn() + Send + Sync>,
 }
 
-/// What a reader of a room's state is after.
+/// The purpose of a reader of a room's state.
 pub const STATE: Wants =
     Wants { file_ticks_max: limits::STATE_FILE_TICKS, is_replay: false, wall: SystemTime::now };
 
 impl Logs {
-    /// Opens the directories, and starts the writer of at most `rooms`. Errors are those of the state directory.
+    /// Opens the directories, and starts the writer for at most `rooms` rooms. Errors are those of the state directory.
     pub fn open(
         replays: Option<&Settings>,
         state: Option<&StateSettings>,
@@ -55,8 +55,7 @@ impl Logs {
         Ok(Logs { writer: Some(writer), recording, states, stream: None })
     }
 
-    /// Shares the log of a room with all that reads it: with the fleet's stream, where there is one. `None` if nothing is kept
-    /// of any room.
+    /// Shares the log of a room with its readers; in a fleet, with the stream. `None` if no logs are kept.
     pub fn share(
         &self,
         code: &str,
@@ -77,13 +76,13 @@ impl Logs {
         Some(shared)
     }
 
-    /// The rooms that were open when the last process ended.
+    /// The rooms that were open when the previous process ended.
     pub fn saved_rooms(&self) -> io::Result<Vec<SavedRoom>> {
         self.states.as_ref().map_or(Ok(Vec::new()), |states| states.saved_rooms())
     }
 
-    /// Sets aside what was kept of a room that cannot be restored, and logs the reason. Returns false if that is in a stream:
-    /// every node would restore it from the same records.
+    /// Sets aside the saved state of a room that cannot be restored, and logs the reason. Returns false if the state is
+    /// in a stream, where every node would restore it from the same records.
     pub fn set_aside(&self, code: &str, reason: &str) -> bool {
         match self.states.as_ref().filter(|_| self.stream.is_none()) {
             Some(states) => states.set_aside(code, reason),
@@ -92,7 +91,8 @@ impl Logs {
         self.stream.is_none()
     }
 
-    /// Gives up what was kept of a room that failed as it was restored: the same records would make it fail again.
+    /// Gives up the saved state of a room that failed while it was restored, because the same records would make it
+    /// fail again.
     pub fn give_up(&self, code: &str, reason: &str) -> Seal {
         if self.set_aside(code, reason) { Seal::Leave } else { Seal::Remove }
     }
@@ -102,14 +102,14 @@ impl Logs {
         self.states.is_some() || self.stream.is_some()
     }
 
-    /// Times that the state of a room was given up or set aside so far.
+    /// Number of times that the state of a room was given up or set aside so far.
     pub fn state_errors(&self) -> u64 {
         let of_stream = self.stream.as_ref().map(|stream| &stream.policy);
         let policy = of_stream.or_else(|| self.states.as_ref().map(|states| states.policy()));
         policy.map_or(0, |policy| policy.errors())
     }
 
-    /// Waits until everything that is in the shares of rooms is written, and ends the writer.
+    /// Waits until everything in the rooms' shared logs is written, and ends the writer.
     pub fn close(&self) {
         self.writer.iter().for_each(|writer| writer.close());
         self.stream.iter().for_each(|stream| (stream.close)());

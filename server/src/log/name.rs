@@ -1,17 +1,17 @@
-//! Names of replays: `<scene>-<room code>-<UTC yyyymmdd-hhmmss>`, which sort by time within a room
-//! and cannot lead out of their directory. Those of clips end in `-clip` or `-unlisted`.
+//! Names of replays: `<scene>-<room code>-<UTC yyyymmdd-hhmmss>`. They sort by time within a room and cannot escape
+//! their directory. Names of clips end in `-clip` or `-unlisted`.
 
 use jostle_protocol::limits::REPLAY_NAME_BYTES_MAX;
 use time::OffsetDateTime;
 
-/// Files whose names differ only by a number.
+/// Maximum number of files with names that differ only by a number.
 const REPLAY_NAMESAKES_MAX: u32 = 1000;
 
 /// Extension of the files.
 pub const ENDING: &str = ".jostle";
-/// End of the names of clips, before a number.
+/// Ending of the names of clips, before any number.
 pub const CLIP_ENDING: &str = "-clip";
-/// The same for clips of private rooms, which no list shows.
+/// Ending of the names of clips from private rooms, which are never listed.
 pub const UNLISTED_ENDING: &str = "-unlisted";
 
 /// The name for a replay, without a number.
@@ -19,13 +19,13 @@ pub fn name(scene: &str, room: &str, unix_s: u64) -> String {
     format!("{}-{}-{}", word(scene), word(room), utc(unix_s))
 }
 
-/// The same name, and then those with a number.
+/// The name itself, followed by numbered variants.
 pub fn numbered(name: &str) -> impl Iterator<Item = String> + '_ {
     let others = (2..=REPLAY_NAMESAKES_MAX).map(move |number| format!("{name}-{number}"));
     std::iter::once(name.to_owned()).chain(others)
 }
 
-/// Returns whether this is the name of a clip of a private room. Other names end in a time.
+/// Returns whether this is the name of a clip from a private room. Names of recordings end in a time.
 pub fn is_unlisted(name: &str) -> bool {
     has_ending(name, UNLISTED_ENDING)
 }
@@ -35,13 +35,13 @@ pub fn is_clip(name: &str) -> bool {
     is_unlisted(name) || has_ending(name, CLIP_ENDING)
 }
 
-/// Returns whether a name ends so, before its number if it has one.
+/// Returns whether a name has this ending, ignoring a number after it.
 fn has_ending(name: &str, ending: &str) -> bool {
     let plain = name.trim_end_matches(|char: char| char.is_ascii_digit());
     name.ends_with(ending) || plain.trim_end_matches('-').ends_with(ending)
 }
 
-/// Returns whether this can be the name of a replay.
+/// Returns whether this could be the name of a replay.
 pub fn is_name(text: &str) -> bool {
     (1..=REPLAY_NAME_BYTES_MAX).contains(&text.len()) && text.bytes().all(is_allowed)
 }
@@ -50,7 +50,7 @@ fn is_allowed(byte: u8) -> bool {
     byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'-'
 }
 
-/// Lower-case letters, digits and dashes; a dash for everything else.
+/// Replaces everything except lower-case letters, digits and dashes by dashes.
 fn word(text: &str) -> String {
     let allowed = |char: char| u8::try_from(char).is_ok_and(is_allowed);
     text.to_lowercase().chars().map(|char| if allowed(char) { char } else { '-' }).collect()
@@ -62,8 +62,8 @@ fn utc(unix_s: u64) -> String {
     format!("{year:04}{month:02}{day:02}-{hour:02}{minute:02}{second:02}")
 }
 
-/// Year, month, day, hour, minute and second of a second since 1970, UTC. Later ones than the last
-/// of the year 9999 are that one, so that what is printed keeps its length.
+/// Year, month, day, hour, minute and second of a time in seconds since 1970, UTC. Times after the year 9999 are
+/// clamped to its last second, so that printed text keeps its length.
 pub fn calendar(unix_s: u64) -> [i32; 6] {
     let unix_s = unix_s.min(253_402_300_799) as i64;
     let time = OffsetDateTime::from_unix_timestamp(unix_s).expect("a second before the year 10000");

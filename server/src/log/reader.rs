@@ -10,62 +10,64 @@ use std::time::{Duration, Instant, SystemTime};
 use tokio::sync::Notify;
 use tracing::{error, info};
 
-/// Where one reader writes. A function may block; after an error there is no open file until the next one begins.
+/// The destination of a reader's output. Its functions may block. After an error no file is open until the next one
+/// begins.
 pub trait Sink: Send {
-    /// Begins a new file with these records, in the place of the one before.
+    /// Begins a new file with these records, replacing the previous one.
     fn begin(&mut self, records: &[Arc<Record>]) -> io::Result<()>;
 
     /// Appends records to the file.
     fn append(&mut self, records: &[Arc<Record>]) -> io::Result<()>;
 
-    /// Makes what was appended outlive a power cut, if it is to.
+    /// Ensures that the appended records survive a power failure, if required.
     fn sync(&mut self) -> io::Result<()> {
         Ok(())
     }
 
-    /// Returns whether the file is so long that the next one should begin.
+    /// Returns whether the file is so long that a new one should begin.
     fn is_full(&self) -> bool {
         false
     }
 
-    /// Ends the file: its room has ended.
+    /// Ends the file, because its room has ended.
     fn seal(&mut self, seal: &Seal) -> io::Result<()>;
 }
 
-/// What happens when a disk fails or is full, or NATS stalls: a reader gives its file up, the first of consecutive errors
-/// is logged, each is counted, and a new file begins after a while. One for all readers of a kind.
+/// The policy for a disk that fails or is full, or NATS that stalls. A reader gives up its file, the first of
+/// consecutive errors is logged, each is counted, and a new file begins after a while. All readers of a kind share one
+/// policy.
 #[derive(Debug)]
 pub struct Policy {
-    /// The line in the program's log then.
+    /// The log message for the first error.
     cannot: &'static str,
-    /// Time after which a reader that gave its file up begins a new one.
+    /// Time after which a reader that gave up its file begins a new one.
     retry: Duration,
     errors: Arc<AtomicU64>,
-    /// Of these, files that were given up because what writes them was too slow.
+    /// Number of files that were given up because writing was too slow.
     dropped: Arc<AtomicU64>,
     is_failing: AtomicBool,
 }
 
 impl Policy {
-    /// A policy under which nothing has failed.
+    /// Creates a policy without errors so far.
     pub fn new(cannot: &'static str, retry: Duration) -> Arc<Policy> {
         let (errors, dropped, is_failing) =
             (Arc::default(), Arc::default(), AtomicBool::new(false));
         Arc::new(Policy { cannot, retry, errors, dropped, is_failing })
     }
 
-    /// The same policy for one room, whose first error is logged although another's was.
+    /// The same policy for one room. Its first error is logged even if another room's was.
     pub fn of_room(&self) -> Arc<Policy> {
         let (errors, dropped) = (Arc::clone(&self.errors), Arc::clone(&self.dropped));
         Arc::new(Policy { errors, dropped, is_failing: AtomicBool::new(false), ..*self })
     }
 
-    /// Errors so far: files that were given up, set aside, or could not be deleted.
+    /// Number of errors so far: files that were given up, set aside, or could not be deleted.
     pub fn errors(&self) -> u64 {
         self.errors.load(Ordering::Relaxed)
     }
 
-    /// Errors that came of a disk or a network that was too slow.
+    /// Number of errors caused by a disk or network that was too slow.
     pub fn dropped(&self) -> u64 {
         self.dropped.load(Ordering::Relaxed)
     }
@@ -75,7 +77,7 @@ impl Policy {
         self.errors.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// Counts an error, and logs it if it is the first since something was written.
+    /// Counts an error, and logs it if it is the first since a successful write.
     pub fn failed(&self, error: &dyn Display) {
         self.count();
         if !self.is_failing.swap(true, Ordering::Relaxed) {
@@ -83,7 +85,7 @@ impl Policy {
         }
     }
 
-    /// The log has forgotten what a reader has not written yet.
+    /// Called when the log has discarded blocks that a reader has not written yet.
     pub fn too_slow(&self) {
         self.dropped.fetch_add(1, Ordering::Relaxed);
         self.failed(&"what it is written to is too slow");
@@ -108,11 +110,11 @@ pub enum NextWrite {
 /// The purpose of a reader.
 #[derive(Clone, Copy, Debug)]
 pub struct Wants {
-    /// Ticks after which it begins a new file, at the next keyframe.
+    /// Ticks after which the reader begins a new file, at the next keyframe.
     pub file_ticks_max: u32,
-    /// Whether it is a replay: its files have an end, and none has what happens in an empty room.
+    /// Whether the output is a replay: its files have an end record, and omit the time when the room is empty.
     pub is_replay: bool,
-    /// The clock by which its files are named.
+    /// The clock for the names of the files.
     pub wall: fn() -> SystemTime,
 }
 
@@ -122,20 +124,20 @@ pub struct LogReader {
     wants: Wants,
     /// The policy for errors.
     pub policy: Arc<Policy>,
-    /// Position of the next block; `None` while it has no file.
+    /// Position of the next block; `None` without an open file.
     position: Option<u64>,
-    /// The keyframe at which its next file begins, if that is not the newest one.
+    /// The keyframe at which the next file begins, if that is not the newest one.
     begin_at: Option<u64>,
-    /// Ticks played before its file began.
+    /// Ticks played before the current file began.
     first_tick: u32,
-    /// When it may begin a file again, after an error.
+    /// Time when the reader may begin a file again after an error.
     retry_at: Option<Instant>,
-    /// Whether its room has ended and all is done.
+    /// Whether the room has ended and everything is done.
     pub is_finished: bool,
 }
 
 impl LogReader {
-    /// A reader of this log without a file.
+    /// Creates a reader of this log, without an open file.
     pub fn new(shared: &Arc<SharedLog>, policy: &Arc<Policy>, wants: Wants) -> LogReader {
         let (shared, policy) = (Arc::clone(shared), Arc::clone(policy));
         let (position, begin_at, retry_at, is_finished) = (None, None, None, false);
@@ -151,12 +153,12 @@ impl LogReader {
         }
     }
 
-    /// Waits until there may be something new to read.
+    /// Waits until there may be new blocks to read.
     pub async fn changed(&self) {
         self.shared.changed().await;
     }
 
-    /// Has a sink do what is next. Returns false if there is nothing to do now.
+    /// Lets a sink perform the next step. Returns false if nothing can be done now.
     pub fn step(&mut self, sink: &mut dyn Sink, now: Instant) -> bool {
         let next = self.next(now, sink.is_full());
         let done = match &next {
@@ -172,7 +174,7 @@ impl LogReader {
         true
     }
 
-    /// What to do now, and then to tell [`LogReader::done`] or [`LogReader::give_up`].
+    /// The step to perform now. Its outcome must be reported to [`LogReader::done`] or [`LogReader::give_up`].
     pub fn next(&mut self, now: Instant, is_full: bool) -> NextWrite {
         let (shared, is_replay) = (Arc::clone(&self.shared), self.wants.is_replay);
         let held = shared.lock();
@@ -181,7 +183,7 @@ impl LogReader {
         let position = match self.position {
             _ if self.is_finished => return NextWrite::Nothing,
             _ if is_over => return self.end(&held),
-            // A last file is begun whatever became of the one before.
+            // The last file is begun even if the previous one was given up.
             Some(position) if !is_kept || held.blocks.newest_keyframe() < Some(position) => {
                 position
             }
@@ -218,7 +220,7 @@ impl LogReader {
         NextWrite::Append(blocks)
     }
 
-    /// Begins a file at a keyframe, if it may now.
+    /// Begins a file at a keyframe, if allowed now.
     fn next_file(&mut self, held: &Contents, is_kept: bool, now: Instant) -> NextWrite {
         let may = is_kept || self.retry_at.is_none_or(|at| now >= at);
         let is_wanted = !self.wants.is_replay
@@ -235,7 +237,7 @@ impl LogReader {
         self.first_tick = keyframe(&records[0]).map_or(0, |(tick, _)| tick);
         let unix = (self.wants.wall)().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
         let start = held.blocks.start(unix.as_secs(), self.first_tick);
-        // The state before the first tick follows from scene and seed.
+        // The initial state follows from scene and seed.
         let states = usize::from(self.first_tick == 0);
         let rest = records.split_off(1).into_iter();
         let rest = rest.filter(|block| matches!(**block, Record::Ticks(_) | Record::Host(_)));
@@ -244,7 +246,7 @@ impl LogReader {
         NextWrite::Begin(records)
     }
 
-    /// The steps that are left if the room has ended.
+    /// The remaining steps, if the room has ended.
     fn end(&mut self, held: &Contents) -> NextWrite {
         self.is_finished = held.seal.is_some();
         match &held.seal {
@@ -255,21 +257,22 @@ impl LogReader {
         }
     }
 
-    /// The next step was taken.
+    /// Called after the next step has succeeded.
     pub fn done(&self, next: &NextWrite) {
-        // The beginning of a file may find a place where its ticks do not.
+        // Only appending proves that the disk works; it may have space for the start of a file but not for its ticks.
         if let NextWrite::Append(_) = next {
             self.policy.works();
         }
     }
 
-    /// Gives the file up because of an error.
+    /// Gives up the file because of an error.
     pub fn failed(&mut self, error: &dyn Display, now: Instant) {
         self.policy.failed(error);
         self.give_up(now);
     }
 
-    /// Gives the file up after an error, which was counted. A new one begins after a while, unless the room has ended.
+    /// Gives up the file after an error that was already counted. A new one begins after a while, unless the room has
+    /// ended.
     pub fn give_up(&mut self, now: Instant) {
         (self.position, self.begin_at) = (None, None);
         self.retry_at = Some(now + self.policy.retry);
@@ -288,11 +291,11 @@ fn keyframe(block: &Record) -> Option<(u32, u64)> {
 /// The fate of the state of a room that has ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Seal {
-    /// It is kept, from its newest keyframe on: the room goes on later, or elsewhere.
+    /// It is kept from its newest keyframe on, because the room resumes later or elsewhere.
     Keep,
     /// It is removed.
     Remove,
-    /// It is left as it is: another node plays the room.
+    /// It is left untouched, because another node plays the room.
     Leave,
 }
 
@@ -304,13 +307,13 @@ pub struct SharedLog {
     changed: Notify,
 }
 
-/// The part that readers see.
+/// The content visible to readers.
 #[derive(Default)]
 pub struct Contents {
     pub blocks: RecentBlocks,
-    /// Whether replays are to have what is played now: an empty room is of no interest.
+    /// Whether replays should include the current ticks; an empty room is not recorded.
     pub is_recorded: bool,
-    /// What becomes of the room's state once all is read: the room has ended.
+    /// The fate of the room's state once everything is read, if the room has ended.
     pub seal: Option<Seal>,
 }
 
@@ -325,18 +328,18 @@ impl SharedLog {
         self.changed.notify_one();
     }
 
-    /// Ends the log. The first seal counts: a room that was given up may wake later.
+    /// Ends the log. The first seal counts, since a room that was given up may wake later.
     pub fn seal(&self, seal: Seal) {
         self.lock().seal.get_or_insert(seal);
         self.changed.notify_one();
     }
 
-    /// Waits until there is something new since the last time.
+    /// Waits until there is something new since the last call.
     pub async fn changed(&self) {
         self.changed.notified().await;
     }
 
-    /// Locks the log for a moment, in which blocks are listed and nothing is written.
+    /// Locks the log briefly, to list blocks; never while writing.
     pub fn lock(&self) -> MutexGuard<'_, Contents> {
         self.held.lock().unwrap_or_else(PoisonError::into_inner)
     }

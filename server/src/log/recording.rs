@@ -1,4 +1,4 @@
-//! The replays of a server: lines to the files of rooms, and clips.
+//! The recordings of a server: writers for the files of rooms, and clips.
 
 use super::store::ReplayStore;
 use super::writer::LogWriter;
@@ -15,27 +15,27 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant, UNIX_EPOCH};
 
-/// Clips of one address in a minute, in all rooms: as many as those of one room, as a class that plays together asks for.
+/// Clips per minute from one address in all rooms: as many as in one room, enough for a class that plays together.
 const ADDRESS_CLIPS_PER_MINUTE_MAX: u32 = 8;
 
-/// A server's replays, as its rooms know them.
+/// A server's recordings, as its rooms see them.
 pub struct Recording {
     store: Arc<ReplayStore>,
     writer: Arc<LogWriter>,
-    /// Clips that wait, or are being cut.
+    /// Number of clips that are waiting or being cut.
     waiting_clips: Arc<AtomicUsize>,
-    /// Limits on how many clips each address asks for.
+    /// Limits the rate of clips from each address.
     clip_rates: Mutex<AddressRateLimiter>,
 }
 
-/// The clips of each address, for all rooms of a server.
+/// The rate limit for clips from each address, across all rooms of a server.
 pub(super) fn clip_rates() -> AddressRateLimiter {
     let per_second = f64::from(ADDRESS_CLIPS_PER_MINUTE_MAX) / 60.0;
     AddressRateLimiter::new(per_second, ADDRESS_CLIPS_PER_MINUTE_MAX as usize)
 }
 
 impl Recording {
-    /// Has this writer keep replays.
+    /// Creates recordings that use this writer.
     pub fn new(store: Arc<ReplayStore>, writer: Arc<LogWriter>) -> Recording {
         let (waiting_clips, clip_rates) = (Arc::default(), Mutex::new(clip_rates()));
         Recording { store, writer, waiting_clips, clip_rates }
@@ -45,20 +45,20 @@ impl Recording {
         &self.store
     }
 
-    /// Seconds since 1970.
+    /// The current time, seconds since 1970.
     pub fn unix_s(&self) -> u64 {
         let wall = (self.store.settings().wall)();
         wall.duration_since(UNIX_EPOCH).unwrap_or(Duration::ZERO).as_secs()
     }
 
-    /// Counts a clip that a client of this address asks for; `false` if there were too many in all rooms.
+    /// Counts a clip requested by a client of this address; `false` if it requested too many in all rooms.
     pub fn admit_clip(&self, address: IpAddr, now: Instant) -> bool {
         self.clip_rates.lock().unwrap_or_else(PoisonError::into_inner).admit(address, now)
     }
 
-    /// Has a clip cut out of these records and kept. The answer comes from the writer's thread, or at once if it has too
-    /// much to do. A clip that is not listed is a private room's: its name and its file do not tell the room's code, which
-    /// lets in whom it is shown.
+    /// Cuts a clip from these records and saves it. The answer comes from the writer's thread, or at once if it is too
+    /// busy. An unlisted clip belongs to a private room. Its name and its file do not reveal the room's code, which
+    /// would admit anyone who sees it.
     pub fn keep_clip(
         &self,
         mut records: Vec<Arc<Record>>,
@@ -96,7 +96,7 @@ impl Recording {
     }
 }
 
-/// The start of a clip, and its bytes: the last ticks of a replay.
+/// The start record of a clip, and its bytes: the last ticks of a replay.
 fn clip(records: &[Arc<Record>]) -> io::Result<(Start, Vec<u8>)> {
     let bytes = header().into_iter().chain(records.iter().flat_map(|record| record.seal()));
     let replay = Replay::read(bytes.collect()).map_err(io::Error::other)?;

@@ -1,4 +1,4 @@
-//! The replay of a room: a file in the directory of replays.
+//! The replay of a room, as files in the directory of replays.
 
 use super::reader::{LogReader, Seal, SharedLog, Sink, Wants};
 use super::store::ReplayStore;
@@ -20,14 +20,14 @@ struct Open {
     name: String,
     file: Box<dyn Write + Send>,
     bytes: u64,
-    /// Whether a player sent an input; a file without any is of no use.
+    /// Whether a player has sent an input; a file without inputs is useless.
     has_inputs: bool,
     players: PlayerCount,
     tail: ReplayTail,
 }
 
 impl ReplayFile {
-    /// A reader of a room's log for its replay, and where that is written.
+    /// Creates a reader of a room's log for its replay, and the sink for it.
     pub fn of(store: &Arc<ReplayStore>, shared: &Arc<SharedLog>) -> (LogReader, ReplayFile) {
         let settings = store.settings();
         let (file_ticks_max, wall) = (settings.file_ticks_max, settings.wall);
@@ -36,7 +36,7 @@ impl ReplayFile {
         (LogReader::new(shared, store.policy(), wants), file)
     }
 
-    /// Keeps a file that is no longer written, or deletes it if it has no inputs.
+    /// Closes a file, and deletes it if it has no inputs.
     fn close(&mut self, last: &[Record]) -> io::Result<()> {
         let Some(mut open) = self.open.take() else { return Ok(()) };
         let written = open.write(last, &self.store).and_then(|_| open.file.flush());
@@ -54,7 +54,7 @@ impl Sink for ReplayFile {
         let Some(Record::Start(start)) = records.first().map(|record| &**record) else {
             return Err(io::ErrorKind::InvalidInput.into());
         };
-        // One that was given up because the disk was too slow ends here.
+        // Ends a file that was given up because the disk was too slow.
         self.seal(&Seal::Keep)?;
         let (name, file) = self.store.create(start)?;
         self.store.count(1, 0);
@@ -79,7 +79,7 @@ impl Sink for ReplayFile {
         self.open.as_ref().is_some_and(|open| open.bytes >= limits::REPLAY_FILE_BYTES_MAX)
     }
 
-    /// A game that failed has no end: its last ticks are written without one.
+    /// The replay of a game that failed gets its last ticks, but no end record.
     fn seal(&mut self, _: &Seal) -> io::Result<()> {
         self.open.iter_mut().for_each(|open| open.tail.flush());
         let last = self.open.as_mut().map(|open| open.tail.ready()).unwrap_or_default();
@@ -89,7 +89,7 @@ impl Sink for ReplayFile {
 
 impl Drop for ReplayFile {
     fn drop(&mut self) {
-        // An error is that of a file that was given up.
+        // An error would belong to a file that was already given up.
         let _ = self.seal(&Seal::Keep);
     }
 }
@@ -115,7 +115,7 @@ impl Open {
                 "it would be too long to be read",
             ));
         }
-        // Otherwise what is written to a file that was removed would count for the directory.
+        // Otherwise writes to a removed file would count towards the directory.
         if store.path(&self.name).symlink_metadata().is_err() {
             return Err(io::Error::new(io::ErrorKind::NotFound, "it was removed"));
         }

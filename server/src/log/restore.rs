@@ -1,4 +1,4 @@
-//! Rooms of the process before, as their files say.
+//! Rooms of the previous process, restored from their files.
 
 use crate::files::read_regular;
 use crate::host::admission::Admission;
@@ -14,17 +14,16 @@ use std::sync::Arc;
 use std::time::Instant;
 use tracing::{info, warn};
 
-/// The notes of the host in a room's file, as JSON. New fields have defaults, so that files of an older version
-/// can be read.
+/// The host's notes in a room's file, as JSON. New fields have defaults, so that files of older versions can be read.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Notes {
-    /// [`crate::host::room_handle::RoomInfo::number`]: tokens and host keys name it.
+    /// Number of the room, named in its tokens and host keys. See [`crate::host::room_handle::RoomInfo::number`].
     pub number: u64,
-    /// Whether it is reached by its link only.
+    /// Whether the room can only be reached by its link.
     pub private: bool,
     /// Network of the creator; `None` for a standing room.
     pub creator: Option<IpAddr>,
-    /// Whether a guest brought the scene.
+    /// Whether a guest provided the scene.
     #[serde(default)]
     pub guest: bool,
     /// Who has which seat.
@@ -34,12 +33,12 @@ pub struct Notes {
     pub admission: Admission,
 }
 
-/// A room whose file was read, and whose game waits to be played up to its last tick.
+/// A room whose file was read, and whose game has yet to be played up to its last tick.
 #[derive(Debug)]
 pub struct SavedRoom {
-    /// The code in its link.
+    /// The code in the room's link.
     pub code: String,
-    /// Its scene, as it was when the room opened.
+    /// The scene, in its state when the room opened.
     pub scene: Arc<Scene>,
     /// The notes in the file.
     pub notes: Notes,
@@ -47,13 +46,13 @@ pub struct SavedRoom {
 }
 
 impl SavedRoom {
-    /// Reads the file of a room. An error is a sentence that says why that is not possible.
+    /// Reads the file of a room. The error is a sentence with the reason.
     pub fn read(code: String, path: &Path) -> Result<SavedRoom, String> {
         let bytes = read_regular(path, REPLAY_BYTES_MAX).map_err(|error| error.to_string())?;
         SavedRoom::from_bytes(code, bytes)
     }
 
-    /// Reads the bytes of such a file. An error is a sentence that says why that is not possible.
+    /// Reads the content of such a file. The error is a sentence with the reason.
     pub fn from_bytes(code: String, bytes: Vec<u8>) -> Result<SavedRoom, String> {
         let replay = Replay::read(bytes).map_err(|error| error.to_string())?;
         let start = replay.start();
@@ -77,9 +76,9 @@ impl SavedRoom {
         self.replay.start().seed
     }
 
-    /// Plays the game up to its last recorded tick. The caller begins a new epoch of claims
-    /// ([`Room::begin_epoch`]). An error is a sentence that says why that is not possible. `None` if the game needs more
-    /// than its budget, or `may_go_on`, which is asked before each tick, says no.
+    /// Plays the game up to its last recorded tick. The caller begins a new epoch of claims ([`Room::begin_epoch`]).
+    /// The error is a sentence with the reason. `None` if the game exceeds its budget, or `may_go_on`, which is called
+    /// before each tick, returns false.
     pub fn restore(&self, may_go_on: impl Fn() -> bool) -> Result<Option<Room>, String> {
         let began = Instant::now();
         let mut playback = Playback::of_scene(Arc::clone(&self.replay), Arc::clone(&self.scene))
@@ -111,13 +110,13 @@ impl SavedRoom {
         Ok(Some(Room::restore(code, self.seed(), moment, &self.notes.members)))
     }
 
-    /// Whether nothing but an end record is missing, which such files never have.
+    /// Whether only the end record is missing, which such files never have.
     fn ends_whole(&self) -> bool {
         self.replay.sizes().lost == 0
     }
 }
 
-/// Forgets who had the seats that were given up or taken after the notes were made.
+/// Removes the holders of seats that were given up or taken after the notes were made.
 fn forget_changed_seats(notes: &mut Notes, replay: &Replay, noted_tick: u32) {
     let mut tick = noted_tick + 1;
     while let Some(block) = replay.block_with(tick) {

@@ -1,4 +1,4 @@
-//! The log of one room on its thread: after its ticks, what is new goes to the readers of other threads.
+//! The log of one room on its thread. After the room's ticks, new blocks go to the readers on other threads.
 
 use super::logs::Logs;
 use super::reader::{Seal, SharedLog};
@@ -9,28 +9,28 @@ use jostle_protocol::replay::Record;
 use jostle_room::Room;
 use std::sync::Arc;
 
-/// Feeds the readers of a room's log, and waits for nothing.
+/// Feeds the readers of a room's log, without waiting.
 pub struct RoomLog {
-    /// The room's own facts in its notes.
+    /// The room's facts for its notes.
     about: Notes,
-    /// `None` if nothing is kept of the room.
+    /// `None` if no log is kept for the room.
     shared: Option<Arc<SharedLog>>,
     /// Whether the log has notes on the players and their seats.
     has_notes: bool,
-    /// The newest keyframe that has notes after it, and the revision of what these say.
+    /// The newest keyframe followed by notes, and the revision of their content.
     noted: (Option<u64>, Revision),
-    /// The tick from which on there may be more notes.
+    /// The tick from which further notes are allowed.
     note_at: u32,
     is_recorded: bool,
-    /// The position up to which readers have it.
+    /// The position up to which blocks were given to the readers.
     held: u64,
 }
 
-/// Revisions of what the notes say.
+/// Revisions of the content of notes.
 type Revision = (u64, u64);
 
 impl RoomLog {
-    /// Begins the log of a room, which its readers find here.
+    /// Begins the log of a room in `shared`, where its readers find it.
     pub fn begin(
         logs: &Logs,
         shared: Option<Arc<SharedLog>>,
@@ -48,7 +48,7 @@ impl RoomLog {
         log
     }
 
-    /// Feeds what is new. The replay of a room that is `empty` ends; the next player begins a new one.
+    /// Feeds new blocks. The replay of a room that is `empty` ends, and the next player begins a new one.
     pub fn after_ticks(&mut self, room: &mut Room, admission: &Admission, empty: bool) {
         let Some(shared) = &self.shared else { return };
         if std::mem::replace(&mut self.is_recorded, !empty) == empty {
@@ -73,9 +73,9 @@ impl RoomLog {
         }
     }
 
-    /// Ends the log of a room, and has its state sealed so. A replay has no end if the game is not `whole`: a tick that failed
-    /// halfway is left out. A state that is kept ends with a keyframe, from which the room is restored without playing any
-    /// tick again.
+    /// Ends the log of a room, and seals its state with `seal`. A replay has no end record if the game is not `whole`;
+    /// a tick that failed halfway is omitted. State that is kept ends with a keyframe, from which the room is restored
+    /// without replaying any tick.
     pub fn end(mut self, room: &mut Room, admission: &Admission, whole: bool, seal: Seal) {
         if whole {
             room.end_log();

@@ -7,22 +7,22 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
-/// Ticks in one file: an hour. Then a new one begins in the middle of the game.
+/// Ticks in one file: an hour. Then a new file starts in the middle of the game.
 const REPLAY_FILE_TICKS_MAX: u32 = 60 * 60 * TICKS_PER_SECOND;
 /// Time between two scans of the directory, and between two log lines of counters.
 const REPLAY_LOOK_EVERY: Duration = Duration::from_secs(60);
 
-/// Creates a new file, and fails if there is one of that name.
+/// Creates a new file; fails if the file exists.
 pub type Create = fn(&Path) -> io::Result<Box<dyn Write + Send>>;
 
 #[derive(Clone, Debug)]
 pub struct Settings {
-    /// The directory; it is made if it is missing.
+    /// The directory, which is created if missing.
     pub dir: PathBuf,
-    /// Bytes of all replays in it, each counted as [`limits::REPLAY_FILE_CHARGE_MIN`] at least. The oldest are
-    /// deleted first.
+    /// Maximum total bytes of the replays in the directory, where each file counts at least
+    /// [`limits::REPLAY_FILE_CHARGE_MIN`]. The oldest are deleted first.
     pub bytes_max: u64,
-    /// How long a replay is kept.
+    /// Age after which a replay is deleted.
     pub age_max: Duration,
     /// [`REPLAY_FILE_TICKS_MAX`]; tests shorten it.
     pub file_ticks_max: u32,
@@ -30,9 +30,9 @@ pub struct Settings {
     pub retry: Duration,
     /// [`REPLAY_LOOK_EVERY`]; tests shorten it.
     pub look_every: Duration,
-    /// Creates files; tests replace it by one that fails.
+    /// Creates files; tests replace it with a function that fails.
     pub create: Create,
-    /// The wall clock; tests replace it by one that steps.
+    /// The wall clock; tests replace it with one that steps.
     pub wall: fn() -> SystemTime,
 }
 
@@ -52,12 +52,12 @@ impl Settings {
     }
 }
 
-/// A span of whole days.
+/// A duration of whole days.
 pub fn days(count: u32) -> Duration {
     Duration::from_secs(u64::from(count) * 24 * 60 * 60)
 }
 
-/// Unbuffered, so that everything written survives a kill of the process.
+/// Unbuffered, so that everything written survives if the process is killed.
 fn create_file(path: &Path) -> io::Result<Box<dyn Write + Send>> {
     Ok(Box::new(File::options().write(true).create_new(true).open(path)?))
 }

@@ -1,12 +1,12 @@
-//! The directory of `--state`: the key that seals tokens, and a file for each open room. One server at a time
-//! uses it.
+//! The directory of `--state`: the key that signs tokens, and a file for each open room. Only one server at a time uses
+//! it.
 
 use crate::files::{open_regular, without_waiting};
 use std::fs::{self, File, TryLockError};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
-/// Bytes of the key.
+/// Length of the key, bytes.
 const KEY_BYTES: usize = 32;
 const KEY: &str = "key";
 const LOCK: &str = "lock";
@@ -14,28 +14,28 @@ const ROOMS: &str = "rooms";
 const BANS: &str = "bans.json";
 /// Ending of the files of rooms.
 const ENDING: &str = ".jostle";
-/// Ending of a file that takes the place of a room's file when it is complete.
+/// Ending of a file that replaces a room's file once it is complete.
 const NEW_ENDING: &str = ".new";
-/// Ending of a file from which no room could be restored; it is kept for a diagnosis.
+/// Ending of a file from which no room could be restored, kept for diagnosis.
 const DAMAGED_ENDING: &str = ".damaged";
 
-/// When files are synced with the disk.
+/// The policy for syncing files to the disk.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sync {
-    /// Every half a second: a power cut loses a second of play at most.
+    /// Every half second: a power failure loses at most a second of play.
     #[default]
     Second,
-    /// When the system sees fit: if the process is killed nothing more is lost than with [`Sync::Second`], but a
-    /// power cut may lose half a minute.
+    /// Whenever the system does it. If the process is killed, no more is lost than with [`Sync::Second`], but a power
+    /// failure may lose half a minute.
     System,
 }
 
-/// Where and how the state of rooms is kept.
+/// Location and sync policy of the rooms' state.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StateSettings {
-    /// The directory; it is made if it is missing, closed to other users.
+    /// The directory, which is created if missing, inaccessible to other users.
     pub dir: PathBuf,
-    /// When its files are synced with the disk.
+    /// The policy for syncing its files to the disk.
     pub sync: Sync,
 }
 
@@ -48,8 +48,8 @@ pub struct StateDir {
 }
 
 impl StateDir {
-    /// Opens or makes the directory. Errors name the file: it is used by another server, cannot be read or
-    /// written, or holds something else.
+    /// Opens or creates the directory. Errors name the file: it is used by another server, cannot be read or written,
+    /// or has unexpected content.
     pub fn open(dir: &Path) -> io::Result<StateDir> {
         let rooms = dir.join(ROOMS);
         make_closed_dir(&rooms).map_err(|error| about(&rooms, error))?;
@@ -60,7 +60,7 @@ impl StateDir {
         Ok(StateDir { dir: dir.to_owned(), key, _lock: lock })
     }
 
-    /// Returns whether a server uses this directory now. Errors are those of its lock's file.
+    /// Returns whether a server currently uses this directory. Errors are those of its lock file.
     pub fn is_in_use(dir: &Path) -> io::Result<bool> {
         let lock = match open_regular(&dir.join(LOCK)) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(false),
@@ -73,7 +73,7 @@ impl StateDir {
         }
     }
 
-    /// The key that seals tokens.
+    /// The key that signs tokens.
     pub fn key(&self) -> &[u8; KEY_BYTES] {
         &self.key
     }
@@ -83,8 +83,8 @@ impl StateDir {
         self.dir.join(BANS)
     }
 
-    /// The files of rooms, in the order of the rooms' codes, with those codes. Files that were not complete when the
-    /// process ended are deleted.
+    /// The rooms' files with their codes, sorted by code. Files that were incomplete when the process ended are
+    /// deleted.
     pub fn rooms(&self) -> io::Result<Vec<(String, PathBuf)>> {
         let mut rooms = Vec::new();
         for entry in fs::read_dir(self.dir.join(ROOMS))? {
@@ -105,18 +105,18 @@ impl StateDir {
         self.file(code, ENDING)
     }
 
-    /// Creates the file that is to take the place of a room's file.
+    /// Creates the file that will replace a room's file.
     pub fn create(&self, code: &str) -> io::Result<File> {
         closed_file().truncate(true).open(self.file(code, NEW_ENDING))
     }
 
-    /// Puts that file in its place; with `sync` this outlives a power cut.
+    /// Renames that file over the room's file. With `sync` this survives a power failure.
     pub fn replace(&self, code: &str, sync: bool) -> io::Result<()> {
         fs::rename(self.file(code, NEW_ENDING), self.room(code))?;
         if sync { sync_dir(&self.dir.join(ROOMS)) } else { Ok(()) }
     }
 
-    /// Removes the file of a room, if there is one.
+    /// Removes the file of a room, if it exists.
     pub fn remove(&self, code: &str) -> io::Result<()> {
         match fs::remove_file(self.room(code)) {
             Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
@@ -124,7 +124,7 @@ impl StateDir {
         }
     }
 
-    /// Sets aside a room's file that cannot be restored, and returns its new name.
+    /// Sets aside a room's file that could not be restored, and returns its new name.
     pub fn set_aside(&self, code: &str) -> io::Result<PathBuf> {
         let aside = self.file(code, DAMAGED_ENDING);
         fs::rename(self.room(code), &aside)?;
@@ -136,7 +136,7 @@ impl StateDir {
     }
 }
 
-/// Names the file in an error.
+/// Adds the file's name to an error.
 fn about(path: &Path, error: io::Error) -> io::Error {
     io::Error::new(error.kind(), format!("{}: {error}", path.display()))
 }
@@ -173,7 +173,8 @@ fn read_or_make_key(path: &Path) -> io::Result<[u8; KEY_BYTES]> {
     Ok(key)
 }
 
-/// Writes a file that only its owner can read. Under its name it is complete, whenever the power goes.
+/// Writes a file that only its owner can read. Under its final name the file is always complete, even after a power
+/// failure.
 pub fn write_closed(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let new = path.with_extension("new");
     let mut file = without_waiting(closed_file().truncate(true)).open(&new)?;
@@ -183,7 +184,7 @@ pub fn write_closed(path: &Path, bytes: &[u8]) -> io::Result<()> {
     path.parent().map_or(Ok(()), sync_dir)
 }
 
-/// Opens for writing, and creates files that only their owner can read: they tell the addresses of players.
+/// Options to write files, created so that only their owner can read them, because they contain players' addresses.
 fn closed_file() -> fs::OpenOptions {
     let mut options = File::options();
     options.write(true).create(true);
@@ -200,7 +201,7 @@ fn make_closed_dir(path: &Path) -> io::Result<()> {
     builder.create(path)
 }
 
-/// Makes the names in a directory outlive a power cut.
+/// Ensures that the names in a directory survive a power failure.
 fn sync_dir(path: &Path) -> io::Result<()> {
     if cfg!(unix) { File::open(path)?.sync_all() } else { Ok(()) }
 }

@@ -1,5 +1,6 @@
-//! The file of a room in the directory of `--state`: a replay that begins with a keyframe and goes on in short blocks, with
-//! notes on the players and their seats. A new file takes its place after a while, so that a restart has little to play.
+//! The file of a room in the directory of `--state`: a replay that begins with a keyframe and continues in short
+//! blocks, with notes about the players and their seats. A new file replaces it after a while, so that a restart has
+//! little to replay.
 
 use super::reader::{Policy, Seal, Sink};
 use super::restore::SavedRoom;
@@ -18,7 +19,7 @@ pub struct StateFiles {
     dir: StateDir,
     sync: Sync,
     policy: Arc<Policy>,
-    /// Numbers of the rooms whose files are there, by their codes: a code may be another room's by now.
+    /// Numbers of the rooms that own the existing files, by code. A code may meanwhile belong to another room.
     owners: Mutex<BTreeMap<String, u64>>,
 }
 
@@ -40,7 +41,7 @@ impl StateFiles {
         &self.policy
     }
 
-    /// The rooms that were open when the last process ended. Files that cannot be read are set aside, and logged.
+    /// The rooms that were open when the previous process ended. Files that cannot be read are set aside, and logged.
     pub fn saved_rooms(&self) -> io::Result<Vec<SavedRoom>> {
         let read = |(code, path): (String, PathBuf)| {
             let read = SavedRoom::read(code.clone(), &path);
@@ -64,18 +65,18 @@ impl StateFiles {
 pub struct StateFile {
     files: Arc<StateFiles>,
     code: String,
-    /// Tells the room from another one with this code.
+    /// Distinguishes the room from another one with this code.
     number: u64,
     open: Option<File>,
 }
 
 impl StateFile {
-    /// The file of a room, which is not open.
+    /// Creates the sink for a room's file, which is not open yet.
     pub fn new(files: &Arc<StateFiles>, code: &str, number: u64) -> StateFile {
         StateFile { files: Arc::clone(files), code: code.to_owned(), number, open: None }
     }
 
-    /// Does something with the open file, if there is one. An error names the file, which is given up.
+    /// Operates on the open file, if any. An error names the file, which is then given up.
     fn with(
         &mut self,
         work: impl FnOnce(&mut File, &StateFiles) -> io::Result<()>,
@@ -90,7 +91,7 @@ impl StateFile {
 }
 
 impl Sink for StateFile {
-    /// Writes a new file, and puts it in the place of the old one once it is complete.
+    /// Writes a new file, which replaces the old one once it is complete.
     fn begin(&mut self, records: &[Arc<Record>]) -> io::Result<()> {
         let (code, number) = (self.code.clone(), self.number);
         self.open = Some(self.files.dir.create(&code)?);
@@ -107,7 +108,7 @@ impl Sink for StateFile {
     }
 
     fn append(&mut self, records: &[Arc<Record>]) -> io::Result<()> {
-        // In one write: a process that is killed loses notes and the ticks before them together or not at all.
+        // A single write, so that a killed process loses notes and the ticks before them together or not at all.
         self.with(|file, _| file.write_all(&bytes(Vec::new(), records)))
     }
 

@@ -1,5 +1,5 @@
-//! The directory of replays: its list, the files that are still written, and the deletion of old ones.
-//! Files that are not named as replays are never touched.
+//! The directory of replays: its list, the files still being written, and the deletion of old ones. Files whose names
+//! are not those of replays are never touched.
 
 use super::index::{IndexedFile, ReplayIndex, Stamp};
 use super::name::{CLIP_ENDING, ENDING, UNLISTED_ENDING, is_name, is_unlisted, name, numbered};
@@ -20,10 +20,10 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Instant, SystemTime};
 use tracing::{info, warn};
 
-/// Files that are passed over in one go because they cannot be deleted.
+/// Maximum number of files skipped in one pass because they cannot be deleted.
 const REPLAY_UNDELETABLE_MAX: usize = 16;
-/// Bytes after the start of a replay that are looked at for its players when the server finds it: minutes of
-/// play, and a thousand files are 64 MiB.
+/// Bytes after the start of a replay in which the server looks for its players when it finds the file. They hold
+/// minutes of play; for a thousand files they are 64 MiB.
 const REPLAY_BEGINNING_BYTES: usize = 64 << 10;
 
 /// The replays of a server.
@@ -34,22 +34,22 @@ pub struct ReplayStore {
     policy: Arc<Policy>,
     /// Counters as last logged.
     logged: Mutex<[u64; 3]>,
-    /// The clock by which files are old.
+    /// The clock that decides the age of files.
     clock: AgeClock,
     index: Mutex<ReplayIndex>,
     readers: Arc<ConnectionLimits>,
 }
 
-/// The wall clock at the start of the server, advanced by a monotonic clock: when the wall clock is set
-/// forward, no replay is suddenly too old. Files stamped after it was set back would be, so the earlier of
-/// the two times counts.
+/// The wall clock at the start of the server, advanced by a monotonic clock: if the wall clock is set forward, no
+/// replay suddenly becomes too old. Files stamped after it was set back would become too old, so the earlier of the two
+/// times counts.
 pub struct AgeClock {
     began: Instant,
     wall: SystemTime,
 }
 
 impl AgeClock {
-    /// A clock that starts with these two times.
+    /// Creates a clock that starts with these two times.
     pub fn new(began: Instant, wall: SystemTime) -> AgeClock {
         AgeClock { began, wall }
     }
@@ -64,23 +64,23 @@ impl AgeClock {
 #[derive(Debug)]
 pub struct Readable {
     pub path: PathBuf,
-    /// Length of its whole records.
+    /// Total length of its complete records.
     pub bytes: u64,
-    /// Permit to be held while it is read.
+    /// Permit to hold while the replay is being read.
     pub permit: Permit,
 }
 
 /// The reason why a replay cannot be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refused {
-    /// There is none of that name.
+    /// No replay has this name.
     Unknown,
     /// [`limits::REPLAY_READERS_MAX`] are being read, or [`limits::ADDRESS_REPLAY_READERS_MAX`] by this address.
     Busy,
 }
 
 impl ReplayStore {
-    /// The directory of these settings, which is made once something is written.
+    /// Creates the store. Its directory is created at the first write.
     pub fn new(settings: Settings) -> ReplayStore {
         let (in_all, of_address) = (limits::REPLAY_READERS_MAX, limits::ADDRESS_REPLAY_READERS_MAX);
         let readers = ConnectionLimits::new(in_all, of_address);
@@ -103,18 +103,18 @@ impl ReplayStore {
         &self.settings
     }
 
-    /// Counts files that were begun, and bytes that were written.
+    /// Counts new files and written bytes.
     pub(super) fn count(&self, files: u64, bytes: u64) {
         self.files.fetch_add(files, Ordering::Relaxed);
         self.bytes.fetch_add(bytes, Ordering::Relaxed);
     }
 
-    /// The policy for what cannot be written.
+    /// The policy for write errors.
     pub fn policy(&self) -> &Arc<Policy> {
         &self.policy
     }
 
-    /// Files that were begun, bytes that were written, and errors.
+    /// Numbers of files begun, bytes written, and errors.
     pub fn counts(&self) -> [u64; 3] {
         let [files, bytes] =
             [&self.files, &self.bytes].map(|counter| counter.load(Ordering::Relaxed));
@@ -128,12 +128,13 @@ impl ReplayStore {
         listed.take(limits::REPLAYS_LISTED_MAX).cloned().collect()
     }
 
-    /// Returns whether there is a replay of this name.
+    /// Returns whether a replay has this name.
     pub fn knows(&self, name: &str) -> bool {
         self.lock().get(name).is_some()
     }
 
-    /// Opens a replay for reading by a client of this address. Names are only looked up, so no name leads anywhere else.
+    /// Opens a replay for reading by a client of this address. Names are only looked up, so that no name can escape the
+    /// directory.
     pub fn read(&self, name: &str, address: IpAddr) -> Result<Readable, Refused> {
         let bytes = self.lock().get(name).map(|file| file.entry.bytes).ok_or(Refused::Unknown)?;
         let permit = self.readers.admit(address).ok_or(Refused::Busy)?;
@@ -150,7 +151,7 @@ impl ReplayStore {
         self.create_as(start, "")
     }
 
-    /// Keeps a clip, and returns its name. One that is not listed is found by its name only.
+    /// Saves a clip, and returns its name. An unlisted clip can only be found by its name.
     pub(super) fn keep_clip(
         &self,
         start: &Start,
@@ -170,7 +171,7 @@ impl ReplayStore {
         let players = PlayerCount::of_beginning(bytes).most;
         let last_tick = Record::last_tick(&bytes[bytes.len().saturating_sub(END_BYTES_MAX)..]);
         self.lock().update(&name, |file| {
-            // A clip begins later than the records that it was cut from.
+            // A clip begins later than the records from which it was cut.
             let start = Start::find(bytes);
             file.first_tick = start.map_or(file.first_tick, |start| start.first_tick);
             file.asked_by = asked_by;
@@ -206,8 +207,7 @@ impl ReplayStore {
         Err(io::Error::other(format!("all names from {plain}{ENDING} on are taken")))
     }
 
-    /// Adds bytes that were written to a file, with the last tick that is in them, if any, and the most players
-    /// so far.
+    /// Adds bytes written to a file, with the last tick in them, if any, and the largest number of players so far.
     pub(super) fn grow(&self, name: &str, bytes: u64, last_tick: Option<u32>, players: u32) {
         let modified = (self.settings.wall)();
         self.lock().update(name, |file| {
@@ -230,7 +230,7 @@ impl ReplayStore {
         self.lock().remove(name);
     }
 
-    /// Makes room for some bytes of a file: deletes finished replays if needed.
+    /// Makes room for `bytes` more of a file, deleting finished replays if needed.
     pub(super) fn make_room(&self, name: &str, bytes: u64) -> io::Result<()> {
         let max = self.settings.bytes_max;
         let is_full = |index: &ReplayIndex| index.charged_bytes_with(name, bytes) > max;
@@ -251,7 +251,7 @@ impl ReplayStore {
         Err(io::Error::new(io::ErrorKind::QuotaExceeded, text))
     }
 
-    /// Deletes finished replays while there are too many. Returns whether there are no longer.
+    /// Deletes finished replays while there are too many. Returns whether that succeeded.
     fn delete_until_fits(&self, reason: &str, is_full: impl Fn(&ReplayIndex) -> bool) -> bool {
         self.delete_while(reason, |index, passed| {
             let next = index.next_to_go(self.settings.bytes_max, passed);
@@ -260,7 +260,7 @@ impl ReplayStore {
         !is_full(&self.lock())
     }
 
-    /// Looks at the directory, and logs the counters if they changed.
+    /// Scans the directory, and logs the counters if they have changed.
     pub(super) fn look_now(&self) {
         let now = self.clock.time(Instant::now(), (self.settings.wall)());
         if let Err(error) = self.look(now) {
@@ -274,7 +274,7 @@ impl ReplayStore {
         }
     }
 
-    /// Scans the directory again, and deletes replays that are too old or too many.
+    /// Rescans the directory, and deletes replays that are too old or too many.
     pub(super) fn look(&self, now: SystemTime) -> io::Result<()> {
         fs::create_dir_all(&self.settings.dir)?;
         let new = self.scan()?;
@@ -286,7 +286,7 @@ impl ReplayStore {
         let bytes_max = self.settings.bytes_max;
         self.delete_until_fits("the directory is full", |index| index.charged_bytes() > bytes_max);
         self.delete_until_fits("too many files", |index| index.len() > limits::REPLAY_FILES_MAX);
-        // Only now, so that files which go at once are not read.
+        // Done last, so that files about to be deleted are not read.
         for name in new.iter().filter(|name| self.knows(name)) {
             if let Some((start, players)) = self.start_of(name) {
                 let last_tick = self.last_tick_of(name);
@@ -300,7 +300,8 @@ impl ReplayStore {
         Ok(())
     }
 
-    /// Deletes the finished file that `next` names, as long as it names one. It is told those that cannot be deleted.
+    /// Deletes the finished files that `next` names, until it names none. `next` receives the files that cannot be
+    /// deleted.
     fn delete_while(&self, reason: &str, next: impl Fn(&ReplayIndex, &[Stamp]) -> Option<Stamp>) {
         let mut passed: Vec<Stamp> = Vec::new();
         while passed.len() < REPLAY_UNDELETABLE_MAX {
@@ -311,7 +312,7 @@ impl ReplayStore {
         }
     }
 
-    /// Deletes a file; whether it is gone.
+    /// Deletes a file. Returns whether it is gone.
     fn delete(&self, name: &str, reason: &str) -> bool {
         let file = self.path(name);
         match fs::remove_file(&file) {
@@ -327,8 +328,7 @@ impl ReplayStore {
         true
     }
 
-    /// Adds files that were put into the directory, whose names are returned, and forgets those that were
-    /// taken away.
+    /// Adds files that were put into the directory, and returns their names. Drops files that were taken away.
     fn scan(&self) -> io::Result<Vec<String>> {
         let found = self.found()?;
         let mut index = self.lock();
@@ -366,7 +366,7 @@ impl ReplayStore {
             let file_name = entry.file_name();
             let name = file_name.to_str().and_then(|name| name.strip_suffix(ENDING));
             let Some(name) = name.filter(|name| is_name(name)) else { continue };
-            // Neither directories nor links: they are not replays of this server.
+            // Directories and links are not replays of this server.
             if let Ok(metadata) = entry.metadata()
                 && metadata.is_file()
             {
@@ -377,7 +377,7 @@ impl ReplayStore {
         Ok(found)
     }
 
-    /// The start of a file, and the players in its beginning; players who join later are not counted.
+    /// The start record of a file, and the players near its start; players who join later are not counted.
     fn start_of(&self, name: &str) -> Option<(Start, PlayerCount)> {
         let mut bytes = Vec::new();
         let file = open_regular(&self.path(name)).ok()?;
@@ -400,7 +400,7 @@ impl ReplayStore {
     }
 }
 
-/// A file of which nothing is known yet but what the directory tells.
+/// A new file about which only the directory's information is known.
 fn new_file(entry: ReplayCard, modified: SystemTime) -> IndexedFile {
     IndexedFile { entry, is_readable: false, modified, first_tick: 0, asked_by: None }
 }

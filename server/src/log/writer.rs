@@ -1,4 +1,4 @@
-//! The thread that writes for all readers whose files are on a disk.
+//! The thread that writes for all readers with files on a disk.
 
 use super::reader::{LogReader, Sink};
 use super::store::ReplayStore;
@@ -9,10 +9,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// Time after which the writer of the rooms' logs looks for something new.
+/// Time between two reads of the rooms' logs by the writer.
 const LOG_READ_EVERY: Duration = Duration::from_millis(50);
 
-/// The writer's thread as others see it.
+/// The handle of the writer's thread.
 pub struct LogWriter {
     tasks: SyncSender<WriterTask>,
     thread: Mutex<Option<JoinHandle<()>>>,
@@ -20,13 +20,13 @@ pub struct LogWriter {
 
 enum WriterTask {
     Read(LogReader, Box<dyn Sink>),
-    /// Work that is no reader's: a clip.
+    /// Work that belongs to no reader: a clip.
     Once(Box<dyn FnOnce() + Send>),
     Close,
 }
 
 impl LogWriter {
-    /// Starts the writer of at most `rooms`. It looks at the replays, if there are any, once in a while.
+    /// Starts the writer for at most `rooms` rooms. It scans the directory of replays regularly, if there is one.
     pub fn start(rooms: usize, replays: Option<Arc<ReplayStore>>) -> io::Result<LogWriter> {
         let (tasks, receiver) = sync_channel(2 * rooms + limits::CLIPS_WAITING_MAX);
         let thread = std::thread::Builder::new().name("log".to_owned());
@@ -34,8 +34,8 @@ impl LogWriter {
         Ok(LogWriter { tasks, thread: Mutex::new(Some(thread)) })
     }
 
-    /// Has the thread write for a reader, until its room has ended. If the disk has stood still while hundreds of rooms came
-    /// and went, there is no place for one more.
+    /// Lets the thread write for a reader until its room has ended. If the disk was blocked while hundreds of rooms
+    /// came and went, the reader is refused.
     pub fn read(&self, reader: LogReader, sink: impl Sink + 'static) {
         let policy = Arc::clone(&reader.policy);
         if self.tasks.try_send(WriterTask::Read(reader, Box::new(sink))).is_err() {
@@ -43,17 +43,17 @@ impl LogWriter {
         }
     }
 
-    /// Has the thread do something once. Returns false if it has no place for that.
+    /// Lets the thread do some work once. Returns false if its queue is full.
     pub fn once(&self, work: impl FnOnce() + Send + 'static) -> bool {
         self.tasks.try_send(WriterTask::Once(Box::new(work))).is_ok()
     }
 
-    /// Waits until everything that is in the shares of rooms is written, and ends the thread.
+    /// Waits until everything in the rooms' shared logs is written, and ends the thread.
     pub fn close(&self) {
-        // A writer that is gone has closed already.
+        // If the writer is gone, it has closed already.
         let _ = self.tasks.send(WriterTask::Close);
         let thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner).take();
-        // One that panicked has logged it.
+        // If the thread panicked, that has been logged.
         let _ = thread.map(JoinHandle::join);
     }
 }
@@ -91,7 +91,7 @@ pub struct Readers(Vec<Writing>);
 struct Writing {
     reader: LogReader,
     sink: Box<dyn Sink>,
-    /// Whether something was written that is not synced.
+    /// Whether anything was written since the last sync.
     is_dirty: bool,
 }
 
@@ -100,7 +100,7 @@ impl Readers {
         self.0.push(Writing { reader, sink, is_dirty: false });
     }
 
-    /// Writes all that is there, and forgets the readers of rooms that have ended.
+    /// Writes all available blocks, and drops the readers of rooms that have ended.
     pub fn step(&mut self, now: Instant) {
         self.0.retain_mut(|Writing { reader, sink, is_dirty }| {
             while reader.step(&mut **sink, now) {
@@ -110,7 +110,7 @@ impl Readers {
         });
     }
 
-    /// Syncs with the disk what was written.
+    /// Syncs the written files to the disk.
     pub fn sync(&mut self, now: Instant) {
         for Writing { reader, sink, is_dirty } in &mut self.0 {
             if std::mem::take(is_dirty)

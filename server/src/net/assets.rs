@@ -1,12 +1,12 @@
-//! The files of a page. Those of the usual one come from `client-web/dist`: optimised builds embed them, by
-//! `build.rs`, and debug builds read them at their first use.
+//! The files of a page. The default page is in `client-web/dist`: optimised builds embed it through `build.rs`, and
+//! debug builds read it at first use.
 
 #[cfg(page_on_disk)]
 use super::dist;
 
 #[derive(Debug)]
 pub struct AssetFile {
-    /// Path below `dist`, like `sprites/hero.png`.
+    /// Path below `dist`, such as `sprites/hero.png`.
     pub name: &'static str,
     /// Content hash in quotes, as in the ETag header.
     pub etag: &'static str,
@@ -16,13 +16,13 @@ pub struct AssetFile {
 #[cfg(not(page_on_disk))]
 include!(concat!(env!("OUT_DIR"), "/files.rs"));
 
-/// Every file of `client-web/dist`, sorted by name; none before the page was built.
+/// All files of `client-web/dist`, sorted by name; empty if the page has not been built.
 #[cfg(not(page_on_disk))]
 pub fn files() -> &'static [AssetFile] {
     EMBEDDED
 }
 
-/// Every file of `client-web/dist` when this was first called, sorted by name; none before the page was built.
+/// All files of `client-web/dist` at the time of the first call, sorted by name; empty if the page has not been built.
 #[cfg(page_on_disk)]
 pub fn files() -> &'static [AssetFile] {
     static FILES: std::sync::LazyLock<Vec<AssetFile>> = std::sync::LazyLock::new(|| {
@@ -37,33 +37,33 @@ pub fn files() -> &'static [AssetFile] {
     &FILES
 }
 
-/// Served instead of the page while there is none.
+/// Served in place of the page if it has not been built.
 pub const NOT_BUILT: &str = include_str!("not_built.html");
 
-/// Finds the file of this name among `files`, which are sorted. Names are only compared, so no name leads
-/// anywhere else.
+/// Finds the file with this name among `files`, which are sorted. Names are only compared, so that no name can escape
+/// the directory.
 pub fn find(files: &'static [AssetFile], name: &str) -> Option<&'static AssetFile> {
     files.binary_search_by(|file| file.name.cmp(name)).ok().map(|index| &files[index])
 }
 
-/// The word that stands before the names of files in the addresses of this build.
+/// The version word that precedes file names in the addresses of this build.
 pub fn version(files: &'static [AssetFile]) -> Option<&'static str> {
     std::str::from_utf8(find(files, "version.txt")?.bytes).ok()
 }
 
-/// The address under which browsers keep a file for good, or have to ask again each time if the page has
-/// no version.
+/// The address of a file. With a version, browsers may cache it permanently; without one, they must revalidate it each
+/// time.
 pub fn address(files: &'static [AssetFile], file: &AssetFile) -> String {
     let version = version(files).map_or(String::new(), |version| format!("{version}/"));
     format!("/assets/{version}{}", file.name)
 }
 
-/// Finds the brotli variant of a file, if there is one.
+/// Finds the brotli variant of a file, if it exists.
 pub fn find_brotli(files: &'static [AssetFile], name: &str) -> Option<&'static AssetFile> {
     find(files, &format!("{name}.br"))
 }
 
-/// Content type by extension, of the kinds of files that the page has. Everything that is text is UTF-8.
+/// Content type by extension, for the kinds of files in the page. All text is UTF-8.
 pub fn content_type(name: &str) -> &'static str {
     let extension = name.rsplit_once('.').map_or("", |(_, extension)| extension);
     match extension {

@@ -1,4 +1,4 @@
-//! The WebSocket of a game session: its limits, its first message and its close.
+//! The WebSocket of a game session: its limits, first message and closing.
 
 use crate::host::socket_writer::SocketWriter;
 use crate::limits;
@@ -17,18 +17,18 @@ use tungstenite::protocol::frame::Frame;
 use tungstenite::protocol::frame::coding::{CloseCode, Data, OpCode};
 use tungstenite::protocol::{self, CloseFrame, Message, WebSocket, WebSocketConfig};
 
-/// Bytes read and thrown away while a socket closes, so that a reset does not eat our last message.
+/// Bytes read and discarded while a socket closes, so that a reset does not destroy the last message.
 const CLOSE_DISCARD_BYTES_MAX: usize = 1 << 20;
 
 /// A game socket, with a limit on the bytes that the peer may send.
 pub struct GameSocket {
     frames: WebSocket<PeerStream>,
-    /// Sends to the peer.
+    /// The sending side of the socket.
     pub writer: Arc<SocketWriter>,
 }
 
 impl GameSocket {
-    /// The next message of the peer. After an error there is none.
+    /// The next message from the peer. Must not be called again after an error.
     pub fn poll_next(&mut self, cx: &mut Context<'_>) -> Poll<tungstenite::Result<Message>> {
         self.frames.get_mut().waker.clone_from(cx.waker());
         match self.frames.read() {
@@ -39,14 +39,14 @@ impl GameSocket {
 
     /// Sends the answer to a ping.
     async fn answer(&mut self) -> io::Result<()> {
-        // It fails if too many answers wait, which are sent then.
+        // It fails if too many answers are waiting, which are then sent.
         let _ = self.frames.flush();
         poll_fn(|cx| self.writer.poll_send(cx, || None)).await
     }
 }
 
-/// A peer as the codec of its frames sees it: bytes come from the socket, and the answers to pings and to a close, which
-/// the codec gives by itself, are queued for the writer.
+/// A peer as seen by the frame codec. Bytes come from the socket. The codec's automatic answers to pings and closes are
+/// queued for the writer.
 struct PeerStream {
     stream: RateLimitedStream<FromPeer>,
     /// Woken when there is more to read.
@@ -69,7 +69,7 @@ impl Write for PeerStream {
     fn write(&mut self, frames: &[u8]) -> io::Result<usize> {
         match self.writer.queue_bytes(frames) {
             true => Ok(frames.len()),
-            // The codec tries again when it reads the next time.
+            // The codec tries again at its next read.
             false => Err(ErrorKind::WouldBlock.into()),
         }
     }
@@ -79,21 +79,21 @@ impl Write for PeerStream {
     }
 }
 
-/// How a session ended.
+/// The way in which a session ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum SocketEnd {
-    /// The server ends it, and sends the reason.
+    /// The server ended the session, and sends the reason.
     Refused(Refusal),
-    /// The room is at the server with this origin, and the peer is told so.
+    /// The room is on the server with this origin, which is sent to the peer.
     Moved(Arc<str>),
-    /// The same for a message that is against the protocol.
+    /// The peer sent a message that violates the protocol.
     Violated(Violation),
     /// The peer closed the socket, on purpose or not.
     Gone,
 }
 
 impl SocketEnd {
-    /// The reason and the close code that the peer is sent, unless it closed the socket itself.
+    /// The reason and close code to send to the peer, unless it closed the socket itself.
     pub fn refusal(&self) -> Option<(Refusal, u16)> {
         match self {
             SocketEnd::Refused(refusal) => Some((*refusal, refusal.close_code())),
@@ -104,26 +104,26 @@ impl SocketEnd {
     }
 }
 
-/// How a message is against the protocol, as the close code of RFC 6455 says it. To players all of these are
-/// [`Refusal::BadMessage`]; to those who write a client they are not.
+/// The kind of a protocol violation, as a close code of RFC 6455. Players see all of these as [`Refusal::BadMessage`];
+/// authors of clients can tell them apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u16)]
 pub enum Violation {
-    /// The frames are no WebSocket frames of a client, or come in no order that they may have.
+    /// The frames are not valid WebSocket frames of a client, or are out of order.
     Framing = 1002,
-    /// Text, where all messages are binary.
+    /// A text message, where all messages are binary.
     Text = 1003,
-    /// The bytes of the message are none of the protocol, or its text is no UTF-8.
+    /// The bytes are not a message of the protocol, or its text is not UTF-8.
     Content = 1007,
-    /// The message may not come at this point.
+    /// The message is not allowed at this point.
     Order = 1008,
-    /// The message is longer than any may be.
+    /// The message exceeds the maximum length.
     TooLong = 1009,
 }
 
-/// Wraps an upgraded connection; `read` holds bytes that came with the upgrade.
+/// Wraps an upgraded connection. `read` holds bytes that arrived with the upgrade.
 pub fn accept(stream: MaybeTlsStream, read: Vec<u8>) -> GameSocket {
-    // From here on the session itself limits how long a message may take.
+    // From here on the session itself limits the time of a message.
     let (from_peer, to_peer) = into_directions(stream);
     let writer = Arc::new(SocketWriter::new(to_peer));
     let stream = RateLimitedStream::new(from_peer);
@@ -134,7 +134,7 @@ pub fn accept(stream: MaybeTlsStream, read: Vec<u8>) -> GameSocket {
 }
 
 fn socket_config() -> WebSocketConfig {
-    // The write buffer takes what the codec answers by itself.
+    // The write buffer holds the codec's automatic answers.
     WebSocketConfig::default()
         .max_message_size(Some(CLIENT_MESSAGE_BYTES_MAX))
         .max_frame_size(Some(CLIENT_MESSAGE_BYTES_MAX))
@@ -146,11 +146,11 @@ fn socket_config() -> WebSocketConfig {
 /// The first message of a client.
 pub struct Hello {
     pub appearance: Appearance,
-    /// Token of a seat held before.
+    /// Token of a seat held earlier.
     pub token: Option<Token>,
     /// Key of a room's host.
     pub host_key: Option<Token>,
-    /// Whether it plays or watches.
+    /// Whether the client plays or watches.
     pub role: Role,
 }
 
@@ -179,7 +179,7 @@ pub async fn receive_hello(socket: &mut GameSocket) -> Result<Hello, SocketEnd> 
     }
 }
 
-/// Translates an error of the socket: too many bytes, a lost connection, or else a violation.
+/// Classifies an error of the socket: too many bytes, a lost connection, or a protocol violation.
 pub fn end_of(error: &Error) -> SocketEnd {
     match error {
         Error::Io(error) if error.kind() == SPENT => SocketEnd::Refused(Refusal::Flood),
@@ -193,12 +193,12 @@ pub fn end_of(error: &Error) -> SocketEnd {
     }
 }
 
-/// Sends the reason, closes, and reads on until the peer has closed too: closing a socket with unread bytes
-/// would reset it, and the peer would never see our last message.
+/// Sends the reason, closes, and reads until the peer has closed too. Closing a socket with unread bytes would reset
+/// it, and the peer would never see the last message.
 pub async fn close(socket: GameSocket, end: SocketEnd) {
     let GameSocket { mut frames, writer } = socket;
     if end == SocketEnd::Gone {
-        // Answers the peer's close frame, if that is what ended it.
+        // Answers the peer's close frame, if it sent one.
         let _ = frames.flush();
     }
     let Some(mut writer) = writer.take() else { return };

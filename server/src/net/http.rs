@@ -1,5 +1,5 @@
-//! HTTP on the players' port: the page, its files, the lists of scenes and rooms, and the upgrade
-//! that starts a session. Small on purpose; everything not listed in [`route`] is refused.
+//! HTTP on the players' port: the page, its files, the lists of scenes and rooms, and the upgrade that starts a
+//! session. It is deliberately small; everything not listed in [`route`] is refused.
 
 mod api;
 mod body;
@@ -32,32 +32,34 @@ use response::{Answer, TEXT, failed, packed, respond, upgrading};
 use std::net::IpAddr;
 use std::sync::Arc;
 
-/// Headers of a request.
+/// Maximum number of headers in a request.
 const HTTP_HEADERS_MAX: usize = 64;
 
-/// An accepted upgrade: the room's code, and the connection once hyper lets go of it.
+/// An accepted upgrade: the room's code, and the connection once hyper releases it.
 pub struct Upgrade {
-    /// The path without its slash.
+    /// The path without its leading slash.
     pub code: String,
-    /// Address that it counts for.
+    /// Address to which the session is attributed.
     pub address: IpAddr,
     /// Resolves when the response was sent.
     pub connection: OnUpgrade,
 }
 
-/// Scripts and wasm are loaded from this site alone, sockets connect to it alone, and no site may frame the page.
+/// Scripts and wasm are only loaded from this site, sockets connect only to it, and no site may embed the page in a
+/// frame.
 const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; \
     style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; media-src 'self'; font-src 'self'; \
     connect-src 'self'; manifest-src 'self'; base-uri 'none'; form-action 'none'; \
     frame-ancestors 'none'";
 
-/// The same for a page of a fleet: its sockets also follow a room to nodes that did not exist when it was loaded.
+/// The same policy for a page of a fleet, whose sockets also follow a room to nodes that did not exist when it was
+/// loaded.
 const FLEET_CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; \
     style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; media-src 'self'; font-src 'self'; \
     connect-src 'self' ws: wss:; manifest-src 'self'; base-uri 'none'; form-action 'none'; \
     frame-ancestors 'none'";
 
-/// The page needs nothing of the machine but its screen, keys and pointers.
+/// Of the machine, the page uses only screen, keys and pointers.
 const PERMISSIONS_POLICY: &str = "camera=(), display-capture=(), geolocation=(), microphone=(), \
     midi=(), payment=(), serial=(), usb=()";
 
@@ -68,7 +70,7 @@ const BANNED: &str = "the operators of this server have banned your network for 
 const FOREIGN: &str =
     "this page belongs to another site; its host can be allowed with --allow-origin";
 
-/// HTTP/1 with the limits of both ports.
+/// An HTTP/1 builder with the limits of both ports.
 pub fn builder(waits: &Waits) -> http1::Builder {
     let mut builder = http1::Builder::new();
     builder
@@ -79,7 +81,7 @@ pub fn builder(waits: &Waits) -> http1::Builder {
     builder
 }
 
-/// Answers one request of `peer`. An upgrade is accepted here and returned, for the connection to carry on.
+/// Answers one request of `peer`. An accepted upgrade is returned, so that the connection can carry it out.
 pub async fn answer(
     request: Request<Incoming>,
     peer: IpAddr,
@@ -87,7 +89,7 @@ pub async fn answer(
 ) -> (Answer, Option<Upgrade>) {
     let client = origin::client_address(request.headers(), peer, &state.config.trusted_proxies);
     if let Some(text) = &client.unreadable {
-        // Else a proxy that is configured otherwise would make one client of all.
+        // Otherwise a proxy with a different format would turn all its clients into one.
         state.refused("unreadable_forwarded_for", peer, Foreign(text.as_bytes()));
     }
     let address = client.ip;
@@ -110,7 +112,7 @@ pub async fn answer(
     (answer, upgrade)
 }
 
-/// Adds the headers that keep other sites away from the page.
+/// Adds the headers that protect the page from other sites.
 fn protect(headers: &mut HeaderMap, state: &ServerState) {
     let security_policy = match state.fleet {
         None => CONTENT_SECURITY_POLICY,
@@ -146,7 +148,7 @@ async fn route(
         return (failed(StatusCode::BAD_REQUEST, &error), None);
     }
     let path = request.uri().path().to_owned();
-    // A CONNECT names no path, and `OPTIONS *` none with a slash.
+    // A CONNECT request has no path, and `OPTIONS *` has one without a slash.
     let word = path.strip_prefix('/').unwrap_or_default();
     let upgrades = request.headers().contains_key(header::UPGRADE);
     let reads = matches!(*request.method(), Method::GET | Method::HEAD);
@@ -180,7 +182,7 @@ async fn route(
     (answer, None)
 }
 
-/// Returns whether a page of this site, of an allowed one or of another node sent a request.
+/// Returns whether a request came from a page of this site, of an allowed one or of another node.
 fn is_allowed_page(headers: &HeaderMap, state: &ServerState) -> bool {
     let of_node = |fleet: &Arc<Fleet>| {
         let origin = headers.get(header::ORIGIN).and_then(|origin| origin.to_str().ok());
@@ -189,7 +191,7 @@ fn is_allowed_page(headers: &HeaderMap, state: &ServerState) -> bool {
     origin::is_allowed(headers, &state.config.origins) || state.fleet.as_ref().is_some_and(of_node)
 }
 
-/// Answers paths with a name in them.
+/// Answers paths that contain a name.
 async fn other_path(
     headers: &HeaderMap,
     word: &str,
@@ -210,7 +212,7 @@ async fn other_path(
     }
 }
 
-/// The file of a scene that is not shipped, or is shipped otherwise: pages play it alone.
+/// The file of a scene that is not built in, or differs from the built-in one; pages use it to play alone.
 fn own_scene(name: &str, state: &ServerState) -> Option<Answer> {
     let scene = name.strip_prefix("scenes/")?.strip_suffix(".toml")?;
     let scene = state.rooms.scene(scene)?;
@@ -219,8 +221,8 @@ fn own_scene(name: &str, state: &ServerState) -> Option<Answer> {
     (!is_shipped).then(|| respond(StatusCode::OK, TEXT, scene.source.clone()))
 }
 
-/// Accepts an upgrade for any room: only on the socket can the page learn what is wrong. A path that cannot
-/// be a code becomes the empty code, which is no room either.
+/// Accepts an upgrade for any room, because the page can learn of errors only through the socket. A path that cannot be
+/// a code becomes the empty code, which is not a room either.
 fn upgrade(
     mut request: Request<Incoming>,
     word: &str,

@@ -27,21 +27,21 @@ use tokio::time::{sleep, timeout};
 use tokio_util::either::Either;
 use tracing::{debug, warn};
 
-/// TCP connections of one address a second in the long run (IPv6: of one /64). The burst is as many
-/// as it may hold: a party that opens the page together, a class whose server restarts.
+/// TCP connections of one address per second in the long run (IPv6: of one /64). The burst is the number of connections
+/// that it may hold, for a party that opens the page together, or a class whose server restarts.
 const CONNECTS_PER_SECOND_MAX: u32 = 50;
-/// Bytes that the kernel may hold for one socket. Those can no longer be replaced by a
-/// keyframe, so they are the staleness of a slow reader; they also bound the bytes in flight, so they must
-/// cover bandwidth times round trip: 64 KiB is 320 KiB/s at 200 ms, and Linux doubles it.
+/// Bytes that the kernel may hold for one socket. A keyframe can no longer replace them, so they bound the staleness of
+/// a slow reader. They also bound the bytes in flight, so they must cover bandwidth times round trip: 64 KiB is 320
+/// KiB/s at 200 ms, and Linux doubles it.
 const SEND_BUFFER_BYTES: usize = 64 << 10;
-/// Life of a connection that serves files; long enough for the page on a slow phone.
+/// Longest lifetime of a connection that serves files, long enough to load the page on a slow phone.
 const HTTP_CONNECTION_MAX: Duration = Duration::from_secs(300);
 
-/// The response to an address that connects too fast.
+/// The response to an address that connects too often.
 const CONNECTS_TOO_FAST: &[u8] = b"HTTP/1.1 429 Too Many Requests\r\nRetry-After: 1\r\n\
     Content-Length: 0\r\nConnection: close\r\n\r\n";
 
-/// The response when all connections, or those of a network, are taken.
+/// The response if all connections, or those of a network, are taken.
 const FULL: &[u8] = b"HTTP/1.1 503 Service Unavailable\r\nRetry-After: 5\r\n\
     Content-Type: text/plain; charset=utf-8\r\nContent-Length: 63\r\nConnection: close\r\n\r\n\
     The server, or its share for your network, is full. Try later.\n";
@@ -61,7 +61,7 @@ pub async fn accept(
             Ok(accepted) => accepted,
             Err(error) => {
                 state.host.metrics.refused("cannot_accept");
-                // Logged once, for this may go on twenty times a second.
+                // Logged only once, because this may repeat twenty times a second.
                 if !is_failing {
                     warn!(%error, "cannot accept connections; retrying");
                 }
@@ -79,7 +79,7 @@ pub async fn accept(
             }
         };
         let (state, alive, permit) = (Arc::clone(state), alive.clone(), Arc::new(permit));
-        // So that it can be watched by the thread that serves it.
+        // Converted so that the thread that serves it can register it.
         let Ok(stream) = stream.into_std() else { continue };
         threads.spawn(|send_queue| async move {
             let upgraded = tokio::select! {
@@ -105,21 +105,20 @@ fn admit(
     state: &ServerState,
 ) -> Result<Permit, (&'static str, &'static [u8])> {
     let is_proxy = http::is_proxy(peer, &state.config.trusted_proxies);
-    // A proxy speaks for many clients, and limits their rate itself.
+    // A proxy represents many clients, and limits their rate itself.
     if !is_proxy && !connects.admit(peer, Instant::now()) {
         return Err(("connects_too_fast", CONNECTS_TOO_FAST));
     }
     let connections = &state.shares.connections;
     let permit = match is_proxy {
-        // Its clients are counted when they play.
+        // The proxy's clients are counted when they play.
         true => connections.admit_one_of_all(peer).inspect(Permit::keep),
         false => connections.admit(peer),
     };
     permit.ok_or(("too_many_connections", FULL))
 }
 
-/// Counts a connection that is refused, and sends the response where that is free: under TLS it would cost a
-/// handshake.
+/// Counts a refused connection, and sends the response if that is cheap; under TLS it would cost a handshake.
 fn turn_back(
     stream: &TcpStream,
     peer: IpAddr,
@@ -129,22 +128,22 @@ fn turn_back(
 ) {
     state.refused(reason, peer, "a connection");
     if state.config.tls.is_none() {
-        // A new socket takes these few bytes at once; one that does not is closed without them.
+        // A new socket takes these few bytes at once. If it does not, it is closed without them.
         let _ = socket2::SockRef::from(stream).send(response);
     }
 }
 
-/// A connection that is to carry a session from now on.
+/// A connection that will carry a session.
 struct Upgraded {
     stream: MaybeTlsStream,
-    /// Bytes that came with the upgrade.
+    /// Bytes that arrived with the upgrade.
     read: Vec<u8>,
     code: String,
-    /// Address that it counts for.
+    /// Address to which the session is attributed.
     address: IpAddr,
 }
 
-/// Serves the HTTP of one connection. Returns the connection if it is to carry a session.
+/// Serves the HTTP of one connection. Returns the connection if it will carry a session.
 async fn serve(
     stream: std::net::TcpStream,
     peer: SocketAddr,
@@ -172,13 +171,13 @@ async fn serve(
     Some(Upgraded { stream, read, code: upgrade.code, address: upgrade.address })
 }
 
-/// Small messages go out at once, and little of what a keyframe would replace is buffered.
+/// Small messages are sent at once, and few bytes that a keyframe would replace are buffered.
 fn tune(stream: &std::net::TcpStream) -> io::Result<()> {
     stream.set_nodelay(true)?;
     socket2::SockRef::from(stream).set_send_buffer_size(SEND_BUFFER_BYTES)
 }
 
-/// Does the TLS handshake if configured. A peer that speaks no TLS, is too slow, or refuses the
+/// Performs the TLS handshake if TLS is configured. A peer that does not speak TLS, is too slow, or rejects the
 /// certificate is counted and disconnected; one that just closes is not counted.
 async fn secured(stream: Socket, peer: IpAddr, state: &ServerState) -> Option<MaybeTlsStream> {
     let Some(tls) = &state.config.tls else {
@@ -200,8 +199,8 @@ async fn secured(stream: Socket, peer: IpAddr, state: &ServerState) -> Option<Ma
     None
 }
 
-/// Answers requests until the peer has no more, or one asks for an upgrade, which is returned. Works on any
-/// stream; a peer that sends nothing is disconnected after a while.
+/// Answers requests until the peer sends no more, or one asks for an upgrade, which is returned. Works on any stream. A
+/// peer that sends nothing is disconnected after a while.
 pub async fn speak_http<S>(
     stream: S,
     peer: IpAddr,
@@ -233,7 +232,7 @@ where
     let served = tokio::select! {
         served = connection.as_mut() => served,
         () = draining(&mut phase) => {
-            // hyper would wait for the rest of a head.
+            // Without this, hyper would wait for the rest of a request's head.
             if !asked.load(Ordering::Relaxed) {
                 return None;
             }
@@ -250,8 +249,8 @@ where
     upgraded.lock().unwrap_or_else(PoisonError::into_inner).take()
 }
 
-/// The reason of a refused connection: it was no HTTP, its first request did not come in time, or it
-/// stalled inside a response. One that asked before and waits for its next request has only been idle.
+/// The reason why a connection was refused: it was not HTTP, its first request did not arrive in time, or it stalled
+/// during a response. A connection between two requests was only idle, which is no reason.
 fn refusal_reason(error: &hyper::Error, asked: bool) -> Option<&'static str> {
     if error.is_parse() {
         Some("bad_request")
@@ -262,15 +261,15 @@ fn refusal_reason(error: &hyper::Error, asked: bool) -> Option<&'static str> {
     }
 }
 
-/// Returns whether the peer took nothing of a response for too long.
+/// Returns whether the peer took no byte of a response for too long.
 fn is_stalled(error: &hyper::Error) -> bool {
     let cause = error.source().and_then(|cause| cause.downcast_ref::<io::Error>());
     cause.is_some_and(|cause| cause.kind() == io::ErrorKind::TimedOut)
 }
 
-/// Resolves when the server begins to close.
+/// Resolves when the server starts to drain.
 async fn draining(phase: &mut watch::Receiver<Phase>) {
-    // An error means that the server is gone, which is the same for a connection.
+    // An error means that the server is gone, which has the same effect.
     let _ = phase.wait_for(|phase| *phase != Phase::Running).await;
 }
 

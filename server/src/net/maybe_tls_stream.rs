@@ -10,12 +10,12 @@ use tokio_io_timeout::TimeoutStream;
 use tokio_rustls::server::TlsStream;
 use tokio_util::either::Either;
 
-/// A socket whose writes fail when they make no progress for some time. The limit is below TLS, where it
-/// sees what the peer takes and not what the encryption buffers. A session takes the TCP socket out of it.
+/// A socket whose writes fail if they make no progress for some time. The limit is below TLS, where it sees the bytes
+/// that the peer takes rather than those that encryption buffers. A session extracts the TCP socket from it.
 pub type Socket = Pin<Box<TimeoutStream<Either<TcpStream, Empty>>>>;
 
-/// Bytes to and from a peer: as they are on the wire, or under TLS after the handshake. The latter is boxed,
-/// for its state is a kilobyte.
+/// Bytes to and from a peer, either plain or under TLS after the handshake. The TLS stream is boxed, because its state
+/// is a kilobyte.
 pub type MaybeTlsStream = Either<Socket, Box<TlsStream<Socket>>>;
 
 /// The bytes from a peer to its session.
@@ -34,8 +34,8 @@ where
     Box::pin(stream)
 }
 
-/// Parts a connection into its directions, and lifts the limit of [`with_write_timeout`]. A plain socket needs no lock
-/// and no timer between the two, which a session would pay for at each message.
+/// Splits a connection into its two directions, and removes the limit of [`with_write_timeout`]. On a plain socket the
+/// directions share no lock and no timer, which would cost a session time at every message.
 pub fn into_directions(stream: MaybeTlsStream) -> (FromPeer, ToPeer) {
     match stream {
         Either::Left(mut socket) => {

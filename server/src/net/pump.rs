@@ -1,5 +1,6 @@
-//! The messages of a seated session, in both directions. It is polled more than a hundred times a second for each player, so it is one
-//! state machine over one socket, with one timer, instead of a future for each direction and each limit.
+//! The messages of a seated session, in both directions. It is polled more than a hundred times a second for each
+//! player. It is therefore a state machine over one socket with one timer, rather than a future for each direction and
+//! each limit.
 
 use crate::host::inbox::InboxSender;
 use crate::host::outbox::{NextToSend, Outbox};
@@ -20,10 +21,10 @@ use tungstenite::protocol::frame::Frame;
 use tungstenite::protocol::frame::coding::CloseCode;
 use tungstenite::protocol::{CloseFrame, Message};
 
-/// Memory for the pongs of one session, reused once they were sent.
+/// Memory for the pongs of one session, reused after they are sent.
 const PONGS_BYTES: usize = 128;
 
-/// The ends of a session: its queues to the room and from it, and how long the peer may be silent or read nothing.
+/// A session's queues to and from the room, and the limits for a peer that is silent or reads nothing.
 pub struct Seated {
     pub info: Arc<RoomInfo>,
     /// Messages to the room.
@@ -39,20 +40,20 @@ pub struct Pump<'a> {
     socket: &'a mut GameSocket,
     bucket: TokenBucket,
     pongs: Pongs,
-    /// When the peer was heard last.
+    /// Time at which the peer last sent anything.
     heard_at: Instant,
-    /// Since when the socket holds bytes that the peer does not take.
+    /// Time since which the socket holds bytes that the peer does not take.
     stalled_since: Option<Instant>,
-    /// When the next keepalive is due.
+    /// Time of the next keepalive.
     keepalive_at: Instant,
-    /// Fires no later than the first of the limits is reached. Being heard moves that limit and not the timer.
+    /// Fires no later than the earliest limit. A message from the peer postpones that limit but not the timer.
     timer: Pin<Box<Sleep>>,
-    /// Whether it wakes the session.
+    /// Whether the timer will wake the session.
     timer_is_set: bool,
 }
 
 impl<'a> Pump<'a> {
-    /// The traffic of a session that begins now.
+    /// Creates the state of a session that begins now.
     pub fn new(seated: &'a Seated, socket: &'a mut GameSocket) -> Pump<'a> {
         let now = Instant::now();
         let (rate, burst) = (limits::MESSAGES_PER_SECOND_MAX, limits::MESSAGES_BURST_MAX);
@@ -70,7 +71,7 @@ impl<'a> Pump<'a> {
         }
     }
 
-    /// Reads and writes all that it can; ready once one side has ended the session.
+    /// Reads and writes as much as possible. Ready once either side has ended the session.
     pub fn poll(&mut self, cx: &mut Context<'_>) -> Poll<SocketEnd> {
         let now = Instant::now();
         if let Poll::Ready(end) = self.poll_read(cx, now) {
@@ -121,15 +122,15 @@ impl<'a> Pump<'a> {
     fn pass_on(&self, message: Option<ClientMessage>) -> Result<(), SocketEnd> {
         match self.seated.inbox.try_send(message) {
             Ok(()) => Ok(()),
-            // The token bucket limits floods. A full inbox means that the room's thread is stalled, which is no fault of
-            // the player's; what does not fit is dropped.
+            // The token bucket limits floods. A full inbox means that the room's thread is stalled, which is not the
+            // player's fault, so the message is dropped.
             Err(TrySendError::Full(_)) => Ok(()),
-            // The room dropped this session; the reason is in the outbox.
+            // The room dropped this session. The reason is in the outbox.
             Err(TrySendError::Disconnected(_)) => Ok(()),
         }
     }
 
-    /// Gives the seat up after a close with 1000; after a reload or a lost network it is held.
+    /// Gives up the seat after a close with code 1000. After a reload or a lost network it is held.
     fn leave(&self, frame: Option<CloseFrame>) -> SocketEnd {
         if frame.is_some_and(|frame| frame.code == CloseCode::Normal) {
             let _ = self.pass_on(None);
@@ -137,12 +138,12 @@ impl<'a> Pump<'a> {
         SocketEnd::Gone
     }
 
-    /// Sends what the thread's queue did not, one message after another: what waits in the outbox can still be replaced by
+    /// Sends the messages that the thread's queue did not, one by one: messages still in the outbox can be replaced by
     /// a keyframe.
     fn poll_write(&mut self, cx: &mut Context<'_>, now: Instant) -> Poll<SocketEnd> {
         let outbox = &self.seated.outbox;
         outbox.register(cx.waker());
-        // No keepalive is due while the peer takes nothing.
+        // Keepalives are not sent while the peer takes nothing.
         if now >= self.keepalive_at && self.stalled_since.is_none() {
             self.keepalive_at = now + self.seated.waits.keepalive;
             self.socket.writer.queue(Frame::ping(Bytes::new()));
@@ -166,7 +167,7 @@ impl<'a> Pump<'a> {
         }
     }
 
-    /// The peer takes nothing at the moment. Its session may end all the same.
+    /// Handles a peer that currently takes no bytes. Its session may still end.
     fn stall(&mut self, now: Instant) -> Poll<SocketEnd> {
         if self.stalled_since.is_none() {
             self.stalled_since = Some(now);
@@ -210,7 +211,7 @@ struct Pongs {
 }
 
 impl Pongs {
-    /// Encodes the answer to a ping of this stamp, at this tick.
+    /// Encodes the answer to a ping with this stamp, at this tick.
     fn pong(&mut self, stamp: u32, tick: u32) -> Bytes {
         self.writer.clear();
         ServerMessage::Pong { stamp, tick }.write(&mut self.writer);

@@ -1,6 +1,5 @@
-//! One game session from its upgrade to its end: the hello, then messages in both directions until one side
-//! ends it. It decides nothing about the game: its [`Pump`] passes inputs to the room's inbox and empties
-//! its outbox.
+//! One game session from its upgrade to its end: the hello, then messages in both directions until one side ends it. It
+//! makes no decisions about the game: its [`Pump`] passes inputs to the room's inbox and empties its outbox.
 
 use crate::fleet::directory::{Located, PlaceError};
 use crate::fleet::entry::RoomFacts;
@@ -29,13 +28,13 @@ use tracing::debug;
 pub struct Caller {
     /// The code of the room.
     pub code: String,
-    /// Address that it counts for.
+    /// Address to which the session is attributed.
     pub address: IpAddr,
-    /// The queue of its thread.
+    /// The send queue of the session's thread.
     pub send_queue: Arc<SendQueue>,
 }
 
-/// Runs one session on an upgraded connection; `read` holds bytes that came with the upgrade.
+/// Runs one session on an upgraded connection. `read` holds bytes that arrived with the upgrade.
 pub async fn play(stream: MaybeTlsStream, read: Vec<u8>, caller: Caller, state: &ServerState) {
     let mut socket = accept(stream, read);
     let end = serve(&mut socket, &caller, state).await;
@@ -51,7 +50,7 @@ pub async fn play(stream: MaybeTlsStream, read: Vec<u8>, caller: Caller, state: 
         }
         None => debug!(room = %code, %address, "socket closed by the peer"),
     }
-    // A peer that does not read its last messages does not get them.
+    // A peer that does not read its last messages will not get them.
     let _ = timeout(limits::CLOSE_WAIT, close(socket, end)).await;
 }
 
@@ -63,7 +62,7 @@ async fn serve(socket: &mut GameSocket, caller: &Caller, state: &ServerState) ->
     if *state.host.phase.borrow() != Phase::Running {
         return SocketEnd::Refused(Refusal::Closing);
     }
-    // In a fleet there may be one that this server has not heard of yet.
+    // A fleet may have a room that this server does not know yet.
     if state.fleet.is_none() && !state.rooms.knows(&caller.code) {
         return SocketEnd::Refused(Refusal::NoSuchRoom);
     }
@@ -77,7 +76,7 @@ async fn serve(socket: &mut GameSocket, caller: &Caller, state: &ServerState) ->
         Ok(Err(end)) => return end,
         Err(_late) => return SocketEnd::Refused(Refusal::BadHello),
     };
-    // A ban may have come since the upgrade.
+    // The network may have been banned since the upgrade.
     if state.bans.is_banned(address) {
         return SocketEnd::Refused(Refusal::Kicked);
     }
@@ -90,7 +89,7 @@ async fn serve(socket: &mut GameSocket, caller: &Caller, state: &ServerState) ->
         Ok(seated) => seated,
         Err(refusal) => return SocketEnd::Refused(refusal),
     };
-    // A task of its own, which is not polled at each message. It ends with the session.
+    // A separate task, which is not polled at each message. It ends with the session.
     let mut follows = JoinSet::new();
     let seconds = state.config.waits.drain_notice.as_secs().try_into().unwrap_or(u8::MAX);
     let keeps_room = state.host.logs.keeps_rooms();
@@ -105,8 +104,8 @@ async fn serve(socket: &mut GameSocket, caller: &Caller, state: &ServerState) ->
     }
 }
 
-/// Waits until this server plays the room, and opens a standing one somewhere if needed. An error is the end of the
-/// session: the room is at another server, or is nowhere.
+/// Waits until this server plays the room, and opens a standing room on some node if needed. An error ends the session:
+/// the room is on another server, or does not exist.
 async fn find(code: &str, fleet: &Fleet, rooms: &Rooms) -> Result<(), SocketEnd> {
     let mut located = fleet.find(code).await;
     if let (Located::Unknown, Some(scene)) = (&located, rooms.scene(code)) {
@@ -146,7 +145,7 @@ fn seat(
         Role::Player => hello.token.map(verified).transpose()?,
         Role::Spectator => None,
     };
-    // A wrong key does not make its holder the host, and is no reason for a refusal.
+    // A wrong key does not make its holder the host, but is not a reason to refuse the session.
     let hosted = hello.host_key.and_then(|key| state.host.signer.hosted(&key));
     let (sender, receiver) = inbox(limits::INBOX_MAX);
     let outbox = Outbox::new(Arc::clone(&caller.send_queue), Arc::clone(&socket.writer));
@@ -164,7 +163,8 @@ fn seat(
     Ok(Seated { info, inbox: sender, outbox, waits: state.config.waits })
 }
 
-/// Follows the server's own end, first a notice and then the close, and the end of a room whose thread cannot say it.
+/// Reports the server's end to the session, with a notice and then the close, and the end of a room whose thread cannot
+/// report it.
 async fn follow(
     mut phase: watch::Receiver<Phase>,
     info: Arc<RoomInfo>,
@@ -172,7 +172,7 @@ async fn follow(
     notice: ServerMessage,
 ) {
     let closing = async {
-        // An error means that the server is gone already, which is an end as well.
+        // An error means that the server is gone, which also ends the session.
         if phase.wait_for(|phase| *phase != Phase::Running).await.is_ok() {
             outbox.control(notice.encode());
             let _ = phase.wait_for(|phase| *phase == Phase::Closing).await;

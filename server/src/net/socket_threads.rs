@@ -1,6 +1,6 @@
-//! The threads that serve connections, one for each processor, up to a limit. A connection stays on its thread for life:
-//! what a session touches in each tick stays in one processor's cache, and no other thread is woken to share a
-//! moment's work. For the same reason a few connections are all on one thread.
+//! The threads that serve connections, one per processor, up to a limit. A connection stays on its thread for life: the
+//! data that a session uses in each tick stays in one processor's cache, and no other thread is woken for a moment's
+//! work. For the same reason a small number of connections is kept on one thread.
 
 use crate::host::outbox::SendQueue;
 use std::io;
@@ -10,24 +10,24 @@ use tokio::runtime::{Builder, Handle};
 use tokio::sync::oneshot;
 use tokio::task::unconstrained;
 
-/// Connections that one thread serves before another one is used: two that wake for half as much each cost more
-/// processor time, and one sends to these in a millisecond or two.
+/// Connections on one thread before another one is used. Two threads that wake for half as many each take more
+/// processor time, and one thread can send to this many in a millisecond or two.
 const SOCKETS_FEW: usize = 256;
-/// Time for which a thread of sockets that has nothing to do lets inputs gather before it looks for them, for each of its
-/// connections, and at most. Inputs and pongs may be late by this, snapshots are not.
+/// Time per connection for which an idle socket thread lets inputs accumulate before it reads them. Inputs and pongs
+/// may be delayed by this; snapshots are not.
 const SOCKETS_GATHER: Duration = Duration::from_micros(20);
-/// See [`SOCKETS_GATHER`].
+/// Upper bound of the total time; see [`SOCKETS_GATHER`].
 const SOCKETS_GATHER_MAX: Duration = Duration::from_millis(2);
 
-/// The threads that serve a server's connections. They end with it, and with them what they still serve.
+/// The threads that serve a server's connections. Dropping this ends the threads, along with their connections.
 pub struct SocketThreads(Vec<SocketThread>);
 
 struct SocketThread {
     runtime: Handle,
     send_queue: Arc<SendQueue>,
-    /// One clone for each connection.
+    /// Cloned once for each connection.
     served: Arc<()>,
-    /// Dropped, it ends the thread.
+    /// Dropping this ends the thread.
     _alive: oneshot::Sender<()>,
 }
 
@@ -37,7 +37,7 @@ impl SocketThreads {
         queues.iter().map(SocketThread::start).collect::<io::Result<_>>().map(SocketThreads)
     }
 
-    /// Serves a connection on the first thread that has few, or else on the one that has the fewest.
+    /// Serves a connection on the first thread that has only a few, otherwise on the one with the fewest.
     pub fn spawn<F>(&self, serve: impl FnOnce(Arc<SendQueue>) -> F)
     where
         F: Future<Output = ()> + Send + 'static,
@@ -54,8 +54,8 @@ impl SocketThreads {
 
 impl SocketThread {
     fn start(queue: &Arc<SendQueue>) -> io::Result<SocketThread> {
-        // Inputs come one by one, and are not needed before the next tick: so a thread that has served all that was
-        // ready lets some more arrive, instead of sleeping and waking for each. Snapshots do not wait.
+        // Inputs arrive one by one, and are not needed before the next tick. So a thread that has served everything
+        // ready lets some more arrive, rather than sleeping and waking for each. Snapshots do not wait.
         let served = Arc::new(());
         let (gathers, counted) = (Arc::clone(queue), Arc::downgrade(&served));
         let gather = move || gathers.pause(gather_time(counted.strong_count().saturating_sub(1)));
@@ -87,7 +87,7 @@ impl SocketThread {
     }
 }
 
-/// How long a thread with this many connections lets inputs gather.
+/// Time for which a thread with this many connections lets inputs accumulate.
 fn gather_time(connections: usize) -> Duration {
     let connections = u32::try_from(connections).unwrap_or(u32::MAX);
     SOCKETS_GATHER.saturating_mul(connections).min(SOCKETS_GATHER_MAX)

@@ -1,5 +1,6 @@
-//! TLS on the players' port: reads the certificates and the key, again when they change, and does the handshake.
-//! TLS 1.3 only, which every browser that can draw the page speaks, and HTTP/1.1 only, which carries the WebSockets.
+//! TLS on the players' port: reads the certificates and the key, rereads them when they change, and performs the
+//! handshake. It supports only TLS 1.3, which every browser that can draw the page speaks, and only HTTP/1.1, which
+//! carries the WebSockets.
 
 use crate::files::read_regular;
 use crate::limits;
@@ -21,7 +22,7 @@ use tokio_rustls::rustls::server::ParsedCertificate;
 use tokio_rustls::rustls::{self, CertificateError, RootCertStore, ServerConfig, version};
 use tracing::{error, info};
 
-/// Encrypted bytes that wait for one socket; rustls alone would hold 64 KiB.
+/// Encrypted bytes that may wait for one socket; the default of rustls is 64 KiB.
 const TLS_BUFFER_BYTES_MAX: usize = 16 << 10;
 
 /// The server's certificates and key. Cheap to clone; all clones change together.
@@ -30,24 +31,24 @@ pub struct Tls(Arc<Shared>);
 
 #[derive(Debug)]
 struct Shared {
-    /// The file of the certificates, and that of the key.
+    /// The certificate file and the key file.
     files: [PathBuf; 2],
     pair: RwLock<LoadedPair>,
     read_again: Notify,
 }
 
-/// Certificates and key as they were read.
+/// The loaded certificates and key.
 #[derive(Clone, Debug)]
 struct LoadedPair {
     config: Arc<ServerConfig>,
-    /// The certificates in it.
+    /// The certificates in the configuration.
     chain: Arc<[CertificateDer<'static>]>,
     validity: Option<Validity>,
-    /// As the files were before they were read.
+    /// State of the files before they were read.
     stamps: Stamps,
 }
 
-/// Length of each file, and the time of its last change; `None` if it cannot be found.
+/// Length and modification time of each file; `None` if it cannot be found.
 type Stamps = [Option<(u64, SystemTime)>; 2];
 
 /// Error of [`Tls::read`].
@@ -59,7 +60,7 @@ pub enum TlsError {
          own first", file.display()
     )]
     Certificates {
-        /// The file that was to hold them.
+        /// The file that should hold them.
         file: PathBuf,
         /// A description of what was found.
         found: String,
@@ -70,42 +71,42 @@ pub enum TlsError {
          PRIVATE KEY, not encrypted", file.display()
     )]
     Key {
-        /// The file that was to hold it.
+        /// The file that should hold it.
         file: PathBuf,
         /// A description of what was found.
         found: String,
     },
-    /// Each can be read, but they do not belong together.
+    /// Both can be read, but the key does not match the certificate.
     #[error(
         "--tls-cert {} with --tls-key {}: found {found}; allowed: the key of the first certificate, \
          Ed25519, ECDSA or RSA", certificates.display(), key.display()
     )]
     Pair {
-        /// The file of the certificates.
+        /// The certificate file.
         certificates: PathBuf,
-        /// The file of the key.
+        /// The key file.
         key: PathBuf,
         found: rustls::Error,
     },
 }
 
 impl Tls {
-    /// Reads two PEM files, and checks that the key is the first certificate's.
+    /// Reads two PEM files, and checks that the key belongs to the first certificate.
     pub fn read(certificates: &Path, key: &Path) -> Result<Tls, TlsError> {
         let files = [certificates.to_owned(), key.to_owned()];
         let pair = RwLock::new(read_pair(&files)?);
         Ok(Tls(Arc::new(Shared { files, pair, read_again: Notify::new() })))
     }
 
-    /// Does the handshake, without a time limit of its own. A protocol error of the peer is
-    /// [`io::ErrorKind::InvalidData`]; other errors are those of the socket.
+    /// Performs the handshake, without a time limit. A protocol error of the peer is [`io::ErrorKind::InvalidData`];
+    /// other errors come from the socket.
     pub async fn accept(&self, stream: Socket) -> io::Result<MaybeTlsStream> {
         let mut stream = TlsAcceptor::from(self.pair().config).accept(stream).await?;
         stream.get_mut().1.set_buffer_limit(Some(TLS_BUFFER_BYTES_MAX));
         Ok(MaybeTlsStream::Right(Box::new(stream)))
     }
 
-    /// The time for which the first certificate is valid, if it says one.
+    /// The validity of the first certificate, if it can be read.
     pub fn validity(&self) -> Option<Validity> {
         self.pair().validity
     }
@@ -115,9 +116,9 @@ impl Tls {
         self.0.read_again.notify_one();
     }
 
-    /// Reads the files again when they have changed, for good; new connections get what was read, others go on with
-    /// what they have. Files that cannot serve are logged, and change nothing. `every` is the time between two looks;
-    /// a change is taken up once two looks see the same, for one file is written after the other.
+    /// Rereads the files whenever they change, forever. New connections use the new files, existing ones keep theirs.
+    /// Unusable files are logged, and change nothing. `every` is the time between two checks. A change is applied once
+    /// two checks agree, because the files are written one after the other.
     pub async fn keep_current(&self, every: Duration) {
         let mut known = self.pair().stamps;
         let mut seen = known;
@@ -132,13 +133,13 @@ impl Tls {
                 }
                 (if is_taken_up { stamps } else { known }, stamps)
             });
-            // Only the end of the runtime cancels it.
+            // It is cancelled only when the runtime ends.
             let Ok(looked) = looked.await else { return };
             (known, seen) = looked;
         }
     }
 
-    /// Reads the files again, and logs how that went.
+    /// Rereads the files, and logs the outcome.
     fn replace(&self) {
         match read_pair(&self.0.files) {
             Ok(pair) => {
@@ -169,7 +170,7 @@ impl Tls {
 
 fn read_pair(files: &[PathBuf; 2]) -> Result<LoadedPair, TlsError> {
     let [certificates, key] = files;
-    // Before the files are read: a change in the meantime is seen at the next look.
+    // Taken before the files are read, so that a change in the meantime is noticed at the next check.
     let stamps = stamps(files);
     let chain = read_chain(certificates)
         .map_err(|found| TlsError::Certificates { file: certificates.clone(), found })?;
@@ -235,17 +236,17 @@ fn read(file: &Path) -> Result<Vec<u8>, String> {
 /// First and last moment at which a certificate is valid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Validity {
-    /// It is not valid before.
+    /// The certificate is not valid before this time.
     pub from: SystemTime,
-    /// It is not valid after.
+    /// The certificate is not valid after this time.
     pub until: SystemTime,
 }
 
 impl Validity {
-    /// Reads that of a certificate; `None` if it has none that rustls can read.
+    /// Reads the validity of a certificate; `None` if rustls cannot read it.
     pub fn of(certificate: &CertificateDer) -> Option<Validity> {
-        // rustls parses certificates, but tells their times only where it rejects one for them. It looks at
-        // them before it looks for an issuer, of which there is none here.
+        // rustls parses certificates, but reveals their validity only when it rejects one for it. It checks the
+        // validity before it looks for an issuer, and here the certificate has none.
         let rustls::Error::InvalidCertificate(CertificateError::NotValidYetContext {
             not_before,
             ..

@@ -1,5 +1,6 @@
-//! The admin paths of the operators' port: list rooms, players and networks, kick a player, close a room, remove a record,
-//! ban a network, drain the server. They need the operators' token; a server without one has no such paths.
+//! The admin paths of the operators' port: list rooms, players and networks, kick a player, close a room, remove a best
+//! run, ban a network, and drain the server. They require the operators' token; on a server without a token they do not
+//! exist.
 
 use crate::host::room_handle::{AdminCommand, RoomInfo};
 use crate::host::rooms::Rooms;
@@ -27,11 +28,11 @@ use tokio::task::spawn_blocking;
 use tokio::time::{Instant, timeout, timeout_at};
 use tracing::{error, info};
 
-/// Networks that operators are shown, those that hold most.
+/// Maximum number of networks shown to operators: those with the most connections.
 const NETWORKS_SHOWN_MAX: usize = 100;
-/// Minutes for which a ban lasts unless it says otherwise.
+/// Default duration of a ban in minutes.
 const BAN_MINUTES: u32 = 60;
-/// Minutes of the longest ban: a year.
+/// Longest duration of a ban in minutes: a year.
 const BAN_MINUTES_MAX: u32 = 366 * 24 * 60;
 
 const PATHS: &str = "GET /admin/rooms, POST /admin/rooms/CODE/close, \
@@ -41,7 +42,7 @@ const PATHS: &str = "GET /admin/rooms, POST /admin/rooms/CODE/close, \
 const GIVEN_UP: &str = "the room did not answer, and was closed without its thread: its players are free, and so is its \
     link. The thread may run on until the server is restarted\n";
 
-/// Answers a request whose path begins with `/admin/`; `rest` is what follows.
+/// Answers a request whose path begins with `/admin/`; `rest` is the remaining path.
 pub async fn answer(request: &Request<Incoming>, rest: &str, state: &ServerState) -> Answer {
     let Some(token) = &state.config.ops_token else {
         let text = "this server was started without --ops-token-file\n";
@@ -50,7 +51,7 @@ pub async fn answer(request: &Request<Incoming>, rest: &str, state: &ServerState
     if !bearer(request.headers())
         .is_some_and(|given| state.host.signer.same(given, token.as_bytes()))
     {
-        // Counted and not logged: anyone who reaches the port could fill the log.
+        // Counted but not logged: anyone who can reach the port could fill the log.
         state.host.metrics.refused("ops_unauthorized");
         return unauthorized();
     }
@@ -72,7 +73,7 @@ pub async fn answer(request: &Request<Incoming>, rest: &str, state: &ServerState
     }
 }
 
-/// The token of a request, if it has one.
+/// The bearer token of a request, if any.
 fn bearer(headers: &HeaderMap) -> Option<&[u8]> {
     headers.get(header::AUTHORIZATION)?.as_bytes().strip_prefix(b"Bearer ")
 }
@@ -86,12 +87,12 @@ fn unauthorized() -> Answer {
 }
 
 async fn rooms(open: &Rooms, wait: Duration) -> Answer {
-    // All are asked before the first is waited for.
+    // All rooms are asked before the first answer is awaited.
     let deadline = Instant::now() + wait;
     let asked: Vec<_> = open.list().into_iter().map(|info| (ask(&info, open), info)).collect();
     let mut rooms = Vec::new();
     for (players, info) in asked {
-        // A room that is closing, or whose queue of commands is full, drops the question.
+        // A room that is closing, or whose command queue is full, drops the request.
         let players = timeout_at(deadline, players).await.ok().and_then(Result::ok);
         rooms.push(entry(&info, players));
     }
@@ -127,14 +128,14 @@ fn entry(info: &RoomInfo, players: Option<Vec<PlayerState>>) -> Value {
     })
 }
 
-/// Has a room close itself. One that does not answer is closed without its thread.
+/// Asks a room to close. If it does not answer, it is closed without its thread.
 async fn close(code: &str, rooms: &Arc<Rooms>, wait: Duration) -> Answer {
     let Some(info) = rooms.get(code) else { return no_room() };
     info!(room = %code, "an operator closed a room");
     let (answer, closing) = oneshot::channel();
     let asked = async {
         rooms.insist(code, AdminCommand::Close(answer)).await;
-        // An error means that it has ended already.
+        // An error means that the room has already ended.
         let _ = closing.await;
     };
     if timeout(wait, asked).await.is_ok() {
@@ -163,7 +164,7 @@ async fn kick(code: &str, seat: &str, rooms: &Rooms, wait: Duration) -> Answer {
     }
 }
 
-/// Removes one of the best runs, and names those that come back in its place.
+/// Removes one of the best runs, and names those that return in its place.
 async fn remove_record(name: &str, records: Option<Arc<Records>>) -> Answer {
     let removed = match records {
         Some(records) => {
@@ -186,7 +187,7 @@ async fn remove_record(name: &str, records: Option<Arc<Records>>) -> Answer {
     }
 }
 
-/// Who holds what, those that hold most first, and who is banned.
+/// The networks with their holdings, largest first, and the bans.
 fn networks(state: &ServerState) -> Answer {
     let mut held: BTreeMap<IpAddr, [usize; 3]> = BTreeMap::new();
     let rooms = state.rooms.list();
@@ -249,7 +250,7 @@ fn lift(words: &[&str], bans: &Bans) -> Answer {
     }
 }
 
-/// The answer to a change of the bans, which may have failed to reach the state directory.
+/// The answer to a change of the bans. Writing them to the state directory may have failed.
 fn kept(changed: io::Result<&'static str>) -> Answer {
     match changed {
         Ok(text) => uncached(StatusCode::OK, TEXT, text),
@@ -260,7 +261,7 @@ fn kept(changed: io::Result<&'static str>) -> Answer {
     }
 }
 
-/// Reads a network: one with the length of its prefix, or the one of an address: itself, or its /64 of IPv6.
+/// Parses a network: an address with a prefix length, or an address alone, which stands for itself or for its IPv6 /64.
 fn network(words: &[&str]) -> Result<IpNet, Box<Answer>> {
     let text = words.join("/");
     let address = || text.parse().ok().map(prefix);

@@ -1,6 +1,6 @@
-//! Agones, where it started the server: its sidecar is told when the server takes players, that it lives, how many rooms
-//! it can take, and when it ends. The game does not depend on any of it: what the sidecar does not answer in time is
-//! counted, logged once and tried again.
+//! Agones, if it started the server. Its sidecar is told when the server accepts players, that the server is healthy,
+//! how many rooms it can take, and when it ends. The game does not depend on any of this. A call that the sidecar does
+//! not answer in time is counted, logged once and repeated.
 
 mod sidecar;
 mod watch;
@@ -18,36 +18,36 @@ use tokio::time::{MissedTickBehavior, interval, sleep};
 use tracing::{info, warn};
 use watch::{Counter, RoomWatch};
 
-/// Time between two signs that the server lives.
+/// Time between two health reports.
 const AGONES_HEALTH_EVERY: Duration = Duration::from_secs(2);
-/// Time between two looks at the rooms that have closed.
+/// Time between two checks for rooms that have closed.
 const AGONES_LOOK_EVERY: Duration = Duration::from_secs(1);
-/// Time in which the sidecar answers. It is on this machine, and answers from memory.
+/// Timeout of the sidecar, which runs on this machine and answers from memory.
 const AGONES_ANSWER: Duration = Duration::from_secs(1);
 /// Wait before a call that failed is tried again.
 const AGONES_RETRY: Duration = Duration::from_secs(1);
-/// Attempts to say that the server ends: they fit into a drain.
+/// Attempts to report the server's end, which must fit into a drain.
 const AGONES_SHUTDOWN_TRIES: u32 = 3;
 
-/// Where the sidecar is, and how long it is waited for.
+/// Address of the sidecar, and the timing of calls to it.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// Address of its REST API.
+    /// Address of the sidecar's REST API.
     pub sidecar: SocketAddr,
-    /// Rooms that the server is to take at a time.
+    /// Maximum number of rooms that the server should take at a time.
     pub rooms_max: usize,
-    /// Time between two signs that the server lives, more than zero.
+    /// Time between two health reports, more than zero.
     pub health_every: Duration,
-    /// Time between two looks at the open rooms, more than zero.
+    /// Time between two checks of the open rooms, more than zero.
     pub look_every: Duration,
-    /// Time in which the sidecar answers a call.
+    /// Timeout of a call to the sidecar.
     pub answer: Duration,
-    /// Wait before a call that failed is tried again.
+    /// Wait before a failed call is repeated.
     pub retry: Duration,
 }
 
 impl Settings {
-    /// Usual times, and this many rooms.
+    /// The default timing, with this many rooms.
     pub fn new(sidecar: SocketAddr, rooms_max: usize) -> Settings {
         Settings {
             sidecar,
@@ -60,7 +60,7 @@ impl Settings {
     }
 }
 
-/// Accompanies a server from when it serves sockets to its end. Returns soon after the drain has begun.
+/// Accompanies a server from the time it serves sockets to its end. Returns soon after the drain has begun.
 pub async fn accompany(settings: Settings, host: Arc<Host>) {
     let sidecar = Sidecar::new(settings.sidecar, settings.answer, Arc::clone(&host.metrics));
     let mut phase = host.phase.clone();
@@ -72,20 +72,20 @@ pub async fn accompany(settings: Settings, host: Arc<Host>) {
     end(&sidecar, settings.retry).await;
 }
 
-/// Agones replaces a server that gives no sign of life for longer than its fleet's spec allows.
+/// Reports health regularly. Agones replaces a server that is silent for longer than its fleet's spec allows.
 async fn give_signs_of_life(sidecar: &Sidecar, every: Duration, host: &Host) {
     let (mut looks, mut pulse) = (interval(every), Pulse::default());
     looks.set_missed_tick_behavior(MissedTickBehavior::Delay);
     loop {
         looks.tick().await;
         if pulse.beats(host) {
-            // A sign that fails is followed by the next.
+            // A failed report is followed by the next one.
             let _ = sidecar.health().await;
         }
     }
 }
 
-/// Says that the server takes players, and takes the rooms that close off the count.
+/// Reports that the server accepts players, and subtracts closed rooms from the counter.
 async fn follow_rooms(sidecar: &Sidecar, settings: Settings, host: &Host) {
     let open = open_rooms(host);
     let counts = count_rooms(sidecar, settings, open.len()).await;
@@ -103,8 +103,8 @@ async fn follow_rooms(sidecar: &Sidecar, settings: Settings, host: &Host) {
     }
 }
 
-/// Sets the counter of rooms; false if the game server has none. The allocator does not change it before the server
-/// is ready.
+/// Sets the counter of rooms. Returns false if the game server has none. The allocator does not change it before the
+/// server is ready.
 async fn count_rooms(sidecar: &Sidecar, settings: Settings, open: usize) -> bool {
     loop {
         match sidecar.set_counter(open, settings.rooms_max.max(open)).await {
@@ -127,7 +127,7 @@ fn open_rooms(host: &Host) -> BTreeSet<u64> {
     host.lock().values().map(|room| room.info.number).collect()
 }
 
-/// Has Agones end the game server, and put another in its place.
+/// Asks Agones to end the game server and start a replacement.
 async fn end(sidecar: &Sidecar, retry: Duration) {
     for attempt in 1..=AGONES_SHUTDOWN_TRIES {
         if sidecar.shutdown().await.is_ok() || attempt == AGONES_SHUTDOWN_TRIES {

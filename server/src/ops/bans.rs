@@ -11,32 +11,32 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-/// Bans of operators at a time.
+/// Maximum number of bans in force at a time.
 const BANS_MAX: usize = 1024;
-/// Longest file of bans, bytes: a ban of IPv6 takes 90.
+/// Longest file of bans, bytes; an IPv6 ban takes 90.
 const BANS_BYTES_MAX: usize = 128 * BANS_MAX;
 
-/// A network that may not play until a time.
+/// A network that is banned until a certain time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Ban {
     pub network: IpNet,
-    /// The end, seconds since 1970.
+    /// End of the ban, seconds since 1970.
     pub until_unix_s: u64,
 }
 
 /// All bans that have not ended.
 #[derive(Debug, Default)]
 pub struct Bans {
-    /// Where they are kept.
+    /// The file in which the bans are stored.
     file: Option<PathBuf>,
     bans: Mutex<Vec<Ban>>,
-    /// Held while the file is written: requests never wait for the disk.
+    /// Held while the file is written, so that requests never wait for the disk.
     writing: Mutex<()>,
 }
 
 impl Bans {
-    /// Reads the bans that the previous process left. A file that cannot be read is set aside and logged: a server
-    /// without bans is better than none.
+    /// Reads the bans of the previous process. A file that cannot be read is set aside and logged: a server without
+    /// bans is better than no server.
     pub fn open(file: Option<PathBuf>) -> Bans {
         let Some(path) = &file else { return Bans::default() };
         let read = read_regular(path, BANS_BYTES_MAX).map(|bytes| serde_json::from_slice(&bytes));
@@ -49,7 +49,7 @@ impl Bans {
         Bans { file, bans: Mutex::new(bans), writing: Mutex::default() }
     }
 
-    /// Whether an address is banned now.
+    /// Returns whether an address is currently banned.
     pub fn is_banned(&self, ip: IpAddr) -> bool {
         let bans = self.lock();
         let ip = ip.to_canonical();
@@ -59,7 +59,7 @@ impl Bans {
         }
     }
 
-    /// Bans that have not ended, the first to end first.
+    /// Bans that have not ended, earliest end first.
     pub fn list(&self) -> Vec<Ban> {
         let now = unix_s();
         let mut bans: Vec<_> =
@@ -68,8 +68,8 @@ impl Bans {
         bans
     }
 
-    /// Bans a network from now on, in place of an earlier ban of the same one. Past [`BANS_MAX`] the one that would
-    /// end first ends now. An error means that the ban holds, but not beyond this process.
+    /// Bans a network from now on, replacing an earlier ban of the same network. Beyond [`BANS_MAX`] bans, the one that
+    /// would end first is dropped. An error means that the ban is in force but will not outlive this process.
     pub fn ban(&self, network: IpNet, time: Duration) -> io::Result<Ban> {
         let network = network.trunc();
         let ban = Ban { network, until_unix_s: unix_s() + time.as_secs() };
@@ -85,7 +85,7 @@ impl Bans {
         Ok(ban)
     }
 
-    /// Ends the ban of a network; `false` if there is none.
+    /// Lifts the ban of a network; `false` if it was not banned.
     pub fn lift(&self, network: IpNet) -> io::Result<bool> {
         let network = network.trunc();
         let mut lifted = false;

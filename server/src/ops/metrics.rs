@@ -1,6 +1,5 @@
-//! Metrics for operators: counters, gauges and histograms in base units, as text for Prometheus
-//! (OpenMetrics). No label names a player, a room or an address: there are few series, and none reveals
-//! who plays.
+//! Metrics for operators: counters, gauges and histograms in base units, as text for Prometheus (OpenMetrics). No label
+//! names a player, a room or an address, so there are few series, and none reveals the identity of players.
 
 use crate::ops::process;
 use crate::ops::reasons;
@@ -23,19 +22,19 @@ pub struct Metrics {
     registry: Registry,
     /// Metrics of ticks, over all rooms.
     pub ticks: Ticks,
-    /// By rate, in the order of [`Rate::ALL`].
+    /// Snapshots by rate, in the order of [`Rate::ALL`].
     pub snapshots: [Snapshots; Rate::ALL.len()],
-    /// Keyframes at a lower rate, for sockets that were too far behind.
+    /// Keyframes sent at a lower rate to sockets that were too far behind.
     pub late: Counter,
-    /// Lag of clients in ticks, each observed once a second.
+    /// Lag of clients in ticks; each client is observed once a second.
     pub lag: Histogram,
     /// Inputs dropped because of their sequence numbers.
     pub inputs_ignored: Counter,
     /// Rooms that panicked.
     pub rooms_failed: Counter,
-    /// Calls of Agones' sidecar that failed.
+    /// Failed calls to Agones' sidecar.
     pub agones_errors: Counter,
-    /// In the order of [`Skip`].
+    /// Skipped snapshots, in the order of [`Skip`].
     skips: [Counter; 5],
     messages_ignored: Family<Label, Counter>,
     joins: Family<Label, Counter>,
@@ -47,15 +46,15 @@ pub struct Metrics {
 #[derive(Clone)]
 pub struct Ticks {
     pub played: Counter,
-    /// Ticks that were due and never played.
+    /// Ticks that were due but never played.
     pub missed: Counter,
-    /// Seconds from when a tick was due to its beginning.
+    /// Seconds from when a tick was due until it started.
     pub lateness: Histogram,
-    /// The same without the time in which the thread had no processor, where the system counts it.
+    /// Lateness excluding the time for which the thread had no processor, if the system counts it.
     pub lateness_own: Histogram,
-    /// Seconds of emptying inboxes, of playing, and of handing out snapshots.
+    /// Seconds spent emptying inboxes, playing, and handing out snapshots.
     pub phases: [Histogram; 3],
-    /// Their sum, nanoseconds.
+    /// Sum of these phases, nanoseconds.
     busy: Arc<AtomicU64>,
     /// Ticks that were not played because another node may play the room.
     stood_still: Arc<AtomicU64>,
@@ -64,32 +63,32 @@ pub struct Ticks {
 /// The lateness of a wakeup.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Late {
-    /// From when a tick was due to its beginning.
+    /// Time from when a tick was due until it started.
     pub raw: Duration,
-    /// Time in which the thread waited for a processor since the tick before, if the system counts it.
+    /// Time for which the thread waited for a processor since the previous tick, if the system counts it.
     pub queued: Option<Duration>,
 }
 
-/// Snapshots sent to clients of one rate.
+/// Snapshots sent to clients at one rate.
 #[derive(Clone, Default)]
 pub struct Snapshots {
-    /// Messages that were queued for sockets.
+    /// Messages queued for sockets.
     pub count: Counter,
     pub bytes: Counter,
 }
 
-/// The reason why a client was not sent a snapshot.
+/// The reason why a client did not get a snapshot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Skip {
-    /// Nothing changed in its view.
+    /// Nothing changed in the client's view.
     Quiet,
-    /// Its rate is 20 or 5 a second.
+    /// The client's rate is 20 or 5 per second.
     Rate,
-    /// Its outbox is too full.
+    /// The client's outbox is too full.
     Queue,
-    /// The newest snapshot that it acknowledged is too old.
+    /// The newest snapshot that the client acknowledged is too old.
     Lag,
-    /// Its address, or the rooms with scenes of guests, are sent as much as they may be.
+    /// The budget of the client's address, or of the rooms with guests' scenes, is used up.
     Uplink,
 }
 
@@ -98,36 +97,36 @@ pub enum Skip {
 pub struct Gauges {
     /// Open rooms.
     pub rooms: i64,
-    /// Seats taken in all of them.
+    /// Seats taken in all rooms.
     pub players: i64,
-    /// Spectators of all of them.
+    /// Spectators in all rooms.
     pub spectators: i64,
-    /// Bodies in all of them.
+    /// Bodies in all rooms.
     pub bodies: i64,
-    /// Seconds since the room that woke least recently did so; 0 without rooms.
+    /// Seconds since the last wakeup of the room that woke least recently; 0 without rooms.
     pub room_tick_age: f64,
     /// Bytes of replays written so far, and files given up.
     pub replays: Option<[u64; 2]>,
-    /// Times that the file of a room in the state directory was given up, or could not be restored.
+    /// Number of times that a room's file in the state directory was given up, or could not be restored.
     pub state_errors: u64,
     /// Log lines dropped so far.
     pub log_drops: u64,
-    /// This node's part in its fleet, if there is one.
+    /// This node's part in its fleet, if it is in one.
     pub fleet: Option<FleetGauges>,
 }
 
 /// A node's part in its fleet at the moment of a scrape.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FleetGauges {
-    /// Nodes that are registered, this one among them.
+    /// Registered nodes, including this one.
     pub nodes: i64,
-    /// Rooms that this node holds.
+    /// Rooms held by this node.
     pub rooms: i64,
-    /// Seconds for which its rooms may still be played if NATS does not answer.
+    /// Seconds for which the node's rooms may still be played if NATS does not answer.
     pub lease_left: f64,
 }
 
-/// A histogram from 50 microseconds to half a second, fine where the goals are.
+/// A histogram from 50 microseconds to half a second, with finer buckets around the target values.
 fn lateness() -> Histogram {
     let fine = [5e-5, 1e-4, 1.5e-4, 2e-4, 2.5e-4, 3.5e-4, 5e-4, 7.5e-4, 1e-3, 1.5e-3, 2.5e-3];
     let long = [5e-3, 1e-2, 1.67e-2, 2.5e-2, 5e-2, 0.1, 0.25, 0.5];
@@ -254,7 +253,7 @@ fn refusals(r: &mut Registry) -> Family<Label, Counter> {
     refusals
 }
 
-/// Metrics that are counted elsewhere, as they are at a scrape.
+/// Metrics counted elsewhere, with their values at the time of a scrape.
 fn counted_elsewhere(gauges: Gauges) -> Registry {
     let mut registry = Registry::with_prefix("jostle");
     registry.register("rooms", "Open rooms", ConstGauge::new(gauges.rooms));
@@ -283,7 +282,7 @@ fn counted_elsewhere(gauges: Gauges) -> Registry {
     registry
 }
 
-/// Metrics of the process, under their usual names.
+/// Metrics of the process, under their conventional names.
 fn of_process() -> Registry {
     let mut registry = Registry::default();
     let gauge = |value: u64| ConstGauge::new(value as f64);
@@ -309,23 +308,23 @@ impl Metrics {
         snapshots.bytes.inc_by(bytes as u64);
     }
 
-    /// Counts a player who got a seat, the old one (`resumed`) or a `new` one, or a `spectator`.
+    /// Counts a player who got a seat, either a former one (`resumed`) or a `new` one, or a `spectator`.
     pub fn joined(&self, how: &'static str) {
         self.joins.get_or_create(&[("how", how)]).inc();
     }
 
-    /// Counts a message that has no effect: an `emote` that came too soon, or one of a `spectator`.
+    /// Counts a message without effect: an `emote` that came too soon, or any from a `spectator`.
     pub fn ignored(&self, kind: &'static str) {
         self.messages_ignored.get_or_create(&[("kind", kind)]).inc();
     }
 
-    /// Counts snapshots that were not sent to a client.
+    /// Counts snapshots that a client did not get.
     pub fn skipped(&self, why: Skip, count: usize) {
         self.skips[why as usize].inc_by(count as u64);
     }
 
-    /// Counts a player who `left` on purpose, `lost` the socket or was `kicked`, or a held seat
-    /// `displaced` by a newcomer, or a `spectator`.
+    /// Counts a player who `left` on purpose, `lost` the socket or was `kicked`, a held seat `displaced` by a newcomer,
+    /// or a `spectator`.
     pub fn left(&self, how: &'static str) {
         self.leaves.get_or_create(&[("how", how)]).inc();
     }
@@ -363,12 +362,12 @@ impl Ticks {
         self.busy.fetch_add(busy.as_nanos() as u64, Ordering::Relaxed);
     }
 
-    /// Counts a wakeup of a room that stands still for want of a lease.
+    /// Counts a wakeup of a room that is paused because it has no lease.
     pub fn stood_still(&self) {
         self.stood_still.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// Grows as long as some room's thread wakes in time and does what it may.
+    /// Increases while some room's thread wakes on time, whether it plays or is paused.
     pub fn signs_of_life(&self) -> u64 {
         self.played.get() + self.stood_still.load(Ordering::Relaxed)
     }
@@ -385,7 +384,7 @@ mod tests {
     use std::fs;
     use std::path::{Path, PathBuf};
 
-    /// Metrics and gauges that have all been counted.
+    /// Metrics and gauges with every value set.
     fn counted() -> (Metrics, Gauges) {
         let metrics = Metrics::default();
         metrics.joined("new");
@@ -450,11 +449,11 @@ mod tests {
             assert!(text.lines().any(|found| found == line), "{line} is missing in\n{text}");
         }
         assert!(text.ends_with("# EOF\n"));
-        // Scraped again, a counter does not grow by itself.
+        // A counter does not grow when it is scraped again.
         assert!(metrics.text(gauges).contains("jostle_replay_bytes_total 4000"));
     }
 
-    /// Files that operators install, with the metrics that they name.
+    /// Files that operators install, and the metrics they name.
     fn installed() -> Vec<(String, Vec<String>)> {
         let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("../deploy");
         let paths =
@@ -462,7 +461,7 @@ mod tests {
         let read = |path: PathBuf| {
             let text = fs::read_to_string(&path).expect("text");
             let words = text.split(|c: char| !c.is_ascii_alphanumeric() && c != '_');
-            // Metrics of the process are read on Linux only.
+            // Process metrics are only available on Linux.
             let named = words.filter(|word| {
                 word.starts_with("jostle_")
                     || cfg!(target_os = "linux") && word.starts_with("process_")

@@ -1,5 +1,6 @@
-//! The log of panics. Rooms with scenes of guests may panic as often as these open, so that a room's panic is one line
-//! without a backtrace, and of all threads of a kind one a second is logged, with the number left out before it.
+//! The log of panics. Rooms with guests' scenes may panic as often as they are opened, so a room's panic is one line
+//! without a backtrace. For each kind of thread one panic per second is logged, with the number of those left out
+//! before it.
 
 use crate::ops::refusal_log::{Foreign, RefusalLog};
 use std::backtrace::Backtrace;
@@ -8,10 +9,10 @@ use std::thread;
 use std::time::Instant;
 use tracing::error;
 
-/// What the names of rooms' threads begin with.
+/// Prefix of the names of rooms' threads.
 pub const ROOM_THREAD: &str = "room ";
 
-/// Sends panics to the log: standard error itself may be a pipe that nothing reads.
+/// Sends panics to the log, because standard error itself may be a pipe that nothing reads.
 pub fn log_panics() {
     let log = PanicLog::default();
     panic::set_hook(Box::new(move |info| {
@@ -26,7 +27,7 @@ pub fn log_panics() {
 struct PanicLog(RefusalLog);
 
 impl PanicLog {
-    /// What is logged of a panic, unless one in such a thread was logged a moment ago.
+    /// The log entry for a panic, unless one in such a thread was just logged.
     fn line(&self, thread: &str, info: &PanicHookInfo, now: Instant) -> Option<String> {
         let is_room = thread.starts_with(ROOM_THREAD);
         let left_out = self.0.admit(if is_room { "room" } else { "other" }, now)?;
@@ -53,7 +54,7 @@ mod tests {
         let own = thread::current().id();
         let hook = panic::take_hook();
         panic::set_hook(Box::new(move |info| {
-            // Other tests may panic meanwhile.
+            // Other tests may panic at the same time.
             if thread::current().id() != own {
                 return hook(info);
             }

@@ -1,9 +1,8 @@
-//! Memory, descriptors and processor time of this process, for operators. Read on Linux only; elsewhere
-//! there is nothing.
+//! Memory, descriptors and processor time of this process, for operators. They are only read on Linux.
 
 use std::fs;
 
-/// Ticks of processor time in a second, as Linux reports them on every machine.
+/// Clock ticks per second in processor times; Linux reports the same value on every machine.
 const CLOCK_TICKS_PER_SECOND: f64 = 100.0;
 
 /// Bytes of physical memory in use.
@@ -27,7 +26,7 @@ fn resident(status: &str) -> Option<u64> {
     Some(kilobytes << 10)
 }
 
-/// Fields 14 and 15; the second is a name in brackets that may hold anything.
+/// Parses fields 14 and 15. The second field is a name in brackets that may hold anything.
 fn cpu(stat: &str) -> Option<f64> {
     let mut fields = stat.rsplit_once(')')?.1.split_ascii_whitespace().skip(11);
     let mut ticks = || fields.next()?.parse::<u64>().ok();

@@ -1,9 +1,9 @@
-//! Reasons of refusals, as values of a label. All are exported from the start: a rate cannot see the first event of a
-//! series that begins with it.
+//! Reasons of refusals, as values of a label. All are exported from the start, because a rate cannot see the first
+//! event of a series that starts with it.
 
 use jostle_protocol::Refusal;
 
-/// Reasons beside those of sessions, which [`of`] names.
+/// Reasons other than those of sessions, which [`of`] names.
 const OF_REQUESTS: [&str; 28] = [
     "bad_host",
     "bad_request",

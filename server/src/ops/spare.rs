@@ -1,5 +1,5 @@
-//! Descriptors in reserve for the operators' port: when players, rooms and files have taken all that the system
-//! allows, operators can still look and act.
+//! Reserve descriptors for the operators' port. When players, rooms and files have taken all descriptors that the
+//! system allows, operators can still connect and act.
 
 use std::fs::File;
 use std::future::poll_fn;
@@ -9,25 +9,25 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::task::Poll;
 use tokio::net::{TcpListener, TcpStream};
 
-/// Descriptors that are held: one for a scraper that keeps its connection, and one for a person.
+/// Number of reserve descriptors: one for a scraper that keeps its connection open, and one for a person.
 const SPARE: usize = 2;
-/// A file that can be opened anywhere, at no cost.
+/// A file that can be opened on any system at no cost.
 const NOTHING: &str = if cfg!(windows) { "NUL" } else { "/dev/null" };
 
-/// Open files that are closed when the connection of an operator finds no descriptor. Players are accepted under the
-/// same lock, so that none of them gets the descriptor meanwhile.
+/// Open files that are closed when an operator's connection finds no free descriptor. Players are accepted under the
+/// same lock, so that none of them takes the freed descriptor.
 #[derive(Debug, Default)]
 pub struct SpareDescriptors {
     held: Mutex<Vec<File>>,
 }
 
 impl SpareDescriptors {
-    /// Takes as many as are missing, as far as there are any.
+    /// Replaces missing descriptors, if any are available.
     pub fn refill(&self) {
         refill(&mut self.lock());
     }
 
-    /// Accepts a connection of an operator, if need be with one of the descriptors.
+    /// Accepts an operator's connection, using a reserve descriptor if needed.
     pub async fn accept(&self, listener: &TcpListener) -> io::Result<(TcpStream, SocketAddr)> {
         poll_fn(|context| {
             let mut held = self.lock();
@@ -44,7 +44,7 @@ impl SpareDescriptors {
         .await
     }
 
-    /// Accepts a connection of a player.
+    /// Accepts a player's connection.
     pub async fn accept_player(
         &self,
         listener: &TcpListener,
@@ -56,7 +56,7 @@ impl SpareDescriptors {
         .await
     }
 
-    /// Drops an operator's connection, and takes its descriptor if one is missing.
+    /// Drops an operator's connection, and keeps its descriptor if one is missing from the reserve.
     pub fn take_back<T>(&self, connection: T) {
         let mut held = self.lock();
         drop(connection);

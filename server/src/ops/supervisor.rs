@@ -1,5 +1,6 @@
-//! The service manager that started the process, such as systemd, or whatever else waits for its signs of life: it is
-//! told when the server serves, that it lives, and when it ends. How, is up to the program that embeds the server.
+//! The service manager that started the process, such as systemd, or another program that expects status notifications:
+//! it is told when the server is ready, that it is alive, and when it ends. The embedding program decides how these are
+//! sent.
 
 use crate::host::room_handle::Host;
 use std::fmt;
@@ -7,25 +8,25 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio::time::interval;
 
-/// A sign of life.
+/// A status notification.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sign {
-    /// The server listens, and has opened the rooms of the process before.
+    /// The server is listening, and has opened the rooms of the previous process.
     Ready,
-    /// The server lives: some room has played since the last sign, or none is open.
+    /// The server is alive: some room has played since the last notification, or none is open.
     Alive,
-    /// The server drains, and will end.
+    /// The server is draining, and will end.
     Stopping,
 }
 
-/// Passes a sign of life on, without waiting.
+/// Passes on a notification, without waiting.
 pub type Tell = Arc<dyn Fn(Sign) + Send + Sync>;
 
-/// How signs of life are passed on.
+/// The recipient of status notifications.
 #[derive(Clone)]
 pub struct Supervisor {
     pub tell: Tell,
-    /// Time between two signs that the server lives, more than zero; `None` if none are awaited.
+    /// Time between two alive notifications, more than zero; `None` if none are expected.
     pub alive_every: Option<Duration>,
 }
 
@@ -36,14 +37,14 @@ impl fmt::Debug for Supervisor {
 }
 
 impl Default for Supervisor {
-    /// Nothing is passed on.
+    /// Discards all notifications.
     fn default() -> Supervisor {
         Supervisor { tell: Arc::new(|_| {}), alive_every: None }
     }
 }
 
-/// Gives a sign of life in each interval for as long as there is life. That this runs shows that the runtime does, which
-/// sockets depend on; the rest is seen by [`Pulse`].
+/// Sends an alive notification in each interval while the server is alive. The fact that this task runs shows that the
+/// runtime works, on which sockets depend; [`Pulse`] checks the rest.
 pub async fn watch(tell: Tell, every: Duration, host: Arc<Host>) {
     let (mut looks, mut pulse) = (interval(every), Pulse::default());
     loop {
@@ -54,18 +55,18 @@ pub async fn watch(tell: Tell, every: Duration, host: Arc<Host>) {
     }
 }
 
-/// Whether rooms play. One that stands still among others that play is for an operator to close: the end of the
-/// process would be the end of those too.
+/// Detects whether rooms are playing. If one room is blocked while others play, an operator should close it; ending the
+/// process would end the others too.
 #[derive(Default)]
 pub struct Pulse {
-    /// Ticks of all rooms at the last look.
+    /// Ticks of all rooms at the last check.
     played: u64,
 }
 
 impl Pulse {
-    /// Returns whether no room is open, or ticks were played since the last look.
+    /// Returns whether no room is open, or ticks were played since the last check.
     pub fn beats(&mut self, host: &Host) -> bool {
-        // A list of rooms that stays locked is death too: this thread then stands still.
+        // If the list of rooms stays locked, this thread blocks here, and the server counts as dead too.
         let rooms = host.lock().len();
         self.beats_with(rooms, host.metrics.ticks.signs_of_life())
     }

@@ -7,18 +7,18 @@ use std::cmp::Reverse;
 /// Seconds for which displaced runs are kept: thirty days, as operators may be away.
 const DISPLACED_KEPT_S: u64 = 30 * 24 * 60 * 60;
 
-/// A run that is kept.
+/// A stored run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Record {
-    /// Name of its file, without the ending.
+    /// Name of the run's file, without its extension.
     pub name: String,
-    /// The run that it proved.
+    /// The run proved by the file.
     pub run: Run,
-    /// When it came, seconds since 1970.
+    /// Time of submission, seconds since 1970.
     pub unix_s: u64,
-    /// Length of its file.
+    /// Length of the file.
     pub bytes: u64,
-    /// When a better run displaced it, seconds since 1970; `None` while it is among the best.
+    /// Time when a better run displaced it, seconds since 1970; `None` while it is among the best.
     pub displaced_s: Option<u64>,
 }
 
@@ -38,14 +38,14 @@ pub struct BestRuns {
     displaced: Vec<Record>,
 }
 
-/// A change that the file of a run has to follow.
+/// A change that must be applied to the file of a run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum RunFileChange {
-    /// It was displaced, and is kept: its name, and when that was, seconds since 1970.
+    /// The run with this name was displaced at this time, seconds since 1970, and is kept.
     Displaced(String, u64),
-    /// One that had been displaced then is among the best again.
+    /// The run with this name, displaced at this time, is among the best again.
     Listed(String, u64),
-    /// One that had been displaced then is not kept any longer.
+    /// The run with this name, displaced at this time, is no longer kept.
     Gone(String, u64),
 }
 
@@ -55,7 +55,7 @@ impl BestRuns {
         &self.listed
     }
 
-    /// The rank of a run of this name, from 1.
+    /// The rank of the run with this name, from 1.
     pub fn rank(&self, name: &str) -> Option<usize> {
         self.listed.iter().position(|record| record.name == name).map(|index| index + 1)
     }
@@ -67,7 +67,7 @@ impl BestRuns {
         self.rank(&new.name).is_none() && with.rank(&new.name).is_some()
     }
 
-    /// Enters a run at this time, seconds since 1970, and returns what follows from that.
+    /// Enters a run at this time, seconds since 1970, and returns the resulting changes.
     pub fn enter(&mut self, new: Record, now_s: u64) -> Vec<RunFileChange> {
         if self.listed.iter().chain(&self.displaced).any(|record| record.name == new.name) {
             let again = new.displaced_s.map(|at_s| RunFileChange::Gone(new.name, at_s));
@@ -77,7 +77,7 @@ impl BestRuns {
         self.settle(now_s)
     }
 
-    /// Removes one of the best runs, if it has this name, and returns what follows from that.
+    /// Removes the best run with this name, if any, and returns the resulting changes.
     pub fn remove(&mut self, name: &str, now_s: u64) -> Vec<RunFileChange> {
         self.listed.retain(|record| record.name != name);
         self.settle(now_s)
@@ -106,7 +106,7 @@ impl BestRuns {
         moved
     }
 
-    /// Forgets displaced runs that are too old or too many.
+    /// Drops displaced runs that are too old or too many.
     fn forget(&mut self, now_s: u64) -> Vec<RunFileChange> {
         let at_s = |record: &Record| record.displaced_s.unwrap_or(now_s);
         self.displaced.sort_by_key(|record| Reverse(at_s(record).saturating_sub(record.unix_s)));
@@ -143,7 +143,7 @@ mod tests {
         runs.list().iter().map(|record| record.name.as_str()).collect()
     }
 
-    /// Names of the runs that were displaced, and of those that are among the best again.
+    /// Names of the displaced runs, and of those that are among the best again.
     fn names_of(moved: &[RunFileChange]) -> (Vec<&str>, Vec<&str>) {
         let (mut displaced, mut listed) = (Vec::new(), Vec::new());
         for moved in moved {
@@ -220,7 +220,7 @@ mod tests {
         let late = 4 + DISPLACED_KEPT_S;
         let moved = runs.enter(record("c", "Cid", 400, late), late);
         assert_eq!(moved, [RunFileChange::Gone("a".to_owned(), 4)]);
-        // Its file may be read again after it was entered once more.
+        // The file may be read again after the run was entered once more.
         let again = Record { displaced_s: Some(9), ..record("b", "Ann", 400, 4) };
         assert_eq!(runs.enter(again, late), [RunFileChange::Gone("b".to_owned(), 9)]);
     }

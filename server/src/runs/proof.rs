@@ -1,4 +1,4 @@
-//! From the bytes of a replay to the run that it proves.
+//! Verifies the bytes of a replay, and finds the run that they prove.
 
 use crate::host::thread_time;
 use crate::limits;
@@ -8,39 +8,39 @@ use jostle_room::{Run, Unproven, run};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Ticks between two looks at the time.
+/// Ticks between two readings of the clock.
 const LOOK_TICKS: u32 = 64;
 
-/// The reason why bytes prove no run.
+/// The reason why a submission proves no run.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NoRun {
-    /// They are too many.
+    /// The submission is too long.
     #[error("the replay has {0} bytes; a run has at most {max}", max = limits::RUN_BYTES_MAX)]
     TooLong(usize),
-    /// They are no replay.
+    /// The bytes are not a replay.
     #[error("this is no replay that can be read: {0}")]
     Unreadable(#[from] ReplayError),
-    /// Their file cannot be read.
+    /// The stored file cannot be read.
     #[error("the file cannot be read: {0}")]
     File(String),
-    /// Its scene is not on offer.
+    /// The scene is not on offer.
     #[error("this server has no scene {0:?}")]
     NoSuchScene(String),
-    /// An operator removed it.
+    /// An operator removed the run.
     #[error("this run was removed by an operator of this server")]
     Removed,
-    /// It is not what it says, or says nothing.
+    /// The replay contradicts its own hashes, or contains no finished run.
     #[error("{0}")]
     Unproven(#[from] Unproven),
 }
 
 impl NoRun {
-    /// Returns whether it may be a run at another time: when the disk answers, or the machine is less busy.
+    /// Returns whether a later attempt may succeed, when the disk answers or the machine is less busy.
     pub fn may_pass(&self) -> bool {
         matches!(self, NoRun::File(_) | NoRun::Unproven(Unproven::TooSlow(_)))
     }
 
-    /// Returns whether it may be a run where other scenes are on offer.
+    /// Returns whether the replay may be a run on a server with other scenes.
     pub fn is_of_other_scene(&self) -> bool {
         let unproven =
             matches!(self, NoRun::Unproven(Unproven::OtherScene(_) | Unproven::NotCompared));
@@ -48,8 +48,8 @@ impl NoRun {
     }
 }
 
-/// Plays a replay of one of these scenes, in at most so much processor time, and returns the scene and the best run.
-/// This thread rests for as long as it works, and ends when `may_go_on`, which is asked now and then, says no.
+/// Plays a replay of one of these scenes in at most this much processor time, and returns the scene and the best run.
+/// The thread sleeps for as long as it works, and stops when `may_go_on`, which is called regularly, returns false.
 pub fn prove(
     bytes: Vec<u8>,
     scenes: &[Arc<Scene>],

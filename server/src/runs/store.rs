@@ -1,4 +1,4 @@
-//! The directory of records, and the thread that plays one replay at a time.
+//! The directory of runs, and the queue in which replays are verified.
 
 use super::best_runs::{BestRuns, Record, RunFileChange};
 use super::proof::{NoRun, prove};
@@ -25,24 +25,24 @@ const ADDRESS_RUN_TRIALS_MAX: usize = 2;
 
 /// Ending of the files.
 const ENDING: &str = "jostle";
-/// Ending of a file that proves nothing any more; it is kept for a diagnosis.
+/// Ending of a file that is no longer valid; kept for diagnosis.
 const DAMAGED: &str = "damaged";
-/// Ending of the file of a run that was displaced, after the second since 1970 in which it was.
+/// Ending of a displaced run's file, after the time of its displacement in seconds since 1970.
 const DISPLACED: &str = "displaced";
-/// Ending of a file that an operator removed; its run is not taken again.
+/// Ending of a file that an operator removed. Its run is not accepted again.
 const REMOVED: &str = "removed";
-/// Ending of a file that was not complete when the process ended.
+/// Ending of a file that is still being written.
 const NEW: &str = "new";
 
-/// The records of a server.
+/// The stored runs of a server.
 pub struct Records {
     dir: PathBuf,
     scenes: Vec<Arc<Scene>>,
-    /// Processor time in which a replay is played.
+    /// Processor time allowed for a replay.
     most: Duration,
-    /// By the name of the scene.
+    /// Best runs by scene name.
     tables: Mutex<BTreeMap<String, BestRuns>>,
-    /// Held while files are written, so that none is entered twice, and while half-written ones are deleted.
+    /// Held while files are written, so that none is entered twice, and while incomplete ones are deleted.
     files: Mutex<()>,
     trials: Arc<TrialQueue>,
     readers: Arc<ConnectionLimits>,
@@ -52,14 +52,15 @@ pub struct Records {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Entered {
     pub run: Run,
-    /// Name of its file.
+    /// Name of the run's file.
     pub name: String,
-    /// Its rank, from 1; `None` if it is not among the best.
+    /// Rank of the run, from 1; `None` if it is not among the best.
     pub rank: Option<usize>,
 }
 
 impl Records {
-    /// The records of runs of these scenes. The directory is made for the first one: a disk that fails costs no game.
+    /// Opens the runs of these scenes. The directory is created for the first run, so that a failing disk costs no
+    /// game.
     pub fn open(dir: PathBuf, scenes: &[Scene], most: Duration) -> Arc<Records> {
         Arc::new(Records {
             dir,
@@ -75,7 +76,7 @@ impl Records {
         })
     }
 
-    /// Starts to play the files of the directory again, on a thread of its own.
+    /// Starts to verify the files of the directory again, on a separate thread.
     pub fn reload(self: &Arc<Records>) -> io::Result<JoinHandle<()>> {
         let records = Arc::clone(self);
         std::thread::Builder::new().name("records".to_owned()).spawn(move || {
@@ -104,8 +105,8 @@ impl Records {
         Ok(())
     }
 
-    /// Files of records, those of displaced runs last. What was not complete is deleted: while files are `held` none is
-    /// being written.
+    /// Files of runs, those of displaced runs last. Incomplete files are deleted; none is being written while `held` is
+    /// locked.
     fn files(&self, held: MutexGuard<'_, ()>) -> io::Result<Vec<PathBuf>> {
         let mut files = Vec::new();
         let entries = match fs::read_dir(&self.dir) {
@@ -160,8 +161,8 @@ impl Records {
         }
     }
 
-    /// Plays a replay of a client of this address, and enters its run if that is among the best; also if the request is
-    /// gone. `None` if too many wait. Errors of the outer kind are those of the server.
+    /// Plays a replay from a client of this address, and enters its run if that is among the best, even if the request
+    /// is gone. `None` if too many are waiting. The outer error is that of the server.
     pub async fn submit(
         self: &Arc<Records>,
         bytes: Vec<u8>,
@@ -190,7 +191,7 @@ impl Records {
         if path.with_extension(REMOVED).exists() {
             return Ok(Err(NoRun::Removed));
         }
-        // A file that was not played again yet since the start is never written over: it may be another's.
+        // A file that has not been verified since the start is never overwritten, because it may belong to another run.
         if self.table(&scene.name).takes(&record) && !path.exists() {
             let made = fs::create_dir_all(&self.dir);
             if let Err(error) = made.and_then(|()| write_closed(&path, &bytes)) {
@@ -203,14 +204,14 @@ impl Records {
         Ok(Ok(Entered { run, name, rank }))
     }
 
-    /// Enters a run whose file is written.
+    /// Enters a run whose file has been written.
     fn enter(&self, scene: &str, record: Record) {
         let moved = lock(&self.tables).entry(scene.to_owned()).or_default().enter(record, unix_s());
         self.move_files(&moved);
     }
 
-    /// Removes one of the best runs for good, and returns the names of those that are among the best again: `None` if there is
-    /// none of this name. It blocks.
+    /// Removes one of the best runs permanently, and returns the names of those that are among the best again; `None`
+    /// if no run has this name. This function blocks.
     pub fn remove(&self, name: &str) -> io::Result<Option<Vec<String>>> {
         let _files = lock(&self.files);
         let has_it = |runs: &BestRuns| runs.rank(name).is_some();
@@ -231,7 +232,7 @@ impl Records {
         Ok(Some(back.collect()))
     }
 
-    /// Has the files of runs follow the table.
+    /// Renames or deletes the files of runs to match the table.
     fn move_files(&self, moved: &[RunFileChange]) {
         for moved in moved {
             let done = match moved {
@@ -251,7 +252,7 @@ impl Records {
         }
     }
 
-    /// Scenes whose runs are compared, with the measure and the best runs.
+    /// Scenes whose runs are compared, with their measure and best runs.
     pub fn tables(&self) -> Vec<(Arc<Scene>, Measure, BestRuns)> {
         let compared = |scene: &Arc<Scene>| {
             Some((Arc::clone(scene), Measure::of(scene)?, self.table(&scene.name)))
@@ -263,8 +264,8 @@ impl Records {
         lock(&self.tables).get(scene).cloned().unwrap_or_default()
     }
 
-    /// Opens the file of a record for a client of this address; `Ok(None)` if there is none of that name, and an
-    /// error if too many are being read. Names are only looked up, so no name leads anywhere else.
+    /// Opens the file of a run for a client of this address; `Ok(None)` if no run has this name, and an error if too
+    /// many are being read. Names are only looked up, so that no name can escape the directory.
     pub fn read(&self, name: &str, address: IpAddr) -> Result<Option<Readable>, Busy> {
         let tables = lock(&self.tables);
         let mut all = tables.values().flat_map(BestRuns::list);
@@ -282,7 +283,7 @@ impl Records {
     }
 }
 
-/// Too many records are being read.
+/// Too many runs are being read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Busy;
 
@@ -291,7 +292,7 @@ fn record(scene: &Scene, run: Run, came: SystemTime, bytes: usize) -> Record {
     Record { name, run, unix_s: seconds(came), bytes: bytes as u64, displaced_s: None }
 }
 
-/// When the run of this file was displaced, by its name.
+/// Time of displacement of the run in this file, taken from the file's name.
 fn displaced_s(path: &Path) -> Option<u64> {
     let stem = path.file_name()?.to_str()?.strip_suffix(DISPLACED)?.strip_suffix('.')?;
     Some(stem.rsplit_once('.').and_then(|(_, at_s)| at_s.parse().ok()).unwrap_or_default())

@@ -1,5 +1,5 @@
-//! The rooms that this node holds, takes over and hands over. Each time something changes, a room's entry is compared
-//! with what this node does, and the next step of the room follows from that alone.
+//! The rooms that this node holds, takes over and hands over. Whenever something changes, a room's entry is compared
+//! with this node's state of the room, and the next step follows from that alone.
 
 use super::members::Members;
 use super::placements::Placements;
@@ -7,16 +7,17 @@ use super::terms::{Action, CLAIM_STEP, RETRY, ROOMS_PER_PARTING, Requests, RoomE
 use crate::fleet::entry::{Entry, Key, Owner, Revision, RoomEntry, RoomFacts};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The rooms that this node holds, takes over or gives away.
+/// The rooms that this node holds, takes over or hands over.
 #[derive(Debug, Default)]
 pub struct Handover {
     held: BTreeMap<String, Held>,
     operations: BTreeMap<String, Operation>,
-    /// Rooms that are to be compared again.
+    /// Rooms to compare again.
     pub due: BTreeSet<String>,
 }
 
-/// What a decision about a room depends on besides what this node does with it, and where requests go.
+/// The parts of the directory, other than the room's own state, that a decision about a room depends on, and the queue
+/// for its requests.
 pub struct Surroundings<'a> {
     pub members: &'a mut Members,
     pub placements: &'a mut Placements,
@@ -27,54 +28,55 @@ pub struct Surroundings<'a> {
 /// A room whose entry names this node.
 #[derive(Clone, Debug)]
 struct Held {
-    /// Epoch of its entry.
+    /// Epoch of the room's entry.
     epoch: u64,
-    /// How far it is.
+    /// Progress of the room on this node.
     phase: Phase,
-    /// The entry of the room.
+    /// The facts of the room.
     room: RoomFacts,
-    /// The incarnation of this node under which it is held.
+    /// The incarnation of this node that holds the room.
     incarnation: u64,
     /// Whether the store may have forgotten that this node holds it.
     doubt: Doubt,
 }
 
-/// A doubt whether a held room is still this node's, after the store may have forgotten writes. It ends with an entry
-/// that names this node.
+/// Doubt whether a held room still belongs to this node, after the store may have forgotten writes. It ends with an
+/// entry that names this node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Doubt {
     None,
-    /// The lease lasted when the store was back: no other node has claimed the room, so its entry is written again.
+    /// The lease was still valid when the store came back. No other node has claimed the room, so its entry is
+    /// rewritten.
     Kept,
-    /// The lease was over: another node may play the room, and the store may have forgotten that.
+    /// The lease had expired. Another node may play the room, and the store may have forgotten that.
     Lapsed,
 }
 
 /// The phase of a held room.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Phase {
-    /// The driver reads its records and starts its thread.
+    /// The driver reads the room's records and starts its thread.
     Opening,
-    /// It could not be opened; another node is to try after this time.
+    /// The room could not be opened; another node should try after this time.
     Failed(Time),
-    /// It is played, or stands still without a lease.
+    /// The room is being played, or is paused without a lease.
     Playing,
-    /// It is about to end here, with a last record of its state.
+    /// The room is about to end on this node, with a last record of its state.
     Parting,
-    /// Its last record is written; its entry is to name another node.
+    /// The room's last record is written; its entry must now name another node.
     Parted,
-    /// It is over; its entry is to be removed.
+    /// The room is over; its entry must be removed.
     Over,
 }
 
-/// A write of a room's entry that is on its way.
+/// A write to a room's entry that is in progress.
 #[derive(Clone, Debug)]
 pub enum Operation {
-    /// A new entry, or one that names another owner: a claim, or a room that is handed over.
+    /// A new entry, or one with another owner: a claim, or a handover.
     Change { to: RoomEntry },
-    /// The room is over.
+    /// The removal of an entry, because the room is over.
     Remove { revision: Revision },
-    /// None, until this time: one before failed.
+    /// A pause until this time, after a failed write.
     Pause { until: Time },
 }
 
@@ -84,7 +86,7 @@ impl Handover {
         self.held.keys()
     }
 
-    /// Returns whether this node holds a room in this epoch of it, or in a later one.
+    /// Returns whether this node holds a room in this or a later epoch.
     pub fn holds_epoch(&self, code: &str, epoch: u64) -> bool {
         self.held.get(code).is_some_and(|held| held.epoch >= epoch)
     }
@@ -93,17 +95,18 @@ impl Handover {
         self.held.get(code).is_some_and(|held| held.phase == Phase::Playing)
     }
 
-    /// Returns whether this node holds a room, or writes its entry.
+    /// Returns whether this node holds a room, or is writing its entry.
     pub fn is_busy_with(&self, code: &str) -> bool {
         self.held.contains_key(code) || self.operations.contains_key(code)
     }
 
-    /// Returns whether the lease must not be renewed yet: rooms would be played under it that may be another node's.
+    /// Returns whether the lease must not be renewed yet, because this node would play rooms that may be another
+    /// node's.
     pub fn has_doubts(&self, incarnation: u64) -> bool {
         self.held.values().any(|held| held.doubt != Doubt::None && held.incarnation == incarnation)
     }
 
-    /// No answer comes any more to the writes that are on their way.
+    /// Called on a new connection: writes that were in progress will not be answered any more.
     pub fn connected(&mut self, now: Time) {
         for (code, operation) in &mut self.operations {
             *operation = Operation::Pause { until: now + RETRY };
@@ -111,10 +114,10 @@ impl Handover {
         }
     }
 
-    /// The store may have forgotten entries. `leased` is the incarnation whose lease lasts; while doubts go on, no node
-    /// claims, so what was this node's at the doubt before still is.
+    /// Called when the store may have forgotten entries. `leased` is the incarnation whose lease is valid. While doubts
+    /// remain, no node claims rooms, so rooms that were this node's at the last doubt still are.
     pub fn doubt(&mut self, leased: Option<u64>, doubts_go_on: bool) {
-        // Nothing is played of a room that was about to be given away, and another node may have it already.
+        // A room that was being handed over is not played here, and may already belong to another node.
         self.held.retain(|_, held| !matches!(held.phase, Phase::Parted | Phase::Failed(_)));
         for held in self.held.values_mut() {
             let is_kept =
@@ -123,12 +126,12 @@ impl Handover {
         }
     }
 
-    /// The lease is lost: all rooms are to be compared again.
+    /// Called when the lease is lost: all rooms must be compared again.
     pub fn lease_lost(&mut self) {
         self.due.extend(self.held.keys().cloned());
     }
 
-    /// Takes news of a room that this node holds.
+    /// Handles an event of a room that this node holds.
     pub fn on(&mut self, code: &str, event: RoomEvent, around: &mut Surroundings) {
         let Some(held) = self.held.get_mut(code) else { return };
         held.phase = match (event, held.phase) {
@@ -145,12 +148,12 @@ impl Handover {
         self.compare(code, around);
     }
 
-    /// Ends the write of a room's entry that was on its way, with an answer.
+    /// Ends the write that was in progress for a room, and returns it.
     pub fn answered(&mut self, code: &str) -> Option<Operation> {
         self.operations.remove(code)
     }
 
-    /// The entry of a room may be another: asks for it, and waits a moment before anything is begun.
+    /// Looks up a room's entry, which may have changed, and waits a moment before the next step.
     pub fn ask_again(&mut self, code: &str, around: &mut Surroundings) {
         around.placements.look_up(code, around.requests);
         let pause = Operation::Pause { until: around.now + RETRY };
@@ -162,7 +165,7 @@ impl Handover {
         self.due.insert(code.to_owned());
     }
 
-    /// Ends a room here that another node plays.
+    /// Ends a room on this node, because another node plays it.
     fn stop(&mut self, code: &str, around: &mut Surroundings) {
         let owner = around.placements.owner(code);
         let peer = owner.filter(|owner| !around.members.own.is(owner));
@@ -171,8 +174,8 @@ impl Handover {
         around.requests.actions.push(Action::Stop(code.to_owned(), url));
     }
 
-    /// A room was removed from the directory, which ends it here too. The removal of one that this node still played
-    /// when the store came back is of a room before it.
+    /// Called when a room was removed from the directory, which ends it here too. If this node still played the room
+    /// when the store came back, the removal belongs to an earlier room with that code.
     pub fn removed(&mut self, code: &str, around: &mut Surroundings) {
         let held = self.held.get(code);
         if held.is_some_and(|held| held.phase != Phase::Over && held.doubt != Doubt::Kept) {
@@ -194,7 +197,7 @@ impl Handover {
         self.operations.insert(code.to_owned(), Operation::Change { to });
     }
 
-    /// Writes an entry that names this owner, if the entry is still as it is known.
+    /// Writes an entry with this owner, if the entry has not changed since.
     fn assign(&mut self, code: &str, owner: Owner, around: &mut Surroundings) {
         let (known, held) = (around.placements.get(code), self.held.get(code));
         let Some(room) = known.map(|(entry, _)| &entry.room).or(held.map(|held| &held.room)) else {
@@ -205,7 +208,7 @@ impl Handover {
         self.write(code, to, known.map_or(0, |(_, revision)| *revision), around.requests);
     }
 
-    /// Compares a room's entry with what this node does, and begins what is to be done.
+    /// Compares a room's entry with this node's state of the room, and starts the next step.
     pub fn compare(&mut self, code: &str, around: &mut Surroundings) {
         if let Some(Operation::Pause { until }) = self.operations.get(code) {
             if around.now < *until {
@@ -230,8 +233,8 @@ impl Handover {
         }
     }
 
-    /// Opens a room whose entry names this node. An entry that may have been written over before the store forgot it
-    /// has to be written again first, when no other node can play the room any more.
+    /// Opens a room whose entry names this node. If the entry may be an old one that the store fell back to, it must be
+    /// rewritten first, once no other node can play the room.
     fn open(&mut self, code: &str, around: &mut Surroundings) {
         let Some((entry, revision)) = around.placements.get(code).cloned() else { return };
         let is_new =
@@ -254,7 +257,7 @@ impl Handover {
         }
     }
 
-    /// Writes an entry that names this node, once it may.
+    /// Writes an entry that names this node, as soon as that is allowed.
     fn take_back(&mut self, code: &str, doubt: Doubt, around: &mut Surroundings) {
         let is_free = around.members.own.is_confirmed() && !self.operations.contains_key(code);
         if is_free && (doubt != Doubt::Lapsed || !around.placements.is_doubtful(around.now)) {
@@ -269,14 +272,14 @@ impl Handover {
         let own = &around.members.own;
         let (is_own, is_me) = (entry.owner.node == own.node.name, own.is(&entry.owner));
         if is_me && entry.epoch == held.epoch + 1 {
-            // Claimed again after the lease was lost, and no other node had it in between.
+            // The room was claimed again after the lease was lost, and no other node had it in between.
             let incarnation = entry.owner.incarnation;
             let held = Held { epoch: entry.epoch, incarnation, doubt: Doubt::None, ..held };
             self.held.insert(code.to_owned(), held);
             around.requests.actions.push(Action::Resume(code.to_owned()));
             return self.compare(code, around);
         }
-        // An entry that was written since is that of a node which may play the room.
+        // An entry written after the store came back is from a node that may play the room.
         let is_behind =
             entry.epoch < held.epoch && !around.placements.is_newer_than_known(revision);
         if is_behind && held.doubt == Doubt::Kept {
@@ -285,7 +288,7 @@ impl Handover {
         let is_another = is_me && entry.owner.incarnation != held.incarnation;
         if !is_own || is_another || entry.epoch != held.epoch {
             self.stop(code, around);
-            // It may have come back since.
+            // The room may have come back in the meantime.
             return self.compare(code, around);
         }
         let may_go_on = match held.doubt {
@@ -302,7 +305,7 @@ impl Handover {
         self.go_on_with(code, held.phase, around);
     }
 
-    /// Rooms part one after another: the players of one have moved before those of the next have to.
+    /// Rooms are handed over one by one, so that the players of one have moved before the next ones must.
     fn may_part(&self) -> bool {
         let parts = |held: &&Held| matches!(held.phase, Phase::Parting | Phase::Parted);
         self.held.values().filter(parts).count() <= self.held.len() / ROOMS_PER_PARTING
@@ -332,7 +335,7 @@ impl Handover {
                     around.members.reserve(&owner);
                     self.assign(code, owner, around);
                 }
-                // No other node has room, so this one has to go on with it.
+                // No other node has capacity, so this one has to continue the room.
                 None => {
                     self.stop(code, around);
                     self.compare_later(code);
@@ -343,7 +346,7 @@ impl Handover {
         }
     }
 
-    /// Claims a room whose node is gone, when it is this node's turn.
+    /// Claims a room whose node is gone, if it is this node's turn.
     fn claim_if_lost(&mut self, code: &str, owner: &Owner, around: &mut Surroundings) {
         let (members, now) = (&mut *around.members, around.now);
         if !members.synced || members.entry_of(owner).is_some() {

@@ -1,5 +1,5 @@
-//! The nodes that are alive, their load, and which owners of rooms are gone. An owner whose entry was heard of and then
-//! left, or was looked for and not found, is gone for good, since no node uses an incarnation twice.
+//! The nodes that are alive, their load, and the owners of rooms that are gone. An owner whose entry was seen and then
+//! disappeared, or was looked up and not found, is gone permanently, since no node uses an incarnation twice.
 
 use super::membership::Membership;
 use super::terms::{Answer, LEASE_TTL, LOOKERS, RETRY, ROOM_COST, Requests, Time};
@@ -19,38 +19,37 @@ pub struct Members {
     pub synced: bool,
 }
 
-/// A node, this one among them, as its entry says.
+/// A node, possibly this one, as described by its entry.
 #[derive(Debug)]
 struct Peer {
-    /// Its newest entry.
+    /// The node's newest entry.
     entry: NodeEntry,
-    /// The revision of that.
+    /// The revision of the newest entry.
     revision: Revision,
-    /// When that was heard of.
+    /// Time when the newest entry was seen.
     heard_at: Time,
-    /// When it was last looked up, after it had been silent.
+    /// Time of the last lookup, after the node had been silent.
     looked_at: Time,
-    /// Rooms that this node has placed there since its last report.
+    /// Rooms that this node has placed there since the node's last report.
     placed: usize,
 }
 
 /// An owner of rooms that is not among the nodes.
 #[derive(Clone, Copy, Debug)]
 enum Missing {
-    /// Its entry may not have been heard of yet, since nodes and rooms have no order in common: it has to be looked
-    /// for.
+    /// The owner's entry may not have arrived yet, since nodes and rooms have no common order; it must be looked up.
     Doubtful {
-        /// Whether a lookup of it is under way.
+        /// Whether a lookup is in progress.
         asked: bool,
-        /// When the next one is due.
+        /// Time of the next lookup.
         next_at: Time,
     },
-    /// It is gone for good, which is known since then.
+    /// The owner has been known to be gone since this time.
     Gone(Time),
 }
 
 impl Members {
-    /// A connection was made; its watchers are about to list all entries.
+    /// Called when a connection was made, whose watchers will list all entries.
     pub fn connected(&mut self, may_have_forgotten: bool, now: Time) {
         self.missing.clear();
         self.synced = false;
@@ -60,14 +59,14 @@ impl Members {
         self.own.connected(may_have_forgotten, now);
     }
 
-    /// The watchers have listed the nodes that there are. The owners of rooms among the others are looked for before
-    /// their rooms are claimed.
+    /// Called when the watchers have listed all nodes. Owners of rooms that are not listed are looked up before their
+    /// rooms are claimed.
     pub fn synced(&mut self, present: &BTreeSet<Key>) {
         self.nodes.retain(|name, _| present.contains(&Key::Node(name.clone())));
         self.synced = true;
     }
 
-    /// The nodes that are registered, this one among them.
+    /// Number of registered nodes, including this one.
     pub fn count(&self) -> usize {
         self.nodes.len()
     }
@@ -88,7 +87,7 @@ impl Members {
         self.nodes.get(name).map(|peer| peer.revision)
     }
 
-    /// Takes the answer to a write or removal of this node's own entry; returns the owner that it replaces.
+    /// Handles the answer to a write or removal of this node's entry. Returns the owner that it replaces.
     pub fn answered(&mut self, answer: Answer, out: &mut Requests, now: Time) -> Option<Owner> {
         let revision = self.own.answered(answer, out, now)?;
         match self.entry_of(&self.own.owner()) {
@@ -97,7 +96,7 @@ impl Members {
         }
     }
 
-    /// Takes the own entry as the store has it; returns an owner that is gone by that.
+    /// Handles this node's entry as found in the store. Returns an owner that is therefore gone.
     pub fn own_looked_up(
         &mut self,
         found: Option<(NodeEntry, Revision)>,
@@ -114,7 +113,7 @@ impl Members {
         }
     }
 
-    /// Takes an entry of a node; returns the owner that it replaces.
+    /// Handles an entry of a node. Returns the owner that it replaces.
     pub fn heard_of(
         &mut self,
         name: String,
@@ -123,7 +122,7 @@ impl Members {
         now: Time,
     ) -> Option<Owner> {
         let is_old = self.revision(&name).is_some_and(|known| known >= revision);
-        // Clients could not be sent an address that is none.
+        // Clients could not be sent an invalid address.
         if is_old || !is_origin(&entry.url) {
             return None;
         }
@@ -133,7 +132,7 @@ impl Members {
         (before != incarnation).then_some(Owner { node: name, incarnation: before })
     }
 
-    /// The entry of a node has left the directory; returns the owner that is gone.
+    /// Called when the entry of a node has left the directory. Returns the owner that is gone.
     pub fn remove(&mut self, name: &str) -> Option<Owner> {
         let Peer { entry, .. } = self.nodes.remove(name)?;
         if name != self.own.node.name {
@@ -142,17 +141,17 @@ impl Members {
         Some(Owner { node: name.to_owned(), incarnation: entry.incarnation })
     }
 
-    /// An owner of rooms is gone for good.
+    /// Marks an owner of rooms as gone.
     pub fn is_gone(&mut self, owner: Owner, now: Time) {
         self.missing.insert(owner, Missing::Gone(now));
     }
 
-    /// An owner has no rooms any more, so that it is not missed.
+    /// Called when an owner has no rooms left, so that it need not be looked for.
     pub fn has_no_rooms(&mut self, owner: &Owner) {
         self.missing.remove(owner);
     }
 
-    /// Since when this owner is known to be gone. While that is doubtful, it is looked for.
+    /// Time since which this owner is known to be gone. While that is in doubt, the owner is looked up.
     pub fn gone_since(&mut self, owner: &Owner, out: &mut Requests, now: Time) -> Option<Time> {
         let known = self.revision(&owner.node);
         let first = Missing::Doubtful { asked: false, next_at: now };
@@ -160,7 +159,7 @@ impl Members {
         match *missing {
             Missing::Gone(since) => return Some(since),
             Missing::Doubtful { asked: false, next_at } if now >= next_at => {
-                // A lookup that is under way already may have been answered before the owner came.
+                // A lookup that is already in progress may have been answered before the owner registered.
                 if out.look_up(Key::Node(owner.node.clone()), known) {
                     *missing = Missing::Doubtful { asked: true, next_at: now };
                 }
@@ -170,7 +169,7 @@ impl Members {
         None
     }
 
-    /// A lookup has found this incarnation of a node, or none; returns the owners that are gone by that.
+    /// Handles a lookup that found this incarnation of a node, or none. Returns the owners that are therefore gone.
     pub fn decide_doubts(&mut self, name: &str, found: Option<u64>, now: Time) -> Vec<Owner> {
         let mut gone = Vec::new();
         for (owner, missing) in self.looked_for(name) {
@@ -183,7 +182,7 @@ impl Members {
         gone
     }
 
-    /// A lookup of a node was not answered.
+    /// Called when a lookup of a node was not answered.
     pub fn look_failed(&mut self, name: &str, now: Time) {
         if self.own.looks_for(name) {
             self.own.look_failed(now);
@@ -193,14 +192,14 @@ impl Members {
         }
     }
 
-    /// The owners of this name that a lookup under way is to find.
+    /// The owners with this name that wait for a lookup in progress.
     fn looked_for(&mut self, name: &str) -> impl Iterator<Item = (&Owner, &mut Missing)> {
         let all = self.missing.range_mut(Owner { node: name.to_owned(), incarnation: 0 }..);
         let all = all.take_while(move |(owner, _)| owner.node == name);
         all.filter(|(_, missing)| matches!(missing, Missing::Doubtful { asked: true, .. }))
     }
 
-    /// Watchers are not told that an entry has expired, so it is looked up, first by the nodes that are near.
+    /// Watchers do not report that an entry has expired, so silent nodes are looked up, first by the nearest ones.
     pub fn look_for_silent(&mut self, out: &mut Requests, now: Time) {
         let is_due = |silent: Time, looked_at: Time| silent > LEASE_TTL && now >= looked_at + RETRY;
         let silent = self.nodes.iter().filter_map(|(name, peer)| {
@@ -220,10 +219,10 @@ impl Members {
         }
     }
 
-    /// The node with the most ticks left, if any has enough for a room.
+    /// The node with the most spare ticks, if any has enough for a room.
     pub fn roomiest(&self, allowed: impl Fn(&str) -> bool) -> Option<Owner> {
         let fitting = self.nodes.iter().filter(|(name, peer)| allowed(name) && has_room(peer));
-        // Of equals this one: its players need not go elsewhere.
+        // On a tie this node wins, since its players then need not move.
         let best = fitting.max_by(|(a, left), (b, right)| {
             let own = |name: &String| *name == self.own.node.name;
             free(left).total_cmp(&free(right)).then(own(a).cmp(&own(b)))
@@ -231,38 +230,38 @@ impl Members {
         best.map(|(name, peer)| Owner { node: name.clone(), incarnation: peer.entry.incarnation })
     }
 
-    /// The same among the other nodes.
+    /// Like [`Members::roomiest`], among the other nodes.
     pub fn roomiest_other(&self) -> Option<Owner> {
         self.roomiest(|name| name != self.own.node.name)
     }
 
-    /// Counts a room that is placed at a node, until the node reports it itself.
+    /// Counts a room placed on a node, until the node reports it itself.
     pub fn reserve(&mut self, owner: &Owner) {
         if let Some(peer) = self.nodes.get_mut(&owner.node) {
             peer.placed += 1;
         }
     }
 
-    /// Returns whether this node is among the nearest with room, which may claim a room whose node is gone; all agree
-    /// on that as long as they know of each other.
+    /// Returns whether this node is among the nearest ones with capacity, which may claim a room whose node is gone.
+    /// Nodes agree on this as long as they know of each other.
     pub fn may_claim(&self, code: &str, count: usize) -> bool {
         self.nodes.get(&self.own.node.name).is_some_and(has_room)
             && self.is_nearest_of(code, count, has_room)
     }
 
-    /// Returns whether this node is among this many that are nearest to another node or to a room.
+    /// Returns whether this node is among the `count` nodes nearest to another node or to a room.
     fn is_nearest_of(&self, to: &str, count: usize, counts: impl Fn(&Peer) -> bool) -> bool {
         let own_name = &self.own.node.name;
         let own = distance(to, own_name);
         let is_nearer = |(name, peer): &(&String, &Peer)| {
             *name != own_name && *name != to && distance(to, name) < own && counts(peer)
         };
-        // As a rule there is one among the first few.
+        // Usually one of the first few is nearer.
         self.nodes.iter().filter(is_nearer).nth(count - 1).is_none()
     }
 }
 
-/// Processor seconds a second that a node has left.
+/// Processor time that a node has left, in seconds per second.
 fn free(peer: &Peer) -> f64 {
     peer.entry.capacity - peer.entry.used - peer.placed as f64 * ROOM_COST
 }
@@ -271,7 +270,7 @@ fn has_room(peer: &Peer) -> bool {
     !peer.entry.draining && peer.entry.rooms_left > peer.placed && free(peer) >= ROOM_COST
 }
 
-/// Spreads the rooms of a node evenly over the others. If two versions hash differently they only disagree on who
+/// Spreads the rooms of a node evenly over the others. If two versions hash differently, they merely disagree on who
 /// tries first.
 fn distance(code: &str, node: &str) -> u64 {
     let mut hasher = DefaultHasher::new();

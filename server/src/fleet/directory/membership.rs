@@ -1,4 +1,4 @@
-//! The node's own entry, and the lease that it stands for.
+//! The node's own entry, and the lease that it represents.
 
 use super::terms::{
     Action, Answer, HELD_FOR, LEASE_TTL, Load, NodeSettings, RENEW_EVERY, RETRY, Requests, Time,
@@ -12,44 +12,44 @@ use tracing::{info, warn};
 pub struct Membership {
     pub node: NodeSettings,
     pub load: Load,
-    /// Whether all rooms are to be handed over.
+    /// Whether all rooms should be handed over.
     pub draining: bool,
-    /// Time from which rooms of other nodes may be claimed.
+    /// Time from which this node may claim rooms of other nodes.
     pub claims_from: Time,
-    /// Whether the present incarnation was registered since the store may have forgotten.
+    /// Whether the current incarnation has registered since the store may last have forgotten writes.
     pub has_registered: bool,
-    /// Revision of its entry; `None` while it has none.
+    /// Revision of the node's entry; `None` if it has no entry.
     revision: Option<Revision>,
-    /// While it has none, revision of the entry that it may write over: none, or that of an incarnation before.
+    /// Without an entry, the revision that the next write may replace: 0, or that of an earlier incarnation's entry.
     replaces: Revision,
-    /// Whether a write of the present incarnation was not answered.
+    /// Whether a write of the current incarnation was not answered.
     may_be_written: bool,
-    /// Incarnations that this process had before.
+    /// Number of earlier incarnations in this process.
     lost: u64,
-    /// Whether the revision may be another by now.
+    /// Whether the revision may have changed.
     unsure: bool,
     exchange: Exchange,
-    /// When the lease ends.
+    /// Time at which the lease ends.
     held_until: Time,
-    /// Whether it was logged that the name is taken.
+    /// Whether the log already says that the name is taken.
     said_taken: bool,
-    /// Whether it leaves for good.
+    /// Whether the node leaves permanently.
     has_left: bool,
 }
 
 /// The exchange with the store about its entry.
 #[derive(Debug, Default)]
 struct Exchange {
-    /// When the write or lookup that is under way was sent.
+    /// Time at which the current write or lookup was sent.
     asked_at: Option<Time>,
-    /// Whether that is a lookup.
+    /// Whether the current request is a lookup.
     is_looking: bool,
-    /// When the next one is due.
+    /// Time of the next write or lookup.
     next_at: Time,
 }
 
 impl Membership {
-    /// This node under its present incarnation.
+    /// This node in its current incarnation.
     pub fn owner(&self) -> Owner {
         Owner { node: self.node.name.clone(), incarnation: self.node.incarnation }
     }
@@ -63,28 +63,29 @@ impl Membership {
         self.revision.is_some()
     }
 
-    /// Returns whether the store was found to have the entry of this incarnation.
+    /// Returns whether the store is known to have this incarnation's entry.
     pub fn is_confirmed(&self) -> bool {
         self.is_registered() && !self.unsure
     }
 
-    /// Returns whether the lookup of this node's entry is its own, after a write that was refused or not answered.
+    /// Returns whether the lookup of this name is this node checking its entry, after a write that was refused or not
+    /// answered.
     pub fn looks_for(&self, name: &str) -> bool {
         name == self.node.name && self.exchange.is_looking
     }
 
-    /// The incarnation that holds a lease now.
+    /// The incarnation with a valid lease.
     pub fn leased(&self, now: Time) -> Option<u64> {
         (now < self.held_until).then_some(self.node.incarnation)
     }
 
-    /// Hands all rooms over, and takes no other.
+    /// Hands over all rooms, and takes no others.
     pub fn drain(&mut self, now: Time) {
         self.draining = true;
         self.exchange.next_at = self.exchange.next_at.min(now);
     }
 
-    /// A connection was made: whether the store has the entry is not known any more.
+    /// Called when a connection was made: the store may no longer have the entry.
     pub fn connected(&mut self, may_have_forgotten: bool, now: Time) {
         self.claims_from = now + LEASE_TTL;
         if may_have_forgotten {
@@ -96,12 +97,12 @@ impl Membership {
         self.may_be_written |= before.asked_at.is_some() && !before.is_looking;
         self.unsure = self.revision.is_some() || self.may_be_written;
         if self.has_left {
-            // The entry ends by itself.
+            // The entry will expire.
             self.revision = None;
         }
     }
 
-    /// Renews the lease if that is due and `may_renew` this incarnation. `known` is the revision that watchers reported.
+    /// Renews the lease if a renewal is due and `may_renew` allows it. `known` is the revision reported by watchers.
     pub fn poll(
         &mut self,
         known: Option<Revision>,
@@ -114,7 +115,7 @@ impl Membership {
         }
         let key = Key::Node(self.node.name.clone());
         if self.unsure {
-            // A lookup that is under way already may have been answered before the write.
+            // A lookup that is already in progress may have been answered before the write.
             self.exchange.is_looking = out.look_up(key, known);
             self.exchange.asked_at = self.exchange.is_looking.then_some(now);
         } else if self.revision.is_none() || may_renew(self.node.incarnation) {
@@ -124,7 +125,8 @@ impl Membership {
         }
     }
 
-    /// Removes this node's entry. Rooms that it still plays stand still from now on, and it does not register again.
+    /// Removes this node's entry. Rooms that it still plays are paused from now on, and the node does not register
+    /// again.
     pub fn leave(&mut self, out: &mut Requests) {
         self.draining = true;
         self.has_left = true;
@@ -135,7 +137,7 @@ impl Membership {
         }
     }
 
-    /// Until that is answered, the node counts as registered.
+    /// The node counts as registered until the removal is answered.
     fn remove_entry(&mut self, revision: Option<Revision>, out: &mut Requests) {
         self.revision = revision;
         if let Some(revision) = revision {
@@ -143,7 +145,7 @@ impl Membership {
         }
     }
 
-    /// The entry as it is written next.
+    /// The entry for the next write.
     pub fn entry(&self) -> NodeEntry {
         NodeEntry {
             incarnation: self.node.incarnation,
@@ -157,7 +159,7 @@ impl Membership {
         }
     }
 
-    /// Takes the answer to a write or removal of the entry; returns its new revision if the lease is renewed.
+    /// Handles the answer to a write or removal of the entry. Returns its new revision if the lease was renewed.
     pub fn answered(&mut self, answer: Answer, out: &mut Requests, now: Time) -> Option<Revision> {
         let asked_at = self.exchange.asked_at.take();
         if self.has_left {
@@ -176,7 +178,7 @@ impl Membership {
         };
         let is_new = self.revision.replace(revision).is_none();
         self.exchange.next_at = asked_at + RENEW_EVERY;
-        // The others may have been without the store as well, and are about to come back.
+        // The others may have lost the store too, and be about to reconnect.
         if now >= self.held_until {
             self.claims_from = self.claims_from.max(now + LEASE_TTL);
         }
@@ -189,7 +191,8 @@ impl Membership {
         Some(revision)
     }
 
-    /// Takes the entry that the store has under this node's name; returns whether it is not that of this incarnation.
+    /// Handles the entry that the store has under this node's name. Returns whether this incarnation has lost its
+    /// entry.
     pub fn looked_up(
         &mut self,
         found: Option<&(NodeEntry, Revision)>,
@@ -213,7 +216,7 @@ impl Membership {
         let Some((entry, revision)) = found else { return true };
         let age = self.node.incarnation.wrapping_sub(entry.incarnation);
         if (1..=self.lost).contains(&age) {
-            // A write that was late. The rooms of that incarnation stand still.
+            // A delayed write of an earlier incarnation, whose rooms are paused.
             self.replaces = *revision;
         } else {
             self.exchange.next_at = now + RETRY;
@@ -227,7 +230,7 @@ impl Membership {
         true
     }
 
-    /// A lookup of this node's own entry was not answered.
+    /// Called when a lookup of this node's own entry was not answered.
     pub fn look_failed(&mut self, now: Time) {
         self.exchange = Exchange { next_at: now + RETRY, ..Exchange::default() };
         if self.has_left {
@@ -235,7 +238,7 @@ impl Membership {
         }
     }
 
-    /// The others may take this incarnation for gone by now: it is not used again, if any write of it was seen.
+    /// The others may consider this incarnation gone. It is not used again if one of its writes may have been seen.
     fn lose_lease(&mut self, out: &mut Requests) {
         let may_be_written = std::mem::take(&mut self.may_be_written);
         if self.revision.take().is_some() {

@@ -1,4 +1,4 @@
-//! Which node plays which room, as far as this node has heard.
+//! The node that plays each room, as far as this node knows.
 
 use super::terms::{Requests, Time};
 use crate::fleet::entry::{Key, Owner, Revision, RoomEntry};
@@ -9,24 +9,24 @@ use tracing::warn;
 #[derive(Debug, Default)]
 pub struct Placements {
     entries: BTreeMap<String, (RoomEntry, Revision)>,
-    /// The codes of these by owner.
+    /// Room codes by owner.
     rooms_of: BTreeMap<Owner, BTreeSet<String>>,
-    /// Rooms that an answer said were removed, and the newest revision that watchers may still report of them.
+    /// Rooms known to be removed from an answer, with the newest revision that watchers may still report for each.
     pub(super) removed: BTreeMap<String, Revision>,
-    /// Newer epochs that the records of rooms have than their entries.
+    /// Epochs of rooms' records that are newer than their entries.
     newer_epochs: BTreeMap<String, u64>,
-    /// Rooms that there were before, and of which the store knows nothing.
+    /// Rooms that existed before and are missing in the store.
     missed: BTreeSet<String>,
-    /// Until then, the store may have forgotten who plays a room that is played.
+    /// Time until which the store may have forgotten the owner of a room.
     doubtful_until: Time,
-    /// The newest revision of a room's entry when the rooms were first known in a store that may have forgotten.
-    /// Until that, the greatest there is.
+    /// The newest revision of any room's entry when the rooms were first listed by a store that may have forgotten
+    /// writes; `Revision::MAX` until they are listed.
     known_revision: Revision,
     pub synced: bool,
 }
 
 impl Placements {
-    /// The store may have forgotten entries, and no node claims a room of another before this time.
+    /// Called when the store may have forgotten entries. No node claims another's room before `until`.
     pub fn doubt(&mut self, until: Time) {
         self.doubtful_until = until;
         self.known_revision = Revision::MAX;
@@ -34,25 +34,26 @@ impl Placements {
         self.entries.values_mut().for_each(|(_, revision)| *revision = 0);
     }
 
-    /// Returns whether the store may have forgotten who plays a room.
+    /// Returns whether the store may have forgotten the owner of a room.
     pub fn is_doubtful(&self, now: Time) -> bool {
         now < self.doubtful_until
     }
 
-    /// Ends the doubts that are over.
+    /// Clears the missed rooms once the doubt is over.
     pub fn poll(&mut self, now: Time) {
         if !self.is_doubtful(now) {
             self.missed.clear();
         }
     }
 
-    /// Rooms that are known and are not among these entries.
+    /// Known rooms that are not in `present`.
     pub fn absent(&self, present: &BTreeSet<Key>) -> Vec<String> {
         let is_absent = |code: &&String| !present.contains(&Key::Room((*code).clone()));
         self.entries.keys().filter(is_absent).cloned().collect()
     }
 
-    /// The watchers have listed these entries of rooms; `absent` were known before, and are forgotten.
+    /// Called when the watchers have listed the rooms in `present`. The rooms in `absent` were known before, and have
+    /// been dropped.
     pub fn synced(&mut self, present: &BTreeSet<Key>, absent: Vec<String>) {
         self.removed.retain(|code, _| present.contains(&Key::Room(code.clone())));
         self.synced = true;
@@ -70,7 +71,7 @@ impl Placements {
         self.missed = absent.into_iter().collect();
     }
 
-    /// Returns whether an entry was written since the store may have forgotten.
+    /// Returns whether an entry was written after the store may have forgotten writes.
     pub fn is_newer_than_known(&self, revision: Revision) -> bool {
         revision > self.known_revision
     }
@@ -80,7 +81,7 @@ impl Placements {
         self.entries.get(code)
     }
 
-    /// The node that is to play a room.
+    /// The node that should play a room.
     pub fn owner(&self, code: &str) -> Option<&Owner> {
         self.entries.get(code).map(|(entry, _)| &entry.owner)
     }
@@ -89,7 +90,7 @@ impl Placements {
         self.entries.get(code).map(|(_, revision)| *revision)
     }
 
-    /// The facts of all rooms.
+    /// The entries of all rooms.
     pub fn rooms(&self) -> impl Iterator<Item = (&String, &RoomEntry)> {
         self.entries.iter().map(|(code, (entry, _))| (code, entry))
     }
@@ -99,23 +100,23 @@ impl Placements {
         self.rooms_of.get(owner)
     }
 
-    /// Returns whether the store has forgotten a room that its node may write again.
+    /// Returns whether the store has forgotten a room that its node may still write back.
     pub fn is_missed(&self, code: &str) -> bool {
         self.missed.contains(code)
     }
 
-    /// Asks for the entry of a room, unless it was asked for already.
+    /// Looks up the entry of a room, unless a lookup is in progress.
     pub fn look_up(&self, code: &str, requests: &mut Requests) {
         requests.look_up(Key::Room(code.to_owned()), self.revision(code));
     }
 
-    /// Returns whether an entry is newer than what is known of the room. An answer may have told of it already, and
-    /// of what came after it.
+    /// Returns whether an entry is newer than the known state of the room. An answer may have reported it already,
+    /// along with later changes.
     pub fn is_news(&self, code: &str, revision: Revision) -> bool {
         self.revision(code).max(self.removed.get(code).copied()) < Some(revision)
     }
 
-    /// Takes the newest entry of a room; the one before is forgotten.
+    /// Stores the newest entry of a room.
     pub fn insert(&mut self, code: String, entry: RoomEntry, revision: Revision) {
         self.removed.remove(&code);
         self.missed.remove(&code);
@@ -126,7 +127,7 @@ impl Placements {
         self.entries.insert(code, (entry, revision));
     }
 
-    /// Forgets the entry of a room; returns its owner if that has no other room.
+    /// Removes the entry of a room. Returns its owner if that was its last room.
     pub fn forget(&mut self, code: &str) -> Option<Owner> {
         let (entry, _) = self.entries.remove(code)?;
         let codes = self.rooms_of.get_mut(&entry.owner).expect("each entry is in it");
@@ -138,7 +139,7 @@ impl Placements {
         Some(entry.owner)
     }
 
-    /// A watcher reports a removal by a write of this revision; returns whether it is that of the known entry.
+    /// Handles a removal that a watcher reports with this revision. Returns whether it removes the known entry.
     pub fn removed_by(&mut self, code: &str, revision: Revision) -> bool {
         if self.removed.get(code).is_some_and(|by| *by <= revision) {
             self.removed.remove(code);
@@ -151,7 +152,7 @@ impl Placements {
         is_removed
     }
 
-    /// An answer says that the entry of this revision is removed; returns whether that is the known one.
+    /// Handles an answer that the entry with this revision was removed. Returns whether that is the known entry.
     pub fn found_removed(&mut self, code: &str, revision: Revision) -> bool {
         let is_known = self.revision(code) == Some(revision);
         if is_known {
@@ -160,25 +161,25 @@ impl Placements {
         is_known
     }
 
-    /// A removed room may be one that the store has forgotten.
+    /// Notes that a missing room may be one that the store has forgotten.
     pub fn miss(&mut self, code: String, now: Time) {
         if self.is_doubtful(now) {
             self.missed.insert(code);
         }
     }
 
-    /// The records of a room are of this epoch.
+    /// Notes that the records of a room have this epoch.
     pub fn has_records_of(&mut self, code: &str, epoch: u64) {
         let newest = self.newer_epochs.entry(code.to_owned()).or_default();
         *newest = epoch.max(*newest);
     }
 
-    /// Returns whether the records of a room are of a later epoch than this one.
+    /// Returns whether the records of a room have a later epoch than this.
     pub fn is_outdated(&self, code: &str, epoch: u64) -> bool {
         self.newer_epochs.get(code).is_some_and(|newer| *newer > epoch)
     }
 
-    /// The epoch of the next entry of a room, after all that are known and this one.
+    /// The epoch for the next entry of a room, after all known ones and `held`.
     pub fn next_epoch(&self, code: &str, held: u64) -> u64 {
         let known = self.entries.get(code).map_or(0, |(entry, _)| entry.epoch);
         let newer = self.newer_epochs.get(code).copied().unwrap_or(0);

@@ -9,68 +9,70 @@ pub const RENEW_EVERY: Duration = Duration::from_secs(2);
 /// Time after which an entry that was not renewed is gone. Losing the leader of a cluster of three took up to seven
 /// seconds.
 pub const LEASE_TTL: Duration = Duration::from_secs(20);
-/// Time after the last renewal that was answered was sent, after which a node's rooms stand still. The difference to
-/// [`LEASE_TTL`] is for clocks that run unequally and for a tick that has begun.
+/// Time since the last answered renewal was sent after which a node's rooms pause. The difference to [`LEASE_TTL`]
+/// allows for clocks that run at different speeds, and for a tick that has already started.
 pub const HELD_FOR: Duration = Duration::from_secs(15);
 /// Time between the attempts of two nodes to claim a room, the nearer one first.
 pub const CLAIM_STEP: Duration = Duration::from_millis(500);
-/// Rooms of a draining node for each that is handed over at a time.
+/// A draining node hands over one of this many rooms at a time.
 pub const ROOMS_PER_PARTING: usize = 16;
-/// Wait before something that failed is tried again.
+/// Wait before a failed operation is tried again.
 pub const RETRY: Duration = Duration::from_millis(500);
-/// Nodes that look at first for one that is silent; they tell the others. Twice as many look after each [`RETRY`].
+/// Number of nodes that look up a silent node first, and inform the others. It doubles after each [`RETRY`].
 pub const LOOKERS: usize = 3;
-/// Processor seconds a second that a room is taken to cost before its node has measured it.
+/// Processor time that a room is assumed to take until its node has measured it, in seconds per second.
 pub const ROOM_COST: f64 = 0.03;
 
 /// Time since the node started.
 pub type Time = Duration;
 
-/// Something for the driver to do.
+/// An action for the driver.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
-    /// Writes an entry if its revision is still this one; [`answered`](super::Directory::answered) takes the answer.
+    /// Writes an entry if it still has this revision; the answer goes to [`answered`](super::Directory::answered).
     Write(Key, Entry, Revision),
-    /// Removes an entry likewise. With revision 0 there is none any more, and watchers are told so.
+    /// Removes an entry in the same way. Revision 0 means that the entry has expired, and that watchers should be
+    /// notified.
     Remove(Key, Revision),
-    /// Reads an entry; [`looked`](super::Directory::looked) takes it, [`look_failed`](super::Directory::look_failed) that there is no answer.
+    /// Reads an entry. The result goes to [`looked`](super::Directory::looked), a failure to
+    /// [`look_failed`](super::Directory::look_failed).
     Look(Key),
-    /// Opens a room from its records, or as a new one where there are none; then [`RoomEvent::Opened`].
+    /// Opens a room from its records, or as a new room without any. [`RoomEvent::Opened`] follows.
     Open(String, RoomEntry),
-    /// Has a room end with a last record of its whole state; then [`RoomEvent::Parted`].
+    /// Ends a room with a last record of its whole state. [`RoomEvent::Parted`] follows.
     Part(String),
-    /// Ends a room that another node plays; its players are told the address, if it is known.
+    /// Ends a room that another node plays; players get that node's address, if known.
     Stop(String, Option<String>),
-    /// Goes on with a room under another incarnation of this node.
+    /// Continues a room under another incarnation of this node.
     Resume(String),
-    /// The lease of this incarnation lasts until then.
+    /// The lease of this incarnation is valid until this time.
     Lease(u64, Time),
 }
 
-/// News of a room that this node holds.
+/// An event of a room that this node holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RoomEvent {
-    /// The driver has opened it.
+    /// The driver has opened the room.
     Opened,
-    /// It could not be opened here.
+    /// The room could not be opened on this node.
     OpenFailed,
-    /// It is over, and its records are gone.
+    /// The room is over, and its records have been removed.
     Ended,
-    /// It has ended here, and its last record is written.
+    /// The room has ended on this node, and its last record is written.
     Parted,
-    /// A write of its records was refused: another node has begun to play it, or this one has by a process that is
-    /// gone.
+    /// A write of the room's records was refused. Another node has begun to play it, or an earlier process of this node
+    /// did.
     Fenced,
 }
 
 /// The answer to a conditional write or removal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {
-    /// Done; the entry's new revision.
+    /// The operation was done; holds the entry's new revision.
     Done(Revision),
     /// The entry has another revision.
     Refused,
-    /// No answer came: it may be done or not.
+    /// No answer came, so that the outcome is unknown.
     Unknown,
 }
 
@@ -83,55 +85,55 @@ pub enum Change {
     Gone(Key, Revision),
 }
 
-/// The place of a room.
+/// The location of a room.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Located {
     /// This node plays it.
     Here,
-    /// This node is about to open it, or to know who does.
+    /// This node will soon open the room, or know who does.
     Soon,
     /// The node at this address plays it.
     At(String),
-    /// Its node is gone or silent; another one will claim it.
+    /// The room's node is gone or silent; another will claim it.
     Lost,
-    /// There is no such room.
+    /// The room does not exist.
     Unknown,
 }
 
 /// The reason why a room cannot be placed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlaceError {
-    /// No node has ticks left for another room.
+    /// No node has capacity for another room.
     Full,
-    /// There is such a room.
+    /// A room with this code exists.
     Taken,
-    /// This node has not heard of the others yet, or its lease is over.
+    /// This node does not know the others yet, or its lease has expired.
     NotNow,
 }
 
 /// The measured load of this node, for its entry.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Load {
-    /// Processor seconds a second that the rooms took.
+    /// Processor time that the rooms took, in seconds per second.
     pub used: f64,
-    /// Rooms that may still be opened.
+    /// Number of rooms that may still be opened.
     pub rooms_left: usize,
-    /// Public rooms.
+    /// The public rooms.
     pub rooms: Vec<RoomCounts>,
 }
 
 /// The settings of a node.
 #[derive(Clone, Debug, Default)]
 pub struct NodeSettings {
-    /// Its name, which no other node of the fleet may have.
+    /// The node's name, unique in the fleet.
     pub name: String,
-    /// Where players reach it.
+    /// Address at which players reach the node.
     pub url: String,
-    /// Processor seconds a second for its rooms.
+    /// Processor time for the node's rooms, in seconds per second.
     pub capacity: f64,
-    /// A random number; the first incarnation.
+    /// The first incarnation, a random number.
     pub incarnation: u64,
-    /// [`super::super::settings::FleetSettings::secret_mark`].
+    /// The mark of the fleet's secret. See [`super::super::settings::FleetSettings::secret_mark`].
     pub secret_mark: u32,
 }
 
@@ -142,17 +144,17 @@ pub struct Requests {
     lookups: BTreeMap<Key, Lookup>,
 }
 
-/// A lookup of an entry that is under way.
+/// A lookup of an entry that is in progress.
 #[derive(Clone, Copy, Debug)]
 pub struct Lookup {
-    /// The entry's revision as it was known when the lookup was sent.
+    /// The entry's known revision when the lookup was sent.
     pub known: Option<Revision>,
-    /// Revision of the newest removal that was heard of since.
+    /// Revision of the newest removal reported since.
     pub removed_by: Revision,
 }
 
 impl Requests {
-    /// Looks an entry up of which this revision is known; returns false if a lookup is under way already.
+    /// Looks up an entry of which this revision is known. Returns false if a lookup is already in progress.
     pub fn look_up(&mut self, key: Key, known: Option<Revision>) -> bool {
         let is_new = !self.is_looking_up(&key);
         if is_new {
@@ -166,7 +168,7 @@ impl Requests {
         self.lookups.contains_key(key)
     }
 
-    /// An entry was removed: a lookup that is under way may still find what was there before.
+    /// Called when an entry was removed: a lookup in progress may still find the old entry.
     pub fn removed_by(&mut self, key: &Key, revision: Revision) {
         if let Some(lookup) = self.lookups.get_mut(key) {
             lookup.removed_by = revision;
@@ -178,7 +180,7 @@ impl Requests {
         self.lookups.remove(key)
     }
 
-    /// Drops all requests to the store, which a lost connection leaves without an answer.
+    /// Drops all requests to the store that a lost connection leaves unanswered.
     pub fn cancel(&mut self) {
         let is_exchange = |action: &Action| {
             matches!(action, Action::Write(..) | Action::Remove(..) | Action::Look(_))

@@ -1,4 +1,4 @@
-//! Each rule by itself: a directory of node `a` among others, to which the test is store and driver.
+//! Tests of each rule: a directory of node `a` among others. The test plays the store and the driver.
 
 mod reconnecting;
 
@@ -48,7 +48,7 @@ fn written(key: Key, entry: Entry, revision: Revision) -> Change {
     Change::Written(key, entry, revision)
 }
 
-/// A new node, which knows that there is no other.
+/// A new node that knows of no other.
 fn unregistered() -> Directory {
     let mut directory = Directory::new(NodeSettings {
         name: "a".into(),
@@ -64,7 +64,7 @@ fn unregistered() -> Directory {
     directory
 }
 
-/// The same, registered by revision 1 for so long that it may claim rooms.
+/// Like [`unregistered`], but registered with revision 1, and allowed to claim rooms.
 fn registered() -> Directory {
     let mut directory = unregistered();
     directory.poll(s(0.0));
@@ -74,7 +74,7 @@ fn registered() -> Directory {
     directory
 }
 
-/// The same beside a node `b` of incarnation 7, with a room of `b`.
+/// Like [`registered`], with a node `b` of incarnation 7 that has a room.
 fn beside_b() -> Directory {
     let mut directory = registered();
     directory.changed(written(node_key("b"), node(7, 0, 0.5), 2), s(0.0));
@@ -83,7 +83,7 @@ fn beside_b() -> Directory {
     directory
 }
 
-/// The same with a room that it plays, of revision 2.
+/// Like [`beside_b`], with a room that node `a` plays, at revision 2.
 fn playing() -> Directory {
     let mut directory = beside_b();
     directory.changed(written(room_key("y"), room(owner("a", A), 1), 2), s(0.0));
@@ -97,7 +97,7 @@ fn claim(incarnation: u64, epoch: u64, revision: Revision) -> Action {
     Action::Write(room_key("x"), room(owner("a", incarnation), epoch), revision)
 }
 
-/// The actions of a poll, without renewals of the own lease.
+/// The actions of a poll, without renewals of the node's own lease.
 fn polled(directory: &mut Directory, now: Time) -> Vec<Action> {
     directory.poll(now);
     let own = |action: &Action| match action {
@@ -163,7 +163,7 @@ fn an_incarnation_of_which_a_write_may_have_been_seen_is_not_used_again() {
     let actions = directory.take_actions();
     let [Action::Write(_, Entry::Node(entry), 0)] = &actions[..] else { panic!("{actions:?}") };
     assert_eq!(entry.incarnation, A + 1);
-    // The first write was late: it is written over.
+    // The first write arrived late and is overwritten.
     directory.answered(node_key("a"), Answer::Refused, s(2.3));
     directory.poll(s(2.4));
     directory.looked(node_key("a"), Some((node(A, 10, 0.0), 5)), s(2.5));
@@ -376,7 +376,7 @@ fn rooms_go_where_most_is_left_and_nowhere_when_all_are_full() {
             placed.push(());
         }
     }
-    // Ten here, two at b and one at c.
+    // Ten rooms on this node, two on b and one on c.
     let mut owners: Vec<String> = Vec::new();
     for action in directory.take_actions() {
         let Action::Write(_, Entry::Room(entry), 0) = action else { panic!("{action:?}") };

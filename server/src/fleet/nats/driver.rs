@@ -1,4 +1,4 @@
-//! Carries out what the directory decides, and tells it what it hears of.
+//! Carries out the decisions of the directory, and reports events to it.
 
 use super::link::NatsLink;
 use super::publisher::Publisher;
@@ -26,7 +26,7 @@ use tracing::{error, info, warn};
 const POLL_EVERY: Duration = Duration::from_millis(100);
 /// Time between two measurements of the load.
 const MEASURE_EVERY: Duration = Duration::from_secs(1);
-/// Time between two looks whether the thread of a room has ended.
+/// Time between two checks whether a room's thread has ended.
 const THREAD_LOOK: Duration = Duration::from_millis(2);
 
 /// The driver of a node.
@@ -50,7 +50,7 @@ struct Connected {
 }
 
 impl Driver {
-    /// The driver of a node's rooms.
+    /// Creates the driver of a node's rooms.
     pub fn new(
         settings: FleetSettings,
         fleet: Arc<Fleet>,
@@ -61,7 +61,7 @@ impl Driver {
         Driver { settings, fleet, rooms, host, publisher }
     }
 
-    /// Takes part in the fleet by this connection, until the task is dropped.
+    /// Takes part in the fleet over this connection until the task is dropped.
     pub async fn run(self, context: Context) {
         let link = NatsLink::new(context, self.settings.clone(), Arc::clone(&self.fleet));
         let (store, records) = link.open().await;
@@ -74,7 +74,7 @@ impl Driver {
             rooms: Arc::clone(&self.rooms),
             publisher: Arc::clone(&self.publisher),
         };
-        // They end with this task.
+        // These tasks end with this one.
         let mut tasks = JoinSet::new();
         let follows = connected.clone();
         tasks.spawn(async move { follows.link.follow(&follows.store).await });
@@ -83,10 +83,10 @@ impl Driver {
         tasks.join_all().await;
     }
 
-    /// Lets time pass for the directory, and measures the load.
+    /// Advances the directory's time, and measures the load.
     async fn poll(self) {
         let mut every = interval(POLL_EVERY);
-        // The node registers as one with room.
+        // The node registers with its full capacity.
         self.measured(0.0);
         let (mut measured_at, mut busy) = (Instant::now(), Duration::ZERO);
         loop {
@@ -148,8 +148,8 @@ impl Connected {
         }
     }
 
-    /// Writes, removes or reads an entry over the connection of this number. An answer over a later one would be
-    /// that of a store which may have forgotten what this one said.
+    /// Writes, removes or reads an entry over the connection with this number. An answer over a later connection could
+    /// come from a store that has forgotten something this one reported.
     async fn exchange(self, action: Action, connection: u64) {
         let (store, is_current) = (&self.store, self.link.is_current(connection));
         match action {
@@ -185,9 +185,10 @@ impl Connected {
         }
     }
 
-    /// Sends a command to a room, which is carried out unless it ends before. Its queue may be full for a moment.
+    /// Sends a command to a room. It is delivered unless the room ends first, even if the room's queue is full for a
+    /// moment.
     fn insist(&self, code: String, command: AdminCommand) {
-        // At once, so that it comes before whatever the directory asks for next.
+        // Tried at once, so that the command precedes the directory's next actions.
         let Some(command) = self.rooms.try_command(&code, command) else { return };
         let rooms = Arc::clone(&self.rooms);
         tokio::spawn(async move { rooms.insist(&code, command).await });
@@ -249,7 +250,8 @@ impl Connected {
         Ok(adopted)
     }
 
-    /// Reads the records of a room, and shuts out the node that wrote them. An error: it is this node that is late.
+    /// Reads the records of a room, and shuts out the node that wrote them. An error means that this node is the one
+    /// that is late.
     async fn take_over(&self, code: &str, epoch: u64) -> Result<RoomRecords, String> {
         loop {
             if let Ok(records) = self.records.read(code).await {

@@ -1,4 +1,4 @@
-//! The follower of a bucket turns the entries that a watcher tells into changes of the directory.
+//! Follows a bucket, and turns the entries reported by its watcher into changes of the directory.
 
 use super::store::watched;
 use crate::fleet::directory::Change;
@@ -9,19 +9,20 @@ use tracing::warn;
 
 #[derive(Default)]
 pub struct Follower {
-    /// The entries that there were when the bucket began to be watched; `None` once all of them were told.
+    /// The entries that existed when watching began; `None` once all of them have been reported.
     initial: Option<BTreeSet<Key>>,
-    /// Entries that cannot be read, as was logged.
+    /// Unreadable entries that have been logged.
     unreadable: BTreeSet<Key>,
 }
 
 impl Follower {
-    /// The bucket is watched from its beginning again.
+    /// Called when the bucket is watched from its beginning again.
     pub fn begin(&mut self) {
         self.initial = Some(BTreeSet::new());
     }
 
-    /// Takes a change; `None` if the entry cannot be read. It counts as there, with the value that was known before.
+    /// Handles a reported entry; `None` if it cannot be read. Such an entry counts as present, with its last known
+    /// value.
     pub fn hear(
         &mut self,
         key: Key,
@@ -48,7 +49,7 @@ impl Follower {
         Some(Change::Written(key, entry, revision))
     }
 
-    /// Takes the entries that there were at the beginning, once all of them were told.
+    /// Takes the initial entries, once all of them have been reported.
     pub fn take_initial(&mut self) -> Option<BTreeSet<Key>> {
         self.initial.take()
     }

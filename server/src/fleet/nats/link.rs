@@ -1,6 +1,6 @@
-//! The connection to NATS. It is made again in the background; whenever it is, the buckets and the stream are made if
-//! they are missing, and the directory begins again from all entries: NATS may be another server, or may have
-//! forgotten what it acknowledged.
+//! The connection to NATS, which is re-established in the background. Each time, missing buckets and streams are
+//! created, and the directory starts again from all entries, because NATS may be another server, or may have forgotten
+//! acknowledged writes.
 
 use super::follower::Follower;
 use super::records::Records;
@@ -21,7 +21,7 @@ use tokio::sync::Notify;
 use tokio::time::sleep;
 use tracing::warn;
 
-/// Time between two looks whether the connection is still the same.
+/// Time between two checks whether the connection is still the same.
 const LINK_LOOK: Duration = Duration::from_millis(50);
 
 /// The connection of a node.
@@ -31,14 +31,14 @@ pub struct NatsLink {
     statistics: Arc<Statistics>,
     settings: FleetSettings,
     fleet: Arc<Fleet>,
-    /// The connections that were made when the directory began again.
+    /// The number of connections made when the directory last started again.
     begun_at: AtomicU64,
-    /// Wakes the look at the buckets: one could not be followed.
+    /// Triggers a check of the buckets, because one could not be followed.
     failed: Notify,
 }
 
 impl NatsLink {
-    /// The connection of this context.
+    /// The link over the connection of this context.
     pub fn new(context: Context, settings: FleetSettings, fleet: Arc<Fleet>) -> NatsLink {
         let client = context.client();
         let (statistics, failed) = (client.statistics(), Notify::new());
@@ -53,7 +53,7 @@ impl NatsLink {
         }
     }
 
-    /// Opens the buckets and the stream, as soon as NATS lets it. They are made if they are missing.
+    /// Opens the buckets and the stream as soon as NATS allows it. Missing ones are created.
     pub async fn open(&self) -> (Store, Records) {
         let mut said = false;
         loop {
@@ -76,8 +76,9 @@ impl NatsLink {
         }
     }
 
-    /// Returns whether the connection of this number, as the directory counts, is still there. What is sent after that
-    /// would wait in the client for the next one, and arrive at a NATS that may have forgotten what it is about.
+    /// Returns whether the connection with this number, as counted by the directory, is still open. A message sent
+    /// after it closed would wait in the client for the next one, and might arrive at a NATS server that has forgotten
+    /// the state it refers to.
     pub fn is_current(&self, number: u64) -> bool {
         self.fleet.ask(|directory| directory.connection()) == number
             && self.connects() == self.begun_at.load(Ordering::Relaxed)
@@ -124,7 +125,8 @@ impl NatsLink {
         }
     }
 
-    /// Makes what is missing, now and when a bucket cannot be followed, and returns once the buckets are other ones.
+    /// Creates missing buckets, now and whenever a bucket cannot be followed. Returns once the buckets have been
+    /// replaced.
     async fn other_buckets(&self, known: Born) -> Born {
         loop {
             let born = self.open().await.0.born();
@@ -135,7 +137,7 @@ impl NatsLink {
         }
     }
 
-    /// Follows a bucket, and begins again from all that is there if its watcher ends.
+    /// Follows a bucket. If its watcher ends, starts again from all entries.
     async fn follow_bucket(&self, store: &Store, kind: BucketKind) {
         let mut follower = Follower::default();
         loop {

@@ -1,4 +1,4 @@
-//! The stream of the rooms' records: a task for each room writes them into the stream, one after another.
+//! Publishes the rooms' records: a task per room writes them to the stream, one after another.
 
 use super::records::{Records, Sequence};
 use super::room_task::{RoomOutcome, RoomTask, RoomTaskContext};
@@ -11,18 +11,18 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::runtime::Handle;
 use tokio::sync::mpsc;
 
-/// Keeps the records of rooms for the other nodes.
+/// Stores the records of rooms for other nodes.
 pub struct Publisher {
     shared: Arc<RoomTaskContext>,
     policy: Arc<Policy>,
     handle: Handle,
-    /// Every task holds a sender; once all are dropped, none is left.
+    /// Every task holds a clone of the sender. Once all are dropped, no task is left.
     alive: Mutex<Option<mpsc::Sender<Infallible>>>,
     all_gone: Mutex<mpsc::Receiver<Infallible>>,
 }
 
 impl Publisher {
-    /// A publisher whose tasks run on this runtime.
+    /// Creates a publisher whose tasks run on this runtime.
     pub fn new(fleet: Arc<Fleet>, handle: Handle) -> Publisher {
         let (alive, all_gone) = mpsc::channel(1);
         let cannot = "CANNOT KEEP A ROOM: another node would not know what is played from here on";
@@ -44,7 +44,7 @@ impl Publisher {
         }
     }
 
-    /// A number that no other message has.
+    /// A unique message number.
     pub fn next_writer(&self) -> u64 {
         self.shared.next_writer()
     }
@@ -54,8 +54,8 @@ impl Publisher {
         &self.policy
     }
 
-    /// Starts the task of a room whose last message is `last`, and returns the log that it reads until that is sealed; `None`
-    /// if the server ends.
+    /// Starts the task of a room whose last message is `last`. Returns the log that the task reads until the log is
+    /// sealed, or `None` if the server is ending.
     pub fn open(
         &self,
         records: &Records,
@@ -74,7 +74,7 @@ impl Publisher {
         Some(shared)
     }
 
-    /// Waits until everything that was handed over is written, and ends.
+    /// Waits until all records are written, and ends.
     pub fn close(&self) {
         lock(&self.alive).take();
         lock(&self.all_gone).blocking_recv();

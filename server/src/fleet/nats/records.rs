@@ -1,6 +1,6 @@
-//! The records of rooms in a stream: a subject for each room. A message holds records as they would stand in the file of
-//! a room, or a part of them. Each is written under the condition that the last message of the subject is still the
-//! one that the writer knows, so that the first message of a new owner shuts out the one before.
+//! The records of rooms in a stream, with a subject per room. A message holds records in the format of a room's file,
+//! or a part of them. Each is written on condition that the last message of the subject is still the one that the
+//! writer knows, so that a new owner's first message shuts out the previous owner.
 
 use crate::fleet::settings::FleetSettings;
 use async_nats::HeaderMap;
@@ -11,17 +11,17 @@ use async_nats::jetstream::stream::{Config, LastRawMessageErrorKind, Stream};
 use bytes::Bytes;
 use jostle_protocol::replay::header;
 
-/// Bytes of a message of the stream; NATS allows 1 MiB unless it is configured otherwise.
+/// Longest message of the stream, bytes; NATS allows 1 MiB by default.
 const FLEET_MESSAGE_BYTES_MAX: usize = 512 << 10;
 
 const STREAM: &str = "jostle_records";
 /// Epoch of the room's entry under which a message was written.
 const EPOCH: &str = "Jostle-Epoch";
-/// The writer's own number of a message, by which it knows it again.
+/// The writer's number of the message, by which the writer recognises it.
 const WRITER: &str = "Jostle-Writer";
-/// Sequence of the first message of the newest whole file, as of this message; 0 stands for this message itself.
+/// Sequence of the first message of the newest complete file, as of this message; 0 means this message itself.
 const FROM: &str = "Jostle-From";
-/// Number of a message among those of the beginning of a file, and how many these are.
+/// Number of the message among those of a file's beginning, and their count.
 const PART: &str = "Jostle-Part";
 
 /// Sequence of a message in the stream.
@@ -36,11 +36,11 @@ pub struct Records {
 /// The result of a conditional write.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Published {
-    /// Written, as this message.
+    /// The message was written with this sequence.
     Done(Sequence),
-    /// Another writer has written.
+    /// Another writer has written a message.
     Refused,
-    /// It may be written or not: no answer came, or NATS says why not.
+    /// The outcome is unknown: no answer came, or NATS gave a reason.
     Unknown(String),
 }
 
@@ -49,28 +49,29 @@ pub enum Published {
 pub struct Message {
     /// Epoch of the room's entry.
     pub epoch: u64,
-    /// The writer's number of it; no two messages have the same.
+    /// The writer's unique number of the message.
     pub writer: u64,
-    /// Sequence of the first message of the newest whole file; 0 for a message that is one.
+    /// Sequence of the first message of the newest complete file; 0 if this message is one.
     pub from: Sequence,
-    /// Its number among the parts of the beginning of a file, from 1, and their count.
+    /// Number of the message among the parts of a file's beginning, from 1, and their count.
     pub part: Option<(usize, usize)>,
     pub payload: Bytes,
 }
 
-/// The last message of a room; all 0 if there is none.
+/// The last message of a room; all fields are 0 or `None` if it does not exist.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tail {
     pub sequence: Sequence,
-    /// Its writer's number of it.
+    /// The writer's number of the message.
     pub writer: Option<u64>,
-    /// The epoch under which it was written.
+    /// The epoch under which the message was written.
     pub epoch: u64,
 }
 
-/// The messages of rooms, as their owners write them. An error of the last two: no answer came, it may be done or not.
+/// The messages of rooms, as written by their owners. An error of the last two functions means that no answer came, so
+/// that the outcome is unknown.
 pub trait RecordStream: Clone + Send + Sync + 'static {
-    /// Writes a message if `last` is still the last one of the room.
+    /// Writes a message if `last` is still the room's last one.
     fn publish(
         &self,
         code: &str,
@@ -92,18 +93,18 @@ pub trait RecordStream: Clone + Send + Sync + 'static {
 /// The records of a room.
 #[derive(Clone, Debug, Default)]
 pub struct RoomRecords {
-    /// The bytes of its file; `None` if nothing was ever kept.
+    /// The bytes of the room's file; `None` if nothing was ever stored.
     pub file: Option<Vec<u8>>,
-    /// Sequence of the first message of that.
+    /// Sequence of the file's first message.
     pub from: Sequence,
-    /// Sequence of the subject's last message, 0 if there is none.
+    /// Sequence of the subject's last message, 0 without one.
     pub last: Sequence,
-    /// Epoch of the last message, 0 if there is none.
+    /// Epoch of the last message, 0 without one.
     pub epoch: u64,
 }
 
 impl Records {
-    /// Opens the stream, and makes it if it is missing.
+    /// Opens the stream, and creates it if it is missing.
     pub async fn open(context: &Context, settings: &FleetSettings) -> Result<Records, String> {
         let config = Config {
             name: STREAM.to_owned(),
@@ -121,7 +122,7 @@ impl Records {
         Ok(Records { context: context.clone(), stream })
     }
 
-    /// Reads the newest whole file of a room, with what was appended to it.
+    /// Reads the newest complete file of a room, with the records appended to it.
     pub async fn read(&self, code: &str) -> Result<RoomRecords, String> {
         let Some(last) = self.last(code).await? else { return Ok(RoomRecords::default()) };
         let (end, epoch) = (last.sequence, number(&last, EPOCH).unwrap_or(0));
@@ -194,12 +195,12 @@ impl RecordStream for Records {
     }
 }
 
-/// A file as its messages are read.
+/// A file that is assembled from messages.
 #[derive(Default)]
 struct File {
     whole: Option<Vec<u8>>,
     from: Sequence,
-    /// A beginning of which parts are missing, and its first message.
+    /// The parts read so far of an incomplete beginning, and its first message.
     begun: (Vec<u8>, Sequence),
 }
 
@@ -235,7 +236,7 @@ fn subject(code: &str) -> String {
     format!("jostle.records.{code}")
 }
 
-/// Cuts bytes into payloads that NATS takes.
+/// Splits bytes into payloads that NATS accepts.
 pub fn payloads(bytes: Vec<u8>) -> Vec<Bytes> {
     let mut rest = Bytes::from(bytes);
     let mut payloads = Vec::new();
@@ -257,7 +258,7 @@ mod tests {
         assert_eq!(file.whole, None);
         file.add(Some((1, 1)), 2, b"a");
         file.add(None, 3, b"b");
-        // A beginning of which its writer wrote a part, and the node that goes on.
+        // A beginning of which only a part was written, before another node took over.
         file.add(Some((1, 3)), 4, b"x");
         file.add(Some((2, 3)), 5, b"y");
         file.add(None, 6, b"c");

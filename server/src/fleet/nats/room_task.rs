@@ -1,4 +1,4 @@
-//! The task of one room's records: it writes them into the stream one after another, and removes them at the end.
+//! The task for one room's records: writes them to the stream one after another, and removes them when the room ends.
 
 use super::records::{Message, Published, RecordStream, Sequence, Tail, payloads};
 use crate::fleet::directory::RETRY;
@@ -15,29 +15,29 @@ use tracing::warn;
 /// Time after which a batch of records that cannot be written is given up.
 const FLEET_PUBLISH: Duration = Duration::from_secs(15);
 
-/// News of a room for the directory.
+/// The outcome of a room, for the directory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RoomOutcome {
-    /// Its last record is written, for the node that goes on with it.
+    /// The room's last record is written, for the node that continues it.
     Parted,
-    /// It is over, and its records are gone.
+    /// The room is over, and its records have been removed.
     Ended,
-    /// Another node has begun to play it.
+    /// Another node has begun to play the room.
     Fenced,
 }
 
-/// Takes what becomes of the room of a code.
+/// Receives the outcome of the room with this code.
 type Report = dyn Fn(&str, RoomOutcome) + Send + Sync;
 
 /// Shared by the tasks of all rooms.
 pub struct RoomTaskContext {
-    /// Numbers of messages; the process begins at a random one.
+    /// The next message number; each process starts at a random one.
     next_writer: AtomicU64,
     report: Box<Report>,
 }
 
 impl RoomTaskContext {
-    /// Numbers messages from `first_writer` on, and reports what becomes of rooms.
+    /// Numbers messages from `first_writer` on, and reports the outcomes of rooms.
     pub fn new(
         first_writer: u64,
         report: impl Fn(&str, RoomOutcome) + Send + Sync + 'static,
@@ -45,7 +45,7 @@ impl RoomTaskContext {
         RoomTaskContext { next_writer: AtomicU64::new(first_writer), report: Box::new(report) }
     }
 
-    /// A number that no other message has.
+    /// A unique message number.
     pub fn next_writer(&self) -> u64 {
         self.next_writer.fetch_add(1, Ordering::Relaxed)
     }
@@ -59,21 +59,22 @@ pub struct RoomTask<S> {
     epoch: u64,
     /// The last message of the room.
     last: Sequence,
-    /// Numbers of the messages that were sent since: one that was given up may still be written, as long as the
-    /// connection to NATS keeps it.
+    /// Numbers of the messages sent since then. An abandoned one may still be written while the connection to NATS
+    /// holds it.
     sent: Vec<u64>,
-    /// The first message of the newest whole file; 0 before the first.
+    /// The first message of the newest complete file; 0 before the first file.
     from: Sequence,
     /// Whether another node has begun to play the room.
     shut_out: bool,
-    /// Whether the stream has forgotten a part of the file that was begun.
+    /// Whether the stream has forgotten a part of the current file.
     forgotten: bool,
-    /// Why the last attempt failed.
+    /// The reason why the last attempt failed.
     reason: String,
 }
 
 impl<S: RecordStream> RoomTask<S> {
-    /// The task of a room whose last message is `last`, as the node writes under this epoch of the room's entry.
+    /// Creates the task of a room whose last message is `last`, for a node that writes under this epoch of the room's
+    /// entry.
     pub fn new(
         shared: Arc<RoomTaskContext>,
         stream: S,
@@ -96,12 +97,12 @@ impl<S: RecordStream> RoomTask<S> {
         }
     }
 
-    /// Writes what this reader reads, until its room has ended.
+    /// Writes the output of this reader until the room has ended.
     pub async fn run(mut self, mut reader: LogReader) {
         while !reader.is_finished {
             let next = reader.next(Instant::now().into_std(), false);
             if next == NextWrite::Nothing {
-                // It may be time to try again.
+                // It may be time for another attempt.
                 let _ = timeout(limits::STATE_SYNC_EVERY, reader.changed()).await;
             } else if self.carry_out(&next).await {
                 reader.done(&next);
@@ -111,7 +112,7 @@ impl<S: RecordStream> RoomTask<S> {
         }
     }
 
-    /// Does what is next. Returns whether that is done.
+    /// Performs the next write. Returns whether it is done.
     async fn carry_out(&mut self, next: &NextWrite) -> bool {
         match next {
             NextWrite::Begin(records) => self.begin(records).await,
@@ -128,13 +129,13 @@ impl<S: RecordStream> RoomTask<S> {
         }
     }
 
-    /// Writes the beginning of a new file, and removes the one before once it is whole.
+    /// Writes the beginning of a new file, and removes the previous file once the new one is complete.
     async fn begin(&mut self, records: &[Arc<Record>]) -> bool {
         let payloads = payloads(bytes(records));
         let count = payloads.len();
         let mut first = 0;
         for (part, payload) in (1..).zip(payloads) {
-            // The last part makes it whole.
+            // The last part completes the file.
             let from = if part == count { Some(first) } else { None };
             let Some(sequence) = self.append(payload, Some((part, count, from))).await else {
                 return false;
@@ -146,13 +147,13 @@ impl<S: RecordStream> RoomTask<S> {
         self.from = first;
         let (stream, code) = (self.stream.clone(), self.code.clone());
         tokio::spawn(async move {
-            // What is left is removed after the next file.
+            // If the purge fails, the rest is removed after the next file.
             let _ = stream.purge(&code, first).await;
         });
         true
     }
 
-    /// Writes a message, and tries again until it is known to be written or the room is another node's.
+    /// Writes a message, and retries until it is known to be written or the room belongs to another node.
     async fn append(
         &mut self,
         payload: Bytes,
@@ -176,16 +177,16 @@ impl<S: RecordStream> RoomTask<S> {
                     sleep(RETRY).await;
                 }
                 Published::Refused => match self.stream.tail(&self.code).await {
-                    // An attempt before had been written after all.
+                    // An earlier attempt was written after all.
                     Ok(tail) if tail.writer == Some(writer) => {
                         return Some(self.written(tail.sequence));
                     }
-                    // The attempt before may be on its way to the copies of the stream.
+                    // The earlier attempt may still be on its way to the stream's replicas.
                     Ok(tail) if tail.sequence == self.last => sleep(RETRY).await,
                     Ok(tail) if self.is_own(tail) => self.last = tail.sequence,
                     Ok(tail) if self.is_forgotten(tail) => {
                         self.last = tail.sequence;
-                        // The first message of a file needs none before it.
+                        // The first message of a file depends on no earlier one.
                         if part.is_none_or(|(number, ..)| number > 1) {
                             self.forgotten = true;
                             return None;
@@ -199,7 +200,7 @@ impl<S: RecordStream> RoomTask<S> {
         None
     }
 
-    /// A message is known to be written: those before it are too, or never will be.
+    /// Called when a message is known to be written: all earlier ones are written by now, or never will be.
     fn written(&mut self, sequence: Sequence) -> Sequence {
         self.sent.clear();
         self.last = sequence;
@@ -216,7 +217,8 @@ impl<S: RecordStream> RoomTask<S> {
         (self.shared.report)(&self.code, outcome);
     }
 
-    /// Removes the records, until it is known that none is left: another room of this code would be shut out by them.
+    /// Removes the records, and retries until none are left. Leftover records would shut out a later room with this
+    /// code.
     async fn remove(&mut self) {
         while !self.shut_out {
             if self.try_remove().await.is_ok() {
@@ -232,25 +234,25 @@ impl<S: RecordStream> RoomTask<S> {
             self.is_shut_out();
             return Ok(());
         }
-        // The request may arrive late: what another node has written since stays.
+        // The request may arrive late, and must keep messages that another node has written since.
         self.stream.purge(&self.code, tail.sequence + 1).await?;
         self.report(RoomOutcome::Ended);
         Ok(())
     }
 
-    /// Returns whether this message is the last one that is known, or one that was given up and arrived late.
+    /// Returns whether this is the last known message, or an abandoned one that arrived late.
     fn is_own(&self, tail: Tail) -> bool {
         let was_sent = |writer| self.sent.contains(&writer);
         tail.sequence == self.last || tail.writer.is_some_and(was_sent)
     }
 
-    /// Returns whether the stream has forgotten messages of this task: its disk was lost, or what was not synced.
-    /// What another node has written since would be of a later epoch, or after the last message.
+    /// Returns whether the stream has forgotten messages of this task, because its disk or unsynced data was lost.
+    /// Messages written by another node since would have a later epoch, or come after the last message.
     fn is_forgotten(&self, tail: Tail) -> bool {
         tail.sequence < self.last && tail.epoch <= self.epoch
     }
 
-    /// Gives the file up after an error.
+    /// Gives up the file after an error.
     fn give_up(&mut self, reader: &mut LogReader) {
         let now = Instant::now().into_std();
         if std::mem::take(&mut self.forgotten) {

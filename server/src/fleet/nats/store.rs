@@ -1,4 +1,4 @@
-//! The directory in two key-value buckets: the entries of nodes, which expire, and those of rooms.
+//! The directory in two key-value buckets: the entries of nodes, which expire, and the entries of rooms.
 
 use crate::fleet::directory::{Answer, LEASE_TTL};
 use crate::fleet::entry::{Entry, Key, Revision};
@@ -13,18 +13,18 @@ use tracing::warn;
 
 const NODES: &str = "jostle_nodes";
 const ROOMS: &str = "jostle_rooms";
-/// A key of the rooms' bucket that is no room's: with it, a watcher of the bucket is always told something.
+/// A key in the rooms' bucket that is not a room. It ensures that a watcher always gets at least one entry.
 const FORMAT: &str = "format";
 const FORMAT_VALUE: &str = "1";
 
-/// Time after which NATS forgets that a room was removed. A follower that is cut off for longer may not hear of it,
-/// and asks for the room's entry when a player comes.
+/// Time after which NATS forgets the removal of a room. A follower that is cut off for longer may miss the removal, and
+/// looks up the room's entry when a player comes.
 const REMOVAL_TTL: Duration = Duration::from_secs(24 * 60 * 60);
 
-/// Error of the store, in words.
+/// An error of the store, as text.
 pub type StoreError = String;
 
-/// When the two buckets were made, nanoseconds since 1970 by the clock of NATS.
+/// Creation times of the two buckets, nanoseconds since 1970 by the clock of NATS.
 pub type Born = [i128; 2];
 
 #[derive(Clone)]
@@ -36,7 +36,7 @@ pub struct Store {
 }
 
 impl Store {
-    /// Opens the buckets, and makes them if they are missing.
+    /// Opens the buckets, and creates them if they are missing.
     pub async fn open(context: &Context, settings: &FleetSettings) -> Result<Store, StoreError> {
         let nodes = Config { max_age: LEASE_TTL, ..config(settings, NODES) };
         let nodes = bucket(context, nodes).await?;
@@ -49,13 +49,13 @@ impl Store {
         }
     }
 
-    /// When the buckets were made: others have other revisions.
+    /// Creation times of the buckets. Replaced buckets have other revisions.
     pub fn born(&self) -> Born {
         let born = |bucket: &Bucket| bucket.stream.cached_info().created.unix_timestamp_nanos();
         [born(&self.nodes), born(&self.rooms)]
     }
 
-    /// Says in the log what one copy of everything means.
+    /// Logs the consequences of keeping only one copy.
     pub fn warn_of_one_copy(&self) {
         if self.rooms.stream.cached_info().config.num_replicas == 1 {
             warn!(
@@ -66,7 +66,7 @@ impl Store {
         }
     }
 
-    /// Writes an entry if its revision is still `expected`.
+    /// Writes an entry if it still has the revision `expected`.
     pub async fn write(&self, key: &Key, entry: &Entry, expected: Revision) -> Answer {
         let (bucket, name) = self.place(key);
         let value = match entry {
@@ -88,7 +88,7 @@ impl Store {
         }
     }
 
-    /// Removes an entry if its revision is still `expected`. An answer other than "done" says nothing.
+    /// Removes an entry if it still has the revision `expected`. An answer other than "done" leaves the outcome open.
     pub async fn remove(&self, key: &Key, expected: Revision) -> Answer {
         let (bucket, name) = self.place(key);
         let removed = match key {
@@ -101,7 +101,7 @@ impl Store {
         if removed { Answer::Done(0) } else { Answer::Unknown }
     }
 
-    /// Reads an entry from the leader: what a follower knows may be older than a lease.
+    /// Reads an entry from the leader, since a follower's copy may be older than a lease.
     pub async fn look(&self, key: &Key) -> Result<Option<(Entry, Revision)>, StoreError> {
         let (bucket, name) = self.place(key);
         let subject = format!("$KV.{}.{name}", bucket.name);
@@ -119,7 +119,7 @@ impl Store {
         Ok(Some((entry, message.sequence)))
     }
 
-    /// Follows a bucket, from all entries that there are on.
+    /// Follows a bucket, starting with all existing entries.
     pub async fn watch(&self, kind: BucketKind) -> Result<Watch, StoreError> {
         let bucket = match kind {
             BucketKind::Nodes => &self.nodes,
@@ -139,14 +139,14 @@ impl Store {
 /// One of the two buckets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BucketKind {
-    /// That of the nodes.
+    /// The bucket of the nodes.
     Nodes,
-    /// That of the rooms.
+    /// The bucket of the rooms.
     Rooms,
 }
 
 impl BucketKind {
-    /// The name of an entry in this bucket; `None` if it is no entry of the directory.
+    /// The key of an entry in this bucket; `None` if the name is not an entry of the directory.
     pub fn key(self, name: &str) -> Option<Key> {
         match self {
             BucketKind::Nodes => Some(Key::Node(name.to_owned())),
@@ -184,7 +184,7 @@ async fn bucket(context: &Context, config: Config) -> Result<Bucket, StoreError>
     context.create_key_value(config).await.map_err(|error| format!("bucket {name}: {error}"))
 }
 
-/// Lets messages of a bucket expire, which one of an earlier version may not do. Returns whether they may.
+/// Allows messages of a bucket to expire, which buckets of earlier versions do not. Returns whether they may.
 async fn let_removals_expire(context: &Context, bucket: &Bucket) -> bool {
     let before = &bucket.stream.cached_info().config;
     if before.allow_message_ttl {

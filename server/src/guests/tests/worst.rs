@@ -1,5 +1,5 @@
-//! Scenes that cost more than their plans say: each is refused, ends in time, or stays within the bounds of a step.
-//! None of the outcomes depends on the speed of the machine.
+//! Scenes that cost more than their plans say. Each is refused, ends in time, or stays within the budget of a step. No
+//! outcome depends on the speed of the machine.
 
 use crate::guests::*;
 use crate::host::delivery::{Delivery, ParticlePermits};
@@ -13,29 +13,28 @@ use std::cell::Cell;
 use std::fmt::Write;
 use std::time::{Duration, Instant};
 
-/// What becomes of a scene.
+/// The fate of a scene.
 #[derive(Debug, PartialEq, Eq)]
 enum Fate {
-    /// Its file is refused, with this field.
+    /// The file is refused, because of this field.
     Refused(String),
-    /// Its trial is over the budget of a step.
+    /// The trial exceeds the budget of a step.
     FailsTrial,
-    /// Its room is over that budget later.
+    /// The room exceeds the budget of a step later.
     Ends,
-    /// Every step keeps to the budget: the scene costs no more than its plan says. What it takes of a processor is
-    /// bounded by that, and paid from the room's share.
+    /// Every step stays within the budget, which limits the processor time that the room takes from its share.
     Bounded,
 }
 
 const REFUSED_COUNT: &str = "layouts[0].count";
-/// Players of a room that a crowd attacks.
+/// Number of players in a room that a crowd attacks.
 const CROWD: u16 = 64;
-/// Ticks for which a room that passed its trial is played.
+/// Ticks played in a room that passed its trial.
 const TICKS: u32 = 700;
 /// Ticks of the longest trial.
 const TRIAL_TICKS: u32 = limits::GUEST_TRIAL_TICKS * limits::GUEST_TRIAL_PARTS;
 
-/// A world of 60 x 60 with these lines at the top and at the end.
+/// A world of 60 x 60 with these lines at the top and at the end of its file.
 fn scene(top: &str, rest: &str) -> String {
     format!(
         "title = \"Worst\"\nsize = [60, 60]\ngroups = [\"hero\", \"ball\", \"wall\", \"pack\"]\n\
@@ -158,14 +157,14 @@ fn bounded_cases() -> [Case; 6] {
     .map(|(name, text)| (name, text, Fate::Bounded))
 }
 
-/// Reads, tries and plays a scene; players come at the tick `first`, and press keys from then on.
+/// Reads, tries and plays a scene. Players join at tick `first`, and press keys from then on.
 fn fate(name: &str, text: &str, first: u32) -> Fate {
     let scene = match read(text.as_bytes()) {
         Ok(scene) => Arc::new(scene),
         Err(error) if error.found.contains("worst tick") => return Fate::Refused(error.field),
         Err(error) => return Fate::Refused(error.to_string()),
     };
-    // Each look at the time finds a millisecond more, so that the trial does not depend on the machine.
+    // Every reading of the clock is a millisecond later, so that the trial does not depend on the machine.
     let time = Cell::new(0);
     let worked = || {
         time.set(time.get() + 1);
@@ -206,7 +205,7 @@ fn crowd(room: &mut Room, scene: &Scene) -> u16 {
     players
 }
 
-/// All players press the button at about the same place, in every other tick.
+/// In every other tick, all players press the button at about the same place.
 fn press(room: &mut Room, scene: &Scene, tick: u32) {
     let buttons = if tick.is_multiple_of(2) { Buttons::FIRE } else { Buttons::default() };
     for seat in 0..scene.players_max.min(CROWD) {
@@ -234,21 +233,22 @@ fn a_crowd_that_comes_after_the_longest_trial_ends_its_room() {
     assert_eq!(fate("a patient crowd", &crowd_with_packs(), TRIAL_TICKS), Fate::Ends);
 }
 
-/// Ticks that are played.
+/// Number of ticks to play.
 #[cfg(target_os = "linux")]
 const WORST_TICKS: u32 = 160;
-/// When the crowd comes: there are nearly as many particles as there can be, and newcomers are sent them.
+/// The tick in which the crowd joins. By then there are nearly as many particles as possible, and newcomers are sent
+/// them.
 #[cfg(target_os = "linux")]
 const CROWD_TICK: u32 = 120;
 
-/// Bytes of memory that a guest's room may take at its worst.
+/// Memory limit of a guest's room in the worst case, bytes.
 #[cfg(target_os = "linux")]
 const ROOM_BYTES_MAX: usize = 10_000_000;
-/// Bytes that full clips take, as measured with [`WORST_TICKS`] at 1500.
+/// Memory of full clips, bytes, measured with [`WORST_TICKS`] set to 1500.
 #[cfg(target_os = "linux")]
 const FULL_CLIPS_BYTES: usize = 1_400_000;
 
-/// Peak of the memory of this process so far, bytes.
+/// Peak memory of this process so far, bytes.
 #[cfg(target_os = "linux")]
 fn peak_bytes() -> usize {
     let status = std::fs::read_to_string("/proc/self/status").expect("Linux has it");
@@ -257,15 +257,15 @@ fn peak_bytes() -> usize {
     kib.expect("a number") << 10
 }
 
-/// Plays a heap with nearly as many pairs as a step may have, with all that a room keeps beside it: a crowd that
-/// comes at once and reads nothing, particles, clips and the record from which it is restored.
+/// Plays a heap with nearly as many pairs as a step may have, along with everything else that a room holds: a crowd
+/// that joins at once and reads nothing, particles, clips, and the record from which it is restored.
 #[cfg(target_os = "linux")]
 fn play_worst(solver: &str) -> (Room, Vec<Delivery>) {
     let more = "[[emitters]]\nrecipe = \"fire\"\ncount = 130\nevery = 2\nposition = [30, 30]\n";
     let top = format!(
         "{solver}\ncamera = {{ follow = 20 }}\ngravity = [0, 0]\nlimits = {{ players = 64, particles = 8192, bodies = 1000 }}\n"
     );
-    // 135 discs have 9,045 pairs; the others lie still.
+    // 135 discs have 9,045 pairs; the other bodies are at rest.
     let heap = layout(135, "radius = 12\nrestitution = 0.9", STACKED);
     let rest =
         layout(760, "radius = 0.2", "area = [[70, 2], [88, 58]]\nexact = true\ngrid = [20, 38]");
@@ -289,7 +289,7 @@ fn play_worst(solver: &str) -> (Room, Vec<Delivery>) {
         }
         press(&mut room, &scene, tick);
         room.tick();
-        // Their pages read nothing.
+        // These clients read nothing.
         for delivery in &mut unread {
             delivery.feed(&mut room, u32::MAX, now, &metrics);
         }
@@ -312,7 +312,7 @@ fn all_rooms_of_guests_at_their_worst_take_ten_megabytes_each_at_most() {
     let name =
         "guests::tests::worst::all_rooms_of_guests_at_their_worst_take_ten_megabytes_each_at_most";
     if std::env::var_os(ALONE).is_none() {
-        // In a process of its own, since tests beside it would count.
+        // Runs in a separate process, since other tests would affect the measurement.
         let program = std::env::current_exe().expect("the test's own program");
         let mut child = std::process::Command::new(program);
         let ended = child.args(["--exact", name, "--nocapture"]).env(ALONE, "1").status();

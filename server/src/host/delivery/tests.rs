@@ -17,7 +17,7 @@ fn listen(outbox: &Outbox, stream: &mut SnapshotStream, events: &mut Vec<u32>) {
 
 #[test]
 fn a_keyframe_for_late_acknowledgements_waits_for_the_budget() {
-    // Plays until the rate falls; the budget is used up just before this tick.
+    // Plays until the rate falls. The budget is used up just before tick `used_up_at`.
     let falls = |used_up_at: u32| {
         let scene = Arc::new(Scene::built_in().swap_remove(0));
         let mut room = Room::new("late", scene, 1);
@@ -56,7 +56,7 @@ fn a_lower_rate_repeats_no_event() {
         let mut room = Room::new("slow", Arc::clone(&scene), 1);
         let look = || Appearance { name: "Ann".into(), color: 0 };
         let seat = room.join(look(), None).expect("a seat").claim.seat;
-        // The lower rates have a subscriber already: else they would begin with the newest tick.
+        // Subscribes to the lower rates already; otherwise their channels would begin with the newest tick.
         Rate::ALL.into_iter().for_each(|rate| drop(room.subscribe(rate)));
         let outbox = Arc::new(Outbox::default());
         let now = Instant::now();
@@ -71,7 +71,7 @@ fn a_lower_rate_repeats_no_event() {
         let (mut stream, mut events) = (SnapshotStream::default(), Vec::new());
         let mut other = None;
         for tick in 1..=400 {
-            // So that something happens in every tick.
+            // Ensures that something happens in every tick.
             match other.take() {
                 Some(seat) => room.leave(seat),
                 None => other = Some(room.join(look(), None).expect("a seat").claim.seat),
@@ -113,9 +113,9 @@ fn of_a_crowd_that_reads_nothing_few_are_sent_particles() {
     let late = [None, Some(seat)].map(|seat| bytes(&newcomer(&mut room, seat)));
     let first = bytes(&crowd[0]);
     assert!(late.iter().all(|&bytes| bytes < first / 2), "{late:?} beside {first}");
-    // It was handed to a socket, which may have sent a part of it only.
+    // The keyframe was handed to a socket, which may have sent only a part of it.
     assert!(bytes(&newcomer(&mut room, None)) < first / 2);
-    // The socket asks for more: it has sent all of it.
+    // When the socket asks for more, it has sent the whole keyframe.
     assert_eq!(crowd[0].take(), NextToSend::Nothing);
     assert_eq!(bytes(&newcomer(&mut room, None)), first);
     assert!(crowd[1..].iter().all(|outbox| bytes(outbox) == first));
@@ -133,7 +133,7 @@ fn plays(lag: &mut AckLag, ticks: std::ops::Range<u32>, behind: impl Fn(u32) -> 
 fn a_long_round_trip_and_a_stall_are_no_lag_and_growth_is() {
     let mut lag = AckLag::new(0);
     plays(&mut lag, 1..600, |_| 24);
-    // A stall of half a second now and then.
+    // An occasional stall of half a second.
     plays(&mut lag, 600..1200, |tick| 24 + (30 - tick as i32 % 150).max(0) as u32);
     assert!(!lag.lags(1200) && lag.ticks() == 24);
     plays(&mut lag, 1200..1200 + LAGGING_TICKS, |_| 25 + LAG_GROWTH_TICKS);
@@ -162,7 +162,7 @@ fn a_client_is_silent_if_it_acknowledges_nothing_that_it_is_sent() {
     assert!(!lag.is_silent(90_000, 1200), "nothing moved, nothing was sent");
     lag.sent(90_000);
     assert!(!lag.is_silent(91_199, 1200) && lag.is_silent(91_200, 1200));
-    // An old acknowledgement does not help; the low bits are of some ticks ago.
+    // An outdated acknowledgement does not count; these low bits belong to a tick long ago.
     lag.acked(70_000u32 as u16, 91_200);
     assert!(lag.is_silent(91_200, 1200));
     lag.acked(90_000u32 as u16, 91_200);

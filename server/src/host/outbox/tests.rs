@@ -123,7 +123,7 @@ impl Wake for Count {
     }
 }
 
-/// A session whose socket takes ten bytes, with the number of times that it was woken.
+/// A session whose socket takes ten bytes, with a counter of its wakeups.
 fn session(queue: &Arc<SendQueue>) -> (Arc<Outbox>, DuplexStream, Arc<Count>) {
     let (socket, peer) = duplex(10);
     let outbox = Outbox::new(Arc::clone(queue), Arc::new(SocketWriter::new(socket)));

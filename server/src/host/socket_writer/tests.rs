@@ -13,7 +13,7 @@ fn queued(lengths: &[usize]) -> VecDeque<Bytes> {
     (1..).zip(lengths).map(|(fill, &length)| vec![fill; length].into()).collect()
 }
 
-/// All that the messages are on the wire.
+/// The messages as they appear on the wire.
 fn on_the_wire(messages: &VecDeque<Bytes>) -> Vec<u8> {
     let header = |length: usize| match length {
         0..126 => vec![0x82, length as u8],

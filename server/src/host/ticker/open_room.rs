@@ -22,7 +22,7 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 use tracing::{debug, info};
 
-/// Time after which a room in which nobody is, and no seat is held, stands still.
+/// Time after which a room without clients and held seats pauses.
 const RESTING_AFTER: Duration = Duration::from_secs(1);
 
 /// Where a room begins.
@@ -44,7 +44,7 @@ pub struct OpenRoom {
     pub clips: SeatRates,
     /// Whether the host or an operator closed the room.
     pub closed: bool,
-    /// Whether who made the room left it, so that nobody is awaited once it is empty.
+    /// Whether the room's creator left it, so that it need not stay open once it is empty.
     pub abandoned: bool,
     /// Since when no player has been in it.
     pub empty_since: Instant,
@@ -62,7 +62,7 @@ impl OpenRoom {
             RoomOrigin::New(seed) => (new_room(info, seed), Admission::default()),
             RoomOrigin::Saved(saved) => {
                 let (mut room, admission) = restore(host, info, *saved, clock)?;
-                // Also one that begins again under the same number: old tokens name it.
+                // Also for a room that starts over under the same number, since old tokens name it.
                 room.begin_epoch(random() as u32);
                 (room, admission)
             }
@@ -98,7 +98,7 @@ impl OpenRoom {
                 *held = None;
                 self.host.metrics.joined(if resumed { "resumed" } else { "new" });
                 let seat = claim.seat;
-                // The seat has a new socket; an older one is dropped.
+                // The seat has a new socket; an older one is closed.
                 self.sessions.end_seat(seat, Refusal::Replaced);
                 self.admission.seated(seat, address, &name);
                 info!(
@@ -120,7 +120,7 @@ impl OpenRoom {
         }
     }
 
-    /// Lets a session watch, or ends it with the reason.
+    /// Admits a session as a spectator, or ends it with the reason.
     fn admit_spectator(&mut self, join: Join, now: Instant) {
         let (address, tick) = (join.address, self.room.game().tick_count());
         if self.admission.is_shut(address, &join.appearance.name, tick) {
@@ -139,14 +139,14 @@ impl OpenRoom {
         }
     }
 
-    /// Tells a new session where to ask for the room when this node falls silent, in a fleet.
+    /// Tells a new session which nodes to ask for the room if this node falls silent. Does nothing outside a fleet.
     fn name_neighbours(&self, outbox: &Outbox) {
         if self.host.neighbours.revision() > 0 {
             outbox.control(self.host.neighbours.message());
         }
     }
 
-    /// Takes the claimed seat, a free one, or in a full room one whose player has to give way.
+    /// Takes the claimed seat, a free one, or in a full room the seat of a player who can be displaced.
     fn take_seat(
         &mut self,
         join: &Join,
@@ -170,7 +170,7 @@ impl OpenRoom {
             Err(Refusal::RoomFull) => {
                 let held = held.get_or_insert_with(|| self.admission.held(&self.room));
                 let displaced = held.displaced(join.address).or_else(|| {
-                    // A host stays: the room is theirs.
+                    // A host keeps the seat, because the room is theirs.
                     let guests = self.sessions.members.iter().filter(|member| !member.host);
                     let seats = guests.map(|member| member.seat);
                     self.admission.displaced(&self.room, seats, join.address)
@@ -185,7 +185,7 @@ impl OpenRoom {
         }
     }
 
-    /// Kicks a player, connected or not. Returns whether there was one in this seat.
+    /// Kicks a player, connected or not. Returns whether this seat had one.
     pub fn kick(&mut self, seat: Seat) -> bool {
         if self.room.dismiss_bot(seat) {
             return true;
@@ -226,7 +226,7 @@ impl OpenRoom {
 
     /// Queues the snapshot of the newest tick for all sessions.
     pub fn feed(&mut self, now: Instant) {
-        // First: no pong is to name a tick before one that its client has seen.
+        // Updated first, because no pong may name a tick before one that its client has seen.
         self.info.tick.store(self.room.game().tick_count(), Ordering::Relaxed);
         let Host { waits, metrics, send_queues, .. } = &*self.host;
         let silent_ticks_max = (waits.hearing.as_secs_f64() * f64::from(TICKS_PER_SECOND)) as u32;
@@ -246,8 +246,8 @@ impl OpenRoom {
         }
     }
 
-    /// Whether nobody is there to see a tick, and nobody's seat is held: the game stands still until someone comes, and the
-    /// thread only looks for that.
+    /// Whether no client is connected and no seat is held. The game then pauses until someone joins, and the thread
+    /// only checks for joins.
     pub fn rests(&self, now: Instant) -> bool {
         let is_left = self.sessions.is_empty() && self.room.players() == 0;
         is_left && now - self.empty_since >= RESTING_AFTER
@@ -267,8 +267,8 @@ fn new_room(info: &RoomInfo, seed: u64) -> Room {
     Room::new(&info.code, Arc::clone(&info.scene), seed)
 }
 
-/// The room of the process before. One that cannot be restored begins again, under the same link; that of a guest
-/// whose scene takes too much is over.
+/// Restores a room of the previous process. A room that cannot be restored starts over under the same link; a room
+/// with a guest's scene that takes too much is over.
 fn restore(
     host: &Host,
     info: &RoomInfo,

@@ -50,14 +50,14 @@ impl PlayerRequests {
             }
             ClientMessage::Emote { emote } => self.emotes.push((member.seat, emote)),
             ClientMessage::Clip => self.clips.push((member.seat, Arc::clone(outbox))),
-            // A session answers pings itself, and refuses a second hello.
+            // The session itself answers pings, and refuses a second hello.
             ClientMessage::Ping { .. } | ClientMessage::Hello { .. } => {}
         }
     }
 }
 
 impl OpenRoom {
-    /// Moves the sessions' messages into the room. The inboxes are bounded, so this ends.
+    /// Moves the sessions' messages into the room. This ends, because the inboxes are bounded.
     pub fn empty_inboxes(&mut self) {
         let mut requests = PlayerRequests::default();
         let OpenRoom { host, info, room, sessions, .. } = self;
@@ -118,7 +118,7 @@ impl OpenRoom {
         }
     }
 
-    /// Has the last seconds kept for a player, who is answered once that is done.
+    /// Saves the last seconds for a player, who gets an answer when that is done.
     fn keep_clip(&mut self, seat: Seat, outbox: Arc<Outbox>) {
         let answer = move |kept| {
             outbox.control(ServerMessage::Clip { kept }.encode());
@@ -129,7 +129,7 @@ impl OpenRoom {
         let asked_by = self.admission.address(seat);
         let admitted = |address| recording.admit_clip(address, Instant::now());
         let tick = self.room.game().tick_count();
-        // The address first: a refusal does not count for the seat.
+        // The address is checked first, so that its refusal does not count against the seat.
         if !asked_by.is_none_or(admitted) || !self.clips.admit(seat, tick) {
             return answer(Err(ClipRefusal::TooMany));
         }

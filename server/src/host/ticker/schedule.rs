@@ -20,7 +20,7 @@ pub struct Schedule {
 }
 
 impl Schedule {
-    /// A schedule whose first tick is due 1/60 s after `start`.
+    /// Creates a schedule whose first tick is due 1/60 s after `start`.
     pub fn new(start: Instant) -> Schedule {
         Schedule { start, slots: 0, missed: 0 }
     }
@@ -31,10 +31,10 @@ impl Schedule {
         self.start + Duration::from_nanos(nanos)
     }
 
-    /// Returns the ticks to play now, at most [`CATCH_UP_TICKS_MAX`]; slots beyond them count as missed.
+    /// Returns the number of ticks to play now, at most [`CATCH_UP_TICKS_MAX`]; further slots count as missed.
     pub fn due(&mut self, now: Instant) -> u32 {
         let elapsed = now.saturating_duration_since(self.start).as_nanos();
-        // The slot's own rounding in `next_at` is at most a nanosecond down.
+        // `next_at` rounds a slot down by at most a nanosecond.
         let reached = (elapsed + 1) * u128::from(TICKS_PER_SECOND) / 1_000_000_000;
         let behind = (reached as u64).saturating_sub(self.slots);
         let played = behind.min(u64::from(CATCH_UP_TICKS_MAX));
@@ -43,7 +43,7 @@ impl Schedule {
         played as u32
     }
 
-    /// Passes over what was due until now: it is neither played nor missed. Returns no ticks.
+    /// Skips everything due until now, which counts as neither played nor missed. Returns no ticks.
     pub fn pass(&mut self, now: Instant) -> u32 {
         let missed = self.missed;
         self.due(now);
@@ -57,7 +57,7 @@ impl Schedule {
     }
 }
 
-/// Time by phase of a wakeup.
+/// Time spent in each phase of a wakeup.
 pub struct Stopwatch {
     since: Instant,
     /// Time in each phase so far: inputs, play, send.
@@ -85,7 +85,7 @@ pub struct Missed {
 }
 
 impl Missed {
-    /// Takes the number of ticks missed so far.
+    /// Updates the total number of missed ticks.
     pub fn report(&mut self, room: &str, missed: u64, now: Instant) {
         let quiet = self.logged_at.is_some_and(|at| now - at < MISSED_LOG_EVERY);
         if missed > self.logged && !quiet {

@@ -13,11 +13,12 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 use tracing::{info, warn};
 
-/// Joins that a room answers each time it wakes; the others wait for the next tick.
+/// Joins that a room handles per wakeup; the rest wait for the next tick.
 pub const JOINS_PER_WAKEUP: usize = 32;
-/// Time in which a room that is handed over is taken up by its new node; then its players are told to look for it.
+/// Time within which a new node must take up a room that is handed over; after that its players are sent to look for
+/// it.
 const FLEET_HAND_OVER: Duration = Duration::from_secs(10);
-/// Time for which a room stands still without a lease before its players are told to look for it.
+/// Time that a room pauses without a lease before its players are sent to look for it.
 const FLEET_STILL: Duration = Duration::from_secs(1);
 
 /// The reason why a room's thread ended.
@@ -25,12 +26,12 @@ const FLEET_STILL: Duration = Duration::from_secs(1);
 pub enum RoomEnd {
     Empty,
     Closed,
-    /// The scene of a guest takes too much of the server.
+    /// The guest's scene takes too much of the server.
     TooCostly,
     Closing,
-    /// It is handed over to another node.
+    /// The room was handed over to another node.
     Parted,
-    /// Another node plays it.
+    /// Another node plays the room.
     Elsewhere,
     /// The thread did not answer, and the room was closed without it.
     GivenUp,
@@ -77,7 +78,7 @@ impl<'a> Commands<'a> {
         Commands { commands, moved_to: None }
     }
 
-    /// Waits until the node that goes on with the room is known. Nothing is played any more.
+    /// Waits until the node that continues the room is known. Nothing is played any more.
     fn await_leave(&mut self, open: &mut OpenRoom) {
         let until = Instant::now() + FLEET_HAND_OVER;
         while Instant::now() < until {
@@ -98,7 +99,7 @@ impl RoomService for Commands<'_> {
     fn before(&mut self, _wakeup: &Wakeup, open: &mut OpenRoom) -> Result<bool, RoomEnd> {
         let mut end = None;
         while let Ok(command) = self.commands.try_recv() {
-            // The receiver may be gone by now.
+            // The receiver may be gone already.
             match command {
                 AdminCommand::Players(answer) => {
                     drop(answer.send(open.room.snapshot().players.clone()));
@@ -135,7 +136,7 @@ impl RoomService for Commands<'_> {
 pub struct LeaseWatch {
     /// `None` outside a fleet.
     lease: Option<RoomLease>,
-    /// Since when the lease is over, and the room stands still.
+    /// Time since which the lease has been over and the room paused.
     still_since: Option<Instant>,
 }
 
@@ -189,7 +190,7 @@ impl<'a> Entrance<'a> {
 }
 
 impl RoomService for Entrance<'_> {
-    /// Takes the sessions that ask to come in, some at a time.
+    /// Admits waiting sessions, a limited number at a time.
     fn before(&mut self, wakeup: &Wakeup, open: &mut OpenRoom) -> Result<bool, RoomEnd> {
         let mut held = None;
         for join in self.joins.try_iter().take(JOINS_PER_WAKEUP) {
@@ -206,7 +207,7 @@ impl RoomService for Entrance<'_> {
             return Ok(());
         }
         let host = Arc::clone(&open.host);
-        // Sessions join under this lock, so none can slip in between the check and the removal.
+        // Sessions join under this lock, so none can arrive between the check and the removal.
         let mut rooms = host.lock();
         if let Ok(join) = self.joins.try_recv() {
             drop(rooms);
@@ -245,7 +246,7 @@ impl RoomService for GuestShare {
     }
 }
 
-/// Tells the clients where to ask for the room when this node falls silent, if that has changed.
+/// Tells the clients which nodes to ask for the room if this node falls silent, if those have changed.
 #[derive(Default)]
 pub struct NeighbourNews {
     /// The revision that they were told.

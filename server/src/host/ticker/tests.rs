@@ -28,7 +28,7 @@ use std::task::{Wake, Waker};
 use std::time::Instant;
 use tokio::sync::watch;
 
-/// Incarnation of the node of rooms in a fleet.
+/// Incarnation of the node that holds rooms in a fleet.
 const INCARNATION: u64 = 7;
 const HOUR: Duration = Duration::from_secs(3600);
 
@@ -94,7 +94,7 @@ fn end_of(outbox: &Outbox) -> Refusal {
     outbox.end_reason().expect("the session ended")
 }
 
-/// Runs a room on a clock that sleeps in no time; returns what becomes of its state.
+/// Runs a room on a clock that sleeps instantly. Returns the seal of its log.
 fn seal_of(mut ends: Ends) -> Option<Seal> {
     let shared = Arc::new(SharedLog::default());
     ends.shared = Some(Arc::clone(&shared));
@@ -106,31 +106,31 @@ fn seal_of(mut ends: Ends) -> Option<Seal> {
 fn a_room_seals_its_log_at_its_end_and_gives_a_state_up_that_makes_it_fail() {
     let (ends, _outside) = room("over", Duration::from_secs(1));
     assert_eq!(seal_of(ends), Some(Seal::Remove));
-    // This code makes it panic before it has played, as a fault in the records would.
+    // This code makes the room panic before it has played, as a fault in the records would.
     let (fails, _outside) = room(&"x".repeat(ROOM_CODE_BYTES_MAX + 1), Duration::MAX);
     assert_eq!(seal_of(fails), Some(Seal::Leave));
 }
 
-/// A clock that sleeps in no time.
+/// A clock that sleeps instantly.
 struct TestClock {
     now: Instant,
     sleeps: u32,
-    /// Processor time of all between two sleeps.
+    /// Processor time of the whole process between two sleeps.
     cost: Duration,
-    /// Processor time from one look at it to the next, and the looks so far.
+    /// Processor time between two readings, and the number of readings so far.
     tick_cost: Duration,
     looks: Cell<u32>,
-    /// Makes the sleep of this number longer.
+    /// Lengthens the sleep with this number.
     stall: Option<(u32, Duration)>,
-    /// Closes the server in the sleep of this number.
+    /// Closes the server during the sleep with this number.
     closes: Option<(u32, watch::Sender<Phase>)>,
-    /// Has somebody join in the sleep of this number.
+    /// Lets a session join during the sleep with this number.
     comes: Option<(u32, SyncSender<Join>, Join)>,
     /// Panics in the sleep of this number, as a bug in a game would.
     fails: Option<u32>,
     /// Renews a lease for an hour in the sleep of this number.
     renews: Option<(u32, Arc<Lease>)>,
-    /// Gives the room up in the sleep of this number.
+    /// Gives up the room during the sleep with this number.
     gives_up: Option<(u32, Arc<RoomInfo>)>,
 }
 
@@ -185,7 +185,7 @@ impl TickClock for TestClock {
     }
 }
 
-/// Plays a room to its end; returns the ticks played and the reason.
+/// Plays a room to its end. Returns the number of ticks played, and the reason for the end.
 fn play(ends: &Ends, clock: &mut TestClock) -> (u32, RoomEnd) {
     let mut ticker = Ticker::open(ends, RoomOrigin::New(1), clock).expect("it opens");
     let Err(end) = ticker.play(clock);
@@ -211,7 +211,7 @@ fn a_room_that_stands_still_goes_on_when_somebody_comes() {
     let comes = Some((200, outside.joins, join));
     let mut clock = TestClock { comes, closes: Some((300, outside.phase)), ..TestClock::new() };
     let (ticks, end) = play(&ends, &mut clock);
-    // The last wakeup finds the server closing.
+    // At the last wakeup the server is closing.
     assert_eq!((ticks, end), (60 + 99, RoomEnd::Closing));
     assert_eq!(ends.host.metrics.ticks.missed.get(), 0);
     assert_eq!(outbox.end_reason(), None);
@@ -248,7 +248,7 @@ fn a_room_that_stood_still_waits_for_its_players_as_long_as_any_other() {
     let lease = Arc::new(Lease::new(began));
     lease.set(INCARNATION, Duration::from_secs(15));
     ends.lease = Some(RoomLease::new(Arc::clone(&lease), INCARNATION));
-    // It stands still from the 15th second to the 300th.
+    // The room is paused from the 15th second to the 300th.
     let renews = Some((300 * 60, lease));
     let mut clock = TestClock { now: began, renews, ..TestClock::new() };
     let (_, end) = play(&ends, &mut clock);
@@ -298,7 +298,7 @@ fn a_guests_room_is_closed_after_the_first_tick_that_takes_too_long() {
     };
     // The stall makes five ticks due at once.
     assert_eq!(play_guest(101, 1), (1, RoomEnd::TooCostly));
-    // The share is asked after each of them, too: five seconds pay for some 25 wakeups.
+    // The share is checked after each wakeup too: five seconds pay for about 25 wakeups.
     let (ticks, end) = play_guest(99, 1);
     assert_eq!(end, RoomEnd::TooCostly);
     assert!((20..40).contains(&ticks), "{ticks} ticks");
@@ -370,7 +370,7 @@ fn ticks_of_a_long_stall_are_missed_and_the_next_ones_are_on_time() {
     let mut clock = TestClock { stall, closes: Some((200, outside.phase)), ..TestClock::new() };
     let began = clock.now;
     let (ticks, end) = play(&ends, &mut clock);
-    // The last wakeup finds the server closing, and does not play.
+    // At the last wakeup the server is closing, and nothing is played.
     let due = (clock.now - began).as_secs_f64() * 60.0 - 1.0;
     assert_eq!((end, metrics.ticks.played.get()), (RoomEnd::Closing, u64::from(ticks)));
     assert_eq!(metrics.ticks.missed.get(), 120 + 1 - u64::from(limits::CATCH_UP_TICKS_MAX));

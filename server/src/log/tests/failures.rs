@@ -1,4 +1,4 @@
-//! What happens when a disk fails, is full or stalls, reader by reader: the rows of the table in `docs/faults.md`.
+//! Behaviour of each reader when a disk fails, is full or stalls: the rows of the table in `docs/faults.md`.
 
 use super::super::writer::{LogWriter, Readers};
 use super::super::*;
@@ -13,14 +13,14 @@ use std::io;
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::time::{Duration, Instant, SystemTime};
 
-/// What a sink was given, file by file, and the error of its disk.
+/// The records that a sink received, file by file, and the error of its disk.
 #[derive(Default)]
 struct Disk {
     files: Vec<Vec<Arc<Record>>>,
     error: Option<io::ErrorKind>,
 }
 
-/// A sink whose disk is at the hands of the test.
+/// A sink whose disk is controlled by the test.
 #[derive(Clone, Default)]
 struct FakeSink(Arc<Mutex<Disk>>);
 
@@ -92,7 +92,7 @@ impl Read {
         Read { room, log, readers, policy, sink, now: Instant::now() }
     }
 
-    /// Plays on, which nothing but the budget of a scene can keep it from.
+    /// Plays further ticks.
     fn play(&mut self, ticks: u32) {
         for _ in 0..ticks {
             self.room.tick();
@@ -100,7 +100,7 @@ impl Read {
         }
     }
 
-    /// Has the writer come by after this time.
+    /// Runs the writer after this time.
     fn write(&mut self, later: Duration) {
         self.now += later;
         self.readers.step(self.now);
@@ -168,7 +168,7 @@ fn a_room_that_ends_while_its_disk_fails_is_let_go() {
         let is_kept = seal == Seal::Keep;
         read.log.end(&mut read.room, &Admission::default(), true, seal);
         read.readers.step(read.now);
-        // A state that is to be kept is tried once more.
+        // State that must be kept is tried once more.
         let errors = u64::from(!begun) + u64::from(is_kept);
         assert_eq!(read.policy.errors(), errors);
         read.readers.step(read.now + RETRY);
@@ -176,7 +176,7 @@ fn a_room_that_ends_while_its_disk_fails_is_let_go() {
     }
 }
 
-/// What a player is told who asks for a clip on this disk.
+/// The answer to a player who asks for a clip on this disk.
 fn clip_on(create: Create) -> Result<String, ClipRefusal> {
     let dir = std::env::temp_dir().join(format!("jostle-clip-{:016x}", crate::host::random()));
     let store = Arc::new(ReplayStore::new(Settings { create, ..Settings::new(dir.clone()) }));

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// A directory of its own, deleted when dropped.
+/// A unique directory, deleted when dropped.
 struct TestDir(PathBuf);
 
 impl TestDir {
@@ -30,12 +30,12 @@ impl TestDir {
 
 impl Drop for TestDir {
     fn drop(&mut self) {
-        // A test that failed before it made the directory leaves none.
+        // A test that failed early may not have created the directory.
         let _ = fs::remove_dir_all(&self.0);
     }
 }
 
-/// A room whose state is written as soon as it was played.
+/// A room whose state is written as soon as it has been played.
 struct Written {
     files: Arc<StateFiles>,
     shared: Arc<SharedLog>,
@@ -95,12 +95,12 @@ impl Written {
         }
     }
 
-    /// Ends as a process does that is told to; returns tick and hash of the game.
+    /// Ends like a process that was asked to end. Returns tick and hash of the game.
     fn close(self) -> (u32, u64) {
         self.end(Seal::Keep)
     }
 
-    /// Ends as a process does that is killed.
+    /// Ends like a process that was killed.
     fn kill(self) -> (u32, u64) {
         (self.room.game().tick_count(), self.room.game().hash())
     }
@@ -164,7 +164,7 @@ fn a_file_without_its_tail_is_restored_up_to_its_last_whole_record() {
     let dir = TestDir::new("tail");
     let mut written = Written::new(&dir, "oak");
     let path = file(&dir, "oak.jostle");
-    // It comes into its place as a whole, with the first notes.
+    // The file is put in place as a whole, with the first notes.
     let begun = fs::read(&path).expect("a file").len();
     written.join("Ann");
     written.play(50);
@@ -178,7 +178,7 @@ fn a_file_without_its_tail_is_restored_up_to_its_last_whole_record() {
         let mut room = restored(&dir);
         let tick = room.game().tick_count();
         assert!(tick <= last && room.players() <= 2);
-        // Who joined in ticks whose notes are lost leaves.
+        // A player who joined in ticks with lost notes leaves.
         room.tick();
         assert_eq!(room.game().players().count(), room.players(), "at tick {tick}");
         ticks.push(tick);
@@ -242,7 +242,7 @@ fn a_room_that_was_given_up_writes_nothing_over_the_file_of_the_next() {
     let info = Arc::new(RoomInfo::new("oak", 78, false, None, first.room.scene()));
     let room = Room::new("oak", Arc::clone(first.room.scene()), 5);
     let next = Written::among(Arc::clone(&first.files), info, room, Admission::default());
-    // Its thread wakes as the server closes.
+    // The thread of the room that was given up wakes while the server closes.
     first.play(limits::STATE_FILE_TICKS);
     first.close();
     next.kill();
@@ -253,7 +253,7 @@ fn a_room_that_was_given_up_writes_nothing_over_the_file_of_the_next() {
 fn a_room_that_could_not_be_kept_leaves_no_file_once_it_is_over() {
     let dir = TestDir::new("full");
     let mut written = Written::new(&dir, "oak");
-    // The disk stands still for longer than a clip.
+    // The disk stalls for longer than a clip.
     for _ in 0..jostle_room::log::CLIP_TICKS + 120 {
         written.room.tick();
         written.log.after_ticks(&mut written.room, &written.admission, false);
@@ -349,7 +349,7 @@ fn a_restored_room_is_written_and_restored_again() {
     assert_eq!(restored(&dir).players(), 1);
 }
 
-/// 200 bodies in one place, of which each touches each.
+/// 200 bodies in one place, each touching every other.
 const HEAP: &str = "title = \"Heap\"\nsize = [100, 100]\ngroups = [\"block\"]\npairs = [[\"block\", \"block\"]]\n\
                     [[layouts]]\nkind = \"block\"\ncount = 200\nradius = 10\narea = [[49, 49], [51, 51]]\n\
                     exact = true\ngrid = [20, 10]\n";
@@ -361,7 +361,7 @@ fn a_guests_room_whose_scene_takes_too_much_is_not_restored() {
         let scene = Arc::new(Scene::parse("guest.toml", HEAP).expect("a scene"));
         let info = RoomInfo::new("oak", 77, true, None, &scene);
         let info = Arc::new(RoomInfo { guest, ..info });
-        // As a program wrote it that did not know of the budget.
+        // The file of an older program that did not know the budget.
         let mut written = Written::of(&dir, info, Room::new("oak", scene, 5), Admission::default());
         written.play(40);
         written.kill();

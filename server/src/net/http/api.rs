@@ -37,7 +37,7 @@ pub fn scenes(state: &ServerState) -> Scenes {
     Scenes { scenes: state.rooms.scenes().iter().map(card).collect(), guest_scenes }
 }
 
-/// The answer of `GET /api/rooms`: the public ones, or those of them that `?find=TEXT` finds.
+/// The answer of `GET /api/rooms`: the public rooms, or those that match `?find=TEXT`.
 pub fn rooms(query: Option<&str>, state: &ServerState) -> Rooms {
     let card = |info: &Arc<RoomInfo>| {
         let own = state.rooms.scenes().iter().map(|scene| scene.title.as_str());
@@ -66,7 +66,7 @@ pub fn rooms(query: Option<&str>, state: &ServerState) -> Rooms {
     listed(here.chain(rooms_elsewhere(state)).filter(is_found).collect())
 }
 
-/// Leaves the liveliest of more rooms than a list has, in the order of their codes, which changes less.
+/// Reduces the list to the liveliest rooms, sorted by code, since that order is more stable.
 fn listed(mut rooms: Vec<RoomCard>) -> Rooms {
     let total = rooms.len() as u32;
     if rooms.len() > ROOMS_LISTED_MAX {
@@ -77,11 +77,11 @@ fn listed(mut rooms: Vec<RoomCard>) -> Rooms {
     Rooms { rooms, total }
 }
 
-/// The public rooms that other nodes of the fleet play.
+/// The public rooms played by other nodes of the fleet.
 fn rooms_elsewhere(state: &ServerState) -> Vec<RoomCard> {
     let Some(fleet) = &state.fleet else { return Vec::new() };
     let card = |(counts, facts): (&RoomCounts, &RoomFacts)| {
-        // The title of a guest's scene is known to its own node only.
+        // The title of a guest's scene is known only to its node.
         let scene = state.rooms.scene(&facts.scene).filter(|_| !facts.guest)?;
         Some(RoomCard {
             code: counts.code.clone(),
@@ -100,7 +100,7 @@ fn rooms_elsewhere(state: &ServerState) -> Vec<RoomCard> {
 #[serde(deny_unknown_fields)]
 struct Create {
     scene: String,
-    /// Whether the room is in no list.
+    /// Whether the room is unlisted.
     #[serde(default)]
     private: bool,
 }
@@ -134,19 +134,19 @@ pub async fn create_room(
     }
 }
 
-/// The response with a room that was opened.
+/// The response for a newly opened room.
 pub fn created(room: &Created) -> Answer {
     let (code, host_key) = (Some(room.code.clone()), Some(room.host_key.text()));
     json(StatusCode::CREATED, &Posted { code, host_key, ..Posted::default() })
 }
 
-/// The response where none was.
+/// The response if no room was opened.
 pub fn no_room(error: &CreateError, address: IpAddr, state: &ServerState) -> Answer {
     state.refused("no_room_created", address, Foreign(error.to_string().as_bytes()));
     failed(refused_status(error), &error.to_string())
 }
 
-/// Checks that there may be one more room with a scene of a guest from this address.
+/// Checks that this address may open one more room with a guest's scene.
 pub fn check_guest(creator: IpAddr, state: &ServerState) -> Result<(), CreateError> {
     state.rooms.check_guest(creator)?;
     state
@@ -155,7 +155,7 @@ pub fn check_guest(creator: IpAddr, state: &ServerState) -> Result<(), CreateErr
         .map_or(Ok(()), |fleet| check_fleet_shares(state.rooms.max(), creator, fleet))
 }
 
-/// Places a room at this node, as no other has the scene.
+/// Places a room on this node, because no other node has the scene.
 pub async fn create_guest_in_fleet(
     scene: &Arc<Scene>,
     private: bool,
@@ -183,7 +183,7 @@ pub async fn create_guest_in_fleet(
     created
 }
 
-/// Places a room at the node with the most ticks left. Clients that ask for it here are told where it is.
+/// Places a room on the node with the most spare ticks. Clients that ask for it here are sent there.
 async fn create_in_fleet(
     create: &Create,
     creator: IpAddr,
@@ -206,7 +206,8 @@ async fn create_in_fleet(
     placed_at(fleet.place(&code, facts).await, Created { code, host_key })
 }
 
-/// Checks that the networks of a creator may have one more room in the fleet, whose nodes have as many as this one.
+/// Checks that a creator's networks may have one more room in the fleet. All nodes are assumed to allow as many rooms
+/// as this one.
 fn check_fleet_shares(rooms_max: usize, creator: IpAddr, fleet: &Fleet) -> Result<(), CreateError> {
     fleet.ask(|directory| {
         let creators: Vec<_> =

@@ -1,4 +1,4 @@
-//! Bodies of responses: bytes that all connections share, and files that are read while they are sent.
+//! Bodies of responses: bytes shared by all connections, and files that are read while they are sent.
 
 use crate::files::open_regular;
 use crate::limits::connection_limits::Permit;
@@ -15,15 +15,15 @@ use tokio::task::spawn_blocking;
 /// Bytes of one frame of a body: the most that a connection holds of it beyond shared memory.
 const HTTP_FRAME_BYTES_MAX: usize = 16 << 10;
 
-/// A body of known length, sent in frames of at most [`HTTP_FRAME_BYTES_MAX`], so that a connection which has
-/// to copy them, as TLS does, never copies more than a frame ahead of its peer.
+/// A body of known length, sent in frames of at most [`HTTP_FRAME_BYTES_MAX`]. A connection that has to copy them, as
+/// TLS does, never copies more than a frame ahead of its peer.
 #[derive(Debug)]
 pub struct ResponseBody {
     source: BodySource,
     left: u64,
-    /// The connection is idle once this was sent.
+    /// Makes the connection idle after the body was sent.
     busy: Option<BusyGuard>,
-    /// Counts the response until then.
+    /// Counts the response until the body was sent.
     counted: Option<Permit>,
 }
 
@@ -44,7 +44,7 @@ enum BodySource {
 }
 
 impl ResponseBody {
-    /// A body of these bytes.
+    /// Creates a body from these bytes.
     pub fn new(bytes: Bytes) -> ResponseBody {
         ResponseBody {
             left: bytes.len() as u64,
@@ -66,12 +66,12 @@ impl ResponseBody {
         Ok(ResponseBody { source, left, busy: None, counted: None })
     }
 
-    /// Counts the response until it was sent.
+    /// Counts the response until it has been sent.
     pub fn holds(&mut self, permit: Permit) {
         self.counted = Some(permit);
     }
 
-    /// Notes that the connection is idle as soon as this was sent.
+    /// Makes the connection idle as soon as the body has been sent.
     pub fn frees(&mut self, permit: &Arc<Permit>) {
         self.busy = Some(BusyGuard(Arc::clone(permit)));
     }

@@ -1,4 +1,4 @@
-//! Rooms with scenes of guests: `POST /api/guest-rooms` with the text of a scene file.
+//! Rooms with guests' scenes: `POST /api/guest-rooms` with the text of a scene file.
 
 use super::api::{self, no_room};
 use super::read::{self, ReadError};
@@ -17,15 +17,15 @@ use std::net::IpAddr;
 use std::sync::Arc;
 use tracing::error;
 
-/// Error where guests bring no scenes.
+/// Error on a server without guests' scenes.
 const OFF: &str =
     "this server plays no scenes of guests; its host can allow them with --guest-scenes private";
-/// Error where their rooms are not listed.
+/// Error on a server that does not list such rooms.
 const UNLISTED: &str = "this server does not list rooms with scenes of guests; its host can allow it with --guest-scenes all";
-/// Error for a network whose scenes are being tried, or where too many are.
+/// Error for a network whose scenes are being tried, or if too many scenes are waiting.
 const BUSY: &str = "other scenes are being tried at the moment; try again in some seconds";
 
-/// Opens a room with the scene in the body, and answers as where any other room is opened. With `?listed=true` it is
+/// Opens a room with the scene in the body, and answers like for any other new room. With `?listed=true` the room is
 /// public, if the server allows that.
 pub async fn create_room(
     request: Request<Incoming>,
@@ -59,13 +59,13 @@ pub async fn create_room(
     }
 }
 
-/// Waits for its turn, and tries a scene.
+/// Waits for a turn, and tries a scene.
 async fn try_out(
     text: Vec<u8>,
     address: IpAddr,
     state: &ServerState,
 ) -> Result<Arc<Scene>, Answer> {
-    // Before the work, which would be for nothing. What has changed after it is checked again.
+    // Checked before the trial, which would otherwise be wasted. It is checked again after the trial.
     api::check_guest(address, state).map_err(|error| no_room(&error, address, state))?;
     match guests::try_out(text, state.config.waits, address, &state.trials).await {
         Ok(Some(Ok(scene))) => Ok(scene),
@@ -93,7 +93,7 @@ async fn open(
     }
 }
 
-/// The sentence that `jostle scene check` prints, and its parts for an editor.
+/// The error of `jostle scene check` as a sentence, and its parts for an editor.
 fn scene_refused(error: &SceneError, address: IpAddr, state: &ServerState) -> Answer {
     let sentence = error.to_string();
     state.refused("guest_scene", address, Foreign(sentence.as_bytes()));

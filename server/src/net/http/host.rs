@@ -6,18 +6,18 @@ use hyper::header::{self, HeaderMap, HeaderName};
 use hyper::{Request, Version};
 use std::net::IpAddr;
 
-/// Names by which a server may be addressed. Addresses and `localhost` are always allowed: no other site
-/// can have them.
+/// Names by which a server may be addressed. IP addresses and `localhost` are always allowed, since no other site can
+/// have them.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Hosts {
     #[default]
     Any,
-    /// These names, in lower case and without ports.
+    /// Only these names, in lower case and without ports.
     Listed(Vec<String>),
 }
 
-/// Checks that a request has one `Host`, as HTTP/1.1 demands (RFC 9112, section 3.2), and an allowed one. An
-/// error is a sentence for the client.
+/// Checks that a request has exactly one `Host` header, as HTTP/1.1 demands (RFC 9112, section 3.2), and that it is
+/// allowed. The error is a sentence for the client.
 pub fn check<T>(request: &Request<T>, allowed: &Hosts) -> Result<(), String> {
     let headers = request.headers();
     match headers.get_all(header::HOST).iter().count() {
@@ -62,7 +62,7 @@ const ONCE: [HeaderName; 5] = [
     header::SEC_WEBSOCKET_VERSION,
 ];
 
-/// Checks that none of them is doubled. An error is a sentence for the client.
+/// Checks that none of these headers is repeated. The error is a sentence for the client.
 pub fn check_once(headers: &HeaderMap) -> Result<(), String> {
     for name in ONCE {
         let count = headers.get_all(&name).iter().count();
@@ -126,7 +126,7 @@ mod tests {
             let mut headers = HeaderMap::new();
             headers.append(&name, HeaderValue::from_static("http://here"));
             assert_eq!(check_once(&headers), Ok(()));
-            // The same value too: whether it is the same is not for this to decide.
+            // An equal value counts too; this check does not compare values.
             headers.append(&name, HeaderValue::from_static("http://here"));
             let error = check_once(&headers).expect_err("two of them");
             assert!(error.contains(&format!("2 headers {name};")), "{error}");

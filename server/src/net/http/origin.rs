@@ -4,12 +4,12 @@ use hyper::header::{self, HeaderMap};
 use ipnet::IpNet;
 use std::net::{IpAddr, SocketAddr};
 
-/// Header in which a proxy names its clients.
+/// Header in which a proxy lists its clients.
 const FORWARDED_FOR: &str = "x-forwarded-for";
 
-/// Returns whether a page of this site, or of an allowed one, sent the request. Browsers send the origin
-/// with every upgrade and every POST, so that no other site can play in its visitors' names; other
-/// programs send none, and are allowed. `allowed` holds origins such as `https://play.example.org`.
+/// Returns whether a page of this site, or of an allowed one, sent the request. Browsers send the origin with every
+/// upgrade and every POST, so that no other site can act on behalf of its visitors. Other programs send none, and are
+/// allowed. `allowed` holds origins such as `https://play.example.org`.
 pub fn is_allowed(headers: &HeaderMap, allowed: &[String]) -> bool {
     let Some(origin) = headers.get(header::ORIGIN) else { return true };
     let Ok(origin) = origin.to_str() else { return false };
@@ -17,13 +17,13 @@ pub fn is_allowed(headers: &HeaderMap, allowed: &[String]) -> bool {
         return true;
     }
     let Some((scheme, authority)) = origin.split_once("://") else { return false };
-    // Only of these is the authority a host: an extension of a browser may be named as this server is.
+    // Only with these schemes is the authority a host; a browser extension may have the same name as this server.
     let is_secure = scheme.eq_ignore_ascii_case("https");
     if !is_secure && !scheme.eq_ignore_ascii_case("http") {
         return false;
     }
     let host = headers.get(header::HOST).and_then(|host| host.to_str().ok());
-    // A proxy that ends TLS passes the host on without a port, or with the default one.
+    // A proxy that terminates TLS may pass on the host without a port, or with the default port.
     let bare = |text: &str| {
         let port = if is_secure { ":443" } else { ":80" };
         text.strip_suffix(port).unwrap_or(text).to_ascii_lowercase()
@@ -34,15 +34,14 @@ pub fn is_allowed(headers: &HeaderMap, allowed: &[String]) -> bool {
 /// The client of a request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ClientAddress {
-    /// Address that it counts for.
+    /// Address to which the request is attributed.
     pub ip: IpAddr,
-    /// Text of a trusted proxy in place of an address; the request counts for the proxy then.
+    /// Text from a trusted proxy that is not an address; the request is then attributed to the proxy.
     pub unreadable: Option<String>,
 }
 
-/// The address that a request counts for. A trusted proxy is believed about the address before it; the
-/// last address in its list that is no trusted proxy is the client's, for all before it could be
-/// forged.
+/// The address to which a request is attributed. A trusted proxy is believed about the address before it in its list.
+/// The last address that is not a trusted proxy is the client's; all addresses before it could be forged.
 pub fn client_address(headers: &HeaderMap, peer: IpAddr, trusted: &[IpNet]) -> ClientAddress {
     let mut client = ClientAddress { ip: peer, unreadable: None };
     if !is_proxy(peer, trusted) {
@@ -65,13 +64,13 @@ pub fn client_address(headers: &HeaderMap, peer: IpAddr, trusted: &[IpNet]) -> C
     client
 }
 
-/// Whether an address is that of a trusted proxy.
+/// Whether an address belongs to a trusted proxy.
 pub fn is_proxy(ip: IpAddr, trusted: &[IpNet]) -> bool {
     let ip = ip.to_canonical();
     trusted.iter().any(|network| network.contains(&ip))
 }
 
-/// Reads an address as proxies write it: plain, with a port, or in brackets with or without one.
+/// Parses an address as proxies write it: plain, with a port, or in brackets with or without one.
 fn forwarded_address(text: &str) -> Option<IpAddr> {
     let bracketed = || text.strip_prefix('[')?.strip_suffix(']')?.parse().ok();
     let with_port = || text.parse().ok().map(|address: SocketAddr| address.ip());
@@ -118,7 +117,7 @@ mod tests {
         text.parse().unwrap()
     }
 
-    /// The client as told by proxies at 10.0.0.9, in 10.1.0.0/16 and in a network of IPv6.
+    /// The client's address, with trusted proxies at 10.0.0.9, in 10.1.0.0/16 and in an IPv6 network.
     fn client(peer: &str, listed: &'static str) -> ClientAddress {
         let trusted = ["10.0.0.9/32", "10.1.0.0/16", "2001:db8:1::/48"];
         let trusted = trusted.map(|text| text.parse().unwrap());

@@ -1,4 +1,4 @@
-//! The page, its files and the links of rooms.
+//! The page, its files, and room links.
 
 use super::response::{Answer, TEXT, accepts, not_found, respond};
 use crate::host::rooms::is_code;
@@ -9,11 +9,11 @@ use hyper::body::Bytes;
 use hyper::header::{self, HeaderMap, HeaderValue};
 use percent_encoding::percent_decode_str;
 
-/// A year is as long as browsers keep anything.
+/// A year, the longest time that browsers cache anything.
 const FOR_GOOD: &str = "public, max-age=31536000, immutable";
 
-/// Serves the link of a room, or a mistyped one. The page itself shows when there is no such room;
-/// the status shows it to others.
+/// Serves the page for a room's link, or for a mistyped one. The page itself shows that a room does not exist; other
+/// clients can see it from the status.
 pub fn room_page(headers: &HeaderMap, word: &str, state: &ServerState) -> Answer {
     match meant_code(word) {
         _ if state.knows_room(word) => page(state.config.files, headers, StatusCode::OK),
@@ -22,15 +22,15 @@ pub fn room_page(headers: &HeaderMap, word: &str, state: &ServerState) -> Answer
     }
 }
 
-/// The code that a link means even if it was typed by hand, capitalised by a phone, or copied
-/// with the space or the slash after it.
+/// The room code that a link means, even if it was typed by hand, capitalised by a phone, or copied with a trailing
+/// space or slash.
 pub fn meant_code(word: &str) -> Option<String> {
     let text = percent_decode_str(word).decode_utf8().ok()?;
     let code = text.trim_matches(|c: char| c == '/' || c.is_whitespace()).to_ascii_lowercase();
     is_code(&code).then_some(code)
 }
 
-/// Redirects a browser to a room's own link.
+/// Redirects a browser to the canonical link of a room.
 fn redirect(code: &str) -> Answer {
     let mut answer = respond(StatusCode::FOUND, TEXT, "This room has another link.\n");
     let link = HeaderValue::try_from(format!("/{code}")).expect("codes are plain ASCII");
@@ -38,7 +38,7 @@ fn redirect(code: &str) -> Answer {
     answer
 }
 
-/// Serves the page with this status, or says how to build it.
+/// Serves the page with this status, or instructions to build it.
 pub fn page(files: &'static [AssetFile], headers: &HeaderMap, status: StatusCode) -> Answer {
     match assets::find(files, "index.html") {
         Some(file) => served(files, headers, file, status),
@@ -46,8 +46,8 @@ pub fn page(files: &'static [AssetFile], headers: &HeaderMap, status: StatusCode
     }
 }
 
-/// Serves a file of the page. Under an address with the version of this build browsers keep it for good.
-/// A document of another build gets the file of this one, as without a version.
+/// Serves a file of the page. Under an address with this build's version, browsers may cache it permanently. A page of
+/// another build gets this build's file, as without a version.
 pub fn asset(files: &'static [AssetFile], headers: &HeaderMap, name: &str) -> Answer {
     let versioned = name.split_once('/').filter(|(word, _)| word.starts_with("v-"));
     let (version, name) = versioned.map_or((None, name), |(word, name)| (Some(word), name));
@@ -59,7 +59,7 @@ pub fn asset(files: &'static [AssetFile], headers: &HeaderMap, name: &str) -> An
     answer
 }
 
-/// Serves a file. Browsers must revalidate it each time; the ETag makes that cheap.
+/// Serves a file. Browsers must revalidate it each time, which the ETag makes cheap.
 fn served(
     files: &'static [AssetFile],
     headers: &HeaderMap,

@@ -1,4 +1,4 @@
-//! Bodies of requests: bounded in length and time.
+//! Bodies of requests, with limits on length and time.
 
 use super::response::{Answer, busy, failed};
 use crate::host::Phase;
@@ -13,13 +13,13 @@ use tokio::time::timeout;
 /// Error of [`body`].
 #[derive(Debug)]
 pub enum ReadError {
-    /// It is longer than allowed.
+    /// The body is longer than allowed.
     TooLong,
-    /// The connection broke, or the body is no HTTP.
+    /// The connection broke, or the body is not valid HTTP.
     Broken,
-    /// It did not come in time.
+    /// The body did not arrive in time.
     Late,
-    /// Too many long ones are being received, by this network or in all.
+    /// Too many long bodies are being received, from this network or in total.
     Busy,
     Closing,
 }
@@ -44,8 +44,8 @@ pub async fn body(
     }
 }
 
-/// Reads a body that may be long, of a client of this address. Of these few are received at a time: one that comes slowly
-/// gives way to that of a network which sends fewer.
+/// Reads a possibly long body from a client of this address. Only a few of them are received at a time. A slow one is
+/// dropped in favour of one from a network that sends fewer.
 pub async fn long_body(
     request: Request<Incoming>,
     bytes_max: usize,
@@ -67,7 +67,7 @@ pub async fn long_body(
 }
 
 impl ReadError {
-    /// The response to it.
+    /// The response to this error.
     pub fn answer(&self, bytes_max: usize) -> Answer {
         match self {
             ReadError::TooLong => {

@@ -17,12 +17,12 @@ use std::net::IpAddr;
 use std::sync::Arc;
 use tracing::error;
 
-/// Error where nothing is kept.
+/// Error on a server that keeps no runs.
 const OFF: &str = "this server keeps no records; its host can have it keep them with --state DIR or --replays DIR";
-/// Error for a network whose runs are being checked, or where too many are.
+/// Error for a network whose runs are being verified, or if too many runs are waiting.
 const BUSY: &str = "other runs are being checked at the moment; try again in some seconds";
 
-/// The best run of each scene, or the best ones of `?scene=NAME`.
+/// The best run of each scene, or all best runs of `?scene=NAME`.
 pub fn list(query: Option<&str>, kept: Option<&runs::Records>) -> Answer {
     let wanted = query.and_then(|query| query.strip_prefix("scene="));
     let tables = kept.map_or_else(Vec::new, runs::Records::tables);
@@ -58,13 +58,13 @@ fn card(record: &Record) -> RecordCard {
     }
 }
 
-/// Plays the replay in the body again, and enters its best run.
+/// Verifies the replay in the body by playing it, and enters its best run.
 pub async fn submit(request: Request<Incoming>, address: IpAddr, state: &ServerState) -> Answer {
     let Some(records) = &state.records else {
         state.refused("records_off", address, "a run");
         return failed(StatusCode::FORBIDDEN, OFF);
     };
-    // Before a place is taken, so that none is held by a client that sends nothing.
+    // The body is read before a place is taken, so that a client that sends nothing holds none.
     let bytes = match read::long_body(request, limits::RUN_BYTES_MAX, address, state).await {
         Ok(bytes) => bytes.to_vec(),
         Err(error) => return error.answer(limits::RUN_BYTES_MAX),

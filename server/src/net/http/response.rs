@@ -12,10 +12,10 @@ use tungstenite::handshake::server::create_response_with_body;
 /// Content type of plain text.
 pub const TEXT: &str = "text/plain; charset=utf-8";
 
-/// Level of packing: higher ones make 6 kB of scenes no smaller.
+/// Compression level. Higher ones make 6 kB of scenes no smaller.
 const PACKING_LEVEL: u8 = 6;
 
-/// Seconds after which a client that was sent away comes again: most trials are over by then.
+/// Seconds after which a refused client may try again; most trials are over by then.
 const BUSY_RETRY: HeaderValue = HeaderValue::from_static("3");
 
 /// A response of either port.
@@ -34,24 +34,24 @@ pub fn respond(status: StatusCode, content_type: &'static str, body: impl Into<B
     answer
 }
 
-/// A response that no cache keeps.
+/// Builds a response that must not be cached.
 pub fn uncached(status: StatusCode, content_type: &'static str, body: impl Into<Bytes>) -> Answer {
     let mut answer = respond(status, content_type, body);
     answer.headers_mut().insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
     answer
 }
 
-/// A JSON response that no cache keeps.
+/// Builds a JSON response that must not be cached.
 pub fn json(status: StatusCode, value: &impl Serialize) -> Answer {
     let body = serde_json::to_vec(value).expect("it holds strings and numbers only");
     uncached(status, "application/json", body)
 }
 
-/// The same for lists, which every visitor asks for again and again: deflated if the browser takes that.
+/// Like [`json`], for lists, which every visitor polls: deflated if the browser accepts it.
 pub fn packed(headers: &HeaderMap, value: &impl Serialize) -> Answer {
     let plain = serde_json::to_vec(value).expect("it holds strings and numbers only");
     let packs = accepts(headers, "deflate");
-    // HTTP calls the format of zlib by this name (RFC 9110, 8.4.1.2).
+    // HTTP uses this name for the zlib format (RFC 9110, 8.4.1.2).
     let body = if packs { compress_to_vec_zlib(&plain, PACKING_LEVEL) } else { plain };
     let mut answer = uncached(StatusCode::OK, "application/json", body);
     answer.headers_mut().insert(header::VARY, HeaderValue::from_static("accept-encoding"));
@@ -61,7 +61,7 @@ pub fn packed(headers: &HeaderMap, value: &impl Serialize) -> Answer {
     answer
 }
 
-/// Returns whether a browser takes bodies in a coding.
+/// Returns whether a browser accepts this content coding.
 pub fn accepts(headers: &HeaderMap, coding: &str) -> bool {
     let values = headers.get_all(header::ACCEPT_ENCODING).iter();
     let mut offers =
@@ -78,14 +78,14 @@ pub fn failed(status: StatusCode, error: &str) -> Answer {
     json(status, &Posted { error: Some(error.to_owned()), ..Posted::default() })
 }
 
-/// The response to a client for whose request there is no place at the moment.
+/// The response to a client if the server is too busy for its request.
 pub fn busy(error: &str) -> Answer {
     let mut answer = failed(StatusCode::SERVICE_UNAVAILABLE, error);
     answer.headers_mut().insert(header::RETRY_AFTER, BUSY_RETRY);
     answer
 }
 
-/// The response for a path that leads nowhere.
+/// The response for an unknown path.
 pub fn not_found() -> Answer {
     respond(StatusCode::NOT_FOUND, TEXT, "Nothing here. The playground is at /\n")
 }

@@ -1,4 +1,4 @@
-//! Calls of the sidecar's REST API, each with a time limit and over a connection of its own: there is one every two
+//! Calls to the sidecar's REST API, each with a time limit and a new connection, since they occur only every two
 //! seconds.
 
 use crate::ops::metrics::Metrics;
@@ -18,10 +18,10 @@ use tokio::net::TcpStream;
 use tokio::time::timeout;
 use tracing::{info, warn};
 
-/// Bytes of an answer: those of a game server hold its labels and annotations, which Kubernetes bounds at 256 KiB.
+/// Longest answer, bytes: that of a game server holds its labels and annotations, which Kubernetes limits to 256 KiB.
 const AGONES_ANSWER_BYTES_MAX: usize = 1 << 20;
 
-/// Path of the counter of rooms. Agones calls it after the name in the fleet's spec.
+/// Path of the counter of rooms. It contains the counter's name from the fleet's spec.
 const COUNTER: &str = "/v1beta1/counters/rooms";
 
 /// The reason why a call failed.
@@ -30,10 +30,10 @@ pub enum CallError {
     /// No answer came in time.
     #[error("no answer in time")]
     Late,
-    /// The connection failed, or what came is no answer.
+    /// The connection failed, or the answer was invalid.
     #[error(transparent)]
     Broken(#[from] Box<dyn Error + Send + Sync>),
-    /// The answer is not 200; the sidecar's words.
+    /// The answer has another status than 200; holds the sidecar's text.
     #[error("{0}: {1}")]
     Status(StatusCode, String),
 }
@@ -42,20 +42,20 @@ pub struct Sidecar {
     address: SocketAddr,
     answer: Duration,
     metrics: Arc<Metrics>,
-    /// Whether it did not answer the last call.
+    /// Whether the last call was not answered.
     is_silent: AtomicBool,
-    /// Whether it has refused a call.
+    /// Whether a call has been refused.
     has_refused: AtomicBool,
 }
 
 impl Sidecar {
-    /// One that is given this time to answer.
+    /// Creates a client that allows the sidecar this time to answer.
     pub fn new(address: SocketAddr, answer: Duration, metrics: Arc<Metrics>) -> Sidecar {
         let (is_silent, has_refused) = Default::default();
         Sidecar { address, answer, metrics, is_silent, has_refused }
     }
 
-    /// The server takes players.
+    /// Reports that the server accepts players.
     pub async fn ready(&self) -> Result<(), CallError> {
         self.call(Method::POST, "/ready", &json!({})).await.map(drop)
     }
@@ -64,21 +64,21 @@ impl Sidecar {
         self.call(Method::POST, "/health", &json!({})).await.map(drop)
     }
 
-    /// The server has ended, or will.
+    /// Reports that the server has ended, or is about to.
     pub async fn shutdown(&self) -> Result<(), CallError> {
         self.call(Method::POST, "/shutdown", &json!({})).await.map(drop)
     }
 
-    /// Whether the allocator has sent players here.
+    /// Returns whether the allocator has sent players to this server.
     pub async fn is_allocated(&self) -> Result<bool, CallError> {
         let game_server = self.call(Method::GET, "/gameserver", &Value::Null).await?;
         Ok(game_server["status"]["state"] == "Allocated")
     }
 
-    /// Rooms that are counted.
+    /// The current count of rooms.
     pub async fn count(&self) -> Result<usize, CallError> {
         let counter = self.call(Method::GET, COUNTER, &Value::Null).await?;
-        // Numbers of 64 bits are texts. A field that is zero may be left out.
+        // 64-bit numbers are strings. A field that is zero may be omitted.
         match &counter["count"] {
             Value::Null => Ok(0),
             Value::String(count) => {
@@ -88,13 +88,13 @@ impl Sidecar {
         }
     }
 
-    /// Sets the count and the capacity.
+    /// Sets the counter's count and capacity.
     pub async fn set_counter(&self, count: usize, capacity: usize) -> Result<(), CallError> {
         let counter = json!({"count": count.to_string(), "capacity": capacity.to_string()});
         self.exchange_in_time(Method::PATCH, COUNTER, &counter).await.map(drop)
     }
 
-    /// Takes rooms off the count.
+    /// Subtracts rooms from the count.
     pub async fn count_down(&self, rooms: usize) -> Result<(), CallError> {
         let change = json!({"countDiff": format!("-{rooms}")});
         self.call(Method::PATCH, COUNTER, &change).await.map(drop)
@@ -158,7 +158,7 @@ impl Sidecar {
                 }
             }
         };
-        // The connection ends with its only request, or says by the answer how it failed.
+        // The connection ends after its only request; if it failed, the answer says how.
         let (answer, _) = tokio::join!(answer, connection);
         answer
     }

@@ -1,4 +1,4 @@
-//! Which rooms have closed, and what follows from it for Agones.
+//! Watches which rooms have closed, and informs Agones.
 
 use super::sidecar::{CallError, Sidecar};
 use std::collections::BTreeSet;
@@ -6,31 +6,31 @@ use std::time::Duration;
 use tokio::time::Instant;
 use tracing::info;
 
-/// Looks after the rooms of a game server.
+/// Watches the rooms of a game server.
 pub struct RoomWatch<'a> {
     sidecar: &'a Sidecar,
-    /// Numbers of the rooms that were open at the last look.
+    /// Numbers of the rooms that were open at the last check.
     open: BTreeSet<u64>,
     /// The counter of rooms, if the game server has one.
     counter: Option<Counter>,
-    /// Set when the last room has closed, until another opens.
+    /// Set when the last room has closed, until another one opens.
     is_done: bool,
 }
 
 /// The counter of rooms.
 pub struct Counter {
-    /// Its value at the last look.
+    /// The counter's value at the last check.
     count: usize,
-    /// When the allocator was last seen to count up.
+    /// Time when the allocator was last seen to increase the counter.
     rose: Instant,
-    /// Time in which players come once the allocator has counted their room.
+    /// Time within which players should arrive after the allocator has counted their room.
     patience: Duration,
-    /// Rooms that have closed and may still be counted.
+    /// Number of rooms that have closed and may still be counted.
     closed: usize,
 }
 
 impl<'a> RoomWatch<'a> {
-    /// With these rooms at first.
+    /// Starts with these open rooms.
     pub fn new(
         sidecar: &'a Sidecar,
         open: BTreeSet<u64>,
@@ -39,7 +39,7 @@ impl<'a> RoomWatch<'a> {
         RoomWatch { sidecar, open, counter, is_done: false }
     }
 
-    /// Takes note of the rooms that are open now, by their numbers. What fails is done at the next look.
+    /// Updates the set of open rooms, given by number. If a call fails, it is repeated at the next check.
     pub async fn look(&mut self, open: BTreeSet<u64>) -> Result<(), CallError> {
         let closed = self.open.difference(&open).count();
         self.open = open;
@@ -56,7 +56,8 @@ impl<'a> RoomWatch<'a> {
         Ok(())
     }
 
-    /// Ends a game server that the allocator sent players to. Any other goes on: they may come yet.
+    /// Ends a game server to which the allocator has sent players. Other servers continue, since players may still
+    /// come.
     async fn end_if_allocated(&self) -> Result<(), CallError> {
         if self.sidecar.is_allocated().await? {
             self.sidecar.shutdown().await?;
@@ -72,15 +73,16 @@ impl Counter {
         Counter { count, rose: Instant::now(), patience, closed: 0 }
     }
 
-    /// Reads the counter, and takes off it the rooms that have closed and those to which no players came in time; true if
-    /// there were such.
+    /// Reads the counter, and subtracts the rooms that have closed and those to which no players came in time. Returns
+    /// whether there were any of the latter.
     ///
-    /// The allocator counts up when it sends players here, and the server only counts down: the sidecar gathers
-    /// changes, and if both set the count, one would undo the other's. Where the sum of two changes leaves the range
-    /// from zero to the capacity, Agones cuts it off without a word. So the count is read before and after each change
-    /// instead of believing the answer, and what a lost answer did shows then.
+    /// The allocator counts up when it sends players here, and the server only counts down. The sidecar batches
+    /// changes, so if both set the count, one would undo the other's change. If the sum of two changes leaves the range
+    /// from zero to the capacity, Agones clamps it silently. So the count is read before and after each change, and the
+    /// answer is not trusted; this also reveals the effect of a lost answer.
     ///
-    /// No more is taken off than keeps the open rooms counted: players may have opened some without the allocator.
+    /// The count stays at least as high as the number of open rooms, since players may have opened some without the
+    /// allocator.
     async fn look(&mut self, sidecar: &Sidecar, open: usize) -> Result<bool, CallError> {
         self.read(sidecar).await?;
         let spare = self.count.saturating_sub(open);

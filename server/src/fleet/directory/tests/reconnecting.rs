@@ -1,8 +1,8 @@
-//! A store that is back: with everything, without its last writes, or empty.
+//! A store that comes back: complete, without its last writes, or empty.
 
 use super::*;
 
-/// Connects again at this time, with these entries of rooms and none of nodes.
+/// Reconnects at this time, with these entries of rooms and none of nodes.
 fn connect(directory: &mut Directory, forgot: bool, rooms: &[(&str, Entry, Revision)], now: Time) {
     directory.connected(forgot, now);
     for (code, entry, revision) in rooms {
@@ -28,7 +28,7 @@ fn a_room_that_is_played_is_written_back_into_an_empty_store() {
     connect(&mut directory, true, &[], s(5.0));
     assert_eq!(directory.locate("x"), Located::Lost, "its node may write it back");
     register_again(&mut directory, s(5.1));
-    // It had no entry any more, so this one is new.
+    // The room had no entry any more, so this one is new.
     let back = Action::Write(room_key("y"), room(owner("a", A + 1), 2), 0);
     assert_eq!(polled(&mut directory, s(5.6)), [back]);
     directory.answered(room_key("y"), Answer::Done(1), s(5.7));
@@ -54,7 +54,7 @@ fn a_room_whose_lease_was_over_is_written_back_after_others_had_time_to() {
     assert!(directory.take_actions().contains(&Action::Stop("y".into(), None)));
 }
 
-/// A new connection to an empty store begins twice: once for the other server, once for its new buckets.
+/// A new connection to an empty store raises doubt twice: for the different server, and for its new buckets.
 #[test]
 fn a_second_doubt_right_after_the_first_takes_no_room_away() {
     let mut directory = playing();
@@ -98,7 +98,7 @@ fn a_room_that_this_node_had_before_is_not_opened_while_another_may_play_it() {
     let mut directory = playing();
     directory.changed(written(room_key("y"), room(owner("b", 7), 2), 3), s(0.5));
     directory.take_actions();
-    // The store has forgotten that b claimed it.
+    // The store has forgotten that b claimed the room.
     connect(&mut directory, true, &[("y", room(owner("a", A), 1), 2)], s(5.0));
     directory.poll(s(5.0));
     directory.looked(node_key("a"), Some((node(A, 10, 0.0), 1)), s(5.1));
@@ -121,7 +121,7 @@ fn after_an_outage_rooms_stay_where_they_were() {
     assert_eq!(polled(&mut directory, s(30.7)), [again]);
     directory.looked(node_key("b"), None, s(30.8));
     assert_eq!(polled(&mut directory, s(49.0)), [], "b may be about to connect");
-    // As it is, it takes up its own room.
+    // When b connects, it claims its room itself.
     directory.changed(written(node_key("b"), node(8, 0, 0.5), 30), s(49.1));
     directory.changed(written(room_key("x"), room(owner("b", 8), 2), 3), s(49.2));
     assert_eq!(polled(&mut directory, s(55.0)), []);

@@ -1,4 +1,4 @@
-//! The task of a room against a stream whose network is at the hands of the test.
+//! A room's task against a stream whose network is controlled by the test.
 
 use super::*;
 use crate::log::{Policy, STATE, SharedLog};
@@ -9,7 +9,7 @@ use tokio::sync::mpsc;
 const CODE: &str = "k7f3q2";
 /// Number of the first message that the task sends.
 const FIRST_WRITER: u64 = 100;
-/// The message of the node itself by which it took the room over.
+/// The message with which the node took over the room.
 const TAKEN_OVER: Kept = Kept { sequence: 1, writer: FIRST_WRITER - 1, epoch: 1 };
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,7 +26,7 @@ enum Request {
     Purge { before: Sequence },
 }
 
-/// A stream with the messages of one room. While it is cut off, the connection keeps all requests, and no answer comes.
+/// A stream with the messages of one room. While it is cut off, the connection holds all requests, and no answers come.
 #[derive(Clone, Default)]
 struct Stream {
     state: Arc<Mutex<State>>,
@@ -37,7 +37,7 @@ struct State {
     kept: Vec<Kept>,
     sequences: Sequence,
     is_cut_off: bool,
-    /// Whether it is cut off by the next purge.
+    /// Whether the next purge cuts the stream off.
     falls_silent: bool,
     waiting: Vec<Request>,
 }
@@ -96,7 +96,7 @@ impl Stream {
         self.with(|state| state.is_cut_off = true);
     }
 
-    /// The connection is made again, and passes on what it kept. Another node may have written `before` that.
+    /// Re-establishes the connection, and delivers the requests it held. `before` that, another node may write.
     fn comes_back(&self, before: impl FnOnce(&mut State)) {
         self.with(|state| {
             state.is_cut_off = false;
@@ -133,10 +133,10 @@ impl RecordStream for Stream {
     }
 }
 
-/// The task of a room, which runs beside the test.
+/// The task of a room, running beside the test.
 struct Room {
     work: mpsc::UnboundedSender<NextWrite>,
-    /// Files that were given up.
+    /// Number of files that were given up.
     failed: Arc<AtomicU32>,
     outcomes: mpsc::UnboundedReceiver<RoomOutcome>,
     shared: Arc<RoomTaskContext>,
@@ -187,7 +187,7 @@ impl Room {
     }
 }
 
-/// Waits until a condition holds. The time of these tests stands still but while all tasks wait.
+/// Waits until a condition holds. The clock of these tests advances only while all tasks wait.
 async fn until(is_so: impl Fn() -> bool) {
     while !is_so() {
         sleep(RETRY / 10).await;

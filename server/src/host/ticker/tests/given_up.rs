@@ -1,10 +1,10 @@
-//! Rooms whose thread wakes after they were given up.
+//! Rooms whose thread wakes after the room was given up.
 
 use super::*;
 
 #[test]
 fn a_room_that_was_given_up_leaves_the_records_of_its_name_alone() {
-    // Its thread wakes as it plays, as the server closes, or as it stands still without a lease.
+    // The thread wakes while it plays, while the server closes, or while it is paused without a lease.
     for (closes, has_lease) in [(false, true), (true, true), (false, false)] {
         let (mut ends, outside) = room("given-up", Duration::MAX);
         let shared = Arc::new(SharedLog::default());
@@ -13,7 +13,7 @@ fn a_room_that_was_given_up_leaves_the_records_of_its_name_alone() {
         ends.lease = (!has_lease).then(|| RoomLease::new(lease, INCARNATION));
         let mut clock = TestClock {
             gives_up: Some((1, Arc::clone(&ends.info))),
-            // Else it would stand still for ever.
+            // Otherwise the room would stay paused forever.
             closes: Some((if closes { 1 } else { 100 }, outside.phase.clone())),
             ..TestClock::new()
         };
@@ -25,7 +25,7 @@ fn a_room_that_was_given_up_leaves_the_records_of_its_name_alone() {
 #[test]
 fn a_room_that_was_given_up_before_it_failed_leaves_the_records_of_its_name_alone() {
     for given_up in [false, true] {
-        // This code makes it panic before it has played.
+        // This code makes the room panic before it has played.
         let (ends, _outside) = room(&"x".repeat(ROOM_CODE_BYTES_MAX + 1), Duration::MAX);
         if given_up {
             ends.info.given_up.cancel();

@@ -1,9 +1,9 @@
-//! Spectators: what they may do, and how many there may be.
+//! Spectators: their rights, and their limits.
 
 use super::*;
 
-/// Plays a room with a player for some ticks, with or without spectators who send all that there is; returns the state
-/// hash of each tick and what was ignored.
+/// Plays a room with a player for some ticks, with or without spectators who send every kind of message. Returns the
+/// state hash of each tick, and the metrics.
 fn hashes(watched: bool) -> (Vec<u64>, String) {
     let (ends, _outside) = room("watched", Duration::MAX);
     let mut open = open(&ends).open;
@@ -51,7 +51,7 @@ fn hashes(watched: bool) -> (Vec<u64>, String) {
 fn a_spectator_changes_nothing() {
     let (watched, metrics) = hashes(true);
     assert_eq!(watched, hashes(false).0);
-    // Of six messages all but the view.
+    // All of the six messages except the view.
     let ignored = "jostle_messages_ignored_total{kind=\"spectator\"} 3000";
     assert!(metrics.contains(ignored), "{metrics}");
 }

@@ -1,4 +1,4 @@
-//! Bytes that sessions are sent by a clock of the test's own.
+//! Bytes sent to sessions, measured on a simulated clock.
 
 use super::*;
 use crate::limits::{ADDRESS_UPLINK_SHARE, GUESTS_UPLINK_SHARE, UPLINK_BURST_SECONDS};
@@ -27,10 +27,10 @@ restitution = 1
 friction = 0
 "#;
 const SECONDS: u32 = 10;
-/// Sessions that read what they are sent; of the others only bytes are counted.
+/// Number of sessions that decode their messages; for the others only bytes are counted.
 const READERS: usize = 6;
 
-/// A session, and what it was sent.
+/// A session, and its received messages.
 struct Session {
     _inbox: InboxSender<Option<ClientMessage>>,
     outbox: Arc<Outbox>,
@@ -47,7 +47,7 @@ impl Session {
         Session { _inbox: inbox, outbox, stream, bytes: 0, snapshots: 0 }
     }
 
-    /// Receives what waits, and has to be able to decode it.
+    /// Receives the waiting messages, and checks that they can be decoded.
     fn receive(&mut self, reads: bool) {
         while let NextToSend::Message(bytes) = self.outbox.take() {
             self.bytes += bytes.len();
@@ -63,8 +63,8 @@ impl Session {
     }
 }
 
-/// Plays a guest's room with 120 spectators of two addresses and a player of a third, with this uplink. Returns bytes a
-/// second of all, the messages to the player, and the least to a spectator.
+/// Plays a guest's room with this uplink, 120 spectators from two addresses and a player from a third. Returns the
+/// total bytes per second, the messages to the player, and the fewest messages to a spectator.
 fn crowd(megabits: u32) -> (usize, u32, u32) {
     let (mut ends, _outside) = room("crowd", Duration::MAX);
     let began = Instant::now();
@@ -99,7 +99,7 @@ fn crowd(megabits: u32) -> (usize, u32, u32) {
 fn a_crowd_in_a_guests_room_is_sent_what_the_uplink_allows_and_a_player_everything() {
     let ticks = SECONDS * TICKS_PER_SECOND;
     let (unlimited, of_player, least) = crowd(100_000);
-    // And the welcome.
+    // One more message is the welcome.
     assert_eq!((of_player, least), (ticks + 1, ticks + 1));
     let megabits = 20;
     let (sent, of_player, least) = crowd(megabits);
