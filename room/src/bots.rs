@@ -1,5 +1,5 @@
-//! Bots: players of the room itself that take seats until people come (`round.fill` of a scene). They
-//! see what players see, and their inputs are recorded like anybody's, so that a replay needs none.
+//! Bots: players run by the room that take seats until people come (`round.fill` in a scene). They see only the things
+//! that players see, and their inputs are recorded like those of people, so that a replay needs no bots.
 
 mod aims;
 mod bot;
@@ -13,9 +13,9 @@ use jostle_protocol::limits::COLORS;
 use jostle_sim::Rng;
 use terrain::Terrain;
 
-/// Ticks between two looks at what stands in the way.
+/// Ticks between two surveys of the obstacles.
 const SURVEY_TICKS: u32 = 30;
-/// The stream of the seed from which bots take their chances.
+/// Random stream of the seed that the bots use.
 const STREAM: u64 = 0x626f_7473;
 const NAMES: [&str; 8] = [
     "Bot Ada",
@@ -30,7 +30,7 @@ const NAMES: [&str; 8] = [
 
 /// The bots of a room.
 pub(crate) struct Bots {
-    /// Seats that bots take until people come.
+    /// Number of seats to fill with bots while people are missing.
     fill: usize,
     aims: Aims,
     terrain: Terrain,
@@ -40,13 +40,13 @@ pub(crate) struct Bots {
 }
 
 impl Bots {
-    /// The bots of a game; `None` if its scene asks for none.
+    /// Creates the bots of a game; `None` if its scene uses no bots.
     pub fn of(game: &Game, seed: u64) -> Option<Bots> {
         let fill = game.scene().rules.round.as_ref()?.fill;
         Bots::filling(game, seed, usize::from(fill))
     }
 
-    /// Bots that take seats until this many are taken; `None` without a seat or a hero for them.
+    /// Creates bots that fill the room up to this many taken seats; `None` if `fill` is 0 or the scene has no hero.
     pub fn filling(game: &Game, seed: u64, fill: usize) -> Option<Bots> {
         let scene = game.scene();
         let hero = scene.hero.as_ref().filter(|_| fill > 0)?;
@@ -55,22 +55,22 @@ impl Bots {
         Some(Bots { fill, aims, terrain, bots: Vec::new(), rng })
     }
 
-    /// Seats that bots take until people come.
+    /// Number of seats to fill with bots while people are missing.
     pub fn fill(&self) -> usize {
         self.fill
     }
 
-    /// Has bots take so many seats, at most as many as the scene says.
+    /// Lowers the number of seats to fill with bots; it never exceeds the scene's.
     pub fn set_fill(&mut self, fill: usize) {
         self.fill = self.fill.min(fill);
     }
 
-    /// How many there are.
+    /// Number of bots.
     pub fn count(&self) -> usize {
         self.bots.len()
     }
 
-    /// How many there are to be beside so many people.
+    /// Number of bots wanted beside this many people.
     pub fn wanted(&self, people: usize) -> usize {
         if people == 0 { 0 } else { self.fill.saturating_sub(people) }
     }
@@ -80,7 +80,7 @@ impl Bots {
         self.bots.binary_search_by_key(&seat, |bot| bot.seat).is_ok()
     }
 
-    /// The look that the next one wishes for.
+    /// The appearance that the next bot asks for.
     pub fn look(&self) -> Appearance {
         let number = self.bots.len();
         let color = ((number + 1) % usize::from(COLORS)) as u8;
@@ -93,7 +93,7 @@ impl Bots {
         self.bots.insert(at, Bot::new(seat, rng));
     }
 
-    /// Takes one away, from the team with the most players, and returns its seat.
+    /// Removes a bot, from the team with the most players, and returns its seat.
     pub fn remove(&mut self, game: &Game) -> Option<Seat> {
         let round = game.round();
         let team = |seat| round.as_ref().and_then(|round| round.player(seat)?.team);
@@ -106,7 +106,7 @@ impl Bots {
         Some(self.bots.remove(largest).seat)
     }
 
-    /// Removes this bot for good: from now on bots fill one seat less.
+    /// Removes this bot permanently: from now on bots fill one seat less.
     pub fn dismiss(&mut self, seat: Seat, people: usize) -> bool {
         let Ok(index) = self.bots.binary_search_by_key(&seat, |bot| bot.seat) else { return false };
         self.bots.remove(index);
@@ -114,8 +114,8 @@ impl Bots {
         true
     }
 
-    /// The bot that is to change over to another team: the first of the largest one, where that has two players
-    /// more than the smallest.
+    /// The bot that should change teams: the first one of the largest team, if that has at least two players more than
+    /// the smallest.
     fn out_of_balance(&self, game: &Game) -> Option<Seat> {
         let round = game.round()?;
         let size = |team| round.players.iter().filter(|player| player.team == Some(team)).count();
@@ -129,7 +129,7 @@ impl Bots {
         of_largest.next().filter(|_| size(largest) >= smallest + 2)
     }
 
-    /// The inputs of all of them for the next tick, in seat order.
+    /// The inputs of all bots for the next tick, in seat order.
     pub fn play(&mut self, game: &Game) -> impl Iterator<Item = (Seat, Input)> {
         let surveys = !self.bots.is_empty() && game.tick_count().is_multiple_of(SURVEY_TICKS);
         let changes_over = if surveys { self.out_of_balance(game) } else { None };

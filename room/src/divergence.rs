@@ -1,10 +1,10 @@
-//! The search for the point where a replay and its re-simulation diverge: first the tick, by the hashes;
-//! then phase, body and field.
+//! The search for the point where a replay and its re-simulation diverge. The hashes give the tick; the search then
+//! narrows down phase, body and field.
 //!
-//! A replay keeps no states, only 16 bits of each tick's hash. But the hashes of the following ticks are
-//! a strong test: an assumed cause must reproduce all of them. So the search tries every change of one
-//! number by one unit in the last place, in every phase of the tick, until one does. If none does, more
-//! than one number differed, and the next keyframe shows which bodies differ by then.
+//! A replay keeps no states, only 16 bits of each tick's hash. But the hashes of the following ticks are a strong test,
+//! because an assumed cause must reproduce all of them. So the search tries every change of one number by one unit in
+//! the last place, in every phase of the tick, until one fits. If none fits, more than one number differed, and the
+//! next keyframe shows which bodies differ by then.
 
 use crate::playback::{Moment, Playback, PlaybackError};
 use jostle_game::{Game, Phase};
@@ -13,9 +13,9 @@ use jostle_sim::{BodyId, Difference, Motion, Vec2, World};
 use std::fmt;
 use std::sync::Arc;
 
-/// Most nudges that are tried: about a second in a busy scene.
+/// Maximum number of nudges to try: about a second in a busy scene.
 const NUDGES_MAX: usize = 20_000;
-/// Ticks after the divergence whose hashes, 16 bits each, a nudge has to reproduce.
+/// Ticks after the divergence whose hashes, 16 bits each, a nudge must reproduce.
 const WITNESSES: u32 = 6;
 
 /// The point where a replay and its re-simulation diverge.
@@ -23,7 +23,7 @@ const WITNESSES: u32 = 6;
 pub struct Divergence {
     /// The first tick whose hash differs.
     pub tick: u32,
-    /// The cause, as far as it can be found.
+    /// The cause, as far as it can be determined.
     pub cause: Cause,
 }
 
@@ -34,21 +34,21 @@ pub enum Cause {
     Nudge {
         /// Phases of the tick in which this can have happened, the earliest first.
         phases: Vec<Phase>,
-        /// Body of which a field differs.
+        /// Body with a differing field.
         body: BodyId,
-        /// The name of the number.
+        /// The name of the differing number.
         field: &'static str,
         /// Whether the recorded number is greater in magnitude.
         recorded_is_greater: bool,
     },
-    /// More than that. This is the first difference at a later keyframe, the recorded value first.
+    /// More than one number differed. This is the first difference at a later keyframe, the recorded value first.
     Later {
         /// Tick of the keyframe.
         tick: u32,
-        /// First field that differs there.
+        /// First field that differs at the keyframe.
         difference: Difference,
     },
-    /// More than that, and no keyframe follows.
+    /// More than one number differed, and no keyframe follows.
     Unknown,
 }
 
@@ -122,7 +122,7 @@ fn compare(game: &Game, keyframe: &Keyframe) -> Option<Cause> {
 
 fn look_later(mut playback: Playback, tick: u32) -> Result<Cause, PlaybackError> {
     let Some(keyframe) = playback.replay().keyframe_after(tick) else { return Ok(Cause::Unknown) };
-    // By playing, not by seeking: keyframes hold the recorded game.
+    // Played rather than sought, because keyframes hold the recorded game.
     while playback.tick() < keyframe.tick && playback.step()?.is_some() {}
     Ok(compare(playback.game(), &keyframe).unwrap_or(Cause::Unknown))
 }
@@ -130,7 +130,7 @@ fn look_later(mut playback: Playback, tick: u32) -> Result<Cause, PlaybackError>
 /// The numbers of a body that a nudge can change.
 const FIELDS: [&str; 4] = ["position.x", "position.y", "velocity.x", "velocity.y"];
 
-/// One assumed cause: this number of this body is off by one unit after this phase.
+/// An assumed cause: this number of this body is off by one unit after this phase.
 #[derive(Clone, Copy)]
 struct Nudge {
     phase: Phase,
@@ -140,7 +140,7 @@ struct Nudge {
 }
 
 impl Nudge {
-    /// Changes a world that has just ended `phase`. Does nothing if the body is gone.
+    /// Changes a world that has just completed `phase`. Does nothing if the body is gone.
     fn apply(self, phase: Phase, world: &mut World) {
         if phase != self.phase || !world.contains(self.body) {
             return;
@@ -169,8 +169,8 @@ fn nudged(value: f32, greater: bool) -> f32 {
     }
 }
 
-/// Phases after which a nudge has an effect of its own: the search for pairs changes no number, and
-/// particles are not bodies.
+/// Phases after which a nudge has a distinct effect. The search for pairs changes no number, and particles are not
+/// bodies.
 const NUDGED: [Phase; 4] = [Phase::Inputs, Phase::Integrate, Phase::Relax, Phase::Events];
 
 fn find_nudge(replay: &Replay, before: &Moment, tick: u32) -> Result<Option<Cause>, PlaybackError> {
@@ -205,7 +205,7 @@ fn find_nudge(replay: &Replay, before: &Moment, tick: u32) -> Result<Option<Caus
     }))
 }
 
-/// Returns true if a nudge reproduces the recorded hashes, of this tick and of those that follow.
+/// Returns true if a nudge reproduces the recorded hashes of this tick and the following ones.
 fn explains(
     replay: &Replay,
     before: &Moment,

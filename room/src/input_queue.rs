@@ -1,19 +1,18 @@
-//! The jitter buffer of one player's inputs, between the socket and the tick. They arrive in bursts and
-//! with gaps, and one is played each tick. The queue evens out the bursts, and stays short so that no
-//! delay builds up.
+//! The jitter buffer of one player's inputs, between the socket and the tick. Inputs arrive in bursts and with gaps,
+//! while one is played each tick. The queue evens out the bursts, and stays short so that no delay builds up.
 
 use jostle_game::{Buttons, Input};
 use std::collections::VecDeque;
 
-/// Most inputs that wait for a player; beyond this the oldest are dropped.
+/// Maximum number of inputs that wait for one player; beyond this the oldest are dropped.
 pub const INPUTS_QUEUED_MAX: usize = 8;
 /// Ticks for which the last input is repeated when none arrives; then the player stops steering.
 pub const SILENCE_TICKS: u32 = 15;
-/// Inputs that may wait for long; more would only add delay.
+/// Number of inputs that may wait for long; more would only add delay.
 pub const INPUTS_WAITING_GOAL: usize = 2;
-/// Consecutive ticks with more inputs than the goal after which the queue is cut down to it.
+/// The queue is cut to the goal after this many consecutive ticks with more inputs than that.
 pub const LONG_QUEUE_TICKS: u32 = 30;
-/// Largest step from the newest sequence number to the next.
+/// Largest step between consecutive sequence numbers.
 pub const SEQ_AHEAD_MAX: u32 = 60;
 
 /// Inputs of one session, in order.
@@ -22,7 +21,7 @@ pub struct InputQueue {
     waiting: VecDeque<Waiting>,
     seq_newest: u32,
     seq_played: u32,
-    /// Repeated while no new input arrives.
+    /// Repeated until a new input arrives.
     last: Option<Input>,
     silent_ticks: u32,
     long_ticks: u32,
@@ -32,18 +31,17 @@ pub struct InputQueue {
 struct Waiting {
     seq: u32,
     input: Input,
-    /// The inputs dropped before this one, merged: a click does not vanish with them, and acts where it
-    /// was made.
+    /// The merged inputs that were dropped before this one. A click among them is not lost, and acts where it was made.
     dropped: Input,
 }
 
 impl Waiting {
-    /// The input with what was dropped before it.
+    /// The input, merged with those dropped before it.
     fn merged(&self) -> Input {
         let (dropped, input) = (self.dropped.buttons().0, self.input.buttons().0);
         let lost = dropped & !input != 0;
         let pressed = input & !dropped != 0;
-        // A button that this input presses acts at its own pointer.
+        // A button that this input itself presses acts at this input's pointer.
         let pointer = if lost && !pressed { self.dropped.pointer() } else { self.input.pointer() };
         Input::new(Buttons(dropped | input), pointer.or(self.input.pointer()))
     }
@@ -55,8 +53,8 @@ impl InputQueue {
         self.seq_played
     }
 
-    /// Queues an input, and returns whether it was accepted. Old, repeated and far-future numbers are
-    /// refused; beyond [`INPUTS_QUEUED_MAX`] the oldest input is dropped.
+    /// Queues an input, and returns whether it was accepted. Old, repeated and far-future numbers are refused. Beyond
+    /// [`INPUTS_QUEUED_MAX`] the oldest input is dropped.
     pub fn push(&mut self, seq: u32, input: Input) -> bool {
         let ahead = seq.checked_sub(self.seq_newest);
         if !ahead.is_some_and(|ahead| (1..=SEQ_AHEAD_MAX).contains(&ahead)) {
@@ -70,13 +68,13 @@ impl InputQueue {
         true
     }
 
-    /// Queues an input of the room's own under the next number, whenever its player came.
+    /// Queues an input made by the room itself under the next number, even before the player's first input.
     pub fn push_next(&mut self, input: Input) {
         self.push(self.seq_newest.saturating_add(1), input);
     }
 
-    /// Takes the input to play in this tick: the next one, or the last one for [`SILENCE_TICKS`], or
-    /// `None` for a player at rest.
+    /// Takes the input to play in this tick: the next one; or for [`SILENCE_TICKS`] the last one again; or `None` for a
+    /// player at rest.
     pub fn take(&mut self) -> Option<Input> {
         self.shorten();
         let Some(next) = self.waiting.pop_front() else {
@@ -92,13 +90,13 @@ impl InputQueue {
         Some(next.merged())
     }
 
-    /// Drops all inputs: the player is at rest.
+    /// Drops all inputs, which leaves the player at rest.
     pub fn rest(&mut self) {
         self.waiting.clear();
         self.last = None;
     }
 
-    /// Cuts a queue that has been too long for a while: it would stay so, and only add delay.
+    /// Shortens a queue that has been too long for a while. It would not become shorter, and only add delay.
     fn shorten(&mut self) {
         if self.waiting.len() <= INPUTS_WAITING_GOAL {
             self.long_ticks = 0;
@@ -219,12 +217,12 @@ mod tests {
         queue.push(2, at(20.0, Buttons::default()));
         queue.drop_oldest();
         assert_eq!(queue.take(), Some(at(10.0, Buttons::FIRE)), "nothing is dragged to 20");
-        // A button that is still down acts at the present pointer.
+        // A button that is still pressed acts at the current pointer.
         queue.push(3, at(30.0, Buttons::FIRE));
         queue.push(4, at(40.0, Buttons::FIRE));
         queue.drop_oldest();
         assert_eq!(queue.take(), Some(at(40.0, Buttons::FIRE)));
-        // A click keeps its own pointer, whatever key was dropped before it.
+        // A click keeps its pointer, whatever key was dropped before it.
         queue.push(5, at(50.0, Buttons::RIGHT));
         queue.push(6, at(60.0, Buttons::FIRE));
         queue.drop_oldest();

@@ -1,5 +1,5 @@
-//! A [`Room`] is one game and its members, without sockets, files or time: ticks and messages in,
-//! bytes out. The server and the page run the same one.
+//! A [`Room`] is one game and its members, without sockets, files or time. Ticks and messages go in, bytes come out.
+//! The server and the page use the same code.
 
 #![warn(missing_docs)]
 

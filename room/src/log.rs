@@ -1,10 +1,11 @@
-//! The log of a game: blocks of what was played, and states between them. A replay, the file from which a room is
-//! restored, a clip and the proof of a run are readers of it, each with a position of its own.
+//! The log of a game: blocks of played ticks, with states between them. It has several readers: a replay, the file from
+//! which a room is restored, a clip, and the proof of a run. Each has its own position.
 //!
-//! **Data.** A block is a [`Record`] of ticks, a keyframe, or what a host appends; it is made once, and shared by all
-//! readers. **Its trip.** Each tick fills a block, which ends after [`BLOCK_TICKS`] or before whatever else is appended. Readers
-//! ask for what follows their position; a [`ReplayTail`] makes the longer blocks of a replay of it, off the tick path where
-//! there is another thread. **Limits.** The log forgets what is older than a clip, whoever has not read it.
+//! **Data.** A block is a [`Record`] of ticks, a keyframe, or a record appended by a host; it is made once and shared
+//! by all readers. **Data flow.** Each tick is added to a block, which ends after [`BLOCK_TICKS`] or when something
+//! else is appended. Readers ask for the blocks after their position. A [`ReplayTail`] combines them into the longer
+//! blocks of a replay, off the tick path if another thread is available. **Limits.** The log discards blocks older than
+//! a clip, even if a reader has not read them yet.
 
 use crate::playback::{Playback, PlaybackError};
 use jostle_game::{Game, Input, Seat};
@@ -16,30 +17,30 @@ use jostle_protocol::replay::{
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// Ticks in a block at most: what a crash can lose of a room that is kept.
+/// Maximum number of ticks in a block; a crash of a persistent room can lose this many.
 pub const BLOCK_TICKS: usize = 30;
-/// Ticks in a block of a replay: the most that a crash can lose of it.
+/// Ticks in a block of a replay; a crash can lose at most this many.
 pub const REPLAY_BLOCK_TICKS: usize = 300;
-/// Least ticks between keyframes of a replay.
+/// Minimum number of ticks between keyframes of a replay.
 pub const KEYFRAME_TICKS_MIN: u32 = 30 * 60;
-/// Ticks of a clip: 20 seconds.
+/// Length of a clip in ticks: 20 seconds.
 pub const CLIP_TICKS: u32 = 20 * 60;
-/// Least ticks between two states where clips are kept.
+/// Minimum number of ticks between states if clips are kept.
 const CLIP_KEYFRAME_TICKS_MIN: u32 = 60;
-/// Bytes of state for each tick at most there: large states are kept less often.
+/// Maximum bytes of state per tick if clips are kept; large states are saved less often.
 const CLIP_KEYFRAME_BYTES_PER_TICK: usize = 1024;
 
-/// The members in a keyframe: their names and colours by seat.
+/// The members in a keyframe: names and colours by seat.
 pub type Looks = Vec<(Seat, Appearance)>;
 
 /// The newest blocks of a log. Each has a position, counted from the first.
 #[derive(Clone, Debug, Default)]
 pub struct RecentBlocks {
-    /// The beginning of a replay of the game.
+    /// The start record of a replay of the game.
     start: Start,
-    /// The oldest first.
+    /// The kept blocks, oldest first.
     kept: VecDeque<Arc<Record>>,
-    /// Blocks that were forgotten.
+    /// Number of discarded blocks.
     forgotten: u64,
 }
 
@@ -49,7 +50,7 @@ impl RecentBlocks {
         self.forgotten + self.kept.len() as u64
     }
 
-    /// The blocks from a position on; `None` if the first of them is forgotten.
+    /// The blocks from a position on; `None` if the first of them was discarded.
     pub fn since(&self, position: u64) -> Option<Vec<Arc<Record>>> {
         let index = position.checked_sub(self.forgotten)? as usize;
         Some(self.kept.range(index..).cloned().collect())
@@ -61,7 +62,7 @@ impl RecentBlocks {
         Some(self.forgotten + index as u64)
     }
 
-    /// The record with which a file of this time begins, seconds since 1970, after so many ticks.
+    /// The start record of a file created at this time, seconds since 1970, after this many ticks.
     pub fn start(&self, unix_s: u64, first_tick: u32) -> Record {
         Record::Start(Start { unix_s, first_tick, ..self.start.clone() })
     }
@@ -70,7 +71,7 @@ impl RecentBlocks {
 /// The log of one game.
 #[derive(Clone, Debug)]
 pub struct GameLog {
-    /// None but where clips are kept; the first one is a keyframe.
+    /// The blocks, kept only for clips. The first one is a keyframe.
     blocks: RecentBlocks,
     /// The block that is being filled.
     ticks: Vec<Tick>,
@@ -78,13 +79,13 @@ pub struct GameLog {
     newest: u32,
     next_keyframe: u32,
     keeps_clips: bool,
-    /// A replay that is kept in memory until it is taken.
+    /// A replay that is kept in memory until its records are taken.
     replay: Option<ReplayTail>,
 }
 
 impl GameLog {
-    /// Begins with the game as it is. Where clips are kept, the log has their length of blocks, and states on the way; else
-    /// it is good for a replay in memory only.
+    /// Starts with the current state of the game. If clips are kept, the log holds blocks for the length of a clip,
+    /// with states in between; otherwise it serves only a replay in memory.
     pub fn new(start: Start, keeps_clips: bool, game: &Game, looks: Looks) -> GameLog {
         let blocks = RecentBlocks { start, ..RecentBlocks::default() };
         let (ticks, newest) = (Vec::new(), game.tick_count());
@@ -94,7 +95,7 @@ impl GameLog {
         log
     }
 
-    /// Begins a replay in memory with the game as it is, at this time, seconds since 1970.
+    /// Begins a replay in memory with the current state of the game, at this time, seconds since 1970.
     pub fn record(&mut self, unix_s: u64, game: &Game, looks: Looks) {
         self.flush();
         let mut replay = ReplayTail::default();
@@ -103,12 +104,12 @@ impl GameLog {
         self.replay = Some(replay);
     }
 
-    /// Takes the records of that replay which are ready.
+    /// Takes the finished records of the replay in memory.
     pub fn take_records(&mut self) -> Vec<Record> {
         self.replay.as_mut().map(ReplayTail::ready).unwrap_or_default()
     }
 
-    /// The last records of that replay if it ended now. It goes on.
+    /// The last records of the replay in memory, as if it ended now. The replay continues.
     pub fn recording_end(&self, game: &Game) -> Vec<Record> {
         let Some(mut replay) = self.replay.clone() else { return Vec::new() };
         self.unfinished().iter().for_each(|block| replay.take(block));
@@ -116,7 +117,7 @@ impl GameLog {
         replay.ready()
     }
 
-    /// Ends that replay.
+    /// Ends the replay in memory.
     pub fn stop_recording(&mut self) {
         self.replay = None;
     }
@@ -127,7 +128,7 @@ impl GameLog {
     }
 
     /// Appends the tick that the game has just played, with its inputs and the changes applied before it. `looks` is
-    /// called for a keyframe only.
+    /// only called for a keyframe.
     pub fn tick(
         &mut self,
         changes: Vec<Change>,
@@ -145,7 +146,7 @@ impl GameLog {
         }
     }
 
-    /// Ends the block that is being filled, so that readers have all ticks.
+    /// Ends the current block, so that readers have all ticks.
     pub fn flush(&mut self) {
         if let Some(block) = self.unfinished() {
             self.ticks.clear();
@@ -153,13 +154,13 @@ impl GameLog {
         }
     }
 
-    /// Appends something else, after all ticks: the end of a replay, or notes.
+    /// Appends a record after all ticks: the end of a replay, or notes.
     pub fn append(&mut self, record: Record) {
         self.flush();
         self.push(record);
     }
 
-    /// Appends the state of the game, unless that is the last block.
+    /// Appends the game's state, unless the last block already is that state.
     pub fn keyframe(&mut self, game: &Game, members: Looks) {
         self.flush();
         if self.blocks.kept.back().is_some_and(|block| keyframe_tick(block) == Some(self.newest)) {
@@ -170,14 +171,14 @@ impl GameLog {
             true => (CLIP_KEYFRAME_TICKS_MIN, CLIP_KEYFRAME_BYTES_PER_TICK),
             false => (KEYFRAME_TICKS_MIN, 1),
         };
-        // That of the beginning follows from scene and seed, and takes no place in a replay.
+        // The initial state follows from scene and seed, and takes no space in a replay.
         let bytes = if self.newest > 0 || self.keeps_clips { keyframe.state.len() } else { 0 };
         self.next_keyframe = self.newest + least.max((bytes / bytes_per_tick) as u32);
         self.push(Record::Keyframe(keyframe));
     }
 
-    /// The last seconds as the records of a replay, which ends now and may begin a little before the clip; [`cut`] shortens it.
-    /// `None` where none are kept.
+    /// The last seconds as the records of a replay. It ends now and may begin a little before the clip; [`cut`]
+    /// shortens it. `None` if no clips are kept.
     pub fn clip(&self, unix_s: u64, game: &Game) -> Option<Vec<Arc<Record>>> {
         let kept = &self.blocks.kept;
         let first = self.kept_from();
@@ -192,7 +193,7 @@ impl GameLog {
         Some(records)
     }
 
-    /// The block that is being filled, as it is.
+    /// A copy of the current block.
     fn unfinished(&self) -> Option<Record> {
         let first = self.newest + 1 - self.ticks.len() as u32;
         (!self.ticks.is_empty()).then(|| Record::Ticks(Block { first, ticks: self.ticks.clone() }))
@@ -223,7 +224,7 @@ fn keyframe_tick(block: &Record) -> Option<u32> {
     }
 }
 
-/// The record that ends a replay with the game.
+/// The end record of a replay.
 pub fn end(game: &Game) -> Record {
     Record::End { tick: game.tick_count(), hash: game.hash() }
 }
@@ -232,19 +233,19 @@ fn keyframe(game: &Game, members: Looks) -> Keyframe {
     Keyframe { tick: game.tick_count(), hash: game.hash(), members, state: game.save() }
 }
 
-/// The part of a log that a replay takes: blocks of five seconds, and few of the keyframes.
+/// The part of a log that goes into a replay: blocks of five seconds, and a few of the keyframes.
 #[derive(Clone, Debug, Default)]
 pub struct ReplayTail {
-    /// Ticks that wait for others to share a block with.
+    /// Ticks to be combined into the next block.
     ticks: Vec<Tick>,
-    /// Number of the first of them.
+    /// Number of the first of these ticks.
     first: u32,
     next_keyframe: u32,
     ready: Vec<Record>,
 }
 
 impl ReplayTail {
-    /// Takes the next block of the log, or the start of the replay.
+    /// Adds the next block of the log, or the start of the replay.
     pub fn take(&mut self, block: &Record) {
         match block {
             Record::Ticks(block) => {
@@ -259,12 +260,12 @@ impl ReplayTail {
                 }
                 return;
             }
-            // The state before the first tick follows from scene and seed.
+            // The initial state follows from scene and seed.
             Record::Start(start) if start.first_tick == 0 => {
                 self.next_keyframe = KEYFRAME_TICKS_MIN
             }
             Record::Start(_) | Record::End { .. } => {}
-            // A byte of state for each tick: packed, an hour of them is about a fifth of the megabyte that an hour of
+            // One byte of state per tick: packed, an hour of states takes about a fifth of the megabyte that an hour of
             // one player may take.
             Record::Keyframe(keyframe) if keyframe.tick >= self.next_keyframe => {
                 let ticks = (keyframe.state.len() as u32).max(KEYFRAME_TICKS_MIN);
@@ -276,7 +277,7 @@ impl ReplayTail {
         self.ready.push(block.clone());
     }
 
-    /// Makes a block of the ticks that wait.
+    /// Combines the waiting ticks into a block.
     pub fn flush(&mut self) {
         let ticks = std::mem::take(&mut self.ticks);
         if !ticks.is_empty() {
@@ -284,14 +285,14 @@ impl ReplayTail {
         }
     }
 
-    /// Takes the records that are ready.
+    /// Takes the finished records.
     pub fn ready(&mut self) -> Vec<Record> {
         std::mem::take(&mut self.ready)
     }
 }
 
-/// Cuts the ticks after `from` up to `to` out of a replay: the bytes of a replay that begins with the state at tick
-/// `from` and ends at `to`, both moved into the replay's own range.
+/// Cuts the ticks after `from` up to `to` out of a replay. Returns the bytes of a replay that begins with the state at
+/// tick `from` and ends at `to`, both clamped to the original's range.
 pub fn cut(replay: Replay, from: u32, to: u32) -> Result<Vec<u8>, PlaybackError> {
     let to = to.clamp(replay.first_tick(), replay.last_tick());
     let from = from.clamp(replay.first_tick(), to);

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 /// Ticks for which a seat is held after its socket is lost.
 pub const SEAT_HELD_TICKS: u32 = 45 * 60;
 
-/// The right to a seat. The caller seals it in a token for the player, because a room holds no secrets.
+/// The right to a seat. A room holds no secrets, so the caller seals the claim in a token for the player.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Claim {
     /// The seat that the player holds.
@@ -24,14 +24,14 @@ pub struct Claim {
 /// The result of joining; [`crate::Room::welcome`] encodes it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Welcome {
-    /// The claim to come back with.
+    /// The claim with which the player can come back.
     pub claim: Claim,
-    /// Whether an earlier seat was resumed. If it still had a socket, that one is replaced: the caller
-    /// closes it, and does not report it as lost.
+    /// Whether an earlier seat was resumed. If it still had a socket, that socket is replaced: the caller closes it,
+    /// and does not report it as lost.
     pub resumed: bool,
 }
 
-/// A join, a leave or a new look that waits for the next tick.
+/// A join, a leave or an appearance change that waits for the next tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PendingChange {
     Join(Seat),
@@ -39,54 +39,54 @@ pub enum PendingChange {
     Look(Seat),
 }
 
-/// Who has which seat, and by which claims.
+/// The holders of the seats, and their claims.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SavedMembers {
-    /// Seats that bots fill; less than the scene says once some were dismissed.
+    /// Seats that bots fill; fewer than in the scene after some were dismissed.
     pub bots: usize,
-    /// The seats that are taken, in order.
+    /// The taken seats, in order.
     pub seats: Vec<SavedSeat>,
 }
 
-/// A seat that is taken.
+/// A taken seat.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SavedSeat {
     /// Number of the seat.
     pub seat: u16,
-    /// Serial of the claim that gives it back.
+    /// Serial of the claim that restores the seat.
     pub serial: u64,
-    /// Serial of the claim before, while that is good too.
+    /// Serial of the previous claim, while that is still valid.
     pub serial_before: Option<u64>,
-    /// Tick after which its player took it; 0 in files of an older version.
+    /// Tick after which the player took the seat; 0 in files of an older version.
     #[serde(default)]
     pub joined_tick: u32,
-    /// Tick at which its player's socket was lost.
+    /// Tick at which the player's socket was lost.
     pub lost_tick: Option<u32>,
-    /// Whether a bot has it.
+    /// Whether the seat is a bot's.
     pub is_bot: bool,
 }
 
-/// A player with a seat, with or without a socket.
+/// A player who holds a seat, with or without a socket.
 #[derive(Clone, Debug)]
 pub struct Member {
-    /// Name and colour, distinct from the others'.
+    /// Name and colour, distinct from those of other members.
     pub appearance: Appearance,
-    /// Serial of the claim that gives the seat back.
+    /// Serial of the claim that restores the seat.
     pub serial: u64,
-    /// Serial of the claim that the newest session came with. It stays good until an input proves that
-    /// the session received its own claim.
+    /// Serial of the claim with which the newest session came. It stays valid until an input proves that the session
+    /// received its new claim.
     pub serial_before: Option<u64>,
     /// Whether any session of the seat has sent an input.
     pub played: bool,
-    /// Tick after which the player took the seat. Coming back to it changes nothing.
+    /// Tick after which the player took the seat. It does not change when the player comes back.
     pub joined_tick: u32,
-    /// Tick at which the socket was lost; `None` with a socket.
+    /// Tick at which the socket was lost; `None` while connected.
     pub lost_tick: Option<u32>,
-    /// The newest input, and the tick in which it became so.
+    /// The newest input, and the tick in which it changed.
     pub intent: (Input, u32),
-    /// Inputs that wait to be played.
+    /// Inputs waiting to be played.
     pub inputs: InputQueue,
-    /// Width and height of what the page shows, world units, once it reported them.
+    /// Size of the page's view, world units, once reported.
     pub view: Option<Vec2>,
 }
 
@@ -107,19 +107,19 @@ impl Member {
         }
     }
 
-    /// Returns true if a claim with this serial gives the seat back.
+    /// Returns true if a claim with this serial restores the seat.
     pub fn answers_to(&self, serial: u64) -> bool {
         self.serial == serial || self.serial_before == Some(serial)
     }
 
-    /// Hands the seat to a new session, which came with the claim `serial_before`.
+    /// Hands the seat to a new session that came with the claim `serial_before`.
     pub fn resume(&mut self, appearance: Appearance, serial_before: u64, serial: u64) {
         let serial_before = Some(serial_before);
         let Member { played, joined_tick, .. } = *self;
         *self = Member { serial_before, played, joined_tick, ..Member::new(appearance, serial) };
     }
 
-    /// The player as the others see it.
+    /// The player as others see them.
     pub fn state(&self, player: &PlayerInfo) -> PlayerState {
         PlayerState {
             connected: self.lost_tick.is_none(),
@@ -129,7 +129,7 @@ impl Member {
     }
 }
 
-/// A connected player of whom no input was played.
+/// A connected player without a played input.
 pub fn player_state(player: &PlayerInfo, appearance: Appearance) -> PlayerState {
     PlayerState {
         seat: player.seat,
@@ -148,13 +148,13 @@ pub fn player_state(player: &PlayerInfo, appearance: Appearance) -> PlayerState 
 pub struct Members {
     /// Number of seats, taken or free.
     count: u16,
-    /// Those that are taken.
+    /// The taken seats.
     pub seats: LiteMap<Seat, Member>,
-    /// Where the scene wants some.
+    /// The bots, if the scene has any.
     pub bots: Option<Bots>,
     /// Serial of the newest claim; each claim of a room has its own.
     pub serial: u64,
-    /// Joins, leaves and changed looks since the last tick, at most three a seat.
+    /// Joins, leaves and appearance changes since the last tick; at most three per seat.
     pub changes: Vec<PendingChange>,
     /// Grows with every change of what is saved of them.
     pub revision: u64,
@@ -208,7 +208,7 @@ impl Members {
         self.bots.as_ref().is_some_and(|bots| bots.has(seat))
     }
 
-    /// Gives the bot of this colour, if there is one, another: people keep the one that they chose.
+    /// If a bot has this colour, gives it another one, so that people keep the colour they chose.
     fn recolor_bot(&mut self, color: u8) {
         let seats = self.seats.iter();
         let mut bots = seats.filter(|(seat, _)| self.is_bot(**seat));
@@ -223,7 +223,7 @@ impl Members {
         }
     }
 
-    /// Has the next tick announce a changed appearance, once.
+    /// Announces a changed appearance in the next tick, once.
     fn note_look(&mut self, seat: Seat) {
         if !self.changes.contains(&PendingChange::Look(seat)) {
             self.changes.push(PendingChange::Look(seat));
@@ -268,7 +268,7 @@ impl Members {
         }
         self.revision += 1;
         self.changes.retain(|&change| change != PendingChange::Look(seat));
-        // A player who leaves before the tick of joining was never in the game.
+        // A player who leaves before the tick in which they join was never in the game.
         match self.changes.iter().position(|&change| change == PendingChange::Join(seat)) {
             Some(index) => drop(self.changes.remove(index)),
             None => self.changes.push(PendingChange::Leave(seat)),
@@ -299,8 +299,8 @@ impl Members {
         abandoned.map(|(seat, _)| *seat).collect()
     }
 
-    /// Has bots leave that are too many beside so many people: those of the largest team, whose place
-    /// the next player then takes. A bot never keeps a seat from anybody.
+    /// Removes surplus bots beside this many people. Bots of the largest team leave first, so that the next player
+    /// takes their place. A bot never keeps a person from a seat.
     fn dismiss_bots(&mut self, people: usize, game: &Game) {
         loop {
             let Some(bots) = &mut self.bots else { return };
@@ -313,7 +313,7 @@ impl Members {
         }
     }
 
-    /// Has bots leave and come, as the scene wants them.
+    /// Lets bots join and leave to match the number that the scene wants.
     pub fn seat_bots(&mut self, game: &Game) {
         let people = self.people();
         self.dismiss_bots(people, game);
@@ -337,7 +337,7 @@ impl Members {
         self.seats.len() - self.bots.as_ref().map_or(0, Bots::count)
     }
 
-    /// The players who are in the game. One who joins with the next tick is recorded with it.
+    /// The players in the game. A player who joins in the next tick is recorded with that tick.
     pub fn looks(&self) -> Vec<(Seat, Appearance)> {
         let joins = |seat| self.changes.contains(&PendingChange::Join(seat));
         let mut looks = self.appearances();
@@ -371,11 +371,11 @@ impl Members {
         self.seats.iter().map(|(&seat, member)| (seat, member.appearance.clone())).collect()
     }
 
-    /// Makes an appearance distinct from those of all members but the one at `own`: a namesake gets a
-    /// number after the name, a taken colour becomes the next one that no connected player has. When all
-    /// colours are taken, the wanted one is shared. Seats for which `yields` is true give up their colours. A member at
-    /// `own` who comes back leaves the colours of others who are away alone, if it can: otherwise, when all come back
-    /// after a restart of the server, they would swap theirs.
+    /// Makes an appearance distinct from those of all members but the one at `own`. A player with a taken name gets a
+    /// number after it. A taken colour becomes the next one that no connected player has; when all are taken, the
+    /// wanted one is shared. Seats for which `yields` is true give up their colours. A returning member at `own` avoids
+    /// the colours of other absent members where possible; otherwise members who all return after a server restart
+    /// would swap colours.
     pub fn distinct(
         &self,
         wanted: &Appearance,
@@ -404,9 +404,9 @@ impl Members {
         appearance
     }
 
-    /// The smallest number from 2 on that no namesake has, found in one pass over the names.
+    /// The smallest number from 2 on that is free for this name, found in one pass over the names.
     fn free_number<'a>(&self, wanted: &Appearance, names: impl Iterator<Item = &'a str>) -> usize {
-        // One number more than there are names cannot all be taken, and 0 and 1 are never given.
+        // There is one more number than names, so they cannot all be taken; 0 and 1 are never used.
         let mut taken = vec![false; self.seats.len() + 3];
         for name in names {
             let number = name.rsplit_once(' ').and_then(|(_, number)| number.parse::<usize>().ok());
@@ -466,7 +466,7 @@ mod tests {
         let mut seated = members(&[(0, "A", 6), (1, "B", 7), (2, "C", 0)]);
         assert_eq!(seated.distinct(&look("D", 6), None, |_| false).color, 1);
         assert_eq!(seated.distinct(&look("A", 6), Some(Seat(0)), |_| false).color, 6);
-        // A player without a socket does not hold the colour against newcomers.
+        // A player without a socket does not block the colour for newcomers.
         seated.seats.get_mut(&Seat(1)).unwrap().lost_tick = Some(0);
         assert_eq!(seated.distinct(&look("D", 6), None, |_| false).color, 7);
     }
@@ -483,10 +483,10 @@ mod tests {
             assert_eq!(seated.distinct(&look("N", 6), Some(own), |_| false).color, color);
             seated.seats.get_mut(&own).unwrap().lost_tick = None;
         }
-        // A colour of one's own choice that no other has is given.
+        // A player who picks another, free colour gets it.
         seated.seats.get_mut(&Seat(1)).unwrap().lost_tick = Some(0);
         assert_eq!(seated.distinct(&look("N", 3), Some(Seat(1)), |_| false).color, 3);
-        // A newcomer has the former one. The colour of another absent player is not taken either.
+        // A newcomer took the player's former colour. The colour of another absent player is not used either.
         seated.seats.get_mut(&Seat(0)).unwrap().lost_tick = Some(0);
         seated.seats.insert(Seat(3), Member::new(look("D", 7), 3));
         assert_eq!(seated.distinct(&look("N", 6), Some(Seat(1)), |_| false).color, 1);

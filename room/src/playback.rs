@@ -1,4 +1,4 @@
-//! Playback of a replay: every tick is simulated again and compared with its recorded hash.
+//! Playback of a replay. Every tick is simulated again and compared with its recorded hash.
 
 use crate::members::player_state;
 use jostle_game::{Game, Phase, Scene, SceneError, Seat};
@@ -8,15 +8,15 @@ use jostle_sim::{StateError, World};
 use litemap::LiteMap;
 use std::sync::Arc;
 
-/// Most states that one playback keeps, besides the keyframes of the file.
+/// Maximum number of states kept by one playback, besides the keyframes in the file.
 const MARKS_MAX: u32 = 128;
-/// Least ticks between kept states.
+/// Minimum number of ticks between kept states.
 const MARK_TICKS_MIN: u32 = 600;
 
-/// The reason why a replay cannot be played, or not further.
+/// The reason why a replay cannot be played, or not to its end.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PlaybackError {
-    /// The scene is refused.
+    /// The scene was refused.
     #[error("the scene of the replay is refused: {0}")]
     Scene(SceneError),
     /// A player joins twice, or leaves without having joined.
@@ -32,18 +32,18 @@ pub enum PlaybackError {
     Keyframe {
         /// The tick of the keyframe.
         tick: u32,
-        /// Reason why the keyframe cannot be restored.
+        /// The reason why the keyframe cannot be restored.
         error: StateError,
     },
-    /// A record is whole, but does not hold what its kind says.
+    /// A record is complete, but its content is invalid for its kind.
     #[error("the record with tick {tick} cannot be decoded")]
     Record {
-        /// The first tick that is missing, or the tick of the keyframe.
+        /// The first missing tick, or the tick of the keyframe.
         tick: u32,
     },
 }
 
-/// One tick that was played again.
+/// One replayed tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Played {
     /// Number of the tick that was played.
@@ -57,9 +57,9 @@ pub struct Played {
 pub struct Playback {
     replay: Arc<Replay>,
     moment: Moment,
-    /// The block that was played last.
+    /// The block that contains the last played ticks.
     block: Option<Block>,
-    /// Kept states by tick: seeking back starts at one of them.
+    /// Kept states by tick, from which seeking back starts.
     marks: LiteMap<u32, Keyframe>,
 }
 
@@ -92,7 +92,7 @@ impl Moment {
         Ok(Moment { game, members: members.collect() })
     }
 
-    /// Plays the next tick of a block that holds it.
+    /// Plays the next tick from the block that contains it.
     pub fn step(
         &mut self,
         block: &Block,
@@ -129,7 +129,7 @@ impl Moment {
 }
 
 impl Playback {
-    /// Starts before the first tick.
+    /// Creates a playback before the first tick.
     pub fn new(replay: Arc<Replay>) -> Result<Playback, PlaybackError> {
         let start = replay.start();
         let file = format!("{}.toml", start.scene_name);
@@ -137,28 +137,28 @@ impl Playback {
         Playback::of_scene(replay, Arc::new(scene))
     }
 
-    /// The same with the replay's scene, which was parsed before, and perhaps given a budget.
+    /// Like [`Playback::new`], with a scene that was already parsed, and possibly given a budget.
     pub fn of_scene(replay: Arc<Replay>, scene: Arc<Scene>) -> Result<Playback, PlaybackError> {
         let moment = Moment::first(&replay, scene)?;
         Ok(Playback { replay, moment, block: None, marks: LiteMap::new() })
     }
 
-    /// The replay that is played.
+    /// The replay being played.
     pub fn replay(&self) -> &Arc<Replay> {
         &self.replay
     }
 
-    /// The game in its present state.
+    /// The game in its current state.
     pub fn game(&self) -> &Game {
         &self.moment.game
     }
 
-    /// The game and its members in their present state.
+    /// The game and its members in their current state.
     pub fn moment(&self) -> &Moment {
         &self.moment
     }
 
-    /// Ends the playback, and returns the game and its members in their present state.
+    /// Ends the playback, and returns the game and its members in their current state.
     pub fn into_moment(self) -> Moment {
         self.moment
     }
@@ -189,13 +189,13 @@ impl Playback {
         }
     }
 
-    /// Adds a moment of the same replay that was played elsewhere, for seeking to start from.
+    /// Adds a state of the same replay that was computed elsewhere, as a starting point for seeking.
     pub fn learn(&mut self, moment: &Moment) {
         remember(&mut self.marks, &self.replay, moment);
     }
 
-    /// Goes to the latest known state at or before a tick, without playing any; [`Playback::step`]
-    /// plays the rest. Stays where it is if that is closest.
+    /// Jumps to the latest known state at or before a tick, without playing; [`Playback::step`] plays the rest. Does
+    /// nothing if the current state is the closest.
     pub fn jump(&mut self, tick: u32) -> Result<(), PlaybackError> {
         let tick = tick.clamp(self.replay.first_tick(), self.replay.last_tick());
         let mark = self.marks.iter().rev().find(|(at, _)| **at <= tick).map(|(_, mark)| mark);
@@ -215,7 +215,7 @@ impl Playback {
         Ok(())
     }
 
-    /// Goes to a tick, playing as few as possible.
+    /// Seeks to a tick, playing as few ticks as possible.
     pub fn seek(&mut self, tick: u32) -> Result<(), PlaybackError> {
         let tick = tick.clamp(self.replay.first_tick(), self.replay.last_tick());
         self.jump(tick)?;
@@ -243,7 +243,7 @@ fn last_keyframe_tick(replay: &Replay, tick: u32) -> Option<u32> {
     replay.keyframe_ticks().take_while(|&at| at <= tick).last()
 }
 
-/// The last keyframe at or before a tick, if there is one.
+/// The last keyframe at or before a tick, if any.
 fn keyframe_before(replay: &Replay, tick: u32) -> Result<Option<Keyframe>, PlaybackError> {
     match (last_keyframe_tick(replay, tick), replay.keyframe_before(tick)) {
         (Some(tick), None) => Err(PlaybackError::Record { tick }),
@@ -251,7 +251,7 @@ fn keyframe_before(replay: &Replay, tick: u32) -> Result<Option<Keyframe>, Playb
     }
 }
 
-/// Keeps the state of a moment if its tick is one to keep.
+/// Keeps the state of a moment if its tick is due for keeping.
 fn remember(marks: &mut LiteMap<u32, Keyframe>, replay: &Replay, moment: &Moment) {
     let Moment { game, members } = moment;
     let tick = game.tick_count();

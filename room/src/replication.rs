@@ -1,4 +1,4 @@
-//! Replication: what each subscriber is sent after a tick.
+//! Replication: the messages for each subscriber after a tick.
 
 mod buffer_pool;
 mod interest;
@@ -18,9 +18,9 @@ use std::sync::Arc;
 /// Everything that a room sends after its ticks.
 #[derive(Default)]
 pub struct Replication {
-    /// By rate, each from its first subscription on.
+    /// Channels by rate, created at the first subscription.
     channels: [Option<SnapshotChannel>; Rate::ALL.len()],
-    /// Of the players who see a part of the world.
+    /// Interest areas of the players who see only a part of the world.
     pub areas: LiteMap<Seat, InterestArea>,
     buffers: BufferPool,
     /// Events of the newest tick.
@@ -54,7 +54,7 @@ impl Replication {
         channel.get_or_insert_with(|| SnapshotChannel::new(rate, newest)).subscribe(live)
     }
 
-    /// Changes the size of a player's interest area, if there is one.
+    /// Changes the size of a player's interest area, if the player has one.
     pub fn resize(&mut self, seat: Seat, scene: &Scene, size: Vec2) {
         if let Some(area) = self.areas.get_mut(&seat) {
             area.resize(scene, size);

@@ -1,4 +1,4 @@
-//! One game and its members: joins and leaves, inputs, one `tick`, and the snapshots that it sends.
+//! One game and its members: joins and leaves, inputs, `tick`, and the snapshots to send.
 
 use crate::bots::Bots;
 use crate::log::{self, GameLog};
@@ -25,10 +25,10 @@ pub struct Room {
     /// Inputs of the newest tick.
     inputs: Vec<(Seat, Input)>,
     newest: Arc<Snapshot>,
-    /// The snapshot before, kept for its memory.
+    /// The previous snapshot, kept to reuse its memory.
     spare: Arc<Snapshot>,
     replication: Replication,
-    /// The log of the game, if there is a reader.
+    /// The log of the game, if it has a reader.
     log: Option<GameLog>,
 }
 
@@ -40,15 +40,15 @@ impl Room {
         Room::of(code, Game::new(scene, seed), seed)
     }
 
-    /// The same, but bots take seats until `fill` are taken, instead of as many as the scene's file says. Without
-    /// heroes there are none.
+    /// Like [`Room::new`], but bots fill the room up to `fill` taken seats in place of the number in the scene file. A
+    /// scene without heroes has no bots.
     pub fn filled(code: &str, scene: Arc<Scene>, seed: u64, fill: u16) -> Room {
         let mut room = Room::new(code, scene, seed);
         room.members.bots = Bots::filling(&room.game, seed, usize::from(fill));
         room
     }
 
-    /// A room without members around a game.
+    /// Creates a room without members around a game.
     fn of(code: &str, game: Game, seed: u64) -> Room {
         let members = Members::new(game.scene().players_max, Bots::of(&game, seed));
         let newest = Arc::new(Snapshot::capture(&game, Vec::new()));
@@ -65,9 +65,9 @@ impl Room {
         }
     }
 
-    /// Restores a room from the newest moment of its recording, and from who had which seat then. All
-    /// sockets are gone: each seat is held from now on. Players of whom `saved` knows nothing leave with the next
-    /// tick. Claims that were given in a moment that was lost must not be given again: see [`Room::begin_epoch`].
+    /// Restores a room from the newest moment of its recording and the seats saved with it. All sockets are gone, so
+    /// each seat is held from now on. Players missing in `saved` leave in the next tick. Claims that were given in a
+    /// lost moment must not be given again: see [`Room::begin_epoch`].
     pub fn restore(code: &str, seed: u64, moment: Moment, saved: &SavedMembers) -> Room {
         let Moment { game, mut members } = moment;
         let tick = game.tick_count();
@@ -101,7 +101,7 @@ impl Room {
         room
     }
 
-    /// Grows with every change of what [`Room::saved_members`] returns.
+    /// Increases with every change of the result of [`Room::saved_members`].
     pub fn members_revision(&self) -> u64 {
         self.members.revision
     }
@@ -111,15 +111,15 @@ impl Room {
         self.members.saved()
     }
 
-    /// Has the serials of claims go on from a random number, so that none equals one that a process before gave.
+    /// Starts the serials of claims at a random number, so that none equals a serial given by an earlier process.
     pub fn begin_epoch(&mut self, epoch: u32) {
         self.members.serial = u64::from(epoch) << 32;
     }
 
-    /// Takes the lowest free seat, or the claimed one; effective with the next tick. Bots make room.
+    /// Takes the lowest free seat, or the claimed one, from the next tick on. Bots make room.
     ///
-    /// A claim is good once, and again until an input proves that the claim it was exchanged for
-    /// arrived, because the welcome may have been lost. Any other is refused as [`Refusal::BadToken`].
+    /// A claim may be used once. It may be used again until an input proves that the client received its new claim,
+    /// because the welcome may have been lost. Any other claim is refused as [`Refusal::BadToken`].
     pub fn join(
         &mut self,
         appearance: Appearance,
@@ -128,7 +128,7 @@ impl Room {
         self.members.join(appearance, claim, &self.game)
     }
 
-    /// Encodes the [`ServerMessage::Welcome`] that a client is sent first. The token of a player's seat seals the
+    /// Encodes the [`ServerMessage::Welcome`], a client's first message. The token in a player's seat seals the
     /// player's claim; a spectator has no seat.
     pub fn welcome(&self, seat: Option<WelcomeSeat>) -> Vec<u8> {
         let scene = self.game.scene();
@@ -149,14 +149,14 @@ impl Room {
         self.replication.areas.remove(&seat);
     }
 
-    /// Removes a player for good; effective with the next tick. Does nothing if the seat is free, or a
-    /// bot's: bots leave when people come.
+    /// Removes a player permanently, from the next tick on. Does nothing if the seat is free or taken by a bot, since
+    /// bots leave when people come.
     pub fn leave(&mut self, seat: Seat) {
         self.members.leave(seat);
         self.replication.areas.remove(&seat);
     }
 
-    /// Removes a bot for good: no other takes its place. Returns whether there was one in this seat.
+    /// Removes a bot permanently; no other bot takes its place. Returns whether this seat had a bot.
     pub fn dismiss_bot(&mut self, seat: Seat) -> bool {
         self.members.dismiss_bot(seat)
     }
@@ -168,7 +168,7 @@ impl Room {
     }
 
     /// Plays one tick, with one input per player in seat order, and encodes its snapshot. A tick over the budget of a
-    /// guest's scene ([`Game::is_over_budget`]) is neither recorded nor sent; the room cannot go on.
+    /// guest's scene ([`Game::is_over_budget`]) is neither recorded nor sent; the room cannot continue after it.
     pub fn tick(&mut self) {
         let abandoned = self.members.abandoned(self.game.tick_count());
         abandoned.into_iter().for_each(|seat| self.leave(seat));
@@ -185,7 +185,7 @@ impl Room {
         self.replication.push(&self.game, &self.newest);
     }
 
-    /// Applies joins and leaves to the game, and returns them for the recorder.
+    /// Applies joins and leaves to the game, and returns them for the log.
     fn apply_changes(&mut self) -> Vec<replay::Change> {
         let Members { seats, changes, .. } = &mut self.members;
         let look = |seat| {
@@ -227,7 +227,7 @@ impl Room {
         }
     }
 
-    /// Captures the newest snapshot, in the memory of the last but one unless a channel still holds it.
+    /// Captures the newest snapshot, reusing the memory of the one before the last unless a channel still holds it.
     fn capture(&mut self) {
         std::mem::swap(&mut self.newest, &mut self.spare);
         if Arc::get_mut(&mut self.newest).is_none() {
@@ -244,7 +244,7 @@ impl Room {
         snapshot.recapture(&self.game);
     }
 
-    /// Adapts interest areas to what the players' pages last reported.
+    /// Adapts interest areas to the view sizes last reported by the players' pages.
     fn resize_areas(&mut self) {
         if !self.game.tick_count().is_multiple_of(VIEW_EVERY_TICKS) {
             return;
@@ -256,7 +256,7 @@ impl Room {
         }
     }
 
-    /// Keeps a log of the game from now on, with its last seconds: [`Room::clip`] has them. `program` is the version that plays.
+    /// Starts a log of the game's last seconds, for [`Room::clip`]. `program` is the version that plays the game.
     pub fn keep_clips(&mut self, program: &str) {
         self.begin_log(program, true);
     }
@@ -275,17 +275,17 @@ impl Room {
         self.log = Some(GameLog::new(start, keeps_clips, &self.game, self.members.looks()));
     }
 
-    /// The log, where one is kept.
+    /// The log, if one is kept.
     pub fn log(&self) -> Option<&GameLog> {
         self.log.as_ref()
     }
 
-    /// Ends the block of the log that is being filled, so that readers have all ticks.
+    /// Ends the current block of the log, so that readers have all ticks.
     pub fn flush_log(&mut self) {
         self.log.iter_mut().for_each(GameLog::flush);
     }
 
-    /// Appends notes of the host to the log. They are of the last tick.
+    /// Appends the host's notes about the last tick to the log.
     pub fn log_notes(&mut self, notes: Record) {
         self.log.iter_mut().for_each(|log| log.append(notes.clone()));
     }
@@ -296,13 +296,13 @@ impl Room {
         self.log.iter_mut().for_each(|log| log.keyframe(&self.game, looks.clone()));
     }
 
-    /// Appends the end of the game, or of what replays are to have of it, to the log.
+    /// Appends the end of the game to the log, or the end of the part that replays may contain.
     pub fn end_log(&mut self) {
         self.log.iter_mut().for_each(|log| log.append(log::end(&self.game)));
     }
 
-    /// The last seconds as the records of a replay, which ends now and begins up to half a minute earlier than the
-    /// clip; [`log::cut`] shortens it. `None` where none are kept.
+    /// The last seconds as the records of a replay. It ends now and begins up to half a minute before the clip;
+    /// [`log::cut`] shortens it. `None` if no clips are kept.
     pub fn clip(&self, unix_s: u64) -> Option<Vec<Arc<Record>>> {
         self.log.as_ref()?.clip(unix_s, &self.game)
     }
@@ -316,43 +316,43 @@ impl Room {
         self.log.iter_mut().for_each(|log| log.record(unix_s, &self.game, looks.clone()));
     }
 
-    /// Takes the records of that replay which are ready, in order; none if there is none.
+    /// Takes the finished records of the replay in memory, in order; empty without a replay.
     pub fn take_records(&mut self) -> Vec<Record> {
         self.log.as_mut().map(GameLog::take_records).unwrap_or_default()
     }
 
-    /// The last records of that replay if it ended now. It goes on.
+    /// The last records of the replay in memory, as if it ended now. The replay continues.
     pub fn recording_end(&self) -> Vec<Record> {
         self.log.as_ref().map(|log| log.recording_end(&self.game)).unwrap_or_default()
     }
 
-    /// Ends that replay, and returns its last records.
+    /// Ends the replay in memory, and returns its last records.
     pub fn stop_recording(&mut self) -> Vec<Record> {
         let last = self.recording_end();
         self.log.iter_mut().for_each(GameLog::stop_recording);
         last
     }
 
-    /// Subscribes a client to snapshots of the whole world. Returns its subscription and the coded
-    /// keyframe to send first; after every tick from the next on [`Room::message`] has the rest. At the
-    /// full rate the keyframe holds all live particles, and the client runs them itself from there.
+    /// Subscribes a client to snapshots of the whole world. Returns the subscription and the coded keyframe to send
+    /// first; the later messages come from [`Room::message`] after every tick. At the full rate the keyframe holds all
+    /// live particles, and the client simulates them from there.
     pub fn subscribe(&mut self, rate: Rate) -> (Subscriber, Bytes) {
         self.replication.subscribe(rate, &self.newest, Some(live_particles(&self.game)))
     }
 
-    /// The same for a client that was sent the live particles before.
+    /// Like [`Room::subscribe`], for a client that already has the live particles.
     pub fn subscribe_again(&mut self, rate: Rate) -> (Subscriber, Bytes) {
         self.replication.subscribe(rate, &self.newest, None)
     }
 
-    /// Subscribes a player's client, which in a world larger than its view gets what the camera can see.
-    /// This ends the player's earlier subscription to an interest area.
+    /// Subscribes a player's client. In a world larger than its view it receives the part that the camera can see. This
+    /// ends the player's earlier subscription to an interest area.
     pub fn subscribe_view(&mut self, seat: Seat, rate: Rate) -> (Subscriber, Bytes) {
         self.subscribe_seat(seat, rate, true)
     }
 
-    /// The same for a client that was sent the live particles before, even if its link is so slow that they were dropped
-    /// on the way: one that subscribes again was too slow, or no longer is, and has most of them.
+    /// Like [`Room::subscribe_view`], for a client that was sent the live particles before. They may have been dropped
+    /// on a slow link, but a client that subscribes again has most of them.
     pub fn subscribe_view_again(&mut self, seat: Seat, rate: Rate) -> (Subscriber, Bytes) {
         self.subscribe_seat(seat, rate, false)
     }
@@ -388,9 +388,9 @@ impl Room {
         }
     }
 
-    /// Sets how much of the world a player's page shows, width and height in world units. The first
-    /// size holds at once, later ones from the next multiple of [`VIEW_EVERY_TICKS`], because every body
-    /// that enters the area is sent in full. Does nothing if the seat is free.
+    /// Sets the size of a player's view, in world units. The first size takes effect at once, later ones at the next
+    /// multiple of [`VIEW_EVERY_TICKS`], because every body that enters the area is sent in full. Does nothing if the
+    /// seat is free.
     pub fn view(&mut self, seat: Seat, size: Vec2) {
         let Some(member) = self.members.seats.get_mut(&seat) else { return };
         if member.view.replace(size).is_none() {
@@ -398,8 +398,8 @@ impl Room {
         }
     }
 
-    /// The coded snapshot that a client is sent after this tick; `None` between the ticks of its
-    /// rate, and while nothing moves. A client that misses one has to subscribe again.
+    /// The coded snapshot for a client after this tick; `None` between the ticks of its rate, and while nothing moves.
+    /// A client that misses one has to subscribe again.
     pub fn message(&self, subscriber: &Subscriber) -> Option<&Bytes> {
         self.replication.message(subscriber)
     }
@@ -414,27 +414,27 @@ impl Room {
         &self.code
     }
 
-    /// The scene that is played.
+    /// The scene being played.
     pub fn scene(&self) -> &Arc<Scene> {
         self.game.scene()
     }
 
-    /// The game that its members play.
+    /// The game being played.
     pub fn game(&self) -> &Game {
         &self.game
     }
 
-    /// Number of seats that people took, held ones included.
+    /// Number of seats taken by people, including held ones.
     pub fn players(&self) -> usize {
         self.members.people()
     }
 
-    /// Number of seats that bots fill until people come.
+    /// Number of seats filled by bots until people come.
     pub fn bots(&self) -> usize {
         self.members.bots.as_ref().map_or(0, Bots::count)
     }
 
-    /// Seats that are held for lost players, the longest lost first.
+    /// Seats held for disconnected players, longest absence first.
     pub fn held(&self) -> Vec<Seat> {
         let lost =
             self.members.seats.iter().filter_map(|(&seat, member)| Some((member.lost_tick?, seat)));
@@ -444,13 +444,13 @@ impl Room {
         held.into_iter().map(|key| Seat(key as u16)).collect()
     }
 
-    /// Ticks for which a player has pressed, released and moved nothing; `None` for a free seat and for a bot's.
+    /// Ticks since a player last pressed, released or moved anything; `None` for a free seat or a bot's.
     pub fn idle_ticks(&self, seat: Seat) -> Option<u32> {
         let member = self.members.seats.get(&seat).filter(|_| !self.members.is_bot(seat))?;
         Some(self.game.tick_count().saturating_sub(member.intent.1))
     }
 
-    /// Tick after which a player took the seat; `None` for a free seat and for a bot's.
+    /// Tick after which a player took the seat; `None` for a free seat or a bot's.
     pub fn joined_tick(&self, seat: Seat) -> Option<u32> {
         let member = self.members.seats.get(&seat).filter(|_| !self.members.is_bot(seat))?;
         Some(member.joined_tick)

@@ -1,9 +1,9 @@
-//! Runs: what a replay shows of a scene's rounds, once it was played again.
+//! Runs: won rounds, read from a replay by playing it again.
 //!
-//! A run belongs to the scene whose text the replay holds, and its measure follows from the rules of the scene: the
-//! time until a side wins, or the points of the winners. Nothing is believed but the players' inputs: the game begins
-//! at tick 0 with the seed of the replay, every hash and every state in the file is compared with what is played, and
-//! the result is read off the game. That a person pressed the keys cannot be proved, nor whose name it was.
+//! A run belongs to the scene whose text is in the replay. Its measure follows from the rules of the scene: the time
+//! until a side wins, or the points of the winners. Only the players' inputs are trusted. The game starts at tick 0
+//! with the seed of the replay, every hash and every state in the file is compared with the game, and the result is
+//! read from the game. The replay cannot prove that a person pressed the keys, or whose name it was.
 
 use crate::playback::{Playback, PlaybackError};
 use jostle_game::scene::{RoundSpec, RuleSpec};
@@ -13,21 +13,21 @@ use jostle_protocol::replay::{Ending, Replay, ReplayError};
 use jostle_sim::TICKS_PER_SECOND;
 use std::sync::Arc;
 
-/// Ticks of a replay that may be a run: half an hour, as its game is played from its first tick each time.
+/// Maximum number of ticks in the replay of a run: half an hour, because its game is always played from the first tick.
 pub const RUN_TICKS_MAX: u32 = 30 * 60 * TICKS_PER_SECOND;
 
-/// Which of two runs of a scene is better.
+/// The measure that decides which of two runs of a scene is better.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Measure {
-    /// The one in which a side wins sooner.
+    /// The run in which a side wins sooner.
     Time,
-    /// The one whose winners have more points; of equals the shorter.
+    /// The run whose winners have more points, or if equal the shorter one.
     Points,
 }
 
 impl Measure {
-    /// The measure that the rules of a scene define. `None` without rounds, and where teams play against each other,
-    /// as it depends on the others then how soon one wins. The same holds where each plays alone and others can lose.
+    /// The measure defined by the rules of a scene. `None` without rounds, and if teams play against each other,
+    /// because the winning time then depends on the opponents. The same holds if each plays alone and others can lose.
     pub fn of(scene: &Scene) -> Option<Measure> {
         let round = scene.rules.round.as_ref().filter(|_| scene.rules.teams.len() < 2)?;
         let ends = |won| move |rule: &RuleSpec| rule.effects.end == Some(won);
@@ -41,7 +41,7 @@ impl Measure {
         }
     }
 
-    /// Its word in answers of a server.
+    /// The name of the measure in server answers.
     pub fn name(self) -> &'static str {
         match self {
             Measure::Time => "time",
@@ -53,27 +53,27 @@ impl Measure {
 /// A round that was won.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Run {
-    /// How it is compared with others.
+    /// The measure for comparison with other runs.
     pub measure: Measure,
     /// Ticks of the game before the round began.
     pub begin: u32,
-    /// The tick that decided it.
+    /// The tick that decided the round.
     pub end: u32,
     /// Points of the winners.
     pub points: i32,
-    /// Digest of the whole state after that tick.
+    /// State hash after that tick.
     pub hash: u64,
     /// The winners, in seat order; at least one.
     pub players: Vec<(Seat, Appearance)>,
 }
 
 impl Run {
-    /// Ticks that the round took.
+    /// Length of the round in ticks.
     pub fn ticks(&self) -> u32 {
         self.end - self.begin
     }
 
-    /// The smaller, the better.
+    /// The sort key; smaller is better.
     pub fn rank(&self) -> (i32, u32) {
         match self.measure {
             Measure::Time => (0, self.ticks()),
@@ -90,39 +90,39 @@ pub enum Unproven {
         "runs of this scene are not compared: it has no rounds, or teams play against each other"
     )]
     NotCompared,
-    /// It is of another scene, or of another text of it.
+    /// The replay is of another scene, or of another version of its text.
     #[error("the scene in the replay is not the one that is played here under the name {0:?}")]
     OtherScene(String),
-    /// It begins in the middle of a game.
+    /// The replay begins in the middle of a game.
     #[error("the replay begins after tick {0}; a run is recorded from the first tick of its game")]
     Midway(u32),
-    /// It is too long.
+    /// The replay is too long.
     #[error("the replay has {0} ticks; a run has at most {RUN_TICKS_MAX}")]
     TooLong(u32),
-    /// It was damaged, or cut short.
+    /// The replay is damaged or truncated.
     #[error("the replay is not whole: {0}")]
     NotWhole(ReplayError),
-    /// It cannot be played.
+    /// The replay cannot be played.
     #[error("the replay cannot be played: {0}")]
     Unplayable(#[from] PlaybackError),
-    /// An input or a hash is not what was recorded.
+    /// A hash of the game differs from the recorded one.
     #[error("tick {0} does not have the recorded hash when it is played again")]
     Differs(u32),
-    /// A state in the file is not the one that is played.
+    /// A state in the file differs from that of the game.
     #[error("the keyframe of tick {0} is not the state that is played")]
     OtherState(u32),
-    /// More players are in it than a room of the scene takes.
+    /// The replay has more players than a room of the scene takes.
     #[error("{0} players are in the game, more than a room of this scene takes")]
     TooMany(usize),
-    /// No round is won in it.
+    /// No round in the replay was won.
     #[error("no player wins a round in this replay")]
     NoResult,
-    /// It takes too long to play.
+    /// The replay takes too long to play.
     #[error("the replay takes too long to play: it came to tick {0}")]
     TooSlow(u32),
 }
 
-/// Plays a replay of this scene again, and returns the best run in it. `may_go_on` is asked after each tick.
+/// Plays a replay of this scene again, and returns its best run. `may_go_on` is called after each tick.
 pub fn prove(
     replay: &Arc<Replay>,
     scene: &Scene,
@@ -152,14 +152,14 @@ pub fn prove(
     if replay.end_hash() != Some(playback.game().hash()) {
         return Err(Unproven::Differs(playback.tick()));
     }
-    // One before the first tick, or a second one of the same tick, was not compared.
+    // A keyframe before the first tick, or a second one of the same tick, was not compared.
     if let Some(tick) = keyframes.next() {
         return Err(Unproven::OtherState(tick));
     }
     watch.best.ok_or(Unproven::NoResult)
 }
 
-/// Checks what can be seen without playing.
+/// Performs the checks that need no playing.
 fn check_outline(replay: &Replay, scene: &Scene) -> Result<(), Unproven> {
     let start = replay.start();
     if (start.scene_name != scene.name) || (start.scene != scene.source) {
@@ -177,7 +177,8 @@ fn check_outline(replay: &Replay, scene: &Scene) -> Result<(), Unproven> {
     }
 }
 
-/// Returns whether the keyframe of this tick is what was played: players of replays go on from it.
+/// Returns whether the keyframe of this tick matches the game. Replay players resume from keyframes, so they must be
+/// genuine.
 fn has_state(playback: &Playback) -> bool {
     let (moment, game) = (playback.moment(), playback.game());
     let keyframe = playback.replay().keyframe_before(playback.tick());
@@ -187,11 +188,11 @@ fn has_state(playback: &Playback) -> bool {
     })
 }
 
-/// Looks at the rounds of a game while it is played.
+/// Watches the rounds of a game as it is played.
 struct Watch {
     measure: Measure,
     round: Option<RoundInfo>,
-    /// Ticks before the round that runs.
+    /// Ticks before the current round.
     begin: Option<u32>,
     best: Option<Run>,
 }
@@ -216,13 +217,13 @@ impl Watch {
     }
 }
 
-/// Returns whether a round was won by what was done in it, and not by the end of its time.
+/// Returns whether a round was won by play rather than by its time limit.
 fn is_finished(measure: Measure, spec: &RoundSpec, ticks: u32, points: i32) -> bool {
     let reached = spec.goal.is_some_and(|goal| points >= goal);
     measure == Measure::Points || reached || spec.time.is_none_or(|time| ticks < time)
 }
 
-/// The run of a round that is over, if anybody won it.
+/// The run of a finished round, if a side won it.
 fn result(measure: Measure, begin: u32, round: &RoundInfo, playback: &Playback) -> Option<Run> {
     let points = round.winners.iter().filter_map(|&side| Some(round.side(side)?.score)).max()?;
     let won = |side: &Side| round.winners.contains(side);

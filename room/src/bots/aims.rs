@@ -1,36 +1,36 @@
-//! What a scene's rules make worth doing.
+//! The goals that a scene's rules give to bots.
 
 use jostle_game::scene::{Each, Occasion, RuleSpec, SignalKind, Step, To, ZoneArea, ZoneSpec};
 use jostle_game::{Scene, Tools};
 use jostle_sim::Vec2;
 
-/// What there is to do for a bot in a scene.
+/// The things that a bot can do in a scene.
 #[derive(Clone, Debug, Default)]
 pub struct Aims {
-    /// Zones to pass through in this order, over and over.
+    /// Zones to pass in this order, repeatedly.
     pub gates: Vec<u8>,
-    /// A zone to be alone in.
+    /// A zone to hold alone.
     pub hill: Option<u8>,
-    /// Zones into which a ball is to be sent, or not.
+    /// Zones that a ball should enter, or must not.
     pub goals: Vec<Goal>,
-    /// Whether dye packs can be thrown or launched.
+    /// Whether dye packs can be fired.
     pub shoots: bool,
 }
 
-/// A zone into which a ball is to be sent, or not.
+/// A zone that a ball should enter, or must not.
 #[derive(Clone, Copy, Debug)]
 pub struct Goal {
     /// Number of the zone.
     pub zone: u8,
-    /// Groups of the balls, a bit each.
+    /// Groups of the balls, as a bit set.
     pub balls: u32,
-    /// The team for which it is good, or bad.
+    /// The team for which a ball in the zone is good or bad.
     pub team: u8,
     pub is_good: bool,
 }
 
 impl Aims {
-    /// Reads them off the scene's rules.
+    /// Derives the aims from the scene's rules.
     pub fn of(scene: &Scene) -> Aims {
         let rules = &scene.rules;
         let orders = rules.signals.iter().filter_map(|signal| match &signal.kind {
@@ -68,7 +68,7 @@ impl Aims {
     }
 }
 
-/// The middle of a zone that stays where it is.
+/// The middle of a zone that does not move.
 pub fn middle(zone: &ZoneSpec, size: Vec2) -> Vec2 {
     match zone.area {
         ZoneArea::Everywhere => size * 0.5,

@@ -1,17 +1,17 @@
-//! Ways around what does not move, on a coarse grid.
+//! Paths around fixed obstacles, on a coarse grid.
 
 use jostle_game::Game;
 use jostle_sim::math::max;
 use jostle_sim::{Motion, Vec2};
 use std::collections::VecDeque;
 
-/// Columns and rows at most.
+/// Maximum number of columns and of rows.
 const CELLS_MAX: f32 = 64.0;
-/// Cells that a bot looks ahead on its way.
+/// Cells that a bot looks ahead on its path.
 const AHEAD: usize = 3;
 const FAR: u16 = u16::MAX;
 
-/// A grid over the world: where a hero's centre cannot be.
+/// A grid over the world that marks where a hero's centre cannot be.
 pub struct Terrain {
     cell: Vec2,
     columns: usize,
@@ -25,7 +25,7 @@ pub struct Terrain {
 }
 
 impl Terrain {
-    /// An empty world of this size, for heroes of this half extent.
+    /// Creates a grid for an empty world of this size and heroes of this half extent.
     pub fn new(size: Vec2, half: Vec2) -> Terrain {
         let side = max(max(half.x, half.y), max(size.x, size.y) / CELLS_MAX);
         let columns = ((size.x / side).ceil() as usize).max(1);
@@ -42,7 +42,7 @@ impl Terrain {
         }
     }
 
-    /// Notes which cells heroes cannot be in.
+    /// Marks the cells that heroes cannot be in.
     pub fn survey(&mut self, game: &Game) {
         self.blocked.fill(false);
         let (scene, world) = (game.scene(), game.world());
@@ -65,7 +65,7 @@ impl Terrain {
         }
     }
 
-    /// The place to go to next on the way to another.
+    /// The next waypoint on the way to a destination.
     pub fn next(&mut self, from: Vec2, to: Vec2) -> Vec2 {
         let (start, goal) = (self.index(from), self.index(to));
         self.search(goal, start);
@@ -73,7 +73,7 @@ impl Terrain {
         for step in 0..AHEAD {
             let Some(next) = self.around(at).min_by_key(|&cell| self.steps[cell]) else { break };
             if self.steps[next] >= self.steps[at] {
-                // There, or no way that the grid knows of.
+                // Either the goal is reached, or the grid has no path.
                 return if step == 0 { to } else { self.middle(at) };
             }
             at = next;
@@ -81,7 +81,7 @@ impl Terrain {
         if at == goal { to } else { self.middle(at) }
     }
 
-    /// Counts the steps to `goal` from everywhere that is not further than `start`.
+    /// Counts the steps to `goal` from every cell that is no further than `start`.
     fn search(&mut self, goal: usize, start: usize) {
         self.steps.fill(FAR);
         self.queue.clear();
@@ -101,7 +101,7 @@ impl Terrain {
         }
     }
 
-    /// The cells beside, below and above.
+    /// The four adjacent cells.
     fn around(&self, cell: usize) -> impl Iterator<Item = usize> + use<> {
         let (column, columns, rows) = (cell % self.columns, self.columns, self.rows);
         let row = cell / columns;
@@ -115,7 +115,7 @@ impl Terrain {
     }
 
     fn clamped(&self, point: Vec2) -> [usize; 2] {
-        // A cast saturates: what is left of or below the world is in the first cell.
+        // The cast saturates, so that points left of or below the world fall into the first cell.
         let column = ((point.x / self.cell.x) as usize).min(self.columns - 1);
         let row = ((point.y / self.cell.y) as usize).min(self.rows - 1);
         [column, row]
@@ -138,7 +138,7 @@ mod tests {
     use jostle_game::Scene;
     use std::sync::Arc;
 
-    /// A wall across a world, open at the top.
+    /// A world with a wall across it, open at the top.
     fn walled() -> (Game, Terrain) {
         let text = "title = \"Wall\"\nsize = [200, 100]\ngroups = [\"hero\", \"platform\"]\n\
                     pairs = [[\"hero\", \"platform\"]]\n[hero]\nsize = [10, 10]\nspawns = [[20, 20]]\n\

@@ -27,7 +27,7 @@ fn ticks(room: &mut Room, count: u32) {
     (0..count).for_each(|_| room.tick());
 }
 
-/// Seats of the players in the game, by team.
+/// Teams of the players in the game, in seat order.
 fn teams(room: &Room) -> Vec<Option<u8>> {
     let round = room.game().round().expect("a round");
     round.players.iter().map(|player| player.team).collect()
@@ -241,14 +241,14 @@ fn verify(bytes: Vec<u8>) {
     assert!(found.is_none(), "it differs");
 }
 
-/// What became of a match of bots.
+/// The result of a match between bots.
 struct Match {
     ticks: u32,
     winners: Vec<jostle_game::Side>,
     bytes: Vec<u8>,
 }
 
-/// Bots play a round to its end, recorded.
+/// Lets bots play a round to its end, and records it.
 fn play_match(name: &str, players: u16, seed: u64) -> Match {
     let scene = scene(name);
     let mut game = Game::new(Arc::clone(&scene), seed);
@@ -277,7 +277,7 @@ fn play_match(name: &str, players: u16, seed: u64) -> Match {
     }
 }
 
-/// Matches of each game; `--nocapture` tells who is favoured.
+/// Matches for each game; `--nocapture` prints the wins of each side.
 const MATCHES: u64 = if cfg!(debug_assertions) { 1 } else { 100 };
 
 #[test]

@@ -44,7 +44,7 @@ fn some_body(replay: &Arc<Replay>, tick: u32, nth: usize) -> BodyId {
     playback.seek(tick).unwrap();
     let world = playback.game().world();
     let loose = world.ids().filter(|&id| {
-        // A contact can take back what changes a slow one.
+        // A contact can undo a change to a slow body.
         world.motion(id) == Motion::Dynamic && world.velocity(id).abs().cmpgt(Vec2::ONE).all()
     });
     loose.skip(nth).step_by(3).next().expect("a moving body")
@@ -82,7 +82,7 @@ fn a_larger_change_is_shown_at_the_next_keyframe() {
     let records = records("impulse", crate::log::KEYFRAME_TICKS_MIN + 10, 4);
     let replay = Arc::new(Replay::read(file(&records)).unwrap());
     let mut other = records.clone();
-    // As a recorder that differs would have written it: another state at the keyframe.
+    // Imitates a recorder that diverged: the keyframe has another state.
     let (mut changed, at) = (None, 1700);
     for record in &mut other {
         match record {
@@ -114,8 +114,8 @@ fn a_larger_change_is_shown_at_the_next_keyframe() {
     assert!(found.to_string().contains("tick 1700: more than one number differs; at tick 1800"));
 }
 
-/// Plays the same tick in two games, and returns their first difference with the phase in which it
-/// appeared. `watch_other` may change the other world after each phase, before they are compared.
+/// Plays the same tick in two games, and returns their first difference and the phase in which it appeared.
+/// `watch_other` may change the other world after each phase, before the comparison.
 fn step_together(
     one: &mut Moment,
     other: &mut Moment,

@@ -1,5 +1,5 @@
-//! Memory for the messages of a room. The scratch buffers of the encoder and the memory of messages that
-//! are no longer in use are kept, so a steady tick allocates nothing.
+//! Buffers for the messages of a room. The encoder's scratch buffers and the memory of unused messages are kept, so
+//! that a steady tick allocates nothing.
 
 use bytes::{Bytes, BytesMut};
 use jostle_protocol::{EncodeScratch, Snapshot, SnapshotStream, TimedEvent};
@@ -9,12 +9,12 @@ use std::sync::Arc;
 /// Messages whose memory is kept for reuse. Beyond this the oldest leaves the pool and is freed by its
 /// last holder.
 const MESSAGES_MAX: usize = 1024;
-/// Bytes of the messages whose memory is kept: a megabyte serves 64 players of a large world that are sent 500 bytes
-/// each and lag by half a second. Buffers grow by doubling, so that the pool holds at most twice as much.
+/// Limit on the total length of pooled messages, bytes. A megabyte serves 64 players in a large world who receive 500
+/// bytes per tick and lag by half a second. Buffers grow by doubling, so the pool holds at most twice as much.
 const BYTES_MAX: usize = 1 << 20;
-/// Messages that are tried for reuse before new memory is allocated.
+/// Messages to try for reuse before new memory is allocated.
 const TRIES: usize = 4;
-/// Longest message whose memory is kept, bytes; a larger one is rare, and freed by its last holder.
+/// Longest message to pool, bytes. Larger ones are rare, and are freed by their last holder.
 const KEPT_BYTES_MAX: usize = 16 << 10;
 /// Capacity of a new buffer, bytes: most messages fit.
 const USUAL_BYTES: usize = 512;
@@ -23,7 +23,7 @@ const USUAL_BYTES: usize = 512;
 #[derive(Clone, Debug, Default)]
 pub struct BufferPool {
     scratch: EncodeScratch,
-    /// Messages that were encoded, the oldest first.
+    /// Encoded messages, oldest first.
     messages: VecDeque<Bytes>,
     bytes: usize,
 }
@@ -38,7 +38,7 @@ impl BufferPool {
     ) -> Bytes {
         let mut buffer = self.free_buffer();
         buffer.extend_from_slice(stream.encode_with(&mut self.scratch, snapshot, events));
-        // Bytes split off share one reference count for good; `freeze` alone would allocate one each time.
+        // Bytes that were split off share one reference count; `freeze` alone would allocate one for each message.
         let message = buffer.split().freeze();
         if message.len() > KEPT_BYTES_MAX {
             return message;
@@ -141,7 +141,7 @@ mod tests {
         let crowd = Snapshot { bodies: (0..1000).map(body).collect(), ..Snapshot::default() };
         let held: Vec<Bytes> = (1..=900)
             .map(|tick| {
-                // A keyframe each time.
+                // Each message is a keyframe.
                 stream = SnapshotStream::new(1);
                 pool.encode(&mut stream, &Arc::new(Snapshot { tick, ..crowd.clone() }), &[])
             })

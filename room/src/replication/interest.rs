@@ -1,10 +1,9 @@
-//! Interest management: the part of a large world that one player's camera can see, and the channel that
-//! sends it.
+//! Interest management: the part of a large world that one player's camera can see, and the channel for it.
 //!
-//! The view is centred on the player's hero and stays inside the world, as on the page. A body is sent
-//! from the moment it comes within a margin of the view, now or soon, until it is two margins away; a body at rest
-//! costs nothing, and is kept much longer. Which bodies those are depends on the snapshot, on what was
-//! sent before, and on where the hero was. To the stream they are born and die.
+//! The view is centred on the player's hero and stays inside the world, as on the page. A body is sent from the moment
+//! it is, or soon will be, within a margin of the view, until it is two margins away. A body at rest costs nothing and
+//! is kept at a much greater distance. The selection depends on the snapshot, the bodies sent before, and the hero's
+//! past positions. In the stream, bodies that enter and leave the area appear as births and deaths.
 
 use super::buffer_pool::BufferPool;
 use super::snapshot_channel::{LiveParticles, Rate, SnapshotChannel, Subscriber};
@@ -19,17 +18,17 @@ use std::sync::Arc;
 /// How far the page's camera looks ahead of its hero, in ticks of the hero's motion. A room has to know this, because a body
 /// must be sent before the camera can see it; the page takes its own constants from these.
 pub const CAMERA_AHEAD_TICKS: i32 = 11;
-/// Each tick the camera covers one part in this many of the distance to its goal.
+/// Each tick the camera covers this fraction of the distance to its goal: one part in so many.
 pub const CAMERA_CATCH_UP_TICKS: i32 = 9;
-/// Width and height of a view whose size is not known, in heights of the scene's camera.
+/// Default size of a view, in heights of the scene's camera.
 const VIEW_DEFAULT: Vec2 = Vec2::new(2.0, 1.0);
-/// Largest width and height of a view, in the same measure.
+/// Largest width and height of a view, in heights of the scene's camera.
 const VIEW_HEIGHTS_MAX: f32 = 4.0;
-/// The smaller side of the view divided by the margin; at the lowest rate the margin is three times that.
+/// The smaller side of the view divided by the margin. At the lowest rate the margin is three times as large.
 const MARGINS: i32 = 16;
-/// Margins within which a body at rest is kept: half a view.
+/// Margins within which a resting body is kept: half a view.
 const MARGINS_KEPT: i32 = MARGINS / 2;
-/// A hero that moves in a tick by more than the view's height divided by this was teleported.
+/// A hero that moves more than this fraction of the view's height in a tick was teleported.
 const TELEPORT_PARTS: i32 = 8;
 
 /// A position in quanta.
@@ -37,15 +36,15 @@ type Position = [i32; 2];
 /// A width and height in quanta.
 pub type Extent = [i32; 2];
 
-/// The extent of a view in a scene; `None` if the whole world fits into it. `size` in world units, once the
-/// client has reported it.
+/// The extent of a view in a scene; `None` if it covers the whole world. `size` is in world units, once reported by the
+/// client.
 pub fn view_of(scene: &Scene, size: Option<Vec2>) -> Option<Extent> {
     let Camera::Follow { height } = scene.camera else { return None };
     let view = extent(scene, size.unwrap_or(VIEW_DEFAULT * height), height);
     (view != world_of(scene)).then_some(view)
 }
 
-/// A view of this size, limited to the world and to the largest view.
+/// The extent of a view of this size, limited to the world and to the largest view.
 fn extent(scene: &Scene, size: Vec2, height: f32) -> Extent {
     let world = world_of(scene);
     let most = quanta(VIEW_HEIGHTS_MAX * height, scene.world.quantum);
@@ -57,7 +56,7 @@ fn world_of(scene: &Scene) -> Extent {
     [scene.size.x, scene.size.y].map(|length| quanta(length, scene.world.quantum))
 }
 
-/// A length in quanta, at most the largest coordinate.
+/// Converts a length to quanta, at most the largest coordinate.
 fn quanta(length: f32, quantum: f32) -> i32 {
     ((length / quantum) as i32).min(QUANTA_MAX)
 }
@@ -71,8 +70,8 @@ pub struct InterestArea {
 }
 
 impl InterestArea {
-    /// Creates an area, and subscribes its player with a keyframe. The camera of an area `before` is kept,
-    /// because the page's camera stays where it is when the rate changes.
+    /// Creates an area, and subscribes its player with a keyframe. If there was an area `before`, its camera is kept,
+    /// because the page's camera does not move when the rate changes.
     pub fn subscribe(
         before: Option<InterestArea>,
         seat: Seat,
@@ -117,7 +116,7 @@ impl InterestArea {
         });
     }
 
-    /// See [`SnapshotChannel::message`].
+    /// The message of this tick. See [`SnapshotChannel::message`].
     pub fn message(&self, subscriber: &Subscriber) -> Option<&Bytes> {
         self.channel.message(subscriber)
     }
@@ -129,12 +128,12 @@ struct CameraArea {
     quantum: f32,
     world: Extent,
     view: Extent,
-    /// The hero that is followed, and its position a tick ago.
+    /// The followed hero, and its position a tick ago.
     hero: Option<(BodyId, Position)>,
     /// Centre of the view, as on the page.
     center: Option<Position>,
     margin: i32,
-    /// Corners of everything that may be on the screen until the next message.
+    /// Corners of the region that may be on the screen until the next message.
     low: Position,
     high: Position,
 }
@@ -146,7 +145,7 @@ impl CameraArea {
         CameraArea { quantum, world, view, hero: None, center: None, margin: 0, low, high }
     }
 
-    /// Follows the hero; without one the view stays where it was.
+    /// Follows the hero. Without a hero the view does not move.
     fn follow(&mut self, newest: &Snapshot, seat: Seat, rate: Rate) {
         let hero = hero_of(newest, seat).map(|body| (body.id, body.quanta));
         let (at, velocity) = match (hero, self.hero) {
@@ -164,11 +163,11 @@ impl CameraArea {
             _ => goal,
         };
         self.cover(center, after(CAMERA_AHEAD_TICKS + every), every);
-        // Until a hero is followed, the page jumps to its first one.
+        // While no hero has been followed yet, the page will jump to its first one.
         self.center = self.center.or(hero.map(|_| center)).and(Some(center));
     }
 
-    /// Covers what a camera may show until the next message, while it moves from `center` towards `goal`.
+    /// Covers everything that the camera may show until the next message, while it moves from `center` towards `goal`.
     fn cover(&mut self, center: Position, goal: Position, every: i32) {
         let shift = [0, 1].map(|axis| {
             (goal[axis] - center[axis]) * every.min(CAMERA_CATCH_UP_TICKS) / CAMERA_CATCH_UP_TICKS
@@ -180,22 +179,22 @@ impl CameraArea {
         self.margin = margin * (1 + every / 6);
     }
 
-    /// The hero's displacement in a tick; zero if it was teleported.
+    /// The hero's displacement in a tick, or zero if it was teleported.
     fn velocity(&self, before: Position, at: Position) -> Position {
         let velocity = [0, 1].map(|axis| at[axis] - before[axis]);
         let most = self.view[1] / TELEPORT_PARTS;
         if velocity.iter().any(|axis| axis.abs() > most) { [0; 2] } else { velocity }
     }
 
-    /// Returns true if the page's camera jumps from one position to the other, instead of gliding.
+    /// Returns true if the page's camera jumps between the two positions rather than gliding.
     fn is_jump(&self, from: Position, to: Position) -> bool {
         let far = i64::from(self.view[1] + self.view[1] / 2);
         let distance = [0, 1].map(|axis| i64::from(from[axis]) - i64::from(to[axis]));
         distance[0] * distance[0] + distance[1] * distance[1] > far * far
     }
 
-    /// The centre nearest to `at` of a view that stays inside the world, or the world's own centre if it
-    /// does not fit.
+    /// The centre nearest to `at` for which the view stays inside the world, or the world's centre if the view does not
+    /// fit.
     fn inside(&self, at: Position) -> Position {
         [0, 1].map(|axis| {
             let (half, world) = (self.view[axis] / 2, self.world[axis]);
@@ -203,8 +202,8 @@ impl CameraArea {
         })
     }
 
-    /// Writes to `seen` what the camera sees of a snapshot, for a client that was last sent the bodies
-    /// `before`. The player's own hero is always seen.
+    /// Writes the part of a snapshot that the camera sees to `seen`, for a client whose last message had the bodies
+    /// `before`. The player's own hero is always included.
     fn see(&self, newest: &Snapshot, before: &[SnapshotBody], seen: &mut Snapshot) {
         let own = self.hero.map(|(id, _)| id);
         let mut held = before.iter().peekable();
@@ -222,7 +221,7 @@ impl CameraArea {
         seen.bodies.clear();
         seen.bodies.extend(newest.bodies.iter().filter(is_seen));
         seen.players.clone_from(&newest.players);
-        // It seldom changes, and a copy takes memory.
+        // The round rarely changes, and a copy allocates.
         if seen.round != newest.round {
             seen.round.clone_from(&newest.round);
         }
@@ -241,8 +240,8 @@ impl CameraArea {
         })
     }
 
-    /// Returns true if an event is sent: impacts only where they are seen. Other events are rare, and the page
-    /// puts some of them into words.
+    /// Returns true if an event is sent. Impacts are sent only where they are visible; other events are rare, and the
+    /// page displays some of them as text.
     fn shows(&self, timed: &TimedEvent) -> bool {
         let Event::Impact { point, .. } = timed.event else { return true };
         let at = [point.x, point.y].map(|axis| (axis / self.quantum) as i32);

@@ -1,5 +1,5 @@
-//! One delta stream of snapshots, shared by all subscribers of a rate. A message is encoded once for all of
-//! them; only the subscribers whose keyframe is one of the last three messages share another encoding.
+//! One delta stream of snapshots, shared by all subscribers at the same rate. Each message is encoded once for all of
+//! them. Only subscribers whose keyframe is one of the last three messages get another encoding, which they share.
 
 use super::buffer_pool::BufferPool;
 use bytes::Bytes;
@@ -17,7 +17,7 @@ pub struct LiveParticles<'a> {
     pub particles: &'a Particles,
 }
 
-/// The messages of one rate.
+/// The messages at one rate.
 #[derive(Clone, Debug)]
 pub struct SnapshotChannel {
     rate: Rate,
@@ -27,25 +27,25 @@ pub struct SnapshotChannel {
     count: u64,
     /// Events since the newest message.
     events: Vec<TimedEvent>,
-    /// The message of this tick, if there is one.
+    /// The message of this tick, if one is due.
     message: Option<Bytes>,
-    /// A snapshot that was made for this channel, kept for its memory.
+    /// An unused snapshot, kept to reuse its memory.
     spare: Arc<Snapshot>,
 }
 
-/// Subscribers that share a keyframe.
+/// Subscribers that started with the same keyframe.
 #[derive(Clone, Debug)]
 struct RecentJoiners {
     since: u64,
     stream: SnapshotStream,
     keyframe: Bytes,
-    /// The keyframe with live particles, once one was asked for.
+    /// The keyframe with live particles, once a subscriber needed it.
     keyframe_with_particles: Option<Bytes>,
     message: Option<Bytes>,
 }
 
 impl SnapshotChannel {
-    /// Creates a channel that begins with this snapshot.
+    /// Creates a channel that starts with this snapshot.
     pub fn new(rate: Rate, first: &Arc<Snapshot>) -> SnapshotChannel {
         let mut stream = SnapshotStream::new(rate.every());
         stream.encode(first, &[]);
@@ -60,13 +60,13 @@ impl SnapshotChannel {
         }
     }
 
-    /// How often the channel has a message.
+    /// The rate of messages.
     pub fn rate(&self) -> Rate {
         self.rate
     }
 
-    /// Adds the next tick, and encodes its snapshot if it is due and anything happens. While there are
-    /// live particles every tick of the rate is sent, because clients run them tick by tick.
+    /// Adds the next tick, and encodes its snapshot if it is due and something has changed. While there are live
+    /// particles, every tick of the rate is sent, because clients simulate them tick by tick.
     pub fn push(
         &mut self,
         snapshot: &Arc<Snapshot>,
@@ -80,8 +80,8 @@ impl SnapshotChannel {
         }
     }
 
-    /// Adds the next tick where its snapshot depends on the last one sent. If the tick is due, `see` is
-    /// given that one and makes the next, in the memory of an older one.
+    /// Adds the next tick if its snapshot depends on the last one sent. If the tick is due, `see` receives the last one
+    /// and writes the next into the memory of an older one.
     pub fn push_seen(
         &mut self,
         tick: u32,
@@ -104,7 +104,7 @@ impl SnapshotChannel {
         }
     }
 
-    /// Collects the events of the next tick; returns true if the tick is one of this rate.
+    /// Collects the events of the next tick, and returns true if a message is due at this rate.
     fn is_due(&mut self, tick: u32, events: impl Iterator<Item = TimedEvent>) -> bool {
         self.message = None;
         self.recent_joiners.iter_mut().for_each(|joiners| joiners.message = None);
@@ -112,7 +112,7 @@ impl SnapshotChannel {
         tick.is_multiple_of(self.rate.every().into())
     }
 
-    /// Returns true if the next snapshot need not be sent.
+    /// Returns true if the next snapshot can be omitted.
     fn is_quiet(&self, next: &Snapshot, particles: &Particles) -> bool {
         let ticks_max = QUIET_MESSAGES_MAX * u32::from(self.rate.every());
         let quiet = !particles.is_active() && self.events.is_empty() && self.stream.is_quiet(next);
@@ -139,9 +139,9 @@ impl SnapshotChannel {
         self.events.clear();
     }
 
-    /// Sends a keyframe to all, because more events happened than one message may hold. They are dropped,
-    /// and live particles take their place, but only at the full rate: at lower rates particles are
-    /// decoration and need not be the same.
+    /// Sends a keyframe to all subscribers, because there were more events than fit into one message. The events are
+    /// dropped. At the full rate live particles are sent in their place; at lower rates particles are only decoration
+    /// and may differ.
     fn restart(&mut self, snapshot: &Arc<Snapshot>, particles: &Particles) {
         let is_exact = self.rate == Rate::Full && particles.is_active();
         let particles = if is_exact { particles.encode() } else { Vec::new() };
@@ -150,8 +150,8 @@ impl SnapshotChannel {
         self.recent_joiners.clear();
     }
 
-    /// Subscribes a client, beginning with the snapshot of the newest message, which may be older than
-    /// the newest tick. Its keyframe holds the live particles if they are of the very tick of the snapshot.
+    /// Subscribes a client, starting with the snapshot of the newest message, which may be older than the newest tick.
+    /// The keyframe holds the live particles only if they belong to the snapshot's tick.
     pub fn subscribe(&mut self, live: Option<LiveParticles>) -> (Subscriber, Bytes) {
         let newest = self.newest().tick;
         let subscriber =
@@ -176,8 +176,8 @@ impl SnapshotChannel {
         (subscriber, keyframe.clone())
     }
 
-    /// The message of this tick for a subscriber, if there is one. The subscriber must have received all
-    /// messages since its keyframe.
+    /// The message of this tick for a subscriber, if any. The subscriber must have received all messages since its
+    /// keyframe.
     pub fn message(&self, subscriber: &Subscriber) -> Option<&Bytes> {
         let age = self.count.checked_sub(subscriber.since)?;
         if age > u64::from(SnapshotStream::KEYFRAME_AGE) {
@@ -188,23 +188,23 @@ impl SnapshotChannel {
     }
 }
 
-/// How often a client gets a snapshot.
+/// The rate at which a client gets snapshots.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Rate {
-    /// A snapshot of every tick.
+    /// Every tick.
     #[default]
     Full,
-    /// A snapshot of every third tick.
+    /// Every third tick.
     Third,
-    /// A snapshot of every twelfth tick.
+    /// Every twelfth tick.
     Twelfth,
 }
 
 impl Rate {
-    /// All rates, the highest first.
+    /// All rates, highest first.
     pub const ALL: [Rate; 3] = [Rate::Full, Rate::Third, Rate::Twelfth];
 
-    /// Ticks from one message to the next.
+    /// Ticks between messages.
     pub fn every(self) -> u8 {
         match self {
             Rate::Full => 1,
@@ -213,7 +213,7 @@ impl Rate {
         }
     }
 
-    /// The next lower rate, for a client that falls behind; the lowest stays.
+    /// The next lower rate, for a client that falls behind. The lowest rate returns itself.
     pub fn lower(self) -> Rate {
         match self {
             Rate::Full => Rate::Third,
@@ -221,7 +221,7 @@ impl Rate {
         }
     }
 
-    /// The next higher rate, for a client that has caught up; the highest stays.
+    /// The next higher rate, for a client that has caught up. The highest rate returns itself.
     pub fn higher(self) -> Rate {
         match self {
             Rate::Full | Rate::Third => Rate::Full,
@@ -233,18 +233,18 @@ impl Rate {
 /// A client's subscription to a snapshot channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Subscriber {
-    /// How often it gets a snapshot.
+    /// The rate of messages.
     pub rate: Rate,
-    /// Tick of its keyframe.
+    /// Tick of the subscription's keyframe.
     pub keyframe_tick: u32,
-    /// Messages that the channel had sent before the keyframe.
+    /// Number of messages sent on the channel before the keyframe.
     pub(super) since: u64,
     /// The player whose interest area this is; `None` for the whole world.
     pub(super) seat: Option<Seat>,
 }
 
 impl Subscriber {
-    /// The subscription to the interest area of this player.
+    /// Assigns the subscription to the interest area of this player.
     pub(super) fn of(self, seat: Seat) -> Subscriber {
         Subscriber { seat: Some(seat), ..self }
     }
@@ -257,7 +257,7 @@ mod tests {
     use jostle_protocol::ServerMessage;
     use jostle_sim::{BodyId, EmitterDef, Recipe, Shape, Source, Vec2};
 
-    /// A client of a channel.
+    /// A client subscribed to a channel.
     struct Client {
         subscriber: Subscriber,
         stream: SnapshotStream,
@@ -286,7 +286,7 @@ mod tests {
             self.messages += 1;
         }
 
-        /// Decodes the message of the tick; returns true if there was one.
+        /// Decodes the message of this tick, and returns true if there was one.
         fn receive(&mut self, channel: &SnapshotChannel) -> bool {
             let message = channel.message(&self.subscriber).cloned();
             message.iter().for_each(|bytes| self.decode(bytes));
@@ -294,7 +294,7 @@ mod tests {
         }
     }
 
-    /// A body that moves in bursts: it rests in two of three seconds.
+    /// A body that moves in bursts and rests for two of every three seconds.
     fn snapshot(tick: u32) -> Arc<Snapshot> {
         let (second, part) = (tick / 60, tick % 60);
         let at = 60 * (second / 3) + if second.is_multiple_of(3) { part } else { 60 };

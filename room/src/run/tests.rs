@@ -1,11 +1,11 @@
-//! A run is what its replay shows, and a replay that was tampered with shows none.
+//! A run is read from its replay, and a replay that was tampered with proves none.
 
 use super::*;
 use crate::Room;
 use jostle_game::{Buttons, Input};
 use jostle_protocol::replay::{Block, Change, Record, header};
 
-/// A dash to the right: who reaches the post has won.
+/// A dash to the right. The first to reach the post wins.
 const DASH: &str = r#"
 title = "Dash"
 size = [100, 60]
@@ -36,7 +36,8 @@ fn built_in(name: &str) -> Scene {
     scenes.find(|scene| scene.name == name).expect("a shipped scene")
 }
 
-/// The records of a game in which Ann, beside Bob, waits for this many ticks of each round and then flies to the post.
+/// The records of a game with Ann and Bob, in which Ann waits for this many ticks of each round and then flies to the
+/// post.
 fn records(ticks: u32, waits: &[u32]) -> Vec<Record> {
     let mut room = Room::new("alone", scene(DASH), 7);
     room.record("test", 1000);
@@ -86,7 +87,7 @@ fn a_run_is_the_best_round_that_was_won() {
     let alone = proved(&records(480, &[60])).expect("a run");
     assert_eq!(alone.begin, 180, "after a countdown of three seconds");
     assert!(alone.ticks() > 60 && alone.ticks() < 200, "{alone:?}");
-    // The second round of the longer game was played like the only one of the other.
+    // The second round of the longer game was played like the only round of the other game.
     assert_eq!(run.ticks(), alone.ticks());
     assert!(run.begin > alone.end);
 }
@@ -115,7 +116,7 @@ fn a_replay_that_was_tampered_with_is_refused() {
         tamper(&mut records);
         proved(&records).expect_err("it was tampered with")
     };
-    // Ann flies a tick earlier than she did.
+    // Ann flies a tick earlier than in the recording.
     let earlier = refused(&|records| {
         let block = blocks(records).next().expect("ticks");
         let at = (run.begin + 59 - block.first) as usize;
@@ -168,7 +169,7 @@ fn the_states_in_a_replay_are_compared_too() {
     assert_eq!(with(&|keyframe| keyframe.state[20] ^= 1), Err(Unproven::OtherState(1800)));
     assert_eq!(with(&|keyframe| keyframe.hash ^= 1), Err(Unproven::OtherState(1800)));
     assert_eq!(with(&|keyframe| drop(keyframe.members.pop())), Err(Unproven::OtherState(1800)));
-    // A game that begins with points.
+    // A game in which a player starts with points.
     let mut records = whole.clone();
     let Record::Keyframe(keyframe) = records[at].clone() else { panic!("a keyframe") };
     records.insert(1, Record::Keyframe(jostle_protocol::replay::Keyframe { tick: 0, ..keyframe }));

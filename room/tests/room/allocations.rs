@@ -1,5 +1,5 @@
-//! Allocations of a room without joins and leaves, counted on its thread: none, whether its
-//! players see the whole world or a part of it.
+//! Allocations of a room without joins and leaves, counted on its thread. There must be none, whether its players see
+//! the whole world or a part of it.
 
 use allocation_counter::measure;
 use jostle_game::{Buttons, Input, Scene, Seat};
@@ -9,7 +9,7 @@ use jostle_sim::Vec2;
 use std::sync::Arc;
 
 const PLAYERS: u8 = 16;
-/// Ticks until every list has reached its length.
+/// Ticks until every list has reached its final capacity.
 const WARM_UP_TICKS: u32 = 2000;
 const TICKS: u32 = 300;
 
@@ -28,7 +28,7 @@ struct Full {
 }
 
 impl Full {
-    /// `more` is put in front of the scene file.
+    /// Creates the arena; `more` is prepended to the scene file.
     fn new(more: &str) -> Full {
         let mut scenes = Scene::built_in().into_iter();
         let arena = scenes.find(|scene| scene.name == "arena").expect("a built-in scene");

@@ -1,5 +1,5 @@
-//! A room with the most players: all are seated, seen, saved and recorded, including those whose
-//! seat takes two bytes.
+//! A room with the maximum number of players. All are seated, visible, saved and recorded, including those whose seat
+//! number takes two bytes.
 
 use jostle_game::{Buttons, Game, Input, SEATS_MAX, Scene, Seat};
 use jostle_protocol::replay::{Replay, header};
@@ -10,10 +10,10 @@ use std::sync::Arc;
 
 const SEATS: u16 = SEATS_MAX as u16;
 const TICKS: u32 = 40;
-/// The player who leaves halfway.
+/// The player who leaves halfway through.
 const LEAVER: u16 = 300;
 
-/// An open field without gravity; each two seats share a spawn.
+/// An open field without gravity. Every two seats share a spawn point.
 fn field() -> Arc<Scene> {
     let spawns: Vec<_> = (0..SEATS / 2).map(|at| [50 + at % 16 * 100, 45 + at / 16 * 54]).collect();
     let text = format!(
@@ -44,7 +44,7 @@ shapes = [{{ radius = 5 }}]
 }
 
 fn look(seat: u16) -> Appearance {
-    // Eight names, so that nearly all of them need a number.
+    // There are only eight names, so that nearly all players need a number.
     Appearance::new(&format!("P{}", seat % 8), (seat % 8) as u8).expect("a name")
 }
 
@@ -96,7 +96,7 @@ fn five_hundred_and_twelve_players_share_a_room() {
     assert_eq!(replayed(&mut room), hash);
 }
 
-/// Plays the room's recording again, compares every tick, and returns the hash at the end.
+/// Replays the room's recording, compares every tick, and returns the final hash.
 fn replayed(room: &mut Room) -> u64 {
     let mut bytes = header();
     room.stop_recording().iter().for_each(|record| bytes.extend(record.seal()));

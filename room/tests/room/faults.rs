@@ -1,6 +1,6 @@
-//! A seeded simulation of a room with two honest players and every kind of trouble, without sockets and in
-//! virtual time. Whatever happens, the hashes are those of the undisturbed game with the same inputs, and a
-//! subscriber that keeps up sees every tick. A failure names its seed.
+//! A seeded simulation of a room with two honest players and every kind of disturbance, without sockets and in virtual
+//! time. The hashes must always equal those of the undisturbed game with the same inputs, and a subscriber that keeps
+//! up must see every tick. A failure names its seed.
 
 use jostle_game::{Buttons, Input, Scene, Seat};
 use jostle_protocol::limits::CLIENT_MESSAGE_BYTES_MAX;
@@ -9,7 +9,7 @@ use jostle_room::{Claim, Rate, Room, SEQ_AHEAD_MAX, Subscriber};
 use jostle_sim::{Rng, Vec2};
 use std::sync::Arc;
 
-/// Two seats, both taken, so that no stranger gets one.
+/// A scene with two seats, both taken, so that no stranger gets one.
 const SCENE: &str = r#"title = "Pair"
 size = [100, 60]
 tools = ["steer"]
@@ -36,10 +36,10 @@ radius = 1
 
 const TICKS: u32 = 240;
 const SEEDS: u64 = 16;
-/// Most subscribers at a time; one more makes all of them leave in one tick.
+/// Maximum number of subscribers at a time. When one more would subscribe, all leave in one tick.
 const READERS_MAX: usize = 40;
 
-/// A game of two players, whose inputs depend on its seed alone.
+/// A game with two players whose inputs depend only on its seed.
 struct Play {
     room: Room,
     rng: Rng,
@@ -81,14 +81,14 @@ fn quiet(seed: u64) -> Vec<u64> {
     (0..TICKS).map(tick).collect()
 }
 
-/// The trouble around the two players.
+/// The disturbances around the two players.
 struct Trouble {
     rng: Rng,
     subscribers: Vec<Subscriber>,
 }
 
 impl Trouble {
-    /// One thing that goes wrong.
+    /// Causes one random disturbance.
     fn strike(&mut self, room: &mut Room, seq: u32) {
         let input = Input::new(Buttons::LEFT, None);
         let seat = Seat(self.rng.below(2) as u16);
@@ -117,7 +117,7 @@ impl Trouble {
         }
     }
 
-    /// Random bytes, or an input without a player.
+    /// Sends random bytes, or an input for an empty seat.
     fn garbage(&mut self) {
         let count = self.rng.below(CLIENT_MESSAGE_BYTES_MAX as u32 + 9) as usize;
         let bytes: Vec<u8> = (0..count).map(|_| self.rng.next_u32() as u8).collect();
@@ -126,7 +126,7 @@ impl Trouble {
         }
     }
 
-    /// A client subscribes, or all of them leave at once.
+    /// Subscribes a client, or removes all of them at once.
     fn read(&mut self, room: &mut Room) {
         if self.subscribers.len() == READERS_MAX {
             self.subscribers.clear();

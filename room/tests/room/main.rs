@@ -1,4 +1,5 @@
-//! The room as its users see it, in one program: linking each subject by itself takes longer than running it.
+//! The room through its public interface. All subjects are one program, because linking each separately takes longer
+//! than running it.
 
 mod allocations;
 mod crowd;

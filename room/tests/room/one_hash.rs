@@ -1,5 +1,5 @@
-//! A game's hashes depend on its scene, its seed and its inputs, and on nothing else: not on other
-//! rooms, on threads, on addresses in memory, or on the order in which bodies were removed.
+//! A game's hashes depend only on its scene, its seed and its inputs; not on other rooms, threads, memory addresses, or
+//! the order in which bodies were removed.
 
 use jostle_game::{Buttons, Game, Input, Scene, Seat};
 use jostle_protocol::Appearance;
@@ -46,7 +46,7 @@ impl Busy {
     }
 }
 
-/// Each scene alone, one after the other.
+/// Plays each scene alone, one after the other.
 fn alone() -> Vec<Vec<u64>> {
     scenes().iter().map(|scene| Busy::new(scene, 8).played()).collect()
 }
@@ -89,7 +89,7 @@ fn memory_addresses_do_not_matter() {
                 if litter.len() > 50 {
                     litter.swap_remove(rng.below(50) as usize);
                 }
-                // A copy is at another address, and the old memory is reused.
+                // A copy has another address, and the old memory is reused.
                 let game: Game = busy.room.game().clone();
                 assert_eq!(game.hash(), busy.room.game().hash());
                 busy.tick();
@@ -100,7 +100,7 @@ fn memory_addresses_do_not_matter() {
     assert_eq!(scattered, alone());
 }
 
-/// Bodies removed in any order leave slots that are reused in the same order.
+/// Bodies may be removed in any order; their slots are reused in the same order.
 #[test]
 fn the_order_of_removals_does_not_matter() {
     let hashes = [[1, 4, 7, 8], [8, 7, 4, 1], [4, 8, 1, 7]].map(|removals| {

@@ -160,7 +160,7 @@ fn everything_that_a_camera_shows_was_sent_at_every_rate() {
             came += newest.bodies.iter().filter(is_new).count();
             held += newest.bodies.len();
         }
-        // It is not the whole world, and bodies do not enter and leave all the time.
+        // Only a part of the world is shown, and bodies do not enter and leave constantly.
         assert!(shown > 1200 * 20 && 2 * held < 5 * shown, "{rate:?}: {shown} of {held}");
         assert!(came < held / 60, "{rate:?}: {came} of {held}");
     }
@@ -174,7 +174,7 @@ fn a_body_trembling_on_the_edge_of_a_view_enters_once() {
     let margin = 40.0 / MARGINS as f32;
     let way = [1.1, 0.8, 1.1, 0.8, 1.9, 1.1, 2.1, 2.1, 1.1, 0.9];
     for (tick, beyond) in way.into_iter().enumerate() {
-        // The view ends at 240, the body is 1 wide.
+        // The view ends at 240, and the body is 1 wide.
         let edge = body(9, Vec2::new(241.0 + beyond * margin, 100.0));
         let all = vec![body(HERO.index, Vec2::new(200.0, 100.0)), edge];
         let all = snapshot(tick as u32, all);
@@ -194,7 +194,7 @@ fn a_body_at_rest_is_kept_longer_when_the_camera_turns_away() {
     let (mut held, mut last) = (Vec::new(), Vec::new());
     for step in 0..600 {
         let hero = body(HERO.index, Vec2::new(100.0 + 0.25 * step as f32, 100.0));
-        // One rests, the other creeps.
+        // One body rests, the other creeps.
         let rests = body(9, Vec2::new(100.0, 90.0));
         let creeps = body(10, Vec2::new(100.0, 90.0 + step as f32 / 60.0));
         let all = snapshot(step, vec![hero, rests, creeps]);
@@ -205,7 +205,7 @@ fn a_body_at_rest_is_kept_longer_when_the_camera_turns_away() {
         last.push([9, 10].map(|index| held.iter().any(|body| body.id.index == index)));
     }
     let gone = |place: usize| last.iter().position(|seen| !seen[place]).unwrap() as f32 * 0.25;
-    // The view is 80 wide, the margin 2.5; the hero is ahead of the middle or behind it by little.
+    // The view is 80 wide and the margin 2.5; the hero is slightly ahead of the middle or behind it.
     assert!((43.0..49.0).contains(&gone(1)), "{}", gone(1));
     assert!((58.0..66.0).contains(&gone(0)), "{}", gone(0));
 }
@@ -225,7 +225,7 @@ fn impacts_are_sent_where_they_are_seen_and_other_events_everywhere() {
     assert!(camera.shows(&TimedEvent { tick: 1, event: Event::Joined(Seat(1)) }));
 }
 
-/// A room of two players at both ends of the plain.
+/// A room with two players, one at each end of the plain.
 fn room(scene: Arc<Scene>) -> Room {
     let mut room = Room::new("oak", scene, 1);
     for _ in 0..2 {
@@ -275,10 +275,10 @@ fn players_see_their_own_areas_and_a_larger_view_shows_more() {
     let (subscriber, keyframe) = room.subscribe_view(SEAT, Rate::Full);
     let mut stream = SnapshotStream::default();
     stream.decode(&keyframe).unwrap();
-    // The camera's height is 40: no view is larger than 160 on either side.
+    // The camera's height is 40, so no view is larger than 160 on either side.
     for (size, bodies) in [([24.0, 40.0], 1), ([1000.0, 1000.0], 2)] {
         room.view(SEAT, Vec2::from(size));
-        // The view may change now, and the camera glides to where it stays inside of the world.
+        // The view may change after this time, and the camera glides until it is inside the world.
         for _ in 0..VIEW_EVERY_TICKS + 40 {
             room.tick();
             room.message(&subscriber).iter().for_each(|bytes| drop(stream.decode(bytes).unwrap()));
@@ -331,7 +331,7 @@ fn a_change_of_rate_leaves_the_camera_where_it_was() {
     let (area, ..) =
         InterestArea::subscribe(Some(area), SEAT, Rate::Third, &scene, view, &at(59), None);
     let moved = area.camera.center.unwrap()[0] - center[0];
-    // At most a tick's glide, though the camera is 11 ticks of motion ahead of the hero.
+    // The camera moves by at most a tick's glide, although it is 11 ticks of motion ahead of the hero.
     assert!(moved.abs() <= 2 * 64, "{moved} quanta");
 }
 

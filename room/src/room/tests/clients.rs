@@ -1,5 +1,4 @@
-//! The messages to clients: at every rate, from the start or later, in every shipped scene, and the same
-//! each time.
+//! The messages to clients: at every rate, from the start or later, in every built-in scene, and reproducible.
 
 use super::*;
 use jostle_protocol::limits::POINTER_MAX;
@@ -30,7 +29,7 @@ impl Play {
         let size = self.room.scene().size;
         for (seat, input) in self.seats.iter().zip(&mut self.input) {
             if self.rng.below(12) == 0 {
-                // Clearing is rare, or nothing would pile up.
+                // Clearing must be rare, or nothing would pile up.
                 let left_out = if self.rng.below(8) > 0 { Buttons::CLEAR.0 } else { 0 };
                 let buttons = Buttons(self.rng.next_u32() as u16 & Buttons::ALL.0 & !left_out);
                 *input = input.with_buttons(buttons);

@@ -1,5 +1,5 @@
-//! Scenes at the limits of their fields: both solvers keep every number finite, and clients decode the
-//! snapshots unchanged.
+//! Scenes at the limits of their fields. Both solvers keep every number finite, and clients decode the snapshots
+//! unchanged.
 
 use super::{Client, Room, look};
 use jostle_game::Scene;
@@ -11,7 +11,7 @@ use std::sync::Arc;
 /// Two seconds.
 const TICKS: u32 = 120;
 
-/// A floor and two bodies over it, the first one of which may be extreme.
+/// A floor and two bodies above it, the first of which may be extreme.
 fn scene(solver: &str, top: &str, body: &str, other: &str) -> Scene {
     let text = format!(
         r#"
@@ -38,7 +38,7 @@ kind = "block"
     Scene::parse("extreme.toml", &text).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Plays a scene and checks every tick; the client compares its snapshot with the room's.
+/// Plays a scene and checks every tick. A client compares its snapshots with the room's.
 fn play(scene: Scene) {
     let mut room = Room::new("oak", Arc::new(scene), 7);
     room.join(look("Ann"), None).expect("a seat");
@@ -52,7 +52,7 @@ fn play(scene: Scene) {
     }
 }
 
-/// Both solvers, with the extreme body below and above the other one.
+/// Uses both solvers, with the extreme body below and above the other one.
 fn play_all(top: &str, traits: &str) {
     play_both(top, traits, "size = [4, 4]");
 }
@@ -73,7 +73,7 @@ fn masses_at_both_ends() {
     play_all("", &format!("size = [4, 4]\nmass = {MASS_MAX:?}"));
     let light = format!("position = [50, 5]\nradius = 2\nmass = {MASS_MIN:?}");
     let heavy = format!("position = [50, 12]\nradius = 2\nmass = {MASS_MAX:?}");
-    // The conjugate solver refuses the two beside each other.
+    // The conjugate solver refuses such a light and such a heavy body in one scene.
     play(scene("relaxation", "", &light, &heavy));
     play(scene("relaxation", "", &heavy, &light));
 }

@@ -1,11 +1,11 @@
-//! A room that is restored from its recording goes on where that ends, and its players get their seats back.
+//! A room restored from its recording resumes where the recording ends, and its players get their seats back.
 
 use super::*;
 use crate::SavedMembers;
 use crate::playback::{Moment, Playback};
 use jostle_protocol::replay::{Replay, header};
 
-/// A room with a recording to be restored from, and what is written of it.
+/// A room with a recording to restore it from, and the bytes written so far.
 struct Kept {
     room: Room,
     file: Vec<u8>,
@@ -18,7 +18,7 @@ impl Kept {
         kept.room.keep_clips("test");
         let (tick, blocks) = (kept.room.game().tick_count(), kept.room.log().unwrap().blocks());
         kept.file.extend(blocks.start(0, tick).seal());
-        // The state before the first tick follows from scene and seed.
+        // The initial state follows from scene and seed.
         kept.position = u64::from(tick == 0);
         kept.write(false);
         kept
@@ -89,12 +89,12 @@ fn a_restored_room_plays_on_as_if_nothing_had_happened() {
         players.map(|player| player.appearance.clone()).collect::<Vec<_>>()
     };
     assert_eq!(names(&restored), names(&kept.room));
-    // As after a moment without sockets.
+    // The players were without sockets for a moment.
     [ann, bob].into_iter().for_each(|seat| kept.room.disconnect(seat));
     ticks(&mut kept.room, 200);
     ticks(&mut restored, 200);
     assert_eq!(restored.game().hash(), kept.room.game().hash());
-    // The recording begins in the middle, and can be restored from again.
+    // The new recording begins in the middle of the game, and can be restored again.
     let mut again = Kept::new(restored);
     again.play(90);
     assert_eq!(again.moment().game.hash(), again.room.game().hash());
@@ -124,7 +124,7 @@ fn claims_of_before_give_the_seats_back_and_no_new_one_equals_them() {
     kept.room.input(ann.seat, 1, Input::default());
     kept.play(30);
     let saved = kept.room.saved_members();
-    // In a moment that the file does not have, a third one joins.
+    // A third player joins in a moment that is missing from the file.
     let (lost, _) = claim(&mut kept.room, "Cid", None);
     kept.room.tick();
 
@@ -147,7 +147,7 @@ fn an_unknown_player_leaves_also_after_a_second_restart_at_once() {
     join(&mut kept.room, "Ann");
     kept.play(30);
     let mut again = Kept::new(kept.restore(&SavedMembers::default()));
-    // The file of the restored room still has the player, and its members do not.
+    // The restored room's file still has the player; its members do not.
     let room = again.restore(&again.room.saved_members());
     let mut last = Kept::new(room);
     last.play(1);

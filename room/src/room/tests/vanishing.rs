@@ -1,19 +1,19 @@
-//! Scenes in which everything that remembers a body meets everything that removes or moves one: launchers, packs in
-//! flight, springs, zones, emitters, slings and carrying, with tools, bots and cameras beside. Nothing panics.
+//! Scenes that combine everything that refers to a body with everything that removes or moves one: launchers, packs in
+//! flight, springs, zones, emitters, slings and carrying, along with tools, bots and cameras. Nothing may panic.
 
 use super::*;
 use jostle_game::Input;
 use jostle_sim::Rng;
 use std::fmt::Write;
 
-/// Scenes that a run plays.
+/// Scenes per run.
 const SCENES: u64 = 60;
-/// Ticks of each: packs have hit, rounds have ended, players have come back.
+/// Ticks per scene, enough for packs to hit, rounds to end and players to come back.
 const TICKS: u32 = 240;
 
-/// Kinds of bodies that others remember, each in the group of its name.
+/// Kinds of bodies that others refer to, each in the group of its name.
 const KINDS: [&str; 5] = ["hero", "minion", "dumb", "platform", "block"];
-/// What removes or moves the bodies of an occasion.
+/// Effects that remove or move the bodies of a rule's trigger.
 const ENDS: [&str; 7] = [
     "remove = true",
     "back = true",
@@ -126,7 +126,7 @@ impl Writer<'_> {
         let radius = self.rng.range(2.0, 6.0);
         self.line(format!("[[bodies]]\nname = \"body{number}\"\nkind = \"{kind}\""));
         self.line(format!("radius = {radius:.2}"));
-        // Springs hold on to the first one.
+        // The first body must be movable, because springs are attached to it.
         let moves = if number == 0 { "dynamic" } else { self.pick(&["dynamic", "static", "path"]) };
         let from = self.point();
         if moves == "path" {
@@ -147,7 +147,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Something that follows a body of the scene.
+    /// Adds something that follows a body of the scene.
     fn follower(&mut self) {
         let (name, point) = (self.body_name(), self.point());
         let place = self.pick(&["follow", "position"]);
@@ -209,7 +209,7 @@ fn scene_of(rng: &mut Rng) -> String {
     writer.text
 }
 
-/// Clients and inputs of a room: players with random keys who come and go, and subscribers of both kinds.
+/// Clients and inputs of a room: players with random keys who come and go, and both kinds of subscribers.
 struct Party {
     rng: Rng,
     seats: Vec<Seat>,
@@ -235,7 +235,7 @@ impl Party {
         for &seat in &self.seats {
             let (x, y) = (self.rng.range(0.0, 160.0), self.rng.range(0.0, 90.0));
             let buttons = Buttons(self.rng.next_u32() as u16 & Buttons::ALL.0);
-            // Held for a while: a body is grabbed, and removed meanwhile.
+            // An input is kept for a while, so that a grabbed body may be removed meanwhile.
             if seq.is_multiple_of(5) {
                 room.input(seat, seq, Input::new(buttons, Some(Vec2::new(x, y))));
             }
