@@ -1,4 +1,4 @@
-//! Name and colour of a player. Names are cleaned and checked here and nowhere else.
+//! Name and colour of a player. Names are cleaned and checked only here.
 
 use crate::error::{DecodeError, check};
 use crate::limits::{COLORS, NAME_BYTES_MAX, NAME_CHARS_MAX};
@@ -15,7 +15,7 @@ pub struct Appearance {
     pub color: u8,
 }
 
-/// The reason why a name or colour was refused; displays as a sentence for the player.
+/// The reason why a name or colour was refused; displayed as a sentence for the player.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum AppearanceError {
     /// The name has no visible character.
@@ -33,7 +33,7 @@ pub enum AppearanceError {
     /// The colour does not exist.
     #[error("There is no colour {color}: allowed are 0 to {}.", COLORS - 1)]
     Color {
-        /// Index that was asked for.
+        /// The requested index.
         color: u8,
     },
 }
@@ -45,7 +45,7 @@ impl Appearance {
         if color >= COLORS {
             return Err(AppearanceError::Color { color });
         }
-        // Checked before anything is built: the text may be a pasted book.
+        // Checked before anything is allocated, since the text may be arbitrarily long.
         let mut chars = name.trim().chars();
         if let Some(character) = first_of(chars.by_ref().take(NAME_CHARS_MAX * 8)) {
             return Err(AppearanceError::NameForbidden { character });
@@ -63,8 +63,8 @@ impl Appearance {
         Ok(Appearance { name: name.into(), color })
     }
 
-    /// Returns the appearance with a number after the name, to distinguish it from a namesake. The name is
-    /// cut where both do not fit.
+    /// Returns the appearance with a number after the name, to distinguish it from a player of the same name. The name
+    /// is shortened if both do not fit.
     pub fn numbered(&self, number: usize) -> Appearance {
         let suffix = format!(" {number}");
         let mut base = self.name.to_string();
@@ -81,7 +81,7 @@ impl Appearance {
         writer.byte(self.color);
     }
 
-    /// Reads an appearance, and refuses a name that is not clean already.
+    /// Reads an appearance, and refuses a name that is not already clean.
     pub(crate) fn read(reader: &mut Reader) -> Result<Appearance, DecodeError> {
         let name = reader.text(NAME_BYTES_MAX, "name")?;
         let color = reader.byte("color")?;
@@ -94,8 +94,8 @@ impl Appearance {
     }
 }
 
-/// The first character of a text that no name may have: one that is not drawn, reorders the text around it or is for
-/// private use, or a mark beyond [`MARKS_MAX`] on one letter.
+/// The first character of a text that is not allowed in names: one that is not drawn, reorders the text around it or is
+/// for private use, or a mark beyond [`MARKS_MAX`] on one letter.
 pub fn first_forbidden(text: &str) -> Option<char> {
     first_of(text.chars())
 }
@@ -113,18 +113,18 @@ fn first_of(mut chars: impl Iterator<Item = char>) -> Option<char> {
     })
 }
 
-/// Returns whether a text has a character that is drawn.
+/// Returns whether a text has a visible character.
 pub fn has_visible(text: &str) -> bool {
     !text.chars().all(is_blank)
 }
 
-/// Begins the flags of England, Scotland and Wales: tags follow that spell a region, and one that ends it.
+/// Starts the flags of England, Scotland and Wales. Tag characters follow: the region's code, and a terminator.
 const BLACK_FLAG: char = '\u{1f3f4}';
 const FLAG_TAGS: RangeInclusive<char> = '\u{e0020}'..='\u{e007f}';
-/// `gbeng` and the end.
+/// Five letters, such as `gbeng`, and the terminator.
 const FLAG_TAGS_MAX: usize = 6;
-/// Marks on one letter: accents, vowel signs, joiners and variation selectors. Tibetan and pointed Hebrew need three;
-/// more cover the lines above.
+/// Maximum number of marks on one letter: accents, vowel signs, joiners and variation selectors. Tibetan and pointed
+/// Hebrew need three; larger stacks of marks would cover the lines above.
 const MARKS_MAX: usize = 4;
 
 /// Whether a character is drawn on the one before it, or joins it to the next. The standard library, which knows the marks of Unicode, escapes
@@ -137,7 +137,7 @@ fn is_joiner(character: char) -> bool {
     matches!(character, '\u{200c}' | '\u{200d}')
 }
 
-/// Whether Unicode assigns the character to something that is drawn, spaces but for the usual one excluded.
+/// Whether Unicode assigns the character to something visible. Spaces other than the ordinary one do not count.
 fn is_printable(character: char) -> bool {
     let text = String::from_iter(['a', character]);
     !is_escaped(text.escape_debug().skip(1))
@@ -147,8 +147,8 @@ fn is_escaped(mut escape: impl Iterator<Item = char>) -> bool {
     escape.next() == Some('\\') && escape.next() == Some('u')
 }
 
-/// Controls, direction marks and overrides, format characters, private use, what is not assigned, and letters without
-/// ink. Joiners (U+200C, U+200D) stay: Persian and emoji need them. White space is not meant.
+/// Controls, direction marks and overrides, format characters, private use, unassigned codes, and letters without ink.
+/// Joiners (U+200C, U+200D) are allowed, since Persian and emoji need them. White space is handled elsewhere.
 fn is_forbidden(character: char) -> bool {
     let blank_letter = matches!(
         character,
@@ -165,7 +165,7 @@ fn is_forbidden(character: char) -> bool {
     blank_letter || !is_kept && (character.is_control() || !is_printable(character))
 }
 
-/// Characters that are not drawn; a name needs one that is.
+/// Whether a character is not drawn. A name needs at least one that is.
 fn is_blank(character: char) -> bool {
     character.is_whitespace()
         || matches!(
@@ -229,7 +229,7 @@ mod tests {
 
     #[test]
     fn what_is_blank_private_or_not_assigned_is_refused() {
-        // Letters without ink, private use, noncharacters, and codes that stand for nothing.
+        // Letters without ink, private use, noncharacters, and unassigned codes.
         for character in [
             '\u{2800}',
             '\u{3164}',

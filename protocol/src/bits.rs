@@ -1,12 +1,11 @@
-//! Bits, the lowest of each byte first, and codes for small numbers: an adaptive Rice code (as in FLAC and
-//! JPEG-LS), because messages are too short for tables of frequencies, and a code whose width the caller
-//! knows.
+//! Bit streams, lowest bit of each byte first, and codes for small numbers: an adaptive Rice code (as in FLAC and
+//! JPEG-LS), because messages are too short for frequency tables, and a code whose width the caller knows.
 
 use crate::error::{DecodeError, check};
 
-/// Largest quotient in unary; a number beyond it is written in full.
+/// Largest quotient in unary; a number with a larger one is written in full.
 const QUOTIENT_MAX: u32 = 20;
-/// Eight times the size of a number that is expected at first.
+/// Eight times the number that is expected at the start.
 const MEAN_START: u64 = 24;
 
 /// Appends bits, the lowest of each byte first.
@@ -17,7 +16,7 @@ pub struct BitWriter {
 }
 
 impl BitWriter {
-    /// Removes all bits, and keeps the memory.
+    /// Removes all bits, and keeps the allocation.
     pub fn clear(&mut self) {
         self.bytes.clear();
         self.count = 0;
@@ -26,7 +25,7 @@ impl BitWriter {
     /// Appends the low `count` bits of a number, the lowest first.
     pub fn push(&mut self, value: u32, count: u32) {
         let used = self.count % 8;
-        // The begun byte and the new bits above it: 39 bits at most.
+        // The partial byte and the new bits above it: 39 bits at most.
         let begun = if used > 0 { self.bytes.pop().unwrap_or(0) } else { 0 };
         let low = u64::from(value) & ((1 << count) - 1);
         let bits = u64::from(begun) | low << used;
@@ -58,7 +57,7 @@ pub struct BitReader<'a> {
 }
 
 impl<'a> BitReader<'a> {
-    /// Reads `bytes` from the start.
+    /// Creates a reader at the start of `bytes`.
     pub fn new(bytes: &'a [u8]) -> BitReader<'a> {
         BitReader { bytes, at: 0 }
     }
@@ -74,14 +73,14 @@ impl<'a> BitReader<'a> {
         Ok((bits >> used & ((1 << count) - 1)) as u32)
     }
 
-    /// Returns the bytes after the one that was read last; the unread bits of that one must be zero.
+    /// Returns the bytes after the one last read. The unread bits of that byte must be zero.
     pub fn rest(mut self, field: &'static str) -> Result<&'a [u8], DecodeError> {
         let unused = self.at.next_multiple_of(8) - self.at;
         check(self.take(unused as u32, field)? == 0, field)?;
         Ok(&self.bytes[self.at / 8..])
     }
 
-    /// Refuses bits that are left over, except for zeros in the last byte.
+    /// Fails if bits are left over, except for zeros in the last byte.
     pub fn end(self, field: &'static str) -> Result<(), DecodeError> {
         match self.rest(field)?.len() {
             0 => Ok(()),
@@ -103,7 +102,7 @@ impl Rice {
         Rice { mean: MEAN_START }
     }
 
-    /// Number of low bits that are written in full, so that the rest is short.
+    /// Number of low bits that are written verbatim, so that the unary part stays short.
     fn plain_bits(self) -> u32 {
         let mut bits = 0;
         while bits < 31 && 80u64 << bits < self.mean * 7 {
@@ -178,11 +177,10 @@ pub fn read_golomb(bits: &mut BitReader, field: &'static str) -> Result<u32, Dec
     Ok((1 << length | low) - 1)
 }
 
-/// Largest high part of a number in unary; the rest of it is in the exponential Golomb code.
+/// Largest high part in unary; the remainder of a larger one uses the exponential Golomb code.
 const HIGH_MAX: u32 = 4;
 
-/// Appends a number of about `width` bits, 0..=30: the low bits in full, the high part in unary as long
-/// as it is small.
+/// Appends a number of about `width` bits, 0..=30: the low bits verbatim, the high part in unary if it is small.
 pub fn write_wide(value: u32, width: u32, out: &mut BitWriter) {
     let high = value >> width;
     if high < HIGH_MAX {

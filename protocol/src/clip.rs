@@ -1,4 +1,4 @@
-//! Reasons for which a server keeps no clip.
+//! Reasons why a server refuses a clip.
 
 /// The reason why a clip was not kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -8,11 +8,11 @@ pub enum ClipRefusal {
     Off = 1,
     /// The player, or the room, has asked too often.
     TooMany,
-    /// There was no room for it, or it could not be written.
+    /// The disk was full, or the clip could not be written.
     Failed,
 }
 
 impl ClipRefusal {
-    /// All of them, in wire order.
+    /// All refusals, in wire order.
     pub const ALL: [ClipRefusal; 3] = [ClipRefusal::Off, ClipRefusal::TooMany, ClipRefusal::Failed];
 }

@@ -1,5 +1,5 @@
-//! The codec of snapshots: a head with a set of sections, then each section that is not empty, in the
-//! order of its bit. A part of the state that did not change, or changed as expected, takes no bytes.
+//! The snapshot codec: a head with the set of sections, then each non-empty section, in the order of its bit. Parts of
+//! the state that did not change, or changed as predicted, take no bytes.
 
 mod bodies;
 mod events;
@@ -23,9 +23,9 @@ use sections::bit;
 pub struct Baseline<'a> {
     /// The newest snapshot that both ends hold.
     pub snapshot: &'a Snapshot,
-    /// Histories of its bodies.
+    /// Histories of the snapshot's bodies.
     pub bodies: &'a [PositionHistory],
-    /// Histories of its players' pointers, including players without one.
+    /// Histories of the players' pointers, including players without one.
     pub pointers: &'a [PositionHistory],
 }
 
@@ -36,14 +36,14 @@ impl Baseline<'_> {
         bodies.chain(self.pointing().map(|(_, history)| history))
     }
 
-    /// Players with a pointer.
+    /// Players that have a pointer.
     fn pointing(&self) -> impl Iterator<Item = (&PlayerState, &PositionHistory)> {
         let players = self.snapshot.players.iter().zip(self.pointers);
         players.filter(|(player, _)| player.pointer.is_some())
     }
 }
 
-/// The encoder's lists and output, whose memory is kept from message to message.
+/// The encoder's lists and output, reused from message to message.
 #[derive(Clone, Debug, Default)]
 pub struct EncodeScratch {
     bodies: bodies::BodyDifference,
@@ -56,16 +56,15 @@ pub struct EncodeScratch {
 #[derive(Clone, Copy, Debug)]
 pub struct Content<'a> {
     pub snapshot: &'a Snapshot,
-    /// Ticks between messages, for a keyframe.
+    /// Ticks between messages, in a keyframe.
     pub every: u8,
     /// Events since the baseline.
     pub events: &'a [TimedEvent],
-    /// Encoded live particles, for a keyframe; may be empty.
+    /// Encoded live particles, in a keyframe; may be empty.
     pub particles: &'a [u8],
 }
 
-/// Encodes a message against a baseline, or as a keyframe without one. See
-/// [`crate::SnapshotStream::encode`].
+/// Encodes a message against a baseline, or a keyframe if there is no baseline. See [`crate::SnapshotStream::encode`].
 pub fn encode<'a>(
     scratch: &'a mut EncodeScratch,
     content: Content,
@@ -111,7 +110,7 @@ pub fn encode<'a>(
     writer.bytes()
 }
 
-/// Encodes all moves. A pointer that disappeared counts as where it was expected.
+/// Encodes all moves. A pointer that disappeared is coded as if it were at its expected position.
 fn encode_moves<'a>(
     baseline: &Baseline,
     bodies: &bodies::BodyDifference,
@@ -135,7 +134,7 @@ pub struct SnapshotMessage {
     pub every: Option<u8>,
     /// Events since the baseline.
     pub events: Vec<TimedEvent>,
-    /// Encoded live particles; empty if there are none.
+    /// Encoded live particles; may be empty.
     pub particles: Vec<u8>,
 }
 
@@ -188,7 +187,7 @@ fn read_every(reader: &mut Reader) -> Result<u8, DecodeError> {
     Ok(every)
 }
 
-/// Reads a tick by its low byte: the next tick from `base` on that has it.
+/// Reads a tick from its low byte: the first tick from `base` on that has that byte.
 fn read_tick(reader: &mut Reader, base: u32) -> Result<u32, DecodeError> {
     let distance = reader.byte("tick")?.wrapping_sub(base as u8);
     base.checked_add(u32::from(distance)).ok_or(DecodeError::OutOfRange { field: "tick" })

@@ -1,4 +1,4 @@
-//! The error of every decoder in this crate.
+//! The error type of every decoder in this crate.
 
 /// The reason why bytes were refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -18,18 +18,18 @@ pub enum DecodeError {
     /// Bytes are left after the last field.
     #[error("{count} bytes are left over")]
     Trailing {
-        /// Bytes behind the message.
+        /// Number of extra bytes.
         count: usize,
     },
-    /// A delta came before any keyframe.
+    /// A delta arrived before any keyframe.
     #[error("no keyframe came before")]
     NoBaseline,
-    /// The message is longer than its kind may be.
+    /// The message is longer than allowed for its kind.
     #[error("message of {bytes} bytes exceeds {bytes_max}")]
     TooLong {
-        /// Bytes of the message.
+        /// Length of the message.
         bytes: usize,
-        /// Most bytes that are allowed.
+        /// Largest allowed length.
         bytes_max: usize,
     },
 }

@@ -1,4 +1,4 @@
-//! Fields that messages and replays share: seats, bodies and their kinds.
+//! Fields used by both messages and replays: seats, bodies and their kinds.
 
 use crate::error::{DecodeError, check};
 use crate::limits::BODIES_MAX;
@@ -34,12 +34,12 @@ pub fn kind_of(byte: u8) -> Result<Kind, DecodeError> {
     kind.ok_or(DecodeError::OutOfRange { field: "body kind" })
 }
 
-/// Reads a number of 16 bits as LEB128.
+/// Reads a 16-bit number as LEB128.
 pub fn read_leb16(reader: &mut Reader, field: &'static str) -> Result<u16, DecodeError> {
     Ok(reader.leb_up_to(u32::from(u16::MAX), field)? as u16)
 }
 
-/// Refuses a list in which the same or a lower seat follows. `before` is the last seat of it.
+/// Fails unless seats increase. `before` is the previous seat in the list.
 pub fn check_seat_order(before: Option<Seat>, seat: Seat) -> Result<(), DecodeError> {
     check(before < Some(seat), "seat")
 }

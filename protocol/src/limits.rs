@@ -1,5 +1,5 @@
-//! Limits of the protocol. A peer that exceeds one gets a named refusal, and nothing grows without a limit.
-//! The limits of scenes are those of `jostle_game`.
+//! Limits of the protocol. A peer that exceeds one gets a specific refusal, and nothing grows without a limit. The
+//! limits of scenes are in `jostle_game`.
 
 use jostle_game::{SEATS_MAX, scene};
 use jostle_sim::particles;
@@ -18,7 +18,7 @@ pub const NAME_CHARS_MAX: usize = 20;
 pub const ROOM_CODE_BYTES_MAX: usize = 32;
 /// Longest origin of a server, bytes.
 pub const ORIGIN_BYTES_MAX: usize = 200;
-/// Most servers that a client is told to ask for its room.
+/// Maximum number of alternative servers that a client is given for its room.
 pub const NODES_MAX: usize = 8;
 /// Longest name of a scene, bytes.
 pub const SCENE_NAME_BYTES_MAX: usize = scene::SCENE_NAME_BYTES_MAX;
@@ -28,7 +28,7 @@ pub const SCENE_BYTES_MAX: usize = scene::SCENE_BYTES_MAX;
 pub const BODIES_MAX: usize = scene::BODIES_MAX as usize;
 /// Most consecutive snapshots omitted while nothing changes; the next is sent as a heartbeat.
 pub const QUIET_MESSAGES_MAX: u32 = 12;
-/// Longest encoding of emitters and particles in a keyframe, bytes: all that a scene may have at a time.
+/// Longest encoding of the emitters and particles in a keyframe, bytes: the most that a scene may have at a time.
 pub const PARTICLES_BYTES_MAX: usize =
     particles::wire::encoded_bytes_max(scene::PARTICLES_MAX as usize);
 /// Most events between two snapshots.
@@ -37,19 +37,19 @@ pub const EVENTS_MAX: usize = 4096;
 pub const COLORS: u8 = 8;
 /// Number of emotes that players can show.
 pub const EMOTES: u8 = 8;
-/// Largest coordinate on the wire, quanta, of either sign.
+/// Largest absolute coordinate on the wire, quanta.
 pub const QUANTA_MAX: i32 = scene::QUANTA_MAX;
-/// Largest coordinate of a pointer in an input, world units, of either sign.
+/// Largest absolute coordinate of a pointer in an input, world units.
 pub const POINTER_MAX: f32 = jostle_game::POINTER_MAX;
-/// Largest width and height of a client's view, world units: more than those of any world.
+/// Largest width and height of a client's view, world units; larger than any world.
 pub const VIEW_MAX: f32 = POINTER_MAX;
 /// Longest replay that is read, bytes.
 pub const REPLAY_BYTES_MAX: usize = 64 << 20;
-/// Longest record of a replay, both packed and unpacked, bytes: a keyframe of the largest scene.
+/// Longest record of a replay, packed or unpacked, bytes: a keyframe of the largest scene.
 pub const REPLAY_RECORD_BYTES_MAX: usize = 8 << 20;
 /// Most ticks in one record of a replay.
 pub const REPLAY_BLOCK_TICKS_MAX: usize = 600;
-/// The last tick that a replay may have, counted from the room's beginning: more than a year.
+/// Last tick that a replay may have, counted from the start of the room: more than a year.
 pub const REPLAY_TICKS_MAX: u32 = 1 << 31;
 /// Longest name of a replay, bytes: two names of 32 bytes, a time, a kind and a number.
 pub const REPLAY_NAME_BYTES_MAX: usize = 96;

@@ -1,5 +1,5 @@
-//! Messages in both directions and their binary form: a byte for the kind, then the fields in order.
-//! `docs/protocol.md` lists the bytes.
+//! Messages in both directions and their binary form: a byte for the kind, then the fields in order. The bytes are
+//! documented in `docs/protocol.md`.
 
 mod forms;
 
@@ -32,18 +32,18 @@ pub enum ClientMessage {
         version: u16,
         /// Name and colour of the player.
         appearance: Appearance,
-        /// Token of a seat held before, to get it back.
+        /// Token of a seat held earlier, to resume it.
         token: Option<Token>,
         /// Key of the room's host, if the player has it.
         host_key: Option<Token>,
-        /// Whether it plays or watches. A spectator's token and key are not looked at.
+        /// Whether the client plays or watches. A spectator's token and key are ignored.
         role: Role,
     },
     /// A player's intent for one tick.
     Input {
         /// Grows by one with every input of a session, from 1.
         seq: u32,
-        /// Low bits of the tick of the newest decoded snapshot; before the first, of the welcome's tick.
+        /// Low bits of the tick of the newest decoded snapshot; before the first snapshot, those of the welcome's tick.
         ack_tick: u16,
         /// Keys, buttons and pointer of the player.
         input: Input,
@@ -53,23 +53,23 @@ pub enum ClientMessage {
         /// Any number; the pong returns it.
         stamp: u32,
     },
-    /// How much of the world the page shows, if that is less than all of it.
+    /// The size of the page's view, if it is smaller than the world.
     View {
         /// Width and height in world units, both above 0 and at most [`crate::limits::VIEW_MAX`].
         size: Vec2,
     },
-    /// The host kicks a player, who cannot come back for a while.
+    /// The host kicks a player, who cannot return for a while.
     Kick {
         /// Seat of that player.
         seat: Seat,
     },
     /// The host closes the room.
     CloseRoom,
-    /// A player asks the server to keep the last seconds of the game, which answers with a [`ServerMessage::Clip`].
+    /// A player asks the server to keep the last seconds of the game. The answer is a [`ServerMessage::Clip`].
     Clip,
     /// A player shows an emote to the whole room.
     Emote {
-        /// Which, below [`crate::limits::EMOTES`].
+        /// Index of the emote, below [`crate::limits::EMOTES`].
         emote: u8,
     },
 }
@@ -99,7 +99,7 @@ pub enum ServerMessage {
     Draining {
         /// Seconds left.
         seconds: u8,
-        /// Whether the room goes on after the restart where it is then.
+        /// Whether the room resumes in its current state after the restart.
         keeps_room: bool,
     },
     /// The answer to a ping.
@@ -109,15 +109,15 @@ pub enum ServerMessage {
         /// The server's tick at the time of the answer.
         tick: u32,
     },
-    /// The answer to a request that only a host may make, and to the kick of a host.
+    /// The answer to a host request from a player who is not the host, and to an attempt to kick the host.
     Denied,
-    /// The room is played by another server from now on, or is there in answer to a hello. The socket closes after
-    /// this message, as [`Refusal::Moved`]. The client goes on at the same path there, at once, with its tokens.
+    /// Another server plays the room, from now on or already at the time of the hello. The socket closes after this
+    /// message with [`Refusal::Moved`]. The client reconnects at once to the same path on that server, with its tokens.
     Moved {
         /// Origin of that server, which satisfies [`crate::is_origin`].
         url: String,
     },
-    /// Other servers that know where the room is, for when this one falls silent. It replaces the list before.
+    /// Other servers that know where the room is, in case this one fails. Replaces the previous list.
     Nodes {
         /// Their origins, at most [`crate::limits::NODES_MAX`].
         urls: Vec<String>,
@@ -126,20 +126,20 @@ pub enum ServerMessage {
     Emote {
         /// Seat of the player.
         seat: Seat,
-        /// Which, below [`crate::limits::EMOTES`].
+        /// Index of the emote, below [`crate::limits::EMOTES`].
         emote: u8,
     },
     /// The answer to a request for a clip.
     Clip {
-        /// Name of the replay that was kept, under which the server has it like any other.
+        /// Name of the saved replay, which the server lists like any other.
         kept: Result<String, ClipRefusal>,
     },
-    /// A snapshot, still coded, with its kind, for [`crate::SnapshotStream::decode`].
+    /// A coded snapshot including its kind byte, for [`crate::SnapshotStream::decode`].
     Snapshot(Vec<u8>),
 }
 
-/// Describes the messages of an enum, once for both directions: the byte of each kind, then its fields in order, with their
-/// forms. Kinds that have no description are written by the last arms.
+/// Defines the messages of an enum once for both directions: the byte of each kind, then its fields in order, with
+/// their codecs. Kinds without a definition are written by the last arms.
 macro_rules! messages {
     (
         $Message:ident {
@@ -212,8 +212,8 @@ impl ClientMessage {
         writer.finish()
     }
 
-    /// Decodes a message; any bytes are safe. Of a hello of another version only the version is read, because
-    /// the rest may mean anything: the appearance is a placeholder.
+    /// Decodes a message; safe for any bytes. If a hello has another version, only the version is read, because the
+    /// rest may mean anything; the appearance is a placeholder.
     pub fn decode(bytes: &[u8]) -> Result<ClientMessage, DecodeError> {
         check_length(bytes, CLIENT_MESSAGE_BYTES_MAX)?;
         if let [0, low, high, ..] = *bytes
@@ -229,7 +229,7 @@ impl ClientMessage {
     }
 }
 
-/// A hello of another version, of which nothing else is known.
+/// A hello of another version. Only its version is known.
 fn hello_of(version: u16) -> ClientMessage {
     let appearance = Appearance { name: "?".into(), color: 0 };
     let role = Role::Player;
@@ -242,19 +242,19 @@ fn check_length(bytes: &[u8], bytes_max: usize) -> Result<(), DecodeError> {
 }
 
 impl ServerMessage {
-    /// Encodes the message. Panics on a text that is longer than its limit, and on a URL that is no origin.
+    /// Encodes the message. Panics if a text is longer than its limit, or a URL is not an origin.
     pub fn encode(&self) -> Vec<u8> {
         let mut writer = Writer::new();
         self.write(&mut writer);
         writer.finish()
     }
 
-    /// Encodes the message, and appends it to the writer.
+    /// Encodes the message into the writer.
     pub fn write(&self, writer: &mut Writer) {
         self.write_fields(writer);
     }
 
-    /// Decodes a message; any bytes are safe.
+    /// Decodes a message; safe for any bytes.
     pub fn decode(bytes: &[u8]) -> Result<ServerMessage, DecodeError> {
         check_length(bytes, SERVER_MESSAGE_BYTES_MAX)?;
         let mut reader = Reader::new(bytes);

@@ -1,12 +1,12 @@
-//! Origins of servers, such as `https://b.play.example.org`: where a client of a fleet finds a room.
+//! Origins of servers, such as `https://b.play.example.org`, where a fleet's client finds a room.
 
 use crate::error::{DecodeError, check};
 use crate::limits::ORIGIN_BYTES_MAX;
 use crate::wire::{Reader, Writer};
 
-/// Whether a text is the origin of a server as messages carry it: `http://` or `https://`, then host and port, at most
-/// [`ORIGIN_BYTES_MAX`] bytes. Host and port are printable ASCII without quotes, slashes, or another character
-/// that would end them in a URL.
+/// Whether a text is a server origin as used in messages: `http://` or `https://`, then host and port, at most
+/// [`ORIGIN_BYTES_MAX`] bytes. Host and port are printable ASCII without quotes, slashes, or other characters that
+/// would end them in a URL.
 pub fn is_origin(text: &str) -> bool {
     let host = text.strip_prefix("https://").or(text.strip_prefix("http://"));
     let allowed = |byte: u8| byte.is_ascii_graphic() && !b"\"'`/\\?#@".contains(&byte);
@@ -14,7 +14,7 @@ pub fn is_origin(text: &str) -> bool {
         && host.is_some_and(|host| !host.is_empty() && host.bytes().all(allowed))
 }
 
-/// Panics unless the text is an origin, because the reader would refuse it.
+/// Writes an origin. Panics on any other text, because the reader would refuse it.
 pub(crate) fn write_origin(writer: &mut Writer, origin: &str) {
     assert!(is_origin(origin), "{origin:?} is no origin");
     writer.text(origin, ORIGIN_BYTES_MAX);

@@ -1,11 +1,11 @@
-//! The last few positions of a point, from which its next one is predicted.
+//! The last few positions of a point, used to predict its next one.
 
 use crate::limits::QUANTA_MAX;
 
 /// A position in quanta.
 pub type Position = [i32; 2];
 
-/// A displacement of this many quanta or less is the trembling of something at rest, not a velocity.
+/// A displacement of this many quanta or less is jitter of a resting point, not a velocity.
 const TREMBLING: i32 = 1;
 
 /// Positions of a point in the four newest snapshots, the newest first.
@@ -13,7 +13,7 @@ const TREMBLING: i32 = 1;
 pub struct PositionHistory([Position; 4]);
 
 impl PositionHistory {
-    /// The history of a new point: as if it had always been there.
+    /// The history of a new point, as if it had always been at this position.
     pub fn resting(position: Position) -> PositionHistory {
         PositionHistory([position; 4])
     }
@@ -32,25 +32,25 @@ impl PositionHistory {
     /// Returns true if the point moved within the four snapshots.
     pub fn is_moving(&self) -> bool {
         let [newest, older @ ..] = self.0;
-        // One branch instead of six: this is asked of every point, and most are at rest.
+        // One branch in place of six: this runs for every point, and most points are at rest.
         let apart = |[x, y]: Position| x ^ newest[0] | y ^ newest[1];
         apart(older[0]) | apart(older[1]) | apart(older[2]) != 0
     }
 
-    /// The last three displacements along an axis, the newest first.
+    /// The last three displacements along an axis, newest first.
     pub fn displacements(&self, axis: usize) -> [i32; 3] {
         let at = |age: usize| self.0[age][axis];
         [at(0) - at(1), at(1) - at(2), at(2) - at(3)]
     }
 
-    /// The next position if the displacement along each axis is `next` of the last three.
+    /// The next position if the displacement along each axis is `next` of the last three displacements.
     pub fn extrapolated(&self, next: impl Fn([i32; 3]) -> i32) -> Position {
         [0, 1].map(|axis| {
             (self.0[0][axis] + next(self.displacements(axis))).clamp(-QUANTA_MAX, QUANTA_MAX)
         })
     }
 
-    /// The next position if the point moves on as in the last snapshot.
+    /// The expected next position: the last displacement is repeated.
     pub fn expected(&self) -> Position {
         self.extrapolated(|[last, ..]| if last.abs() <= TREMBLING { 0 } else { last })
     }

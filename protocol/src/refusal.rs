@@ -1,10 +1,10 @@
-//! Reasons for which a session is refused or ended, each with its byte, close code and sentence.
+//! Reasons to refuse or end a session, each with its byte, close code and sentence.
 
-/// Close codes of a bad message: broken frames, text, undecodable content, a message at the wrong point, and one
-/// that is too long.
+/// Close codes of a bad message: broken frames, text, undecodable content, a message out of order, and a message that
+/// is too long.
 pub const BAD_MESSAGE_CODES: [u16; 5] = [1002, 1003, 1007, 1008, 1009];
 
-/// The reason for which a session was refused or ended.
+/// The reason why a session was refused or ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Refusal {
@@ -30,24 +30,24 @@ pub enum Refusal {
     Replaced,
     /// The server is closing.
     Closing,
-    /// The room failed; the others are not affected.
+    /// The room failed; other rooms are not affected.
     RoomFailed,
-    /// The token is not good any more, or is of another server or room.
+    /// The token is no longer valid, or belongs to another server or room.
     BadToken,
     /// The host or an operator kicked the player.
     Kicked,
     /// The host or an operator closed the room.
     RoomClosed,
-    /// The seat went to a newcomer: the room is full, and the player was idle, or of a network that has many
-    /// seats.
+    /// The seat was given to a newcomer because the room is full, and the player was idle, or from a network that holds
+    /// many seats.
     GaveWay,
-    /// Another server plays the room; [`crate::ServerMessage::Moved`] said which.
+    /// Another server plays the room; [`crate::ServerMessage::Moved`] named it.
     Moved,
-    /// No server plays the room at the moment, because it is on its way from one to another.
+    /// No server plays the room at the moment, because it is moving from one to another.
     Moving,
-    /// The scene of a guest took more than the room's share of the server.
+    /// A guest's scene used more than its room's share of the server.
     TooCostly,
-    /// The room, or the address in it, has as many spectators as it may have.
+    /// The room, or this address within it, has reached its limit of spectators.
     TooManySpectators,
 }
 
@@ -77,8 +77,8 @@ impl Refusal {
         Refusal::TooManySpectators,
     ];
 
-    /// WebSocket close code (RFC 6455, section 7.4): a registered one where one fits, otherwise one from 4000 on, which
-    /// are private. For a bad message the server may choose a more exact one of [`BAD_MESSAGE_CODES`].
+    /// WebSocket close code (RFC 6455, section 7.4): a registered code where one fits, otherwise a private one from
+    /// 4000 on. For a bad message the server may choose a more specific one of [`BAD_MESSAGE_CODES`].
     pub fn close_code(self) -> u16 {
         match self {
             Refusal::Closing => 1001,
@@ -102,7 +102,7 @@ impl Refusal {
         }
     }
 
-    /// A sentence for the player, with what happened and what to do.
+    /// A sentence for the player that describes the problem and the remedy.
     pub fn message(self) -> &'static str {
         match self {
             Refusal::Version => "Jostle has been updated. Please reload the page.",
@@ -189,7 +189,7 @@ mod tests {
         for refusal in Refusal::ALL {
             let code = refusal.close_code();
             assert!([1001, 1007, 1008, 1011].contains(&code) || (4000..5000).contains(&code));
-            // A close frame holds 125 bytes, two of them for the code.
+            // A close frame's payload holds 125 bytes, two of which are for the code.
             assert!(refusal.message().len() <= 123 && refusal.message().ends_with('.'));
         }
     }

@@ -1,15 +1,15 @@
-//! What a client is in a room: a player with a seat, or a spectator.
+//! The role of a client in a room: a player with a seat, or a spectator.
 
 use crate::token::Token;
 use jostle_game::Seat;
 
-/// The part that a client takes in a room.
+/// The role of a client in a room.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Role {
-    /// A player, with a seat.
+    /// A player, who has a seat.
     #[default]
     Player,
-    /// A spectator, without one: it is sent everything and can change nothing.
+    /// A spectator, without a seat: receives everything and can change nothing.
     Spectator,
 }
 
@@ -20,6 +20,6 @@ pub struct WelcomeSeat {
     pub seat: Seat,
     /// Whether the player is the room's host, because the hello had the right key.
     pub host: bool,
-    /// The token with which the player gets the seat back after a lost socket, once.
+    /// A token with which the player can get the seat back once, after a lost socket.
     pub token: Token,
 }

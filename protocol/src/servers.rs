@@ -1,5 +1,5 @@
-//! The servers that a client asks for its room, in turn: how it follows a room from one server of a fleet to another,
-//! and finds it again after its server died. Times and sockets are the client's own.
+//! The servers that a client asks for its room, in turn. The client uses them to follow a room from one server of a
+//! fleet to another, and to find it again after its server died. The client provides timing and sockets.
 
 use crate::limits::NODES_MAX;
 
@@ -7,33 +7,33 @@ use crate::limits::NODES_MAX;
 #[derive(Clone, Debug)]
 pub struct Servers {
     known: Vec<String>,
-    /// Index of the one that plays the room, or is asked next; the others follow in their order, as in a ring.
+    /// Index of the server that plays the room, or is asked next. The others follow in order, as in a ring.
     current: usize,
-    /// The current one has the client in a seat.
+    /// The current server has seated the client.
     seated: bool,
-    /// A move was followed at once, and no server has seated the client since.
+    /// The client followed a move at once, and no server has seated it since.
     followed: bool,
-    /// Attempts that failed since the last seat.
+    /// Failed attempts since the last seat.
     failed: usize,
 }
 
 impl Servers {
-    /// Knows one server, by its origin.
+    /// Starts with one server, given by its origin.
     pub fn new(first: String) -> Servers {
         Servers { known: vec![first], current: 0, seated: false, followed: false, failed: 0 }
     }
 
-    /// Origin of the server that plays the room, or is to be asked next.
+    /// Origin of the server that plays the room, or is asked next.
     pub fn current(&self) -> &str {
         &self.known[self.current]
     }
 
-    /// The current server has welcomed the client.
+    /// Called when the current server has welcomed the client.
     pub fn welcomed(&mut self) {
         (self.seated, self.followed, self.failed) = (true, false, 0);
     }
 
-    /// The current server told of the others.
+    /// Called when the current server has listed the others.
     pub fn told(&mut self, nodes: Vec<String>) {
         let current = std::mem::take(&mut self.known[self.current]);
         self.known = nodes;
@@ -49,8 +49,8 @@ impl Servers {
         });
     }
 
-    /// The room is on this server. Returns whether to connect at once: not after the second move in a row that
-    /// seats the client nowhere, because the servers may disagree.
+    /// Called when the room is on this server. Returns whether to connect at once. After the second move in a row
+    /// without a seat it returns false, because the servers may disagree.
     pub fn moved(&mut self, url: String) -> bool {
         self.choose(url);
         self.seated = false;
@@ -59,8 +59,8 @@ impl Servers {
         self.followed
     }
 
-    /// The socket was lost, or none came about. A server that had the client in a seat is asked again first, one that
-    /// had not after all others.
+    /// Called when the socket was lost, or no connection was made. A server that had seated the client is asked again
+    /// first; one that had not is asked after all others.
     pub fn lost(&mut self) {
         self.followed = false;
         if !std::mem::take(&mut self.seated) {
@@ -69,17 +69,17 @@ impl Servers {
         }
     }
 
-    /// A server answered that the room is on its way: it is worth asking all of them again soon.
+    /// Called when a server answered that the room is moving: all servers may be asked again soon.
     pub fn moving(&mut self) {
         self.failed = 0;
     }
 
-    /// Whether there are several.
+    /// Whether several servers are known.
     pub fn has_others(&self) -> bool {
         self.known.len() > 1
     }
 
-    /// Whether there are several, and one was not asked since the last seat.
+    /// Whether several servers are known, and one has not been asked since the last seat.
     pub fn has_untried(&self) -> bool {
         self.has_others() && self.failed < self.known.len()
     }
@@ -96,7 +96,7 @@ mod tests {
         servers
     }
 
-    /// Servers that are asked, one after another, while none answers.
+    /// The servers that are asked, one after another, while none answers.
     fn asked(servers: &mut Servers, count: usize) -> Vec<String> {
         let ask = |_| {
             servers.lost();
@@ -156,7 +156,7 @@ mod tests {
         }
         assert_eq!(at_once, [true, false, true, false]);
         assert!(!servers.has_untried(), "both were asked, and neither has the room");
-        // An attempt that failed was waited for too.
+        // A failed attempt counts as waiting too.
         servers.moved("b".to_owned());
         servers.lost();
         assert!(servers.moved("b".to_owned()));

@@ -1,4 +1,4 @@
-//! The snapshot: the visible state at a tick. A [`crate::SnapshotStream`] sends it.
+//! The snapshot: the visible state at a tick. It is sent through a [`crate::SnapshotStream`].
 
 use crate::appearance::Appearance;
 use crate::limits::{BODIES_MAX, QUANTA_MAX};
@@ -7,7 +7,7 @@ use jostle_sim::BodyId;
 
 pub use jostle_game::SnapshotBody;
 
-/// The bit of a message's first byte that makes it a coded snapshot; the other bits are its sections.
+/// The bit in a message's first byte that marks a coded snapshot; the other bits are its sections.
 pub(crate) const SNAPSHOT: u8 = 1 << 7;
 
 /// One player as clients see them.
@@ -17,11 +17,11 @@ pub struct PlayerState {
     pub seat: Seat,
     /// Name and colour of the player.
     pub appearance: Appearance,
-    /// Whether a socket is attached; the seat is held for a while without one.
+    /// Whether a socket is attached. Without one the seat is held for a while.
     pub connected: bool,
     /// Sequence number of the newest input that was played.
     pub input_seq: u32,
-    /// Body of the hero, while there is one.
+    /// The player's hero, while it exists.
     pub hero: Option<BodyId>,
     /// Selected body (A1.1).
     pub selected: Option<BodyId>,
@@ -36,7 +36,7 @@ pub struct PlayerState {
 /// An event and its tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimedEvent {
-    /// Tick in which it happened.
+    /// Tick in which the event happened.
     pub tick: u32,
     /// The fact that the tick reported.
     pub event: Event,
@@ -51,20 +51,20 @@ pub struct Snapshot {
     pub bodies: Vec<SnapshotBody>,
     /// Players in seat order.
     pub players: Vec<PlayerState>,
-    /// What players see of the scene's rules, if it has any.
+    /// The player-visible state of the scene's rules, if it has any.
     pub round: Option<RoundInfo>,
 }
 
 impl Snapshot {
-    /// Captures the bodies of a game. `players` come from the room, which knows names and sockets.
-    /// Coordinates are clamped to [`QUANTA_MAX`], far outside of any view.
+    /// Captures the bodies of a game. `players` come from the room, which knows names and sockets. Coordinates are
+    /// clamped to [`QUANTA_MAX`], far outside any view.
     pub fn capture(game: &Game, players: Vec<PlayerState>) -> Snapshot {
         let mut snapshot = Snapshot { players, ..Snapshot::default() };
         snapshot.recapture(game);
         snapshot
     }
 
-    /// Captures the bodies of a game in the memory of an older snapshot, whose players are up to date.
+    /// Captures the bodies of a game into an older snapshot, reusing its memory. Its players must be up to date.
     pub fn recapture(&mut self, game: &Game) {
         self.tick = game.tick_count();
         game.capture_round(&mut self.round);

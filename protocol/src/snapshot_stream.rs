@@ -1,7 +1,7 @@
-//! One end of a stream of snapshots. Both ends hold the newest snapshot and the positions of all points in
-//! the four newest; a message is a pure function of these and of the next snapshot. WebSocket delivers
-//! in order, so the ends stay equal without acknowledgements, and all readers whose keyframes are at
-//! least [`SnapshotStream::KEYFRAME_AGE`] messages old share the same bytes.
+//! One end of a stream of snapshots. Both ends hold the newest snapshot and the positions of all points in the four
+//! newest; a message is a pure function of these and the next snapshot. WebSocket delivers in order, so the ends stay
+//! equal without acknowledgements. All readers whose keyframes are at least [`SnapshotStream::KEYFRAME_AGE`] messages
+//! old share the same bytes.
 
 use crate::codec::{self, Baseline, Content, EncodeScratch, SnapshotMessage, is_same};
 use crate::error::DecodeError;
@@ -12,28 +12,27 @@ use std::iter::zip;
 use std::mem::swap;
 use std::sync::Arc;
 
-/// One end of the stream. At first it holds nothing, and the first message is a keyframe.
+/// One end of the stream. It starts empty, so the first message is a keyframe.
 #[derive(Clone, Debug)]
 pub struct SnapshotStream {
-    /// Ticks from one message to the next, or more while nothing moves.
+    /// Ticks between messages; more while nothing moves.
     every: u8,
     newest: Option<Arc<Snapshot>>,
     /// Histories of the newest snapshot's bodies.
     bodies: Vec<PositionHistory>,
-    /// Histories of its players' pointers.
+    /// Histories of the pointers of the newest snapshot's players.
     pointers: Vec<PositionHistory>,
-    /// Histories that were replaced, kept for their memory.
+    /// Replaced histories, kept to reuse their memory.
     spare: Vec<PositionHistory>,
 }
 
 impl SnapshotStream {
-    /// Messages after a keyframe until its reader's end equals that of a reader from long before.
+    /// Messages after a keyframe until its reader's state equals that of a long-time reader.
     pub const KEYFRAME_AGE: u32 = 3;
-    /// Most ticks from one message to the next, because a delta holds the low byte of its tick.
+    /// Maximum number of ticks between messages, because a delta holds only the low byte of its tick.
     pub const TICKS_MAX: u32 = 255;
 
-    /// Creates an end that holds nothing, for a message every `every` ticks. A reading end takes this
-    /// number from its keyframes.
+    /// Creates an empty end, for a message every `every` ticks. A decoding end takes this number from keyframes.
     pub fn new(every: u8) -> SnapshotStream {
         assert!(every > 0, "a message every 0 ticks");
         SnapshotStream {
@@ -45,9 +44,8 @@ impl SnapshotStream {
         }
     }
 
-    /// Creates an end that was just sent the newest snapshot of this one as a keyframe, and returns it with
-    /// the keyframe. `particles` are the encoded live particles of the same tick, or empty. Panics if there is
-    /// no snapshot yet.
+    /// Creates an end that has just sent this one's newest snapshot as a keyframe, and returns it with the keyframe.
+    /// `particles` are the encoded live particles of the same tick, or empty. Panics if there is no snapshot yet.
     pub fn branch(&self, particles: &[u8]) -> (SnapshotStream, Vec<u8>) {
         let newest = self.newest.as_ref().expect("a snapshot was sent before");
         let mut branch = SnapshotStream::new(self.every);
@@ -55,7 +53,7 @@ impl SnapshotStream {
         (branch, bytes)
     }
 
-    /// Most ticks until the next message: one interval, or all that may be left out while nothing moves.
+    /// Maximum number of ticks until the next message: one interval, or as many as may be omitted while nothing moves.
     pub fn ticks_until_next(&self) -> u32 {
         let quiet = self.newest.is_some() && !self.moves();
         let messages = if quiet { 1 + QUIET_MESSAGES_MAX } else { 1 };
@@ -71,8 +69,8 @@ impl SnapshotStream {
         self.newest.as_ref()
     }
 
-    /// Encodes the message that leads from the newest snapshot to the next, with the events in between. The
-    /// bytes depend on nothing else.
+    /// Encodes the message from the newest snapshot to the next, with the events in between. The bytes depend on
+    /// nothing else.
     ///
     /// Panics unless bodies and players are in order, the snapshot is at most
     /// [`SnapshotStream::TICKS_MAX`] ticks newer, and the events are in tick order, at most `EVENTS_MAX`.
@@ -80,8 +78,8 @@ impl SnapshotStream {
         self.encode_with(&mut EncodeScratch::default(), snapshot, events).to_vec()
     }
 
-    /// Encodes a message as [`SnapshotStream::encode`] does, without allocating. `scratch` may serve any
-    /// number of streams.
+    /// Encodes a message like [`SnapshotStream::encode`], but without allocating. `scratch` may be shared by any number
+    /// of streams.
     pub fn encode_with<'a>(
         &mut self,
         scratch: &'a mut EncodeScratch,
@@ -112,14 +110,14 @@ impl SnapshotStream {
         bytes.to_vec()
     }
 
-    /// Decodes a message of the other end, and follows it. An error leaves this end unchanged.
+    /// Decodes a message from the other end, and advances to it. On an error this end is unchanged.
     pub fn decode(&mut self, bytes: &[u8]) -> Result<Decoded, DecodeError> {
         let SnapshotMessage { snapshot, every, events, particles } =
             codec::decode(bytes, self.baseline())?;
         if let Some(every) = every {
             *self = SnapshotStream::new(every);
         }
-        // The messages of the rate that were left out were all quiet.
+        // All omitted messages were quiet.
         let quiet_until = snapshot.tick.saturating_sub(u32::from(self.every));
         let before = self.newest.as_ref().filter(|before| before.tick < quiet_until);
         let unchanged_until = before.map(|_| quiet_until);
@@ -127,7 +125,7 @@ impl SnapshotStream {
         Ok(Decoded { events, unchanged_until, particles })
     }
 
-    /// Returns true if nothing moved lately and the next snapshot is the same, so that it need not be sent.
+    /// Returns true if nothing moved recently and the next snapshot is equal, so that it need not be sent.
     pub fn is_quiet(&self, next: &Snapshot) -> bool {
         self.newest.as_ref().is_some_and(|newest| {
             !self.moves()
@@ -142,7 +140,7 @@ impl SnapshotStream {
         Some(Baseline { snapshot, bodies: &self.bodies, pointers: &self.pointers })
     }
 
-    /// Makes `next` the newest snapshot. `keeps_bodies`: its bodies are the same, possibly moved.
+    /// Makes `next` the newest snapshot. `keeps_bodies` means that its bodies are the same, possibly moved.
     fn follow(&mut self, next: Arc<Snapshot>, keeps_bodies: bool) {
         let nothing = Snapshot::default();
         let old = self.newest.as_deref().unwrap_or(&nothing);
@@ -169,20 +167,20 @@ impl SnapshotStream {
 }
 
 impl Default for SnapshotStream {
-    /// An end for a message every tick.
+    /// Creates an end for a message every tick.
     fn default() -> SnapshotStream {
         SnapshotStream::new(1)
     }
 }
 
-/// The content of a message besides its snapshot, which is the newest of the stream now.
+/// The content of a message besides its snapshot, which is now the stream's newest.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Decoded {
-    /// Events since the snapshot before.
+    /// Events since the previous snapshot.
     pub events: Vec<TimedEvent>,
-    /// The tick until which everything stayed as in the snapshot before; `None` if no message was left out.
+    /// The tick until which the previous snapshot remained valid; `None` if no message was omitted.
     pub unchanged_until: Option<u32>,
-    /// Encoded live particles of a keyframe; empty if there are none.
+    /// Encoded live particles of a keyframe; may be empty.
     pub particles: Vec<u8>,
 }
 
@@ -202,7 +200,7 @@ fn body_histories(
     })
 }
 
-/// Returns true if two states are of the same player, both with a pointer or both without one.
+/// Returns true if both states belong to the same player, and either both or neither has a pointer.
 fn is_same_pointer(old: &PlayerState, next: &PlayerState) -> bool {
     old.seat == next.seat && old.pointer.is_some() == next.pointer.is_some()
 }

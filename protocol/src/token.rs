@@ -1,12 +1,12 @@
-//! Tokens, with which a client gets back a seat or the rights of a host. They are opaque here and to
-//! clients: only the server knows their content and their seal.
+//! Tokens, with which a client regains a seat or the rights of a host. They are opaque to this crate and to clients;
+//! only the server knows their content and their seal.
 
 use crate::error::DecodeError;
 use crate::limits::TOKEN_BYTES;
 use crate::wire::{Reader, Writer};
 use std::fmt;
 
-/// A sealed note of the server to itself.
+/// A sealed note from the server to itself.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Token(pub [u8; TOKEN_BYTES]);
 
@@ -45,7 +45,7 @@ impl Token {
 }
 
 impl fmt::Debug for Token {
-    /// Leaves the token out, because a reader of the log could use it.
+    /// Omits the token, because anyone who reads the log could use it.
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
         formatter.write_str("Token(..)")
     }

@@ -1,40 +1,40 @@
-//! The JSON answers of the server's HTTP API, read by the page and written by the server and the static page.
+//! The JSON answers of the HTTP API. They are written by the server and the static page, and read by the page.
 
 use jostle_game::Scene;
 use jostle_sim::TICKS_PER_SECOND;
 use serde::{Deserialize, Serialize};
 
-/// Answer of `GET /api/rooms`, or of `GET /api/rooms?find=TEXT` for those whose code or title has the text.
+/// Answer of `GET /api/rooms`. With `?find=TEXT` it has only rooms whose code or title contains the text.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub struct Rooms {
-    /// Public rooms that are open, at most [`ROOMS_LISTED_MAX`]: of more, those in which most people are.
+    /// Open public rooms, at most [`ROOMS_LISTED_MAX`]; beyond that, those with the most people.
     pub rooms: Vec<RoomCard>,
-    /// All of these, listed or not.
+    /// Number of all such rooms, listed or not.
     #[serde(default)]
     pub total: u32,
 }
 
-/// Rooms in a list, which each visitor of the lobby asks for every few seconds.
+/// Maximum number of rooms in a list; every visitor of the lobby requests one every few seconds.
 pub const ROOMS_LISTED_MAX: usize = 100;
 
 /// A room as the lobby shows it.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct RoomCard {
-    /// The word in its link.
+    /// The word in the room's link.
     pub code: String,
-    /// Name of its scene.
+    /// Name of the room's scene.
     pub scene: String,
-    /// Title of its scene.
+    /// Title of the room's scene.
     pub title: String,
-    /// Seats that are taken.
+    /// Number of taken seats.
     pub players: u32,
     /// Players who are connected now.
     #[serde(default)]
     pub connected: u32,
-    /// People who watch it.
+    /// Number of spectators.
     #[serde(default)]
     pub spectators: u32,
-    /// Seats that it has.
+    /// Number of seats.
     pub players_max: u32,
 }
 
@@ -43,38 +43,38 @@ pub struct RoomCard {
 pub struct Scenes {
     /// Scenes that a room can be opened with.
     pub scenes: Vec<SceneCard>,
-    /// Who may open a room with a scene of their own; `None` for a page without a server.
+    /// Who may open a room with their own scene; `None` for a page without a server.
     #[serde(skip_deserializing, skip_serializing_if = "Option::is_none")]
     pub guest_scenes: Option<&'static str>,
 }
 
-/// A scene as the lobby shows it. Every visitor downloads all of them, so numbers that are 0 are left out.
+/// A scene as the lobby shows it. Every visitor downloads all of them, so zeros are omitted.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub struct SceneCard {
     /// Name of the scene, as in its file.
     pub name: String,
     /// Title, for people.
     pub title: String,
-    /// One sentence about it.
+    /// A one-sentence description.
     pub about: String,
-    /// Seats of a room that plays it.
+    /// Seats in a room with this scene.
     pub players_max: u32,
-    /// Where it is shown: `games`, `playgrounds` or `book`.
+    /// Section of the lobby: `games`, `playgrounds` or `book`.
     #[serde(default)]
     pub category: String,
-    /// Teams; 0 if each player plays alone.
+    /// Number of teams; 0 if each player plays alone.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub teams: u32,
-    /// Length of a round, seconds; 0 where none ends by itself.
+    /// Length of a round, seconds; 0 if rounds have no time limit.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub round_s: u32,
     /// Whether each player has a hero.
     #[serde(default)]
     pub heroes: bool,
-    /// Players without whom no round begins.
+    /// Minimum number of players for a round to begin.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub players_min: u32,
-    /// Seats that bots take.
+    /// Number of seats that bots fill.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub fill: u32,
     /// Address of its picture.
@@ -87,7 +87,7 @@ fn is_zero(number: &u32) -> bool {
 }
 
 impl SceneCard {
-    /// The card of a scene whose picture has this address.
+    /// Creates the card of a scene. `picture` is the address of its picture.
     pub fn of(scene: &Scene, picture: Option<String>) -> SceneCard {
         let round = scene.rules.round.as_ref();
         let round_ticks = round.and_then(|round| round.time).unwrap_or(0);
@@ -112,10 +112,10 @@ impl SceneCard {
 pub struct Replays {
     /// Newest first.
     pub replays: Vec<ReplayCard>,
-    /// Replays that ended because a disk failed.
+    /// Number of recordings that ended because of a disk failure.
     #[serde(skip_deserializing)]
     pub errors: u64,
-    /// Of these, those that ended because it was too slow.
+    /// Number of those that ended because the disk was too slow.
     #[serde(skip_deserializing)]
     pub dropped: u64,
 }
@@ -123,20 +123,20 @@ pub struct Replays {
 /// A replay as the lobby shows it.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
 pub struct ReplayCard {
-    /// Its name, without the ending: `/replays/NAME.jostle` is the file, `/replay/NAME` the page that plays it.
+    /// The replay's name without extension: `/replays/NAME.jostle` is the file, `/replay/NAME` the page that plays it.
     pub name: String,
-    /// Name of its scene.
+    /// Name of the replay's scene.
     pub scene: String,
     /// Code of the room.
     pub room: String,
-    /// When the recording began, seconds since 1970; 0 if unknown.
+    /// Start of the recording, seconds since 1970; 0 if unknown.
     pub unix_s: u64,
-    /// Length of the file so far, whole records alone.
+    /// Length of the file so far, complete records only, bytes.
     pub bytes: u64,
     /// Length of the game so far, seconds; `None` if its end is missing.
     #[serde(default)]
     pub seconds: Option<u32>,
-    /// Most players at a time, bots included; 0 if unknown.
+    /// Largest number of simultaneous players, bots included; 0 if unknown.
     #[serde(default)]
     pub players: u32,
     /// Whether it is still being recorded.
@@ -146,10 +146,10 @@ pub struct ReplayCard {
 /// Answer of `GET /api/records`.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub struct Records {
-    /// Whether the server keeps runs.
+    /// Whether the server stores best runs.
     #[serde(skip_deserializing)]
     pub kept: bool,
-    /// Scenes whose runs are kept.
+    /// Scenes for which runs are stored.
     pub scenes: Vec<RecordTable>,
 }
 
@@ -158,78 +158,78 @@ pub struct Records {
 pub struct RecordTable {
     /// Name of the scene.
     pub scene: String,
-    /// Which run is better: `time` or `points`.
+    /// The measure that ranks runs: `time` or `points`.
     pub measure: String,
-    /// The best first.
+    /// The runs, best first.
     pub records: Vec<RecordCard>,
 }
 
-/// A run that is kept.
+/// A stored run.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub struct RecordCard {
     /// Name of its file: the scene, a dash and 16 digits.
     pub name: String,
-    /// Ticks of its round.
+    /// Length of the round in ticks.
     pub ticks: u32,
-    /// Points of who won it.
+    /// Points of the winners.
     pub points: i32,
-    /// Ticks of the replay before the round.
+    /// Ticks in the replay before the round.
     pub begin: u32,
-    /// Seat of the first who won it.
+    /// Seat of the first winner.
     pub seat: u16,
-    /// Names of who won it.
+    /// Names of the winners.
     pub players: Vec<String>,
-    /// Colour of the first who won it, an index into the palette.
+    /// Colour of the first winner, an index into the palette.
     #[serde(skip_deserializing)]
     pub color: u8,
-    /// When it was kept, seconds since 1970.
+    /// Time when the run was stored, seconds since 1970.
     #[serde(skip_deserializing)]
     pub unix_s: u64,
-    /// Length of the file.
+    /// Length of the file, bytes.
     #[serde(skip_deserializing)]
     pub bytes: u64,
 }
 
-/// Answer to what was sent: of `POST /api/rooms` and `POST /api/guest-rooms` a code and a key, of `POST /api/records` a
-/// run, or an error.
+/// Answer to a POST request: a code and a key from `/api/rooms` and `/api/guest-rooms`, a run from `/api/records`, or
+/// an error.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
 #[serde(default)]
 pub struct Posted {
-    /// The word in the link of the room.
+    /// The word in the room's link.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub code: Option<String>,
-    /// Makes the client that says hello with it the room's host.
+    /// A client that sends this key in its hello becomes the room's host.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub host_key: Option<String>,
-    /// Rank of a run that is among the best.
+    /// Rank of a run, if it is among the best.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rank: Option<u32>,
-    /// Why it was refused, for people.
+    /// The reason for a refusal, for people.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
-    /// The line of the error in a scene, from 1.
+    /// Line of the error in the scene, from 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub line: Option<usize>,
-    /// The path of its field.
+    /// Path of the faulty field.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub field: Option<String>,
-    /// Content of the file there.
+    /// The content found there.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub found: Option<String>,
-    /// Contents that are allowed there.
+    /// The allowed content.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub allowed: Option<String>,
 }
 
-/// Answer to a run that proves itself.
+/// Answer to a submitted run that has been verified.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SubmittedRun {
-    /// Name of its file, as in [`RecordCard::name`].
+    /// Name of the run's file, as in [`RecordCard::name`].
     pub name: String,
     /// Rank from 1; `None` if it is not among the best.
     pub rank: Option<u32>,
-    /// Ticks of its round.
+    /// Length of the round in ticks.
     pub ticks: u32,
-    /// Points of who won it.
+    /// Points of the winners.
     pub points: i32,
 }

@@ -1,5 +1,5 @@
-//! A bounds-checked reader of fields, and their writer. Numbers are little-endian or LEB128; a LEB128
-//! number is accepted in its shortest form alone. Nothing here knows a message.
+//! A bounds-checked reader of fields, and their writer. Numbers are little-endian or LEB128; only the shortest LEB128
+//! form is accepted. This module is independent of any message.
 
 use crate::bits::{fold, unfold};
 use crate::error::{DecodeError, check};
@@ -18,7 +18,7 @@ impl Writer {
         Writer::default()
     }
 
-    /// Removes all that was written, and keeps the memory.
+    /// Removes everything written, and keeps the allocation.
     pub fn clear(&mut self) {
         self.bytes.clear();
     }
@@ -38,32 +38,32 @@ impl Writer {
         self.bytes.push(value);
     }
 
-    /// One byte, 0 or 1.
+    /// Writes a byte, 0 or 1.
     pub fn flag(&mut self, value: bool) {
         self.byte(u8::from(value));
     }
 
-    /// Two bytes, little-endian.
+    /// Writes two bytes, little-endian.
     pub fn fixed16(&mut self, value: u16) {
         self.bytes.extend_from_slice(&value.to_le_bytes());
     }
 
-    /// Four bytes, little-endian.
+    /// Writes four bytes, little-endian.
     pub fn fixed32(&mut self, value: u32) {
         self.bytes.extend_from_slice(&value.to_le_bytes());
     }
 
-    /// Eight bytes, little-endian.
+    /// Writes eight bytes, little-endian.
     pub fn fixed64(&mut self, value: u64) {
         self.bytes.extend_from_slice(&value.to_le_bytes());
     }
 
-    /// LEB128, 1 to 5 bytes.
+    /// Writes LEB128, 1 to 5 bytes.
     pub fn leb32(&mut self, value: u32) {
         self.leb64(u64::from(value));
     }
 
-    /// LEB128, 1 to 10 bytes.
+    /// Writes LEB128, 1 to 10 bytes.
     pub fn leb64(&mut self, mut value: u64) {
         while value >= 0x80 {
             self.byte(value as u8 | 0x80);
@@ -72,12 +72,12 @@ impl Writer {
         self.byte(value as u8);
     }
 
-    /// A length or count as LEB128. Panics above `u32::MAX`, which is far above every limit.
+    /// Writes a length or count as LEB128. Panics above `u32::MAX`, which is far above every limit.
     pub fn count(&mut self, value: usize) {
         self.leb32(u32::try_from(value).expect("counts are limited far below u32::MAX"));
     }
 
-    /// A signed number as LEB128: 0, -1, 1, -2, ... become 0, 1, 2, 3, ...
+    /// Writes a signed number as LEB128: 0, -1, 1, -2, ... become 0, 1, 2, 3, ...
     pub fn zigzag(&mut self, value: i32) {
         self.leb32(fold(value));
     }
@@ -99,7 +99,7 @@ impl Writer {
         self.finite(value.y);
     }
 
-    /// Length and UTF-8. Panics above `bytes_max` bytes, because the reader would refuse them.
+    /// Writes a length and UTF-8 text. Panics above `bytes_max` bytes, because the reader would refuse them.
     pub fn text(&mut self, value: &str, bytes_max: usize) {
         let bytes = value.len();
         assert!(bytes <= bytes_max, "text of {bytes} bytes exceeds {bytes_max}");
@@ -107,12 +107,12 @@ impl Writer {
         self.bytes.extend_from_slice(value.as_bytes());
     }
 
-    /// Bytes without their length.
+    /// Writes bytes without their length.
     pub fn raw(&mut self, bytes: &[u8]) {
         self.bytes.extend_from_slice(bytes);
     }
 
-    /// A flag, and the value if there is one.
+    /// Writes a flag, and the value if it is `Some`.
     pub fn option<T>(&mut self, value: Option<T>, write: impl FnOnce(&mut Writer, T)) {
         self.flag(value.is_some());
         if let Some(value) = value {
@@ -120,7 +120,7 @@ impl Writer {
         }
     }
 
-    /// One bit per item, lowest bit first, the last byte padded with zeros.
+    /// Writes one bit per item, lowest bit first; the last byte is padded with zeros.
     pub fn bits(&mut self, items: impl Iterator<Item = bool>) {
         let (mut byte, mut used) = (0u8, 0);
         for item in items {
@@ -144,7 +144,7 @@ pub struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    /// Reads `bytes` from the start.
+    /// Creates a reader at the start of `bytes`.
     pub fn new(bytes: &'a [u8]) -> Reader<'a> {
         Reader { bytes }
     }
@@ -154,12 +154,12 @@ impl<'a> Reader<'a> {
         self.bytes.len()
     }
 
-    /// The bytes left, without reading them.
+    /// The remaining bytes, which stay unread.
     pub fn rest(&self) -> &'a [u8] {
         self.bytes
     }
 
-    /// The next `count` bytes.
+    /// Reads the next `count` bytes.
     pub fn raw(&mut self, count: usize, field: &'static str) -> Result<&'a [u8], DecodeError> {
         let (taken, rest) =
             self.bytes.split_at_checked(count).ok_or(DecodeError::Truncated { field })?;
@@ -179,14 +179,14 @@ impl<'a> Reader<'a> {
         Ok(self.array::<1>(field)?[0])
     }
 
-    /// One byte, 0 or 1.
+    /// Reads a byte that must be 0 or 1.
     pub fn flag(&mut self, field: &'static str) -> Result<bool, DecodeError> {
         let byte = self.byte(field)?;
         check(byte <= 1, field)?;
         Ok(byte == 1)
     }
 
-    /// A flag, and the value if there is one. See [`Writer::option`].
+    /// Reads a flag, and the value if the flag is set. See [`Writer::option`].
     pub fn option<T>(
         &mut self,
         field: &'static str,
@@ -196,27 +196,27 @@ impl<'a> Reader<'a> {
         is_some.then(|| read(self)).transpose()
     }
 
-    /// Two bytes, little-endian.
+    /// Reads two bytes, little-endian.
     pub fn fixed16(&mut self, field: &'static str) -> Result<u16, DecodeError> {
         Ok(u16::from_le_bytes(self.array(field)?))
     }
 
-    /// Four bytes, little-endian.
+    /// Reads four bytes, little-endian.
     pub fn fixed32(&mut self, field: &'static str) -> Result<u32, DecodeError> {
         Ok(u32::from_le_bytes(self.array(field)?))
     }
 
-    /// Eight bytes, little-endian.
+    /// Reads eight bytes, little-endian.
     pub fn fixed64(&mut self, field: &'static str) -> Result<u64, DecodeError> {
         Ok(u64::from_le_bytes(self.array(field)?))
     }
 
-    /// LEB128 up to `u32::MAX`.
+    /// Reads LEB128 up to `u32::MAX`.
     pub fn leb32(&mut self, field: &'static str) -> Result<u32, DecodeError> {
         u32::try_from(self.leb64(field)?).map_err(|_| DecodeError::OutOfRange { field })
     }
 
-    /// LEB128 up to `u64::MAX`; refused unless in its shortest form.
+    /// Reads LEB128 up to `u64::MAX`; only the shortest form is accepted.
     pub fn leb64(&mut self, field: &'static str) -> Result<u64, DecodeError> {
         let mut value = 0u64;
         for shift in (0..u64::BITS).step_by(7) {
@@ -233,15 +233,15 @@ impl<'a> Reader<'a> {
         Err(DecodeError::OutOfRange { field })
     }
 
-    /// LEB128 up to `value_max`.
+    /// Reads LEB128 up to `value_max`.
     pub fn leb_up_to(&mut self, value_max: u32, field: &'static str) -> Result<u32, DecodeError> {
         let value = self.leb32(field)?;
         check(value <= value_max, field)?;
         Ok(value)
     }
 
-    /// A count of items of at least `bytes_each` bytes. It is refused before anything is allocated if it
-    /// exceeds `count_max` or the rest of the message.
+    /// Reads a count of items of at least `bytes_each` bytes. Fails before anything is allocated if the count exceeds
+    /// `count_max` or the items cannot fit in the rest of the message.
     pub fn count(
         &mut self,
         count_max: usize,
@@ -256,7 +256,7 @@ impl<'a> Reader<'a> {
         Ok(count)
     }
 
-    /// A count of a section that is left out where it would be empty: at least 1.
+    /// Reads a count of at least 1, for a section that is omitted when empty.
     pub fn some_count(
         &mut self,
         count_max: usize,
@@ -268,37 +268,37 @@ impl<'a> Reader<'a> {
         Ok(count)
     }
 
-    /// A signed number. See [`Writer::zigzag`].
+    /// Reads a signed number. See [`Writer::zigzag`].
     pub fn zigzag(&mut self, field: &'static str) -> Result<i32, DecodeError> {
         Ok(unfold(self.leb32(field)?))
     }
 
-    /// Two signed numbers within [`QUANTA_MAX`].
+    /// Reads two signed numbers within [`QUANTA_MAX`].
     pub fn quanta(&mut self, field: &'static str) -> Result<[i32; 2], DecodeError> {
         let quanta = [self.zigzag(field)?, self.zigzag(field)?];
         check(quanta.iter().all(|axis| (-QUANTA_MAX..=QUANTA_MAX).contains(axis)), field)?;
         Ok(quanta)
     }
 
-    /// Reads a number that has to be finite.
+    /// Reads a number that must be finite.
     pub fn finite(&mut self, field: &'static str) -> Result<f32, DecodeError> {
         let value = f32::from_bits(self.fixed32(field)?);
         check(value.is_finite(), field)?;
         Ok(value)
     }
 
-    /// Reads two numbers that have to be finite.
+    /// Reads two numbers that must be finite.
     pub fn point(&mut self, field: &'static str) -> Result<Vec2, DecodeError> {
         Ok(Vec2::new(self.finite(field)?, self.finite(field)?))
     }
 
-    /// Length and UTF-8, at most `bytes_max` bytes.
+    /// Reads a length and UTF-8 text of at most `bytes_max` bytes.
     pub fn text(&mut self, bytes_max: usize, field: &'static str) -> Result<&'a str, DecodeError> {
         let bytes = self.count(bytes_max, 1, field)?;
         str::from_utf8(self.raw(bytes, field)?).map_err(|_| DecodeError::OutOfRange { field })
     }
 
-    /// `count` bits, lowest bit first; the padding of the last byte must be zero.
+    /// Reads `count` bits, lowest bit first; the padding of the last byte must be zero.
     pub fn bits(&mut self, count: usize, field: &'static str) -> Result<Vec<bool>, DecodeError> {
         let bytes = self.raw(count.div_ceil(8), field)?;
         let bit = |index: usize| bytes[index / 8] >> (index % 8) & 1 == 1;
@@ -306,7 +306,7 @@ impl<'a> Reader<'a> {
         Ok((0..count).map(bit).collect())
     }
 
-    /// Refuses bytes that are left over.
+    /// Fails if bytes are left over.
     pub fn end(self) -> Result<(), DecodeError> {
         match self.remaining() {
             0 => Ok(()),
@@ -315,21 +315,21 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// A strictly growing list of numbers, each coded as its distance from the smallest that it could be.
+/// A strictly increasing list of numbers, each coded as its distance from the smallest possible value.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Gaps {
     next: u32,
 }
 
 impl Gaps {
-    /// Writes the next number; panics unless it grows.
+    /// Writes the next number. Panics unless it is larger than the previous one.
     pub fn write(&mut self, writer: &mut Writer, value: u32) {
         assert!(value >= self.next, "{value} must be at least {}", self.next);
         writer.leb32(value - self.next);
         self.next = value + 1;
     }
 
-    /// Reads the next number, below `end`.
+    /// Reads the next number, which must be below `end`.
     pub fn read(
         &mut self,
         reader: &mut Reader,

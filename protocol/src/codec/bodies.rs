@@ -15,10 +15,10 @@ const BOX: u8 = 1 << 3;
 const OWNED: u8 = 1 << 4;
 const TAG_ALL: u8 = (1 << 5) - 1;
 
-/// Bytes of the shortest birth: gap, generation, tag, group, radius, and two coordinates.
+/// Bytes of the shortest birth: gap, generation, tag, group, radius and two coordinates.
 const BIRTH_BYTES_MIN: usize = 10;
 
-/// The difference of the bodies of two snapshots, with memory that is kept from message to message.
+/// The difference between the bodies of two snapshots; its memory is reused from message to message.
 #[derive(Clone, Debug, Default)]
 pub struct BodyDifference {
     /// Indices into the baseline's list.
@@ -29,14 +29,14 @@ pub struct BodyDifference {
 }
 
 impl BodyDifference {
-    /// Compares two lists, both in id order. A body that changed more than its position counts as
-    /// another body, so that every pair of snapshots can be coded.
+    /// Compares two lists, both in id order. A body that changed in more than its position counts as a death and a
+    /// birth, so that every pair of snapshots can be coded.
     pub fn find(&mut self, base: &[SnapshotBody], bodies: &[SnapshotBody]) {
         let BodyDifference { deaths, survivors, births } = self;
         deaths.clear();
         survivors.clear();
         births.clear();
-        // Usually all bodies are the same; the general comparison begins where they are not.
+        // Usually all bodies are the same. The general comparison starts at the first difference.
         let same = zip(base, bodies).take_while(|(known, body)| is_same(known, body)).count();
         survivors.extend((0u32..).zip(&bodies[..same]).map(|(index, body)| (index, body.quanta)));
         let mut old = (same as u32..).zip(&base[same..]).peekable();
@@ -57,7 +57,7 @@ impl BodyDifference {
         deaths.extend(old.map(|(index, _)| index));
     }
 
-    /// Sections that are not empty.
+    /// The bits of the non-empty sections.
     pub fn sections(&self) -> u8 {
         bit(!self.deaths.is_empty(), sections::DEATHS)
             | bit(!self.births.is_empty(), sections::BIRTHS)
@@ -107,7 +107,7 @@ fn write_birth(writer: &mut Writer, gaps: &mut Gaps, body: &SnapshotBody) {
     writer.quanta(body.quanta);
 }
 
-/// Reads which bodies survive, as indices into the baseline's list.
+/// Reads the survivors as indices into the baseline's list.
 pub fn read_survivors(
     reader: &mut Reader,
     present: u8,
@@ -171,7 +171,7 @@ fn read_extent(reader: &mut Reader) -> Result<f32, DecodeError> {
     Ok(extent)
 }
 
-/// Merges two lists in id order; an index in both is refused.
+/// Merges two lists in id order. Fails if an index is in both.
 fn merge(
     survivors: Vec<SnapshotBody>,
     births: Vec<SnapshotBody>,

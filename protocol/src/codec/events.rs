@@ -1,4 +1,4 @@
-//! Events in a coded snapshot, each with its distance to the tick of the event before.
+//! Events in a coded snapshot. Each is coded with its tick's distance to that of the previous event.
 
 use crate::error::{DecodeError, check};
 use crate::fields::{kind_of, read_id, read_leb16, read_seat, write_id, write_seat};

@@ -1,9 +1,9 @@
-//! Moves of points: centres of bodies and players' pointers. A move is coded against the positions in
-//! the last four snapshots, which both ends hold. They give the expected position and the number of bits for the
-//! difference to it, so nothing else is sent or learned.
+//! Moves of points: centres of bodies and players' pointers. A move is coded against the positions in the last four
+//! snapshots, which both ends hold. They determine the expected position and the number of bits for the difference, so
+//! no other side information is needed.
 //!
-//! A point that moved within the four snapshots takes one bit if it is where it was expected, else one
-//! bit and two numbers. A point at rest takes nothing until it wakes.
+//! A point that moved within the four snapshots takes one bit if it is at its expected position, otherwise one bit and
+//! two numbers. A point at rest takes nothing until it wakes.
 
 use crate::bits::{
     BitReader, BitWriter, fold, read_golomb, read_wide, unfold, write_golomb, write_wide,
@@ -13,10 +13,10 @@ use crate::limits::QUANTA_MAX;
 use crate::position_history::{Position, PositionHistory};
 use crate::wire::Reader;
 
-/// Low bits for the first move of a point that was at rest.
+/// Low bits in the first move of a point that was at rest.
 const WAKE_WIDTH: u32 = 2;
-/// Low bits for the difference to the expected position along an axis: of three eighths of how much the
-/// displacements changed.
+/// Low bits for the difference to the expected position along each axis: enough for three eighths of the recent change
+/// between displacements.
 fn widths(history: &PositionHistory) -> [u32; 2] {
     [0, 1].map(|axis| {
         let [one, two, three] = history.displacements(axis);
@@ -28,13 +28,13 @@ fn widths(history: &PositionHistory) -> [u32; 2] {
 /// A point that was at rest until now.
 #[derive(Clone, Debug)]
 struct Woken {
-    /// Number of resting points before it, woken ones included.
+    /// Number of resting points before this one, including woken ones.
     before: u32,
     from: Position,
     to: Position,
 }
 
-/// The encoder of moves, with memory that is kept from message to message.
+/// The encoder of moves; its memory is reused from message to message.
 #[derive(Clone, Debug, Default)]
 pub struct MoveEncoder {
     bits: BitWriter,
@@ -42,8 +42,8 @@ pub struct MoveEncoder {
 }
 
 impl MoveEncoder {
-    /// Encodes the moves of points, each with its history and its position now; `None` if all are where they
-    /// were expected.
+    /// Encodes the moves of points, each with its history and current position; `None` if all are at their expected
+    /// positions.
     pub fn encode<'a>(
         &mut self,
         points: impl Iterator<Item = (&'a PositionHistory, Position)>,
@@ -76,7 +76,7 @@ impl MoveEncoder {
     }
 }
 
-/// Writes how many points woke, then for each how many rest before it, and its move.
+/// Writes the number of woken points, then for each the gap of resting points before it, and its move.
 fn write_woken(asleep: u32, woken: &[Woken], bits: &mut BitWriter) {
     write_golomb(woken.len() as u32, bits);
     let width = gap_width(asleep as usize, woken.len());
@@ -94,12 +94,12 @@ fn write_move(from: Position, to: Position, widths: [u32; 2], bits: &mut BitWrit
     }
 }
 
-/// Low bits for a gap among `rest` resting points of which `count` wake: those of the mean gap.
+/// Low bits for a gap among `rest` resting points if `count` of them wake: as many as the mean gap needs.
 fn gap_width(rest: usize, count: usize) -> u32 {
     (rest / (count + 1)).max(1).ilog2()
 }
 
-/// Reads what [`MoveEncoder::encode`] wrote, and returns the positions of the points.
+/// Reads the output of [`MoveEncoder::encode`], and returns the positions of the points.
 pub fn read<'a>(
     histories: impl Iterator<Item = &'a PositionHistory>,
     reader: &mut Reader,
@@ -127,7 +127,7 @@ pub fn read<'a>(
     Ok(positions)
 }
 
-/// Reads the points that woke, and returns how many.
+/// Reads the woken points, and returns their number.
 fn read_woken(
     asleep: &[usize],
     positions: &mut [Position],
@@ -150,7 +150,7 @@ fn read_woken(
     Ok(count)
 }
 
-/// Reads the end of a move, which must not be where it began.
+/// Reads the end of a move, which must differ from its start.
 fn read_move(
     from: Position,
     widths: [u32; 2],

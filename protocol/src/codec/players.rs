@@ -1,6 +1,5 @@
-//! Players and the round in a coded snapshot. In a usual tick each player's input number grows by the distance
-//! to the baseline, which takes one bit. Other changes name their fields. Moves of pointers are coded by
-//! `motion`.
+//! Players and the round in a coded snapshot. Usually each player's input number grows by the ticks since the baseline,
+//! which takes one bit. Other changes name their fields. Pointer moves are coded by `motion`.
 
 use super::round;
 use super::sections::{self, bit};
@@ -12,7 +11,7 @@ use crate::wire::{Reader, Writer};
 use jostle_game::{RoundInfo, SEATS_MAX, Seat};
 use jostle_sim::BodyId;
 
-/// Parts of the section of players, one bit each.
+/// Parts of the players section, one bit each.
 mod part {
     pub const GONE: u8 = 1 << 0;
     pub const CHANGED: u8 = 1 << 1;
@@ -21,7 +20,7 @@ mod part {
     pub const ALL: u8 = (1 << 4) - 1;
 }
 
-/// Fields of a player that may change, one bit each.
+/// Fields of a player that may have changed, one bit each.
 mod field {
     pub const APPEARANCE: u8 = 1 << 0;
     pub const CONNECTED: u8 = 1 << 1;
@@ -33,23 +32,23 @@ mod field {
     pub const INPUT_SEQ: u8 = 1 << 7;
 }
 
-/// Bytes of the shortest new player: seat, name of one byte and its length, colour, connected, six empty
-/// or small fields.
+/// Bytes of the shortest new player: seat, a one-byte name and its length, colour, connected, and six empty or small
+/// fields.
 const NEW_BYTES_MIN: usize = 11;
 
-/// The difference of the players of two snapshots, with memory that is kept from message to message.
+/// The difference between the players of two snapshots; its memory is reused from message to message.
 #[derive(Clone, Debug, Default)]
 pub struct PlayerDifference {
-    /// Whether each player of the baseline is gone; empty if none is.
+    /// Whether each player of the baseline is gone; empty if all remain.
     gone: Vec<bool>,
     stayed: Vec<Stayed>,
     /// Indices into the snapshot's list.
     new: Vec<u32>,
-    /// Whether the round is another one than in the baseline.
+    /// Whether the round differs from that of the baseline.
     round: bool,
 }
 
-/// A player of both snapshots.
+/// A player in both snapshots.
 #[derive(Clone, Copy, Debug)]
 struct Stayed {
     /// Index into the snapshot's list.
@@ -87,7 +86,7 @@ impl PlayerDifference {
         self.new.extend(new.map(|(index, _)| index));
     }
 
-    /// Sections that are not empty.
+    /// The bits of the non-empty sections.
     pub fn sections(&self) -> u8 {
         bit(self.parts() != 0, sections::PLAYERS) | bit(self.any_advanced(), sections::INPUTS)
     }
@@ -103,7 +102,7 @@ impl PlayerDifference {
         self.stayed.iter().any(|stayed| stayed.advanced)
     }
 
-    /// Writes the sections that are not empty.
+    /// Writes the non-empty sections.
     pub fn write(&self, writer: &mut Writer, snapshot: &Snapshot) {
         let players = &snapshot.players;
         let parts = self.parts();
@@ -148,8 +147,8 @@ fn changed_fields(old: &PlayerState, new: &PlayerState, distance: u32) -> u8 {
         | bit(!known_seq, field::INPUT_SEQ)
 }
 
-/// Writes the fields of `mask`; nothing if it is empty. The bits of `CONNECTED` and `POINTER` say that the
-/// field toggled; a new pointer is followed by its position.
+/// Writes the fields in `mask`; nothing if it is empty. The bits of `CONNECTED` and `POINTER` mean that the field
+/// toggled; a new pointer is followed by its position.
 fn write_change(writer: &mut Writer, new: &PlayerState, mask: u8) {
     if mask == 0 {
         return;
@@ -186,8 +185,7 @@ fn write_new(writer: &mut Writer, player: &PlayerState) {
     writer.leb32(player.input_seq);
 }
 
-/// Reads the sections of players, applies them to the `players` of the baseline, and returns the round if it
-/// changed.
+/// Reads the player sections, applies them to the baseline's `players`, and returns the round if it changed.
 pub fn read(
     reader: &mut Reader,
     present: u8,
@@ -229,7 +227,7 @@ fn read_parts(reader: &mut Reader) -> Result<u8, DecodeError> {
     Ok(parts)
 }
 
-/// Reads bits of which at least one is set; otherwise they would have been left out.
+/// Reads bits of which at least one must be set; otherwise the section would have been omitted.
 fn read_some_bits(
     reader: &mut Reader,
     count: usize,

@@ -1,5 +1,5 @@
-//! What players see of a scene's rules. It is coded as a whole when it changed, which is rare: its clock is a
-//! tick that stays the same as long as a phase lasts.
+//! The player-visible state of a scene's rules. It is coded as a whole when it changes, which is rare, because its
+//! clock is a tick that stays the same throughout a phase.
 
 use super::sections::bit;
 use crate::bits::{fold, unfold};
@@ -12,14 +12,14 @@ use jostle_game::{
     OrderProgress, RoundInfo, RoundPhase, RoundPlayer, SEATS_MAX, Side, SideInfo, SlingInfo, Taking,
 };
 
-/// Bytes of the shortest side and player.
+/// Bytes of the shortest side, and of the shortest player.
 const SIDE_BYTES_MIN: usize = 2;
 const PLAYER_BYTES_MIN: usize = 4;
-/// Bytes of the shortest side that takes a zone, and of the shortest progress.
+/// Bytes of the shortest side that is taking a zone, and of the shortest progress in an order.
 const TAKING_BYTES_MIN: usize = 4;
 const ORDER_BYTES_MIN: usize = 3;
-/// Beside the phase: whether there is a sling, whether its ball flies, whether bodies are cracked, whether zones
-/// are being taken or orders begun, and whether zones are not in force.
+/// Flags in the phase's byte: a sling exists, its ball is in flight, bodies are cracked, zones are being taken or
+/// orders in progress, and some zones are inactive.
 const SLING: u8 = 1 << 2;
 const FLYING: u8 = 1 << 3;
 const CRACKED: u8 = 1 << 4;
@@ -27,7 +27,7 @@ const PHASE: u8 = SLING - 1;
 const PROGRESS: u8 = 1 << 5;
 const RESTING: u8 = 1 << 6;
 const TAG_ALL: u8 = (1 << 7) - 1;
-/// Beside a player's team.
+/// Flags in the byte of a player's team.
 const STUNNED: u8 = 1;
 const GOES_ON: u8 = 2;
 const TEAM_SHIFT: u8 = 2;
@@ -35,7 +35,7 @@ const NO_SIDE: u8 = 0;
 const TEAM: u8 = 1;
 const PLAYER: u8 = 2;
 
-/// Writes a round, or that there is none.
+/// Writes an optional round.
 pub fn write(writer: &mut Writer, round: Option<&RoundInfo>) {
     writer.option(round, write_round);
 }
@@ -123,7 +123,7 @@ fn write_side(writer: &mut Writer, side: Option<Side>) {
     }
 }
 
-/// Reads what [`write`] wrote.
+/// Reads the output of [`write`].
 pub fn read(reader: &mut Reader) -> Result<Option<RoundInfo>, DecodeError> {
     reader.option("round", read_round)
 }

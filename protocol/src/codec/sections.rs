@@ -1,4 +1,4 @@
-//! The sections of a coded snapshot, one bit each of its first byte.
+//! The sections of a coded snapshot. Each has a bit in the first byte.
 
 use crate::error::DecodeError;
 use crate::snapshot::{SNAPSHOT, Snapshot};
@@ -11,32 +11,32 @@ pub const MOVES: u8 = 1 << 1;
 pub const BIRTHS: u8 = 1 << 2;
 /// Changes of players, except for their input numbers.
 pub const PLAYERS: u8 = 1 << 3;
-/// Which input numbers grew by the ticks since the baseline.
+/// Flags for the input numbers that grew by the ticks since the baseline.
 pub const INPUTS: u8 = 1 << 4;
-/// Live particles, in a keyframe, where no input number grows.
+/// Live particles, in a keyframe, which has no input flags.
 pub const PARTICLES: u8 = INPUTS;
 /// Events since the baseline.
 pub const EVENTS: u8 = 1 << 5;
 /// Not a section: the snapshot needs no baseline.
 pub const KEYFRAME: u8 = 1 << 6;
-/// Bits that a keyframe may have: it has no deaths and no moves.
+/// Bits allowed in a keyframe, which has no deaths and no moves.
 pub const IN_KEYFRAME: u8 = KEYFRAME | BIRTHS | PLAYERS | PARTICLES | EVENTS;
 
 /// Names of the bits, the lowest first.
 const NAMES: [&str; 7] = ["deaths", "moves", "births", "players", "inputs", "events", "keyframe"];
 
-/// A bit if it is set, else 0.
+/// `bit` if it is set, otherwise 0.
 pub fn bit(is_set: bool, bit: u8) -> u8 {
     if is_set { bit } else { 0 }
 }
 
-/// Returns true if the bodies after a message are those before it, possibly moved.
+/// Returns true if the bodies after a message are the same as before it, possibly moved.
 pub fn keeps_bodies(message: &[u8]) -> bool {
     message.first().is_some_and(|sections| sections & (DEATHS | BIRTHS | KEYFRAME) == 0)
 }
 
 impl Snapshot {
-    /// Names of the sections of a coded snapshot, from its first byte alone.
+    /// Names of the sections of a coded snapshot, read from its first byte.
     pub fn section_names(bytes: &[u8]) -> Result<Vec<&'static str>, DecodeError> {
         let sections = Reader::new(bytes).byte("sections")? & !SNAPSHOT;
         let mut names = NAMES;

@@ -1,4 +1,4 @@
-//! Forms of the fields of messages: how each is written, and how it is read and checked.
+//! Codecs for the fields of messages: how each is written, read and checked.
 
 use crate::appearance::Appearance;
 use crate::clip::ClipRefusal;
@@ -16,7 +16,7 @@ use crate::wire::{Reader, Writer};
 use jostle_game::{Buttons, Input, Seat};
 use jostle_sim::Vec2;
 
-/// Both halves of a field. Reading names the field in errors.
+/// Reader and writer of a field. Read errors name the field.
 pub struct FieldCodec<T> {
     pub write: fn(&mut Writer, &T),
     pub read: fn(&mut Reader, &'static str) -> Result<T, DecodeError>,
@@ -98,7 +98,7 @@ pub const WELCOME_SEAT: FieldCodec<Option<WelcomeSeat>> = FieldCodec {
         })
     },
 };
-/// A text of at most as many bytes.
+/// A text of at most this many bytes.
 macro_rules! text {
     ($bytes_max:ident) => {
         FieldCodec {
@@ -119,7 +119,7 @@ pub const REFUSAL: FieldCodec<Refusal> = FieldCodec {
         refusal.copied().ok_or(DecodeError::OutOfRange { field })
     },
 };
-/// The name of a clip after a zero, or why there is none.
+/// The name of a clip after a zero byte, or the reason for its refusal.
 pub const CLIP: FieldCodec<Result<String, ClipRefusal>> = FieldCodec {
     write: |writer, it| match it {
         Ok(name) => {

@@ -129,8 +129,8 @@ proptest! {
     }
 }
 
-/// Whether an accepted message encodes to the bytes that it was decoded from. Pointers are rounded, and of a hello of
-/// another version only the number is read.
+/// Whether an accepted message encodes to the bytes from which it was decoded. Exceptions: pointers are rounded, and a
+/// hello of another version keeps only its version.
 fn has_one_form(message: &ClientMessage, bytes: &[u8]) -> bool {
     match message {
         ClientMessage::Hello { version, .. } if *version != VERSION => true,
@@ -258,7 +258,7 @@ fn server_messages_have_the_documented_bytes() {
 fn a_hello_of_another_version_is_decoded_up_to_the_version() {
     let mut bytes = hello(VERSION).encode();
     bytes[1] = 1;
-    // The other fields may be anything.
+    // The other fields do not matter.
     bytes.truncate(5);
     let found = ClientMessage::decode(&bytes);
     assert!(matches!(found, Ok(ClientMessage::Hello { version: 1, token: None, .. })), "{found:?}");

@@ -1,5 +1,5 @@
-//! Blocks of ticks. Hashes are stored as they are, because they are random bits, and so are the coded moves
-//! of pointers, which do not compress further. The rest is columns, deflated.
+//! Blocks of ticks. Hashes are random bits and stored uncompressed, as are the coded pointer moves, which do not
+//! compress further. The rest is stored as deflated columns.
 
 mod column;
 
@@ -12,40 +12,40 @@ use crate::limits::{NAME_BYTES_MAX, REPLAY_BLOCK_TICKS_MAX, REPLAY_TICKS_MAX};
 use crate::wire::{Reader, Writer};
 use jostle_game::{Input, SEATS_MAX, Seat};
 
-/// Longest unpacked inputs of a tick, bytes: every seat changes everything.
+/// Longest unpacked inputs of a tick, bytes: every seat changes all its inputs.
 const INPUTS_PER_TICK_BYTES_MAX: usize = 16 * SEATS_MAX;
-/// Most joins, leaves and changed looks in one tick.
+/// Maximum number of joins, leaves and appearance changes in one tick.
 const CHANGES_PER_TICK_MAX: usize = 4 * SEATS_MAX;
-/// Longest unpacked changes of a block, bytes: as many as a tick may have, with the longest names.
+/// Longest unpacked changes of a block, bytes: as many as one tick may have, with the longest names.
 const CHANGES_BYTES_MAX: usize = CHANGES_PER_TICK_MAX * (16 + NAME_BYTES_MAX);
 
-/// A change of the members, effective with a tick.
+/// A change of the members, which takes effect in a tick.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Change {
     /// A player takes this seat.
     Join(Seat, Appearance),
-    /// A player gives this seat up.
+    /// A player gives up this seat.
     Leave(Seat),
-    /// A player comes back, possibly with another name or colour.
+    /// A player returns, possibly with another name or colour.
     Look(Seat, Appearance),
 }
 
-/// All 64 bits of the hash are kept for ticks that are a multiple of this, 16 bits for the others.
+/// All 64 bits of the hash are stored for ticks that are a multiple of this, and 16 bits for the others.
 pub const FULL_HASH_TICKS: u32 = 60;
 
-/// Returns true if all 64 bits of the hash of this tick are kept.
+/// Returns true if all 64 bits of this tick's hash are stored.
 pub fn keeps_full_hash(tick: u32) -> bool {
     tick.is_multiple_of(FULL_HASH_TICKS)
 }
 
-/// One tick as a replay keeps it.
+/// One tick as stored in a replay.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tick {
     /// Changes before the tick, in order.
     pub changes: Vec<Change>,
     /// Inputs of the game in seat order, with pointers in whole quanta.
     pub inputs: Vec<(Seat, Input)>,
-    /// The state hash after the tick: all bits where [`keeps_full_hash`], else the low 16.
+    /// The state hash after the tick: all bits if [`keeps_full_hash`], otherwise the low 16.
     pub hash: u64,
 }
 
@@ -56,7 +56,7 @@ impl Tick {
     }
 }
 
-/// The bits of a hash that are kept.
+/// The stored bits of a hash.
 fn kept(tick: u32, hash: u64) -> u64 {
     if keeps_full_hash(tick) { hash } else { hash & 0xffff }
 }
@@ -126,7 +126,7 @@ impl Block {
         Ok((first, count))
     }
 
-    /// Reads the same of a block that is not decoded now, and passes over its hashes.
+    /// Reads the same numbers from a block without decoding it; its hashes are skipped.
     pub(super) fn read_span(reader: &mut Reader) -> Result<(u32, usize), DecodeError> {
         let (first, count) = Block::read_numbers(reader)?;
         let full = (first..).take(count).filter(|&tick| keeps_full_hash(tick)).count();
@@ -153,7 +153,7 @@ impl Block {
         }
     }
 
-    /// Writes the columns of each seat.
+    /// Writes the input columns of each seat.
     fn write_inputs(&self, columns: &mut Writer, moves: &mut BitWriter) {
         let inputs = self.ticks.iter().flat_map(|tick| tick.inputs.iter());
         let mut seats: Vec<u64> = inputs.map(|&(seat, _)| seat.0.into()).collect();

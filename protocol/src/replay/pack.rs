@@ -3,10 +3,10 @@
 use crate::error::DecodeError;
 use crate::wire::{Reader, Writer};
 
-/// Deflate level: higher ones take several times as long for a few percent.
+/// Deflate level. Higher levels take several times as long and save only a few percent.
 const LEVEL: u8 = 6;
 
-/// Writes the rest of a record, deflated.
+/// Deflates bytes and writes them as the rest of a record.
 pub fn pack(writer: &mut Writer, bytes: &[u8]) {
     writer.raw(&miniz_oxide::deflate::compress_to_vec(bytes, LEVEL));
 }
@@ -34,7 +34,7 @@ pub(super) mod tests {
         UNPACKED.set(UNPACKED.get() + bytes);
     }
 
-    /// Bytes that were unpacked in this thread since the last call.
+    /// Bytes unpacked in this thread since the last call.
     pub fn unpacked() -> usize {
         UNPACKED.take()
     }

@@ -1,4 +1,4 @@
-//! How many players a replay has.
+//! Counts the players of a replay.
 
 use super::block::Change;
 use super::record::Record;
@@ -7,12 +7,12 @@ use super::record::Record;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PlayerCount {
     now: u32,
-    /// Most players at a time, so far.
+    /// Largest number of simultaneous players so far.
     pub most: u32,
 }
 
 impl PlayerCount {
-    /// Counts on with the next record.
+    /// Updates the count with the next record.
     pub fn note(&mut self, record: &Record) {
         match record {
             Record::Keyframe(keyframe) => self.now = keyframe.members.len() as u32,

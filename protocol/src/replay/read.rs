@@ -1,5 +1,5 @@
-//! A replay that was read: the checksum and the outline of each record were checked once, and those before the
-//! first damaged one are kept. Their contents are decoded where they are played.
+//! A replay that has been read. The checksum and outline of each record were checked once, and the records before the
+//! first damaged one are kept. Their contents are decoded when they are played.
 
 use super::block::{Block, keeps_full_hash};
 use super::players::PlayerCount;
@@ -7,9 +7,9 @@ use super::record::{FORMAT, FRAME_BYTES, Keyframe, MAGIC, Record, Start, checksu
 use crate::error::DecodeError;
 use crate::limits::{REPLAY_BYTES_MAX, REPLAY_RECORD_BYTES_MAX, SCENE_BYTES_MAX};
 
-/// Bytes of magic and version.
+/// Bytes of the magic number and the version.
 pub(super) const HEADER_BYTES: usize = MAGIC.len() + 2;
-/// Bytes of the header and the longest start record, whose scene does not compress at all.
+/// Bytes of the header and the longest start record, with a scene that does not compress at all.
 pub const START_BYTES_MAX: usize = HEADER_BYTES + FRAME_BYTES + SCENE_BYTES_MAX + 1024;
 
 /// The reason why a file is not a replay, or ends too early.
@@ -18,20 +18,20 @@ pub const START_BYTES_MAX: usize = HEADER_BYTES + FRAME_BYTES + SCENE_BYTES_MAX 
 pub struct ReplayError {
     /// Offset of the problem, bytes from the start.
     pub offset: usize,
-    /// The problem at that place.
+    /// The kind of problem.
     pub problem: Problem,
 }
 
 /// A problem with the bytes of a replay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Problem {
-    /// The file begins with other bytes.
+    /// The file does not start with the magic number.
     #[error("this is not a replay")]
     NotAReplay,
-    /// The format is of another version.
+    /// The file has another format version.
     #[error("replay format {found}; this program reads format {FORMAT}")]
     Format {
-        /// Version that it names.
+        /// The version in the file.
         found: u16,
     },
     /// The file is longer than [`REPLAY_BYTES_MAX`].
@@ -46,7 +46,7 @@ pub enum Problem {
     /// A record claims to be longer than allowed.
     #[error("a record of {bytes} bytes; at most {REPLAY_RECORD_BYTES_MAX} are allowed")]
     LongRecord {
-        /// Bytes that the record claims.
+        /// Length stated in the record.
         bytes: usize,
     },
     /// The record changed after it was written.
@@ -55,7 +55,7 @@ pub enum Problem {
     /// The record cannot be decoded.
     #[error("the record cannot be read: {0}")]
     Record(DecodeError),
-    /// The record cannot be at this point.
+    /// The record is not allowed at this point.
     #[error("{0}")]
     Order(&'static str),
     /// The file ends between two records, without an end record.
@@ -70,12 +70,12 @@ pub enum Ending {
     Whole,
     /// The end is missing: nothing readable follows.
     Cut(ReplayError),
-    /// A record is damaged, or there are records where none may be; what follows is not read.
+    /// A record is damaged, or records follow where none are allowed. The rest is not read.
     Damaged(ReplayError),
 }
 
 impl Ending {
-    /// Why the replay ends before its end record, if it does.
+    /// The reason why the replay ends before its end record, if it does.
     pub fn error(self) -> Option<ReplayError> {
         match self {
             Ending::Whole => None,
@@ -84,7 +84,7 @@ impl Ending {
     }
 }
 
-/// A replay whose records are whole and in order.
+/// A replay whose records are complete and in order.
 #[derive(Clone, Debug)]
 pub struct Replay {
     pub(super) bytes: Vec<u8>,
@@ -93,31 +93,31 @@ pub struct Replay {
     pub(super) blocks: Vec<Payload>,
     /// Payloads of the keyframes, by tick.
     pub(super) keyframes: Vec<Payload>,
-    /// Payload of the host's last record, with the tick before it.
+    /// Payload of the host's last record, with its tick.
     pub(super) host: Option<Payload>,
     pub(super) last_tick: u32,
     pub(super) end_hash: Option<u64>,
     pub(super) ending: Ending,
     /// End of the start record.
     pub(super) start_bytes: usize,
-    /// End of the last whole record.
+    /// End of the last complete record.
     pub(super) whole_bytes: usize,
 }
 
-/// The bytes of a replay by their use; they add up to the file.
+/// The bytes of a replay by purpose; they add up to the length of the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct Sizes {
-    /// Header and start record: mostly the scene.
+    /// Header and start record, which is mostly the scene.
     pub start: usize,
-    /// State hashes, one a tick.
+    /// State hashes, one per tick.
     pub hashes: usize,
-    /// Inputs, changes of members, and the frames of their records.
+    /// Inputs, member changes, and the frames of their records.
     pub inputs: usize,
-    /// States from which playing can begin.
+    /// States at which playback can start.
     pub keyframes: usize,
-    /// The end record, and notes of the host.
+    /// The end record, and the host's notes.
     pub end: usize,
-    /// Bytes after the last whole record.
+    /// Bytes after the last complete record.
     pub lost: usize,
 }
 
@@ -130,7 +130,7 @@ pub(super) struct Payload {
 }
 
 impl Replay {
-    /// The record with which it begins.
+    /// The start record.
     pub fn start(&self) -> &Start {
         &self.start
     }
@@ -140,7 +140,7 @@ impl Replay {
         self.start.first_tick
     }
 
-    /// Number of the last recorded tick; [`Replay::first_tick`] if there is none.
+    /// Number of the last recorded tick; [`Replay::first_tick`] if no tick was recorded.
     pub fn last_tick(&self) -> u32 {
         self.last_tick
     }
@@ -150,7 +150,7 @@ impl Replay {
         self.ending
     }
 
-    /// All bits of the hash after the last tick, if the game was recorded to its end.
+    /// The full hash after the last tick, if the game was recorded to its end.
     pub fn end_hash(&self) -> Option<u64> {
         self.end_hash
     }
@@ -180,7 +180,7 @@ impl Replay {
         self.keyframes.iter().map(|payload| payload.bytes + FRAME_BYTES).sum()
     }
 
-    /// The bytes by their use.
+    /// The bytes by purpose.
     pub fn sizes(&self) -> Sizes {
         let ticks = self.first_tick() + 1..=self.last_tick;
         let full = ticks.clone().filter(|&tick| keeps_full_hash(tick)).count();
@@ -197,7 +197,7 @@ impl Replay {
         }
     }
 
-    /// The block with a tick; `None` outside the replay, and where the record cannot be decoded.
+    /// The block with a tick; `None` if the tick is outside the replay, or the record cannot be decoded.
     pub fn block_with(&self, tick: u32) -> Option<Block> {
         if tick > self.last_tick {
             return None;
@@ -209,13 +209,13 @@ impl Replay {
         }
     }
 
-    /// The last keyframe at or before a tick; `None` if there is none, and if it cannot be decoded.
+    /// The last keyframe at or before a tick; `None` if it does not exist or cannot be decoded.
     pub fn keyframe_before(&self, tick: u32) -> Option<Keyframe> {
         let after = self.keyframes.partition_point(|payload| payload.tick <= tick);
         self.keyframe(after.checked_sub(1)?)
     }
 
-    /// The first keyframe at or after a tick; `None` as above.
+    /// The first keyframe at or after a tick; `None` if it does not exist or cannot be decoded.
     pub fn keyframe_after(&self, tick: u32) -> Option<Keyframe> {
         self.keyframe(self.keyframes.partition_point(|payload| payload.tick < tick))
     }
@@ -227,13 +227,13 @@ impl Replay {
         }
     }
 
-    /// The last notes of the host, with the tick after which it made them.
+    /// The host's last notes, with the tick after which they were made.
     pub fn host(&self) -> Option<(u32, &[u8])> {
         let Payload { tick, at, bytes } = self.host?;
         Some((tick, self.bytes.get(at..at + bytes)?))
     }
 
-    /// Decodes a record that was found whole before.
+    /// Decodes a record that was found complete earlier.
     fn record(&self, payload: Payload, kind: u8) -> Option<Record> {
         Record::read(kind, self.bytes.get(payload.at..payload.at + payload.bytes)?).ok()
     }
@@ -251,7 +251,7 @@ impl Start {
 }
 
 impl PlayerCount {
-    /// Counts the players in the whole records of the beginning of a file.
+    /// Counts the players in the complete records at the start of a file.
     pub fn of_beginning(bytes: &[u8]) -> PlayerCount {
         let mut count = PlayerCount::default();
         let mut at = HEADER_BYTES;
@@ -285,7 +285,7 @@ pub(super) fn next(bytes: &[u8], at: usize) -> Result<(Record, usize), ReplayErr
     Ok((record, at + FRAME_BYTES + payload.len()))
 }
 
-/// Kind and payload of the record at `at`, if it is whole and its checksum is right.
+/// Kind and payload of the record at `at`, if it is complete and its checksum matches.
 pub(super) fn sealed(bytes: &[u8], at: usize) -> Result<(u8, &[u8]), ReplayError> {
     let bad = |problem| ReplayError { offset: at, problem };
     let rest = bytes.get(at..).unwrap_or_default();

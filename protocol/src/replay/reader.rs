@@ -1,18 +1,18 @@
-//! The reader of replays, step by step, so that a page can read one between two frames.
+//! Reads replays in steps, so that a page can read one between frames.
 
 use super::read::{Ending, HEADER_BYTES, Payload, Problem, Replay, ReplayError};
 use super::read::{check_header, next, sealed, wrong};
 use super::record::{FRAME_BYTES, Outline, Record};
 use crate::limits::{REPLAY_RECORD_BYTES_MAX, REPLAY_TICKS_MAX};
 
-/// Bytes that a step goes on reading for. The record in which they end is read to its own end.
+/// Bytes that a step reads. The record that contains the last of them is read completely.
 const STEP_BYTES: usize = 256 << 10;
-/// Bytes of which checksums are computed in the search for a record behind a cut: chance makes few lengths
-/// plausible, a forger all.
+/// Limit on the bytes that are checksummed in the search for a record after a cut. Random bytes rarely look like a
+/// plausible length; forged ones may all do.
 const SEARCH_BYTES_MAX: usize = 4 * REPLAY_RECORD_BYTES_MAX;
 
-/// Reads a replay in steps. All of them together read each byte of the file once, and those behind a cut a few times
-/// more; what is packed stays packed, apart from the scene, so that a file costs what its length says.
+/// Reads a replay in steps. All steps together read each byte of the file once, and the bytes after a cut a few times
+/// more. Packed data stays packed, apart from the scene, so that the cost of a file is proportional to its length.
 #[derive(Debug)]
 pub struct ReplayReader {
     replay: Replay,
@@ -21,9 +21,9 @@ pub struct ReplayReader {
 
 #[derive(Debug)]
 enum ReadStage {
-    /// The next record begins here.
+    /// Offset of the next record.
     Records(usize),
-    /// The file seems to end within a record. If another one follows from here on, the length is damaged.
+    /// The file seems to end within a record. If a valid record follows, the length of the first one is damaged.
     Search {
         cut: ReplayError,
         at: usize,
@@ -33,16 +33,16 @@ enum ReadStage {
 }
 
 impl Replay {
-    /// Reads a file up to the first record that is missing or damaged; see [`Replay::ending`]. An error means that not even
-    /// the start can be read. Takes time and memory for the bytes of the file: what is packed in them is unpacked,
-    /// and checked, only when it is asked for. [`ReplayReader`] does the same in steps.
+    /// Reads a file up to the first record that is missing or damaged; see [`Replay::ending`]. An error means that not
+    /// even the start can be read. Time and memory are proportional to the bytes of the file, because packed data is
+    /// unpacked and checked only on demand. [`ReplayReader`] does the same in steps.
     pub fn read(bytes: Vec<u8>) -> Result<Replay, ReplayError> {
         Ok(ReplayReader::new(bytes)?.finish())
     }
 }
 
 impl ReplayReader {
-    /// Reads the start of a file. An error means that not even that is possible.
+    /// Reads the start of a file. Fails if even that is impossible.
     pub fn new(bytes: Vec<u8>) -> Result<ReplayReader, ReplayError> {
         check_header(&bytes)?;
         let head = HEADER_BYTES;
@@ -67,7 +67,7 @@ impl ReplayReader {
         Ok(ReplayReader { replay, stage: ReadStage::Records(end) })
     }
 
-    /// Reads on for a moment; `false` once there is nothing left to read.
+    /// Reads for a moment; returns `false` once everything has been read.
     pub fn step(&mut self) -> bool {
         self.stage = match self.stage {
             ReadStage::Records(at) => self.read_records(at),
@@ -77,7 +77,7 @@ impl ReplayReader {
         !matches!(self.stage, ReadStage::Done)
     }
 
-    /// Share of the file that was read, 0..=1.
+    /// Share of the file that has been read, 0..=1.
     pub fn progress(&self) -> f64 {
         let read = match self.stage {
             ReadStage::Records(at) | ReadStage::Search { at, .. } => at,
@@ -86,7 +86,7 @@ impl ReplayReader {
         read as f64 / self.replay.bytes.len() as f64
     }
 
-    /// Reads what is left, and returns the replay.
+    /// Reads the rest, and returns the replay.
     pub fn finish(mut self) -> Replay {
         while self.step() {}
         self.replay
@@ -119,7 +119,8 @@ impl ReplayReader {
         ReadStage::Records(at)
     }
 
-    /// Looks for a whole record behind a cut: a record that seems to reach past the end has a damaged length then.
+    /// Searches for a complete record after a cut. If one is found, the record that seems to reach past the end of the
+    /// file has a damaged length.
     fn search(&mut self, cut: ReplayError, mut at: usize, mut bytes_left: usize) -> ReadStage {
         let bytes = &self.replay.bytes;
         let (until, rest) = (at + STEP_BYTES, bytes_left.saturating_sub(STEP_BYTES));

@@ -13,20 +13,20 @@ use crate::wire::{Reader, Writer};
 use jostle_game::{SEATS_MAX, Seat};
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
-/// First bytes of every replay.
+/// First bytes of every replay file.
 pub const MAGIC: [u8; 8] = *b"jostle\x1a\n";
 /// Version of the format.
 pub const FORMAT: u16 = 1;
-/// Kind of a host's record.
+/// Kind of the record with a host's notes.
 const HOST: u8 = 5;
 /// Bytes of a record's kind, length and checksum.
 pub(super) const FRAME_BYTES: usize = 9;
-/// Most bytes of a sealed end record, the last of a file: frame, tick and hash.
+/// Maximum length of the sealed end record, the last record in a file, in bytes: frame, tick and hash.
 pub const END_BYTES_MAX: usize = FRAME_BYTES + END_PAYLOAD_BYTES[1];
-/// Least and most bytes of its payload.
+/// Minimum and maximum length of the end record's payload, bytes.
 const END_PAYLOAD_BYTES: [usize; 2] = [1 + 8, 5 + 8];
 
-/// The start of a replay.
+/// The start record of a replay.
 #[derive(Clone, Debug, PartialEq, Eq, Default)]
 pub struct Start {
     /// Version of the program that played the game.
@@ -41,11 +41,11 @@ pub struct Start {
     pub scene: String,
     /// Seed of the game.
     pub seed: u64,
-    /// Ticks played before the first recorded one. Unless it is 0, the next record is a keyframe.
+    /// Ticks played before the first recorded one. If it is not 0, the next record is a keyframe.
     pub first_tick: u32,
 }
 
-/// The whole state after a tick.
+/// The complete state after a tick.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Keyframe {
     /// Ticks played before it.
@@ -58,32 +58,31 @@ pub struct Keyframe {
     pub state: Vec<u8>,
 }
 
-/// One of the records of which a replay consists.
+/// A record of a replay.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Record {
     /// The first record.
     Start(Start),
-    /// The ticks that follow.
+    /// A block of ticks.
     Ticks(Block),
-    /// The state after the ticks so far.
+    /// The complete state after the last tick so far.
     Keyframe(Keyframe),
     /// The last record of a game that was recorded to its end.
     End {
-        /// Ticks played in all.
+        /// Total ticks played.
         tick: u32,
-        /// All bits of the state hash after them.
+        /// The full state hash after them.
         hash: u64,
     },
-    /// Notes of a host about a room, beside its game and in a form of its own; players of replays pass
-    /// over them.
+    /// A host's notes about a room, outside its game and in a format private to the host; players of replays skip them.
     Host(Vec<u8>),
 }
 
-/// The numbers of a record that a replay needs before it is played: nothing that is packed.
+/// The numbers of a record that are needed before it is played; none of them are packed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Outline {
     Start,
-    /// Numbers of the first and the last tick.
+    /// Numbers of the first and last tick.
     Ticks {
         first: u32,
         last: u32,
@@ -99,7 +98,7 @@ pub(super) enum Outline {
 }
 
 impl Outline {
-    /// Reads the first numbers of the payload of a sealed record, whose checksum was compared before.
+    /// Reads the leading numbers of a sealed record's payload. The checksum was verified before.
     pub(super) fn read(kind: u8, payload: &[u8]) -> Result<Outline, DecodeError> {
         let mut reader = Reader::new(payload);
         match kind {
@@ -118,7 +117,7 @@ impl Outline {
     }
 }
 
-/// The beginning of a file: magic and format version.
+/// The start of a file: magic number and format version.
 pub fn header() -> Vec<u8> {
     [&MAGIC[..], &FORMAT.to_le_bytes()].concat()
 }
@@ -134,7 +133,7 @@ impl Record {
         }
     }
 
-    /// Encodes the record as it is appended to a file. Compression takes about 30 microseconds for a few
+    /// Encodes the record in the form that is appended to a file. Compression takes about 30 microseconds for a few
     /// seconds of a game, and a millisecond for a keyframe with thousands of particles.
     pub fn seal(&self) -> Vec<u8> {
         let mut writer = Writer::new();
@@ -164,7 +163,7 @@ impl Record {
         })
     }
 
-    /// Decodes the same of a record, except that the state of a keyframe is not unpacked, and left out.
+    /// Like [`Record::read`], but the state of a keyframe is left packed and omitted from the result.
     pub(super) fn read_without_state(kind: u8, payload: &[u8]) -> Result<Record, DecodeError> {
         match kind {
             3 => Keyframe::read_members(&mut Reader::new(payload)).map(Record::Keyframe),
@@ -172,7 +171,7 @@ impl Record {
         }
     }
 
-    /// Decodes the payload of a sealed record, whose checksum was compared before.
+    /// Decodes the payload of a sealed record. The checksum was verified before.
     pub(super) fn read(kind: u8, payload: &[u8]) -> Result<Record, DecodeError> {
         if kind == HOST {
             return Ok(Record::Host(payload.to_vec()));
@@ -190,8 +189,8 @@ impl Record {
     }
 }
 
-/// Puts kind, length and checksum before a payload, as in a file. Public for tests of readers with payloads
-/// that no [`Record`] has.
+/// Prepends kind, length and checksum to a payload, as in a file. Public so that tests of readers can build payloads
+/// that no [`Record`] produces.
 pub fn frame(kind: u8, payload: &[u8]) -> Vec<u8> {
     let mut framed = vec![kind];
     framed.extend((payload.len() as u32).to_le_bytes());
@@ -248,7 +247,7 @@ impl Keyframe {
         Ok(Keyframe { state, ..keyframe })
     }
 
-    /// Reads all but the state, which stays empty.
+    /// Reads everything but the state, which stays empty.
     fn read_members(reader: &mut Reader) -> Result<Keyframe, DecodeError> {
         let (tick, hash) = (reader.leb32("tick")?, reader.fixed64("hash")?);
         let mut members: Vec<(Seat, Appearance)> = Vec::new();

@@ -44,7 +44,7 @@ struct Link {
 }
 
 impl Link {
-    /// A stream whose ends hold this snapshot.
+    /// A stream with this snapshot at both ends.
     fn holding(snapshot: &Snapshot) -> Link {
         let mut link = Link::default();
         link.send(snapshot, &[]);
@@ -143,7 +143,7 @@ fn change_player(rng: &mut Rng, player: &mut PlayerState) {
     }
 }
 
-/// The snapshot `ticks` later: some bodies and players disappear, change and appear.
+/// The snapshot `ticks` later, in which some bodies and players disappear, change and appear.
 fn advance(rng: &mut Rng, snapshot: &Snapshot, ticks: u32) -> Snapshot {
     let mut next = snapshot.clone();
     next.tick += ticks;
@@ -310,9 +310,9 @@ fn steady_motion_costs_a_bit_and_rest_costs_nothing() {
     for tick in 1..4 {
         link.send(&at(tick, 7 * tick as i32), &[]);
     }
-    // Everything is as expected: there is no section of moves.
+    // All points are at their expected positions: the section of moves is omitted.
     assert_eq!(link.send(&at(4, 28), &[]), [0x80, 4]);
-    // One is not: 400 bits for the moving points, one for no woken one, and the difference.
+    // One is not: 400 bits for the moving points, one bit for the count of zero woken points, and the difference.
     let mut next = at(5, 35);
     next.bodies[9].quanta[0] += 1;
     assert!(link.send(&next, &[]).len() <= 2 + 51);
@@ -441,7 +441,7 @@ fn a_delta_needs_a_keyframe_before() {
     let mut link = Link::holding(&small());
     let delta = link.send(&Snapshot { tick: 301, ..small() }, &[]);
     assert_eq!(SnapshotStream::default().decode(&delta), Err(DecodeError::NoBaseline));
-    // A keyframe needs no baseline, and replaces the old one.
+    // A keyframe needs no baseline, and replaces the previous one.
     let mut moved = small();
     moved.bodies[1].quanta = [9, 9];
     link.sender = SnapshotStream::default();
@@ -472,7 +472,7 @@ fn fields_out_of_range_are_named() {
     delta(1, &[0], "deaths");
     delta(1, &[3, 0, 0, 0], "deaths");
     delta(1, &[1, 2, 0], "death");
-    // None woke; three of two; one of two with a gap of two; a displacement of zero.
+    // In turn: no woken points, three of two, one of two after a gap of two, and a displacement of zero.
     delta(2, &[0], "moves");
     delta(2, &[0b0_0011], "woken");
     delta(2, &[0b01_1001], "woken");
@@ -522,14 +522,14 @@ fn a_giant_count_is_refused_before_anything_is_allocated() {
     assert!(matches!(decode(&long, None), Err(DecodeError::TooLong { .. })));
 }
 
-/// An accepted snapshot must be one that could have been sent.
+/// Asserts that an accepted snapshot could have been sent.
 fn assert_sound(snapshot: &Snapshot, events: &[TimedEvent], base: &Snapshot, bytes: &[u8]) {
     assert!(snapshot.bodies.is_sorted_by(|a, b| a.id.index < b.id.index));
     assert!(snapshot.bodies.len() <= BODIES_MAX && events.len() <= EVENTS_MAX);
     assert!(snapshot.players.is_sorted_by(|a, b| a.seat < b.seat));
     let inside = |quanta: [i32; 2]| quanta.iter().all(|axis| axis.abs() <= QUANTA_MAX);
     assert!(snapshot.bodies.iter().all(|body| inside(body.quanta)));
-    // Memory is bounded by the bytes that were sent.
+    // Memory is bounded by the number of bytes received.
     assert!(snapshot.bodies.capacity() <= base.bodies.len() + bytes.len());
     assert!(events.iter().all(|event| event.tick <= snapshot.tick));
     keyframe(snapshot);

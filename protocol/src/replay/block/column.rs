@@ -1,5 +1,5 @@
-//! The columns of one seat in a block: its presence and buttons where they change, the runs of its pointer,
-//! and the distance of each move from the prediction.
+//! The columns of one seat in a block: changes of its presence and buttons, the runs of its pointer, and the difference
+//! of each move from the prediction.
 
 use crate::bits::{BitReader, BitWriter, Rice};
 use crate::error::{DecodeError, check};
@@ -12,13 +12,13 @@ use jostle_sim::Vec2;
 /// A pointer in quanta; `None` outside the view.
 type Pointer = Option<Position>;
 
-/// The behaviour of a pointer in consecutive ticks.
+/// The behaviour of a pointer over consecutive ticks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum PointerRun {
     Still = 0,
-    /// It moves, or comes back into the view.
+    /// The pointer moves, or re-enters the view.
     Moves = 1,
-    /// It leaves the view.
+    /// The pointer leaves the view.
     Leaves = 2,
 }
 
@@ -32,14 +32,14 @@ impl PointerRun {
     }
 }
 
-/// The prediction of a moving pointer's next position.
+/// The method to predict a moving pointer's next position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Prediction {
-    /// The same position, for a pointer that jumps.
+    /// The last position again, for a pointer that jumps.
     Stays,
-    /// The last displacement again.
+    /// The last displacement is repeated.
     GoesOn,
-    /// The last displacement, changed as displacements changed before.
+    /// The last displacement, changed by an earlier difference between displacements.
     Bends,
 }
 
@@ -67,7 +67,7 @@ impl PointerMoveCoder {
         self.history.extrapolated(|[one, two, three]| match self.prediction {
             Prediction::Stays => 0,
             Prediction::GoesOn => one,
-            // The change of the last but one, because that of the last is mostly a hand's shaking.
+            // The older difference is used, because the newest is mostly tremor.
             Prediction::Bends => one + ((two - three) >> 1),
         })
     }
@@ -90,16 +90,16 @@ impl PointerMoveCoder {
         Ok(position)
     }
 
-    /// The pointer does not move in this tick.
+    /// Records that the pointer does not move in this tick.
     fn rest(&mut self) {
         self.history = PositionHistory::resting(self.history.position());
     }
 }
 
-/// Writes the inputs of a seat, tick by tick; `None` where it had none.
+/// Writes the inputs of a seat, tick by tick; `None` for ticks without input.
 pub fn write(inputs: &[Option<Input>], columns: &mut Writer, bits: &mut BitWriter) {
     let mut held = Input::default();
-    // Without an input nothing changes, so that it takes no bytes.
+    // Without an input the last one is repeated, so that it takes no bytes.
     let inputs_held: Vec<Input> = inputs
         .iter()
         .map(|input| {
@@ -123,7 +123,7 @@ pub fn write(inputs: &[Option<Input>], columns: &mut Writer, bits: &mut BitWrite
     *bits = trial;
 }
 
-/// Writes the ticks in which a number changes, which is 0 at first, and the changed bits.
+/// Writes the ticks in which a number changes, and the changed bits. The number starts at 0.
 fn write_changes(numbers: impl Iterator<Item = u32>, columns: &mut Writer) {
     let mut before = 0;
     let changes: Vec<_> = (0u32..)
@@ -237,7 +237,7 @@ fn read_runs(count: usize, columns: &mut Reader) -> Result<Vec<PointerRun>, Deco
     Ok(runs)
 }
 
-/// A pointer in quanta, to which it was rounded before.
+/// Converts a pointer that was already rounded to quanta.
 fn in_quanta(pointer: Vec2) -> Position {
     let quanta = pointer / POINTER_QUANTUM;
     [quanta.x as i32, quanta.y as i32]
