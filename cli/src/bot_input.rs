@@ -1,13 +1,13 @@
-//! The input of bots, which play as a person with a mouse and a keyboard does, but without pause. The same
-//! seed and index give the same input, bit for bit.
+//! The input of bots, which use mouse and keyboard as a person does, but never pause. The same seed and index give the
+//! same input, bit for bit.
 
 use jostle_game::{Buttons, Input};
 use jostle_sim::Rng;
 use jostle_sim::Vec2;
 
-/// Largest tremor of the hand in a tick, world units: a pixel or two of the page.
+/// Largest tremor of the hand per tick, world units: a pixel or two on the page.
 const TREMOR: f32 = 0.06;
-/// Share of the tremor that is left in the next tick.
+/// Share of the tremor that carries over to the next tick.
 const TREMOR_KEPT: f32 = 0.8;
 
 /// One bot's pointer and keys.
@@ -20,25 +20,25 @@ pub struct BotInput {
     act: HeldButtons,
 }
 
-/// Buttons that are held for some more ticks.
+/// Buttons that stay pressed for some more ticks.
 #[derive(Clone, Copy, Default)]
 struct HeldButtons {
     buttons: u16,
     ticks: u32,
 }
 
-/// One movement of the pointer: as a hand does, it gathers speed and comes to rest.
+/// One movement of the pointer. Like a hand, it speeds up and then slows down.
 #[derive(Clone, Copy)]
 struct Reach {
     from: Vec2,
     to: Vec2,
-    /// Ticks since it began, and ticks in all.
+    /// Ticks since the movement began, and its length in ticks.
     tick: u32,
     ticks: u32,
 }
 
 impl Reach {
-    /// The position now: the path of least jerk, 10 s^3 - 15 s^4 + 6 s^5 (Flash and Hogan, 1985).
+    /// The current position, on the minimum-jerk path 10 s^3 - 15 s^4 + 6 s^5 (Flash and Hogan, 1985).
     fn position(&self) -> Vec2 {
         let s = self.tick as f32 / self.ticks as f32;
         let share = s * s * s * (10.0 + s * (6.0 * s - 15.0));
@@ -47,7 +47,7 @@ impl Reach {
 }
 
 impl BotInput {
-    /// Bot number `index` in a world of this size.
+    /// Creates bot `index` in a world of this size.
     pub fn new(seed: u64, index: u32, size: Vec2) -> BotInput {
         let rng = Rng::new(seed, index.into());
         let middle = size * 0.5;
@@ -83,7 +83,7 @@ impl BotInput {
         self.tremor = self.tremor * TREMOR_KEPT + shake;
     }
 
-    /// A direction or none, for some time.
+    /// Chooses a direction, or none, and how long to hold it.
     fn choose_direction(&mut self) -> HeldButtons {
         let none = Buttons::default();
         let sideways = [Buttons::LEFT, Buttons::RIGHT, none][self.rng.below(3) as usize];
@@ -91,7 +91,7 @@ impl BotInput {
         HeldButtons { buttons: sideways.0 | upright.0, ticks: 15 + self.rng.below(60) }
     }
 
-    /// Clicks are common, tools less so, and a clear of the whole room is rare.
+    /// Clicks are common, tools less so, and clearing the whole room is rare.
     fn choose_act(&mut self) -> HeldButtons {
         let (button, ticks) = match self.rng.below(512) {
             0..=149 => (Buttons::FIRE, 4 + self.rng.below(6)),

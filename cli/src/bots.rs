@@ -1,5 +1,5 @@
-//! `jostle bots`: seeded players over real sockets, which measure what a server sends and how it bears the
-//! load. `bench/load` uses the same bots and measures more.
+//! `jostle bots`: seeded players on real sockets that measure a server's traffic and how it copes with the load.
+//! `bench/load` uses the same bots and measures more.
 
 mod client;
 pub mod crowd;
@@ -15,35 +15,35 @@ use std::time::Duration;
 use target::BotTarget;
 use tokio::time::sleep;
 
-/// Clients that one process plays.
+/// Maximum number of clients that one process plays.
 const CLIENTS_MAX: u32 = 1024;
-/// Bots that decode everything; many more would take the processors that the server needs.
+/// Bots that decode every snapshot. Many more would take the processors that the server needs.
 pub const DECODERS: u32 = 32;
 /// Time from the arrival of the last bot to the start of the measurement.
 pub const SETTLE: Duration = Duration::from_secs(1);
-/// Each bot loses its socket this often.
+/// Time between two losses of a bot's socket.
 const LOSS_EVERY: Duration = Duration::from_secs(60);
 
-/// Play with many clients at once, and report what they got
+/// Play with many clients at once, and report their measurements
 ///
-/// Each moves, launches, makes and drags at random, loses its socket once a minute, and comes back with its
-/// token. It follows its room to another server, and asks the others of a fleet if its own dies. Status 1 if any
+/// Each client moves, launches, makes and drags at random, loses its socket once a minute, and comes back with its
+/// token. It follows its room to another server, and asks the other servers of a fleet if its own dies. Status 1 if any
 /// client met an error or came back to another seat.
 #[derive(clap::Args)]
 pub struct Bots {
-    /// Where to play; of several rooms each gets its share of the clients
+    /// Rooms to play in; the clients are divided among them
     #[arg(value_name = "ws://HOST/ROOM", required = true)]
     urls: Vec<BotTarget>,
     /// Number of clients
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(CLIENTS_MAX)))]
     clients: u32,
-    /// How long they play once all are there
+    /// Seconds of play once all clients have joined
     #[arg(long, value_name = "S", value_parser = clap::value_parser!(u32).range(1..=86_400))]
     seconds: u32,
-    /// Seed of their input
+    /// Seed of the clients' input
     #[arg(long, value_name = "S", default_value_t = 0)]
     seed: u64,
-    /// Press nothing, and send as little as a page whose player does nothing
+    /// Press nothing, and send as little as the page of an idle player
     #[arg(long)]
     idle: bool,
     /// End with one JSON object on stdout

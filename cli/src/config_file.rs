@@ -1,5 +1,5 @@
-//! A configuration file of TOML: flags of a command under their own names. Nothing is declared here, so that no flag
-//! can be forgotten: the flag's own definition says which values there may be, and its own parser checks them.
+//! A TOML configuration file with the flags of a command under their own names. Nothing is declared here, so no flag
+//! can be forgotten: each flag's own definition gives the allowed values, and its own parser checks them.
 
 use crate::output::Failure;
 use clap::builder::Resettable;
@@ -10,17 +10,17 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// A flag of the file, as it would stand on a command line.
+/// A flag from the file, as it would appear on a command line.
 #[derive(Debug, PartialEq)]
 pub struct ConfigEntry {
     /// Name of the flag, without its hyphens.
     pub name: String,
-    /// One for each value; none if the flag is switched off.
+    /// One word for each value; empty if the flag is switched off.
     pub words: Vec<String>,
 }
 
-/// Reads a file of which these are the possible flags. The error names file, line and field, the value that was found
-/// and those that are allowed.
+/// Reads a file in which these flags may appear. The error names the file, line and field, the value found, and the
+/// allowed values.
 pub fn read(file: &str, source: &str, flags: &[&Arg]) -> Result<Vec<ConfigEntry>, Failure> {
     let table = DeTable::parse(source).map_err(|error| {
         let at = error.span().map_or(0, |span| span.start);
@@ -49,10 +49,10 @@ pub fn read(file: &str, source: &str, flags: &[&Arg]) -> Result<Vec<ConfigEntry>
     entries.collect()
 }
 
-/// Checks a value by the flag's own parser. The error is a description of the allowed values.
+/// Checks a value with the flag's own parser. The error describes the allowed values.
 pub fn check(flag: &Arg, value: &str) -> Result<(), String> {
     let command = Command::new("value").no_binary_name(true);
-    // Other flags that it needs may come from elsewhere.
+    // Flags that this one requires may be set elsewhere.
     let command = command.arg(flag.clone().requires(Resettable::Reset));
     let Err(error) = command.try_get_matches_from([word(flag, value)]) else { return Ok(()) };
     let choices = flag.get_possible_values();
@@ -64,12 +64,12 @@ pub fn check(flag: &Arg, value: &str) -> Result<(), String> {
     Err(reason.strip_prefix("allowed: ").map_or_else(|| wanted(flag).to_owned(), str::to_owned))
 }
 
-/// A value as it would stand on a command line.
+/// A value as it would appear on a command line.
 pub fn word(flag: &Arg, value: &str) -> String {
     format!("--{}={value}", flag.get_long().unwrap_or_default())
 }
 
-/// The words of a value, or where in the file which values are allowed.
+/// Turns a value into words. The error is the position in the file and the allowed values.
 fn words(flag: &Arg, value: &Spanned<DeValue>) -> Result<ConfigEntry, (Range<usize>, String)> {
     let name = flag.get_long().unwrap_or_default().to_owned();
     let words = match (flag.get_action(), value.get_ref()) {
@@ -95,7 +95,7 @@ fn one_word(flag: &Arg, value: &Spanned<DeValue>) -> Result<String, (Range<usize
         _ => None,
     };
     let text = text.filter(|_| !matches!(flag.get_action(), ArgAction::SetTrue));
-    // A value of another type gets the same answer as one out of range.
+    // A value of the wrong type gets the same error as one out of range.
     let checked =
         text.ok_or_else(|| check(flag, "").err().unwrap_or_else(|| wanted(flag).to_owned()));
     let checked = checked.and_then(|text| check(flag, &text).map(|()| word(flag, &text)));
@@ -113,7 +113,7 @@ fn takes_fraction(flag: &Arg) -> bool {
     flag.get_value_parser().type_id() == TypeId::of::<f64>()
 }
 
-/// The allowed values of a flag whose parser does not say which they are.
+/// The allowed values of a flag whose parser does not describe them.
 fn wanted(flag: &Arg) -> &'static str {
     match flag.get_action() {
         ArgAction::Append => "a text, or a list of texts",
@@ -134,7 +134,7 @@ fn refused(
     Failure::Check(format!("{file}:{line}: {field}: found {found}; allowed: {allowed}"))
 }
 
-/// The first line of a value, as the file has it.
+/// The first line of a value, as written in the file.
 fn quoted(source: &str, at: Range<usize>) -> String {
     source.get(at).and_then(|text| text.lines().next()).unwrap_or_default().to_owned()
 }

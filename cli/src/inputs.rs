@@ -1,4 +1,4 @@
-//! The file of inputs for `jostle run`: JSON lines, each with the input of one seat from a tick on.
+//! The input file of `jostle run`: JSON lines, each with the input of one seat from a tick on.
 
 use crate::output::{Failure, OrFail};
 use jostle_game::{Buttons, Input, Seat};
@@ -6,7 +6,7 @@ use jostle_sim::Vec2;
 use serde::Deserialize;
 use std::path::Path;
 
-/// Names of the buttons in a file of inputs.
+/// Names of the buttons in an input file.
 pub const BUTTONS: [(&str, Buttons); 12] = [
     ("up", Buttons::UP),
     ("left", Buttons::LEFT),
@@ -27,10 +27,10 @@ const LINE_ALLOWED: &str = r#"{"tick":60,"seat":0,"buttons":["right"],"pointer":
 /// The inputs of all seats, tick by tick.
 #[derive(Debug, Default)]
 pub struct Inputs {
-    /// Sorted by tick; lines of one tick in file order.
+    /// Sorted by tick; lines for the same tick stay in file order.
     changes: Vec<InputChange>,
     next: usize,
-    /// The present input of every seat, in seat order.
+    /// The current input of every seat, in seat order.
     held: Vec<(Seat, Input)>,
 }
 
@@ -53,12 +53,12 @@ struct Line {
 }
 
 impl Inputs {
-    /// Seat 0 at rest.
+    /// Seat 0 without any input.
     pub fn none() -> Inputs {
         Inputs { held: vec![(Seat(0), Input::default())], ..Inputs::default() }
     }
 
-    /// Reads a file. Seats from 0 up to the highest one named take part from the start.
+    /// Reads a file. All seats from 0 up to the highest one named take part from the start.
     pub fn read(path: &Path, seats_max: u16) -> Result<Inputs, Failure> {
         let file = path.display().to_string();
         let text = std::fs::read_to_string(path).or_usage(&file)?;
@@ -85,7 +85,7 @@ impl Inputs {
         self.held.iter().map(|(seat, _)| *seat)
     }
 
-    /// The input of every seat in a tick. To be called with ticks in order.
+    /// The input of every seat in a tick. Must be called with ticks in increasing order.
     pub fn at(&mut self, tick: u32) -> &[(Seat, Input)] {
         while let Some(change) = self.changes.get(self.next)
             && change.tick <= tick

@@ -1,6 +1,6 @@
-//! Settings of a server that its command line leaves open: the environment says them (`JOSTLE_LISTEN` for `--listen`),
-//! or else the configuration file. They are added to the command line as if they stood at its end, so that all
-//! else treats them alike.
+//! Server settings that are missing on the command line. They come from the environment (`JOSTLE_LISTEN` for
+//! `--listen`), or else from the configuration file, and are appended to the command line, so that all later code
+//! treats them alike.
 
 use crate::config_file::{self, check, word};
 use crate::output::{Failure, OrFail};
@@ -14,23 +14,23 @@ use std::path::{Path, PathBuf};
 
 /// The command whose flags are settings.
 const COMMAND: &str = "serve";
-/// Its flags that are not settings of a server.
+/// Flags of `serve` that are not server settings.
 const OTHER_FLAGS: [&str; 4] = [FILE_FLAG, "check", "help", "version"];
 const FILE_FLAG: &str = "config";
-/// Names the file where the command line does not.
+/// Names the configuration file if the command line does not.
 const FILE_VARIABLE: &str = "JOSTLE_CONFIG";
-/// Between the values of a variable whose flag may be given more than once.
+/// Separates the values of a variable whose flag may be given more than once.
 const BETWEEN_VALUES: char = ',';
 
-/// The words of a command line, and those that environment and file add. Other commands than those that take a
-/// configuration file keep theirs.
+/// Appends the words from the environment and the file to those of a command line. Commands that take no configuration
+/// file are left unchanged.
 pub fn complete(
     mut command: Command,
     mut words: Vec<OsString>,
     variable: impl Fn(&str) -> Option<OsString>,
 ) -> Result<Vec<OsString>, Failure> {
     command.build();
-    // What is wrong with the words is said when all of them are parsed.
+    // Errors are reported later, when the completed command line is parsed.
     let parsed = command.clone().ignore_errors(true).try_get_matches_from(&words);
     let Ok(matches) = parsed else { return Ok(words) };
     let Some((name, given)) = matches.subcommand() else { return Ok(words) };
@@ -66,14 +66,14 @@ pub fn complete(
     Ok(words)
 }
 
-/// The flags that a file may hold.
+/// The flags that may appear in a file.
 pub fn settings(command: &Command) -> Vec<&Arg> {
     let serve = command.find_subcommand(COMMAND).expect("the program serves");
     let is_setting = |flag: &&Arg| flag.get_long().is_some_and(|name| !OTHER_FLAGS.contains(&name));
     serve.get_arguments().filter(is_setting).collect()
 }
 
-/// The variable for a flag.
+/// The environment variable of a flag.
 fn variable_name(flag: &Arg) -> String {
     match flag.get_long().unwrap_or_default() {
         "log" => "RUST_LOG".to_owned(),
@@ -81,7 +81,7 @@ fn variable_name(flag: &Arg) -> String {
     }
 }
 
-/// The variable's value; an empty one is none.
+/// The variable's value; an empty one counts as unset.
 fn value_of(flag: &Arg, variable: impl Fn(&str) -> Option<OsString>) -> Option<OsString> {
     variable(&variable_name(flag)).filter(|value| !value.is_empty())
 }

@@ -34,8 +34,8 @@ const LOG_LINES_WAITING_MAX: usize = 4096;
 #[derive(Parser)]
 #[command(name = "jostle", version, arg_required_else_help = true)]
 struct CommandLine {
-    /// What to log on stderr: error, warn, info, debug, trace, or a filter like
-    /// `info,jostle_server=debug`. [default: RUST_LOG, else info for `serve` and warn otherwise]
+    /// Level of the log on stderr: error, warn, info, debug, trace, or a filter like `info,jostle_server=debug`.
+    /// [default: RUST_LOG, else info for `serve` and warn otherwise]
     #[arg(long, global = true, value_name = "FILTER")]
     log: Option<String>,
     #[command(subcommand)]
@@ -64,7 +64,7 @@ pub fn main() -> ExitCode {
     };
     let arguments = match CommandLine::try_parse_from(words) {
         Ok(arguments) => arguments,
-        // Help and version, in clap's own layout.
+        // Help and version keep clap's own layout.
         Err(error) if is_help(&error) => error.exit(),
         Err(error) => return fail(Failure::Usage(one_line(&error.to_string()))),
     };
@@ -80,7 +80,7 @@ pub fn main() -> ExitCode {
         Command::Bots(bots) => bots.run(),
         Command::Replay(replay) => replay.run(),
     };
-    // Writes the lines that wait.
+    // Flushes the log.
     drop(log);
     done.map_or_else(fail, |()| ExitCode::SUCCESS)
 }
@@ -94,12 +94,12 @@ fn fail(failure: Failure) -> ExitCode {
     ExitCode::from(status)
 }
 
-/// Starts the log. A thread of its own writes it, and lasts as long as the guard. Lines beyond the limit are
-/// dropped and counted, so that a log that is not read stops nothing else.
+/// Starts the log. A separate thread writes it, and lives as long as the guard. Lines beyond the limit are dropped and
+/// counted, so that a reader that stalls blocks nothing else.
 fn start_log(arguments: &CommandLine) -> Result<(ErrorCounter, WorkerGuard), Failure> {
     let named = arguments.log.clone().or_else(|| std::env::var("RUST_LOG").ok());
     let usual = if matches!(arguments.command, Command::Serve(_)) {
-        // The client of NATS tells of each attempt to connect; the server says the same more seldom.
+        // The NATS client logs each attempt to connect; the server logs the same less often.
         "info,async_nats=error"
     } else {
         "warn"
@@ -121,7 +121,7 @@ fn is_help(error: &clap::Error) -> bool {
     !error.use_stderr() || error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand
 }
 
-/// An error of clap without the usage and the hints, which take several lines.
+/// A clap error without its usage and hints, which take several lines.
 fn one_line(complaint: &str) -> String {
     let complaint = complaint.strip_prefix("error: ").unwrap_or(complaint);
     let complaint = complaint.split("\n\n").next().unwrap_or_default();

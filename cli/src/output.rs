@@ -1,4 +1,4 @@
-//! The results of commands: lines on stdout, or the reason of a failure.
+//! The results of commands: lines on stdout, or the reason for a failure.
 
 use serde::Serialize;
 use std::fmt::Display;
@@ -7,17 +7,17 @@ use std::io::Write;
 /// The reason why a command ended without success.
 #[derive(Debug)]
 pub enum Failure {
-    /// Something was checked and is wrong, or did not work: status 1.
+    /// A check failed, or an operation did not work: status 1.
     Check(String),
-    /// The command line asks for something that is not there: status 2.
+    /// The command line names something that does not exist: status 2.
     Usage(String),
 }
 
-/// Turns an error into a failure whose text begins with what was tried.
+/// Turns an error into a failure whose text begins with the attempted action.
 pub trait OrFail<T> {
-    /// [`Failure::Check`].
+    /// Turns the error into [`Failure::Check`].
     fn or_check(self, what: impl Display) -> Result<T, Failure>;
-    /// [`Failure::Usage`].
+    /// Turns the error into [`Failure::Usage`].
     fn or_usage(self, what: impl Display) -> Result<T, Failure>;
 }
 
@@ -36,8 +36,8 @@ pub fn json(report: &impl Serialize) -> String {
     serde_json::to_string(report).expect("reports hold strings and numbers only")
 }
 
-/// Text as a terminal may be shown it: what is in a file or came over a network could hold sequences that move the
-/// cursor, change colours or worse.
+/// Makes text safe for a terminal. Text from files or the network could contain sequences that move the cursor, change
+/// colours or worse.
 pub fn plain(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     for char in text.chars() {
@@ -50,7 +50,7 @@ pub fn plain(text: &str) -> String {
     shown
 }
 
-/// Prints a line. A reader that closed stdout, as `head` does, is no error.
+/// Prints a line. It is not an error if the reader has closed stdout, as `head` does.
 pub fn say(line: impl Display) -> Result<(), Failure> {
     match writeln!(std::io::stdout(), "{}", plain(&line.to_string())) {
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),

@@ -1,4 +1,4 @@
-//! `jostle replay`: describes replays, verifies them and plays them again.
+//! `jostle replay`: describes, verifies and replays recordings.
 
 mod file;
 mod info;
@@ -18,7 +18,7 @@ pub enum ReplayCommand {
 }
 
 impl ReplayCommand {
-    /// Runs it.
+    /// Runs the command.
     pub fn run(self) -> Result<(), Failure> {
         match self {
             ReplayCommand::Info(info) => info.run(),

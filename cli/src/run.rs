@@ -18,26 +18,26 @@ use std::time::Instant;
 
 /// Play a scene headless: the same scene, seed and inputs give the same trace, byte for byte.
 ///
-/// Seat 0 takes part from tick 0, and so does every seat that the inputs name; or bots play, in seats
-/// from 0 on, who come and go by the seed. Ticks count from 1.
+/// Seat 0 takes part from tick 0, and so does every seat that the inputs name. With --bots, bots play instead, in seats
+/// from 0 on; the seed decides when they come and go. Ticks count from 1.
 ///
-/// INPUTS are JSON lines. Each says all that one seat holds from a tick on, until its next line:
+/// INPUTS are JSON lines. Each gives the complete input of one seat from a tick on, until that seat's next line:
 ///
 ///   {"tick":60,"seat":0,"buttons":["right","make"],"pointer":[100,50]}
 ///
-/// "seat" is 0, "buttons" is empty and "pointer" (world units) is away from the view unless given.
+/// "seat" defaults to 0, "buttons" to none, and "pointer" (world units) to a point outside the view.
 /// Buttons: up, left, down, right, fire, make, hold, agitate, clear, pick-hero, pick-minion,
 /// pick-platform.
 ///
-/// A TRACE is one JSON object a line: {"tick":60,"hash":"16 hex digits","bodies":[{"id":1,
+/// A TRACE has one JSON object per line: {"tick":60,"hash":"16 hex digits","bodies":[{"id":1,
 /// "kind":"hero","pos":[x,y],"vel":[x,y]}],"particles":0,"emitters":0,"contacts":3,"deepest":0.004,
-/// "kinetic":12.5,"momentum":[x,y]}. Hash, contacts and sums are those after the tick.
+/// "kinetic":12.5,"momentum":[x,y]}. Hash, contacts and sums describe the state after the tick.
 #[derive(clap::Args)]
 #[command(verbatim_doc_comment)]
 pub struct Run {
     /// A built-in scene, or the path of a TOML file
     scene: String,
-    /// Ticks to play, 60 a second
+    /// Ticks to play, 60 per second
     #[arg(long, value_name = "N", default_value_t = 600)]
     ticks: u32,
     /// Seed of everything random
@@ -46,13 +46,13 @@ pub struct Run {
     /// Inputs of the seats, as JSON lines
     #[arg(long, value_name = "FILE")]
     inputs: Option<PathBuf>,
-    /// Let so many bots play instead; what they do follows from the seed
+    /// Let this many bots play instead; their input follows from the seed
     #[arg(long, value_name = "N", conflicts_with = "inputs", value_parser = clap::value_parser!(u16).range(1..))]
     bots: Option<u16>,
     /// Where to write a replay of the run
     #[arg(long, value_name = "FILE.jostle")]
     replay: Option<PathBuf>,
-    /// Where to write the trace; - is stdout, which then gets no sentence at the end
+    /// File for the trace; - is stdout, which then gets no summary sentence
     #[arg(long, value_name = "FILE.jsonl")]
     trace: Option<PathBuf>,
     /// Trace only every K-th tick
@@ -75,7 +75,7 @@ struct Summary {
     emitters: usize,
     #[serde(flatten)]
     sums: Sums,
-    /// Wall time of the ticks alone.
+    /// Wall time spent in ticks alone.
     elapsed_ms: f64,
     step_ms_mean: f64,
     step_ms_max: f64,
@@ -88,7 +88,7 @@ enum Players {
 }
 
 impl Players {
-    /// Joins and leaves before a tick, and the inputs in it.
+    /// The joins and leaves before a tick, and the inputs in it.
     fn next(&mut self, tick: u32) -> (Vec<Change>, &[(Seat, Input)]) {
         match self {
             Players::Bots(bots) => bots.next(tick),
@@ -108,7 +108,7 @@ fn join(seat: Seat) -> Change {
 }
 
 impl Run {
-    /// Plays, and prints the summary.
+    /// Plays the scene, and prints the summary.
     pub fn run(self) -> Result<(), Failure> {
         let scene = Arc::new(scene_named(&self.scene)?);
         let mut players = self.players(&scene)?;

@@ -18,7 +18,7 @@ pub enum SceneCommand {
         #[arg(long)]
         json: bool,
     },
-    /// Check a scene file; status 1 and one line with file, line and field when it is refused
+    /// Check a scene file; if it is refused, print one line with file, line and field, and exit with status 1
     Check {
         /// The TOML file
         file: PathBuf,
@@ -27,11 +27,11 @@ pub enum SceneCommand {
     Import {
         /// The map in Tiled's JSON format (.tmj)
         map: PathBuf,
-        /// File to write; without it the scene is printed
+        /// File to write; without it the scene goes to stdout
         #[arg(long, value_name = "FILE.toml")]
         out: Option<PathBuf>,
     },
-    /// Print what a scene needs, what is left out, and which field of the file decides
+    /// Print the parts that a scene needs, those left out, and the field of the file that decides
     Plan {
         /// A built-in scene, or the path of a TOML file
         #[arg(value_name = "FILE")]
@@ -43,7 +43,7 @@ pub enum SceneCommand {
 }
 
 impl SceneCommand {
-    /// Runs it.
+    /// Runs the command.
     pub fn run(self) -> Result<(), Failure> {
         match self {
             SceneCommand::List { json } => list(json),
@@ -64,7 +64,7 @@ impl SceneCommand {
     }
 }
 
-/// The scene is called as the file that it is written to, or as the map.
+/// Imports a map. The scene is named after its output file, or after the map.
 fn import(map: &Path, out: Option<&Path>) -> Result<(), Failure> {
     let file = map.display().to_string();
     let bytes = std::fs::read(map).or_usage(&file)?;

@@ -1,4 +1,4 @@
-//! Scenes as the command line names them.
+//! Scenes by their names on the command line.
 
 use crate::output::{Failure, OrFail};
 use jostle_game::Scene;
@@ -7,7 +7,7 @@ use jostle_server::files::read_regular;
 use jostle_server::limits::SETTINGS_FILE_BYTES_MAX;
 use std::path::Path;
 
-/// The scene of this name: a built-in one, or the path of a TOML file.
+/// The scene with this name: a built-in one, or the path of a TOML file.
 pub fn scene_named(name: &str) -> Result<Scene, Failure> {
     let mut scenes = Scene::built_in();
     if let Some(index) = scenes.iter().position(|scene| scene.name == name) {
@@ -29,7 +29,7 @@ pub fn scene_file(path: &Path) -> Result<Scene, Failure> {
     parsed(&file, bytes)
 }
 
-/// The same for a file that was found and not named, which may be anything.
+/// Like [`scene_file`], for a file that was found in a directory and may hold anything.
 pub fn found_scene_file(path: &Path) -> Result<Scene, Failure> {
     let file = path.display().to_string();
     let bytes = read_regular(path, SETTINGS_FILE_BYTES_MAX).or_usage(&file)?;
@@ -41,7 +41,7 @@ fn parsed(file: &str, bytes: Vec<u8>) -> Result<Scene, Failure> {
     Scene::parse(file, &source).map_err(|error| Failure::Check(error.to_string()))
 }
 
-/// The text of a file that people write; the error names the line that holds something else.
+/// Decodes the text of a hand-written file. The error names the first line that is not valid text.
 pub fn text_of(file: &str, bytes: Vec<u8>) -> Result<String, Failure> {
     String::from_utf8(bytes).map_err(|error| {
         let line = line_at(error.as_bytes(), error.utf8_error().valid_up_to());

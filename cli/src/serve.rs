@@ -1,4 +1,4 @@
-//! `jostle serve`: configures the server by the command line, and stops it at a signal.
+//! `jostle serve`: configures the server from the command line, and stops it on a signal.
 
 #[cfg(feature = "nats")]
 mod fleet;
@@ -27,114 +27,111 @@ use tokio::net::TcpListener;
 use tracing_appender::non_blocking::ErrorCounter;
 use values::{host, origin, proxies, socket_address, whole};
 
-/// Environment variable that may hold the operators' token instead of a file.
+/// Environment variable that may hold the operators' token in place of a file.
 const OPS_TOKEN_VARIABLE: &str = "JOSTLE_OPS_TOKEN";
-/// Environment variable by which Agones says where its sidecar listens.
+/// Environment variable in which Agones gives the port of its sidecar.
 const AGONES_PORT_VARIABLE: &str = "AGONES_SDK_HTTP_PORT";
-/// The sidecar's usual port.
+/// The sidecar's default port.
 const AGONES_PORT: u16 = 9358;
 
 /// Serve the page and the rooms until SIGTERM or ctrl-c.
 ///
-/// Prints one line with the address to open. On SIGTERM or ctrl-c players are told, sockets close
-/// with code 1001, and the status is 0; a second one ends the process at once.
+/// Prints one line with the address to open. On SIGTERM or ctrl-c players are notified, sockets close with code 1001,
+/// and the status is 0; a second signal ends the process at once.
 ///
-/// Each flag may also be a variable of the environment (JOSTLE_LISTEN for --listen; several values are separated by
-/// commas) or stand in the file of --config. Flags take precedence over variables, and variables over the file.
+/// Each flag may also be set by an environment variable (JOSTLE_LISTEN for --listen; several values are separated by
+/// commas) or in the file of --config. Flags take precedence over variables, and variables over the file.
 #[derive(clap::Args)]
 pub struct Serve {
-    /// TOML file with flags by their names (listen = "0.0.0.0:8080"), which hold where neither a flag here nor the
-    /// environment says otherwise. JOSTLE_CONFIG in the environment does the same
+    /// TOML file with flags by their names (listen = "0.0.0.0:8080"), used where neither the command line nor the
+    /// environment sets a flag. Can also be set with JOSTLE_CONFIG
     #[arg(long, value_name = "FILE.toml")]
     config: Option<PathBuf>,
-    /// Check the settings and the files that they name, and end without serving
+    /// Check the settings and the files they name, then exit without serving
     #[arg(long)]
     check: bool,
-    /// Address and port for the page and the sockets; port 0 takes a free one
+    /// Address and port for the page and the sockets; port 0 picks a free one
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8080",
         value_parser = socket_address)]
     pub listen: SocketAddr,
-    /// Address and port for operators: /healthz, /readyz and /metrics (OpenMetrics); keep it closed to
-    /// the world
+    /// Address and port for operators: /healthz, /readyz and /metrics (OpenMetrics); do not expose it to the internet
     #[arg(long, value_name = "ADDRESS:PORT", value_parser = socket_address)]
     pub ops: Option<SocketAddr>,
-    /// File with a token, a line of 16 or more characters, by which operators may list players, have one
-    /// leave, close rooms and drain the server on the port of --ops. JOSTLE_OPS_TOKEN in the environment
-    /// does the same
+    /// File with a token, a line of 16 or more characters, with which operators may list and kick players, close rooms
+    /// and drain the server on the port of --ops. JOSTLE_OPS_TOKEN in the environment may hold the token instead
     #[arg(long, value_name = "FILE", requires = "ops")]
     ops_token_file: Option<PathBuf>,
-    /// PEM file with the certificates that this server shows, its own first: players then open https://
-    /// addresses. Both files are read again when they change, and on SIGHUP
+    /// PEM file with this server's certificate chain, its own certificate first; players then open https:// addresses.
+    /// Certificate and key are read again when they change, and on SIGHUP
     #[arg(long, value_name = "FILE", requires = "tls_key")]
     tls_cert: Option<PathBuf>,
-    /// PEM file with the private key of the first certificate of --tls-cert, not encrypted
+    /// PEM file with the unencrypted private key of the first certificate of --tls-cert
     #[arg(long, value_name = "FILE", requires = "tls_cert")]
     tls_key: Option<PathBuf>,
-    /// Directory with more scenes (*.toml); one with a built-in name replaces that one
+    /// Directory with more scenes (*.toml); a scene with a built-in name replaces the built-in one
     #[arg(long, value_name = "DIR")]
     scenes: Option<PathBuf>,
-    /// Whether players may open rooms with scene files of their own: `private` for rooms that no list shows, `all` also for
-    /// listed ones, `off` for none. Such a scene keeps to a budget, and its room to a share of a processor
+    /// Whether players may open rooms with their own scene files: `private` for unlisted rooms only, `all` for listed
+    /// ones too, `off` for none. Such a scene has a limited budget, and its room a limited share of a processor
     #[arg(long, value_name = "WHO", default_value = "private")]
     guest_scenes: GuestFlag,
-    /// Another site whose pages may play here, as its address bar says it: https://play.example.org.
-    /// May be given more than once; pages of this server always may
+    /// Another site whose pages may play here, as shown in its address bar: https://play.example.org. May be given more
+    /// than once; pages of this server are always allowed
     #[arg(long, value_name = "ORIGIN", value_parser = origin)]
     allow_origin: Vec<String>,
-    /// Name by which browsers may address this server, such as play.example.org; requests with another one are
-    /// refused. Addresses and localhost are always allowed. May be given more than once. Without it any name is,
-    /// unless --listen is an address of this machine alone and there is no --trusted-proxy
+    /// Name by which browsers may address this server, such as play.example.org; requests with another name are
+    /// refused. IP addresses and localhost are always allowed. May be given more than once. If it is not given, any
+    /// name is allowed, unless --listen is a loopback address and no --trusted-proxy is given
     #[arg(long, value_name = "NAME", value_parser = host)]
     host: Vec<String>,
-    /// Address of a proxy in front of this server, or a network of them such as 10.0.0.0/8, which is believed
-    /// about whom it speaks for (X-Forwarded-For), so that limits count players and not the proxy. May be given
-    /// more than once
+    /// Address of a proxy in front of this server, or a network of proxies such as 10.0.0.0/8. Its X-Forwarded-For
+    /// header is trusted, so that limits apply to the players' addresses and not to the proxy's. May be given more than
+    /// once
     #[arg(long, value_name = "ADDRESS[/BITS]", value_parser = proxies)]
     trusted_proxy: Vec<IpNet>,
-    /// Rooms that people may open at a time, besides the standing room of each scene; 32 for each processor unless this says
-    /// otherwise. One address may open an eighth of them, and at least 8
+    /// Rooms that people may open at a time, besides the standing room of each scene; 32 for each processor by default.
+    /// One address may open an eighth of them, and at least 8
     #[arg(long, value_name = "N", value_parser = whole(1, limits::ROOMS_BOUND as u32))]
     rooms_max: Option<u32>,
-    /// Connections at a time, of players, spectators and browsers that load the page; 2048 for each processor, and at least
-    /// 4096, unless this says otherwise. One address may hold an eighth of them, and at least 512
+    /// Simultaneous connections of players, spectators and browsers that load the page; by default 2048 for each
+    /// processor, and at least 4096. One address may hold an eighth of them, and at least 512
     #[arg(long, value_name = "N", value_parser = whole(1, limits::CONNECTIONS_BOUND as u32))]
     connections_max: Option<u32>,
-    /// Scenes that may be on offer, with the built-in ones
+    /// Scenes that may be on offer, including the built-in ones
     #[arg(long, value_name = "N", default_value_t = limits::SCENES_MAX as u32,
         value_parser = whole(1, limits::SCENES_BOUND as u32))]
     scenes_max: u32,
-    /// Game sockets that one address may hold at a time (IPv6: one /64); more for a party or a class
-    /// behind one address, or for a load test. A thirty-second part of the connections, and at least 128, unless this
-    /// says otherwise
+    /// Game sockets that one address may hold at a time (IPv6: one /64); raise it for a party or a class behind one
+    /// address, or for a load test. By default a thirty-second part of the connections, and at least 128
     #[arg(long, value_name = "N", value_parser = whole(1, limits::CONNECTIONS_BOUND as u32))]
     address_sockets: Option<u32>,
-    /// Megabits a second that this machine may send. One address is sent a quarter of them at most, and all rooms with scene
-    /// files of players together another: beyond it they get fewer snapshots a second
+    /// Megabits per second that this machine may send. One address gets a quarter of them at most, and all rooms with
+    /// players' scene files together another quarter; beyond that they receive fewer snapshots per second
     #[arg(long, value_name = "N", default_value_t = limits::UPLINK_MEGABITS,
         value_parser = whole(1, limits::UPLINK_MEGABITS_MAX))]
     uplink: u32,
-    /// Record every room but the private ones into this directory, which is made if it is missing. The page lists what
-    /// is in it, and plays it
+    /// Record every room except private ones into this directory, which is created if it is missing. The page lists and
+    /// plays these replays
     #[arg(long, value_name = "DIR")]
     replays: Option<PathBuf>,
     /// Megabytes of replays to keep; the oldest finished ones are deleted first
     #[arg(long, value_name = "N", default_value_t = limits::REPLAYS_MB, requires = "replays",
         value_parser = whole(1, 1 << 30))]
     replays_mb: u32,
-    /// Days for which to keep a replay
+    /// Days to keep a replay
     #[arg(long, value_name = "N", default_value_t = limits::REPLAYS_DAYS, requires = "replays",
         value_parser = whole(1, 36_500))]
     replays_days: u32,
-    /// Keep the open rooms in this directory, which is made if it is missing: after a restart or a crash they go on
-    /// where they were, and players get their seats back. Each server needs its own
+    /// Keep the open rooms in this directory, which is created if it is missing: after a restart or a crash they resume
+    /// where they were, and players get their seats back. Each server needs its own directory
     #[arg(long, value_name = "DIR")]
     state: Option<PathBuf>,
-    /// When what is kept is synced with the disk: `second` loses a second of play at most when the power fails,
-    /// `system` leaves it to the system. If only the server dies, half a second is lost at most in both cases
+    /// When the state is synced to the disk: with `second` a power failure loses at most a second of play; `system`
+    /// leaves it to the system. If only the server dies, at most half a second is lost in both cases
     #[arg(long, value_name = "WHEN", default_value = "second", requires = "state")]
     state_sync: StateSync,
-    /// Report to the sidecar of Agones, which started this server: when it takes players, that it lives, how many rooms it
-    /// can take, and when it ends. The sidecar is on this machine at the port that AGONES_SDK_HTTP_PORT names, or 9358
+    /// Report to the Agones sidecar that started this server: readiness, health, free room capacity and shutdown. The
+    /// sidecar runs on this machine at the port in AGONES_SDK_HTTP_PORT, or 9358
     #[arg(long)]
     agones: bool,
     #[cfg(feature = "nats")]
@@ -142,14 +139,14 @@ pub struct Serve {
     fleet: fleet::FleetFlags,
 }
 
-/// When the state directory is synced with the disk.
+/// When the state directory is synced to the disk.
 #[derive(Clone, Copy, clap::ValueEnum)]
 enum StateSync {
     Second,
     System,
 }
 
-/// Rooms that guests may open with scenes of their own.
+/// Rooms that guests may open with their own scenes.
 #[derive(Clone, Copy, clap::ValueEnum)]
 enum GuestFlag {
     Off,
@@ -158,7 +155,7 @@ enum GuestFlag {
 }
 
 impl Serve {
-    /// Serves until a signal. `log_drops` counts the lines that the log drops.
+    /// Serves until a signal. `log_drops` counts the lines dropped by the log.
     pub fn run(self, log_drops: ErrorCounter) -> Result<(), Failure> {
         log_panics();
         let config = self.config()?;
@@ -177,7 +174,7 @@ impl Serve {
         served
     }
 
-    /// The server's configuration, with the files that the flags name.
+    /// The server's configuration, including the files that the flags name.
     pub fn config(&self) -> Result<Config, Failure> {
         let mut config = Config::default();
         if let Some(dir) = &self.scenes {
@@ -244,7 +241,7 @@ async fn serve(
     let tell = Arc::clone(&config.supervisor.tell);
     config.supervisor.tell = Arc::new(move |sign| {
         if sign == Sign::Ready {
-            // A server goes on without its output.
+            // The server keeps running without its stdout.
             let _ = say(&ready);
         }
         tell(sign);
@@ -254,7 +251,7 @@ async fn serve(
         .map_err(|error| Failure::Check(error.to_string()))
 }
 
-/// The operators' token, from the file or else from the environment: neither is in the list of processes.
+/// The operators' token, from the file or else from the environment. Neither appears in the process list.
 fn ops_token(file: Option<&Path>) -> Result<Option<String>, Failure> {
     let (place, text) = match file {
         Some(file) => {
@@ -280,7 +277,7 @@ fn ops_token(file: Option<&Path>) -> Result<Option<String>, Failure> {
     Ok(Some(token.to_owned()))
 }
 
-/// The sidecar of Agones, at the port that Agones gives every process of a game server.
+/// The Agones sidecar, at the port that Agones passes to every game server.
 fn agones(rooms_max: usize) -> Result<agones::Settings, Failure> {
     let port = match std::env::var(AGONES_PORT_VARIABLE) {
         Err(std::env::VarError::NotPresent) => AGONES_PORT,
@@ -302,7 +299,7 @@ async fn bind(option: &str, address: SocketAddr) -> Result<(TcpListener, SocketA
     Ok((listener, bound))
 }
 
-/// An address that works in a browser on this machine.
+/// An address that a browser on this machine can open.
 fn url(scheme: &str, bound: SocketAddr) -> String {
     let shown = match bound.ip() {
         IpAddr::V4(ip) if ip.is_unspecified() => IpAddr::V4(Ipv4Addr::LOCALHOST),
@@ -312,8 +309,8 @@ fn url(scheme: &str, bound: SocketAddr) -> String {
     format!("{scheme}://{}/", SocketAddr::new(shown, bound.port()))
 }
 
-/// The names by which the server may be addressed. One for this machine alone has none: a page that is opened
-/// here could reach it under the name of its own site (DNS rebinding).
+/// The names by which the server may be addressed. A server on a loopback address accepts none by default: a page
+/// opened on this machine could otherwise reach it under its site name (DNS rebinding).
 fn hosts(names: Vec<String>, listen: SocketAddr, has_proxy: bool) -> Hosts {
     match names.is_empty() && (has_proxy || !listen.ip().is_loopback()) {
         true => Hosts::Any,
@@ -321,7 +318,7 @@ fn hosts(names: Vec<String>, listen: SocketAddr, has_proxy: bool) -> Hosts {
     }
 }
 
-/// Checks that a path is free, or a directory that this user may read and write.
+/// Checks that a path does not exist yet, or is a directory that this user may read and write.
 fn check_directory(flag: &str, dir: Option<&Path>) -> Result<(), Failure> {
     let Some(dir) = dir.filter(|dir| dir.exists()) else { return Ok(()) };
     let place = format!("{flag} {}", dir.display());
@@ -336,7 +333,7 @@ fn check_directory(flag: &str, dir: Option<&Path>) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Adds the scenes of a directory in the order of their names.
+/// Adds the scenes of a directory, sorted by file name.
 fn add_scenes(scenes: &mut Vec<Scene>, dir: &Path, allowed: usize) -> Result<(), Failure> {
     for path in scene_paths(dir)? {
         let scene = found_scene_file(&path)?;

@@ -1,5 +1,5 @@
-//! Signals of the process. The first that asks it to end drains the server, and a second one ends it at once; so does
-//! the end of the time that a drain may take.
+//! Signals of the process. The first termination signal drains the server. A second one ends the process at once, as
+//! does a drain that exceeds its time limit.
 
 use jostle_server::limits::DRAIN_MAX;
 use jostle_server::net::tls::Tls;
@@ -10,13 +10,13 @@ use tokio::sync::oneshot;
 use tokio::time::timeout;
 use tracing::warn;
 
-/// Time for the log's thread to write the last line.
+/// Time for the log thread to write the last line.
 const LAST_LINE: Duration = Duration::from_millis(50);
 /// Exit status of a process that ended before everything was closed.
 const CUT_SHORT: i32 = 1;
 
-/// Resolves at the first signal. It listens from the call on, so that none before the first await is lost, and on a
-/// thread of its own: the process ends in time whatever the server's threads wait for.
+/// Resolves at the first signal. It listens as soon as it is called, so that no signal before the first await is lost,
+/// and on a separate thread, so that the process ends in time even if the server's threads are blocked.
 pub fn stop() -> io::Result<impl Future<Output = ()>> {
     let runtime = Builder::new_current_thread().enable_all().build()?;
     let (stop, stopped) = oneshot::channel();
@@ -26,7 +26,7 @@ pub fn stop() -> io::Result<impl Future<Output = ()>> {
     };
     let follow = async move {
         signals.next().await;
-        // A server that has ended by itself waits for nothing.
+        // The receiver is gone if the server has already ended.
         let _ = stop.send(());
         let reason = match timeout(DRAIN_MAX, signals.next()).await {
             Ok(()) => "a second signal",
@@ -43,7 +43,7 @@ pub fn stop() -> io::Result<impl Future<Output = ()>> {
     })
 }
 
-/// The signals that ask a process to end.
+/// The signals that ask the process to end.
 #[cfg(unix)]
 struct StopSignals {
     terminate: tokio::signal::unix::Signal,
@@ -76,15 +76,15 @@ impl StopSignals {
     }
 
     async fn next(&mut self) {
-        // Without a handler there is nothing to wait for; the process can still be killed.
+        // Without a handler this waits forever; the process can still be killed.
         if tokio::signal::ctrl_c().await.is_err() {
             std::future::pending::<()>().await;
         }
     }
 }
 
-/// Has the certificates read again on SIGHUP. A server without any ignores the signal, so that an operator's reload is
-/// no harm; but if it belongs to a terminal, it ends with that. To be called within the runtime.
+/// Rereads the certificates on SIGHUP. A server without certificates ignores the signal, so that an operator's reload
+/// does no harm; a server that belongs to a terminal ends with it. Must be called within the runtime.
 #[cfg(unix)]
 pub fn read_again_on_hangup(tls: Option<Tls>) -> io::Result<()> {
     use std::io::IsTerminal;

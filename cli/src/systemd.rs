@@ -1,14 +1,14 @@
-//! Signs of life for systemd, or another service manager that speaks its protocol, if one started this process and
-//! waits for them (`Type=notify`, `WatchdogSec=`).
+//! Status notifications for systemd, or another service manager with the same protocol, if it started this process and
+//! expects them (`Type=notify`, `WatchdogSec=`).
 
 use jostle_server::ops::supervisor::Supervisor;
 #[cfg(unix)]
 use std::sync::Arc;
 
-/// Passes the server's signs of life on to the service manager, if there is one.
+/// Passes the server's status on to the service manager, if there is one.
 #[cfg(unix)]
 pub fn supervisor() -> Supervisor {
-    // Two may come late or get lost.
+    // Two notifications may be late or lost.
     let alive_every = sd_notify::watchdog_enabled().map(|within| within / 3);
     let alive_every = alive_every.filter(|every| !every.is_zero());
     Supervisor { tell: Arc::new(unix::tell), alive_every }

@@ -1,7 +1,7 @@
 //! Scenes from maps of the Tiled editor, in its JSON format (`.tmj`).
 //!
-//! [`map`] is the format, as far as a scene needs it. [`objects`] turns each object of a map into an entry of a list of
-//! the scene file. The result is checked like any scene; an error about one of its fields names the object that the field
+//! [`map`] is the format, limited to the parts that a scene needs. [`objects`] turns each object of a map into a list
+//! entry of the scene file. The result is checked like any scene, and an error in one of its fields names the object it
 //! came from.
 
 mod map;
@@ -17,7 +17,7 @@ use std::fmt;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ImportError {
     file: String,
-    /// The layer and the object, or nothing for the map itself.
+    /// The layer and the object; empty for the map itself.
     place: String,
     field: String,
     found: String,
@@ -32,8 +32,8 @@ impl fmt::Display for ImportError {
     }
 }
 
-/// Turns a map into the text of a scene file that [`Scene::parse`] accepts. `file` is used in errors, and `name` is the
-/// scene's.
+/// Turns a map into the text of a scene file that [`Scene::parse`] accepts. `file` appears in errors, and `name`
+/// becomes the scene's name.
 pub fn import(file: &str, name: &str, bytes: &[u8]) -> Result<String, ImportError> {
     let wrong = |found: String, allowed: &str| at(file, *Origin::Map.wrong("file", found, allowed));
     let map: Map = serde_json::from_slice(bytes)

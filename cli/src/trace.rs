@@ -26,7 +26,7 @@ pub struct TraceLine {
 
 #[derive(Debug, Serialize)]
 pub struct TracedBody {
-    /// Index, plus 2^32 times the number of earlier bodies of that index.
+    /// The body's index, plus 2^32 times the number of earlier bodies with that index.
     pub id: u64,
     pub kind: &'static str,
     /// Centre, world units.
@@ -38,9 +38,9 @@ pub struct TracedBody {
 /// Sums over all bodies and contacts.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Sums {
-    /// Overlapping pairs at the end of the tick.
+    /// Number of overlapping pairs at the end of the tick.
     pub contacts: usize,
-    /// Deepest overlap, world units; 0 without one.
+    /// Deepest overlap, world units; 0 if nothing overlaps.
     pub deepest: f32,
     /// Sum of m v^2 / 2 over dynamic bodies.
     pub kinetic: f64,
@@ -48,7 +48,7 @@ pub struct Sums {
     pub momentum: [f64; 2],
 }
 
-/// The state of a game now.
+/// The current state of a game.
 pub fn line(game: &Game) -> TraceLine {
     let world = game.world();
     let body = |info: jostle_game::SnapshotBody| TracedBody {
@@ -67,7 +67,7 @@ pub fn line(game: &Game) -> TraceLine {
     }
 }
 
-/// The state hash as it is printed.
+/// The state hash in printed form.
 pub fn hash(game: &Game) -> String {
     format!("{:016x}", game.hash())
 }
@@ -76,7 +76,7 @@ fn number(id: BodyId) -> u64 {
     u64::from(id.generation) << 32 | u64::from(id.index)
 }
 
-/// Sums in id order, in f64: plain + and * give the same bits everywhere.
+/// Sums in id order, in f64. Plain + and * give the same bits on every machine.
 pub fn sums(world: &World) -> Sums {
     let mut sums = Sums { contacts: 0, deepest: 0.0, kinetic: 0.0, momentum: [0.0, 0.0] };
     for touch in world.touches() {
@@ -97,15 +97,15 @@ pub fn sums(world: &World) -> Sums {
 
 /// The destination of a trace.
 pub struct TraceSink {
-    /// The file as it is named in errors; `None` for stdout.
+    /// The file name for errors; `None` for stdout.
     file: Option<String>,
     out: BufWriter<Box<dyn Write>>,
-    /// Whether the reader of stdout closed it.
+    /// Whether the reader of stdout has closed it.
     is_closed: bool,
 }
 
 impl TraceSink {
-    /// Creates a file; `-` is stdout.
+    /// Creates a trace file; `-` is stdout.
     pub fn create(path: &Path) -> Result<TraceSink, Failure> {
         if path == Path::new("-") {
             return Ok(TraceSink::stdout());
@@ -119,7 +119,7 @@ impl TraceSink {
         TraceSink { file: None, out: BufWriter::new(Box::new(io::stdout())), is_closed: false }
     }
 
-    /// Whether it is stdout.
+    /// Whether the trace goes to stdout.
     pub fn is_stdout(&self) -> bool {
         self.file.is_none()
     }
@@ -138,7 +138,7 @@ impl TraceSink {
         self.check(flushed)
     }
 
-    /// A reader that closed stdout, as `head` does, is no error.
+    /// Checks a write. It is not an error if the reader has closed stdout, as `head` does.
     fn check(&mut self, done: io::Result<()>) -> Result<(), Failure> {
         match done {
             Err(error) if self.is_stdout() && error.kind() == io::ErrorKind::BrokenPipe => {

@@ -1,5 +1,5 @@
-//! One bot: a real socket and a [`BotInput`]. It joins, plays, loses its socket now and then, and resumes its
-//! seat with its token. [`CrowdStage`] says when.
+//! One bot: a real socket and a [`BotInput`]. It joins, plays, loses its socket now and then, and resumes its seat with
+//! its token. [`CrowdStage`] is the signal to start measuring and to leave.
 
 use super::report::ClientReport;
 use super::socket::{JoinedBot, SessionEnd, connect, connect_within, next, read, send};
@@ -22,22 +22,23 @@ use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
 
 /// Inputs from one ping to the next.
 const PING_EVERY_INPUTS: u32 = 30;
-/// Ticks from one input to the next of a bot that idles, as of a page whose player does nothing.
+/// Ticks between two inputs of an idle bot, the same as on the page of an idle player.
 const IDLE_EVERY_TICKS: u32 = 15;
 /// Time between the connections of two bots.
 pub const JOIN_EVERY: Duration = Duration::from_millis(4);
-/// Between two attempts to come back.
+/// Time between two attempts to come back.
 const RETRY_EVERY: Duration = Duration::from_millis(250);
-/// Time in which a bot comes back to its room: a server that died has been replaced by then.
+/// Time within which a bot must be back in its room; by then a server that died has been replaced.
 const RETURN_WAIT: Duration = Duration::from_secs(60);
-/// Kind and keyframe bit of a coded snapshot, and where the low byte of a delta's tick is.
+/// The snapshot kind and its keyframe bit, in the first byte of a coded snapshot. The low byte of a delta's tick
+/// follows.
 const SNAPSHOT: u8 = 0x80;
 const KEYFRAME: u8 = 0x40;
 
 /// How long a bot waits for a server of a fleet before it asks another.
 #[derive(Clone, Copy, Debug)]
 pub struct ServerTimeouts {
-    /// For the answer to an attempt while another server was not asked yet.
+    /// Timeout of an attempt to join while other servers have not been asked yet.
     pub answer: Duration,
     pub silence: Duration,
 }
@@ -48,41 +49,41 @@ impl Default for ServerTimeouts {
     }
 }
 
-/// The stage of all bots.
+/// The stage that all bots are in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CrowdStage {
-    /// They join; nothing is measured yet.
+    /// Bots are joining; nothing is measured yet.
     Joining,
-    /// They play and measure, from this time on.
+    /// Bots play and measure, from this time on.
     Playing(Instant),
     Over,
 }
 
-/// A bot before it plays.
+/// A bot that has not joined yet.
 pub struct Bot {
-    /// Its number, from 0.
+    /// The bot's number, from 0.
     pub index: u32,
-    /// Seed of all bots.
+    /// Seed shared by all bots.
     pub seed: u64,
     /// The room to join.
     pub target: BotTarget,
-    /// The address of this machine to join from, if it matters.
+    /// Local address to join from, if it matters.
     pub from: Option<IpAddr>,
-    /// Time before it joins.
+    /// Delay before the bot joins.
     pub waits: Duration,
-    /// Whether it presses nothing.
+    /// Whether the bot presses nothing.
     pub idles: bool,
-    /// Whether it decodes every snapshot as a page does; others read the heads of deltas only.
+    /// Whether the bot decodes every snapshot as a page does; other bots read only the heads of deltas.
     pub decodes: bool,
-    /// Times since the start of the measurement at which it loses its socket.
+    /// Times since the start of the measurement at which the bot drops its socket.
     pub losses: Vec<Duration>,
-    /// How long it waits for servers.
+    /// How long the bot waits for servers.
     pub timeouts: ServerTimeouts,
-    /// The stage that it follows.
+    /// The stage that the bot follows.
     pub stage: watch::Receiver<CrowdStage>,
-    /// Notified once it has a seat, or has failed to get one.
+    /// Notified once the bot has a seat, or has failed to get one.
     pub seated: mpsc::Sender<()>,
-    /// Receives every snapshot that it decodes.
+    /// Receives every snapshot that the bot decodes.
     pub snapshots: Option<UnboundedSender<Arc<Snapshot>>>,
 }
 
@@ -93,7 +94,7 @@ impl Bot {
         let mut servers = Servers::new(self.target.origin());
         sleep(self.waits).await;
         let arrival = self.enter(&mut servers, &mut None, &mut report).await;
-        // The receiver waits for one of each bot.
+        // The receiver expects one notification from each bot.
         let _ = self.seated.send(()).await;
         let played = match arrival {
             Ok(Some(arrival)) => self.play_on(arrival, servers, &mut report).await,
@@ -126,7 +127,8 @@ impl Bot {
         loop {
             let silent_at = servers.has_others().then(|| player.heard_at + self.timeouts.silence);
             let end = tokio::select! {
-                // The measurement begins and ends on time, and inputs are sent in step, however much there is to read.
+                // The measurement starts and ends on time, and inputs are sent on schedule, however much there is to
+                // read.
                 biased;
                 changed = self.stage.changed() => {
                     match *self.stage.borrow_and_update() {
@@ -141,7 +143,7 @@ impl Bot {
                     continue;
                 }
                 _ = player.inputs.tick() => {
-                    // A socket that is closed says why when it is read.
+                    // If the socket is closed, the next read reports the reason.
                     let _ = player.send_input(report).await;
                     continue;
                 }
@@ -167,8 +169,8 @@ impl Bot {
         Ok(())
     }
 
-    /// Drops the socket without a close frame, and resumes the seat on another one with the token. `None` if all bots
-    /// leave before that.
+    /// Drops the socket without a close frame, and resumes the seat on another socket with the token. `None` if all
+    /// bots leave before that.
     async fn resume(
         &self,
         player: Player,
@@ -193,8 +195,8 @@ impl Bot {
         Ok(Some(Player::new(arrival, input, self.decodes, snapshots)))
     }
 
-    /// Asks the servers in turn until one has a seat for the bot. `None` if all bots leave before that; a token that
-    /// is refused is taken away.
+    /// Asks the servers in turn until one has a seat for the bot. `None` if all bots leave before that. A refused token
+    /// is cleared.
     async fn enter(
         &self,
         servers: &mut Servers,
@@ -235,8 +237,8 @@ impl Bot {
     }
 }
 
-/// Prepares the next attempt after the end of the last session or attempt, and waits for its time. An end that no
-/// other attempt helps with is returned.
+/// Prepares the next attempt after a session or attempt has ended, and waits until it is due. Returns the error if no
+/// other attempt can help.
 async fn prepare(
     end: SessionEnd,
     servers: &mut Servers,
@@ -268,7 +270,7 @@ async fn prepare(
     Ok(())
 }
 
-/// Sleeps until a time; for ever if there is none.
+/// Sleeps until a time, or forever if it is `None`.
 async fn sleep_until_some(at: Option<Instant>) {
     match at {
         Some(at) => sleep_until(at.into()).await,
@@ -282,10 +284,10 @@ struct Player {
     hero: Option<BodyId>,
     /// Tick of the newest snapshot.
     tick: u32,
-    /// When the server was last heard.
+    /// Time of the last message from the server.
     heard_at: Instant,
     decodes: bool,
-    /// Source of its inputs; `None` for a bot that idles.
+    /// Source of the bot's inputs; `None` for an idle bot.
     input: Option<BotInput>,
     seq: u32,
     inputs: Interval,
@@ -311,7 +313,7 @@ impl Player {
         self.input.as_mut().map_or_else(Input::default, BotInput::next_input)
     }
 
-    /// Sends an input, and now and then a ping.
+    /// Sends an input, and a ping every [`PING_EVERY_INPUTS`] inputs.
     async fn send_input(&mut self, report: &mut ClientReport) -> Result<(), SessionEnd> {
         self.seq += 1;
         let (ack_tick, input) = (self.tick as u16, self.next_input());
@@ -366,7 +368,7 @@ impl Player {
 
     async fn leave(mut self) {
         let frame = CloseFrame { code: CloseCode::Normal, reason: "".into() };
-        // A server that is gone by now makes no difference.
+        // Whether the server is still there makes no difference.
         let _ = self.arrival.socket.close(Some(frame)).await;
     }
 }

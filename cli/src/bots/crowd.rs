@@ -14,21 +14,21 @@ use tokio::task::JoinHandle;
 /// The settings of a crowd.
 #[derive(Clone, Debug)]
 pub struct CrowdPlan {
-    /// Rooms; each gets its share of the bots.
+    /// Rooms to join; the bots are divided among them.
     pub targets: Vec<BotTarget>,
     pub clients: u32,
-    /// Number of the first of them.
+    /// Number of the first bot.
     pub first: u32,
-    /// The address of this machine from which a bot with this number joins, if it matters.
+    /// The local address from which a bot with this number joins, if it matters.
     pub address_of: fn(u32) -> Option<IpAddr>,
-    /// Whether they press nothing.
+    /// Whether the bots press nothing.
     pub idle: bool,
-    /// Seed of their input.
+    /// Seed of the bots' input.
     pub seed: u64,
-    /// Bots that decode every snapshot as a page does; the others read the heads of deltas only, which is
-    /// cheap. The first one always does.
+    /// Bots that decode every snapshot as a page does; the others read only the heads of deltas, which is cheap. The
+    /// first bot always decodes.
     pub decoders: u32,
-    /// Times from the beginning at which a socket is lost, of one bot after another.
+    /// Times since the start of the measurement at which a socket is dropped; the bots take turns.
     pub losses: Vec<Duration>,
     /// Receives the snapshots of the first bot.
     pub snapshots: Option<UnboundedSender<Arc<Snapshot>>>,
@@ -40,7 +40,7 @@ pub struct BotCrowd {
 }
 
 impl BotCrowd {
-    /// Connects all bots, and waits until each has a seat or has failed to get one. They play, but nothing is
+    /// Connects all bots, and waits until each has a seat or has failed to get one. The bots then play, but nothing is
     /// measured yet.
     pub async fn join(plan: &CrowdPlan) -> BotCrowd {
         let (stage, followed) = watch::channel(CrowdStage::Joining);

@@ -1,11 +1,11 @@
-//! Percentiles of durations, in little memory however many there are.
+//! Percentiles of durations. Memory use does not grow with their number.
 
 use hdrhistogram::Histogram;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::time::Duration;
 
-/// Durations in microseconds, to 1 %.
+/// Durations in microseconds, with a precision of 1 %.
 #[derive(Clone, Debug)]
 pub struct Durations(Histogram<u32>);
 
@@ -21,7 +21,7 @@ impl Durations {
         self.0.record(micros).expect("it grows with its largest value");
     }
 
-    /// Adds all of another.
+    /// Adds all durations of another histogram.
     pub fn merge(&mut self, other: &Durations) {
         self.0.add(&other.0).expect("it grows with its largest value");
     }
@@ -34,14 +34,14 @@ impl Durations {
     }
 }
 
-/// Percentiles of durations, milliseconds; zeros where there was none.
+/// Percentiles of durations, milliseconds; all zero if nothing was recorded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Percentiles {
     pub count: u64,
-    /// Half of them are at most this.
+    /// The median.
     pub p50: f64,
     pub p90: f64,
-    /// 99 of a hundred.
+    /// The 99th percentile.
     pub p99: f64,
     pub max: f64,
 }

@@ -7,7 +7,7 @@ use serde::Serialize;
 use std::fmt;
 use std::time::{Duration, Instant};
 
-/// Clients that are shown one by one.
+/// Maximum number of clients that are shown one by one.
 const SHOWN_MAX: usize = 16;
 
 /// Kinds of messages, as the report names them.
@@ -18,23 +18,23 @@ const KINDS: [&str; 4] = ["deltas", "keyframes", "pongs", "others"];
 enum MessageKind {
     /// A snapshot with the changes since the last.
     Delta,
-    /// A snapshot that needs no other.
+    /// A snapshot that needs no baseline.
     Keyframe,
     /// The answer to a ping.
     Pong,
-    /// Any other but the welcome.
+    /// Any other message except the welcome.
     Other,
 }
 
-/// The measurements of one bot while all of them played.
+/// The measurements of one bot during the time in which all bots played.
 #[derive(Debug)]
 pub struct ClientReport {
     index: u32,
-    /// Its seat, once welcomed.
+    /// The bot's seat, once welcomed.
     pub seat: Option<u16>,
-    /// The error that ended it early.
+    /// The error that ended the bot early.
     pub error: Option<String>,
-    /// Stamps of pings count from here.
+    /// Ping stamps count from here.
     made_at: Instant,
     began_at: Option<Instant>,
     ended_at: Option<Instant>,
@@ -43,7 +43,7 @@ pub struct ClientReport {
 
 #[derive(Debug, Default)]
 struct MessageCounts {
-    /// By [`MessageKind`].
+    /// Received bytes by [`MessageKind`].
     bytes: [u64; KINDS.len()],
     snapshots: u64,
     gaps: u64,
@@ -68,7 +68,7 @@ struct ReturnCounts {
 }
 
 impl ClientReport {
-    /// A report without measurements.
+    /// Creates a report without measurements.
     pub fn new(index: u32) -> ClientReport {
         let (made_at, counts) = (Instant::now(), MessageCounts::default());
         let (seat, error, began_at, ended_at) = (None, None, None, None);
@@ -79,7 +79,7 @@ impl ClientReport {
         self.began_at = Some(now);
     }
 
-    /// The start of the measurement; now if it has not started.
+    /// The start of the measurement, or now if it has not started.
     pub fn began(&self) -> Instant {
         self.began_at.unwrap_or_else(Instant::now)
     }
@@ -88,7 +88,7 @@ impl ClientReport {
         self.ended_at = Some(now);
     }
 
-    /// Counts a snapshot of this tick, which came this many ticks after the last announced one.
+    /// Counts a snapshot of `tick`, which arrived `ticks` ticks after the last announced one.
     pub fn saw(&mut self, keyframe: bool, bytes: usize, tick: u32, ticks: u32, now: Instant) {
         if self.began_at.is_none() {
             return;
@@ -113,7 +113,7 @@ impl ClientReport {
         }
     }
 
-    /// The stamp of a ping: microseconds, which wrap after an hour.
+    /// The stamp of a ping: microseconds, which wrap after about an hour.
     pub fn stamp(&self, now: Instant) -> u32 {
         (now - self.made_at).as_micros() as u32
     }
@@ -136,8 +136,8 @@ impl ClientReport {
         self.counts.returns.moves += u32::from(self.began_at.is_some());
     }
 
-    /// Counts a return at `now`, which took this long after a move or a lost socket: to the same seat or another,
-    /// the same hero or another.
+    /// Counts a return at `now`, this long after a move or a lost socket, and whether seat and hero are the same as
+    /// before.
     pub fn returned(
         &mut self,
         took: Duration,
@@ -149,7 +149,7 @@ impl ClientReport {
         returns.times.record(took);
         returns.seats_lost += u32::from(!same_seat);
         returns.heroes_lost += u32::from(hero != before);
-        // The time without a socket is no interval between two snapshots.
+        // Time without a socket does not count as an interval between two snapshots.
         if let Some((_, last)) = self.counts.last.take() {
             returns.outages.record(now - last);
         }
@@ -162,7 +162,7 @@ impl ClientReport {
         }
     }
 
-    /// Ticks of wall time that the server did not play, as seen from here: jitter of the network changes them.
+    /// Ticks of wall time that the server did not play, as this client saw it. Network jitter distorts the count.
     fn missed_ticks(&self) -> Option<f64> {
         let ((first, from), (last, to)) = (self.counts.first?, self.counts.last?);
         let due = (to - from).as_secs_f64() * f64::from(TICKS_PER_SECOND);
@@ -175,7 +175,7 @@ impl ClientReport {
 pub struct Report {
     pub(super) rooms: Vec<String>,
     pub clients: usize,
-    /// Those that decoded every snapshot.
+    /// Number of bots that decoded every snapshot.
     pub(super) decoders: u32,
     pub(super) failed: usize,
     /// Length of the measurement.
@@ -183,11 +183,11 @@ pub struct Report {
     #[serde(flatten)]
     pub(super) rates: Rates,
     pub ping_ms: Percentiles,
-    /// Between one ping and the next of the same client.
+    /// Difference between consecutive pings of the same client.
     pub(super) jitter_ms: Percentiles,
-    /// From one snapshot to the next of the same socket.
+    /// Time between consecutive snapshots on the same socket.
     pub interval_ms: Percentiles,
-    /// Snapshots that came more than one tick after the last announced one.
+    /// Snapshots that arrived more than one tick after the last announced one.
     pub gaps: u64,
     pub gap_ticks_max: u32,
     #[serde(flatten)]
@@ -202,7 +202,7 @@ pub struct Report {
 pub(super) struct Rates {
     pub bytes_per_second_mean: f64,
     bytes_per_second_max: f64,
-    /// The mean by kind of message.
+    /// The mean by message kind.
     pub bytes_per_second: [(&'static str, f64); 4],
     pub snapshots_per_second_mean: f64,
     snapshots_per_second_min: f64,
@@ -213,23 +213,23 @@ pub(super) struct Rates {
 pub(super) struct ServerTicks {
     /// Ticks that the server advanced, as the longest-playing client saw it.
     pub server_ticks: u32,
-    /// Ticks that it should have advanced and did not: the least that any client saw, because
-    /// delays of the network look the same.
+    /// Ticks that the server should have advanced and did not. The smallest count of all clients, because network
+    /// delays look the same.
     pub server_missed_ticks: u32,
 }
 
 /// Returns after the loss of a socket, or to a room that moved to another server.
 #[derive(Debug, Serialize)]
 pub(super) struct Returns {
-    /// From the loss to the keyframe on the next socket.
+    /// From the loss of the socket to the keyframe on the next one.
     pub return_ms: Percentiles,
-    /// Moves to another server that were followed.
+    /// Moves to another server that the bots followed.
     pub moves: u32,
     /// From the last snapshot before a move or a lost socket to the first one after it.
     pub outage_ms: Percentiles,
-    /// Returns to another seat, or with a token that was refused.
+    /// Returns to a different seat, or with a token that was refused.
     pub seats_lost: u32,
-    /// Returns to another hero.
+    /// Returns to a different hero.
     pub heroes_lost: u32,
 }
 
@@ -343,7 +343,7 @@ impl Report {
         self.per_client.iter().map(|entry| entry.snapshots as f64).sum()
     }
 
-    /// The first thing that went wrong with clients.
+    /// The first failure of a client.
     pub fn failure(&self) -> Option<String> {
         let error = self.per_client.iter().find_map(|entry| entry.error.as_deref());
         if let Some(error) = error {
@@ -427,7 +427,7 @@ mod tests {
         let start = Instant::now();
         let mut client = ClientReport::new(0);
         client.begin(start);
-        // One second in which the server played 50 ticks, and one snapshot stood for three.
+        // One second in which the server played 50 ticks, and one snapshot covered three of them.
         let mut before = 99;
         for tick in (100..=150).filter(|tick| ![120, 121].contains(tick)) {
             let at = start + Duration::from_millis(20) * (tick - 100);

@@ -1,4 +1,4 @@
-//! The socket of a bot: it connects, receives the welcome and the first keyframe, and then messages.
+//! A bot's socket: connects, receives the welcome and the first keyframe, and then messages.
 
 use super::target::BotTarget;
 use bytes::Bytes;
@@ -20,15 +20,15 @@ use tokio_tungstenite::{WebSocketStream, client_async_with_config};
 
 pub type Socket = WebSocketStream<TcpStream>;
 
-/// Time to connect and to receive the first keyframe.
+/// Timeout for connecting and receiving the first keyframe.
 const ARRIVAL_WAIT: Duration = Duration::from_secs(20);
-/// Bytes read at a time: there may be many bots.
+/// Bytes read at a time; small, because there may be many bots.
 const READ_BUFFER_BYTES: usize = 8 << 10;
 
-/// The end of a session, or of an attempt to begin one.
+/// The reason why a session, or an attempt to start one, ended.
 #[derive(Debug, thiserror::Error)]
 pub enum SessionEnd {
-    /// Another server plays the room: its origin.
+    /// Another server plays the room; holds its origin.
     #[error("the room moved to {0}")]
     Moved(String),
     /// The server ended it.
@@ -37,13 +37,13 @@ pub enum SessionEnd {
     /// The bot dropped the socket.
     #[error("the bot dropped its socket")]
     Dropped,
-    /// No connection, or no more.
+    /// The connection failed or was lost.
     #[error("{0}")]
     Lost(String),
     /// The server breaks the protocol.
     #[error("the server sent what a client cannot read: {0}")]
     Unreadable(#[from] DecodeError),
-    /// A message does not belong where it came, or its content is wrong.
+    /// A message arrived out of place, or its content is wrong.
     #[error("the server sent what a client does not expect")]
     Unexpected,
 }
@@ -58,11 +58,11 @@ pub struct JoinedBot {
     pub seat: u16,
     /// Token that resumes the seat on another socket.
     pub token: Token,
-    /// The stream, which holds that keyframe.
+    /// The snapshot stream, which holds the first keyframe.
     pub stream: SnapshotStream,
     /// Time from the hello to the decoded keyframe.
     pub took: Duration,
-    /// Other servers of the fleet, if the server told of them.
+    /// Other servers of the fleet, if the server sent them.
     pub nodes: Option<Vec<String>>,
     scene: [String; 2],
 }
@@ -86,7 +86,7 @@ impl JoinedBot {
     }
 }
 
-/// Joins a room, or resumes a seat with a token, from this address if there is one.
+/// Joins a room, or resumes a seat with a token, from this local address if one is given.
 pub async fn connect(
     target: &BotTarget,
     from: Option<IpAddr>,
@@ -96,7 +96,7 @@ pub async fn connect(
     connect_within(ARRIVAL_WAIT, target, from, appearance, token).await
 }
 
-/// [`connect`] within this time.
+/// Like [`connect`], with this timeout.
 pub async fn connect_within(
     wait: Duration,
     target: &BotTarget,
@@ -144,7 +144,7 @@ async fn arrive(
     Ok(JoinedBot { socket, seat, token, stream, took: hello_at.elapsed(), nodes, scene })
 }
 
-/// Connects to a room as a spectator, and waits for the welcome; snapshots follow.
+/// Connects to a room as a spectator, and waits for the welcome. Snapshots follow.
 pub async fn watch(target: &BotTarget, appearance: Appearance) -> Result<Socket, SessionEnd> {
     let mut socket = open(target, None).await?;
     let (host_key, role) = (None, Role::Spectator);
@@ -156,7 +156,7 @@ pub async fn watch(target: &BotTarget, appearance: Appearance) -> Result<Socket,
     }
 }
 
-/// Connects to a server, `host:port`, from this address if there is one.
+/// Connects to a server, `host:port`, from this local address if one is given.
 pub async fn dial(authority: &str, from: Option<IpAddr>) -> std::io::Result<TcpStream> {
     let Some(from) = from else { return TcpStream::connect(authority).await };
     let mut addresses = lookup_host(authority).await?;
@@ -167,7 +167,7 @@ pub async fn dial(authority: &str, from: Option<IpAddr>) -> std::io::Result<TcpS
     socket.connect(address).await
 }
 
-/// Opens the socket of a room.
+/// Opens the WebSocket of a room.
 async fn open(target: &BotTarget, from: Option<IpAddr>) -> Result<Socket, SessionEnd> {
     let stream = dial(&target.authority, from).await;
     let unconnected = |error| SessionEnd::Lost(format!("no connection: {error}"));
@@ -191,7 +191,7 @@ async fn message(socket: &mut Socket) -> Result<ServerMessage, SessionEnd> {
     }
 }
 
-/// Decodes a message; one that ends the session is an error.
+/// Decodes a message. A message that ends the session is returned as an error.
 pub fn read(bytes: &[u8]) -> Result<ServerMessage, SessionEnd> {
     match ServerMessage::decode(bytes)? {
         ServerMessage::Refused { refusal } => Err(SessionEnd::Refused(refusal)),
@@ -200,7 +200,7 @@ pub fn read(bytes: &[u8]) -> Result<ServerMessage, SessionEnd> {
     }
 }
 
-/// The bytes of the next message; `None` is a control frame, which the socket answers by itself.
+/// The bytes of the next message; `None` for a control frame, which the socket answers automatically.
 pub async fn next(socket: &mut Socket) -> Result<Option<Bytes>, SessionEnd> {
     match socket.next().await {
         Some(Ok(Message::Binary(bytes))) => Ok(Some(bytes)),

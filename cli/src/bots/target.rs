@@ -1,4 +1,4 @@
-//! Addresses of rooms.
+//! Room addresses.
 
 use jostle_server::host::rooms::is_code;
 use std::str::FromStr;
@@ -6,7 +6,7 @@ use std::str::FromStr;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BotTarget {
     pub authority: String,
-    /// The word in the room's link.
+    /// The room's word in its link.
     pub room: String,
 }
 
@@ -26,12 +26,12 @@ impl FromStr for BotTarget {
 }
 
 impl BotTarget {
-    /// Origin of its server.
+    /// Origin of the room's server.
     pub fn origin(&self) -> String {
         format!("http://{}", self.authority)
     }
 
-    /// The same room on the server with this origin; `None` if only TLS leads there, which bots do not speak.
+    /// The same room on the server with this origin; `None` if that server needs TLS, which bots do not speak.
     pub fn at(&self, origin: &str) -> Option<BotTarget> {
         format!("ws://{}/{}", origin.strip_prefix("http://")?, self.room).parse().ok()
     }

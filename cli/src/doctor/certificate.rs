@@ -1,18 +1,18 @@
-//! The times of the certificate.
+//! Validity of the certificate.
 
 use super::finding::Finding;
 use jostle_server::net::tls::Validity;
 use jostle_server::net::tls::date;
 use std::time::{Duration, SystemTime};
 
-/// A renewal is late if less than a quarter of a certificate's life is left: issuers ask for it at a third.
+/// A renewal is late if less than a quarter of a certificate's life is left; issuers recommend renewal at a third.
 const LEFT_SHARE: u32 = 4;
-/// Or less than this, for certificates that last for years.
+/// A renewal is also late if less than this is left, for certificates that last for years.
 const LEFT_MAX: Duration = Duration::from_secs(14 * 24 * 60 * 60);
-/// And in any case at less than this.
+/// A renewal is always late if less than this is left.
 const LEFT_MIN: Duration = Duration::from_secs(24 * 60 * 60);
 
-/// Judges the certificate of a server; `None` of one whose times cannot be read.
+/// Judges a server's certificate; `None` if its validity cannot be read.
 pub fn judge(validity: Option<Validity>, now: SystemTime) -> Finding {
     let about = "certificate";
     let Some(Validity { from, until }) = validity else {

@@ -1,13 +1,13 @@
-//! The wall clock, which dates replays, bans and certificates. Ticks follow another clock.
+//! The wall clock, which dates replays, bans and certificates. Ticks follow a monotonic clock.
 
 use super::finding::Finding;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant, SystemTime};
 
-/// Most by which the wall clock may go apart from the steady one in some seconds: more is a step.
+/// Largest drift of the wall clock from the monotonic one within a few seconds; more counts as a step.
 const STEP_MAX: Duration = Duration::from_millis(50);
 
-/// Both clocks at one moment.
+/// Both clocks at the same instant.
 pub struct Clocks {
     steady: Instant,
     wall: SystemTime,
@@ -18,7 +18,7 @@ impl Clocks {
         Clocks { steady: Instant::now(), wall: SystemTime::now() }
     }
 
-    /// By how much the wall clock has gone apart from the steady one since then.
+    /// How far the wall clock has drifted from the monotonic one since then.
     fn step(&self) -> Duration {
         let now = Clocks::now();
         let expected = self.wall + (now.steady - self.steady);
@@ -27,12 +27,12 @@ impl Clocks {
     }
 }
 
-/// Looks at the clock's synchronisation, and whether it was set since `before`.
+/// Checks whether the clock is synchronised, and whether it was set since `before`.
 pub fn look(before: &Clocks) -> Finding {
     judge(is_synchronised(), before.step())
 }
 
-/// Judges the clock; of some systems it is unknown whether they are synchronised.
+/// Judges the clock; `None` on systems that do not report synchronisation.
 fn judge(is_synchronised: Option<bool>, step: Duration) -> Finding {
     let step_ms = step.as_secs_f64() * 1e3;
     if step > STEP_MAX {
@@ -56,7 +56,7 @@ fn judge(is_synchronised: Option<bool>, step: Duration) -> Finding {
     }
 }
 
-/// Asks the system's own tool, which knows of every service that keeps the time.
+/// Asks the system's own tool, which knows every time service.
 fn is_synchronised() -> Option<bool> {
     let asked = Command::new("timedatectl")
         .args(["show", "--property=NTPSynchronized", "--value"])

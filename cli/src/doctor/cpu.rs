@@ -1,4 +1,4 @@
-//! The processor: how fast a core plays, and what the host of a virtual machine takes of it.
+//! The processor: how fast a core plays a scene, and how much time the host of a virtual machine takes from it.
 
 use super::finding::Finding;
 use crate::run::bots::Bots;
@@ -10,26 +10,26 @@ use std::fs;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Time for which the scene is played.
+/// How long the scene is played.
 const PLAYED: Duration = Duration::from_secs(2);
-/// Part of the processors' time that the host may take.
+/// Largest acceptable share of processor time taken by the host.
 const STEAL_MAX: f64 = 0.02;
-/// One tick in this number may take longer than a tick lasts.
+/// One tick in this many may take longer than the tick interval.
 const LATE_TICKS: usize = 100;
 const SEED: u64 = 1;
 
-/// A scene that was played on one core.
+/// The timing of a scene that was played on one core.
 #[derive(Debug)]
 pub struct PlayedScene {
     scene: String,
     bots: u16,
     /// Mean time of a tick, milliseconds.
     mean_ms: f64,
-    /// Time that one tick in 100 exceeds, milliseconds.
+    /// 99th percentile of the time of a tick, milliseconds.
     p99_ms: f64,
 }
 
-/// Time of all processors since the system's start, and of it the time that the host took.
+/// Time of all processors since boot, and the part of it taken by the host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Times {
     all: u64,
@@ -37,13 +37,13 @@ pub struct Times {
 }
 
 impl Times {
-    /// Reads them; `None` where the system does not tell them.
+    /// Reads the times; `None` if the system does not report them.
     pub fn now() -> Option<Times> {
         Times::parse(&fs::read_to_string("/proc/stat").ok()?)
     }
 
-    /// The first line: user, nice, system, idle, iowait, irq, softirq and steal. The two fields after them are part of the
-    /// first two.
+    /// Parses the first line: user, nice, system, idle, iowait, irq, softirq and steal. The two fields after them are
+    /// already included in the first two.
     fn parse(stat: &str) -> Option<Times> {
         let fields = stat.lines().next()?.strip_prefix("cpu ")?.split_ascii_whitespace().take(8);
         let times: Vec<u64> = fields.map(|field| field.parse().ok()).collect::<Option<_>>()?;
@@ -51,7 +51,7 @@ impl Times {
     }
 }
 
-/// Plays the scene whose worst tick takes the longest, with as many bots as it allows, for two seconds.
+/// Plays the scene with the slowest worst tick, with as many bots as it allows, for two seconds.
 pub fn play_largest(scenes: &[Scene]) -> Option<PlayedScene> {
     let cost = |scene: &&Scene| WorstTick::of(scene).ms;
     let largest = scenes.iter().max_by(|a, b| cost(a).total_cmp(&cost(b)))?;
@@ -78,7 +78,7 @@ pub fn play_largest(scenes: &[Scene]) -> Option<PlayedScene> {
     Some(PlayedScene { scene: largest.name.clone(), bots, mean_ms, p99_ms })
 }
 
-/// Judges the speed of a core, of this many.
+/// Judges the speed of one of this many cores.
 pub fn judge_speed(played: Option<PlayedScene>, cores: usize, is_release: bool) -> Finding {
     let Some(PlayedScene { scene, bots, mean_ms, p99_ms }) = played else {
         return Finding::fine("processor", format!("{cores} cores; there is no scene to play"));
@@ -101,7 +101,7 @@ pub fn judge_speed(played: Option<PlayedScene>, cores: usize, is_release: bool) 
     Finding::judged("processor", found, p99_ms < tick_ms, change)
 }
 
-/// Judges what the host of a virtual machine took between two readings.
+/// Judges the time that the host of a virtual machine took between two readings.
 pub fn judge_steal(times: [Option<Times>; 2]) -> Finding {
     let [Some(before), Some(after)] = times else {
         return Finding::fine("steal", "unknown: this system does not tell it");

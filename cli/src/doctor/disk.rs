@@ -8,29 +8,29 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// Free bytes for the state directory: a megabyte for each of the two files of 64 scenes and 64 rooms. A room with one player
-/// was seen to take up to 36 kB.
+/// Free bytes needed for the state directory: a megabyte for each of two files per room, for 64 scenes and 64 rooms. Up
+/// to 36 kB were measured for a room with one player.
 const STATE_BYTES: u64 = 256 << 20;
-/// Longest sync: within the time between two, eight busy rooms can be synced one after another.
+/// Longest acceptable sync: eight busy rooms can be synced one after another within the sync interval.
 const SYNC_MAX: Duration = STATE_SYNC_EVERY.checked_div(8).expect("eight is not zero");
-/// Syncs that are measured; the median counts, since other programs use the disk too.
+/// Number of syncs measured. The median counts, since other programs use the disk too.
 const SYNCS: usize = 9;
-/// Bytes written before each: what a busy room adds in half a second.
+/// Bytes written before each sync: the amount that a busy room adds in half a second.
 const SYNC_BYTES: usize = 8 << 10;
 
-/// A directory as it was found.
+/// The state of a directory.
 #[derive(Debug)]
 struct Disk {
-    /// The directory, or if it is not made yet the one in which it would be.
+    /// The directory, or the one in which it would be created.
     place: PathBuf,
     is_missing: bool,
-    /// `None` where the system does not tell it.
+    /// `None` if the system does not report it.
     free_bytes: Option<u64>,
-    /// Time of a median sync, or why nothing can be written.
+    /// Median time of a sync, or the error of a failed write.
     sync: io::Result<Duration>,
 }
 
-/// Looks at a state directory; `is_synced` is whether its files are synced with the disk.
+/// Checks a state directory; `is_synced` is whether its files are synced to the disk.
 pub fn look_at_state(dir: &Path, is_synced: bool) -> Finding {
     match StateDir::is_in_use(dir) {
         Ok(false) => judge("--state", &Disk::of(dir), STATE_BYTES, is_synced),
@@ -43,7 +43,7 @@ pub fn look_at_state(dir: &Path, is_synced: bool) -> Finding {
     }
 }
 
-/// Looks at a directory of replays that may take this many bytes.
+/// Checks a directory of replays that may take this many bytes.
 pub fn look_at_replays(dir: &Path, bytes_max: u64) -> Finding {
     judge("--replays", &Disk::of(dir), bytes_max.saturating_sub(bytes_in(dir)), false)
 }
@@ -85,7 +85,7 @@ impl Disk {
     }
 }
 
-/// Median time of a sync of a file that is made in a directory and deleted again.
+/// Median time to sync a temporary file in a directory.
 fn sync_time(place: &Path) -> io::Result<Duration> {
     let path = place.join(format!(".jostle-doctor-{}", std::process::id()));
     let mut file = File::options().write(true).create_new(true).open(&path)?;

@@ -3,23 +3,23 @@
 use serde::Serialize;
 use std::fmt;
 
-/// Something that was looked at.
+/// The result of one check.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Finding {
     pub about: String,
-    /// A description of what was found.
+    /// A description of the current state.
     pub found: String,
-    /// An advice, unless it is fine.
+    /// A recommendation; `None` if all is fine.
     pub change: Option<String>,
 }
 
 impl Finding {
-    /// Nothing is to be changed.
+    /// A finding without a recommendation.
     pub fn fine(about: impl Into<String>, found: impl Into<String>) -> Finding {
         Finding { about: about.into(), found: found.into(), change: None }
     }
 
-    /// This is to be changed.
+    /// A finding with a recommendation.
     pub fn change(
         about: impl Into<String>,
         found: impl Into<String>,
@@ -28,7 +28,7 @@ impl Finding {
         Finding { change: Some(change.into()), ..Finding::fine(about, found) }
     }
 
-    /// Fine if `is_fine`, otherwise this is to be changed.
+    /// A finding that is fine if `is_fine`; otherwise `change` is recommended.
     pub fn judged(
         about: impl Into<String>,
         found: impl Into<String>,
@@ -41,7 +41,7 @@ impl Finding {
         }
     }
 
-    /// Whether nothing is to be changed.
+    /// Whether nothing should be changed.
     pub fn is_fine(&self) -> bool {
         self.change.is_none()
     }
@@ -55,7 +55,7 @@ impl fmt::Display for Finding {
     }
 }
 
-/// Bytes as people read them.
+/// Formats bytes for people.
 pub fn megabytes(bytes: u64) -> String {
     match bytes >> 20 {
         mb if mb >= 10 << 10 => format!("{} GB", mb >> 10),

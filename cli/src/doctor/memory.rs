@@ -1,14 +1,14 @@
-//! Memory, as far as Linux tells it.
+//! Memory, as reported by Linux.
 
 use super::finding::{Finding, megabytes};
 use std::fs;
 
-/// Memory of one player in a full room of 16, bytes (docs/development.md, Load).
+/// Memory per player in a full room of 16, bytes (docs/development.md, Load).
 const PLAYER_BYTES: u64 = 73 << 10;
-/// Memory of the program with open rooms: 20 MB were measured with one of each of 24 scenes.
+/// Memory of the program with open rooms. 20 MB were measured with one room of each of 24 scenes.
 const PROGRAM_BYTES: u64 = 64 << 20;
 
-/// Looks at the free memory, within the limit of a container if there is one, for a server with this many connections.
+/// Checks the free memory, within the container's limit if there is one, for a server with this many connections.
 pub fn look(connections: usize) -> Finding {
     let read = |path: &str| fs::read_to_string(path).ok();
     let free = read("/proc/meminfo").and_then(|text| available(&text));
@@ -18,7 +18,7 @@ pub fn look(connections: usize) -> Finding {
     judge(free, group, connections as u64)
 }
 
-/// Judges the free bytes of the machine, and limit and use of its container.
+/// Judges the machine's free bytes, and the limit and usage of its container.
 fn judge(free: Option<u64>, [limit, used]: [Option<u64>; 2], connections: u64) -> Finding {
     let left = limit.map(|limit| limit.saturating_sub(used.unwrap_or_default()));
     let Some(free) = free.into_iter().chain(left).min() else {
@@ -33,7 +33,7 @@ fn judge(free: Option<u64>, [limit, used]: [Option<u64>; 2], connections: u64) -
     Finding::judged("memory", found, free >= needed, change)
 }
 
-/// Bytes that programs can still get.
+/// Bytes still available to programs.
 fn available(meminfo: &str) -> Option<u64> {
     let line = meminfo.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
     let kilobytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;

@@ -1,10 +1,10 @@
-//! The ports to listen at.
+//! The listening ports.
 
 use super::finding::Finding;
 use std::io;
 use std::net::{SocketAddr, TcpListener};
 
-/// Looks whether the address of a flag can be bound, and lets go of it at once.
+/// Checks whether the address of a flag can be bound, and releases it at once.
 pub fn look(flag: &str, address: SocketAddr) -> Finding {
     judge(flag, address, TcpListener::bind(address).map(drop))
 }

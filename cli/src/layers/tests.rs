@@ -3,10 +3,10 @@ use crate::CommandLine;
 use clap::{CommandFactory, Parser};
 use std::fs;
 
-/// The example that the documents show.
+/// The example in the documentation.
 const EXAMPLE: &str = include_str!("../../../docs/examples/jostle.toml");
 
-/// A file for one test.
+/// Writes a configuration file for one test.
 fn file(test: &str, text: &str) -> PathBuf {
     let path = std::env::temp_dir().join(format!("jostle-{test}-{}.toml", std::process::id()));
     fs::write(&path, text).expect("a writable directory");
@@ -106,7 +106,7 @@ fn nothing_is_added_to_other_commands_and_to_those_that_are_refused() {
     for words in [&["scene", "list"][..], &["serve", "--help"], &[], &["dance"]] {
         assert_eq!(added(words, &variables).expect("no settings"), [""; 0], "{words:?}");
     }
-    // A wrong flag is refused as such, whatever the file says.
+    // A wrong flag is refused first, whatever the file contains.
     let words =
         ["jostle", "serve", "--listen", "here", "--config", "/no/such/file"].map(OsString::from);
     let completed =
@@ -126,7 +126,7 @@ fn the_example_has_every_setting() {
             .unwrap_or_else(|error| panic!("{error:?}"))
     };
     assert!(!read(EXAMPLE).is_empty(), "as it is");
-    // Settings that are switched off begin with a sharp, and sentences with a sharp and a space.
+    // Settings that are switched off begin with `#`, and sentences with `# `.
     let switched_on = |line: &str| match line.strip_prefix('#') {
         Some(setting) if !setting.starts_with(' ') => setting.to_owned(),
         _ => line.to_owned(),

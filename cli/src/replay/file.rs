@@ -5,7 +5,7 @@ use jostle_protocol::limits::REPLAY_BYTES_MAX;
 use jostle_protocol::replay::Replay;
 use std::path::Path;
 
-/// Reads a replay. A missing file is bad usage, one that is no replay a failed check.
+/// Reads a replay. A missing file is a usage error; a file that is not a replay is a failed check.
 pub fn read(path: &Path) -> Result<Replay, Failure> {
     let file = path.display();
     let bytes = size(path)?;
@@ -16,7 +16,7 @@ pub fn read(path: &Path) -> Result<Replay, Failure> {
     Replay::read(std::fs::read(path).or_check(&file)?).or_check(file)
 }
 
-/// Length of a file that exists, bytes.
+/// Length of an existing file, bytes.
 pub fn size(path: &Path) -> Result<u64, Failure> {
     let metadata = std::fs::metadata(path).or_usage(path.display())?;
     match metadata.is_file() {
@@ -25,7 +25,7 @@ pub fn size(path: &Path) -> Result<u64, Failure> {
     }
 }
 
-/// Ticks as hours, minutes and seconds of play.
+/// Formats ticks as hours, minutes and seconds of play.
 pub fn duration(ticks: u64) -> String {
     let seconds = ticks / u64::from(jostle_sim::TICKS_PER_SECOND);
     format!("{}:{:02}:{:02}", seconds / 3600, seconds / 60 % 60, seconds % 60)

@@ -10,17 +10,17 @@ use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// Print what a replay holds: scene, seed, time, players, ticks, and bytes by kind
+/// Print a description of a replay: scene, seed, time, players, ticks, and bytes by kind
 #[derive(clap::Args)]
 pub struct Info {
-    /// The replay
+    /// The replay file
     file: PathBuf,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
 }
 
-/// A player, from one tick to another.
+/// A player's stay, from one tick to another.
 #[derive(Serialize)]
 struct Stay {
     seat: u16,
@@ -30,7 +30,7 @@ struct Stay {
 }
 
 impl Info {
-    /// Prints it.
+    /// Prints the description.
     pub fn run(self) -> Result<(), Failure> {
         let replay = read(&self.file)?;
         let (file, stays) = (self.file.display().to_string(), stays(&replay));
@@ -43,7 +43,7 @@ impl Info {
     }
 }
 
-/// Sum of the ticks for which players were there.
+/// Total ticks during which players were present.
 fn player_ticks(stays: &[Stay]) -> u64 {
     stays.iter().map(|stay| u64::from(stay.to_tick + 1 - stay.from_tick)).sum()
 }

@@ -9,20 +9,20 @@ use jostle_protocol::replay::{Ending, Replay};
 use jostle_sim::TICKS_PER_SECOND;
 use std::path::PathBuf;
 
-/// Pictures of one film: an hour at 10 a second.
+/// Maximum number of pictures in one film: an hour at 10 a second.
 const FRAMES_MAX: u64 = 36_000;
-/// Width and height of a picture, pixels.
+/// Largest width or height of a picture, pixels.
 const SIZE_MAX: u32 = 8192;
 
 /// Draw a tick, or the frames of a film, as PNG pictures.
 ///
-/// One picture: --tick N --out FILE.png. A film: --from A --to B --fps F --out DIR makes
-/// frame-00000.png and so on, which any film maker joins. What is drawn needs Vulkan or OpenGL ES;
-/// Mesa's software drivers will do (Debian's packages libegl1 libgles2 libgl1-mesa-dri).
+/// One picture: --tick N --out FILE.png. A film: --from A --to B --fps F --out DIR makes frame-00000.png and so on,
+/// which any video encoder can join. Drawing needs Vulkan or OpenGL ES; Mesa's software drivers are enough (Debian's
+/// packages libegl1 libgles2 libgl1-mesa-dri).
 #[derive(clap::Args)]
 #[command(verbatim_doc_comment)]
 pub struct Render {
-    /// The replay
+    /// The replay file
     file: PathBuf,
     /// The tick to draw
     #[arg(long, value_name = "N", required_unless_present = "from")]
@@ -33,19 +33,19 @@ pub struct Render {
     /// Last tick of a film
     #[arg(long, value_name = "B", requires = "from")]
     to: Option<u32>,
-    /// Frames a second of the film
+    /// Frames per second of the film
     #[arg(long, value_name = "F", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..=60))]
     fps: u32,
-    /// The picture, or the directory of the film
+    /// The picture file, or the directory of the film
     #[arg(long, value_name = "PATH")]
     out: PathBuf,
     /// Width and height in pixels
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]
     size: [u32; 2],
-    /// Follow the player in this seat, as the page does; the whole world otherwise
+    /// Follow the player in this seat, as the page does; without it the whole world is shown
     #[arg(long, value_name = "SEAT")]
     follow: Option<u16>,
-    /// Pixels at the bottom that something will cover: the world is fitted above
+    /// Pixels at the bottom that will be covered: the world is fitted above them
     #[arg(long, value_name = "PIXELS", default_value_t = 0)]
     bottom: u32,
 }
@@ -61,7 +61,7 @@ fn size(text: &str) -> Result<[u32; 2], String> {
 }
 
 impl Render {
-    /// Draws what is asked for.
+    /// Draws the requested pictures.
     pub fn run(self) -> Result<(), Failure> {
         let replay = read(&self.file)?;
         let ticks = self.ticks(&replay)?;

@@ -14,20 +14,20 @@ use std::sync::Arc;
 
 /// Play a replay again and print its trace, in the lines of `jostle run --trace`
 ///
-/// It is always played from its start. Status 1 and the first tick that differs if it does not play
-/// again as it was recorded; the trace goes on all the same.
+/// The replay is always played from its start. If it diverges from the recording, the status is 1 and the first
+/// differing tick is printed; the trace still continues to the end.
 #[derive(clap::Args)]
 pub struct Trace {
-    /// The replay
+    /// The replay file
     file: PathBuf,
     /// Print only every K-th tick
     #[arg(long, value_name = "K", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     every: u32,
-    /// Print this tick alone
+    /// Print only this tick
     #[arg(long, value_name = "T", conflicts_with = "every")]
     tick: Option<u32>,
-    /// Print the phases of the tick instead: {"tick":60,"phase":"relax","hash":"16 hex digits"}, the
-    /// hash being that of the world within the step, with the pairs that take part
+    /// Print the phases of the tick instead: {"tick":60,"phase":"relax","hash":"16 hex digits"}, where the hash is that
+    /// of the world within the step, including the active pairs
     #[arg(long, requires = "tick")]
     phases: bool,
 }
@@ -40,7 +40,7 @@ struct PhaseLine {
 }
 
 impl Trace {
-    /// Plays and prints.
+    /// Plays the replay, and prints its trace.
     pub fn run(self) -> Result<(), Failure> {
         let file = self.file.display().to_string();
         let replay = Arc::new(read(&self.file)?);

@@ -1,4 +1,4 @@
-//! `jostle replay verify`: plays replays again, many at a time, and compares every tick.
+//! `jostle replay verify`: plays replays again, several at a time, and compares every tick.
 
 mod verdict;
 
@@ -15,21 +15,21 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 use verdict::{Verdict, VerifyOutcome};
 
-/// On stderr, if that is a terminal; measured in bytes of the files.
+/// Progress bar on stderr, shown if that is a terminal. Progress is measured in bytes of the files.
 const PROGRESS: &str = "[{bar:30}] {percent} %, {msg}, {eta} left";
-/// Ticks between two steps of the progress, so that threads seldom write to the same place.
+/// Ticks between two updates of the progress, so that threads rarely contend for it.
 const STEP_TICKS: u32 = 600;
 
 /// Play replays again and compare every tick with what was recorded
 ///
-/// Status 0 if all are equal, a file whose end is missing up to where it ends; 1 if one differs, with
-/// tick, phase, body and field as far as they can be told, is damaged or cannot be read.
+/// Status 0 if all replays are equal; a truncated file is compared up to its end. Status 1 if one differs (tick, phase,
+/// body and field are named as far as known), is damaged or cannot be read.
 #[derive(clap::Args)]
 pub struct Verify {
-    /// The replays
+    /// The replay files
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// Files to play at a time [default: one a processor]
+    /// Files to play at a time [default: one per processor]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
     /// Print one JSON object
@@ -40,17 +40,17 @@ pub struct Verify {
 #[derive(Serialize)]
 struct VerifyReport {
     files: Vec<Verdict>,
-    /// Whole files that play again as they were recorded.
+    /// Complete files that replay as recorded.
     equal: usize,
-    /// Files that do so as far as they go.
+    /// Truncated files that replay as recorded up to their end.
     cut: usize,
     differ: usize,
-    /// Files that do so up to a damaged record.
+    /// Files that replay as recorded up to a damaged record.
     damaged: usize,
     unreadable: usize,
     ticks: u64,
     seconds: f64,
-    /// Seconds of play verified in a second.
+    /// Seconds of play verified per second of wall time.
     times_real_time: f64,
 }
 
@@ -74,7 +74,7 @@ impl Verify {
         self.jobs.map_or(cores, usize::from).min(self.files.len())
     }
 
-    /// Verdicts in the order of the files, printed as soon as all before are.
+    /// Verdicts in the order of the files. Each is printed as soon as all earlier ones are.
     fn verify(&self, sizes: &[u64], progress: &ProgressBar) -> Result<Vec<Verdict>, Failure> {
         let (sender, verdicts) = channel();
         let queue = Mutex::new(self.files.iter().zip(sizes).enumerate());
@@ -120,7 +120,7 @@ fn verify(path: &Path, bytes: u64, progress: &ProgressBar) -> Verdict {
         Ok(replay) => Arc::new(replay),
         Err(Failure::Check(reason) | Failure::Usage(reason)) => {
             reach(bytes);
-            // The file is named by the verdict.
+            // The verdict names the file already.
             let reason = reason.strip_prefix(&format!("{file}: ")).unwrap_or(&reason).to_owned();
             return Verdict { file, ticks: 0, outcome: VerifyOutcome::Unreadable { reason } };
         }
@@ -192,7 +192,7 @@ impl VerifyReport {
         )
     }
 
-    /// Fails with the first file that is not equal, if there is one.
+    /// Fails with the first file that is not equal, if any.
     fn failure(&self) -> Result<(), Failure> {
         let is_bad = |verdict: &&Verdict| {
             !matches!(verdict.outcome, VerifyOutcome::Ok | VerifyOutcome::Cut { .. })
@@ -212,7 +212,7 @@ impl VerifyReport {
 mod tests {
     use super::*;
 
-    /// Verifies a file of these bytes, in a directory of the test's own.
+    /// Verifies a file with these bytes, in a directory for this test.
     fn verify_bytes(name: &str, bytes: &[u8]) -> Result<(), Failure> {
         let file = std::env::temp_dir().join(format!("jostle-{}-{name}", std::process::id()));
         std::fs::write(&file, bytes).expect("the temporary directory is writable");

@@ -12,7 +12,7 @@ use std::path::Path;
 /// Name of the room in such a replay.
 const ROOM: &str = "run";
 
-/// A file that is being written.
+/// A replay file that is being written.
 pub struct ReplayOutput {
     file: File,
     name: String,
@@ -20,8 +20,8 @@ pub struct ReplayOutput {
 }
 
 impl ReplayOutput {
-    /// Begins a replay of a game in which nothing has happened yet. It says nothing of the time: the
-    /// same run gives the same bytes.
+    /// Begins a replay of a game in which nothing has happened yet. It holds no date, so the same run gives the same
+    /// bytes.
     pub fn create(path: &Path, game: &Game, seed: u64) -> Result<ReplayOutput, Failure> {
         let name = path.display().to_string();
         let file = File::create(path).or_usage(format_args!("--replay {name}"))?;
@@ -57,7 +57,7 @@ impl ReplayOutput {
         self.append(&records)
     }
 
-    /// Ends the replay with the game.
+    /// Completes the replay with the game's final state.
     pub fn finish(mut self, game: &Game) -> Result<(), Failure> {
         let records = self.log.recording_end(game);
         self.append(&records)

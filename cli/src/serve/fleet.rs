@@ -1,4 +1,4 @@
-//! The flags by which a server takes part in a fleet.
+//! The flags of a server in a fleet.
 
 use super::values::{origin, whole};
 use crate::output::{Failure, OrFail};
@@ -7,15 +7,15 @@ use jostle_server::fleet::settings::{FleetSettings, SECRET_BYTES_MIN, secret};
 use jostle_server::limits::{SETTINGS_FILE_BYTES_MAX, processors};
 use std::path::PathBuf;
 
-/// Part of each processor that rooms may take, unless --capacity says otherwise: what is left is for sockets.
+/// Share of each processor that rooms may take, unless --capacity is given; the rest is for sockets.
 const ROOMS_SHARE: f64 = 0.5;
 
-/// Several servers as one.
+/// Flags of a node in a fleet.
 #[derive(clap::Args)]
 pub struct FleetFlags {
-    /// Addresses of NATS servers with JetStream, such as nats://10.0.0.5:4222: the servers that share them are the nodes
-    /// of a fleet. Each lists all rooms and leads players to the node that plays theirs, rooms move when a node
-    /// drains, and go on elsewhere when one dies. Several addresses are separated by commas
+    /// Addresses of NATS servers with JetStream, such as nats://10.0.0.5:4222. The game servers that share them are the
+    /// nodes of a fleet: each lists all rooms and sends players to the node that plays theirs. Rooms move to another
+    /// node when theirs drains, and resume on another when it dies. Several addresses are separated by commas
     #[arg(
         long,
         value_name = "URL",
@@ -25,31 +25,31 @@ pub struct FleetFlags {
         requires = "secret"
     )]
     nats: Vec<String>,
-    /// File with the credentials for NATS, as its tools make them
+    /// Credentials file for NATS, as its tools create it
     #[arg(long, value_name = "FILE", requires = "nats")]
     nats_credentials: Option<PathBuf>,
-    /// Copies that NATS keeps of the directory and the records, when this node is the first to use them: 3 for a cluster
+    /// Copies that NATS keeps of the directory and the records, if this node is the first to use them: 3 for a cluster
     /// of three
     #[arg(long, value_name = "N", default_value_t = 1, requires = "nats", value_parser = whole(1, 5))]
     nats_replicas: u32,
-    /// Name of this node, which no other node of the fleet may have: small letters, digits and hyphens
+    /// Name of this node, unique in the fleet: lowercase letters, digits and hyphens
     #[arg(long, value_name = "NAME", requires = "nats", value_parser = node)]
     node: Option<String>,
-    /// Where players' browsers reach this node, such as https://b.play.example.org
+    /// Address under which players' browsers reach this node, such as https://b.play.example.org
     #[arg(long, value_name = "URL", requires = "nats", value_parser = public_url)]
     public_url: Option<String>,
-    /// File with a secret of 32 bytes or more, the same for all nodes: with it seats and host keys are good at each of
+    /// File with a secret of 32 bytes or more, the same for all nodes: it makes seats and host keys valid on each of
     /// them
     #[arg(long, value_name = "FILE", requires = "nats")]
     secret: Option<PathBuf>,
-    /// Processors that the rooms of this node may keep busy, such as 1.5; half of all unless it is given. New rooms go to
-    /// the node with most left
+    /// Processors that the rooms of this node may keep busy, such as 1.5; half of all by default. New rooms are placed
+    /// on the node with the most capacity left
     #[arg(long, value_name = "N", requires = "nats", value_parser = capacity)]
     capacity: Option<f64>,
 }
 
 impl FleetFlags {
-    /// The settings; `None` without --nats. A fleet keeps no rooms in a directory, so that `keeps_state` is an error.
+    /// The settings; `None` without --nats. Fails if `keeps_state`, because a fleet keeps no rooms in a directory.
     pub fn settings(&self, keeps_state: bool) -> Result<Option<FleetSettings>, Failure> {
         let (Some(node), Some(url), Some(file)) = (&self.node, &self.public_url, &self.secret)
         else {
@@ -91,7 +91,7 @@ fn node(text: &str) -> Result<String, String> {
     }
 }
 
-/// Parses the address of a node. Browsers name it without a slash at the end.
+/// Parses the address of a node. Browsers send it without a trailing slash.
 fn public_url(text: &str) -> Result<String, String> {
     let url = origin(text.strip_suffix('/').unwrap_or(text))?;
     match jostle_protocol::is_origin(&url) {

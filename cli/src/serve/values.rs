@@ -1,16 +1,16 @@
-//! Values of flags, as people write them. An error says what is allowed.
+//! Parsers of flag values. Errors describe the allowed values.
 
 use ipnet::IpNet;
 use std::net::{IpAddr, SocketAddr};
 
-/// Parses an address to listen at.
+/// Parses a listening address.
 pub fn socket_address(text: &str) -> Result<SocketAddr, String> {
     text.parse().map_err(|_| {
         "allowed: an IP address and a port, such as 0.0.0.0:8080 or [::]:8080".to_owned()
     })
 }
 
-/// A parser of whole numbers in a range.
+/// Creates a parser for whole numbers in a range.
 pub fn whole(low: u32, high: u32) -> impl Fn(&str) -> Result<u32, String> + Clone {
     move |text| {
         let number = text.parse().ok().filter(|number| (low..=high).contains(number));
@@ -18,7 +18,7 @@ pub fn whole(low: u32, high: u32) -> impl Fn(&str) -> Result<u32, String> + Clon
     }
 }
 
-/// Parses the name of a host, without a scheme and a port.
+/// Parses a host name, without scheme or port.
 pub fn host(text: &str) -> Result<String, String> {
     let is_name = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'-' | b'.' | b'_');
     match !text.is_empty() && text.bytes().all(is_name) {
@@ -29,8 +29,8 @@ pub fn host(text: &str) -> Result<String, String> {
     }
 }
 
-/// Shortest prefixes of a network of proxies: those of the largest private networks, 10.0.0.0/8 and fc00::/7. A wider one
-/// has public addresses.
+/// Shortest allowed prefixes of a network of proxies: those of the largest private networks, 10.0.0.0/8 and fc00::/7. A
+/// wider network would include public addresses.
 const PROXY_BITS_MIN: [u8; 2] = [8, 7];
 
 /// Parses a proxy's address, or a network of proxies.
@@ -49,7 +49,7 @@ pub fn proxies(text: &str) -> Result<IpNet, String> {
     }
 }
 
-/// Parses the origin of a site as browsers send it: a scheme and a host, perhaps a port.
+/// Parses the origin of a site as browsers send it: a scheme and a host, and optionally a port.
 pub fn origin(text: &str) -> Result<String, String> {
     let is_host = |host: &str| !host.is_empty() && !host.contains(['/', '?', '#', '@', ' ']);
     match text.split_once("://") {
@@ -75,7 +75,7 @@ mod tests {
         for text in ["10.0.0.0/33", "proxy", "10.0.0.9:80", "", "0.0.0.0/0", "128.0.0.0/1"] {
             assert!(proxies(text).is_err_and(|error| error.contains("10.0.0.0/8")), "{text:?}");
         }
-        // All of the internet, or a large part of it, as IPv6 too.
+        // The whole internet, or a large part of it, in IPv6 too.
         for text in ["0.0.0.0/0", "0.0.0.0/7", "::/0", "2000::/3", "::ffff:0.0.0.0/0"] {
             assert!(proxies(text).is_err_and(|error| error.contains("pass for any")), "{text:?}");
         }

@@ -9,10 +9,10 @@ pub struct Map {
     pub orientation: String,
     #[serde(default)]
     pub infinite: bool,
-    /// Columns and rows of tiles.
+    /// Size in tiles.
     pub width: f64,
     pub height: f64,
-    /// Pixels of a tile.
+    /// Size of a tile in pixels.
     pub tilewidth: f64,
     pub tileheight: f64,
     pub layers: Vec<Layer>,
@@ -20,7 +20,7 @@ pub struct Map {
     pub properties: Vec<Property>,
 }
 
-/// A layer: of objects, or a group of layers, or without a meaning for a scene.
+/// A layer: objects, a group of layers, or a kind without meaning for a scene.
 #[derive(Debug, Deserialize)]
 pub struct Layer {
     #[serde(default)]
@@ -28,7 +28,7 @@ pub struct Layer {
     /// `objectgroup`, `group`, `tilelayer` or `imagelayer`.
     #[serde(rename = "type")]
     pub kind: String,
-    /// Pixels by which everything in it is moved.
+    /// Offset of its content, pixels.
     #[serde(default)]
     pub offsetx: f64,
     #[serde(default)]
@@ -46,7 +46,7 @@ pub struct Object {
     pub id: i64,
     #[serde(default)]
     pub name: String,
-    /// Its class; Tiled 1.9 called the field so, too.
+    /// The object's class; Tiled 1.9 used this field name too.
     #[serde(default, rename = "type", alias = "class")]
     pub class: String,
     #[serde(default)]
@@ -68,7 +68,7 @@ pub struct Object {
     pub point: bool,
     pub polygon: Option<Vec<Corner>>,
     pub polyline: Option<Vec<Corner>>,
-    /// The tile that it shows.
+    /// The tile that the object shows.
     pub gid: Option<u64>,
     pub text: Option<Value>,
     pub template: Option<String>,
@@ -76,7 +76,7 @@ pub struct Object {
     pub properties: Vec<Property>,
 }
 
-/// A point relative to its object.
+/// A point relative to the object.
 #[derive(Clone, Copy, Debug, Deserialize)]
 pub struct Corner {
     pub x: f64,
@@ -89,7 +89,7 @@ pub struct Property {
     pub value: Value,
 }
 
-/// A mistake at a place of the map.
+/// An error and its location in the map.
 pub struct Wrong {
     pub origin: Origin,
     pub field: String,
@@ -97,7 +97,7 @@ pub struct Wrong {
     pub allowed: String,
 }
 
-/// Where something in a scene came from.
+/// The source of something in a scene.
 #[derive(Clone, Debug)]
 pub enum Origin {
     /// The properties of the map.
@@ -107,7 +107,7 @@ pub enum Origin {
 }
 
 impl Origin {
-    /// The place as an error names it.
+    /// The location as an error message names it.
     pub fn place(&self) -> String {
         match self {
             Origin::Map => String::new(),
@@ -120,7 +120,7 @@ impl Origin {
         }
     }
 
-    /// A mistake in a field of it.
+    /// An error in a field from this source.
     pub fn wrong(
         &self,
         field: &str,

@@ -1,16 +1,16 @@
-//! Objects of a map become entries of a scene file.
+//! Turns the objects of a map into entries of a scene file.
 
 use super::map::{Corner, Layer, Map, Object, Origin, Property, Wrong};
 use jostle_game::Kind;
 use std::collections::BTreeMap;
 use toml::{Table, Value};
 
-/// Property of a map: pixels of a unit of the world.
+/// Map property: pixels per world unit.
 const SCALE: &str = "pixels_per_unit";
 const DEPTH_MAX: usize = 16;
 /// Pixels by which two lengths that are meant to be equal may differ.
 const EQUAL: f64 = 0.01;
-/// Classes whose objects are entries of a list, besides the kinds of bodies.
+/// Classes whose objects become list entries, besides the kinds of bodies.
 pub(super) const LISTS: [(&str, &str); 10] = [
     ("zone", "zones"),
     ("launcher", "launchers"),
@@ -23,19 +23,19 @@ pub(super) const LISTS: [(&str, &str); 10] = [
     ("team", "teams"),
     ("spawn", "spawns"),
 ];
-/// Kinds of bodies that scene files have.
+/// Kinds of bodies in scene files.
 pub(super) const KINDS: [Kind; 5] =
     [Kind::Wall, Kind::Platform, Kind::Block, Kind::Minion, Kind::Marble];
-/// Lists whose entries have names. Elsewhere an object's name is for its author alone.
+/// Lists whose entries have names. In other lists an object's name is only for its author.
 const NAMED: [&str; 4] = ["bodies", "zones", "signals", "teams"];
 
-/// A scene file, and the objects that the entries of its lists came from.
+/// A scene file, and the map objects that the entries of its lists came from.
 pub struct Written {
     pub scene: Table,
     pub origins: BTreeMap<&'static str, Vec<Origin>>,
 }
 
-/// From pixels to units of the world.
+/// Converts pixels to world units.
 struct Scale {
     pixels: f64,
     /// Height of the map, pixels.
@@ -52,12 +52,12 @@ impl Scale {
     }
 }
 
-/// A ten-thousandth of a unit is far below what anybody draws.
+/// Rounds to a ten-thousandth of a unit, far finer than anyone draws.
 fn rounded(number: f64) -> Value {
     Value::Float((number * 1e4).round() / 1e4)
 }
 
-/// Turns a map into a scene file.
+/// Converts a map to a scene file.
 pub fn write(map: &Map) -> Result<Written, Box<Wrong>> {
     let scale = check(map)?;
     let mut written = Written { scene: Table::new(), origins: BTreeMap::new() };
@@ -144,13 +144,13 @@ fn write_object(
     }
     for property in &object.properties {
         let value = value(property, origin)?;
-        // A text that was cleared again.
+        // An empty text property counts as unset.
         if value.as_str() != Some("") {
             entry.insert(property.name.clone(), value);
         }
     }
     if matches!(list, "launchers" | "emitters") && entry.contains_key("follow") {
-        // It follows the body, wherever it is drawn.
+        // An entry that follows a body has no position; where it was drawn does not matter.
         entry.remove("position");
     }
     let entries = written.scene.entry(list).or_insert_with(|| Value::Array(Vec::new()));
@@ -158,14 +158,14 @@ fn write_object(
         return Err(Origin::Map.wrong(list, "a property", "none: objects are its entries"));
     };
     let origins = written.origins.entry(list).or_default();
-    // Entries that a property of the map gives are the map's.
+    // Earlier entries without an object come from a property of the map.
     origins.resize(entries.len(), Origin::Map);
     origins.push(origin.clone());
     entries.push(Value::Table(entry));
     Ok(())
 }
 
-/// The list of the scene that an object of a class belongs to, and the kind of a body.
+/// The scene list for objects of a class, and the kind if the class is a body's.
 fn list_of(class: &str, origin: &Origin) -> Result<(&'static str, Option<Kind>), Box<Wrong>> {
     if let Some(kind) = KINDS.into_iter().find(|kind| kind.name() == class) {
         return Ok(("bodies", Some(kind)));
@@ -182,7 +182,7 @@ fn list_of(class: &str, origin: &Origin) -> Result<(&'static str, Option<Kind>),
 /// The shape of an object, in pixels of the map.
 enum DrawnShape {
     Point([f64; 2]),
-    /// Lowest and highest coordinates.
+    /// Lowest and highest coordinates of the box.
     Box([f64; 2], [f64; 2]),
     Circle([f64; 2], f64),
     Line(Vec<[f64; 2]>),
@@ -230,7 +230,7 @@ fn drawing(object: &Object, moved: [f64; 2], origin: &Origin) -> Result<DrawnSha
     Ok(DrawnShape::Circle(middle(low, high), object.width / 2.0))
 }
 
-/// The rectangle that a polygon of four corners is, if it is one.
+/// The box formed by a polygon of four corners, if they form one.
 fn box_of(corners: &[[f64; 2]]) -> Option<DrawnShape> {
     let of = |axis: usize, pick: fn(f64, f64) -> f64| {
         corners.iter().map(|corner| corner[axis]).reduce(pick).unwrap_or_default()
@@ -239,7 +239,7 @@ fn box_of(corners: &[[f64; 2]]) -> Option<DrawnShape> {
     let near = |a: f64, b: f64| (a - b).abs() <= EQUAL;
     let has = |x: f64, y: f64| corners.iter().any(|[a, b]| near(*a, x) && near(*b, y));
     let all = [low[0], high[0]].iter().all(|&x| has(x, low[1]) && has(x, high[1]));
-    // Edges along the axes only: the other order of the corners is a bow tie.
+    // Edges must be parallel to the axes. Four corners in the wrong order would form a bow tie.
     let upright = (0..corners.len()).all(|at| {
         let [[ax, ay], [bx, by]] = [corners[at], corners[(at + 1) % corners.len()]];
         near(ax, bx) || near(ay, by)
@@ -251,14 +251,14 @@ fn middle(low: [f64; 2], high: [f64; 2]) -> [f64; 2] {
     [(low[0] + high[0]) / 2.0, (low[1] + high[1]) / 2.0]
 }
 
-/// The fields of an entry that its drawing decides.
+/// The fields of an entry that follow from its drawing.
 fn geometry(
     list: &str,
     drawing: &DrawnShape,
     origin: &Origin,
     scale: &Scale,
 ) -> Result<Vec<(&'static str, Value)>, Box<Wrong>> {
-    // Entries without a place in the world may be drawn as a point anywhere.
+    // Entries without a position in the world may be drawn as a point anywhere.
     if matches!(list, "signals" | "rules" | "teams") {
         return Ok(Vec::new());
     }
@@ -266,7 +266,7 @@ fn geometry(
         Value::Array(vec![scale.length(high[0] - low[0]), scale.length(high[1] - low[1])])
     };
     let position = |at: [f64; 2]| ("position", scale.point(at));
-    // The lower corner of the world is the one with the larger y of the map.
+    // The lower corner of the world has the larger y in the map.
     let area = |low: [f64; 2], high: [f64; 2]| {
         let corners = [[low[0], high[1]], [high[0], low[1]]];
         ("area", Value::Array(corners.map(|corner| scale.point(corner)).to_vec()))
@@ -329,7 +329,7 @@ fn write_spawn(
     Ok(())
 }
 
-/// The value of a property. A text that is a list or a table of TOML stands for that.
+/// Converts the value of a property. A text that contains a TOML list or table is parsed.
 fn value(property: &Property, origin: &Origin) -> Result<Value, Box<Wrong>> {
     let other = || {
         let allowed = "a number, true or false, or a text; lists as [1, 2], tables as { a = 1 }";
@@ -358,7 +358,7 @@ fn set_at(scene: &mut Table, path: &str, value: Value) -> Result<(), Box<Wrong>>
     let table = scene.entry(name).or_insert_with(|| Value::Table(Table::new()));
     let both = || Origin::Map.wrong(path, format!("a property {name:?} too"), "one of the two");
     let table = table.as_table_mut().ok_or_else(both)?;
-    // Tables in scene files are few levels deep.
+    // Tables in scene files are nested only a few levels deep.
     if rest.split('.').count() > DEPTH_MAX {
         return Err(Origin::Map.wrong(path, "many dots", "the path of a field"));
     }

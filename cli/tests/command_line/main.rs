@@ -26,7 +26,7 @@ fn directory(test: &str) -> PathBuf {
     directory
 }
 
-/// Expects a status, and one line of error that holds `part`.
+/// Expects this status, and a one-line error that contains `part`.
 fn fails(arguments: &[&str], status: i32, part: &str) {
     let output = jostle(arguments);
     let error = String::from_utf8(output.stderr).expect("text");

@@ -12,10 +12,10 @@ use tokio_tungstenite::tungstenite::Message;
 
 const TOKEN: Token = Token([7; jostle_protocol::limits::TOKEN_BYTES]);
 
-/// Longer than a starved machine takes for anything.
+/// Longer than anything takes on a starved machine.
 const LONG: Duration = Duration::from_secs(120);
 
-/// The answer of a server to a hello, after which it closes the socket.
+/// A server's answer to a hello, after which it closes the socket.
 #[derive(Clone, Debug)]
 enum Answer {
     Only(ServerMessage),
@@ -25,7 +25,7 @@ enum Answer {
     PlayOn,
 }
 
-/// A server on a port of its own that gives these answers, one to each socket; then it is gone.
+/// A server on its own port that gives these answers, one to each socket, and then disappears.
 struct Node {
     listener: TcpListener,
     answers: Vec<Answer>,
@@ -41,7 +41,7 @@ impl Node {
         format!("http://{}", self.listener.local_addr().expect("an address"))
     }
 
-    /// Serves, and returns the tokens that came with the hellos.
+    /// Serves, and returns the tokens that arrived with the hellos.
     async fn serve(self) -> Vec<Option<Token>> {
         let mut tokens = Vec::new();
         for answer in self.answers {
@@ -65,7 +65,7 @@ impl Node {
 }
 
 async fn say(socket: &mut Socket, message: &ServerMessage) {
-    // The bot may be gone.
+    // The bot may have left already.
     let _ = socket.send(Message::Binary(message.encode().into())).await;
 }
 
@@ -81,7 +81,7 @@ async fn play(socket: &mut Socket, ticks: u32) {
     let _ = socket.send(Message::Binary(welcome.into())).await;
     let _ = socket.send(Message::Binary(keyframe)).await;
     for _ in 0..ticks {
-        // Inputs pace it; the end of them is the end of the bot.
+        // The bot's inputs set the pace; when they end, the bot has left.
         if next(socket).await.is_err() {
             return;
         }
@@ -92,8 +92,8 @@ async fn play(socket: &mut Socket, ticks: u32) {
     }
 }
 
-/// A bot plays at the first of these servers until it has followed its room to the last; returns the report, and the
-/// tokens that each server was shown.
+/// Runs a bot that starts at the first of these servers and follows its room to the last. Returns the report, and the
+/// tokens that each server received.
 async fn followed(nodes: Vec<Node>, until: usize) -> (Report, Vec<Vec<Option<Token>>>) {
     let url = nodes[0].origin().replace("http", "ws") + "/impulse";
     let target: BotTarget = url.parse().expect("an address");
@@ -116,7 +116,7 @@ async fn followed(nodes: Vec<Node>, until: usize) -> (Report, Vec<Vec<Option<Tok
     };
     let servers: Vec<_> = nodes.into_iter().map(|node| tokio::spawn(node.serve())).collect();
     let bot = tokio::spawn(bot.play());
-    // Marked as seen when the bot came: this is the change that begins the measurement.
+    // The bot has seen the first value already, so this change is the one that starts the measurement.
     stage.send_replace(CrowdStage::Playing(Instant::now()));
     for _ in 0..until {
         let snapshot = timeout(LONG, snapshots.recv()).await.expect("in time");

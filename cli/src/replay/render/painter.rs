@@ -1,4 +1,4 @@
-//! Draws replays with the player and the renderer of the page, without a window.
+//! Draws replays without a window, using the page's player and renderer.
 
 use super::Render;
 use crate::output::{Failure, OrFail, say};
@@ -29,7 +29,7 @@ impl Render {
     }
 }
 
-/// The device and the list that it draws.
+/// The device and the draw list.
 struct Painter {
     headless: Headless,
     list: DrawList,

@@ -1,16 +1,16 @@
-//! The result for one file, as a line and as JSON.
+//! The verdict on one file, as a line and as JSON.
 
 use jostle_protocol::replay::ReplayError;
 use jostle_room::divergence::{Cause, Divergence};
 use serde::Serialize;
 use std::fmt;
 
-/// The result for one file.
+/// The verdict on one file.
 #[derive(Debug, Serialize)]
 pub struct Verdict {
-    /// The path as it was given.
+    /// The path as given on the command line.
     pub file: String,
-    /// Ticks that were played again.
+    /// Number of ticks played again.
     pub ticks: u32,
     #[serde(flatten)]
     pub outcome: VerifyOutcome,
@@ -25,43 +25,43 @@ pub enum VerifyOutcome {
     Cut {
         /// Where the missing part begins, bytes.
         offset: usize,
-        /// Why it ends there.
+        /// The reason why the file ends there.
         reason: String,
-        /// The last tick there is.
+        /// The last tick in the file.
         last_tick: u32,
     },
-    /// Every tick is equal up to a damaged record; those after it are not read.
+    /// Every tick is equal up to a damaged record; the records after it are not read.
     Damaged {
         /// Where the damaged record begins, bytes.
         offset: usize,
         reason: String,
-        /// The last tick before it.
+        /// The last tick before the damage.
         last_tick: u32,
     },
     /// The game diverges from the recording.
     Differs {
         /// The first tick that differs.
         tick: u32,
-        /// Phases of the tick in which this can have happened; empty if unknown.
+        /// Phases of the tick in which the divergence can have happened; empty if unknown.
         phases: Vec<&'static str>,
-        /// The first thing that differs, like `body 3.0`; `null` if unknown.
+        /// The first thing that differs, such as `body 3.0`; `null` if unknown.
         subject: Option<String>,
         /// The name of the number that differs.
         field: Option<&'static str>,
-        /// All that is known, as a sentence.
+        /// All that is known about the divergence, as a sentence.
         reason: String,
     },
-    /// It is no replay, or one that cannot be played.
+    /// The file is not a replay, or cannot be played.
     Unreadable { reason: String },
 }
 
 impl VerifyOutcome {
-    /// A file that ends too early.
+    /// The outcome for a truncated file.
     pub fn cut(error: &ReplayError, last_tick: u32) -> VerifyOutcome {
         VerifyOutcome::Cut { offset: error.offset, reason: error.problem.to_string(), last_tick }
     }
 
-    /// A file with a damaged record.
+    /// The outcome for a file with a damaged record.
     pub fn damaged(error: &ReplayError, last_tick: u32) -> VerifyOutcome {
         VerifyOutcome::Damaged {
             offset: error.offset,
@@ -70,7 +70,7 @@ impl VerifyOutcome {
         }
     }
 
-    /// A game that diverges from the recording.
+    /// The outcome for a game that diverges from its recording.
     pub fn differs(divergence: &Divergence) -> VerifyOutcome {
         let (phases, subject, field) = match &divergence.cause {
             Cause::Nudge { phases, body, field, .. } => {
