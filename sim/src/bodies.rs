@@ -1,7 +1,7 @@
 //! Bodies as plain vectors by slot, and the list of those that move.
 //!
-//! A slot is reused after a removal; its generation then differs. All loops go over slots in
-//! ascending order, so the order of creation matters only through the slots it assigned.
+//! A slot is reused after its body is removed, with a new generation. All loops visit slots in ascending order, so
+//! the order in which bodies were created matters only through the slots they received.
 
 use crate::body::{BodyDef, BodyId, GROUPS_MAX, Material, Motion};
 use crate::check;
@@ -9,9 +9,8 @@ use crate::math::min;
 use crate::shape::{Aabb, Shape};
 use glam::Vec2;
 
-/// Reach of a body at rest, world units. A pair takes part in a step if the distance between its
-/// bounding boxes is below the sum of the two reaches when the solver starts: room for motion that
-/// the solver itself causes.
+/// Reach of a body at rest, world units. A pair takes part in a step if the distance between its bounding boxes is
+/// below the sum of their reaches when the solver starts. This leaves room for motion that the solver itself causes.
 pub(crate) const REACH_MIN: f32 = 0.125;
 
 /// All bodies; every vector has one entry per slot.
@@ -24,12 +23,11 @@ pub(crate) struct Bodies {
     pub velocity: Vec<Vec2>,
     /// 1 / mass; 0 for static and kinematic bodies and for free slots.
     pub inverse_mass: Vec<f32>,
-    /// Factor in [0, 1] on the last step's impulses when they warm start the next: see
-    /// `relaxation`.
+    /// Factor in [0, 1] applied to the last step's impulses when they warm start the next step; see `relaxation`.
     pub warm_start_scale: Vec<f32>,
-    /// Distance within which the step looks for other bodies, world units: see `pairs`.
+    /// Distance within which the step looks for other bodies, world units; see `pairs`.
     pub reach: Vec<f32>,
-    /// Number of times the solver moved a body; only compared for change, not state.
+    /// Number of times the solver moved the body. Not part of the state: it is only compared to detect a change.
     pub moves: Vec<u32>,
     pub gravity_scale: Vec<f32>,
     pub material: Vec<Material>,
@@ -37,15 +35,15 @@ pub(crate) struct Bodies {
     pub group: Vec<u8>,
     pub generation: Vec<u32>,
     pub alive: Vec<bool>,
-    /// Smallest half-size of all bodies; `None` until it is needed again.
+    /// Smallest half-size of all bodies; `None` until it is next needed.
     thinnest: Option<f32>,
-    /// Slots of the dynamic and kinematic bodies that a step visits, ascending: all but those that sleep or are steady.
+    /// Slots of the dynamic and kinematic bodies that a step visits, ascending: all except sleeping and steady ones.
     pub moving: Vec<u32>,
-    /// Free slots, descending, so that the lowest is taken first.
+    /// Free slots in descending order, so that the lowest is taken first.
     free: Vec<u32>,
 }
 
-/// What a body is and where.
+/// A body's properties and its position.
 #[derive(Clone, Copy)]
 pub(crate) struct Body {
     pub shape: Shape,
@@ -82,7 +80,7 @@ impl Bodies {
         self.id(slot)
     }
 
-    /// What is in a slot. Inlined always: fields that a caller leaves unread cost nothing then.
+    /// Returns the body in a slot. Always inlined, so that fields the caller does not read cost nothing.
     #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     pub fn body(&self, slot: u32) -> Body {
         let slot = slot as usize;
@@ -141,7 +139,7 @@ impl Bodies {
         slot
     }
 
-    /// Lists the free slots, once all are restored.
+    /// Rebuilds the list of free slots after all bodies are restored.
     pub fn list_free(&mut self) {
         let slots = (0u32..).zip(&self.alive).filter_map(|(slot, &alive)| (!alive).then_some(slot));
         self.free = slots.collect();
@@ -180,8 +178,8 @@ impl Bodies {
         index < self.alive.len() && self.alive[index] && self.generation[index] == id.generation
     }
 
-    /// Returns the slot of a body. To ask for one that was removed is a fault of the caller: debug builds panic, in
-    /// others it is in no slot.
+    /// Returns the slot of a body. Looking up a removed body is a caller's bug: debug builds panic, others return
+    /// `None`.
     #[cfg_attr(not(target_arch = "wasm32"), inline)]
     pub fn find(&self, id: BodyId) -> Option<usize> {
         let exists = self.contains(id);
@@ -216,8 +214,7 @@ impl Bodies {
         (center.x + velocity.x + center.y + velocity.y).is_finite()
     }
 
-    /// Moves a body and counts the move; a zero shift, as for a body of infinite mass, is not
-    /// counted.
+    /// Moves a body and counts the move. A zero shift, as for a body of infinite mass, is not counted.
     #[cfg_attr(not(target_arch = "wasm32"), inline)]
     pub fn shift(&mut self, slot: usize, shift: Vec2) {
         if shift != Vec2::ZERO {

@@ -4,7 +4,7 @@ use crate::forces::air::Drag;
 use crate::shape::Shape;
 use glam::Vec2;
 
-/// Permanent name of a body: `index` is reused after a removal, with another `generation`.
+/// Permanent id of a body: after a removal, `index` is reused with another `generation`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct BodyId {
     /// Slot in the world's arrays.
@@ -18,7 +18,7 @@ pub struct BodyId {
 pub enum Motion {
     /// Never moves; infinite mass.
     Static,
-    /// Moves by its own velocity only; infinite mass. For example a lift.
+    /// Moves only by its own velocity, for example a lift; infinite mass.
     Kinematic,
     /// Moved by gravity and contacts.
     Dynamic,
@@ -35,7 +35,7 @@ pub(crate) struct Material {
 /// restitution 0.8 and friction 0.3 (A2.7).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyDef {
-    /// Shape, around the position of the body.
+    /// Shape, centred on the position of the body.
     pub shape: Shape,
     /// Centre, world units.
     pub position: Vec2,
@@ -43,15 +43,15 @@ pub struct BodyDef {
     pub velocity: Vec2,
     /// Whether forces and contacts move it.
     pub motion: Motion,
-    /// Mass, positive and finite; used by dynamic bodies only.
+    /// Mass, positive and finite; only dynamic bodies use it.
     pub mass: f32,
-    /// Restitution, 0..=1; a pair takes the smaller of the two.
+    /// Restitution, 0..=1; a pair uses the smaller of the two values.
     pub restitution: f32,
-    /// Coulomb coefficient, 0..=10; a pair takes the geometric mean.
+    /// Coulomb friction coefficient, 0..=10; a pair uses the geometric mean.
     pub friction: f32,
     /// Factor on the world's gravity; 0 for none.
     pub gravity_scale: f32,
-    /// Drag against the air; used by dynamic bodies in a world with forces.
+    /// Air drag; only dynamic bodies in a world with forces use it.
     pub drag: Drag,
     /// Collision group, below [`GROUPS_MAX`].
     pub group: u8,

@@ -1,16 +1,16 @@
-//! Checks of what callers give, one function for each kind of value and out of line: with a message written out in every
-//! place they would take kilobytes of the page's program.
+//! Checks of arguments, one function for each kind of value and never inlined: a message in every calling place would
+//! add kilobytes to the page's program.
 
 use glam::Vec2;
 
-/// Panics unless a number is as its documentation allows.
+/// Panics unless a number is in its documented range.
 #[inline(never)]
 #[track_caller]
 pub(crate) fn number(is_allowed: bool, name: &str, value: f32) {
     assert!(is_allowed, "{name}: {value} is out of range");
 }
 
-/// Panics unless a vector is as its documentation allows.
+/// Panics unless a vector is in its documented range.
 #[inline(never)]
 #[track_caller]
 pub(crate) fn vector(is_allowed: bool, name: &str, value: Vec2) {

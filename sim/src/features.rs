@@ -1,35 +1,34 @@
-//! Features of a world that cost time: the part of a scene's plan that a step reads.
+//! Features of a world that cost time; a step reads them from the scene's plan.
 //!
-//! A step skips the features that no body of the world has. A world begins with the features of its
-//! settings and widens with every body that has more, so a plan that names too many costs time but
-//! can never make a result wrong. Features are not state: with all of them named the hashes are the
-//! same.
+//! A step skips features that no body of the world has. A world starts with the features of its settings and gains
+//! those of every body that is added, so a plan that names too many costs time but never makes a result wrong.
+//! Features are not state: the hashes are the same with all of them enabled.
 
 use crate::body::{BodyDef, Motion};
 use crate::shape::{Shape, shapes};
 
-/// Whether the code for contacts without friction, and that for one kind of shapes, are left out: the
-/// general code computes the same bits, and the page, which is downloaded, contains only that.
+/// Whether to leave out the special code for contacts without friction and for a single kind of shape. The general
+/// code computes the same bits, and the page, which is downloaded, contains only that.
 pub(crate) const GENERAL_ONLY: bool = cfg!(target_arch = "wasm32");
 
-/// Features of a world; see the module's description.
+/// Features of a world; see the module documentation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Features {
-    /// Bodies that are circles.
+    /// Some bodies are circles.
     pub circles: bool,
-    /// Bodies that are boxes.
+    /// Some bodies are boxes.
     pub boxes: bool,
-    /// Contacts with friction: a dynamic body has some. A pair takes the geometric mean of the two,
-    /// and one of them is dynamic.
+    /// Contacts have friction: a dynamic body has some. A pair uses the geometric mean of its two coefficients, and
+    /// one of the bodies is dynamic.
     pub friction: bool,
-    /// Contacts that bounce: a body that is not static does. A pair takes the smaller restitution.
+    /// Contacts bounce: a body that is not static has restitution. A pair uses the smaller value.
     pub restitution: bool,
-    /// Particles, and what makes them.
+    /// Particles and emitters.
     pub particles: bool,
 }
 
 impl Features {
-    /// No features: an empty world, which widens as bodies are added.
+    /// No features: an empty world, which gains them as bodies are added.
     pub const NONE: Features = Features {
         circles: false,
         boxes: false,
@@ -37,23 +36,23 @@ impl Features {
         restitution: false,
         particles: false,
     };
-    /// All features: the general code of a step.
+    /// All features: a step runs the general code.
     pub const ALL: Features =
         Features { circles: true, boxes: true, friction: true, restitution: true, particles: true };
 
-    /// Whether a step takes the code with friction.
+    /// Whether a step uses the code with friction.
     #[inline]
     pub(crate) fn takes_friction(self) -> bool {
         self.friction || GENERAL_ONLY
     }
 
-    /// Whether passes take the code with restitution.
+    /// Whether passes use the code with restitution.
     #[inline]
     pub(crate) fn takes_restitution(self) -> bool {
         self.restitution || GENERAL_ONLY
     }
 
-    /// The kinds of [`shapes`] for which a step takes its code.
+    /// The kinds of [`shapes`] whose code a step uses.
     #[inline]
     pub(crate) fn takes_shapes(self) -> u8 {
         match (self.circles, self.boxes) {
@@ -85,7 +84,7 @@ impl Features {
         }
     }
 
-    /// The features that either of the two has.
+    /// Features of either of the two.
     pub fn with(self, other: Features) -> Features {
         Features {
             circles: self.circles || other.circles,

@@ -1,16 +1,16 @@
-//! Forces beside gravity: drag against the air, wind, and springs. Worlds whose settings do not ask
-//! for them have no such state, no loop and no word of it in the hash.
+//! Forces besides gravity: air drag, wind and springs. A world whose settings do not enable them has no such state,
+//! runs no such loop and hashes nothing of it.
 //!
-//! A step asks for the [`Move`]s of all bodies that feel a force: where free flight through the
-//! whole step leads, and the velocity at its end. Contacts act on that. One file for each method:
+//! A step asks for the [`Move`]s of all bodies that feel a force: the path of free flight through the whole step, and
+//! the velocity at its end. Contacts act on these. There is one file for each method:
 //! - `flight`: a single body, in closed form: drag, wind, springs of zero length to fixed points;
-//! - `network`: bodies joined by springs, by an implicit step, solved by `elimination`;
-//! - `obstacles`: what is in the way of stiff springs, which then take an implicit step;
-//! - `energy_guard`: contacts add no energy to bodies on springs;
-//! - `euler`: bodies of the groups that a scene names, by one of Euler's methods, for comparison.
+//! - `network`: bodies joined by springs, with an implicit step, solved by `elimination`;
+//! - `obstacles`: what blocks stiff springs, which then take an implicit step;
+//! - `energy_guard`: keeps contacts from adding energy to bodies on springs;
+//! - `euler`: bodies in groups selected by a scene, by one of Euler's methods, for comparison.
 //!
-//! Computed in double precision, which is as exact on every target as single: a stiff spring
-//! multiplies the rounding of the positions that it joins by its stiffness.
+//! Forces are computed in double precision, which is just as reproducible on every target as single: a stiff spring
+//! multiplies the rounding errors of the positions it joins by its stiffness.
 
 pub(crate) mod air;
 pub(crate) mod elimination;
@@ -41,9 +41,9 @@ use springs::{Spring, SpringEnd};
 pub struct ForceSettings {
     /// Velocity of the air, units/s.
     pub wind: Vec2,
-    /// Most springs at a time.
+    /// Maximum number of springs at a time.
     pub springs_max: usize,
-    /// Groups that move by one of Euler's methods.
+    /// Groups that are moved by one of Euler's methods.
     pub euler: EulerGroups,
 }
 
@@ -66,16 +66,16 @@ pub(crate) struct Forces {
     /// Bodies with drag, by ascending slot.
     pub dragged: Vec<(u32, Drag)>,
     pub springs: Vec<Spring>,
-    /// Whether the three below are up to date.
+    /// Whether the three fields below are up to date.
     is_classified: bool,
     euler_bodies: Vec<EulerBody>,
     flights: Vec<Flight>,
     networks: Vec<Network>,
-    /// Visits of springs in this step before the present moves were found.
+    /// Spring visits of this step before the current moves were computed.
     visits_before: u64,
     guard: SpringGuard,
     obstacles: Obstacles,
-    /// Slots and inverse masses of bodies that obstacles hold.
+    /// Slots and inverse masses of bodies held by obstacles.
     masses: Vec<(u32, f32)>,
     /// Moves of this step.
     pub moves: Vec<Move>,
@@ -133,7 +133,7 @@ impl Forces {
         !self.springs.is_empty()
     }
 
-    /// Finds the moves of a step from the present positions and velocities.
+    /// Computes the moves of a step from the current positions and velocities.
     pub fn find_moves(&mut self, bodies: &Bodies, around: Surroundings) {
         if !self.is_classified {
             self.classify(bodies);
@@ -159,8 +159,8 @@ impl Forces {
         }
     }
 
-    /// Shares [`VISITS_MAX`] among the networks by what they want. One that wants little gets twice that, up to an equal share,
-    /// whatever others want: up to twice as many visits in all.
+    /// Divides [`VISITS_MAX`] among the networks in proportion to the visits they want. A small network gets twice
+    /// what it wants, up to an equal share, regardless of the others; the total may thus reach twice the limit.
     fn share_visits(&mut self) {
         let all = self.networks.iter().map(|network| network.visits.wanted).sum::<u64>();
         let equal = VISITS_MAX / self.networks.len().max(1) as u64;
@@ -185,7 +185,8 @@ impl Forces {
         any
     }
 
-    /// Finds how springs bend the path of each body, by slot: the acceleration on the parabola that ends where its move does.
+    /// For each slot, finds how springs bend the body's path: the acceleration on the parabola that ends where its
+    /// move does.
     pub fn find_sprung(&self, bodies: &Bodies, dt: f32, sprung: &mut Vec<Option<Vec2>>) {
         sprung.clear();
         if !self.has_springs() {
@@ -210,14 +211,14 @@ impl Forces {
         }
     }
 
-    /// Takes the energy that contacts between these slots have added to bodies on springs in a step.
+    /// Removes the energy that contacts between these slots added to bodies on springs in a step.
     pub fn limit_energy(
         &mut self,
         bodies: &mut Bodies,
         contacts: impl Iterator<Item = [u32; 2]>,
         gravity: Vec2,
     ) {
-        // All of them rest where none has a move.
+        // Without moves all of them are at rest.
         if self.has_springs() && !self.moves.is_empty() {
             self.guard.contacts.clear();
             self.guard.contacts.extend(contacts);
@@ -231,8 +232,8 @@ impl Forces {
         }
     }
 
-    /// Finds the moves of bodies on stiff springs again where something is in the way, and gives these
-    /// bodies the mass that resists contacts until `restore_masses`.
+    /// Recomputes the moves of bodies on stiff springs that are blocked by something, and gives these bodies the mass
+    /// that resists contacts until `restore_masses`.
     pub fn meet_obstacles(&mut self, bodies: &mut Bodies, pairs: &[Pair], around: Surroundings) {
         self.obstacles.find(bodies, pairs, &self.moves, around.dt);
         if self.obstacles.is_empty() {
@@ -261,8 +262,8 @@ impl Forces {
         }
     }
 
-    /// Spreads the impulses of contacts over stiff springs, and restores the masses of bodies that
-    /// obstacles held in a step. `is_free` says whether contacts added to velocities without obstacles.
+    /// Spreads the impulses of contacts over stiff springs, and restores the masses of bodies that were held by
+    /// obstacles in a step. `is_free` says whether contacts added to the velocities without obstacles.
     pub fn respond(&mut self, bodies: &mut Bodies, is_free: bool, speed_max: f32) {
         for network in &mut self.networks {
             network.respond(bodies, is_free, speed_max);
@@ -281,9 +282,9 @@ impl Forces {
         }
     }
 
-    /// Sorts bodies into those that Euler's methods move, those that fly alone and those joined by springs.
+    /// Sorts bodies into those moved by Euler's methods, single ones in flight, and those joined by springs.
     fn classify(&mut self, bodies: &Bodies) {
-        // By slot: whether forces act, and whether springs join it to others or have a length.
+        // By slot: whether forces act on it, and whether springs join it to other bodies or have a length.
         let mut acts = vec![(false, false); bodies.alive.len()];
         for &(slot, _) in &self.dragged {
             acts[slot as usize].0 = true;

@@ -1,21 +1,22 @@
-//! Growth of long lists, by a quarter where a `Vec` would double, and when to release scratch.
+//! Growth of long lists by a quarter, where a `Vec` would double, and the decision when to release scratch.
 
-/// Steps over which the use of scratch is watched. It is released if there is room for more than [`FAR_TOO_LARGE`] times the
-/// items that were used, and [`ITEMS_MIN`] more.
+/// Steps over which the use of scratch is observed. It is released if its capacity exceeds the items used by more
+/// than a factor of [`FAR_TOO_LARGE`] plus [`ITEMS_MIN`].
 const WATCHED_STEPS: u32 = 128;
 const FAR_TOO_LARGE: usize = 4;
 const ITEMS_MIN: usize = 256;
 
-/// Use of scratch in the last steps; not state.
+/// Use of scratch in recent steps; not state.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ScratchUse {
     steps: u32,
-    /// Most items of a step.
+    /// Largest number of items used in one step.
     most: usize,
 }
 
 impl ScratchUse {
-    /// Counts a step that used this many items; returns whether the last ones used few of those that there is room for.
+    /// Counts a step that used this many items; returns whether the recent steps used only a small part of the
+    /// capacity.
     pub fn is_small(&mut self, used: usize, capacity: usize) -> bool {
         (self.steps, self.most) = (self.steps + 1, self.most.max(used));
         if self.steps < WATCHED_STEPS {
@@ -34,8 +35,8 @@ pub(crate) fn push<T>(list: &mut Vec<T>, item: T) {
     list.push(item);
 }
 
-/// Makes room for `len` items. A list that grows gets a quarter more: one that doubles has room for half as many again, on
-/// average.
+/// Makes room for `len` items. A growing list gets a quarter more than it needs; one that doubles would waste half of
+/// its length on average.
 #[cold]
 #[inline(never)]
 pub(crate) fn reserve<T>(list: &mut Vec<T>, len: usize) {

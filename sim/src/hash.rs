@@ -4,7 +4,7 @@ use xxhash_rust::xxh3::Xxh3;
 
 /// Collects 32-bit words and digests them; the same words give the same digest on every target.
 ///
-/// Words are gathered into blocks, because the digest is fast on blocks and slow on single words.
+/// Words are collected into blocks, because the digest is fast on blocks and slow on single words.
 pub struct StateHasher {
     block: [u8; BLOCK_BYTES],
     filled: usize,
@@ -37,7 +37,7 @@ impl StateHasher {
         self.push((word >> 32) as u32);
     }
 
-    /// Adds bytes to the digest. Before a word follows, [`StateHasher::fill_word`] must be called.
+    /// Adds bytes to the digest. Call [`StateHasher::fill_word`] before adding another word.
     #[inline]
     pub(crate) fn push_bytes(&mut self, bytes: &[u8]) {
         let end = self.filled + bytes.len();
@@ -58,14 +58,14 @@ impl StateHasher {
         }
     }
 
-    /// Fills the word that is begun with zeros.
+    /// Pads the current word with zeros.
     pub(crate) fn fill_word(&mut self) {
         while !self.filled.is_multiple_of(4) {
             self.push_byte(0);
         }
     }
 
-    /// The digest of all words so far.
+    /// Returns the digest of all words so far.
     pub fn finish(mut self) -> u64 {
         self.fill_word();
         self.digest.update(&self.block[..self.filled]);

@@ -17,22 +17,23 @@ use glam::Vec2;
 /// Weight of v0 in free flight.
 const FREE: f32 = 0.5;
 
-/// By slot: scratch of the integration.
+/// Scratch of the integration, by slot.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Displacements {
     pub start_velocity: Vec<Vec2>,
-    /// Weights of v0 in the path, in [0, 0.5]; once the bodies have moved, the displacements of a position pass.
+    /// Weights of v0 in the path, in [0, 0.5]. Once the bodies have moved, the displacements of a position pass.
     pub weight: Vec<Vec2>,
-    /// The path of this step, then of a position pass; zero between steps, and always for bodies that do not move.
+    /// The path in this step, then the path in a position pass. Zero between steps, and always zero for bodies that
+    /// do not move.
     pub path: Vec<Vec2>,
-    /// Paths that springs give.
+    /// Paths set by springs.
     given: Vec<(u32, Vec2)>,
 }
 
 /// Saves the velocities in `start_velocity`, by slot, and adds gravity to them; returns whether all
 /// positions and velocities are finite.
-// Inlined into its caller the loop compiles to slower code; the same holds for the other `never` in
-// this crate.
+// Inlined into its caller the loop compiles to slower code; the same holds for the other `never` attributes in this
+// crate.
 #[inline(never)]
 pub(crate) fn accelerate(
     bodies: &mut Bodies,
@@ -55,7 +56,7 @@ pub(crate) fn accelerate(
     is_finite
 }
 
-/// Sets the reach of each moving body to its path at its present velocity.
+/// Sets the reach of each moving body to its path at the current velocity.
 pub(crate) fn reach_paths(bodies: &mut Bodies, dt: f32) {
     let Bodies { moving, velocity, reach, .. } = bodies;
     for &slot in moving.iter() {
@@ -63,8 +64,8 @@ pub(crate) fn reach_paths(bodies: &mut Bodies, dt: f32) {
     }
 }
 
-/// Symplectic Euler, second half: positions from the new velocities. `start_velocity` holds those
-/// at the start of the step, by slot.
+/// The second half of symplectic Euler: positions from the new velocities. `start_velocity` holds the velocities at
+/// the start of the step, by slot.
 pub(crate) fn advance(bodies: &mut Bodies, moves: &[Move], start_velocity: &[Vec2], dt: f32) {
     let Bodies { moving, velocity, center, reach, .. } = bodies;
     for &slot in moving.iter() {
@@ -72,8 +73,8 @@ pub(crate) fn advance(bodies: &mut Bodies, moves: &[Move], start_velocity: &[Vec
         center[slot as usize] += path;
         reach[slot as usize] = REACH_MIN + path.length();
     }
-    // Resting impulses act all through the step, just as the force does against which they hold: a
-    // body that they hold stays where it is.
+    // Resting impulses act throughout the step, like the force that they oppose, so a body that they hold does not
+    // move.
     for found in moves {
         let slot = found.slot as usize;
         let path = velocity[slot] * dt;
@@ -92,8 +93,8 @@ pub(crate) fn advance(bodies: &mut Bodies, moves: &[Move], start_velocity: &[Vec
     }
 }
 
-/// Replaces the effect of gravity by the moves of other forces. The stored start velocity is the
-/// one for which the mean of both ends gives the exact path.
+/// Replaces the effect of gravity by the moves of other forces. The stored start velocity is chosen so that the mean
+/// of both ends gives the exact path.
 pub(crate) fn apply_moves(
     bodies: &mut Bodies,
     moves: &[Move],
@@ -112,8 +113,8 @@ pub(crate) fn apply_moves(
     }
 }
 
-/// Ends the moves of stiff springs, once contacts have acted on them: finds the paths that they
-/// give, and the velocities at the end where nothing was in the way.
+/// Completes the moves of stiff springs after contacts have acted on them: finds their paths, and the final
+/// velocities where nothing was in the way.
 pub(crate) fn finish_moves(
     bodies: &mut Bodies,
     moves: &[Move],
@@ -145,7 +146,7 @@ pub(crate) struct Moved {
     pub is_finite: bool,
     /// Smallest separation after the move, world units.
     pub separation_min: f32,
-    /// Whether a pair overlaps by more than is tolerated.
+    /// Whether a pair overlaps by more than the tolerance.
     pub overlaps: bool,
 }
 
@@ -170,7 +171,7 @@ pub(crate) fn move_bodies(
     for &slot in &bodies.moving {
         let slot = slot as usize;
         if is_rounding(bodies, slot, displacements, rest_speed) {
-            // It would change in every step, and keep others from resting.
+            // Its position would change in every step and keep others from resting.
             bodies.velocity[slot] = Vec2::ZERO;
             displacements.path[slot] = Vec2::ZERO;
         }
@@ -204,7 +205,7 @@ fn find_weights(
     }
     for (constraint, info) in contacts.constraints.iter().zip(&contacts.infos) {
         let inv_mass = constraint.inv_mass_a + constraint.inv_mass_b;
-        // Impulses that rounding leaves between bodies which fall side by side hold neither.
+        // Rounding leaves tiny impulses between bodies that fall side by side; these hold neither body.
         let velocity = bodies.velocity[constraint.a as usize].abs();
         let least = context.rounding() + SPEED_ROUNDING * max(velocity.x, velocity.y);
         if constraint.normal_impulse * inv_mass <= least {
@@ -220,7 +221,7 @@ fn find_weights(
     }
 }
 
-/// Whether a body that contacts hold is so slow that its path is lost in the rounding of its position, or of its size.
+/// Whether a body held by contacts is so slow that its path is lost in the rounding of its position or size.
 #[inline]
 fn is_rounding(
     bodies: &Bodies,
@@ -256,7 +257,7 @@ fn find_paths(bodies: &Bodies, displacements: &mut Displacements, dt: f32) {
         let slot = slot as usize;
         let (start_velocity, after) = (displacements.start_velocity[slot], bodies.velocity[slot]);
         let path = (after + displacements.weight[slot] * (start_velocity - after)) * dt;
-        // No body moves further than the reach within which its pairs were found.
+        // No body moves further than the reach for which its pairs were found.
         displacements.path[slot] = clamp_length(path, bodies.reach[slot]);
     }
     for &(slot, path) in &displacements.given {
@@ -265,8 +266,8 @@ fn find_paths(bodies: &Bodies, displacements: &mut Displacements, dt: f32) {
     }
 }
 
-/// Constraints were solved for v1. Where the mean of v0 and v1 would let a pair without impulse
-/// overlap, or overlap more, by more than rounding, both bodies take v1; returns whether there are any.
+/// Constraints were solved for v1. Where the mean of v0 and v1 would let a pair without an impulse overlap, or
+/// overlap more, by more than rounding, both bodies use v1. Returns whether there are such pairs.
 fn limit_overlapping(
     constraints: &[ContactConstraint],
     infos: &[ContactInfo],

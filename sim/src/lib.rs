@@ -1,8 +1,8 @@
 //! The simulation: a [`World`] of circles and axis-aligned boxes, and its particles.
 //!
-//! The same calls give the same state hash after every step, bit for bit, on every target. Nothing
-//! here does IO, reads a clock, spawns a thread or iterates a hash map; arithmetic is + - * / sqrt
-//! on f32 (on f64 for forces), and [`math`] holds the few transcendentals.
+//! The same calls give the same state hash after every step, bit for bit, on every target. Nothing here does IO,
+//! reads a clock, spawns a thread or iterates a hash map. Arithmetic is + - * / sqrt on f32 (on f64 for forces), and
+//! [`math`] holds the few transcendental functions.
 
 #![warn(missing_docs)]
 

@@ -15,7 +15,7 @@ pub fn min(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
-/// `value` limited to `[low, high]` (A1.13). A NaN `value` is returned as it is.
+/// `value` limited to `[low, high]` (A1.13). A NaN is returned unchanged.
 #[inline]
 pub fn clamp(value: f32, low: f32, high: f32) -> f32 {
     debug_assert!(low <= high, "clamp: low {low} exceeds high {high}");
@@ -28,14 +28,14 @@ pub fn clamp(value: f32, low: f32, high: f32) -> f32 {
     }
 }
 
-/// `value` with its length limited to `length_max` (at least 0), direction kept.
+/// `vector` limited to the length `length_max` (at least 0), keeping its direction.
 #[inline]
 pub fn clamp_length(value: Vec2, length_max: f32) -> Vec2 {
     let squared = value.length_squared();
     if squared > length_max * length_max { value * (length_max / squared.sqrt()) } else { value }
 }
 
-/// The bits of a finite f32 as an unsigned key with the same order.
+/// The bits of a finite f32 as an unsigned key that sorts in the same order.
 #[inline]
 pub fn ordered_bits(value: f32) -> u32 {
     let bits = (value + 0.0).to_bits();
@@ -85,7 +85,7 @@ pub fn ln_1p(x: f64) -> f64 {
     libm::log1p(x)
 }
 
-/// Sine and cosine of radians, in double precision, the same bits on every target.
+/// Sine and cosine of an angle in radians, in double precision, the same bits on every target.
 #[inline]
 pub fn sin_cos(angle: f64) -> (f64, f64) {
     (libm::sin(angle), libm::cos(angle))
@@ -94,8 +94,8 @@ pub fn sin_cos(angle: f64) -> (f64, f64) {
 /// See [`without_dust`].
 pub(crate) const DUST: f32 = 1e-12;
 
-/// Rounds a number below 1e-12 to a multiple of some 1e-19, and hardly changes others. Friction passes an ever smaller share of
-/// a speed from row to row of a tower; once speeds are subnormal a step takes five times as long.
+/// Rounds a number below 1e-12 to a multiple of about 1e-19, and hardly changes others. Friction passes an ever
+/// smaller share of a speed from row to row of a tower; once speeds are subnormal, a step takes five times as long.
 #[inline]
 pub(crate) fn without_dust(number: f32) -> f32 {
     (number + DUST) - DUST

@@ -1,11 +1,11 @@
-//! Narrow phase: how two shapes touch, overlap or are apart.
+//! Narrow phase: whether and how two shapes touch, overlap or are apart.
 
 pub(crate) mod overlap;
 pub(crate) mod separation;
 
 use glam::Vec2;
 
-/// Contact of two shapes, present or predicted.
+/// Contact of two shapes, current or predicted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Manifold {
     /// Unit vector from a to b.

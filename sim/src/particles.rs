@@ -1,8 +1,8 @@
-//! Particles, their recipes and emitters. The same code runs on the server and, from emitter
-//! events, on every client, so single particles cost nothing on the wire.
+//! Particles, their recipes and emitters. The server and, driven by emitter events, every client run the same code,
+//! so single particles cost nothing on the wire.
 //!
-//! A particle is a point with a lifetime; colour and size follow from its age and its own seed and
-//! are never stored. An emitter decides when, where and how many, a recipe decides what.
+//! A particle is a point with a lifetime; colour and size follow from its age and its own seed and are never stored.
+//! An emitter decides when, where and how many particles are made; a recipe decides how they look and move.
 
 mod emitter;
 mod obstacles;
@@ -21,7 +21,7 @@ use emitter::Emitter;
 use glam::Vec2;
 use obstacles::ObstacleGrid;
 
-/// Properties of the particles of an emitter (A3.18); ranges are drawn per particle.
+/// Properties of an emitter's particles (A3.18); values are drawn from the ranges for each particle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recipe {
     /// Name in the scene file.
@@ -34,12 +34,11 @@ pub struct Recipe {
     pub color_end: [[f32; 4]; 2],
     /// Width at birth in world units, low and high.
     pub size: [f32; 2],
-    /// Factor on the size per tick; 1 keeps it (C24a).
+    /// Factor on the size per tick; 1 keeps the size (C24a).
     pub size_factor: f32,
     /// Velocity at birth, low and high corner, units/s.
     pub velocity: [Vec2; 2],
-    /// Whether velocities fill the ellipse between the two corners instead of the box: a round
-    /// burst.
+    /// Whether velocities fill the ellipse between the two corners instead of the box, for a round burst.
     pub round: bool,
     /// Acceleration, units/s^2; independent of the bodies' gravity (A3.14).
     pub acceleration: Vec2,
@@ -48,7 +47,7 @@ pub struct Recipe {
 }
 
 impl Default for Recipe {
-    /// The textbook's flame (A3.18).
+    /// The flame of the chapter (A3.18).
     fn default() -> Recipe {
         Recipe {
             name: "fire".to_owned(),
@@ -65,7 +64,7 @@ impl Default for Recipe {
     }
 }
 
-/// Present appearance of a particle.
+/// Current appearance of a particle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ParticleAppearance {
     /// RGBA tint, components may exceed 1.
@@ -74,13 +73,13 @@ pub struct ParticleAppearance {
     pub size: f32,
 }
 
-/// Upper limit of the size, whatever the size factor yields; world units.
+/// Upper limit of the size, whatever the size factor; world units.
 const SIZE_MAX: f32 = 256.0;
 
-/// Most emitters running at a time; one more is not started.
+/// Maximum number of emitters running at a time; further ones are not started.
 pub const EMITTERS_RUNNING_MAX: usize = 1024;
 
-/// All live particles and emitters of a world; particles as structure of arrays.
+/// All live particles and emitters of a world; particles are stored as a structure of arrays.
 #[derive(Clone, Debug, Default)]
 pub struct Particles {
     recipes: Vec<Recipe>,
@@ -92,7 +91,7 @@ pub struct Particles {
     age: Vec<u16>,
     life: Vec<u16>,
     recipe: Vec<u8>,
-    /// Seed of the properties drawn per particle.
+    /// Seed of the properties that are drawn for each particle.
     seed: Vec<u32>,
     grid: ObstacleGrid,
 }
@@ -109,8 +108,8 @@ pub(crate) struct Particle {
 }
 
 impl Particles {
-    /// Creates an empty set; at most `limit` particles live at a time (emitters past it lose the
-    /// excess).
+    /// Creates an empty set. At most `limit` particles live at a time; particles that emitters make beyond that are
+    /// lost.
     pub fn new(recipes: Vec<Recipe>, limit: usize) -> Particles {
         assert!(recipes.len() <= 256, "{} recipes, at most 256 fit an emitter", recipes.len());
         for recipe in &recipes {
@@ -120,9 +119,9 @@ impl Particles {
         Particles { recipes, limit, ..Particles::default() }
     }
 
-    /// Limits the memory for obstacles: cells of the grid in which they are found, counted for each obstacle that
-    /// touches them, and the time for them: sixteen times as many comparisons with particles in a tick. With more
-    /// [`Particles::is_over`] says so, and particles meet no further obstacle.
+    /// Limits the memory for obstacles to this many grid entries, one for each cell that an obstacle touches, and
+    /// their time to sixteen times as many comparisons with particles per tick. Beyond either limit
+    /// [`Particles::is_over`] is true and particles meet no further obstacles.
     pub fn limit_obstacle_cells(&mut self, most: usize) {
         self.grid = ObstacleGrid::limited(most);
     }
@@ -132,8 +131,8 @@ impl Particles {
         self.grid.is_over()
     }
 
-    /// Adds an emitter; it makes its first particles in the next `step`. Returns `false` if
-    /// [`EMITTERS_RUNNING_MAX`] are running. Panics if its recipe does not exist.
+    /// Adds an emitter, which makes its first particles in the next `step`. Returns `false` if
+    /// [`EMITTERS_RUNNING_MAX`] emitters are running. Panics if its recipe does not exist.
     pub fn start(&mut self, emitter: EmitterDef) -> bool {
         let recipe = usize::from(emitter.recipe);
         assert!(recipe < self.recipes.len(), "recipe {recipe} does not exist");
@@ -147,10 +146,9 @@ impl Particles {
     /// Advances by a tick: removes expired particles (A3.13), moves the others and pushes them out
     /// of obstacles, then lets emitters emit (A4.7).
     ///
-    /// A particle with a lifetime of L ticks moves exactly L times, reaches its end colour and size
-    /// exactly, is visible like that for one tick and is removed in the next (C24b). `locate`
-    /// returns the quantised centre of a followed body, or `None` once it is removed (the emitter
-    /// then stays where it was last).
+    /// A particle with a lifetime of L ticks moves exactly L times, reaches its final colour and size exactly, is
+    /// visible like that for one tick and is removed in the next (C24b). `locate` returns the quantised centre of a
+    /// followed body, or `None` once it is removed; the emitter then stays at its last position.
     pub fn step(&mut self, obstacles: &[Obstacle], locate: impl Fn(BodyId) -> Option<Vec2>) {
         self.remove_expired();
         self.integrate();
@@ -158,7 +156,7 @@ impl Particles {
         self.emit(locate);
     }
 
-    /// Stable compaction: no particle is skipped (C24d).
+    /// Removes expired particles by stable compaction, so that no particle is skipped (C24d).
     fn remove_expired(&mut self) {
         let mut kept = 0;
         for index in 0..self.len() {
@@ -180,7 +178,7 @@ impl Particles {
         self.seed.truncate(kept);
     }
 
-    /// v += a dt, v *= drag, x += v dt (A3.7).
+    /// Integrates a tick: v += a dt, v *= drag, x += v dt (A3.7).
     fn integrate(&mut self) {
         let bodies = self.position.iter_mut().zip(&mut self.velocity);
         for (((position, velocity), age), &recipe) in bodies.zip(&mut self.age).zip(&self.recipe) {
@@ -191,8 +189,8 @@ impl Particles {
         }
     }
 
-    /// Moves particles out of shapes by the shortest way (A3.15, A3.16); they lose the inward part
-    /// of their velocity (C24k).
+    /// Moves particles out of shapes by the shortest way (A3.15, A3.16); the particles lose the inward part of their
+    /// velocity (C24k).
     fn push_out(&mut self, obstacles: &[Obstacle]) {
         if obstacles.is_empty() || self.is_empty() {
             return;
@@ -244,7 +242,7 @@ impl Particles {
         self.position.is_empty()
     }
 
-    /// Whether a particle is alive or an emitter runs: the next tick changes something.
+    /// Whether a particle is alive or an emitter is running, so that the next tick changes something.
     pub fn is_active(&self) -> bool {
         !self.is_empty() || !self.emitters.is_empty()
     }
@@ -269,7 +267,7 @@ impl Particles {
         (self.age[index], self.life[index])
     }
 
-    /// Present colour and size of particle `index`, derived from its age and its own seed.
+    /// Current colour and size of particle `index`, derived from its age and its own seed.
     pub fn appearance(&self, index: usize) -> ParticleAppearance {
         let recipe = &self.recipes[usize::from(self.recipe[index])];
         let birth = Birth::draw(recipe, self.seed[index]);
@@ -283,7 +281,7 @@ impl Particles {
         ParticleAppearance { color, size: min(grown, SIZE_MAX) }
     }
 
-    /// Every particle.
+    /// Iterates over all particles.
     fn rows(&self) -> impl ExactSizeIterator<Item = Particle> {
         let moves = self.position.iter().zip(&self.velocity);
         let ages = self.age.iter().zip(&self.life);
@@ -315,7 +313,7 @@ impl Particles {
         self.recipe.push(particle.recipe);
     }
 
-    /// Digest of the raw bits of all particles and emitters, to compare the two ends of a stream.
+    /// Digest of the raw bits of all particles and emitters, for comparing both ends of a stream.
     pub fn digest(&self) -> u64 {
         let mut hasher = StateHasher::default();
         self.state(&mut hasher);
@@ -356,7 +354,7 @@ fn into_disc(point: Vec2) -> Vec2 {
     bent * 0.5 + Vec2::splat(0.5)
 }
 
-/// `base` to a whole power by repeated squaring: the same bits on every target.
+/// `base` to an integer power by repeated squaring, the same bits on every target.
 fn power(base: f32, mut exponent: u16) -> f32 {
     let (mut result, mut square) = (1.0, base);
     while exponent > 0 {

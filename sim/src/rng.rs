@@ -1,4 +1,4 @@
-//! Seeded random numbers, the only randomness of the simulation.
+//! Seeded random numbers, the simulation's only source of randomness.
 
 /// A seeded generator: PCG-XSH-RR 64/32 (O'Neill 2014). Its state is part of the state hash.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -8,8 +8,7 @@ pub struct Rng {
 }
 
 impl Rng {
-    /// Creates a generator for `seed`; each `stream` gives an independent sequence of the same
-    /// seed.
+    /// Creates a generator for `seed`; each `stream` gives an independent sequence for that seed.
     pub fn new(seed: u64, stream: u64) -> Rng {
         let mut rng = Rng { state: 0, increment: stream << 1 | 1 };
         rng.next_u32();
@@ -36,8 +35,7 @@ impl Rng {
         low + (high - low) * self.unit()
     }
 
-    /// Returns a uniform whole number in [0, count); `count` must be positive. Bias is below count
-    /// / 2^32.
+    /// Returns a uniform integer in [0, count); `count` must be positive. The bias is below count / 2^32.
     pub fn below(&mut self, count: u32) -> u32 {
         assert!(count > 0, "Rng::below needs a positive count");
         ((u64::from(self.next_u32()) * u64::from(count)) >> 32) as u32

@@ -1,5 +1,5 @@
-//! Shapes without a position: a circle or an axis-aligned box, one per body, centred on it. Nothing
-//! rotates (A2.39).
+//! Shapes without a position: a circle or an axis-aligned box, one per body, centred on it. Shapes do not rotate
+//! (A2.39).
 
 use crate::check;
 use crate::math::{max, min};
@@ -15,7 +15,7 @@ pub enum Shape {
     },
     /// An axis-aligned box around the position.
     Box {
-        /// Half of width and height, both positive and finite.
+        /// Half the width and half the height, both positive and finite.
         half: Vec2,
     },
 }
@@ -34,7 +34,7 @@ impl Shape {
         Shape::Box { half: Vec2::new(width, height) * 0.5 }
     }
 
-    /// Half of the extent on x and y.
+    /// Half of the extent along x and y.
     #[inline]
     pub fn half_extent(&self) -> Vec2 {
         match *self {
@@ -43,7 +43,7 @@ impl Shape {
         }
     }
 
-    /// The smaller half-size: a body that moves by more in a step may tunnel through it.
+    /// The smaller half-size. A body that moves further than this in a step may tunnel.
     #[inline]
     pub fn thickness(&self) -> f32 {
         let half = self.half_extent();
@@ -63,9 +63,9 @@ impl Shape {
 /// An axis-aligned region of the world, `low` <= `high` on both axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aabb {
-    /// Left, bottom corner.
+    /// Lower left corner.
     pub low: Vec2,
-    /// Right, top corner.
+    /// Upper right corner.
     pub high: Vec2,
 }
 
@@ -94,7 +94,7 @@ impl Aabb {
             && other.low.y < self.high.y
     }
 
-    /// Whether a point lies inside or on the edge.
+    /// Whether a point lies inside the region or on its edge.
     #[inline]
     pub fn contains(&self, point: Vec2) -> bool {
         point.x >= self.low.x
@@ -104,7 +104,7 @@ impl Aabb {
     }
 }
 
-/// Kinds of shapes in a world; with one kind only, the shape of a body is never looked up.
+/// Kinds of shapes in a world; if there is only one kind, the shape of a body is never looked up.
 pub(crate) mod shapes {
     pub const BOTH: u8 = 0;
     pub const CIRCLES: u8 = 1;

@@ -1,7 +1,7 @@
 //! Sorting of short lists.
 
-/// Sorts a list of which few entries are out of place, or that is short, by insertion, and stably. A sort of the library takes 3 kB
-/// of the page's program for each kind of entries.
+/// Sorts a list that is short or nearly sorted, by a stable insertion sort. The library's sort takes 3 kB of the
+/// page's program for each type of entry.
 pub fn sort_few<T>(list: &mut [T], is_before: impl Fn(&T, &T) -> bool) {
     for end in 1..list.len() {
         let mut at = end;

@@ -1,18 +1,16 @@
-//! Sleep: islands at rest leave the step until something happens to them.
+//! Sleep: islands at rest are left out of the step until something happens to them.
 //!
-//! An island is a set of bodies joined by constraints between movable bodies. It falls asleep as a
-//! whole once each of its bodies has been still for half a second and an immovable body supports
-//! it: then its velocities are zero, and its impulses and touches are stored in a
-//! [`SleepingIsland`]. "Still" is measured against the gravity of a step, g h: the velocity of a
-//! flying body changes by g h in every step and so is never below a small share of it twice in a
-//! row, however weak gravity is. An island wakes as a whole: by a constraint with an awake body, by
-//! any change to one of its bodies, or when an immovable body near it is added, removed or starts
-//! to move. A kinematic body without velocity sleeps by itself; an awake one wakes the bodies that
+//! An island is a set of bodies joined by constraints between movable bodies. It falls asleep as a whole once each of
+//! its bodies has been still for half a second and an immovable body supports it. Its velocities are then set to
+//! zero, and its impulses and touches are stored in a [`SleepingIsland`]. "Still" is measured relative to the
+//! velocity g h that gravity adds in a step. The velocity of a flying body changes by g h in every step, so it is
+//! never below a small share of that twice in a row, however weak gravity is. An island also wakes as a whole: by a
+//! constraint with an awake body, by any change to one of its bodies, or when an immovable body near it is added,
+//! removed or starts to move. A kinematic body without velocity sleeps by itself; an awake one wakes the bodies that
 //! it touches.
 //!
-//! Sleeping bodies are in no list that a step iterates; their pairs are found like those of static
-//! bodies (`broad_phase::static_grid`). (After Catto 2022, "Simulation islands"; the measure of
-//! stillness is our own.)
+//! Sleeping bodies are in no list that a step iterates; their pairs are found like those of static bodies
+//! (`broad_phase::static_grid`). (After Catto 2022, "Simulation islands"; the criterion for stillness is our own.)
 
 use crate::bodies::{Bodies, REACH_MIN};
 use crate::body::{BodyId, Motion};
@@ -25,7 +23,7 @@ use crate::touches::{self, Touch};
 use crate::world::settings::WorldSettings;
 use glam::Vec2;
 
-/// Time for which all bodies of an island are still before it sleeps, seconds.
+/// Time for which all bodies of an island must be still before it sleeps, seconds.
 const STILL_SECONDS: f32 = 0.5;
 /// Largest speed of a still body, as a share of the velocity that gravity adds in a step.
 const STILL_SHARE: f32 = 0.06;
@@ -33,12 +31,12 @@ const STILL_SHARE: f32 = 0.06;
 const STILL_SPEED: f32 = 0.05;
 /// Largest speed of a still body without gravity, units/s.
 const STILL_SPEED_FLOATING: f32 = 1e-5;
-/// Times that a step may wake further islands; then all wake.
+/// Maximum number of times that a step may wake further islands; after that it wakes all of them.
 const WAKE_ROUNDS_MAX: u32 = 16;
-/// In place of an island: not asleep.
+/// Stands for the index of an island if the body is awake.
 pub(crate) const AWAKE: u32 = u32::MAX;
 
-/// The lowest slot of the sleeping island, or [`AWAKE`], and the steps for which a body was still.
+/// The lowest slot of the sleeping island, or [`AWAKE`], and the number of steps for which a body was still.
 pub(crate) type Rest = (u32, u16);
 
 /// Sleeping islands, and the time for which the other bodies have been still.
@@ -56,41 +54,41 @@ pub(crate) struct Sleep {
     /// Scratch: union-find over slots and, for each root, the state of its island.
     parent: Vec<u32>,
     states: Vec<IslandState>,
-    /// Scratch: islands to wake.
+    /// Scratch: islands that are about to wake.
     to_wake: Vec<u32>,
-    /// Slot, position and velocity of the bodies that were awake at the start of the step or were
-    /// woken since, and the number of times that islands were woken.
+    /// Slot, position and velocity of the bodies that were awake at the start of the step or have been woken since,
+    /// and the number of times that islands were woken.
     step_start: Vec<(u32, Vec2, Vec2)>,
     wake_rounds: u32,
 }
 
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SleepingIsland {
-    /// Slots, ascending.
+    /// Slots in ascending order.
     pub bodies: Vec<u32>,
-    /// Their positions: a step that wakes them may have moved them.
+    /// Positions of the bodies: a step that wakes them may have moved them.
     positions: Vec<Vec2>,
-    /// Pairs with an impulse when it fell asleep, in (a, b) order.
+    /// Pairs that had an impulse when the island fell asleep, in (a, b) order.
     pub pairs: Vec<Pair>,
-    /// Touches at that time, in (a, b) order.
+    /// Touches when the island fell asleep, in (a, b) order.
     pub touches: Vec<Touch>,
 }
 
-/// The lists that sleeping bodies leave and to which they return.
+/// The lists that bodies leave when they fall asleep and join again when they wake.
 pub(crate) struct Awake<'a> {
     pub bodies: &'a mut Bodies,
     pub pairs: &'a mut PairList,
     pub touches: &'a mut Vec<Touch>,
 }
 
-/// State of an island that is awake.
+/// State of an awake island.
 #[derive(Clone, Copy, Debug)]
 struct IslandState {
-    /// All its bodies have been still for long enough.
+    /// Whether all its bodies have been still for long enough.
     still: bool,
-    /// An immovable body supports it, or gravity affects none of it.
+    /// Whether an immovable body supports it, or gravity affects none of its bodies.
     held: bool,
-    /// Index of the sleeping island that it becomes.
+    /// Index of the sleeping island into which it turns.
     sleeping: u32,
 }
 
@@ -140,7 +138,7 @@ impl Sleep {
 impl Sleep {
     // --- Falling asleep -------------------------------------------------------------------------
 
-    /// Puts islands that have been at rest for long enough to sleep, at the end of a step.
+    /// Puts islands to sleep that have been at rest for long enough, at the end of a step.
     pub fn fall_asleep(
         &mut self,
         awake: &mut Awake,
@@ -160,7 +158,7 @@ impl Sleep {
         }
     }
 
-    /// Counts the steps in which bodies were still; returns whether any has been for long enough.
+    /// Counts the steps in which bodies were still; returns whether any body has been still for long enough.
     fn count_still_steps(
         &mut self,
         bodies: &Bodies,
@@ -176,7 +174,7 @@ impl Sleep {
             self.still_steps[slot] = steps.min(enough);
             any |= steps >= enough || bodies.motion[slot] == Motion::Kinematic;
         }
-        // A stretched spring may pull a body away that has not moved for long.
+        // A stretched spring may pull away a body that has been still for a long time.
         for spring in springs {
             self.still_steps[spring.body.index as usize] = 0;
             if let SpringEnd::Body(other) = spring.end {
@@ -186,8 +184,8 @@ impl Sleep {
         any
     }
 
-    /// Joins bodies to islands, and finds the islands at rest. Every mechanism that joins or
-    /// supports bodies must be considered here.
+    /// Joins bodies into islands and finds the islands at rest. Every mechanism that joins or supports bodies must be
+    /// considered here.
     fn find_islands(
         &mut self,
         bodies: &Bodies,
@@ -195,7 +193,7 @@ impl Sleep {
         settings: &WorldSettings,
     ) {
         let enough = steps_to_sleep(settings);
-        // Bodies that left the world at the end of the step belong to no island any more.
+        // Bodies that left the world at the end of the step no longer belong to an island.
         let lives = |slot: u32| bodies.alive[slot as usize];
         let both_live = |c: &&ContactConstraint| lives(c.a) && lives(c.b);
         for &slot in &bodies.moving {
@@ -233,7 +231,7 @@ impl Sleep {
         }
     }
 
-    /// Puts the bodies of islands at rest to sleep; returns whether there are any.
+    /// Puts the bodies of islands at rest to sleep; returns whether there were any.
     fn put_islands_to_sleep(&mut self, awake: &mut Awake) -> bool {
         let mut any = false;
         for index in 0..awake.bodies.moving.len() {
@@ -251,7 +249,7 @@ impl Sleep {
         any
     }
 
-    /// Puts a body to sleep in an island; it stays in the moving list.
+    /// Puts a body to sleep in an island; the body stays in the moving list.
     fn put_to_sleep(&mut self, bodies: &mut Bodies, pairs: &mut PairList, slot: u32, island: u32) {
         let index = slot as usize;
         self.reserve(bodies.alive.len());
@@ -264,7 +262,7 @@ impl Sleep {
         pairs.insert_static(slot, bodies);
     }
 
-    /// The sleeping island that stores the pair of two bodies, if any.
+    /// Returns the sleeping island that stores the pair of two bodies, if any.
     pub fn island_of(&mut self, bodies: &Bodies, a: u32, b: u32) -> Option<&mut SleepingIsland> {
         let sleeps =
             |&slot: &u32| self.has(slot) && bodies.motion[slot as usize] == Motion::Dynamic;
@@ -272,8 +270,7 @@ impl Sleep {
         Some(&mut self.islands[self.island[slot as usize] as usize])
     }
 
-    /// Removes pairs of which neither body moves any more from the list; the island keeps those
-    /// with an impulse.
+    /// Removes pairs from the list if neither body moves any longer; the island keeps those with an impulse.
     fn store_pairs(&mut self, awake: &mut Awake) {
         let bodies = &*awake.bodies;
         awake.pairs.pairs.retain_mut(|pair| {
@@ -301,7 +298,7 @@ impl Sleep {
 
     // --- Waking ---------------------------------------------------------------------------------
 
-    /// Saves the start of the step, if any body sleeps.
+    /// Saves the start of the step if any body is asleep.
     pub fn save_step_start(&mut self, bodies: &Bodies) {
         self.wake_rounds = 0;
         self.step_start.clear();
@@ -312,8 +309,8 @@ impl Sleep {
         }
     }
 
-    /// Wakes the islands that an awake body met in this step, and resets all bodies to the start of
-    /// the step, which is then repeated as if they had not slept. Returns whether there was one.
+    /// Wakes the islands that an awake body met in this step, and resets all bodies to the start of the step, which
+    /// is then repeated as if they had not slept. Returns whether any island woke.
     pub fn wake_touched(&mut self, awake: &mut Awake, met: impl Iterator<Item = [u32; 2]>) -> bool {
         if self.is_empty() {
             return false;
@@ -339,8 +336,8 @@ impl Sleep {
         true
     }
 
-    /// Wakes bodies that are changed from outside, with their islands. If one does not move, the bodies
-    /// that sleep near it wake too, because they may rest on it.
+    /// Wakes bodies that are changed from outside, with their islands. If such a body does not move, the bodies
+    /// sleeping near it wake too, because they may rest on it.
     pub fn wake_around(&mut self, awake: &mut Awake, ids: &[BodyId]) {
         if !self.is_on {
             return;
@@ -362,7 +359,7 @@ impl Sleep {
         let motion = awake.bodies.motion[slot as usize];
         let rests = asleep || awake.bodies.velocity[slot as usize] == Vec2::ZERO;
         if motion == Motion::Static || motion == Motion::Kinematic && rests {
-            // That of its last motion is not saved: a restored world starts from the least.
+            // The reach of its last motion is not saved, and a restored world starts from the minimum.
             awake.bodies.reach[slot as usize] = REACH_MIN;
             let Sleep { island, to_wake, .. } = self;
             awake.pairs.for_each_static_near(slot, awake.bodies, |other| {
@@ -371,9 +368,8 @@ impl Sleep {
         }
     }
 
-    /// Registers a body that was added or placed elsewhere. One that does not move is inserted into
-    /// the grid, since no other body finds it by its own motion, and wakes those that sleep where
-    /// it is now.
+    /// Registers a body that was added or repositioned. A static body is inserted into the grid, since its own motion
+    /// never finds pairs, and wakes the bodies that sleep near its new position.
     pub fn body_placed(&mut self, awake: &mut Awake, slot: u32) {
         if !self.is_on {
             return;
@@ -434,14 +430,14 @@ impl Sleep {
         }
     }
 
-    /// The island in which the body in a slot sleeps.
+    /// Returns the island in which the body in a slot sleeps.
     pub fn sleeping(&self, slot: u32) -> Option<&SleepingIsland> {
         let island = self.island.get(slot as usize).copied().unwrap_or(AWAKE);
         self.islands.get(island as usize)
     }
 
-    /// Puts a restored body to sleep in the island whose lowest slot is `lowest`, or sets its still
-    /// steps; returns `false` if that is impossible. Slots come in ascending order.
+    /// Puts a restored body to sleep in the island whose lowest slot is `lowest`, or sets its count of still steps.
+    /// Returns `false` if that is impossible. Slots must come in ascending order.
     pub fn restore_rest(
         &mut self,
         bodies: &mut Bodies,
@@ -475,8 +471,7 @@ impl Sleep {
         true
     }
 
-    /// After all bodies are restored: removes sleeping ones from the moving list, and inserts the
-    /// static ones into the grid.
+    /// Completes a restore: removes sleeping bodies from the moving list, and inserts the static ones into the grid.
     pub fn finish_restore(&self, bodies: &mut Bodies, pairs: &mut PairList) {
         bodies.moving.retain(|&slot| self.island[slot as usize] == AWAKE);
         for slot in 0..bodies.alive.len() {
@@ -490,7 +485,7 @@ impl Sleep {
 /// Number of steps in [`STILL_SECONDS`].
 fn steps_to_sleep(settings: &WorldSettings) -> u16 {
     let steps = STILL_SECONDS / settings.dt;
-    // At least two: a flying body is still for one step at most.
+    // At least two: a flying body is still for at most one step.
     (steps.ceil() as u16).clamp(2, u16::MAX - 1)
 }
 

@@ -1,4 +1,4 @@
-//! Solvers of the contacts of a world.
+//! Contact solvers of a world.
 
 mod agitation;
 pub(crate) mod as_listed;
@@ -25,7 +25,7 @@ use settings::{Conjugate, Relaxation};
 /// A solver and its settings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Solver {
-    /// The textbook's method (A0.13): projection and impulse, a limited number of passes.
+    /// The chapter's method (A0.13): projection and impulses, in a limited number of passes.
     Relaxation(Relaxation),
     /// Velocities that satisfy all contacts at once, by sweeps until convergence.
     Conjugate(Conjugate),

@@ -1,8 +1,8 @@
-//! The state: [`io`] describes each type once, [`bytes`] saves and restores it. The hash digests it word by word,
-//! in a fixed order; the search for a first difference lists and compares the same words.
+//! The state: [`io`] describes each type once; [`bytes`] saves and restores it. The hash digests it word by word in a
+//! fixed order, and the search for the first difference lists and compares the same words.
 //!
-//! Saved bytes leave out everything that follows from the rest and store data shared by many
-//! bodies once, while the hash covers every word of each body.
+//! Saved bytes leave out everything that can be derived, and store data shared by many bodies once; the hash covers
+//! every word of each body.
 
 pub mod bytes;
 pub mod io;
@@ -20,7 +20,7 @@ pub struct Difference {
     pub subject: Subject,
     /// Name of the word.
     pub field: Field,
-    /// Values in the two states; `None` where one of them has no such subject.
+    /// Values in the two states; `None` if a state has no such subject.
     pub values: [Option<Word>; 2],
 }
 
@@ -85,7 +85,7 @@ impl StateDump {
         }
     }
 
-    /// Whether the list has words of a subject, beside those of its `twin`.
+    /// Whether the list has words of a subject; its `twin` always counts.
     fn has(&self, subject: Subject, twin: Subject) -> bool {
         subject == twin || self.words.iter().any(|&(other, ..)| other == subject)
     }

@@ -1,14 +1,15 @@
-//! Steady islands: a step leaves them as they are, bit for bit, so that the next one leaves them out.
+//! Steady islands: a step leaves them unchanged, bit for bit, so the next step leaves them out.
 //!
-//! A pile at rest comes to a fixed point of the conjugate solver: no position, velocity or impulse changes any
-//! more. A step is a function of its inputs. As long as nothing that it reads for an island changes, it would
-//! compute the same again, so such an island leaves the list of moving bodies; its impulses stay in the pair
-//! list and its touches in theirs. Unlike sleep this is not state: there is no threshold, nothing is set to zero, and a
-//! world that leaves nothing out has the same bits in every step.
+//! A pile at rest reaches a fixed point of the conjugate solver: positions, velocities and impulses no longer change.
+//! A step is a function of its inputs, so while nothing that it reads for an island changes, it would compute the
+//! same result again. Such an island leaves the list of moving bodies; its impulses stay in the pair list and its
+//! touches in the list of touches. Unlike sleep, this is not state: there is no threshold, nothing is set to zero,
+//! and a world that leaves nothing out has the same bits in every step.
 //!
-//! An island is readmitted when something that is not steady meets it, by a constraint or an impact: the step is then
-//! repeated from its start with the island in it. So it is when one of its bodies is changed from outside. All are
-//! when a body that nothing pushes is added, removed or placed elsewhere, starts or stops, since they may rest on it.
+//! An island is readmitted when something that is not steady meets it, through a constraint or an impact; the step is
+//! then repeated from its start with the island included. It is also readmitted when one of its bodies is changed
+//! from outside. All islands are readmitted when a static or kinematic body is added, removed, repositioned, started
+//! or stopped, since they may rest on it.
 
 use crate::bodies::Bodies;
 use crate::body::{BodyId, Motion};
@@ -17,31 +18,31 @@ use crate::solver::contact_constraint::ContactConstraint;
 use crate::solver::islands::Islands;
 use glam::Vec2;
 
-/// In place of an island: none.
+/// Stands for the index of an island if there is no island.
 const NONE: u32 = u32::MAX;
-/// Times that a step may be repeated for the islands that were met; then all are readmitted.
+/// Maximum number of repetitions of a step for islands that were met; after that all islands are readmitted.
 const REPEATS_MAX: u32 = 2;
 
 /// The steady islands of a world.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Steady {
-    /// Slots of their bodies, ascending.
+    /// Slots of the steady bodies, ascending.
     bodies: Vec<u32>,
     /// By slot: the lowest slot of its steady island, or [`NONE`].
     island: Vec<u32>,
-    /// By slot: whether the body is steady, or nothing pushes it and it does not move. Pairs of two such bodies take no
-    /// part in a step.
+    /// By slot: whether the body is steady, or is immovable and at rest. Pairs of two such bodies take no part in a
+    /// step.
     pub takes_no_part: Vec<bool>,
     /// By slot: positions and velocities at the start of the step.
     center: Vec<Vec2>,
     velocity: Vec<Vec2>,
-    /// Scratch: islands to readmit.
+    /// Scratch: islands that are about to be readmitted.
     to_readmit: Vec<u32>,
-    /// Whether this step may leave islands out of the next.
+    /// Whether this step may leave islands out of the next one.
     pub is_on: bool,
-    /// Times that the step was repeated.
+    /// Number of times that the step was repeated.
     repeats: u32,
-    /// Leaves nothing out, to compare the bits.
+    /// Whether to leave nothing out, for comparing the bits.
     #[cfg(test)]
     pub is_off: bool,
 }
@@ -51,7 +52,7 @@ pub(crate) struct Steady {
 pub(crate) struct StepContacts<'a> {
     pub constraints: &'a [ContactConstraint],
     pub islands: &'a Islands,
-    /// By constraint: whether its impulses are others than before the step.
+    /// By constraint: whether its impulses differ from those before the step.
     pub is_changed: &'a [bool],
 }
 
@@ -67,7 +68,7 @@ impl Steady {
         self.island.get(slot as usize).is_some_and(|&island| island != NONE)
     }
 
-    /// Begins a step. Saves its start if it may leave islands out of the next.
+    /// Begins a step, saving its start if it may leave islands out of the next one.
     pub fn begin(&mut self, bodies: &Bodies, is_on: bool) {
         self.is_on = is_on;
         self.repeats = 0;
@@ -94,8 +95,8 @@ impl Steady {
         self.takes_no_part.extend(takes_no_part);
     }
 
-    /// Readmits the islands that a moving body met in this step, and resets all bodies to its start. Returns whether
-    /// there was one: the step is then repeated.
+    /// Readmits the islands that a moving body met in this step, and resets all bodies to the start of the step.
+    /// Returns whether there were any, so that the step must be repeated.
     pub fn readmit_met(
         &mut self,
         bodies: &mut Bodies,
@@ -122,7 +123,7 @@ impl Steady {
         true
     }
 
-    /// Readmits the islands of bodies that are changed from outside, as far as they are steady.
+    /// Readmits the steady islands among those of bodies that are changed from outside.
     pub fn readmit_around(&mut self, bodies: &mut Bodies, ids: &[BodyId]) {
         for id in ids {
             let island = self.island.get(id.index as usize).copied().unwrap_or(NONE);
@@ -164,8 +165,8 @@ impl Steady {
         bodies.moving.sort_unstable();
     }
 
-    /// Leaves the islands out that the step has not changed, and of which no body departs. `reach` gives the reach with
-    /// which a step begins for a body of some velocity.
+    /// Leaves out the islands that the step did not change and from which no body departs. `reach` returns the reach
+    /// with which a body of a given velocity begins a step.
     pub fn leave_out(
         &mut self,
         bodies: &mut Bodies,
@@ -210,7 +211,7 @@ impl Steady {
         bodies.moving.retain(|&slot| island[slot as usize] == NONE);
     }
 
-    /// Whether the step changed no bit of a body, and the next one begins with the same.
+    /// Whether the step changed no bit of a body, so that the next step begins with the same values.
     fn is_unchanged(&self, bodies: &Bodies, slot: u32) -> bool {
         let index = slot as usize;
         let bits = |vector: Vec2| vector.to_array().map(f32::to_bits);

@@ -1,35 +1,36 @@
-//! Counts of the work of a step: a measure of its time that is the same on every machine.
+//! Counts of the work in a step, a measure of its time that is the same on every machine.
 
-/// Counts of the last step, each of something that takes about the same time whenever it is done.
+/// Counts of the last step. Each counts an operation that always takes about the same time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StepCounts {
-    /// Bodies that are awake and may move.
+    /// Awake bodies that may move.
     pub moving: u64,
     /// Pairs of bodies near each other.
     pub pairs: u64,
-    /// Pairs written to the list of pairs: all of them, and the bodies sorted, each time it is built; those found, and a share of
-    /// those moved, when it is extended.
+    /// Pairs written to the pair list. A build counts all pairs and sorted bodies; an extension counts the pairs
+    /// found and a share of the pairs moved.
     pub listed: u64,
-    /// Visits of contacts one after another: by passes, and by sweeps that visit them neither by colour nor in chains.
+    /// Visits of single contacts: by passes, and by sweeps that use neither colours nor chains.
     pub visits: u64,
-    /// With the relaxation, those of pairs that still touch at the end of the step.
+    /// With the relaxation solver, the visits of pairs that still touch at the end of the step.
     pub touching: u64,
-    /// Visits of four contacts side by side, by sweeps by colour.
+    /// Visits of four contacts side by side, in sweeps by colour.
     pub wide: u64,
     /// Visits of contacts in chains.
     pub links: u64,
-    /// Bodies that forests move, by sweeps.
+    /// Bodies moved by forests, in sweeps.
     pub nodes: u64,
-    /// Visits that stand for the elimination of islands that sweeps do not solve.
+    /// Visits charged for the elimination of islands that sweeps do not solve.
     pub eliminated: u64,
     /// Predictions of times of impact.
     pub predictions: u64,
-    /// Contacts that the passes of the conjugate solver over positions solve.
+    /// Contacts solved by the conjugate solver's passes over positions.
     pub corrected: u64,
-    /// Visits of springs by the rounds in which networks of springs are solved, with what their factorisations stand for.
+    /// Spring visits by the rounds in which networks of springs are solved, including those charged for
+    /// factorisations.
     pub springs: u64,
     /// The solver's work in its last attempt: visits of pairs, and predictions of impacts.
     pub solves: u64,
-    /// Particles that are alive.
+    /// Live particles.
     pub particles: u64,
 }

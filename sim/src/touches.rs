@@ -24,7 +24,7 @@ pub struct Touch {
     pub began: bool,
 }
 
-/// A touch found by a solver, by slots.
+/// A touch found by a solver, with bodies given as slots.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Found {
     pub a: u32,
@@ -40,13 +40,13 @@ pub(crate) struct Found {
 /// The touches of the last step.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Touches {
-    /// In (a, b) order.
+    /// Touches in (a, b) order.
     pub now: Vec<Touch>,
-    /// Scratch: slots that touched in the step before.
+    /// Scratch: slots that touched in the previous step.
     before: Vec<[u32; 2]>,
 }
 
-/// Fills the list of touches while it grows.
+/// Placeholder that fills the list of touches while it grows.
 const NO_TOUCH: Touch = Touch {
     a: BodyId { index: 0, generation: 0 },
     b: BodyId { index: 0, generation: 0 },
@@ -56,7 +56,7 @@ const NO_TOUCH: Touch = Touch {
     began: false,
 };
 
-/// Sorts touches by (a, b): plain numbers, since a sort for this type would take 3 kB of the page's program.
+/// Sorts touches by (a, b) as plain numbers, since sorting this type would take 3 kB of the page's program.
 pub(crate) fn sort(touches: &mut Vec<Touch>) {
     let key = |touch: &Touch| pairs::key(touch.a.index, touch.b.index);
     let mut keys: Vec<u64> = touches.iter().map(key).collect();
@@ -69,13 +69,13 @@ pub(crate) fn sort(touches: &mut Vec<Touch>) {
 }
 
 impl Touches {
-    /// Releases memory that the present touches do not need.
+    /// Releases memory that the current touches do not need.
     pub fn release(&mut self) {
         self.now.shrink_to_fit();
         self.before = Vec::new();
     }
 
-    /// Lists the touches of a step, found in (a, b) order; those of steady bodies stay as they were.
+    /// Lists the touches of a step, found in (a, b) order; the touches of steady bodies are kept.
     pub fn report(
         &mut self,
         bodies: &Bodies,
@@ -83,7 +83,7 @@ impl Touches {
         steady: &Steady,
     ) {
         let (mut from, mut to) = self.begin(found.clone().count(), steady);
-        // Merges the found ones from behind, so that each touch moves once.
+        // Merges the found touches from the back, so that each touch moves once.
         let Touches { now, before } = self;
         let mut before = before.iter().rev().peekable();
         for Found { a, b, normal, depth, closing } in found.rev() {
@@ -98,7 +98,7 @@ impl Touches {
         }
     }
 
-    /// Lists the touches that stay, and makes room for others; returns the numbers of them, and of all.
+    /// Keeps the touches of steady bodies and makes room for others; returns how many were kept and the total.
     #[inline(never)]
     fn begin(&mut self, found: usize, steady: &Steady) -> (usize, usize) {
         let Touches { now, before } = self;
@@ -116,7 +116,7 @@ impl Touches {
     }
 }
 
-/// The slots of both bodies. A removed body takes its touches with it, so that no other body inherits them.
+/// The slots of both bodies. The touches of a removed body are removed with it, so that no other body inherits them.
 fn slots(touch: &Touch) -> [u32; 2] {
     [touch.a.index, touch.b.index]
 }

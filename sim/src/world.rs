@@ -27,31 +27,31 @@ use solvers::Solvers;
 /// The phases of a step after which [`World::step_watched`] calls back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StepPhase {
-    /// Velocities and positions are integrated. The conjugate solver does this last.
+    /// Velocities and positions have been integrated. The conjugate solver does this last.
     Integrate,
-    /// The pairs that take part are found.
+    /// The pairs that take part have been found.
     Pairs,
-    /// Contacts are solved, and overlaps removed.
+    /// Contacts have been solved and overlaps removed.
     Relax,
 }
 
 /// Bodies, contacts and particles.
 ///
-/// Using a removed body is a caller bug. Debug builds panic; release builds treat it as a static circle at rest at the
-/// origin, and ignore changes of it.
+/// Using a removed body is a caller bug. Debug builds panic; release builds treat it as a static circle at rest at
+/// the origin and ignore changes to it.
 #[derive(Clone, Debug)]
 pub struct World {
     pub(crate) settings: WorldSettings,
     pub(crate) bodies: Bodies,
     pub(crate) pairs: PairList,
     pub(crate) sleep: Sleep,
-    /// Islands that steps of the conjugate solver leave out; not state.
+    /// Islands left out by steps of the conjugate solver; not state.
     pub(crate) steady: Steady,
     particles: Particles,
     pub(crate) forces: Forces,
     touches: Touches,
     departed: Departed,
-    /// Steps follow the chapter's listing.
+    /// Whether steps follow the chapter's listing.
     listed: bool,
     pub(crate) solvers: Solvers,
     /// Scratch of the particles.
@@ -61,7 +61,7 @@ pub struct World {
 /// Bodies that the last step removed.
 #[derive(Clone, Debug, Default)]
 pub struct Departed {
-    /// All of them, with their last position.
+    /// All removed bodies, with their last position.
     pub bodies: Vec<(BodyId, Vec2)>,
     /// Those whose position or velocity was not finite, removed before they could touch anything. This never happens; if
     /// it does, report it.
@@ -132,7 +132,8 @@ impl World {
         exists
     }
 
-    /// Removes bodies, and passes over those that do not exist: all at once, since one alone already takes a walk over all pairs.
+    /// Removes bodies, ignoring those that do not exist. All are removed at once, since even a single removal
+    /// iterates over all pairs.
     pub fn remove_all(&mut self, ids: &[BodyId]) {
         let before = self.bodies.count();
         self.wake(ids);
@@ -157,7 +158,7 @@ impl World {
         self.bodies.contains(id)
     }
 
-    /// Existing bodies in index order.
+    /// Ids of the existing bodies, in index order.
     pub fn ids(&self) -> impl Iterator<Item = BodyId> + '_ {
         self.bodies.slots().map(|slot| self.bodies.id(slot))
     }
@@ -167,13 +168,13 @@ impl World {
         self.bodies.count()
     }
 
-    /// Centre in world units.
+    /// Centre of a body, world units.
     #[inline]
     pub fn position(&self, id: BodyId) -> Vec2 {
         self.bodies.find(id).map_or(Vec2::ZERO, |index| self.bodies.center[index])
     }
 
-    /// Velocity, units/s.
+    /// Velocity of a body, units/s.
     #[inline]
     pub fn velocity(&self, id: BodyId) -> Vec2 {
         self.bodies.find(id).map_or(Vec2::ZERO, |index| self.bodies.velocity[index])
@@ -185,7 +186,7 @@ impl World {
         self.bodies.find(id).map_or(Shape::Circle { radius: 1.0 }, |index| self.bodies.shape[index])
     }
 
-    /// Static, kinematic or dynamic.
+    /// Whether a body is static, kinematic or dynamic.
     #[inline]
     pub fn motion(&self, id: BodyId) -> Motion {
         self.bodies.find(id).map_or(Motion::Static, |index| self.bodies.motion[index])
@@ -197,13 +198,13 @@ impl World {
         self.bodies.find(id).map_or(0, |index| self.bodies.group[index])
     }
 
-    /// 1 / mass; 0 for static and kinematic bodies.
+    /// 1 / mass of a body; 0 for static and kinematic ones.
     #[inline]
     pub fn inverse_mass(&self, id: BodyId) -> f32 {
         self.bodies.find(id).map_or(0.0, |index| self.bodies.inverse_mass[index])
     }
 
-    /// Factor on the world's gravity.
+    /// A body's factor on the world's gravity.
     pub fn gravity_scale(&self, id: BodyId) -> f32 {
         self.bodies.find(id).map_or(0.0, |index| self.bodies.gravity_scale[index])
     }
@@ -230,7 +231,7 @@ impl World {
         &self.forces.springs
     }
 
-    /// Sets a position. Panics unless finite.
+    /// Sets a position. Panics unless it is finite.
     pub fn set_position(&mut self, id: BodyId, position: Vec2) {
         check::vector(position.is_finite(), "position", position);
         let Some(index) = self.bodies.find(id) else { return };
@@ -246,8 +247,8 @@ impl World {
         self.sleep.body_placed(&mut awake, id.index);
     }
 
-    /// Sets a velocity. Panics unless finite. A static body keeps its own, which is zero (C20): another is a fault of
-    /// the caller, as if it were removed.
+    /// Sets a velocity. Panics unless it is finite. The velocity of a static body is always zero (C20): setting
+    /// another one is a caller bug, like using a removed body.
     pub fn set_velocity(&mut self, id: BodyId, velocity: Vec2) {
         check::vector(velocity.is_finite(), "velocity", velocity);
         let Some(index) = self.bodies.find(id) else { return };
@@ -271,7 +272,7 @@ impl World {
         self.sleep.wake_around(&mut awake, ids);
     }
 
-    /// Changes the factor on gravity. Panics unless finite.
+    /// Sets the factor on gravity. Panics unless it is finite.
     pub fn set_gravity_scale(&mut self, id: BodyId, scale: f32) {
         check::number(scale.is_finite(), "gravity scale", scale);
         let Some(index) = self.bodies.find(id) else { return };
@@ -281,8 +282,8 @@ impl World {
         }
     }
 
-    /// Switches from the relaxation to the chapter's solver as it is printed, or back; other solvers stay. Forces
-    /// do not act meanwhile. It is a setting, not state.
+    /// Switches from the relaxation solver to the chapter's solver as printed, or back; other solvers are not
+    /// affected. While it is on, forces do not act. It is a setting, not state.
     pub fn set_listed(&mut self, listed: bool) {
         self.listed = listed;
     }
@@ -313,15 +314,13 @@ impl World {
         self.advance(&mut |_, _| {});
     }
 
-    /// Makes a [`World::step`] that calls `watch` after each phase. Changes by `watch` are part of
-    /// the step.
+    /// Runs a [`World::step`] that calls `watch` after each phase. Changes made by `watch` are part of the step.
     pub fn step_watched(&mut self, watch: &mut impl FnMut(StepPhase, &mut World)) {
         self.steady.readmit_all(&mut self.bodies);
         self.advance(watch);
     }
 
-    /// Advances particles and emitters by one step, against the bodies at the present quantised
-    /// positions that clients see.
+    /// Advances particles and emitters by one step, using the bodies' current quantised positions as seen by clients.
     pub fn step_particles(&mut self) {
         if !self.settings.features.particles || self.is_over_budget() {
             return;
@@ -365,20 +364,20 @@ impl World {
         }
     }
 
-    /// Whether a step needed more than its [`StepBudget`]: it was broken off, and the world stands still from then on.
-    /// Its game cannot go on. What a step needs depends on when the list of pairs was built and on which islands were left
-    /// out, so that a restored world may exceed its budget some steps earlier or later.
+    /// Whether a step needed more than its [`StepBudget`]. That step was broken off, and no further step is made, so
+    /// the game cannot continue. The work of a step depends on when the pair list was built and which islands were
+    /// left out, so a restored world may exceed its budget some steps earlier or later.
     pub fn is_over_budget(&self) -> bool {
         self.pairs.is_over() || self.solvers.conjugate.is_over() || self.particles.is_over()
     }
 
-    /// Pairs that the last step found: what [`StepBudget::pairs`] bounds.
+    /// Number of pairs found in the last step, which [`StepBudget::pairs`] bounds.
     pub fn pair_count(&self) -> usize {
         self.pairs.pairs.len()
     }
 
-    /// Whether a body sleeps: it is at rest and costs nothing. Only in worlds that sleep. Its
-    /// touches are not reported.
+    /// Whether a body sleeps: it is at rest and costs nothing. Bodies sleep only in worlds with sleep. Touches of
+    /// sleeping bodies are not reported.
     pub fn is_asleep(&self, id: BodyId) -> bool {
         self.bodies.find(id).is_some_and(|index| self.sleep.has(index as u32))
     }
@@ -400,13 +399,13 @@ impl World {
         &self.settings
     }
 
-    /// Whether every position and velocity is finite: true after every step.
+    /// Whether all positions and velocities are finite, which is true after every step.
     pub fn is_finite(&self) -> bool {
         self.bodies.slots().all(|slot| self.bodies.is_finite(slot as usize))
     }
 }
 
-/// No particles yet, in a world with these settings.
+/// An empty set of particles for a world with these settings.
 fn particles(settings: &WorldSettings) -> Particles {
     let mut particles = Particles::new(settings.recipes.clone(), settings.particles_max);
     particles.limit_obstacle_cells(settings.budget.obstacle_cells);

@@ -1,14 +1,13 @@
-//! The sorted list of pairs that may come into contact, with the impulses that they carry from step
-//! to step.
+//! The sorted list of pairs that may come into contact, with the impulses carried from step to step.
 //!
-//! The list is a pure accelerator. Every box in it is grown by a margin (a fat AABB), so the list
-//! stays valid while bodies stay in their fat boxes; an exact test in each step decides which of
-//! its pairs take part. When and how the list is built therefore cannot change a bit of the result.
+//! The list only speeds up the search. Every box in it is grown by a margin (a fat AABB), so it stays valid while
+//! bodies stay inside their fat boxes, and an exact test in each step decides which pairs take part. When and how the
+//! list is built therefore cannot change a single bit of the result.
 //!
-//! Moving bodies are sorted along the axis on which they are spread out further, and swept. In a
-//! world that sleeps the others are kept apart in a [`StaticGrid`], which each moving body queries. Where
-//! only some bodies have outgrown their boxes, the pairs that they lack are added, and what they no longer need stays until
-//! the list is built again.
+//! Moving bodies are sorted along the axis on which they are spread out further, and swept. In a world that sleeps,
+//! all other bodies are kept in a [`StaticGrid`], which each moving body queries. Where only some bodies have
+//! outgrown their boxes, their missing pairs are added; pairs that are no longer needed stay until the list is
+//! rebuilt.
 
 use super::static_grid::StaticGrid;
 use crate::bodies::Bodies;
@@ -23,32 +22,33 @@ const MARGIN: f32 = 0.25;
 /// Margin of the fat box of a body that does not move, beyond its reach, world units.
 const STATIC_MARGIN: f32 = 0.1;
 
-/// Outgrown bodies up to which the list is extended instead of built again: this many, or this part of the moving bodies if that
-/// is more. Of a crowd of 4000 at least as many would pay; the memory for them is what bounds it.
+/// Maximum number of outgrown bodies for which the list is extended instead of rebuilt: this many, or this part of
+/// the moving bodies if that is more. In a crowd of 4000, extending would pay off for even more; memory sets the
+/// limit.
 const OUTGROWN_MAX: usize = 32;
 const OUTGROWN_PART: usize = 16;
-/// The list is built again where this part of its pairs was added since, or of its bodies have other boxes than when they
-/// were sorted: what it no longer needs, and what is compared in vain, stay few.
+/// The list is rebuilt once more than this part of its pairs was added since the last build, or more than this part
+/// of its bodies has left the sorted boxes. This keeps obsolete pairs and useless comparisons few.
 const ADDED_PART: usize = 8;
 const ASIDE_PART: usize = 4;
 /// Boxes wider than this multiple of the mean are compared with all others.
 const WIDE: f32 = 4.0;
 /// Boxes tested before the overlaps among them are listed.
 const BESIDE: usize = 32;
-/// Pairs that are moved in the time in which one is listed.
+/// Pairs that can be moved in the time it takes to list one.
 const MOVED_PER_LISTED: u64 = 8;
-/// Margins of a box, left, right, below and above, relative to its body's reach, beyond which it is too large; those of a new
-/// one are at most 5.4. Where more than one in [`LARGE_BOXES_PART`] is, the list is built again.
+/// Total margin of a box on its four sides, relative to its body's reach, beyond which the box is too large; a new
+/// box has at most 5.4. The list is rebuilt once more than one box in [`LARGE_BOXES_PART`] is too large.
 const LARGE_BOX: f32 = 12.0;
 const LARGE_BOXES_PART: usize = 16;
 
-/// Refreshes without a search after which its scratch is released.
+/// Refreshes without a search after which the search's scratch memory is released.
 const IDLE_REFRESHES_MAX: u32 = 128;
 
 /// The axis of the box face that carried the contact in the last step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Axis {
-    /// No face did, or the solver does not use it.
+    /// No face carried the contact, or the solver does not use the axis.
     #[default]
     Free,
     X,
@@ -62,9 +62,9 @@ pub(crate) struct Pair {
     pub b: u32,
     /// Normal impulse that held the two apart at rest in the last step; not negative.
     pub normal_impulse: f32,
-    /// Friction impulse that went with it, along the normal turned left.
+    /// Friction impulse of the same contact, along the normal turned left.
     pub tangent_impulse: f32,
-    /// Meaningful where `normal_impulse` is positive, else free.
+    /// Only meaningful where `normal_impulse` is positive; otherwise `Free`.
     pub axis: Axis,
 }
 
@@ -91,20 +91,20 @@ impl Pair {
     }
 }
 
-/// Filter of the bodies that may pair.
+/// Decides which bodies may pair.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Filter<'a> {
     /// For each group, the groups that it collides with.
     pub meets: &'a [u32; GROUPS_MAX],
-    /// Pairs of two immovable bodies are listed too: contacts are only detected.
+    /// Whether pairs of two immovable bodies are listed too, for contacts that are only detected.
     pub immovable: bool,
-    /// Pairs that the list may hold.
+    /// Maximum number of pairs that the list may hold.
     pub pairs_max: usize,
 }
 
 impl Filter<'_> {
     /// Whether two bodies may pair.
-    // Inlined in four places it would take a kilobyte of the page's program.
+    // Inlining it in four places would add a kilobyte to the page's program.
     #[cfg_attr(target_arch = "wasm32", inline(never))]
     #[cfg_attr(not(target_arch = "wasm32"), inline)]
     pub fn takes(&self, bodies: &Bodies, a: u32, b: u32) -> bool {
@@ -114,28 +114,28 @@ impl Filter<'_> {
     }
 }
 
-/// The list; see the module's description.
+/// The list of pairs; see the module documentation.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PairList {
-    /// Sorted by (a, b).
+    /// Pairs, sorted by (a, b).
     pub pairs: Vec<Pair>,
-    /// By slot: the fat box for which `pairs` is complete.
+    /// Fat boxes by slot; `pairs` is complete for them.
     fat: Vec<Aabb>,
-    /// Bodies were added or placed elsewhere since the list was built.
+    /// Whether bodies were added or repositioned since the list was built.
     stale: bool,
-    /// There were more pairs than the list may hold: it lacks some.
+    /// Whether there were more pairs than the list may hold; some are then missing.
     is_over: bool,
-    /// In a world that sleeps, all bodies outside the moving list.
+    /// All bodies outside the moving list, in a world that sleeps.
     static_grid: Option<StaticGrid>,
-    /// Slots that have outgrown their boxes, up to one more than are renewed.
+    /// Slots that have outgrown their boxes, up to one more than the list would be extended for.
     outgrown: Vec<u32>,
-    /// Pairs that were added since the list was built.
+    /// Number of pairs added since the list was built.
     added: usize,
     sorted: SortedBoxes,
     /// Refreshes since pairs were last searched for.
     idle_refreshes: u32,
-    /// Pairs written to the list in this step: all of them, and the bodies sorted, when it is built; those found, and a share of
-    /// those moved, when it is extended.
+    /// Work done on the list in this step. A build counts all pairs and sorted bodies; an extension counts the pairs
+    /// found and a share of the pairs moved.
     pub listed: u64,
     /// Scratch: keys of the pairs found.
     keys: Vec<u64>,
@@ -150,25 +150,26 @@ struct SortedBoxes {
     /// Whether the boxes are turned, and the width of the widest one that is not aside.
     is_upright: bool,
     widest: f32,
-    /// Slots whose boxes are not those that were sorted, or too wide to be found there.
+    /// Slots that the sorted boxes do not cover: their boxes have changed, or are too wide to be found by the sweep.
     aside: Vec<u32>,
-    /// By slot: whether it is not to be taken from the sorted ones: it is aside, or neither moves nor counts any more.
+    /// By slot: whether its sorted entry must be ignored, because the body is in `aside`, stopped moving or was
+    /// removed.
     is_left_out: Vec<bool>,
 }
 
 impl PairList {
-    /// Creates an empty list; `sleeping` if bodies of the world may fall asleep.
+    /// Creates an empty list; `sleeping` says whether bodies of the world may fall asleep.
     pub fn new(sleeping: bool) -> PairList {
         PairList { static_grid: sleeping.then(StaticGrid::default), ..PairList::default() }
     }
 
-    /// In a world that sleeps: adds a body that has left the moving list, or that never moves.
+    /// In a world that sleeps: adds a body that has left the moving list or never moves.
     pub fn insert_static(&mut self, slot: u32, bodies: &Bodies) {
         let Some(grid) = &mut self.static_grid else { return };
         let index = slot as usize;
         self.fat.resize(bodies.alive.len(), EMPTY_BOX);
         let fat = bodies.bounds(index, bodies.reach[index] + STATIC_MARGIN);
-        // The list is complete for the previous box.
+        // The list was complete for the previous box.
         let within = self.fat[index].contains(fat.low) && self.fat[index].contains(fat.high);
         self.stale |= !within;
         self.fat[index] = fat;
@@ -183,9 +184,9 @@ impl PairList {
         }
     }
 
-    /// Sorts pairs that were appended to the list; of two equal ones the one with an impulse stays.
+    /// Sorts pairs that were appended to the list; of two equal pairs the one with an impulse is kept.
     pub fn merge(&mut self) {
-        // Sorts plain numbers: a sort for this type would take 3 kB of the page's program.
+        // Sorts plain numbers: sorting this type would add 3 kB to the page's program.
         let mut keys: Vec<u64> = self.pairs.iter().map(Pair::key).collect();
         keys.sort_unstable();
         keys.dedup();
@@ -200,7 +201,7 @@ impl PairList {
         self.stale = true;
     }
 
-    /// Visits the bodies near `slot` that do not move, in no particular order.
+    /// Visits the non-moving bodies near `slot`, in no particular order.
     pub fn for_each_static_near(&self, slot: u32, bodies: &Bodies, mut visit: impl FnMut(u32)) {
         let Some(grid) = &self.static_grid else { return };
         let bounds = bodies.bounds(slot as usize, bodies.reach[slot as usize] + STATIC_MARGIN);
@@ -211,13 +212,12 @@ impl PairList {
         });
     }
 
-    /// Marks the list as outdated: a body was added, or one outside the moving list was placed
-    /// elsewhere.
+    /// Marks the list as outdated because a body was added, or one outside the moving list was repositioned.
     pub fn invalidate(&mut self) {
         self.stale = true;
     }
 
-    /// Registers a body that is about to be removed.
+    /// Prepares the list for the removal of a body.
     pub fn removed(&mut self, slot: u32) {
         self.remove_static(slot);
         self.sorted.leave_out(slot);
@@ -226,7 +226,7 @@ impl PairList {
         }
     }
 
-    /// Drops the pairs of removed bodies at once, so that new ones in their slots inherit nothing.
+    /// Drops the pairs of removed bodies at once, so that new bodies in their slots inherit nothing.
     pub fn keep_alive(&mut self, bodies: &Bodies) {
         let lives = |slot: u32| bodies.alive[slot as usize];
         self.pairs.retain(|pair| lives(pair.a) && lives(pair.b));
@@ -237,8 +237,8 @@ impl PairList {
         self.is_over
     }
 
-    /// Makes the list complete for the present positions; returns whether it was changed. It is not complete where
-    /// there are too many pairs.
+    /// Makes the list complete for the current positions, unless there are too many pairs. Returns whether the list
+    /// changed.
     pub fn refresh(&mut self, bodies: &Bodies, filter: Filter) -> bool {
         let most = OUTGROWN_MAX.max(bodies.moving.len() / OUTGROWN_PART);
         if !self.stale {
@@ -265,9 +265,10 @@ impl PairList {
         true
     }
 
-    /// Marks the list as outdated where many bodies have slowed down so far that their boxes are much too large: most of its
-    /// pairs are then far apart. Returns whether it is. To be called between a refresh and the first impact, where reach
-    /// is extended for impacts already: a box that they need in every step is not too large.
+    /// Marks the list as outdated where many bodies have slowed down so much that their boxes are far too large,
+    /// since most of its pairs are then far apart. Returns whether the list is outdated. Call it between a refresh
+    /// and the first impact, when reach is already extended for impacts; a box that this needs in every step does not
+    /// count as too large.
     pub fn drop_large_boxes(&mut self, bodies: &Bodies) -> bool {
         let fat = &self.fat;
         let is_large = |&&slot: &&u32| {
@@ -280,14 +281,14 @@ impl PairList {
         self.stale
     }
 
-    /// Releases the memory that only a search needs.
+    /// Releases the memory that only searches need.
     fn release_scratch(&mut self) {
         self.pairs.shrink_to_fit();
         self.sorted = SortedBoxes::default();
         self.keys = Vec::new();
     }
 
-    /// Finds bodies whose reach has left the box for which the list is complete, `most` of them.
+    /// Finds up to `most` bodies whose reach has left the box for which the list is complete.
     fn find_outgrown(&mut self, bodies: &Bodies, most: usize) {
         let fat = &self.fat;
         let outgrown = |&slot: &u32| {
@@ -318,8 +319,8 @@ impl PairList {
         self.added = 0;
     }
 
-    /// Adds the missing pairs of the bodies that have outgrown their boxes; returns whether there are any, or `None` if the list
-    /// may be too long for them.
+    /// Adds the missing pairs of bodies that have outgrown their boxes. Returns whether there were any, or `None` if
+    /// the list could become too long.
     fn renew(&mut self, bodies: &Bodies, filter: Filter) -> Option<bool> {
         let outgrown = std::mem::take(&mut self.outgrown);
         for &slot in &outgrown {
@@ -347,7 +348,7 @@ impl PairList {
         Some(self.add_pairs())
     }
 
-    /// Pairs of some moving bodies with those that do not move.
+    /// Finds the pairs of some moving bodies with bodies that do not move.
     fn find_static_pairs(&mut self, bodies: &Bodies, moving: &[u32], filter: Filter) {
         let PairList { static_grid, fat, keys, .. } = self;
         let Some(grid) = static_grid else { return };
@@ -365,10 +366,10 @@ impl PairList {
         }
     }
 
-    /// Sets `pairs` to those of the sorted keys. Listed pairs keep their impulses.
+    /// Replaces `pairs` by those of the sorted keys. Pairs that were listed before keep their impulses.
     fn carry_impulses(&mut self) {
         let PairList { pairs, keys, .. } = self;
-        // A pair without an impulse has nothing to carry, and is created again: in a crowd, seven of eight.
+        // A pair without an impulse has nothing to carry and is simply created again: seven of eight in a crowd.
         let has_kept =
             |pair: &Pair| pair.normal_impulse > 0.0 && keys.binary_search(&pair.key()).is_ok();
         pairs.retain(has_kept);
@@ -376,7 +377,7 @@ impl PairList {
         self.merge_keys(len);
     }
 
-    /// Adds the pairs of the sorted keys that are not listed; returns whether there are any.
+    /// Adds the pairs of the sorted keys that are not listed yet; returns whether there were any.
     fn add_pairs(&mut self) -> bool {
         let PairList { pairs, keys, .. } = self;
         keys.retain(|key| pairs.binary_search_by_key(key, Pair::key).is_err());
@@ -387,8 +388,8 @@ impl PairList {
         added > 0
     }
 
-    /// Merges the sorted keys with the pairs from behind, so that each pair moves once. There are `len` pairs afterwards.
-    /// Returns how many did not move.
+    /// Merges the sorted keys into the pairs from the back, so that each pair moves once. Afterwards there are `len`
+    /// pairs. Returns how many pairs did not move.
     fn merge_keys(&mut self, len: usize) -> usize {
         let PairList { pairs, keys, .. } = self;
         let (mut from, mut to) = (pairs.len(), len);
@@ -409,14 +410,14 @@ impl PairList {
 }
 
 impl SortedBoxes {
-    /// Leaves a body out of renewals, until the list is built again.
+    /// Excludes a body's sorted entry from extensions until the list is rebuilt.
     fn leave_out(&mut self, slot: u32) {
         if let Some(is_left_out) = self.is_left_out.get_mut(slot as usize) {
             *is_left_out = true;
         }
     }
 
-    /// Finds the pairs of a body with those that were sorted, and with those aside.
+    /// Finds the pairs of a body with the sorted bodies and with those in `aside`.
     fn find_pairs_of(
         &self,
         a: u32,
@@ -428,7 +429,7 @@ impl SortedBoxes {
         let SortedBoxes { order, boxes, aside, is_left_out, widest, .. } = self;
         let fat_a = fat[a as usize];
         let bounds = turned(fat_a, self.is_upright);
-        // Twice the width: rounding may take as much from it far away from the origin.
+        // Twice the width, since rounding may take that much from it far away from the origin.
         let from = boxes.partition_point(|other| other.low.x < bounds.low.x - 2.0 * *widest);
         let to = boxes.partition_point(|other| other.low.x < bounds.high.x).max(from);
         for at in 0..to - from + aside.len() {
@@ -458,7 +459,7 @@ impl SortedBoxes {
         boxes.extend(order.iter().map(of));
     }
 
-    /// Sets aside what is far wider than the others.
+    /// Moves boxes that are far wider than the others to `aside`.
     fn set_aside(&mut self, slots: usize) {
         let SortedBoxes { order, boxes, aside, is_left_out, widest, .. } = self;
         let width = |bounds: &Aabb| bounds.high.x - bounds.low.x;
@@ -472,7 +473,7 @@ impl SortedBoxes {
             if width <= wide {
                 *widest = max(*widest, width);
             } else {
-                // One that is not finite too, and then all.
+                // If any box is not finite, all boxes come here.
                 push(aside, slot);
                 is_left_out[slot as usize] = true;
             }
@@ -487,7 +488,7 @@ impl SortedBoxes {
         for (rank, (&a, bounds)) in order.iter().zip(boxes).enumerate() {
             let beside = order[rank + 1..].chunks(BESIDE).zip(boxes[rank + 1..].chunks(BESIDE));
             for (slots, boxes) in beside {
-                // Without a branch on what cannot be predicted: few of the boxes beside overlap.
+                // Without an unpredictable branch: few of the boxes beside it overlap.
                 let (mut count, mut is_last) = (0, false);
                 for (&b, other) in slots.iter().zip(boxes) {
                     if other.low.x >= bounds.high.x {
@@ -522,7 +523,7 @@ fn turned(bounds: Aabb, is_upright: bool) -> Aabb {
     }
 }
 
-/// A box that overlaps nothing, and holds nothing.
+/// A box that overlaps and contains nothing.
 const EMPTY_BOX: Aabb = Aabb { low: Vec2::INFINITY, high: Vec2::NEG_INFINITY };
 
 /// The key of a pair, by which the list is sorted.
@@ -530,7 +531,7 @@ pub(crate) fn key(a: u32, b: u32) -> u64 {
     u64::from(a.min(b)) << 32 | u64::from(a.max(b))
 }
 
-/// The box of a body, grown by the distance that it may travel in the next step, and ahead by that of one more.
+/// The box of a body, grown by the distance it may travel in the next step, and ahead of it by one step more.
 fn grown(bodies: &Bodies, slot: u32) -> Aabb {
     let slot = slot as usize;
     let reach = bodies.reach[slot];
@@ -543,7 +544,7 @@ fn grown(bodies: &Bodies, slot: u32) -> Aabb {
     Aabb { low, high }
 }
 
-/// The bodies that are sorted and swept: all, or all that move.
+/// The bodies that are sorted and swept: all of them, or only the moving ones.
 fn swept(bodies: &Bodies, moving: bool) -> impl Iterator<Item = u32> + '_ {
     let some = if moving { bodies.moving.as_slice() } else { &[] };
     let all = (!moving).then(|| bodies.slots());

@@ -1,10 +1,10 @@
-//! A hashed grid of the bodies that do not move, with one level for each size of bodies.
+//! A hashed grid of the bodies that do not move, with one level for each size class.
 //!
-//! A body lies in the cell of its centre, on the level whose cells are at least as wide as its box;
-//! so a box overlaps only bodies whose cells are within half a cell of it. Cells share a table by
-//! their hash, and the chains are linked through the slots, so insertion and removal take constant
-//! time (Teschner et al. 2003, "Optimized spatial hashing"; levels as in Ericson 2005, "Real-time
-//! collision detection", 7.2). Bodies in the grid are visited only if something moves close by.
+//! A body lies in the cell of its centre, on the level whose cells are at least as wide as its box. A box therefore
+//! overlaps only bodies whose cells are within half a cell of it. Cells share a table by their hash and the chains
+//! are linked through the slots, so insertion and removal take constant time (Teschner et al. 2003, "Optimized
+//! spatial hashing"; levels as in Ericson 2005, "Real-time collision detection", 7.2). Bodies in the grid are visited
+//! only if something moves close by.
 
 use crate::shape::Aabb;
 
@@ -12,9 +12,9 @@ use crate::shape::Aabb;
 const NONE: u32 = u32::MAX;
 /// Cells of the finest level are 2^`FINEST` world units wide.
 const FINEST: i32 = -8;
-/// Number of levels; the last has one cell, for everything larger than the cells of the others.
+/// Number of levels; the last one has a single cell, for everything too large for the other levels.
 const LEVELS: usize = 32;
-/// Smallest ratio of a cell's width to its box: room for rounding.
+/// Smallest ratio of a cell's width to the box in it; leaves room for rounding.
 const CELL_SHARE_MIN: f32 = 1.25;
 /// Entries of the smallest table.
 const TABLE_MIN: usize = 64;
@@ -27,7 +27,7 @@ struct Cell {
     y: i32,
 }
 
-/// Links of a slot in the chain of its cell.
+/// Links of a slot within the chain of its cell.
 #[derive(Clone, Copy, Debug)]
 struct CellLink {
     cell: Cell,
@@ -41,7 +41,7 @@ const UNLISTED: CellLink =
 
 #[derive(Clone, Debug, Default)]
 pub(crate) struct StaticGrid {
-    /// By hash of the cell: first slot of the chain. A power of two of entries.
+    /// First slot of the chain, by the cell's hash. The number of entries is a power of two.
     heads: Vec<u32>,
     links: Vec<CellLink>,
     /// Number of slots on each level.
@@ -115,7 +115,7 @@ impl StaticGrid {
         }
     }
 
-    /// Visits the slots of a range with more cells than the table has entries.
+    /// Visits the slots of a range that has more cells than the table has entries.
     fn scan(&self, low: Cell, high: Cell, visit: &mut impl FnMut(u32)) {
         for &head in &self.heads {
             let mut slot = head;
@@ -176,7 +176,7 @@ fn cell_of(bounds: &Aabb) -> Cell {
     Cell { level: level as u8, x: index(center.x, level), y: index(center.y, level) }
 }
 
-/// The first and the last cell of a level whose bodies may overlap `bounds`.
+/// Returns the first and the last cell of a level whose bodies may overlap `bounds`.
 fn cell_range(bounds: &Aabb, level: usize) -> (Cell, Cell) {
     let half = width(level) * 0.5;
     let cell = |x: f32, y: f32| Cell { level: level as u8, x: index(x, level), y: index(y, level) };
@@ -186,7 +186,7 @@ fn cell_range(bounds: &Aabb, level: usize) -> (Cell, Cell) {
     )
 }
 
-/// Coordinates beyond the range share the last cell.
+/// Index of the cell at a coordinate. Coordinates beyond the range share the last cell.
 fn index(coordinate: f32, level: usize) -> i32 {
     if level == LEVELS - 1 {
         return 0;

@@ -1,10 +1,10 @@
 //! Bounces of bodies in a crowd: velocities only, pair by pair, in the order of their times.
 //!
-//! Where bodies lie close to each other the queue of impacts takes hundreds of predictions for an impact, and paths that
-//! are bent at each of them are worth little: the contact solver decides where bodies go. There a bounce changes the two
-//! velocities before the step and nothing else: to those with which the pair leaves the place of its impact, as if it
-//! were here and now. One pair at a time keeps energy and momentum exactly. So it does for bodies on springs, whose paths
-//! within a step cannot be taken back to its start: they count as crowded wherever they are.
+//! Where bodies lie close to each other, the queue of impacts needs hundreds of predictions per impact, and paths
+//! that bend at each of them are worth little: the contact solver decides where bodies end. In a crowd a bounce
+//! therefore only changes the two velocities before the step, to those with which the pair leaves its point of
+//! impact, as if the impact happened now. Bouncing one pair at a time keeps energy and momentum exactly. Bodies on
+//! springs always count as crowded, because their path within a step cannot be traced back to its start.
 
 use super::impact_prediction::{gravity_on, restitution, restitution_of};
 use crate::bodies::Bodies;
@@ -18,33 +18,33 @@ use glam::Vec2;
 
 /// Gap between two bodies up to which they are close, as a share of a half-size.
 const CLOSE: f32 = 0.5;
-/// Times that a step looks for pairs that now bounce: a bounce brings the next ones together.
+/// Searches for bouncing pairs per step: each bounce may bring the next pair together.
 const LOOKS: u32 = 4;
 
-/// The crowded bodies of a step, and scratch.
+/// The crowded bodies of a step, and scratch memory.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Crowd {
-    /// By slot: whether another body that can move is close.
+    /// By slot: whether another movable body is close.
     is_crowded: Vec<bool>,
-    /// Time of a bounce, and index of its contact.
+    /// Bounces to come: the time in the upper half, the index of the constraint in the lower half.
     bounces: Vec<u64>,
-    /// Whether this step had bounces.
+    /// Whether this step had any bounces.
     pub has_bounced: bool,
 }
 
-/// A bounce to come.
+/// A predicted bounce.
 struct Bounce {
     /// Closing speed, units/s.
     closing: f32,
-    /// Gain of the squared closing speed by gravity until the impact.
+    /// Increase of the squared closing speed by gravity until the impact.
     gain: f32,
     /// Seconds into the step.
     time: f32,
 }
 
 impl Crowd {
-    /// Finds the crowded bodies: those close to another one that can move. Elastic ones without gravity never are: the contact
-    /// solver would not keep their energy.
+    /// Finds the crowded bodies: those close to another movable one. Without gravity, elastic bodies never count as
+    /// crowded, since the contact solver would not keep their energy.
     pub fn find(&mut self, bodies: &Bodies, pairs: &[Pair], paths: &Paths, context: &StepContext) {
         self.is_crowded.clear();
         self.is_crowded.resize(bodies.alive.len(), false);
@@ -55,17 +55,17 @@ impl Crowd {
         for pair in pairs {
             let (a, b) = (pair.a as usize, pair.b as usize);
             if self.is_crowded[a] && self.is_crowded[b] {
-                // The pair can add nothing.
+                // Both are already known to be crowded.
                 continue;
             }
             if bodies.inverse_mass[a] == 0.0 || bodies.inverse_mass[b] == 0.0 {
-                // A ball alone bounces off a floor on its exact path.
+                // A single ball bounces off a floor on its exact path.
                 continue;
             }
             let gap = (bodies.center[b] - bodies.center[a]).abs() - bodies.half[a] - bodies.half[b];
             let gap = max(gap.x, gap.y);
             if !near(bodies, pair.a, pair.b) {
-                // Which pairs are listed beyond their reach depends on when the list was built.
+                // The listed pairs beyond reach depend on when the list was built.
                 continue;
             }
             if is_weightless && restitution(bodies, pair) >= 1.0 {
@@ -83,7 +83,7 @@ impl Crowd {
     }
 
     /// Bounces all pairs that still close and touch within the step: those of crowded bodies, and those whose impact
-    /// gravity delays beyond its end, though their velocities then would make them touch before.
+    /// gravity delays beyond the end of the step although their final velocities would make them touch before it.
     pub fn bounce(
         &mut self,
         bodies: &mut Bodies,
@@ -109,7 +109,7 @@ impl Crowd {
             for &entry in &self.bounces {
                 let index = entry as u32 as usize;
                 let (constraint, info) = (&constraints[index], &mut infos[index]);
-                // Another bounce may have parted the two.
+                // Another bounce may have separated the two.
                 if let Some(bounce) = next_bounce(bodies, constraint, info, paths, context) {
                     self.has_bounced = true;
                     apply(bodies, constraint, &bounce);
@@ -146,8 +146,8 @@ fn next_bounce(
     Some(Bounce { closing, gain: 2.0 * pull * distance, time: distance / closing })
 }
 
-/// Applies the impulse of a bounce. At the place of the impact the pair leaves at e times the speed w with which it came
-/// there, w^2 = c^2 + gain; so here it leaves at the speed c' with c'^2 = e^2 w^2 - gain.
+/// Applies the impulse of a bounce. At the point of impact the pair separates at e times its closing speed w there,
+/// w^2 = c^2 + gain; so here it separates at the speed c' with c'^2 = e^2 w^2 - gain.
 fn apply(bodies: &mut Bodies, constraint: &ContactConstraint, bounce: &Bounce) {
     let Bounce { closing, gain, .. } = *bounce;
     let restitution = restitution_of(bodies, constraint.a, constraint.b);
@@ -156,7 +156,7 @@ fn apply(bodies: &mut Bodies, constraint: &ContactConstraint, bounce: &Bounce) {
     let slide = constraint.normal.perp().dot(constraint.relative_velocity(&bodies.velocity));
     let limit = constraint.friction * normal;
     if !(normal + slide + limit).is_finite() {
-        // Speeds near the largest number: the step sets such bodies apart.
+        // The speeds are near the largest number; the step quarantines such bodies.
         return;
     }
     let tangent = clamp(-slide * constraint.effective_mass, -limit, limit);

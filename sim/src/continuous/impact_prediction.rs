@@ -1,7 +1,7 @@
-//! Predictions of impacts: when two bodies meet on their present paths, and how fast.
+//! Prediction of impacts: when two bodies meet on their current paths, and how fast.
 //!
-//! Times are exact under gravity: across a separation s, a pair that closes at speed c with
-//! acceleration g touches at the speed w, w^2 = c^2 + 2 g s, after 2 s / (c + w).
+//! Times are exact under gravity. A pair that closes a separation s from speed c with acceleration g touches at speed
+//! w, w^2 = c^2 + 2 g s, after 2 s / (c + w).
 
 use super::paths::{Paths, overlap_limit, thickness};
 use crate::bodies::Bodies;
@@ -15,17 +15,18 @@ use glam::Vec2;
 /// A contact within the step.
 pub(crate) struct Hit {
     pub normal: Vec2,
-    /// Closing speed at that time, units/s.
+    /// Closing speed at the time of impact, units/s.
     pub closing: f32,
-    /// Its growth by gravity, units/s^2.
+    /// Closing acceleration by gravity, units/s^2.
     pub gain: f32,
     /// Time of impact, seconds into the step.
     pub time: f32,
-    /// Penetration caused by gravity up to then, world units: 0 unless the pair rests.
+    /// Penetration caused by gravity until then, world units; 0 unless the pair rests.
     pub depth: f32,
 }
 
-/// Predicts the next contact of a pair on its present paths, up to a time. Bodies on springs have none here: see `crowd`.
+/// Predicts the next contact of a pair on its current paths, up to a given time. Bodies on springs are left to
+/// `crowd`.
 pub(crate) fn predict(
     bodies: &Bodies,
     paths: &Paths,
@@ -49,7 +50,7 @@ pub(crate) fn predict(
     at_b.center += ahead;
     let apart =
         (at_b.center - at_a.center).abs() - at_a.shape.half_extent() - at_b.shape.half_extent();
-    // On each axis on which their boxes are apart, they have to close.
+    // On each axis on which their boxes are apart, the bodies must close.
     let toward = (at_a.center - at_b.center).signum() * path;
     if apart.x > max(toward.x, 0.0) || apart.y > max(toward.y, 0.0) {
         return None;
@@ -92,20 +93,20 @@ pub(crate) fn bounces(bodies: &Bodies, pair: &Pair, hit: &Hit, context: &StepCon
         && restitution(bodies, pair) > 0.0
 }
 
-/// Overlap that is left to the constraints, which handle the effect of gravity in a step.
+/// Overlap left to the constraints, which handle the effect of gravity within a step.
 #[inline]
 fn allowed_overlap(bodies: &Bodies, pair: &Pair, context: &StepContext) -> f32 {
     overlap_limit(thickness(bodies, pair), context.settings.slop + context.fall_distance())
 }
 
-/// Whether a pair that nothing stops overlaps too far at the end of the step.
+/// Whether a pair would overlap too far at the end of the step if nothing stopped it.
 #[inline]
 pub(crate) fn tunnels(bodies: &Bodies, pair: &Pair, hit: &Hit, context: &StepContext) -> bool {
     (context.dt - hit.time) * hit.closing > allowed_overlap(bodies, pair, context)
 }
 
-/// The contact that stops a pair which would overlap too far by then: its impact or, if only
-/// gravity pulls the bodies further, a resting contact at that time.
+/// Returns the contact that stops a pair which would otherwise overlap too far: its impact or, if only gravity pulls
+/// the bodies further, a resting contact at that time.
 #[inline]
 pub(crate) fn as_obstruction(
     bodies: &Bodies,
@@ -123,7 +124,7 @@ pub(crate) fn as_obstruction(
     (depth > allowed).then_some(Hit { closing, time, depth, ..hit })
 }
 
-/// Acceleration of a body by gravity.
+/// Acceleration of a body due to gravity.
 #[inline]
 pub(crate) fn gravity_on(bodies: &Bodies, slot: usize, context: &StepContext) -> Vec2 {
     match bodies.motion[slot] {

@@ -1,23 +1,20 @@
-//! Impacts of the step, before anything else: one pair at a time, each at its own time of impact.
+//! Impacts are the first part of a step: one pair at a time, each at its own time of impact.
 //!
-//! Simultaneous impact laws spread an impact over everything that touches and lose energy; one pair
-//! at a time keeps energy and momentum exactly. A queue holds the next impacts, ordered by (time,
-//! pair); each gives the two bodies their impulse (Newton's law of restitution, with Coulomb
-//! friction), and their other pairs are predicted again (Alder and Wainwright 1959, "Studies in
-//! molecular dynamics"; see `impact_prediction`).
+//! Simultaneous impact laws spread an impact over everything that touches and lose energy; handling one pair at a
+//! time keeps energy and momentum exactly. A queue holds the next impacts, ordered by (time, pair). Each gives the
+//! two bodies their impulse (Newton's law of restitution, with Coulomb friction); then their other pairs are
+//! predicted again (Alder and Wainwright 1959, "Studies in molecular dynamics"; see `impact_prediction`).
 //!
-//! A body has one position and one velocity per step. Both belong to its path after its last
-//! impact, extended backwards to the start of the step: an impulse at time t that changes its
-//! velocity by d moves that start by -d t. The rest of the step only needs to know the time from
-//! which the path holds.
+//! A body has one position and one velocity per step. Both belong to its path after its last impact, extended
+//! backwards to the start of the step: an impulse at time t that changes the velocity by d moves that start by -d t.
+//! The rest of the step only needs the time from which the path is valid.
 //!
-//! Pairs that do not bounce are handled here too if one body moves by more than the size of the
-//! other: a constraint is a tangent for the whole step, and a body that is stopped and slides on
-//! within the step is soon far beyond it. All other pairs are left to the constraints, unless one
-//! of their bodies has an impact later in the step: then they stop there first, and resting
-//! contacts hold until then. A path is swept along its chord, since shapes are swept along straight
-//! lines; gravity bends it, so before each impact both bodies are checked for obstructions up to
-//! that time.
+//! Pairs that do not bounce are handled here too if one body moves by more than the size of the other. A constraint
+//! is a tangent for the whole step, and a body that is stopped and then slides within the step soon leaves it far
+//! behind. All other pairs are left to the constraints, unless one of their bodies has an impact later in the step:
+//! then they stop there first, and resting contacts hold until then. A path is swept along its chord, since shapes
+//! are swept along straight lines. Gravity bends it, so before each impact both bodies are checked for obstructions
+//! up to that time.
 
 use super::crowd::Crowd;
 use super::impact_prediction::{
@@ -40,20 +37,20 @@ const IMPACTS_MAX: u32 = 32;
 /// A pair is fast if one of the two moves in a step by more than this many half-sizes of the
 /// smaller one.
 const FAST: f32 = 4.0;
-/// Predictions of a step, for each body that can move and for all of them, beyond which the impacts that are left are those of
-/// a crowd, in worlds of more such bodies than [`FEW_BODIES`]. In a small room a few fast ones may need more, and gain energy
-/// without: there [`PREDICTIONS_FEW_MAX`] bounds the step.
+/// Predictions in a step, for each movable body and in total, after which the remaining impacts are left to the
+/// crowd; for worlds with more such bodies than [`FEW_BODIES`]. In a small room a few fast bodies may need more and
+/// would gain energy without them, so there [`PREDICTIONS_FEW_MAX`] bounds the step.
 const PREDICTIONS_PER_BODY: u64 = 40;
 const PREDICTIONS_MIN: u64 = 40_000;
 const FEW_BODIES: usize = 128;
 const PREDICTIONS_FEW_MAX: u64 = 700_000;
-/// Bodies that wait, of which a search takes as long as a prediction: every impact searches them.
+/// Waiting bodies that can be searched in the time of one prediction; every impact searches them all.
 const WAITING_PER_PREDICTION: u64 = 8;
-/// Pairs within reach that a round looks through in the time of a prediction.
+/// Pairs within reach that a round can check in the time of one prediction.
 const PAIRS_PER_PREDICTION: u64 = 8;
-/// Depth of the search for obstructions of obstructions.
+/// Maximum depth of the search for an obstruction that is itself obstructed.
 const OBSTRUCTIONS_MAX: u32 = 8;
-/// Impacts that may wait at a time for each pair that a budget allows. Those that have become void wait too.
+/// Impacts that may be queued at a time, for each pair that the budget allows; outdated ones count too.
 const QUEUED_PER_PAIR: usize = 4;
 
 /// An impact of this step.
@@ -65,23 +62,22 @@ pub(crate) struct Impact {
     pub closing: f32,
 }
 
-/// An impact to come, ordered by time, then by pair. It is valid until one of the bodies has
-/// another impact.
+/// A predicted impact, ordered by time, then by pair. It is valid until one of the bodies has another impact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Event {
     time_bits: u32,
     pair: u32,
-    /// Impacts of both bodies so far.
+    /// Number of impacts of both bodies so far.
     version: u32,
 }
 
-/// The impacts of a step, and scratch.
+/// The impacts of a step, and scratch memory.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ImpactQueue {
     pub impacts: Vec<Impact>,
-    /// Number of predictions in this step: the cost of its impacts.
+    /// Number of predictions in this step, a measure of the cost of its impacts.
     pub predictions: u64,
-    /// Bodies that can move, in steady islands too.
+    /// Number of movable bodies, including those in steady islands.
     movable: usize,
     pub paths: Paths,
     pub crowd: Crowd,
@@ -89,17 +85,17 @@ pub(crate) struct ImpactQueue {
     impact_count: Vec<u32>,
     /// Slots with at least one impact.
     impacted: Vec<u32>,
-    /// By slot: whether it may have an impact.
+    /// By slot: whether the body may have an impact.
     may_impact: Vec<bool>,
-    /// By slot: whether it waits for the next round.
+    /// By slot: whether the body waits for the next round.
     waits: Vec<bool>,
     waiting: Vec<u32>,
     queue: BinaryHeap<Reverse<Event>>,
     /// Indices of the pairs whose bodies may meet in this round.
     near: Vec<u32>,
-    /// The same by body.
+    /// The same pairs, grouped by body.
     near_of: Vec<u32>,
-    /// By slot: where its pairs begin in `near_of`; one more entry for the end.
+    /// By slot: start of its pairs in `near_of`, with one more entry for the end.
     starts: Vec<u32>,
 }
 
@@ -108,14 +104,14 @@ pub(crate) struct ImpactQueue {
 pub(crate) enum Progress {
     /// All impacts are done.
     Done,
-    /// There may be more, with bodies that were out of reach.
+    /// There may be more, with bodies beyond the reach so far.
     BeyondReach,
-    /// They take more than the step may.
+    /// The impacts need more predictions than the step may spend.
     OverBudget,
 }
 
 impl ImpactQueue {
-    /// A queue without impacts that has counted as many predictions.
+    /// Returns a queue without impacts but with the same count of predictions.
     pub fn counts(&self) -> ImpactQueue {
         ImpactQueue { predictions: self.predictions, ..ImpactQueue::default() }
     }
@@ -139,9 +135,8 @@ impl ImpactQueue {
         self.impacted.is_empty()
     }
 
-    /// Finds the bodies that may have an impact: those that bounce (of two that close faster than
-    /// the threshold one is faster than half of it) and those that are fast. Returns whether there
-    /// are any.
+    /// Finds the bodies that may have an impact: fast ones, and those that may bounce. If two bodies close faster
+    /// than the threshold, at least one is faster than half of it. Returns whether there are any.
     pub fn find_candidates(&mut self, bodies: &mut Bodies, context: &StepContext) -> bool {
         self.may_impact.clear();
         self.may_impact.resize(bodies.alive.len(), false);
@@ -159,9 +154,9 @@ impl ImpactQueue {
         any
     }
 
-    /// Leaves crowded bodies out; returns whether any other may have an impact. The reach of fast ones and of a gas is extended,
-    /// since a bounce may make them faster: to twice their path, and by their own thickness. Bodies that outrun it take
-    /// another round.
+    /// Leaves out crowded bodies; returns whether any other body may have an impact. Extends the reach of fast bodies
+    /// and of those of a gas to twice their path plus their own thickness, since a bounce may make them faster.
+    /// Bodies that outrun it take another round.
     pub fn leave_out_crowd(
         &mut self,
         bodies: &mut Bodies,
@@ -190,7 +185,7 @@ impl ImpactQueue {
         any
     }
 
-    /// Extends the reach of a body that outruns it, and leaves what else happens to it to the next round.
+    /// Extends the reach of a body that outruns it, and defers its further impacts to the next round.
     fn extend_reach_of_impacted(&mut self, bodies: &mut Bodies, slot: u32, context: &StepContext) {
         if outruns_reach(bodies, slot, context.dt) {
             let index = slot as usize;
@@ -201,9 +196,10 @@ impl ImpactQueue {
         }
     }
 
-    /// Processes impacts in the order of their times, until more than `predictions_max` were needed. Except in the `last`
-    /// round, a body that gets faster than its reach waits, since the list may lack some of its pairs, and so does every
-    /// body within its reach: that would be ahead of it in time. The next round continues with those.
+    /// Processes impacts in the order of their times, until more than `predictions_max` were needed. Except in the
+    /// `last` round, a body that becomes faster than its reach allows waits, since the list may lack some of its
+    /// pairs. Every body within its reach waits too, as it would otherwise be ahead in time. The next round continues
+    /// with the waiting bodies.
     pub fn process(
         &mut self,
         bodies: &mut Bodies,
@@ -242,7 +238,7 @@ impl ImpactQueue {
                 continue;
             }
             let (pair, hit) = match obstruction {
-                // Between closing walls this would never end; the constraints hold both.
+                // Between closing walls this would never end; the constraints hold both bodies.
                 Some((other, _)) if self.has_exhausted_impacts(other) => continue,
                 Some(found) => found,
                 None => match predict(bodies, &self.paths, pair, context.dt, context) {
@@ -270,7 +266,7 @@ impl ImpactQueue {
         for slot in [pair.a, pair.b] {
             self.push_impacts_of(bodies, pairs, slot, context);
         }
-        // What stopped an obstruction may have changed neither body of the event.
+        // Stopping an obstruction may have changed neither body of the event.
         let stopped = &pairs[event.pair as usize];
         if event.version == self.version(stopped) {
             self.push_next_impact(bodies, event.pair, stopped, context);
@@ -304,7 +300,7 @@ impl ImpactQueue {
                 self.push_next_impact(bodies, index, pair, context);
             }
         }
-        // Not those beyond reach: how many are listed depends on when the list was built.
+        // Pairs beyond reach are not counted: how many are listed depends on when the list was built.
         self.predictions += self.near.len() as u64 / PAIRS_PER_PREDICTION;
         for slot in self.waiting.drain(..) {
             self.waits[slot as usize] = false;
@@ -315,13 +311,13 @@ impl ImpactQueue {
         self.waits[pair.a as usize] || self.waits[pair.b as usize]
     }
 
-    /// Whether a body waits, or is within reach of one that does: that one may yet turn towards it.
+    /// Whether a body waits, or is within reach of a waiting body, which may still turn towards it.
     fn meets_waiting(&self, bodies: &Bodies, slot: u32) -> bool {
         let may_wait = bodies.inverse_mass[slot as usize] > 0.0;
         may_wait && self.waiting.iter().any(|&other| other == slot || near(bodies, slot, other))
     }
 
-    /// Leaves what else happens to a body to the next round. One that nothing pushes need not wait.
+    /// Defers a body's further impacts to the next round. Bodies that nothing can push need not wait.
     fn let_wait(&mut self, bodies: &Bodies, slot: u32) {
         if bodies.inverse_mass[slot as usize] > 0.0 && !self.waits[slot as usize] {
             self.waits[slot as usize] = true;
@@ -337,7 +333,7 @@ impl ImpactQueue {
         self.impact_count[pair.a as usize] + self.impact_count[pair.b as usize]
     }
 
-    /// Leaves a body at its last impact point, with a whole step ahead.
+    /// Leaves a body at its last impact point, with a whole step ahead of it.
     fn stop_at_impact(&mut self, bodies: &mut Bodies, slot: u32, context: &StepContext) {
         let slot = slot as usize;
         if bodies.inverse_mass[slot] > 0.0 {
@@ -393,13 +389,13 @@ impl ImpactQueue {
         }
     }
 
-    /// Where the near pairs of a body are listed; nowhere if nothing pushes it.
+    /// Range of a body's pairs in `near_of`; empty if nothing can push the body.
     fn pairs_near(&self, slot: u32) -> Range<usize> {
         let slot = slot as usize;
         self.starts[slot] as usize..self.starts[slot + 1] as usize
     }
 
-    /// Lists the near pairs by body: a counting sort.
+    /// Groups the near pairs by body, by a counting sort.
     fn list_pairs(&mut self, bodies: &Bodies, pairs: &[Pair]) {
         let pushed = |&slot: &u32| bodies.inverse_mass[slot as usize] > 0.0;
         self.starts.clear();
@@ -427,7 +423,7 @@ impl ImpactQueue {
         }
     }
 
-    /// Finds the contact that stops one of the bodies before an impact at that time.
+    /// Finds the contact that stops one of the bodies before an impact at this time.
     fn find_obstruction<'a>(
         &mut self,
         bodies: &Bodies,
@@ -440,7 +436,7 @@ impl ImpactQueue {
         for _ in 1..OBSTRUCTIONS_MAX {
             match self.first_obstruction(bodies, pairs, found.0, found.1.time, context) {
                 Some(next) if next.1.time < found.1.time => found = next,
-                // The pair rests on an obstruction with the same time.
+                // The pair rests on an obstruction that has the same time.
                 Some(next) if next.1.depth > 0.0 && found.1.depth == 0.0 => found = next,
                 Some(_) | None => break,
             }
@@ -448,7 +444,7 @@ impl ImpactQueue {
         Some(found)
     }
 
-    /// The first pair of either body that would have passed through each other by then.
+    /// Returns the first pair of either body that would have tunnelled by then.
     fn first_obstruction<'a>(
         &mut self,
         bodies: &Bodies,
@@ -517,8 +513,8 @@ impl ImpactQueue {
     }
 }
 
-/// Predictions beyond which the impacts that are left in a step are those of a crowd, in a world of `movable` bodies that can
-/// move.
+/// Predictions in a step after which the remaining impacts are left to the crowd, in a world with this many `movable`
+/// bodies.
 fn max_predictions(movable: usize) -> u64 {
     match movable {
         0..=FEW_BODIES => PREDICTIONS_FEW_MAX,
@@ -526,13 +522,13 @@ fn max_predictions(movable: usize) -> u64 {
     }
 }
 
-/// Speed from which a body may bounce: of two that close faster than the threshold one is faster than half of it, but
-/// for gravity.
+/// Speed from which a body may bounce. If two bodies close faster than the threshold, at least one is faster than
+/// half of it, apart from the effect of gravity.
 fn bounce_speed(context: &StepContext) -> f32 {
     0.5 * context.settings.bounce_threshold - context.gravity.length() * context.dt
 }
 
-/// Whether a body without velocity may bounce.
+/// Whether a body at rest may bounce.
 pub(crate) fn still_bodies_may_impact(context: &StepContext) -> bool {
     context.features.restitution && bounce_speed(context) < 0.0
 }

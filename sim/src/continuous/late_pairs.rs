@@ -1,12 +1,11 @@
 //! Pairs without a constraint that the solved velocities bring together.
 //!
-//! Constraints are gathered for the velocities before the step. A body at rest that is hit hard may
-//! leave its reach within the same step, and a fast one may be deflected towards another. So after
-//! the velocities are solved, bodies that outran their reach, or that may jump over another body,
-//! are checked again, and every one against immovable bodies: a ball that one corner of a narrow
-//! passage turns towards the other would have passed that on its path before. Pairs that would touch
-//! at the new velocities get a constraint, and their islands are solved again from their present
-//! impulses.
+//! Constraints are gathered for the velocities before the step. A body at rest that is hit hard may leave its reach
+//! within the same step, and a fast one may be deflected towards another. So once the velocities are solved, bodies
+//! that outran their reach or may jump over another body are checked again. Every body is also checked against
+//! immovable ones: a ball that one corner of a narrow passage turns towards the other would have passed that corner
+//! on its earlier path. Pairs that would touch at the new velocities get a constraint, and their islands are solved
+//! again from their current impulses.
 
 use super::impact_prediction::restitution;
 use super::paths::{Paths, is_fast, predict_manifold};
@@ -21,19 +20,20 @@ use crate::solver::step_context::StepContext;
 use crate::solver::tolerances::OVERLAP;
 use glam::Vec2;
 
-/// Rounds of late pairs in a step.
+/// Maximum number of rounds of late pairs in a step.
 pub(crate) const ROUNDS_MAX: u32 = 3;
 
-/// Constraints to be added, and the bodies that outran their reach.
+/// Constraints to add, and the bodies that outran their reach.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LatePairs {
     outruns_reach: Vec<bool>,
-    /// By slot: whether it outruns its reach, or moves by more than the thinnest body's half-size: no pair of two others is
-    /// late. None for bodies that the step does not move, which it may have left out.
+    /// By slot: whether the body outruns its reach or moves by more than the thinnest body's half-size; a pair needs
+    /// such a body to be late. `None` for bodies that the step does not move and may have left out.
     may_be_late: Vec<Option<bool>>,
     /// Whether any island is in motion.
     pub any_in_motion: bool,
-    /// By slot: whether its island is in motion. Of two such bodies no pair is added: the next step sees other overlaps.
+    /// By slot: whether its island is in motion. No pair of two such bodies is added; the next step detects their
+    /// overlaps.
     is_in_motion: Vec<bool>,
     late: ContactSet,
     /// By constraint: whether it is new. Islands with a new constraint are solved again.
@@ -48,7 +48,7 @@ impl LatePairs {
         self.is_in_motion.resize(slots, false);
     }
 
-    /// The bodies of this island move past each other.
+    /// Records that the bodies of this island move past each other.
     pub fn note_motion(&mut self, constraints: &[ContactConstraint], island: &[u32]) {
         self.any_in_motion = true;
         for &index in island {
@@ -113,7 +113,7 @@ impl LatePairs {
             }
             let (a, b) = (pair.a as usize, pair.b as usize);
             if self.is_in_motion[a] && self.is_in_motion[b] {
-                // See `is_in_motion`. Most pairs of a crowd are such.
+                // See `is_in_motion`. Most pairs of a crowd end here.
                 continue;
             }
             let path = (bodies.velocity[b] - bodies.velocity[a]) * dt;
@@ -125,7 +125,7 @@ impl LatePairs {
             let manifold = predict_manifold(bodies, paths, pair, path, dt);
             let overlaps = |manifold: &Manifold| {
                 let along = manifold.normal.dot(path);
-                // A body in flight ends above its path at the last velocity, and bounces in the next step.
+                // A flying body ends above the path of its final velocity, and bounces in the next step.
                 let bounces = -along > threshold * dt && restitution(bodies, pair) > 0.0;
                 let fallen = if bounces { context.fall_distance() } else { 0.0 };
                 manifold.separation + along < -OVERLAP - fallen
@@ -134,7 +134,7 @@ impl LatePairs {
                 let [a, b] = [pair.a, pair.b].map(|slot| PackedBody::of(bodies, slot));
                 let (constraint, info) =
                     make_contact::<{ shapes::BOTH }>([&a, &b], pair, index, manifold, dt);
-                // The stored impulse of the last step was not applied in this one.
+                // The impulse stored by the last step was not applied in this one.
                 let constraint =
                     ContactConstraint { normal_impulse: 0.0, tangent_impulse: 0.0, ..constraint };
                 self.late.push(constraint, info);
@@ -154,8 +154,8 @@ impl LatePairs {
             && (self.outruns_reach[a] || self.outruns_reach[b] || is_fast(bodies, pair, dt, 1.0))
     }
 
-    /// Whether a contact may have turned a body of no island in motion towards an immovable one: the boxes around both
-    /// meet at the end.
+    /// Whether a contact may have turned a body towards an immovable one: their boxes overlap at the end of the step
+    /// and neither body is in an island in motion.
     fn ends_in_wall(&self, bodies: &Bodies, pair: &Pair, path: Vec2) -> bool {
         let (a, b) = (pair.a as usize, pair.b as usize);
         let end = (bodies.center[b] - bodies.center[a] + path).abs();
@@ -167,7 +167,7 @@ impl LatePairs {
         may_meet && end.x < reach.x && end.y < reach.y
     }
 
-    /// Merges the late constraints into the others, in (a, b) order, from behind.
+    /// Merges the late constraints into the others from the back, in (a, b) order.
     fn merge(&mut self, contacts: &mut ContactSet) {
         let mut from = contacts.constraints.len();
         let mut to = from + self.late.constraints.len();

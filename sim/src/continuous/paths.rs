@@ -12,9 +12,9 @@ use glam::Vec2;
 /// Last impact of each body in the step, by slot.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Paths {
-    /// Seconds into the step; 0 without an impact.
+    /// Time of the impact, seconds into the step; 0 without an impact.
     pub impact_time: Vec<f32>,
-    /// Position at that time; empty in a world that never had an impact.
+    /// Position at the impact; empty in a world that never had one.
     pub impact_position: Vec<Vec2>,
     /// Acceleration on the parabola that ends where springs take a body in the step, units/s^2; empty in a world without
     /// springs.
@@ -34,8 +34,8 @@ impl Paths {
         self.sprung.get(slot as usize).copied().flatten()
     }
 
-    /// Position of a body at a time after its impact, on a straight line to where its present
-    /// velocity takes it in the step.
+    /// Position of a body at a time after its impact, on the straight line to where its current velocity takes it in
+    /// the step.
     pub fn position_at(&self, bodies: &Bodies, slot: u32, time: f32, dt: f32) -> Vec2 {
         let slot = slot as usize;
         let (center, velocity, since) =
@@ -52,9 +52,9 @@ impl Paths {
     }
 }
 
-/// Predicts the manifold of a pair of which b moves by `path` in the step relative to a. After an
-/// impact in the step the bodies are swept from then on, but the separation is measured from the
-/// start of their paths, where they may overlap.
+/// Predicts the manifold of a pair whose body b moves by `path` relative to a in the step. After an impact within the
+/// step the bodies are swept only from there on, but the separation is measured from the start of their paths, where
+/// they may overlap.
 #[inline(never)]
 pub(crate) fn predict_manifold(
     bodies: &Bodies,
@@ -93,7 +93,7 @@ pub(crate) fn thickness(bodies: &Bodies, pair: &Pair) -> f32 {
     min(of(pair.a), of(pair.b))
 }
 
-/// Limits a tolerated overlap for bodies of this size.
+/// Limits the tolerated overlap for bodies of this size.
 #[inline]
 pub(crate) fn overlap_limit(thickness: f32, overlap: f32) -> f32 {
     min(overlap, TOLERATED_SHARE * thickness)

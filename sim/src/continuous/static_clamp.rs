@@ -1,13 +1,13 @@
-//! The last check against immovable bodies, on positions.
+//! The final check against immovable bodies, based on positions.
 //!
-//! Sweeps end when their budget does, a solved velocity may bring a body to a wall without a
-//! constraint, and overlapping bodies are moved apart by displacements of their own. None of that
-//! may take a body through a wall. So after a step in which a body moved by more than half of the thinnest
-//! body's half-size, overlapped another, or may have met a wall without a constraint, every pair with an immovable side
-//! is swept once more, in up to four rounds, from its last impact in the step to its end: n.d >= -max(-s, slop), with the separation s and
-//! the normal n of the manifold. Where that does not hold the body ends on the wall, the deepest
-//! first, and its velocity towards the wall is removed, as by an impulse of the wall: no energy is
-//! gained, and an overlap that this causes is corrected in the next step.
+//! Sweeps end when their budget is used up, a solved velocity may take a body to a wall without a constraint, and
+//! overlapping bodies are pushed apart by separate displacements. None of this may take a body through a wall. The
+//! check runs after a step in which a body moved by more than half of the thinnest body's half-size, overlapped
+//! another, or may have met a wall without a constraint. It sweeps every pair with an immovable side once more, in up
+//! to four rounds, from the last impact in the step to the end: n.d >= -max(-s, slop), with the separation s and the
+//! normal n of the manifold. Where this is violated the body ends on the wall, the deepest first, and its velocity
+//! towards the wall is removed, as if by an impulse of the wall. This adds no energy, and any overlap it causes is
+//! corrected in the next step.
 
 use super::paths::{Paths, overlap_limit, thickness};
 use crate::bodies::Bodies;
@@ -20,8 +20,8 @@ use crate::narrow_phase::separation::placed;
 use crate::solver::step_context::StepContext;
 use glam::Vec2;
 
-/// Rounds: in a corner a body that leaves one wall may end in the other. The last one sees only static bodies: what is
-/// between a platform and the ground stays above the ground.
+/// Maximum number of rounds: in a corner, a body that leaves one wall may end in the other. The last round sees only
+/// static bodies, so that a body between a platform and the ground stays above the ground.
 const ROUNDS: u32 = 4;
 
 #[derive(Clone, Debug, Default)]
@@ -30,10 +30,10 @@ pub(crate) struct StaticClamp {
     start: Vec<Vec2>,
     /// Pairs with an immovable side that the step may have brought together.
     pairs: Vec<Pair>,
-    /// Bodies that moved beyond their reach, and immovable ones if there are any of these.
+    /// Bodies that moved beyond their reach, and the immovable bodies if there are any such.
     outran: Vec<u32>,
     immovable: Vec<u32>,
-    /// Penetrating pairs, the deepest first: the inverse bits of the depth, then the index of the pair.
+    /// Penetrating pairs, deepest first: the inverted bits of the depth, then the index of the pair.
     penetrating: Vec<u64>,
 }
 
@@ -43,9 +43,9 @@ impl StaticClamp {
         self.start.clone_from(&bodies.center);
     }
 
-    /// Whether a body moved so far, or is so deep in another one, that a wall may have been passed:
-    /// `separation_min` is the smallest separation at the end of the step. Never false where
-    /// `resolve` would act; `is_unsure` if bodies may touch a wall without a constraint.
+    /// Whether a body moved so far, or is so deep inside another one, that it may have passed a wall.
+    /// `separation_min` is the smallest separation at the end of the step; `is_unsure` says whether bodies may touch
+    /// a wall without a constraint. Never false where `resolve` would act.
     pub fn may_tunnel(
         &self,
         bodies: &mut Bodies,
@@ -54,7 +54,7 @@ impl StaticClamp {
         is_unsure: bool,
     ) -> bool {
         let thickness_min = bodies.thinnest();
-        // A wall may come half of the way.
+        // The wall itself may move half of the way.
         let half = 0.5 * thickness_min;
         let far = |slot: &u32| {
             let slot = *slot as usize;
@@ -80,8 +80,8 @@ impl StaticClamp {
         self.pairs = pairs;
     }
 
-    /// Finds the pairs with an immovable side within reach of each other. The list is complete only for bodies that stayed
-    /// within theirs; overlaps and late pairs may take others further.
+    /// Finds the pairs with an immovable side within reach of each other. The list is complete only for bodies that
+    /// stayed within their reach; overlaps and late pairs may take others further.
     fn find_pairs(&mut self, bodies: &mut Bodies, listed: &[Pair], context: &StepContext) {
         self.outran.clear();
         for index in 0..bodies.moving.len() {
@@ -166,7 +166,7 @@ impl StaticClamp {
             _ => paths.impact_position[slot],
         };
         match self.sweep_pair(bodies, pair, (from(a), from(b))) {
-            // Even the impact was inside the wall.
+            // Even the point of impact was inside the wall.
             Some((manifold, _)) if since > 0.0 && manifold.separation < -slop => {
                 self.sweep_pair(bodies, pair, (self.start[a], self.start[b]))
             }
@@ -176,8 +176,8 @@ impl StaticClamp {
         .filter(|&(_, beyond)| beyond > 0.0)
     }
 
-    /// Sweeps a pair from these positions straight to the present ones; returns the manifold and
-    /// the depth at the end.
+    /// Sweeps a pair in a straight line from these positions to the current ones; returns the manifold and the depth
+    /// at the end.
     fn sweep_pair(
         &self,
         bodies: &Bodies,
@@ -198,7 +198,7 @@ fn is_fixed(bodies: &Bodies, pair: &Pair) -> bool {
     [pair.a, pair.b].iter().any(|&slot| bodies.motion[slot as usize] == Motion::Static)
 }
 
-/// Moves the body of a pair to the surface of its wall, and removes its velocity towards it.
+/// Moves the body of a pair to the surface of its wall, and removes its velocity towards the wall.
 fn clamp_to_surface(bodies: &mut Bodies, pair: &Pair, normal: Vec2, depth: f32) {
     let (a, b) = (pair.a as usize, pair.b as usize);
     let closing = -normal.dot(bodies.velocity[b] - bodies.velocity[a]);

@@ -5,7 +5,7 @@ use glam::{DVec2, Vec2};
 /// Largest rate of drag, 1/s and 1/unit, and largest stiffness and damping of a spring.
 pub const FORCE_MAX: f32 = 1e18;
 
-/// Drag on a body: its velocity u against the wind changes by -(linear + quadratic |u|) u.
+/// Drag on a body: its velocity u relative to the wind changes at the rate -(linear + quadratic |u|) u.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Drag {
     /// 1/s, 0..=[`FORCE_MAX`].
@@ -28,7 +28,7 @@ impl Drag {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Move {
     pub slot: u32,
-    /// At the end of the step.
+    /// Velocity at the end of the step.
     pub velocity: Vec2,
     pub path: Vec2,
     pub kind: MoveKind,
@@ -39,22 +39,22 @@ pub(crate) struct Move {
 pub(crate) enum MoveKind {
     /// Nearly a parabola: contacts act on the velocity at its end, as they do in free fall.
     Smooth,
-    /// By a spring that turns over within a few steps: the velocity at the end says nothing about
-    /// the path. Contacts act on the mean velocity.
+    /// By a spring that turns over within a few steps, so that the velocity at the end says nothing about the path.
+    /// Contacts act on the mean velocity.
     Fast {
         /// Path of an implicit step.
         implicit: Vec2,
     },
-    /// By such a spring, with something in the way: the path is that of the velocity at the end.
+    /// By such a spring, blocked by something: the path follows from the velocity at the end.
     Held(Hold),
 }
 
-/// A held body as contacts see it.
+/// A held body as seen by contacts.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Hold {
-    /// Velocity to which they add, units/s.
+    /// Velocity to which contacts add, units/s.
     pub velocity: Vec2,
-    /// Inverse of the mass that resists them, springs included.
+    /// Inverse of the mass that resists contacts, springs included.
     pub inverse_mass: f32,
 }
 
@@ -68,7 +68,7 @@ pub(super) struct Air {
 }
 
 impl Air {
-    /// Limits a move to the largest speed.
+    /// Creates a move, limited to the largest speed.
     pub fn limited_move(&self, slot: u32, velocity: DVec2, path: DVec2) -> Move {
         let velocity = limited(velocity, self.speed_max).as_vec2();
         let path = limited(path, self.speed_max * self.dt).as_vec2();
@@ -76,10 +76,10 @@ impl Air {
     }
 }
 
-/// Phase of an oscillation in a step from which it is fast, radians.
+/// Phase by which an oscillation must advance in a step to count as fast, radians.
 pub(super) const FAST_PHASE: f64 = 0.5;
 
-/// A vector that is not finite becomes zero.
+/// Limits the length of a vector; one that is not finite becomes zero.
 fn limited(vector: DVec2, limit: f64) -> DVec2 {
     let squared = vector.length_squared();
     if squared <= limit * limit {

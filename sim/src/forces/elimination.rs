@@ -1,34 +1,33 @@
-//! A sparse symmetric system with one 2 by 2 block for each body and for each pair joined by a
-//! spring or a contact, solved by block elimination: L D L^T without square roots. Bodies are eliminated in the
-//! order of least degree (Tinney and Walker 1967), so that ropes and trees cost one block for each
-//! spring and only meshes fill in. The order and the fill of a network of springs are found when
-//! springs change; for an island of contacts (`solver::direct`) in the step.
+//! A sparse symmetric system with one 2 by 2 block for each body and for each pair joined by a spring or a contact,
+//! solved by block elimination: L D L^T without square roots. Bodies are eliminated in the order of least degree
+//! (Tinney and Walker 1967), so that ropes and trees cost one block per spring, and only meshes cause fill-in. For a
+//! network of springs, the order and the fill-in are found when springs change; for an island of contacts
+//! (`solver::direct`), within the step.
 
 use glam::{DMat2, DVec2};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// The pattern, and the numbers of this step; unknowns are named by their index in the order of
-/// elimination.
+/// The pattern and this step's numbers. Unknowns are identified by their index in the order of elimination.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Elimination {
     diagonal: Vec<DMat2>,
-    /// Column j has its blocks below the diagonal at `start[j]..start[j + 1]`, by ascending row.
+    /// Column j has its blocks below the diagonal at `start[j]..start[j + 1]`, in ascending order of rows.
     start: Vec<u32>,
     row: Vec<u32>,
     block: Vec<DMat2>,
-    /// Products of blocks in a factorisation.
+    /// Number of block products in a factorisation.
     products: u64,
 }
 
-/// The order of elimination of a pattern, and scratch.
+/// The order of elimination of a pattern, and scratch memory.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct EliminationOrder {
     /// The new index of each unknown.
     pub index_of: Vec<u32>,
     /// Unknowns in the order of elimination.
     pub nodes: Vec<u32>,
-    /// By unknown: those that it shares a block with; once it is eliminated, those that were left then.
+    /// By unknown: those it shares a block with; once eliminated, those that were left at that time.
     near: Vec<Vec<u32>>,
     waiting: BinaryHeap<Reverse<(usize, u32)>>,
     is_done: Vec<bool>,
@@ -44,7 +43,7 @@ impl EliminationOrder {
             join(&mut near[a as usize], &[b]);
             join(&mut near[b as usize], &[a]);
         }
-        // An entry whose degree is no longer the node's is passed over: a later one follows.
+        // An entry with an outdated degree is skipped: a later one follows.
         let degrees = (0u32..).zip(&near[..count]).map(|(node, near)| Reverse((near.len(), node)));
         waiting.extend(degrees);
         is_done.clear();
@@ -93,12 +92,12 @@ impl Elimination {
         self.clear();
     }
 
-    /// Products of blocks that a factorisation takes: a measure of its time.
+    /// Block products of a factorisation, a measure of its cost.
     pub fn products(&self) -> u64 {
         self.products
     }
 
-    /// Blocks beside the diagonal, each of which a solution reads twice.
+    /// Number of off-diagonal blocks; a solution reads each of them twice.
     pub fn blocks(&self) -> u64 {
         self.block.len() as u64
     }
@@ -138,7 +137,7 @@ impl Elimination {
             for p in range.clone() {
                 let (i, share) = (self.row[p], self.block[p] * inverse);
                 self.diagonal[i as usize] -= share * self.block[p].transpose();
-                // Column i has every row that follows in this one, in the same order.
+                // Column i has every later row of this one, in the same order.
                 let mut at = self.start[i as usize] as usize;
                 for q in p + 1..range.end {
                     while self.row[at] != self.row[q] {
@@ -151,7 +150,7 @@ impl Elimination {
         }
     }
 
-    /// Solves in place, once the matrix is factored.
+    /// Solves in place; the matrix must have been factored.
     pub fn solve(&self, right: &mut [DVec2]) {
         for j in 0..self.diagonal.len() {
             let known = self.diagonal[j] * right[j];
@@ -176,7 +175,7 @@ fn join(set: &mut Vec<u32>, more: &[u32]) {
         at += set[at..].iter().take_while(|&&other| other < node).count();
         missing += usize::from(set.get(at) != Some(&node));
     }
-    // From behind, so that each node moves once.
+    // From the back, so that each node moves once.
     let mut from = set.len();
     set.resize(from + missing, 0);
     let mut to = set.len();
@@ -197,7 +196,7 @@ mod tests {
     use crate::rng::Rng;
     use glam::{DMat2, DVec2};
 
-    /// A mesh of 4 by 4, and a tail: fill-in and none.
+    /// A mesh of 4 by 4 nodes, with fill-in, and a tail, without.
     #[test]
     fn the_solution_solves_the_system() {
         let mut edges = vec![(15, 16), (16, 17)];

@@ -1,38 +1,37 @@
-//! Contacts add no energy to bodies on springs.
+//! Keeps contacts from adding energy to bodies on springs.
 //!
-//! A contact acts once in a step, and its body is moved out of an overlap. Against a spring both may
-//! add energy: a bounce inside a floor, on to which a spring pulls, is faster than one on its
-//! surface, and what is pushed against a stiff spring stores what nothing has lost. So bodies that
-//! springs and contacts join have no more energy after a step than before it. What is too much is
-//! taken from their speeds and, where these have less, from their paths: the step ends where the
-//! springs have turned them.
+//! A contact acts once in a step, and its body is moved out of any overlap. Against a spring both may add energy: a
+//! bounce inside a floor towards which a spring pulls is faster than one on its surface, and pushing a body against a
+//! stiff spring stores energy that nothing has lost. So bodies joined by springs and contacts may not have more
+//! energy after a step than before it. The excess is taken from their speeds and, where these have too little, from
+//! their paths: the step then ends where the springs turn the bodies around.
 
 use super::springs::{Spring, SpringEnd};
 use crate::bodies::Bodies;
 use crate::solver::islands;
 use glam::{DVec2, Vec2};
 
-/// Bisections of a path.
+/// Bisections used to shorten a path.
 const BISECTIONS: u32 = 10;
 
-/// Bodies that springs and contacts join.
+/// Bodies joined by springs and contacts.
 #[derive(Clone, Copy, Debug, Default)]
 struct Group {
     is_sprung: bool,
     /// Whether something may have added energy: a contact, or a step that did not converge.
     is_touched: bool,
-    /// Whether its bodies touch each other, or went further than being moved out of an overlap would
-    /// take them. Moved out of what stands still they may gain a little: they would never get out.
+    /// Whether its bodies touch each other, or moved further than resolving an overlap would take them. Bodies pushed
+    /// out of something immovable may gain a little energy, or they would never get out.
     may_turn: bool,
-    /// Whether something else does work on it.
+    /// Whether something outside the group does work on it.
     may_gain: bool,
     /// Energy at the start of the step.
     start: f64,
-    /// At its end, the potential energy after a share of the path.
+    /// Kinetic energy at the end of the step, and potential energy after a share of the path.
     kinetic: f64,
     potential: f64,
     share: f64,
-    /// Bounds of the share in which the path ends.
+    /// Bounds of the share at which the path ends.
     least: f64,
     most: f64,
 }
@@ -49,11 +48,11 @@ impl Group {
 pub(super) struct SpringGuard {
     center: Vec<Vec2>,
     velocity: Vec<Vec2>,
-    /// Pairs of slots that contacts acted on.
+    /// Pairs of slots on which contacts acted.
     pub contacts: Vec<[u32; 2]>,
-    /// By slot: another one of its group with a lower number, or itself.
+    /// By slot: another member of its group with a lower number, or itself.
     parent: Vec<u32>,
-    /// By the slot that is its own parent.
+    /// Groups, by the slot that is its own parent.
     groups: Vec<Group>,
 }
 
@@ -63,7 +62,7 @@ impl SpringGuard {
         self.velocity.clone_from(&bodies.velocity);
     }
 
-    /// Limits the energy of all groups that `contacts` or `unsure` slots touch, except of slots that
+    /// Limits the energy of all groups that include a slot of `contacts` or `unsure`, except those with a slot of
     /// `may_gain`.
     pub fn limit(
         &mut self,
@@ -115,7 +114,7 @@ impl SpringGuard {
         }
     }
 
-    /// Joins what springs and contacts join.
+    /// Joins bodies connected by springs and contacts.
     fn join(&mut self, bodies: &Bodies, springs: &[Spring]) {
         self.parent.clear();
         self.parent.extend(0..bodies.alive.len() as u32);
@@ -182,8 +181,8 @@ impl SpringGuard {
         }
     }
 
-    /// Finds the potential energy of each group after its share of the path; that of gravity is 0 at
-    /// the start of the step.
+    /// Finds the potential energy of each group after its share of the path; gravity's part is 0 at the start of the
+    /// step.
     fn find_potential(&mut self, bodies: &Bodies, springs: &[Spring], gravity: Vec2) {
         self.groups.iter_mut().for_each(|group| group.potential = 0.0);
         for &slot in &bodies.moving {

@@ -1,5 +1,5 @@
-//! Springs never add energy: kinetic energy, that of gravity and that of the springs, summed up, free,
-//! against a floor and among moving bodies, with both solvers.
+//! Springs never add energy: tests the sum of the kinetic energy and the potential energies of gravity and springs,
+//! in free flight, against a floor and among moving bodies, with both solvers.
 
 use super::*;
 use crate::rng::Rng;
@@ -8,7 +8,7 @@ use crate::solver::Solver;
 use crate::world::{BodyDef, World, WorldSettings};
 use crate::{BodyId, Conjugate};
 
-/// Share of the energy at the start by which rounding may raise it.
+/// Share of the starting energy by which rounding may raise it.
 const ROUNDING_SHARE: f64 = 2e-3;
 
 fn solvers() -> [Solver; 2] {
@@ -41,7 +41,7 @@ fn floor(restitution: f32) -> BodyDef {
     BodyDef { shape, position, motion, friction: 0.3, restitution, ..BodyDef::default() }
 }
 
-/// Energy of all bodies and springs; that of gravity is 0 at this height.
+/// Total energy of all bodies and springs; gravity's part is 0 at this height.
 fn energy(world: &World, height: f64) -> f64 {
     let gravity = -f64::from(world.settings().gravity.y);
     let bodies = &world.bodies;
@@ -58,7 +58,7 @@ fn energy(world: &World, height: f64) -> f64 {
     of_bodies.sum::<f64>() + of_springs.sum::<f64>()
 }
 
-/// The least and the most energy in this many steps, as shares of that at the start.
+/// The least and the greatest energy over this many steps, as shares of the starting energy.
 fn extremes(world: &mut World, height: f64, steps: u32) -> (f64, f64) {
     let start = energy(world, height);
     let (mut least, mut most) = (1.0f64, 1.0f64);
@@ -71,7 +71,7 @@ fn extremes(world: &mut World, height: f64, steps: u32) -> (f64, f64) {
     (least, most)
 }
 
-/// A ball that a spring of this length holds to a point or to a second ball, stretched by `amplitude`.
+/// A ball held by a spring of this length, stretched by `amplitude`, to a point or to a second ball.
 fn stretched(
     solver: Solver,
     frequency: f32,
@@ -139,8 +139,8 @@ fn a_spring_presses_a_ball_on_to_the_floor_and_it_stays_there() {
     }
 }
 
-/// Runs a scene with each solver, restitution and frequency; `check` gets the world at the end, the
-/// least energy, and what it is in words.
+/// Runs a scene with each solver, restitution and frequency. `check` gets the world at the end, the least energy, and
+/// a description of the case.
 fn assert_no_gain(
     solvers: &[Solver],
     restitutions: &[f32],
@@ -298,7 +298,7 @@ fn a_heavy_ball_that_falls_on_a_chain_of_planks_gains_no_energy_and_is_held() {
             let is_stiff = [20.0, 34.0, 60.0, 159.0, 300.0, 600.0]
                 .iter()
                 .any(|hertz| what.ends_with(&format!(" {hertz} Hz")));
-            // The relaxation lets bodies of very different masses through.
+            // The relaxation solver lets bodies of very different masses pass through each other.
             let holds = is_stiff && what.starts_with("Conjugate");
             assert!(!holds || height > 20.0, "{what}: at {height}");
         };
@@ -404,7 +404,7 @@ fn no_mixture_of_sprung_bodies_gains_energy() {
                 max(off.x, off.y) < 92.0
             };
             let all_inside = world.ids().skip(4).all(|id| is_inside(world.position(id)));
-            // The relaxation lets bodies of very different masses through.
+            // The relaxation solver lets bodies of very different masses pass through each other.
             assert!(all_inside || solver == solvers()[0], "{seed}: one is outside");
         }
     }
@@ -430,7 +430,7 @@ fn the_stiffest_springs_stay_finite_on_a_floor() {
     }
 }
 
-/// Bodies of very different masses at random places above a floor, joined by this many springs at random.
+/// Bodies of very different masses at random positions above a floor, with this many random springs between them.
 fn tangle(world: &mut World, rng: &mut Rng, (bodies, springs): (u32, u32), stiffness: [f32; 3]) {
     add(world, floor(0.0));
     let one_of = |rng: &mut Rng, of: [f32; 3]| of[rng.below(3) as usize];
@@ -452,8 +452,8 @@ fn tangle(world: &mut World, rng: &mut Rng, (bodies, springs): (u32, u32), stiff
 #[test]
 fn a_tangle_of_springs_gains_no_energy_and_its_work_is_bounded() {
     let (soft, stiff) = ([1.0, 30.0, 100.0], [1e4, 1e7, 1e9]);
-    // Moves are found twice where something bounces. A factorisation of the densest ones takes nearly all visits, and they need
-    // four: to probe the step, against obstacles without and with these, and for the response.
+    // Moves are computed twice where something bounces. A factorisation of the densest ones takes nearly all visits,
+    // and four are needed: to probe the step, to find the moves without and with obstacles, and for the response.
     let most = 2 * 4 * VISITS_MAX + VISITS_MAX;
     for solver in solvers() {
         for (seed, (size, stiffness, steps)) in (0..).zip([

@@ -1,26 +1,26 @@
-//! Euler's two methods, for scenes that show what they do.
+//! Euler's two methods, for scenes that demonstrate them.
 //!
-//! Both add h a to the velocity, with the acceleration a at the start of the step. The explicit method
-//! moves a body by its velocity at the start, the symplectic one by that at the end: the energy of an
-//! orbit grows with the first, and swings about its true value with the second.
+//! Both add h a to the velocity, where a is the acceleration at the start of the step. The explicit method moves a
+//! body by its velocity at the start, the symplectic one by its velocity at the end. The energy of an orbit grows
+//! with the first and oscillates about its true value with the second.
 
 use super::air::{Air, Drag, Move};
 use super::springs::{LENGTH_MIN, Spring, SpringEnd};
 use crate::bodies::Bodies;
 use glam::DVec2;
 
-/// Groups whose dynamic bodies move by one of Euler's methods, one bit each. Such a method is unstable
-/// where forces are stiff: speeds are bounded by the world's limit alone.
+/// Groups whose dynamic bodies are moved by one of Euler's methods, one bit each. These methods are unstable where
+/// forces are stiff; only the world's speed limit bounds the speeds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct EulerGroups {
-    /// By the explicit method.
+    /// Groups moved by the explicit method.
     pub explicit: u32,
-    /// By the symplectic method, unless the explicit one has them.
+    /// Groups moved by the symplectic method, except those in `explicit`.
     pub symplectic: u32,
 }
 
 impl EulerGroups {
-    /// Bodies of all groups take the default integrator.
+    /// All groups use the default integrator.
     pub const NONE: EulerGroups = EulerGroups { explicit: 0, symplectic: 0 };
 
     pub(super) fn have(self, group: u8) -> bool {
@@ -34,7 +34,7 @@ pub(super) struct EulerBody {
     slot: u32,
     drag: Drag,
     is_explicit: bool,
-    /// Springs at either of whose ends it is.
+    /// Springs attached to the body at either end.
     springs: Vec<Spring>,
 }
 

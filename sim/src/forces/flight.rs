@@ -1,15 +1,15 @@
 //! A single body, in closed form.
 //!
-//! Linear drag, wind, and springs of zero length to fixed points make one damped oscillator under a
-//! constant force, x'' = f - c x' - w² x, the same along every axis: the exact step is a matrix of
-//! four numbers, computed once for a body and kept as long as c, w² and the step stay.
+//! Linear drag, wind, and springs of zero length to fixed points make one damped oscillator under a constant force,
+//! x'' = f - c x' - w² x, the same along every axis. Its exact step is a matrix of four numbers, computed once for a
+//! body and kept as long as c, w² and the step do not change.
 //!
-//! Quadratic drag alone, u' = g - k |u| u: with E = exp(k times the path length), E u = u0 + g J
-//! where J' = E and J'' = k |u0 + g J|. That norm is replaced by its chord over the step, s + b J:
-//! exact where u stays along g (the fall that ends in vt tanh(g t / vt)), and of third order
-//! elsewhere; then J'' = k s + k b J has J and E in closed form, and ln(E) / k is the length of the
-//! path. (The substitution is the classical one for ballistics: Legendre's and Euler's.) Combined
-//! with other forces it acts in two halves, before and after their exact step (Strang 1968).
+//! Quadratic drag alone, u' = g - k |u| u: with E = exp(k times the path length), E u = u0 + g J where J' = E and J''
+//! = k |u0 + g J|. That norm is replaced by its chord over the step, s + b J, which is exact where u stays along g
+//! (the fall that ends in vt tanh(g t / vt)) and of third order elsewhere. Then J'' = k s + k b J has J and E in
+//! closed form, and ln(E) / k is the length of the path. (The substitution is the classical one for ballistics, due
+//! to Legendre and Euler.) Combined with other forces, quadratic drag acts in two halves, before and after their
+//! exact step (Strang 1968).
 
 use super::air::{Air, Drag, FAST_PHASE, Hold, Move, MoveKind};
 use super::obstacles::NearbyObstacle;
@@ -18,17 +18,17 @@ use crate::bodies::Bodies;
 use crate::math::{exp, exp_m1, ln_1p, sin_cos};
 use glam::DVec2;
 
-/// Share of its speed that a body may lose to drag in a step for the smooth formula of the path.
+/// Largest share of its speed that a body may lose to drag in a step for the smooth path formula to be used.
 const SMOOTH: f64 = 0.5;
 
-/// Square of the growth rate times the step beyond which the terminal speed is reached at once, and
-/// the exponential would overflow.
+/// Square of the growth rate times the step beyond which the terminal speed is reached at once; the exponential would
+/// overflow.
 const GROWN: f64 = 1e4;
 
 /// Rounds over the obstacles of a body: in a corner one may push it into another.
 const HOLD_ROUNDS: u32 = 4;
 
-/// A body that no spring joins to another one.
+/// A body that no spring joins to another body.
 #[derive(Clone, Debug)]
 pub(super) struct Flight {
     slot: u32,
@@ -94,7 +94,7 @@ impl Flight {
         Move { kind: MoveKind::Fast { implicit }, ..found }
     }
 
-    /// The same by an implicit step, with obstacles.
+    /// The same with obstacles, by an implicit step.
     pub fn hold(&self, bodies: &Bodies, obstacles: &[NearbyObstacle], air: &Air) -> Move {
         let (free, resistance) = self.implicit_velocity(bodies, air);
         let mut velocity = free;
@@ -113,8 +113,8 @@ impl Flight {
         Move { kind: MoveKind::Held(hold), ..found }
     }
 
-    /// Velocity at the end of a step of Euler's implicit method, and the factor by which springs and
-    /// drag raise the mass in it.
+    /// Velocity at the end of a step of the implicit Euler method, and the factor by which springs and drag raise the
+    /// mass in it.
     fn implicit_velocity(&self, bodies: &Bodies, air: &Air) -> (DVec2, f64) {
         let slot = self.slot as usize;
         let (position, velocity) =
@@ -131,7 +131,7 @@ impl Flight {
     }
 }
 
-/// Quadratic drag and nothing else: u' = -k |u| u has u / (1 + k |u| t).
+/// Quadratic drag alone: u' = -k |u| u is solved by u / (1 + k |u| t).
 fn slow_down(velocity: DVec2, wind: DVec2, rate: f64, time: f64) -> DVec2 {
     if rate == 0.0 {
         return velocity;
@@ -145,11 +145,11 @@ pub(super) fn fall(start: DVec2, gravity: DVec2, rate: f64, time: f64) -> (DVec2
     let first = start.length();
     let last = (start + gravity * time).length();
     let middle = (start + gravity * (time / 2.0)).length();
-    // The chord, moved so that the mean of the norm is right (Simpson).
+    // The chord, shifted so that the mean of the norm is right (Simpson).
     let speed = first + (2.0 * middle - first - last) / 3.0;
     let shed = rate * speed * time;
     let mut slope = (last - first) / time;
-    // Where drag dominates, a braking body has slowed down long before the chord says so.
+    // Where drag dominates, a braking body slows down long before the chord would say so.
     if slope < 0.0 && shed > SMOOTH {
         slope = 0.0;
     }
@@ -176,7 +176,7 @@ fn path(start: DVec2, end: DVec2, gravity: DVec2, rate: f64, time: f64, growth: 
     mean.normalize_or_zero() * (ln_1p(growth - 1.0) / rate)
 }
 
-/// cosh(z), sinh(z)/z and (cosh(z) - 1)/z² of y = z², also for negative y: Stumpff's functions.
+/// Stumpff's functions cosh(z), sinh(z)/z and (cosh(z) - 1)/z² of y = z², also for negative y.
 fn stumpff(y: f64) -> (f64, f64, f64) {
     if y * y <= 1.0 {
         // 1/(2n)! and 1/(2n+1)!, nested; the next term is below 1e-17.
@@ -218,9 +218,9 @@ fn stumpff(y: f64) -> (f64, f64, f64) {
 /// The exact step of x'' = f - c x' - w² x.
 #[derive(Clone, Copy, Debug, Default)]
 struct FlightStep {
-    /// c, w² and the seconds for which the rest was computed; 0 seconds if it was not.
+    /// c, w² and the seconds for which the other fields were computed; 0 seconds if they were not.
     of: (f64, f64, f64),
-    /// Path and change of velocity per unit of distance from the point where the force vanishes ...
+    /// Path and change of velocity, per unit of distance from the point where the force vanishes ...
     path_of_position: f64,
     change_of_position: f64,
     /// ... and per unit of velocity.
@@ -264,7 +264,7 @@ impl FlightStep {
         let half = rate / 2.0;
         let spread = half * half - stiffness;
         let (a, b, d) = if spread * time * time > 1.0 {
-            // Two decays, the slow one without cancellation.
+            // Two decays; the slow one is computed without cancellation.
             let root = spread.sqrt();
             let (slow, fast) = (-stiffness / (half + root), -(half + root));
             let (late, early) = (exp(slow * time), exp(fast * time));

@@ -1,21 +1,19 @@
 //! Bodies joined by springs, or held by a spring of nonzero length: an implicit step.
 //!
-//! With t in [1/2, 1] the path of a body is h ((1-t) v0 + t v1), and each spring pulls with its
-//! mean length (1-t) |r0| + t |r1| along the mean direction. At t = 1/2 that is the midpoint rule
-//! with the discrete gradient of Gonzalez (1996): of second order, and it keeps energy exactly
-//! however stiff a spring is. Damping needs more: decay by y in a step is e^-y if t = 1 / (1 -
-//! e^-y) - 1/y (Liniger and Willoughby 1970), which never overshoots and is 1/2 + y/12 where y is
-//! small, so the order stays; it is used for springs that do not oscillate, or oscillate too fast
-//! for the step. Each connected component is a network with one t, that of its fastest decay, and
-//! the system is symmetric.
+//! With t in [1/2, 1] the path of a body is h ((1-t) v0 + t v1), and each spring pulls with its mean length (1-t)
+//! |r0| + t |r1| along the mean direction. At t = 1/2 this is the midpoint rule with the discrete gradient of
+//! Gonzalez (1996): of second order, and it keeps energy exactly, however stiff a spring is. Damping needs a larger
+//! t: decay by y in a step is e^-y if t = 1 / (1 - e^-y) - 1/y (Liniger and Willoughby 1970). This never overshoots
+//! and is 1/2 + y/12 where y is small, so the order is preserved. It is used for springs that do not oscillate, or
+//! oscillate too fast for the step. Each connected component is a network with a single t, that of its fastest decay,
+//! and the system is symmetric.
 //!
-//! A network whose fastest oscillation advances by more than [`SUBSTEP_PHASE`] in a step takes
-//! substeps, as far as [`VISITS_MAX`] allows; oscillations that damping ends within a few steps need
-//! none. Newton's method finds v1; a compressed spring gets no stiffness across it, so every system is
-//! positive definite. Where springs rest the move is zero for any step: rest points are exact.
+//! A network whose fastest oscillation advances by more than [`SUBSTEP_PHASE`] in a step takes substeps, as far as
+//! [`VISITS_MAX`] allows. Oscillations that damping ends within a few steps need none. Newton's method finds v1; a
+//! compressed spring gets no stiffness across its axis, so every system is positive definite. Where springs are at
+//! rest the move is zero for any step, so rest points are exact.
 //!
-//! Where something is in the way of a network with such oscillations, it takes another step instead
-//! (see `held`).
+//! Where something blocks a network with fast oscillations, it takes another kind of step instead (see `held`).
 
 pub(super) mod build;
 mod held;
@@ -30,27 +28,29 @@ use link::{LinkEnd, NetworkLink, Plane, max_or_nan};
 
 /// Phase of the fastest oscillation in a substep, radians.
 const SUBSTEP_PHASE: f64 = 1.0;
-/// Share of an oscillation's energy, about, that damping takes in a step, from which it needs no substeps: it ends before
-/// errors of its phase matter. Those of a rope of ten bodies would take five times as long.
+/// Damping that takes more than about this share of an oscillation's energy in a step makes substeps unnecessary: the
+/// oscillation ends before errors of its phase matter. Substeps for a damped rope of ten bodies would take five times
+/// as long.
 const DAMPED: f64 = 0.15;
-/// Most substeps of a step.
+/// Maximum number of substeps in a step.
 const SUBSTEPS_MAX: u64 = 100;
-/// Visits of springs by rounds of Newton's method that the networks of a world share for their substeps each time that moves
-/// are found: 50 springs take 100 substeps each, in about a millisecond. Each network takes a step in any case.
+/// Spring visits in rounds of Newton's method that the networks of a world share for their substeps, each time moves
+/// are computed: 50 springs take 100 substeps each, in about a millisecond. Each network takes at least one step.
 pub(super) const VISITS_MAX: u64 = 20_480;
-/// Most rounds of Newton's method in a substep, and those that are expected.
+/// Maximum number of rounds of Newton's method in a substep, and the expected number.
 const ROUNDS_MAX: u32 = 12;
 const ROUNDS: u64 = 4;
-/// Most rounds of an implicit step that Newton's method does not solve: enough for stability.
+/// Maximum number of rounds of an implicit step that Newton's method cannot solve; enough for stability.
 const SAFE_ROUNDS: u32 = 6;
-/// A network is too dense for Newton's method, which may factor in each round, if so few factorisations take more than its
+/// A network is too dense for Newton's method, which may factor in each round, if this many factorisations exceed its
 /// visits.
 const DENSE: u64 = 4;
-/// Products of a factorisation, and blocks of a solution, that take as long as a visit of a spring: 4 and 4 to 8 ns beside 60.
+/// Factorisation products, and solution blocks, that take as long as one spring visit: 4 ns and 4 to 8 ns, against
+/// 60.
 const PRODUCTS_PER_VISIT: u64 = 16;
 const BLOCKS_PER_VISIT: u64 = 8;
-/// Convergence: change of a velocity, as a share of the largest one. Errors add up over the steps,
-/// and energy with them, unless damping takes it.
+/// Convergence limit: the change of a velocity, as a share of the largest one. Errors accumulate over the steps, and
+/// so does the energy error unless damping removes it.
 const PRECISION: f64 = 1e-9;
 const PRECISION_DAMPED: f64 = 1e-7;
 /// A round that leaves more than this share of the previous change triggers a new factorisation.
@@ -58,13 +58,13 @@ const SLOW: f64 = 0.1;
 /// Final change beyond which the rounds did not converge, in a substep and in an implicit step.
 const DIVERGED: f64 = 1e-6;
 const DIVERGED_IMPLICIT: f64 = 1e-3;
-/// Change beyond which they are given up halfway: where they converge it is far smaller by then.
+/// Rounds are abandoned if the change after half of them exceeds this; converging rounds are far below it by then.
 const HALFWAY: u32 = 6;
 const HALFWAY_CHANGE: f64 = 1e-2;
-/// Smallest scale of the speeds for these changes, units/s.
+/// Smallest reference speed for these relative changes, units/s.
 const SPEED_MIN: f64 = 1e-3;
-/// A damped spring whose phase advances by less than this in a step, in radians, uses the midpoint
-/// rule; faster oscillations, which a step cannot resolve, only have to decay.
+/// A damped spring whose phase advances by less than this in a step, in radians, uses the midpoint rule. Faster
+/// oscillations, which a step cannot resolve, only have to decay.
 const PHASE_MAX: f64 = 4.0;
 
 /// A body of the network.
@@ -72,43 +72,44 @@ const PHASE_MAX: f64 = 4.0;
 struct NetworkNode {
     slot: u32,
     drag: Drag,
-    /// From here on: values of this step.
+    /// The fields from here on hold values of this step.
     mass: f64,
     gravity_scale: f64,
     /// Path since the start of the step.
     path: DVec2,
-    /// Velocity without obstacles, and mass that resists them.
+    /// Velocity without obstacles, and the mass that resists them.
     free: DVec2,
     resistance: f64,
-    /// Values of this substep. Rate of drag against the wind, 1/s.
+    /// The fields from here on hold values of this substep. Rate of drag against the wind, 1/s.
     rate: f64,
-    /// Decay in it, y.
+    /// Decay y in the substep.
     decay: f64,
     start: DVec2,
     before: DVec2,
     velocity: DVec2,
 }
 
-/// A connected component: bodies and springs that are joined.
+/// A connected component of bodies and springs.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Network {
-    /// In the order of elimination.
+    /// Bodies in the order of elimination.
     nodes: Vec<NetworkNode>,
     links: Vec<NetworkLink>,
     system: Elimination,
     /// Scratch: residual of the velocities, then the change that corrects it.
     residual: Vec<DVec2>,
-    /// Bound of the angular frequency of its fastest oscillation, rad/s.
+    /// Upper bound of the angular frequency of its fastest oscillation, rad/s.
     frequency: f64,
-    /// Whether it turns over within a few steps, where something may be in the way.
+    /// Whether the network turns over within a few steps and something may block it.
     is_fast: bool,
     pub visits: Visits,
-    /// Whether implicit steps are left to safe rounds (see `solve_safely`), and whether this is one.
+    /// Whether implicit steps are left to safe rounds (see `solve_safely`), and whether the current one is safe.
     is_hard: bool,
     is_safe: bool,
     /// Whether contacts act on its neighbours too in this step.
     responds: bool,
-    /// Whether a part of this step is an implicit one of first order: Newton's method failed, or its visits were used up.
+    /// Whether part of this step is a first-order implicit one, because Newton's method failed or its visits were
+    /// used up.
     pub has_diverged: bool,
     /// Whether damping ends all its oscillations within a few steps.
     is_damped: bool,
@@ -146,7 +147,7 @@ struct EndState {
     velocity: DVec2,
 }
 
-/// The nodes of a link, and their inverse masses; 0 where an end is none.
+/// The nodes of a link and their inverse masses; 0 for an end that is not a node.
 #[inline(never)]
 fn inverse_masses(link: &NetworkLink, nodes: &[NetworkNode]) -> ([Option<u32>; 2], [f64; 2]) {
     let ends = [link.a.node(), link.b.node()];
@@ -158,7 +159,7 @@ impl Network {
         self.nodes.iter().map(|node| node.slot)
     }
 
-    /// Begins a step, and finds how many visits it wants.
+    /// Begins a step and computes how many visits the network wants.
     pub fn begin(&mut self, bodies: &Bodies, dt: f64, may_touch: bool) {
         self.read_bodies(bodies);
         self.find_frequency();
@@ -175,8 +176,8 @@ impl Network {
         };
     }
 
-    /// Computes the moves of a step within about the visits that are allowed. Fast ones that may touch something first take
-    /// an implicit step, to find where that leads.
+    /// Computes the moves of a step within roughly the allowed visits. Fast networks that may touch something first
+    /// take an implicit step, to find where it leads.
     pub fn fly(&mut self, bodies: &Bodies, air: &Air, moves: &mut Vec<Move>) {
         let first = moves.len();
         self.is_hard = self.is_dense(self.visits.allowed);
@@ -190,7 +191,7 @@ impl Network {
                 moves.push(Move { kind: MoveKind::Fast { implicit: found.path }, ..found });
             }
         }
-        // Where one implicit step is hard to solve, and substeps are to be far larger than they should, these are too.
+        // If even one implicit step is hard to solve, substeps far larger than they should be are hard too.
         if self.is_hard && !is_resolved {
             self.has_diverged = true;
             if !self.is_fast {
@@ -209,8 +210,8 @@ impl Network {
         }
     }
 
-    /// Advances by a step. Where Newton's method fails, as springs turn over within a substep, or the visits are used up, one
-    /// implicit step covers the rest: stability is enough, and the guard sees to the energy.
+    /// Advances by a step. Where Newton's method fails because springs turn over within a substep, or the visits are
+    /// used up, one implicit step covers the rest: stability is enough, and the guard limits the energy.
     fn advance_in_substeps(&mut self, bodies: &Bodies, air: &Air) {
         let most = (self.visits.allowed / self.visits_of_substep()).max(1);
         let substeps = self.substeps(air.dt).min(most);
@@ -244,13 +245,13 @@ impl Network {
         link.damping * (inv_masses[0] + inv_masses[1])
     }
 
-    /// Substeps that its oscillations ask for in `dt` seconds.
+    /// Number of substeps that its oscillations need in `dt` seconds.
     fn substeps(&self, dt: f64) -> u64 {
         let phases = (self.frequency * dt / SUBSTEP_PHASE).ceil() as u64;
         if self.is_damped { 1 } else { phases.clamp(1, SUBSTEPS_MAX) }
     }
 
-    /// Visits of springs that a substep is expected to need.
+    /// Expected number of spring visits in a substep.
     fn visits_of_substep(&self) -> u64 {
         ROUNDS * self.visits_of_round() + self.visits_of_factorisation()
     }
@@ -264,10 +265,10 @@ impl Network {
         DENSE * self.visits_of_factorisation() > visits
     }
 
-    /// Finds the bound of the fastest oscillation: by Gershgorin's theorem the square of its frequency is at most the
-    /// largest sum of a row of K / m.
+    /// Finds an upper bound of the fastest oscillation: by Gershgorin's theorem, the square of its frequency is at
+    /// most the largest row sum of K / m.
     fn find_frequency(&mut self) {
-        // Only scratch here.
+        // Used only as scratch here.
         self.residual.fill(DVec2::ZERO);
         for link in &self.links {
             let (ends, inv_masses) = inverse_masses(link, &self.nodes);
@@ -282,8 +283,8 @@ impl Network {
         self.frequency = squared.sqrt();
     }
 
-    /// Advances by a substep that begins `elapsed` seconds after the start of the step; returns whether it found where
-    /// that leads.
+    /// Advances by a substep that begins `elapsed` seconds after the start of the step; returns whether it was
+    /// solved.
     fn advance(&mut self, bodies: &Bodies, air: &Air, elapsed: f64) -> bool {
         self.begin_substep(air);
         self.choose_weight(air.dt);
@@ -312,7 +313,7 @@ impl Network {
         }
     }
 
-    /// Chooses the weight: that of the fastest decay.
+    /// Chooses the weight, which is that of the fastest decay.
     fn choose_weight(&mut self, dt: f64) {
         for node in &mut self.nodes {
             node.decay = node.rate * dt;
@@ -333,21 +334,21 @@ impl Network {
         }
     }
 
-    /// Resets to the velocities at the start, which are also the result where numbers overflow.
+    /// Resets to the velocities at the start, which are also the result if numbers overflow.
     fn reset_velocities(&mut self) {
         self.nodes.iter_mut().for_each(|node| node.velocity = node.before);
     }
 
-    /// The first guess: the present velocity or, where a spring may turn over along it, the one for
-    /// which nothing moves.
+    /// Sets the first guess: the current velocity or, where a spring may turn over along it, the velocity for which
+    /// nothing moves.
     fn guess_velocities(&mut self, dt: f64) {
         let rests = !self.is_damped && self.frequency * dt > SUBSTEP_PHASE;
         let factor = if rests { 1.0 - 1.0 / self.weight } else { 1.0 };
         self.nodes.iter_mut().for_each(|node| node.velocity = node.before * factor);
     }
 
-    /// Newton's method, keeping the factored system as long as it converges; returns whether its last change, as a share of
-    /// the largest speed, is at most `tolerance`.
+    /// Runs Newton's method, keeping the factored system as long as it converges. Returns whether the last change, as
+    /// a share of the largest speed, is at most `tolerance`.
     #[inline(never)]
     fn solve(&mut self, bodies: &Bodies, air: &Air, elapsed: f64, tolerance: f64) -> bool {
         self.guess_velocities(air.dt);
@@ -371,13 +372,13 @@ impl Network {
             }
             stale = change > SLOW * before;
         }
-        // A NaN is no solution either.
+        // A NaN is not a solution either.
         change <= tolerance
     }
 
-    /// For an implicit step: rounds with each spring's stiffness in every direction, an upper bound of the true one. From rest,
-    /// each lowers the energy of the step, if slowly (Bouaziz and others 2014, projective dynamics), and one factorisation
-    /// serves all.
+    /// For an implicit step: runs rounds with each spring's stiffness in every direction, an upper bound of the true
+    /// one. Starting from rest, each round lowers the energy of the step, if slowly (Bouaziz and others 2014,
+    /// projective dynamics), and one factorisation serves them all.
     fn solve_safely(&mut self, bodies: &Bodies, air: &Air, elapsed: f64) {
         self.nodes.iter_mut().for_each(|node| node.velocity = DVec2::ZERO);
         self.is_safe = true;
@@ -406,7 +407,7 @@ impl Network {
         self.system.products() / PRODUCTS_PER_VISIT
     }
 
-    /// Solves for what the residual is, in place.
+    /// Solves the system for the residual, in place.
     fn eliminate(&mut self) {
         self.system.solve(&mut self.residual);
         self.visits.done += self.system.blocks() / BLOCKS_PER_VISIT;
@@ -447,7 +448,7 @@ impl Network {
         }
     }
 
-    /// Applies the change that was found.
+    /// Applies the computed change.
     fn apply_newton_step(&mut self) -> f64 {
         let (mut largest, mut change) = (SPEED_MIN * SPEED_MIN, 0.0);
         for (node, &step) in self.nodes.iter_mut().zip(&self.residual) {

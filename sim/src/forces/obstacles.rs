@@ -1,10 +1,9 @@
 //! Obstacles in the way of stiff springs.
 //!
-//! A spring that turns over within a few steps may take a body through a floor and back, or leave it
-//! at the end of the step with any velocity. Where such a body would end in another one, or an
-//! implicit step (Euler's) would run into one, it takes that implicit step instead, with immovable
-//! obstacles as constraints: it never leads past the point where the springs rest, and it loses
-//! energy whatever the contacts do.
+//! A spring that turns over within a few steps may take a body through a floor and back, or leave it at the end of
+//! the step with any velocity. Where such a body would end inside another one, or where an implicit Euler step would
+//! run into one, the body takes that implicit step instead, with immovable obstacles as constraints. The implicit
+//! step never leads past the point where the springs are at rest, and it loses energy whatever the contacts do.
 
 use super::air::{Move, MoveKind};
 use crate::bodies::Bodies;
@@ -16,16 +15,16 @@ use glam::{DVec2, Vec2};
 
 const NONE: u32 = u32::MAX;
 
-/// Something in the way of a body.
+/// An obstacle in the path of a body.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NearbyObstacle {
     pub slot: u32,
-    /// The body in its way.
+    /// The body that is the obstacle.
     pub other: u32,
     /// Unit vector towards the body.
     pub normal: DVec2,
-    /// Least velocity along the normal that does not lead into it, units/s; any for one that gives
-    /// way.
+    /// Smallest velocity along the normal that does not lead into the obstacle, units/s; not finite for an obstacle
+    /// that can be pushed away.
     pub speed_min: f64,
 }
 
@@ -33,15 +32,15 @@ pub(super) struct NearbyObstacle {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Obstacles {
     all: Vec<NearbyObstacle>,
-    /// Scratch: in the order of pairs, and the slot and index of each.
+    /// Scratch: the obstacles in the order of pairs, and the slot and index of each.
     found: Vec<NearbyObstacle>,
     order: Vec<u64>,
-    /// By slot: index of its move, if a stiff spring makes it.
+    /// By slot: index of the body's move, if a stiff spring moves it.
     move_of: Vec<u32>,
 }
 
 impl Obstacles {
-    /// Finds what is in the way of these moves.
+    /// Finds the obstacles of these moves.
     pub fn find(&mut self, bodies: &Bodies, pairs: &[Pair], moves: &[Move], dt: f32) {
         self.move_of.clear();
         self.move_of.resize(bodies.alive.len(), NONE);
@@ -91,14 +90,14 @@ impl Obstacles {
         self.all.extend(found);
     }
 
-    /// Those in the way of a body.
+    /// Obstacles of a body.
     pub fn of(&self, slot: u32) -> &[NearbyObstacle] {
         let start = self.all.partition_point(|obstacle| obstacle.slot < slot);
         let end = self.all.partition_point(|obstacle| obstacle.slot <= slot);
         &self.all[start..end]
     }
 
-    /// Index of the move of a body, if a stiff spring makes it.
+    /// Index of a body's move, if a stiff spring moves it.
     pub fn move_of(&self, slot: u32) -> Option<usize> {
         let index = self.move_of[slot as usize];
         (index != NONE).then_some(index as usize)
@@ -109,8 +108,7 @@ impl Obstacles {
     }
 }
 
-/// Normal, from a to b, and separation of a pair that touches on one of these paths of b relative to
-/// a.
+/// Normal (from a to b) and separation of a pair that touches on one of these paths of b relative to a.
 fn touch(bodies: &Bodies, pair: &Pair, paths: [Vec2; 2]) -> Option<(Vec2, f32)> {
     paths.into_iter().find_map(|path| {
         let (at_a, at_b) = (placed(bodies, pair.a), placed(bodies, pair.b));

@@ -17,15 +17,15 @@ pub enum SpringEnd {
     Body(BodyId),
 }
 
-/// A spring from the centre of a body. It passes through everything, pulls when longer than its
-/// rest length and pushes when shorter; it is removed with either of its bodies.
+/// A spring attached to the centre of a body. It passes through everything, pulls when longer than its rest length
+/// and pushes when shorter. It is removed together with either of its bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spring {
     /// The body at its first end.
     pub body: BodyId,
-    /// The end that is not at `body`.
+    /// The other end.
     pub end: SpringEnd,
-    /// Length without force, world units, not negative.
+    /// Rest length, not negative, world units.
     pub rest_length: f32,
     /// Force per unit of length, 0..=[`FORCE_MAX`].
     pub stiffness: f32,
@@ -35,8 +35,8 @@ pub struct Spring {
 }
 
 impl Spring {
-    /// A spring of zero length on which `mass` oscillates `frequency` times a second; a damping
-    /// ratio of 1 is critical. Between two bodies the mass to give is m1 m2 / (m1 + m2).
+    /// A spring of zero length on which `mass` oscillates `frequency` times a second; a damping ratio of 1 is
+    /// critical. For a spring between two bodies, pass m1 m2 / (m1 + m2) as the mass.
     pub fn tuned(
         body: BodyId,
         end: SpringEnd,
@@ -49,7 +49,7 @@ impl Spring {
         Spring { body, end, rest_length: 0.0, stiffness, damping }
     }
 
-    /// Slots of its bodies.
+    /// Slots of the spring's bodies.
     pub(super) fn slots(&self) -> impl Iterator<Item = u32> {
         let other = match self.end {
             SpringEnd::Body(other) => Some(other.index),
@@ -58,7 +58,7 @@ impl Spring {
         std::iter::once(self.body.index).chain(other)
     }
 
-    /// Energy that it stores while its bodies are at these positions.
+    /// Energy stored in the spring while its bodies are at these positions.
     pub(super) fn energy(&self, mut position: impl FnMut(u32) -> DVec2) -> f64 {
         let far = match self.end {
             SpringEnd::Point(point) => point.as_dvec2(),

@@ -1,4 +1,4 @@
-//! State of drag and springs (12 bytes for a body with drag, 29 for a spring).
+//! Serialization of drag and springs (12 bytes for a body with drag, 29 for a spring).
 
 use super::Forces;
 use super::air::{Drag, FORCE_MAX};

@@ -1,4 +1,4 @@
-//! Forces against their closed forms, with both solvers, however stiff.
+//! Compares forces with their closed forms, with both solvers and any stiffness.
 
 use super::*;
 use crate::GROUPS_MAX;
@@ -67,7 +67,7 @@ fn a_fall_with_quadratic_drag_is_exact_and_ends_in_its_terminal_speed() {
     let terminal = (50.0f64 / 0.05).sqrt();
     for solver in solvers() {
         let (x, v) = one(BodyDef { drag, ..ball(0.0, 0.0) }, 50.0, Vec2::ZERO, solver, 120);
-        // exp and log of doubles make tanh and ln cosh.
+        // tanh and ln cosh, computed from exp and log in double precision.
         let e = crate::math::exp(2.0 * 50.0 * 120.0 * DT / terminal);
         let tanh = (e - 1.0) / (e + 1.0);
         let path = 20.0 * crate::math::ln_1p((e.sqrt() + 1.0 / e.sqrt()) / 2.0 - 1.0);
@@ -129,7 +129,7 @@ fn an_anchored_body_oscillates_exactly_for_a_hundred_periods() {
     }
 }
 
-/// All kinds of springs: to a point with and without length, and between bodies.
+/// All kinds of springs: to a point, with and without rest length, and between bodies.
 fn stiff_worlds(turn: f32, ratio: f32, solver: Solver) -> Vec<World> {
     let mut worlds = Vec::new();
     for (length, two) in [(0.0, false), (2.0, false), (2.0, true), (0.0, true)] {
@@ -178,7 +178,7 @@ fn springs_of_any_stiffness_stay_bounded_and_come_to_rest_at_their_length() {
                         assert!(ratio < 1.0 || towards, "{what}: {last} to {now}");
                         last = now;
                     }
-                    // Overdamped: the slow part has decayed at its rate.
+                    // Overdamped: the slow part has decayed at its own rate.
                     let slow = f64::from(turn) * (5.0 - 24f64.sqrt()) * 10.0;
                     let decay = if ratio < 5.0 { f64::from(turn * ratio) * 10.0 } else { slow };
                     if decay > 15.0 {
@@ -249,7 +249,7 @@ fn a_spring_presses_a_body_onto_the_floor_and_no_further() {
     }
 }
 
-/// Two bodies with drag, one of them joined to the other and to a hook.
+/// Two bodies with drag, tied to each other; one also hangs from a hook.
 fn tied(solver: Solver) -> World {
     let mut world = World::new(settings(50.0, Vec2::new(3.0, 0.0), solver));
     let drag = Drag { linear: 0.5, quadratic: 0.01 };
@@ -280,7 +280,7 @@ fn a_restored_world_continues_as_if_it_had_never_stopped() {
     }
 }
 
-/// A fast body is in the way of a stiff spring from further off than a slow one, in a restored world as well.
+/// A stiff spring notices a fast body from further away than a slow one, in a restored world too.
 #[test]
 fn a_restored_spring_meets_what_flies_past() {
     for solver in solvers() {
@@ -341,7 +341,7 @@ fn any_bytes_are_read_without_a_panic() {
     }
 }
 
-/// A force whose path the contacts do not take back would lift what rests by a little in every step.
+/// A force whose path the contacts do not undo would lift resting bodies a little in every step.
 #[test]
 fn a_stack_rests_under_drag_wind_and_springs() {
     for (drag, wind, pull) in [
@@ -384,8 +384,8 @@ fn a_stack_rests_under_drag_wind_and_springs() {
     }
 }
 
-/// A ball that oscillates about a point with this method, once a second: its energy over that of the
-/// start, at the end of each second.
+/// A ball that oscillates about a point once a second with this method. Returns its energy at the end of each second,
+/// relative to the start.
 fn orbit(euler: EulerGroups, solver: Solver) -> Vec<f64> {
     let mut settings = settings(0.0, Vec2::ZERO, solver);
     settings.forces = Some(ForceSettings { springs_max: 1, euler, ..ForceSettings::default() });
@@ -412,7 +412,7 @@ fn the_explicit_method_gains_energy_the_symplectic_one_keeps_it() {
     for solver in solvers() {
         let explicit = orbit(EulerGroups { explicit: 1 << 3, symplectic: 0 }, solver);
         for (second, energy) in (1..).zip(explicit) {
-            // Each step multiplies it by 1 + (w h)^2.
+            // Each step multiplies the energy by 1 + (w h)^2.
             let expected: f64 = std::iter::repeat_n(1.0 + turn * turn, 60 * second).product();
             assert!((energy / expected - 1.0).abs() < 1e-3, "{second} s: {energy} {expected}");
         }

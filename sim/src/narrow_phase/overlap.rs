@@ -1,7 +1,7 @@
-//! Whether and how deep two placed shapes overlap, and along which normal.
+//! Whether two placed shapes overlap, how deeply and along which normal.
 //!
-//! Strict everywhere: touching is no contact. Every normal has unit length, and no placement of
-//! finite shapes gives NaN (C01 to C06).
+//! All comparisons are strict: touching is not a contact. Every normal has unit length, and no placement of finite
+//! shapes gives NaN (C01 to C06).
 
 use crate::bodies::Bodies;
 use crate::math::{self, ordered_bits};
@@ -10,18 +10,18 @@ use crate::shape::{Shape, shapes};
 use crate::solver::tolerances::{DEEP_SHARE, SAME_CENTER};
 use glam::Vec2;
 
-/// Side of the square over which concentric bodies count as spread, as a share of the thinner one's
+/// Side of the square over which concentric bodies are treated as spread out, as a share of the thinner one's
 /// half-size.
 const SPREAD: f32 = 0.25;
 const TWO_TO_32: f32 = 4_294_967_296.0;
-/// The golden angle in radians: consecutive multiples never line up.
+/// The golden angle in radians; its consecutive multiples never line up.
 const GOLDEN_ANGLE: f32 = 2.399_963_2;
 
-/// Returns the overlap of two shapes, or `None`; touching is no contact.
+/// Returns the overlap of two shapes, or `None`. Touching is not a contact.
 ///
-/// `collide(a, b)` and `collide(b, a)` agree up to the sign of the normal. `ids` are the indices of
-/// the two bodies; they vary the normal of two circles with one centre, so that a heap spawned at
-/// one point does not leave in one direction (C04).
+/// `collide(a, b)` and `collide(b, a)` agree up to the sign of the normal. `ids` are the indices of the two bodies.
+/// They vary the normal of two concentric circles, so that a heap spawned at one point does not separate in a single
+/// direction (C04).
 #[inline]
 pub fn collide(
     shape_a: Shape,
@@ -79,7 +79,7 @@ pub(crate) fn parting_normal((id_a, id_b): (u32, u32)) -> Vec2 {
     if id_a < id_b { normal } else { -normal }
 }
 
-/// Two boxes: the axis of least overlap; a tie goes to y, concentric boxes separate towards plus
+/// Two boxes: the axis of least overlap. A tie goes to y; concentric boxes separate in the positive direction
 /// (A2.15).
 #[inline]
 pub(crate) fn box_box(offset: Vec2, reach: Vec2) -> Option<Manifold> {
@@ -94,9 +94,8 @@ pub(crate) fn box_box(offset: Vec2, reach: Vec2) -> Option<Manifold> {
     })
 }
 
-/// A box and a circle (A2.14): the normal runs from the nearest point of the box to the circle's
-/// centre; a centre inside or on the border leaves by the nearest side, with a penetration of r +
-/// distance to that side (C02, C03).
+/// A box and a circle (A2.14): the normal runs from the nearest point of the box to the circle's centre. A centre
+/// inside or on the border leaves by the nearest side, with a penetration of r + distance to that side (C02, C03).
 #[inline]
 fn box_circle(offset: Vec2, half: Vec2, radius: f32) -> Option<Manifold> {
     let outside = offset.abs() - half;
@@ -129,8 +128,8 @@ pub(crate) fn box_circle_at_rest(offset: Vec2, outside: Vec2, half: Vec2, radius
     Manifold { normal, separation: distance - radius }
 }
 
-/// Unit normal and distance from a box corner; where the square of the distance underflows the
-/// normal points outward along the longer axis.
+/// Unit normal and distance from a box corner. Where the square of the distance underflows, the normal points outward
+/// along the longer axis.
 #[inline]
 pub(crate) fn corner_normal(difference: Vec2, squared: f32) -> (Vec2, f32) {
     if squared > f32::MIN_POSITIVE {
@@ -146,8 +145,8 @@ pub(crate) fn corner_normal(difference: Vec2, squared: f32) -> (Vec2, f32) {
     (normal, 0.0)
 }
 
-/// The nearest way out for a point inside a box, or on its border: through the side with the
-/// smallest half - |v|, a tie goes to y (C02). The separation may be 0.
+/// The nearest exit for a point inside a box or on its border: through the side with the smallest half - |v|; a tie
+/// goes to y (C02). The separation may be 0.
 #[inline]
 pub fn nearest_exit(point: Vec2, half: Vec2) -> Manifold {
     let separation = point.abs() - half;
@@ -164,7 +163,7 @@ pub(crate) fn side(value: f32) -> f32 {
     if value < 0.0 { -1.0 } else { 1.0 }
 }
 
-/// The overlap of a pair at its present positions.
+/// The overlap of a pair at its current positions.
 #[inline]
 pub(crate) fn overlap(bodies: &Bodies, a: u32, b: u32) -> Option<Manifold> {
     let (index_a, index_b) = (a as usize, b as usize);
@@ -177,7 +176,7 @@ pub(crate) fn overlap(bodies: &Bodies, a: u32, b: u32) -> Option<Manifold> {
     )
 }
 
-/// [`overlap`] in a world with these [`shapes`] only.
+/// [`overlap`] in a world that has only these [`shapes`].
 #[inline]
 pub(crate) fn overlap_of<const SHAPES: u8>(bodies: &Bodies, a: u32, b: u32) -> Option<Manifold> {
     let (index_a, index_b) = (a as usize, b as usize);
@@ -190,7 +189,7 @@ pub(crate) fn overlap_of<const SHAPES: u8>(bodies: &Bodies, a: u32, b: u32) -> O
     }
 }
 
-/// The separation of a pair along a unit vector from a to b, whether or not it is their normal.
+/// The separation of a pair along a unit vector from a to b, which need not be their normal.
 pub(crate) fn separation_along(bodies: &Bodies, (a, b): (u32, u32), normal: Vec2) -> f32 {
     let (a, b) = (a as usize, b as usize);
     let extent = |slot: usize| match bodies.shape[slot] {
@@ -200,8 +199,8 @@ pub(crate) fn separation_along(bodies: &Bodies, (a, b): (u32, u32), normal: Vec2
     normal.dot(bodies.center[b] - bodies.center[a]) - extent(a) - extent(b)
 }
 
-/// The manifold of two bodies that are too deep in each other to have a side: along the line of
-/// centres, as if the bodies of a heap at one point had been spread evenly.
+/// The manifold of two bodies that overlap too deeply to tell their sides apart: along the line of centres, as if the
+/// bodies of a heap at one point had been spread evenly.
 #[cold]
 pub(crate) fn spread_manifold(bodies: &Bodies, (a, b): (u32, u32)) -> Manifold {
     let offset = bodies.center[b as usize] - bodies.center[a as usize];
@@ -210,8 +209,8 @@ pub(crate) fn spread_manifold(bodies: &Bodies, (a, b): (u32, u32)) -> Manifold {
     Manifold { normal, separation: separation_along(bodies, (a, b), normal) }
 }
 
-/// The [`spread_manifold`] of two circles that are deep in each other, else their manifold: a heap
-/// at one point leaves in all directions.
+/// The [`spread_manifold`] of two circles that overlap deeply, otherwise their usual manifold. A heap at one point
+/// thus spreads in all directions.
 #[inline]
 pub(crate) fn spread_circles(bodies: &Bodies, pair: (u32, u32), manifold: Manifold) -> Manifold {
     let (a, b) = (pair.0 as usize, pair.1 as usize);
@@ -225,9 +224,9 @@ pub(crate) fn spread_circles(bodies: &Bodies, pair: (u32, u32), manifold: Manifo
     }
 }
 
-/// Position in the unit square of a body in a heap at one point: the bodies separate as if they had
-/// been spread evenly (multiples of the inverses of the plastic number and of its square; Roberts
-/// 2018, "The unreasonable effectiveness of quasirandom sequences").
+/// Position of a body in the unit square, for a heap at one point: the bodies separate as if they had been spread
+/// evenly (multiples of the inverses of the plastic number and of its square; Roberts 2018, "The unreasonable
+/// effectiveness of quasirandom sequences").
 fn spread(slot: u32) -> Vec2 {
     const STEPS: [u32; 2] = [3_242_174_889, 2_447_445_414];
     let unit = |step: u32| slot.wrapping_mul(step) as f32 / TWO_TO_32;

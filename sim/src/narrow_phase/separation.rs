@@ -1,13 +1,13 @@
 //! Signed separation of two bodies, and the normal along which they will meet.
 //!
-//! A constraint of the solver says: the relative displacement d of a step must satisfy n.d >= -s.
-//! That is a half-plane, and the free space around a shape is not one, so it matters where the
-//! shape is replaced by its tangent. It is taken where the present velocities lead: at the time of
-//! impact within the step, or else at the closest approach. Bodies that pass each other are
-//! therefore unaffected, and a body cannot tunnel through another one. Pairs that move by more than
-//! their size and pass have none: the tangent of where they might have met says nothing about
-//! where they end if another contact stops them (see `late_pairs`). The sweep against a box is the
-//! slab test (Kay and Kajiya 1986) with rounded corners (Ericson 2005, section 5.5.7).
+//! A constraint of the solver requires that the relative displacement d of a step satisfies n.d >= -s. That is a
+//! half-plane, and the free space around a shape is not one, so it matters where the shape is replaced by its
+//! tangent. The tangent is taken where the current velocities lead: at the time of impact within the step, or else at
+//! the closest approach. Bodies that pass each other are therefore unaffected, and a body cannot tunnel through
+//! another one. Pairs that move by more than their size and pass each other have no constraint: a tangent at the
+//! place where they might have met says nothing about where they end if another contact stops them (see
+//! `late_pairs`). The sweep against a box is the slab test (Kay and Kajiya 1986) with rounded corners (Ericson 2005,
+//! section 5.5.7).
 
 use crate::bodies::Bodies;
 use crate::broad_phase::pairs::Axis;
@@ -32,10 +32,10 @@ pub(crate) fn placed(bodies: &Bodies, slot: u32) -> PlacedShape {
     PlacedShape { shape: bodies.shape[index], center: bodies.center[index], slot }
 }
 
-/// The manifold of two bodies of which b moves by `path` relative to a if nothing stops it. `kept`
-/// is the axis of the face that carried the contact in the last step. `None`: the two pass each other, two boxes
-/// around a corner, or any two on a path longer than the smaller one.
-// A call would take a fifth of the time of a pair; the page, which is downloaded, makes one.
+/// The manifold of two bodies if b moves by `path` relative to a without being stopped. `kept` is the axis of the
+/// face that carried the contact in the last step. `None` if the two pass each other: two boxes around a corner, or
+/// any two shapes on a path longer than the smaller one.
+// A call would take a fifth of a pair's time; the page, which is downloaded, makes one anyway.
 #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 pub(crate) fn between(a: PlacedShape, b: PlacedShape, path: Vec2, kept: Axis) -> Option<Manifold> {
     let offset = b.center - a.center;
@@ -60,7 +60,7 @@ fn is_fast(path: Vec2, smallest: f32) -> bool {
     path.length_squared() > smallest * smallest
 }
 
-/// The axis that a contact keeps: that of the face of a box.
+/// The axis that a contact keeps: that of a box's face.
 #[inline]
 pub(crate) fn axis_of(a: Shape, b: Shape, normal: Vec2) -> Axis {
     match (a, b) {
@@ -71,7 +71,7 @@ pub(crate) fn axis_of(a: Shape, b: Shape, normal: Vec2) -> Axis {
     }
 }
 
-/// Two circles: the tangent at the end of the line of centres.
+/// Two circles: the tangent at the end of the path, across the line of centres.
 #[inline]
 fn circles(offset: Vec2, path: Vec2, radii: (f32, f32), ids: (u32, u32)) -> Option<Manifold> {
     let reach = radii.0 + radii.1;
@@ -92,15 +92,15 @@ fn circles(offset: Vec2, path: Vec2, radii: (f32, f32), ids: (u32, u32)) -> Opti
     Some(tangent(touching / distance, distance - reach, path * share))
 }
 
-/// The half-plane that touches the shape `ahead` of the start, seen from the start. Rounding must
-/// not let it cut off the start itself: a constraint never pushes bodies that do not overlap.
+/// The half-plane tangent to the shape at `ahead`, relative to the start. Rounding must not let it cut off the start
+/// itself: a constraint never pushes bodies that do not overlap.
 #[inline]
 fn tangent(normal: Vec2, distance: f32, ahead: Vec2) -> Manifold {
     Manifold { normal, separation: max(distance - normal.dot(ahead), 0.0) }
 }
 
-/// Share of the path, in [0, 1], after which a point comes within `reach` of the origin. The start
-/// lies outside.
+/// Share of the path, in [0, 1], after which a point comes within `reach` of the origin. The starting point lies
+/// outside.
 #[inline]
 fn first_touch_of_circle(offset: Vec2, path: Vec2, reach: f32) -> Option<f32> {
     let along = offset.dot(path);
@@ -108,7 +108,7 @@ fn first_touch_of_circle(offset: Vec2, path: Vec2, reach: f32) -> Option<f32> {
     if along >= 0.0 {
         return None;
     }
-    // Via the closest approach: the textbook's discriminant loses its digits far from the origin.
+    // Via the closest approach: the textbook discriminant loses its digits far from the origin.
     let nearest = -along / length_squared;
     let miss = (offset + path * nearest).length_squared();
     let inside = reach * reach - miss;
@@ -119,7 +119,7 @@ fn first_touch_of_circle(offset: Vec2, path: Vec2, reach: f32) -> Option<f32> {
     (share <= 1.0).then_some(max(share, 0.0))
 }
 
-/// Two boxes: the axis on which they begin to overlap last, or along which they overlap least.
+/// Two boxes: the axis on which they begin to overlap last, or on which they overlap least.
 #[inline]
 fn boxes(offset: Vec2, path: Vec2, halves: (Vec2, Vec2), kept: Axis) -> Option<Manifold> {
     let reach = halves.0 + halves.1;
@@ -131,12 +131,12 @@ fn boxes(offset: Vec2, path: Vec2, halves: (Vec2, Vec2), kept: Axis) -> Option<M
     } else if let Some(axis) = last_entry(offset, path, reach - Vec2::splat(corner)) {
         axis
     } else {
-        // Measured on the side where it starts: on the other side it has passed.
+        // Measured on the side where the path starts: on the other side the box has already passed.
         let ahead = reach - (offset + path) * Vec2::new(side(offset.x), side(offset.y));
         let apart = overlap.x < -corner || overlap.y < -corner;
         let has_passed = ahead.x > corner && ahead.y > corner;
         let is_at_corner = ahead.x.abs() < corner && ahead.y.abs() < corner;
-        // There its tangent holds wherever another contact stops them.
+        // If so, the tangent of the face is valid wherever another contact stops the bodies.
         let end = reach - (offset + path).abs();
         let stays_over_face =
             overlap.x > corner && end.x > corner || overlap.y > corner && end.y > corner;
@@ -149,13 +149,13 @@ fn boxes(offset: Vec2, path: Vec2, halves: (Vec2, Vec2), kept: Axis) -> Option<M
         Axis::X => (Vec2::new(side(offset.x), 0.0), overlap.x),
         _ => (Vec2::new(0.0, side(offset.y)), overlap.y),
     };
-    // Boxes that separate on one axis may still be apart on the other only.
+    // Boxes that separate on one axis may still be apart only on the other.
     let apart = overlap.x < 0.0 || overlap.y < 0.0;
     let separation = if apart { max(-overlap_along, 0.0) } else { -overlap_along };
     Some(Manifold { normal, separation })
 }
 
-/// A tie goes to y, as in [`crate::narrow_phase::overlap::collide`].
+/// The axis of least overlap. A tie goes to y, as in [`crate::narrow_phase::overlap::collide`].
 #[inline]
 fn least_overlap(overlap: Vec2, kept: Axis, faith: f32) -> Axis {
     let (x, y) = match kept {
@@ -176,8 +176,7 @@ fn last_entry(offset: Vec2, path: Vec2, half: Vec2) -> Option<Axis> {
     enters.then_some(if enter_x > enter_y { Axis::X } else { Axis::Y })
 }
 
-/// Shares of the path at which a coordinate enters and leaves (-half, half); `None` if it never
-/// does.
+/// Shares of the path at which a coordinate enters and leaves (-half, half), or `None` if it never enters.
 #[inline]
 fn slab(offset: f32, path: f32, half: f32) -> Option<(f32, f32)> {
     if path == 0.0 {
@@ -187,8 +186,7 @@ fn slab(offset: f32, path: f32, half: f32) -> Option<(f32, f32)> {
     Some(if path > 0.0 { (one, other) } else { (other, one) })
 }
 
-/// A circle relative to a box; `size` is the magnitude of the coordinates, which limits their
-/// precision.
+/// A circle relative to a box. `size` is the magnitude of the coordinates, which limits their precision.
 #[inline]
 fn box_circle(offset: Vec2, path: Vec2, half: Vec2, radius: f32, size: Vec2) -> Option<Manifold> {
     let outside = offset.abs() - half;
@@ -212,8 +210,8 @@ fn box_circle(offset: Vec2, path: Vec2, half: Vec2, radius: f32, size: Vec2) -> 
     Some(closest_approach(offset, path, half, radius, start))
 }
 
-/// The manifold of a circle that misses the box: at its start if it leaves, else at its end or
-/// where it passes the corner closest to its path, whichever is nearer.
+/// The manifold of a circle that misses the box: at its start if it moves away, otherwise at its end or where it
+/// passes the corner closest to its path, whichever is nearer.
 #[inline]
 fn closest_approach(
     offset: Vec2,
@@ -247,12 +245,11 @@ fn stays_over_face(offset: Vec2, outside: Vec2, path: Vec2, half: Vec2) -> bool 
     outside.x <= 0.0 && end.x <= 0.0 || outside.y <= 0.0 && end.y <= 0.0
 }
 
-/// First contact of a circle outside a box: the share of the path and the normal there.
+/// First contact of a circle with a box that it starts outside of: the share of the path and the normal there.
 ///
-/// The centre must enter the box grown by the radius. Where it does so beside a corner it touches
-/// only within the radius of that corner; the four corner squares are apart, so a centre cannot get
-/// from one to another without touching. Less than `graze` off a corner is rounding: a circle that
-/// rolls from tile to tile passes.
+/// The centre must enter the box grown by the radius. If it does so beside a corner, it touches only within the
+/// radius of that corner. The four corner squares are apart, so a centre cannot get from one to another without
+/// touching. Passing a corner by less than `graze` counts as rounding, so that a circle can roll from tile to tile.
 #[inline]
 fn first_touch_of_box(
     offset: Vec2,

@@ -1,5 +1,5 @@
-//! Emitters: when, where and how many. They are started from an [`EmitterDef`], which is also sent
-//! to clients.
+//! Emitters decide when, where and how many particles are made. An emitter is started from an [`EmitterDef`], which
+//! is also sent to clients.
 
 use crate::body::BodyId;
 use crate::rng::Rng;
@@ -15,20 +15,20 @@ pub enum Source {
     Body(BodyId),
 }
 
-/// Definition of an emitter, also sent in events: everything that its particles depend on.
+/// Definition of an emitter, also sent in events; its particles depend on nothing else.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EmitterDef {
     /// Index into the scene's recipes.
     pub recipe: u8,
-    /// Number of particles in all; the emitter makes exactly this many (C24e).
+    /// Total number of particles; the emitter makes exactly this many (C24e).
     pub count: u16,
-    /// Seed of everything random about them.
+    /// Seed of all random properties of its particles.
     pub seed: u32,
     /// Position, or body to follow.
     pub source: Source,
 }
 
-/// Fewest particles per tick while more than that remain (A4.4, C24f).
+/// Minimum number of particles per tick while more than this many remain (A4.4, C24f).
 const AMOUNT_MIN: u32 = 5;
 /// Largest share of the remaining particles made in one update.
 const SHARE_MAX: f32 = 0.2;
@@ -51,7 +51,7 @@ impl Emitter {
         Emitter { left: def.count, position, rng, def }
     }
 
-    /// Moves to the followed body; stays where it was if the body is removed.
+    /// Moves to the followed body; stays in place if the body was removed.
     pub fn follow(&mut self, locate: impl Fn(BodyId) -> Option<Vec2>) {
         if let Source::Body(id) = self.def.source
             && let Some(center) = locate(id)
@@ -60,8 +60,8 @@ impl Emitter {
         }
     }
 
-    /// Number of particles to make in this update: all if few remain, else a random share of up to
-    /// 20 % of the rest, and at least 5.
+    /// Number of particles to make in this update: all of them if few remain, otherwise a random share of up to 20 %
+    /// of the rest, and at least 5.
     pub fn next_amount(&mut self) -> u16 {
         let left = u32::from(self.left);
         let share = (left as f32 * SHARE_MAX * self.rng.unit()) as u32;
@@ -92,18 +92,18 @@ impl Emitter {
         self.left == 0
     }
 
-    /// What an emitter is before its state is read.
+    /// An emitter to fill in when its state is read.
     pub fn blank() -> Emitter {
         Emitter::new(EmitterDef { recipe: 0, count: 0, seed: 0, source: Source::Point(Vec2::ZERO) })
     }
 
-    /// Describes an emitter in a world of so many recipes.
+    /// Describes an emitter in a world with this many recipes.
     pub fn state(mut self, recipes: usize, io: &mut impl StateIo) -> Emitter {
         let def = &mut self.def;
         io.bits("recipe and particles left", u32::from(def.recipe) << 16 | u32::from(self.left));
         def.recipe = io.saved("recipe", [def.recipe])[0];
         io.check("recipe", || usize::from(def.recipe) < recipes);
-        // What an emitter began with decides nothing any more.
+        // The initial values of an emitter no longer decide anything.
         def.count = io.saved_short("particles in all", def.count);
         def.seed = io.saved_word("seed", def.seed);
         self.left = io.saved_short("particles left", self.left);

@@ -1,12 +1,12 @@
-//! Obstacles of particles, and a grid that finds them at a point.
+//! Obstacles of particles, and a grid that finds the obstacles near a point.
 
 use crate::math::max;
 use crate::narrow_phase::overlap::nearest_exit;
 use crate::shape::{Aabb, Shape};
 use glam::Vec2;
 
-/// A placed shape that particles are pushed out of. Centres are the quantised ones that clients
-/// see, so that server and clients agree bit for bit.
+/// A placed shape that particles are pushed out of. Its centre is the quantised one that clients see, so that server
+/// and clients agree bit for bit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Obstacle {
     /// Shape, around the centre.
@@ -21,14 +21,13 @@ pub fn quantise(position: Vec2, quantum: f32) -> [i32; 2] {
     [quanta.x.round() as i32, quanta.y.round() as i32]
 }
 
-/// Returns the position of whole quanta; exact while the quantum is a power of two and the quanta
-/// are below 2^24.
+/// Returns the position of whole quanta. Exact if the quantum is a power of two and the quanta are below 2^24.
 pub fn dequantise(quanta: [i32; 2], quantum: f32) -> Vec2 {
     Vec2::new(quanta[0] as f32, quanta[1] as f32) * quantum
 }
 
 impl Obstacle {
-    /// Creates the obstacle of a body, where clients see it.
+    /// Creates the obstacle of a body at the position seen by clients.
     pub fn new(shape: Shape, quanta: [i32; 2], quantum: f32) -> Obstacle {
         Obstacle { shape, center: dequantise(quanta, quantum) }
     }
@@ -60,7 +59,7 @@ impl Obstacle {
     }
 }
 
-/// Way out of a circle: along the radius, and from the very centre straight up (C17).
+/// Exit from a circle: along the radius, and straight up from the exact centre (C17).
 fn circle_exit(offset: Vec2, radius: f32) -> (Vec2, f32) {
     let squared = offset.length_squared();
     if squared <= f32::MIN_POSITIVE {
@@ -72,49 +71,50 @@ fn circle_exit(offset: Vec2, radius: f32) -> (Vec2, f32) {
 
 /// Cells along the longer side of the grid.
 const CELLS: f32 = 64.0;
-/// Obstacles that particles may be compared with in a tick, for each entry that a limited grid may have.
+/// Obstacles that particles may be compared with in a tick, for each entry of a limited grid.
 const LOOKS_PER_ENTRY: usize = 16;
 
-/// A uniform grid of the obstacles, rebuilt each tick: the cells' lists of obstacles, in one array.
-/// A particle is tested against the obstacles of the cell that it moved into; an obstacle that it
-/// is then pushed into is handled in the next tick.
+/// A uniform grid of the obstacles, rebuilt each tick: the obstacle lists of all cells in one array. A particle is
+/// tested against the obstacles of the cell it moved into; an obstacle that it is then pushed into is handled in the
+/// next tick.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ObstacleGrid {
     low: Vec2,
     cell: f32,
     columns: usize,
     rows: usize,
-    /// First entry of each cell's list in `entries`; one more at the end.
+    /// Index of each cell's first entry in `entries`; one more at the end.
     starts: Vec<u32>,
     entries: Vec<u32>,
-    /// Entries that it may have, if they are limited.
+    /// Maximum number of entries that the grid may have, if limited.
     entries_max: Option<usize>,
-    /// There were more, or too many obstacles were compared with particles: no further one is found.
+    /// Whether there were more entries, or too many comparisons with particles; the grid then finds no further
+    /// obstacles.
     is_over: bool,
 }
 
 impl ObstacleGrid {
-    /// An empty grid that may have this many entries.
+    /// Creates an empty grid with this limit of entries.
     pub fn limited(entries_max: usize) -> ObstacleGrid {
         ObstacleGrid { entries_max: Some(entries_max), ..ObstacleGrid::default() }
     }
 
-    /// Whether there were more entries than it may have, or more looks.
+    /// Whether the limit of entries or of comparisons was exceeded.
     pub fn is_over(&self) -> bool {
         self.is_over
     }
 
-    /// Obstacles that particles may be compared with in a tick.
+    /// Maximum number of comparisons of obstacles with particles in a tick.
     pub fn looks_max(&self) -> usize {
         self.entries_max.map_or(usize::MAX, |most| most.saturating_mul(LOOKS_PER_ENTRY))
     }
 
-    /// Notes that they were to be compared with more.
+    /// Records that the limit of comparisons was exceeded.
     pub fn exceed(&mut self) {
         self.is_over = true;
     }
 
-    /// Counting sort of the obstacles into all cells that their boxes touch.
+    /// Sorts the obstacles into all cells that their boxes touch, by a counting sort.
     pub fn fill(&mut self, obstacles: &[Obstacle]) {
         self.choose_cells(obstacles);
         self.starts.clear();
@@ -141,7 +141,7 @@ impl ObstacleGrid {
             });
         }
         self.entries = entries;
-        // Filling moved each start to that of the next cell; move them back.
+        // Filling advanced each start to that of the next cell; shift them back.
         self.starts.rotate_right(1);
         self.starts[0] = 0;
     }
@@ -180,7 +180,7 @@ impl ObstacleGrid {
         (column, row)
     }
 
-    /// Obstacles that may contain the point, in their own order.
+    /// Obstacles that may contain the point, in their original order.
     #[inline]
     pub fn candidates(&self, point: Vec2) -> &[u32] {
         let at = (point - self.low) / self.cell;

@@ -1,4 +1,4 @@
-//! State of particles and emitters: 25 bytes per particle, 41 per emitter.
+//! Serialization of particles and emitters: 25 bytes per particle, 41 per emitter.
 
 use super::emitter::Emitter;
 use super::{EMITTERS_RUNNING_MAX, Particle, Particles};

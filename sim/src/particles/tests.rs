@@ -1,4 +1,4 @@
-//! Particles (A3.7 to A3.18), emitters (A4.2 to A4.7), and the defects of both (C17, C24a to C24k).
+//! Tests of particles (A3.7 to A3.18), emitters (A4.2 to A4.7), and the defects of both (C17, C24a to C24k).
 
 use super::*;
 use crate::Shape;
@@ -36,7 +36,7 @@ fn a_particle_falls_to_its_terminal_speed() {
     for _ in 0..600 {
         step(&mut particles);
     }
-    // v = (v - 50/60) * 0.95 rests at 0.95 * 50/60 / 0.05.
+    // The limit of v = (v - 50/60) * 0.95 is -0.95 * 50/60 / 0.05.
     assert!((particles.velocities()[0].y + 15.8333).abs() < 1e-3);
 }
 

@@ -1,6 +1,6 @@
-//! Running emitters and live particles as they are sent to a client that joins: exact to the last
-//! bit, without anything that follows from the rest. Particles are in the order of their birth, so
-//! that consecutive ones of the same recipe and age share both.
+//! Running emitters and live particles as sent to a joining client: exact to the last bit, without anything that can
+//! be derived. Particles are in the order of their birth, so that consecutive ones with the same recipe and age share
+//! both.
 
 use super::emitter::Emitter;
 use super::{Birth, EMITTERS_RUNNING_MAX, Particle, Particles, Recipe};
@@ -8,9 +8,9 @@ use crate::state::bytes::{StateError, StateReader, StateWriter};
 use crate::state::io::{StateIo, plausible};
 
 const EMITTER_BYTES: usize = 41;
-/// Recipe, age, and number of consecutive particles that share them.
+/// Recipe, age, and number of consecutive particles that share both.
 const RUN_BYTES: usize = 4;
-/// Position, velocity and seed.
+/// Position, velocity and seed of a particle.
 const PARTICLE_BYTES: usize = 20;
 
 /// Largest encoding of this many particles, bytes.
@@ -27,15 +27,15 @@ struct ParticleRun {
 }
 
 impl Particles {
-    /// Encodes everything that the coming ticks depend on, for [`Particles::decode`].
+    /// Encodes everything that future ticks depend on, for [`Particles::decode`].
     pub fn encode(&self) -> Vec<u8> {
         let mut out = StateWriter::default();
         self.wire(&mut out);
         out.0
     }
 
-    /// Decodes particles that were encoded by [`Particles::encode`], bit for bit, with the recipes
-    /// and the limit of the scene. Any bytes are safe; the result can be stepped.
+    /// Decodes particles encoded by [`Particles::encode`], bit for bit, with the recipes and the limit of the scene.
+    /// Any bytes are safe to decode, and the result can be stepped.
     pub fn decode(
         recipes: Vec<Recipe>,
         limit: usize,
@@ -49,8 +49,8 @@ impl Particles {
         Ok(particles)
     }
 
-    /// Describes what is sent. A run that could have been longer is refused: equal particles always
-    /// have equal bytes.
+    /// Describes the encoding. A run that could have been longer is refused, so that equal particles always have
+    /// equal bytes.
     fn wire<Io: StateIo>(&self, io: &mut Io) -> (Vec<Emitter>, Vec<Particle>) {
         let emitters = self.emitter_state(io);
         let limits = [self.limit, PARTICLE_BYTES];
@@ -62,7 +62,7 @@ impl Particles {
             let goes_on = || before.is_some_and(|before: ParticleRun| before.goes_on_in(run));
             let fits = (1..=left).contains(&length);
             io.check("particles alike", || fits && !goes_on());
-            // What does not fit was refused; nothing of it is read.
+            // A run that does not fit was refused; its particles are not used.
             let length = if fits { length } else { left };
             for _ in 0..length {
                 let particle = self.wire_particle(run, rows.next().unwrap_or_default(), io);
@@ -86,7 +86,7 @@ impl Particles {
         Particle { recipe, age, ..it }
     }
 
-    /// The run that begins at `index`.
+    /// Returns the run that begins at `index`.
     fn run_at(&self, index: usize) -> ParticleRun {
         let kind = |index: usize| Some((*self.recipe.get(index)?, *self.age.get(index)?));
         let (recipe, age) = kind(index).unwrap_or_default();

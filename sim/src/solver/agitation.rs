@@ -1,10 +1,11 @@
-//! How the bodies of a large island move, which decides how it is swept: in motion, where the next step sees other
-//! contacts, over-relaxed and to a coarser tolerance; while it lands, by colour; near its solution, with forests.
+//! Classifies how the bodies of a large island move, which decides how it is swept. In motion, where the next step
+//! sees other contacts, sweeps are over-relaxed and use a coarser tolerance; an island that is landing is swept by
+//! colour; one near its solution, with forests.
 //!
-//! In a pile that collapses most contacts are solved after a few sweeps, and a few tens of them never are: they
-//! contradict each other, or slide back and forth at their limits. So all sweeps are few.
+//! In a collapsing pile most contacts are solved after a few sweeps, and a few dozen never are: they contradict each
+//! other, or slide back and forth at their limits. The number of sweeps is therefore kept small.
 //!
-//! Stopping anywhere adds no energy, since no visit lowers the objective (see `warm_start`).
+//! Stopping at any time adds no energy, since no visit lowers the objective (see `warm_start`).
 
 use super::contact_constraint::{ContactConstraint, Correction};
 use super::sweep::{self, Sequence, SweepLimits};
@@ -12,41 +13,46 @@ use super::tolerances::{AGITATED, AGITATED_MIN, SLOW};
 use crate::math::max;
 use glam::Vec2;
 
-/// Fewest sweeps over a large island: with 12 piles overlap more and are hardly faster.
+/// Minimum number of sweeps over a large island. With 12, piles overlap more and are hardly faster.
 const SWEEPS: u32 = 16;
-/// Sweeps over an island in motion, relative to the square root of its contacts: what happens at one end of it is felt at the
-/// other after that many over-relaxed ones. With 16 a crowd of 4000 that is pulled together overlaps twice as deeply.
+/// Sweeps over an island in motion, relative to the square root of its number of contacts: after this many
+/// over-relaxed sweeps, one end of the island feels an impact at the other. With 16 sweeps, a crowd of 4000 that is
+/// pulled together overlaps twice as deeply.
 const SWEEPS_PER_ROOT: f32 = 0.35;
-/// Most sweeps of such an island, if it is large and no body is heavy; small ones take [`SMALL_SWEEPS_MAX`].
+/// Maximum number of sweeps of such an island if it is large and has no heavy body; small ones take up to
+/// [`SMALL_SWEEPS_MAX`].
 const SWEEPS_MAX: u32 = 40;
-/// Mass ratio beyond which bodies are so much heavier that more visits are worth it.
+/// Mass ratio beyond which the heavier bodies are worth more visits.
 const HEAVY_MASS_RATIO: f32 = 50.0;
-/// The same three limits for islands with such a body: a crowd with many of them overlaps a seventh less with 2.5 times
-/// the usual sweeps than with twice as many, which are enough for a bed on which one of them falls.
+/// The same three limits for islands with such a heavy body. A crowd with many of them overlaps a seventh less with
+/// 2.5 times the usual sweeps than with twice as many; twice as many are enough for a bed on which one of them falls.
 const HEAVY_SWEEPS: u32 = 2 * SWEEPS;
 const HEAVY_SWEEPS_PER_ROOT: f32 = 2.5 * SWEEPS_PER_ROOT;
 const HEAVY_SWEEPS_MAX: u32 = 5 * SWEEPS_MAX / 2;
-/// Sliding that counts as motion where a body is that heavy, relative to other islands: one that is hardly held sinks into
-/// its bed, which boils.
+/// Threshold of sliding that counts as motion in islands with such a heavy body, relative to others: with too little
+/// support the body sinks into its bed, which then boils.
 const HEAVY_AGITATION: f32 = 8.0;
-/// Visits that every island in motion may take, and its most sweeps: in rain, small ones decide when it rests.
+/// Visits that every island in motion may take, and the most sweeps. In rain, small islands determine when it comes
+/// to rest.
 const SMALL_VISITS: u32 = 4400;
 const SMALL_SWEEPS_MAX: u32 = 128;
-/// Visits that every other island may take: with 6400 a rain of 4000 overlaps by ten slops when it lands.
+/// Visits that every other island may take. With 6400, a rain of 4000 bodies overlaps by ten slops when it lands.
 pub(crate) const CALM_VISITS: u32 = 8800;
-/// Divides the most sweeps over an island that is solved again with late pairs.
+/// Divisor of the maximum number of sweeps for an island that is solved again with late pairs.
 const LATE_PART: u32 = 2;
-/// Change of a relative velocity at which sweeps over an island in motion end, as a share of its mean sliding velocity.
+/// Sweeps over an island in motion end when relative velocities change by less than this share of its mean sliding
+/// velocity.
 const SLIDING_SHARE: f32 = 0.2;
-/// Contacts beyond which an island that its sweeps did not solve counts as one that moves on.
+/// Contacts beyond which an island left unsolved by its sweeps counts as still moving.
 pub(crate) const UNSOLVED_MIN: usize = 200;
 
 /// How an island moved at the start of its sweeps.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Agitation {
-    /// Its residual is so small that the first sweep is likely to be the last.
+    /// Whether its residual is so small that the first sweep is likely to be the last.
     is_near: bool,
-    /// Its bodies move past each other: the next step sees other contacts, and few loads follow a column.
+    /// Whether its bodies move past each other: the next step then sees other contacts, and few loads follow a
+    /// column.
     pub in_motion: bool,
     pub is_slow: bool,
     /// Mean sliding velocity of its contacts, units/s.
@@ -69,7 +75,7 @@ impl Agitation {
         Agitation { is_near, in_motion, is_slow: speed < SLOW * tolerance, sliding }
     }
 
-    /// How the positions of an island of `count` contacts are corrected after the step.
+    /// Chooses how the positions of an island of `count` contacts are corrected after the step.
     pub fn correction(&self, is_solved: bool, count: usize) -> Correction {
         if self.in_motion {
             Correction::Singly
@@ -80,10 +86,10 @@ impl Agitation {
         }
     }
 
-    /// Limits of the sweeps over an island of `count` contacts. In motion, bodies far heavier than others take
-    /// more, and small islands, which cost little, as many as solve them. Islands that are solved again with late pairs
-    /// begin near their solution. Where the settings ask for a finer tolerance than the default, all take as many times
-    /// more: `precision`.
+    /// Limits of the sweeps over an island of `count` contacts. In motion, islands with far heavier bodies get more
+    /// sweeps, and small islands, which cost little, as many as they need. Islands that are solved again with late
+    /// pairs start near their solution and get fewer. If the settings ask for a finer tolerance than the default, all
+    /// limits are multiplied by `precision`.
     pub fn limits(
         &self,
         limits: SweepLimits,

@@ -1,8 +1,8 @@
-//! The chapter's solver as it is printed, defects included, for scenes that show what they do
-//! ([docs/physics.md](../../../docs/physics.md) names them, C01 to C22a). What divides by zero is left out (C03, C15), and so is a loop for
-//! each rule of pairs (C22f): all pairs are relaxed together.
+//! The chapter's solver as printed, including its defects, for scenes that demonstrate them
+//! ([docs/physics.md](../../../docs/physics.md) lists them as C01 to C22a). Divisions by zero are left out (C03,
+//! C15), and so is the separate loop for each rule of pairs (C22f): all pairs are relaxed together.
 //!
-//! It takes from the settings of the relaxation the number of iterations and the correction, nothing else.
+//! It uses only the number of iterations and the correction from the settings of the relaxation solver.
 
 use crate::bodies::Bodies;
 use crate::broad_phase::pairs::Pair;
@@ -14,12 +14,12 @@ use crate::solver::relaxation::constraint::RelaxationConstraint;
 use crate::solver::settings::Relaxation;
 use glam::Vec2;
 
-/// Tangential speed below which nothing brakes, units/s (A2.20).
+/// Tangential speed below which there is no braking, units/s (A2.20).
 const SLIDE_MIN: f32 = 0.01;
-/// Share of the radii that is the depth of two circles with one centre (C04).
+/// Depth of two concentric circles, as a share of their radii (C04).
 const SAME_CENTER_DEPTH: f32 = 0.1;
 
-/// Gives each body gravity times its inverse mass, where it already has the gravity of all (C18).
+/// Multiplies each body's gravity by its inverse mass, although gravity has already been applied (C18).
 pub(crate) fn weigh(bodies: &mut Bodies, gain: Vec2, speed_max: f32) {
     let Bodies { moving, velocity, gravity_scale, inverse_mass, motion, .. } = bodies;
     for &slot in moving.iter() {
@@ -31,8 +31,8 @@ pub(crate) fn weigh(bodies: &mut Bodies, gain: Vec2, speed_max: f32) {
     }
 }
 
-/// Makes the passes, and returns how many: one less than asked for (C22a). Nothing rests from one step to the
-/// next.
+/// Runs the passes and returns their number, which is one less than the setting (C22a). Nothing is carried over from
+/// one step to the next.
 pub(crate) fn solve(
     bodies: &mut Bodies,
     constraints: &mut [RelaxationConstraint],
@@ -74,7 +74,7 @@ fn contact(bodies: &Bodies, (a, b): (usize, usize)) -> Option<Manifold> {
     }
 }
 
-/// Two circles: touching counts (C01), and those with one centre overlap by a tenth (C04).
+/// Two circles: touching counts as contact (C01), and concentric circles overlap by a tenth of their radii (C04).
 fn circles(offset: Vec2, reach: f32) -> Option<Manifold> {
     let distance = offset.length();
     if distance > reach {
@@ -86,8 +86,8 @@ fn circles(offset: Vec2, reach: f32) -> Option<Manifold> {
     }
 }
 
-/// Two boxes. In double precision, as in the chapter, passes shrink an overlap without end (C19). Here it soon is
-/// 0, so touching has to count.
+/// Two boxes. In double precision, as in the chapter, passes shrink an overlap forever (C19). Here it soon becomes 0,
+/// so touching has to count as contact.
 fn boxes(offset: Vec2, reach: Vec2) -> Option<Manifold> {
     let Vec2 { x, y } = offset.abs() - reach;
     if x > 0.0 || y > 0.0 {
@@ -99,8 +99,8 @@ fn boxes(offset: Vec2, reach: Vec2) -> Option<Manifold> {
     }
 }
 
-/// A box and a circle, where touching counts too. A centre inside leaves by the axis on which it is nearest to
-/// the upper or right side, which is the wrong one for many points left of the middle or below it (C02).
+/// A box and a circle, where touching counts as contact too. A centre inside leaves along the axis on which it is
+/// nearest to the upper or right side, which is wrong for many points left of or below the middle (C02).
 fn box_circle(offset: Vec2, half: Vec2, radius: f32) -> Option<Manifold> {
     let outside = offset.abs() - half;
     let outside = Vec2::new(max(outside.x, 0.0), max(outside.y, 0.0));
@@ -121,7 +121,7 @@ fn box_circle(offset: Vec2, half: Vec2, radius: f32) -> Option<Manifold> {
     Some(Manifold { normal, separation: -(radius + inside) })
 }
 
-/// Corrects the positions, brakes, then bounces (A2.19 to A2.21); returns the closing speed.
+/// Corrects the positions, applies friction, then bounces (A2.19 to A2.21); returns the closing speed.
 fn resolve(
     bodies: &mut Bodies,
     (a, b): (usize, usize),
@@ -137,7 +137,7 @@ fn resolve(
     let correction = normal * (-separation / inv_mass * settings.correction);
     bodies.shift(a, correction * -inv_mass_a);
     bodies.shift(b, correction * inv_mass_b);
-    // The second one gains what it should lose (C08).
+    // The second body gains speed where it should lose it (C08).
     let share = 1.0 / settings.iterations as f32;
     brake(bodies, a, normal, share);
     brake(bodies, b, normal, -share);
@@ -145,7 +145,7 @@ fn resolve(
     if speed > 0.0 {
         return 0.0;
     }
-    // However slowly they meet they bounce (C16).
+    // Bodies bounce however slowly they meet (C16).
     let (material_a, material_b) = (bodies.material[a], bodies.material[b]);
     let restitution = min(material_a.restitution, material_b.restitution);
     let impulse = normal * (-(1.0 + restitution) * speed / inv_mass);
@@ -154,9 +154,9 @@ fn resolve(
     -speed
 }
 
-/// Takes a fixed speed off the body's own tangential velocity: however much is left (C09), whatever presses it
-/// (C10), however fast the other one moves (C11), of whatever that is made (C12), and also while they separate
-/// (C13), once a pass (C14).
+/// Takes a fixed speed off the body's own tangential velocity: regardless of how much is left (C09), of the normal
+/// force (C10), of the other body's speed (C11) and material (C12), and even while they separate (C13), once per pass
+/// (C14).
 fn brake(bodies: &mut Bodies, slot: usize, normal: Vec2, share: f32) {
     let along = normal.perp();
     let slide = bodies.velocity[slot].dot(along);

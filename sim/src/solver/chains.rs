@@ -1,14 +1,13 @@
 //! Chains of contacts along an axis, each solved exactly within a sweep.
 //!
-//! Constraints whose normal is exactly +-x or +-y are the edges of a graph for each axis. It is
-//! covered by paths without common edges: first from every body that nothing supports on that axis,
-//! then from the rest; each follows the unused edge with the largest stored impulse, which is the
-//! path of the load. A column of any height, with masses of any ratio, is then one exact step of
-//! the sweep, where one constraint after another would need a number of sweeps that grows with the
-//! square of its height.
+//! Constraints whose normal is exactly +-x or +-y are the edges of one graph per axis. The graph is covered by
+//! edge-disjoint paths, first from every body that nothing supports on that axis, then from the rest. Each path
+//! follows the unused edge with the largest stored impulse, which is the path of the load. A column of any height,
+//! with masses of any ratio, is then one exact step of the sweep; solving one constraint after another would need a
+//! number of sweeps that grows with the square of its height.
 //!
-//! A chain removes its own impulses from the velocities, pools (see `pava`) and sums the impulses
-//! from its free end: the change of each is that of the momentum beyond it.
+//! A chain removes its own impulses from the velocities, pools (see `pava`), and sums the impulses from its free end:
+//! the change of each impulse is the change of the momentum beyond it.
 
 use super::gauss_seidel::{SweepChange, solve_friction};
 use crate::math::{max, without_dust};
@@ -16,35 +15,35 @@ use crate::solver::contact_constraint::ContactConstraint;
 use crate::solver::pava::{ChainNode, Pool, pool};
 use glam::Vec2;
 
-/// Shortest chain, in constraints, and the mass ratio from which two constraints are a chain too.
+/// Shortest chain, in constraints, and the mass ratio from which two constraints also form a chain.
 const LINKS_MIN: usize = 3;
 const MASS_RATIO_MIN: f32 = 20.0;
 
 /// A chain of constraints along an axis, in the plus direction.
 #[derive(Clone, Copy, Debug)]
 struct Chain {
-    /// First of its bodies in `bodies`; one more than constraints.
+    /// Index of its first body in `bodies`; it has one more body than constraints.
     bodies: u32,
-    /// First of its constraints in `links`.
+    /// Index of its first constraint in `links`.
     links: u32,
     count: u32,
     /// 0 for x, 1 for y.
     axis: usize,
 }
 
-/// The chains of an island, and scratch.
+/// The chains of an island, and scratch memory.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Chains {
     chains: Vec<Chain>,
     bodies: Vec<u32>,
     masses: Vec<f32>,
     links: Vec<u32>,
-    /// Constraints of the island in no chain; faces before slanted normals: a body that moves from
-    /// face to face is carried by them, and the edge in between has nothing left to push.
+    /// Constraints of the island that are in no chain, with faces before slanted normals: a body that moves from face
+    /// to face is carried by them, so the edge in between has nothing left to push.
     pub others: Vec<u32>,
     edges: Vec<Edge>,
-    /// By slot: last edge up from it, number of unused edges down from it, and the last path
-    /// through it.
+    /// By slot: the last edge up from the body, the number of unused edges down from it, and the last path through
+    /// it.
     up: Vec<u32>,
     supports: Vec<u32>,
     visited_by: Vec<u32>,
@@ -92,7 +91,7 @@ impl Chains {
         self.others.extend(island.iter().filter(|&&index| slanted(&constraints[index as usize])));
     }
 
-    /// Puts all constraints of an island in no chain.
+    /// Puts every constraint of an island outside of chains.
     pub fn find_none(&mut self, island: &[u32]) {
         self.clear();
         self.others.extend(island);
@@ -195,9 +194,9 @@ impl Chains {
         self.visited_by[slot as usize] = self.path;
     }
 
-    /// The unused edge up from a body with the largest impulse. There is none from an immovable
-    /// body, which ends a chain, none to a body already on the path, and none that would end a
-    /// chain at an immovable body at both ends.
+    /// Returns the unused edge up from a body with the largest impulse. Excluded are edges from an immovable body,
+    /// which ends a chain, edges to a body already on the path, and edges that would give the chain an immovable body
+    /// at both ends.
     fn next_link(&self, slot: u32, constraints: &[ContactConstraint]) -> Option<usize> {
         if self.masses.last() == Some(&f32::INFINITY) {
             return None;
@@ -215,7 +214,7 @@ impl Chains {
             };
             let open = !edge.used && self.visited_by[edge.high as usize] != self.path;
             if open && !(from_fixed && inv_mass == 0.0) {
-                // The list runs from high constraints to low ones: of equals the lowest stays.
+                // The list runs from high constraints to low ones: among equals the lowest wins.
                 if best.is_none_or(|(_, largest)| constraint.normal_impulse >= largest) {
                     best = Some((at as usize, constraint.normal_impulse));
                 }
@@ -277,7 +276,7 @@ impl Chains {
             let link = links.get(index).map(|&link| &constraints[link as usize]);
             let above = link.map_or(0.0, |constraint| constraint.normal_impulse);
             let closing_max = link.map_or(0.0, |constraint| -constraint.min_normal_velocity);
-            // Without the chain's own impulses.
+            // The speed without the chain's own impulses.
             let speed = without_dust(velocity[body as usize][chain.axis] + (above - below) / mass);
             self.nodes.push(ChainNode { speed, mass, closing_max });
             below = above;
@@ -286,11 +285,11 @@ impl Chains {
         self.changes.clear();
         self.changes.resize(count, 0.0);
         for pool in &self.pools {
-            // From here on `speed` is the change.
+            // From here on `speed` holds the change.
             let nodes = &mut self.nodes[pool.first..pool.end];
             for (node, &body) in nodes.iter_mut().zip(&bodies[pool.first..]) {
                 if node.mass == f32::INFINITY {
-                    // Its speed was summed along the pool and may be off by rounding.
+                    // The node's speed was summed along the pool and may be off by rounding.
                     node.speed = 0.0;
                     continue;
                 }
@@ -317,8 +316,8 @@ impl Chains {
     }
 }
 
-/// The changes of the impulses around a pool: none acts between two pools, and inside one they
-/// differ by the change of each body's momentum, summed from the end that can move.
+/// Sums the changes of the impulses around a pool. No impulse acts between two pools; inside a pool, consecutive
+/// changes differ by the change of a body's momentum, summed from the end that can move.
 #[inline]
 fn sum_impulses(
     pool: Pool,

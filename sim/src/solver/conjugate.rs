@@ -6,8 +6,8 @@
 //! 2. `contact_constraint`: pairs that may touch within the step (`separation` predicts when and
 //!    along which normal); `crowd`: the bounces of bodies that lie close to others;
 //! 3. `integrate`: gravity, and other forces (see `forces`);
-//! 4. `islands`: constraints that share no movable body are solved separately (`solve_island`); how an island
-//!    moves (`agitation`) decides how:
+//! 4. `islands`: constraints that share no movable body are solved separately (`solve_island`); the motion of an
+//!    island (`agitation`) decides how:
 //!    - `warm_start`: the last step's impulses, as far as they cannot add energy,
 //!    - `sweep::solve_in_motion`: where bodies move past each other, a few over-relaxed sweeps over
 //!      `graph_coloring`: four contacts at a time, that share no movable body,
@@ -15,10 +15,10 @@
 //!      `spanning_forest`: the contacts that carry the load, solved exactly if none begins to slide
 //!      or to separate, `chains`: along an axis, solved exactly in any case by pooling (`pava`),
 //!      and the rest,
-//!    - `direct`: elimination of up to 128 contacts, for masses so different that sweeps do not converge,
-//!    - `energy_guard`: plain sweeps, or rest, for masses so different that f32 fails;
+//!    - `direct`: elimination of up to 128 contacts, where masses differ too much for sweeps to converge,
+//!    - `energy_guard`: plain sweeps or rest, where masses differ too much for f32;
 //!
-//!    then once more with `late_pairs`, that only these velocities bring together;
+//!    then once more with `late_pairs`, which only the new velocities bring together;
 //! 5. `integrate`: the bodies move;
 //! 6. `position_correction`: removes overlap beyond the slop;
 //! 7. `static_clamp`: no body ends inside an immovable one.
@@ -49,10 +49,10 @@ use crate::step_counts::StepCounts;
 use crate::touches::Found;
 use glam::Vec2;
 
-/// Times that a step may find that bounces sped bodies up beyond their reach.
+/// Maximum number of times that a step may extend the reach of bodies that bounces have sped up.
 const BOUNCE_ROUNDS_MAX: u32 = 16;
 
-/// Scratch of a step; none of it is state.
+/// Scratch of a step; not part of the state.
 #[derive(Debug, Default)]
 pub(crate) struct ConjugateSolver {
     pub contacts: ContactSet,
@@ -65,7 +65,7 @@ pub(crate) struct ConjugateSolver {
     direct: DirectSolver,
     /// Whether more than [`LARGE_WORLD`] bodies can move.
     is_large_world: bool,
-    /// By constraint: whether the step changed its impulses, if islands may be left out.
+    /// By constraint: whether the step changed its impulses; only kept if islands may be left out.
     is_changed: Vec<bool>,
     displacements: Displacements,
     position_correction: PositionCorrection,
@@ -76,26 +76,26 @@ pub(crate) struct ConjugateSolver {
 /// Work of a step, and how much it may take.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct StepWork {
-    /// Sweeps of the island that needed most.
+    /// Sweeps of the island that needed the most.
     pub sweeps: u32,
-    /// Visits of constraints by sweeps, and predictions of impacts.
+    /// Constraint visits by sweeps, and predictions of impacts.
     pub done: u64,
-    /// Those of them that stand for elimination.
+    /// The part of `work` that stands for elimination.
     eliminated: u64,
-    /// Visits by sweeps over very stiff islands, before they are eliminated.
+    /// Visits by sweeps over very stiff islands before elimination.
     very_stiff: u64,
-    /// Visits of constraints by the passes over positions.
+    /// Constraint visits by the passes over positions.
     pub corrections: u64,
-    /// Bodies, pairs, eliminations and predictions of the attempts at a step before the present one, if there are any.
+    /// Bodies, pairs, eliminations and predictions of earlier attempts at the current step, if any.
     earlier: StepCounts,
-    /// Work that the step may still take.
+    /// Work left for the step.
     left: u64,
-    /// Whether a step needed more.
+    /// Whether the step needed more work than that.
     is_over: bool,
 }
 
 impl StepWork {
-    /// Takes work from what the step may take; returns whether there was enough.
+    /// Spends work from the step's budget; returns whether there was enough.
     fn spend(&mut self, work: u64) -> bool {
         self.is_over |= work > self.left;
         self.left = self.left.saturating_sub(work);
@@ -103,7 +103,7 @@ impl StepWork {
     }
 }
 
-/// Leaves out the scratch that no comparison of worlds within a step reads: a page that predicts clones its world.
+/// Leaves out scratch that is not read when worlds are compared within a step: a page that predicts clones its world.
 impl Clone for ConjugateSolver {
     fn clone(&self) -> ConjugateSolver {
         let constraints = self.contacts.constraints.clone();
@@ -119,7 +119,7 @@ impl Clone for ConjugateSolver {
 }
 
 impl ConjugateSolver {
-    /// Releases all scratch, between two steps.
+    /// Releases all scratch; called between steps.
     pub fn release(&mut self) {
         self.contacts.clear();
         *self = self.clone();
@@ -136,13 +136,13 @@ impl ConjugateSolver {
         self.work = StepWork { sweeps, is_over, left: work_max, ..StepWork::default() };
         self.blocks.swept = Swept::default();
         if is_large_world(bodies, steady) != self.is_large_world {
-            // Their islands are solved in another way.
+            // Islands are solved differently in a world of the other size.
             steady.readmit_all(bodies);
         }
         steady.begin(bodies, leaves_out);
     }
 
-    /// Counts of all attempts at a step, among these moving bodies and pairs.
+    /// Counts of all attempts at a step with this many moving bodies and pairs.
     pub fn counts(&self, moving: usize, pairs: usize) -> StepCounts {
         let earlier = self.work.earlier;
         let Swept { singles, wide, links, nodes, corrected } = self.blocks.swept;
@@ -160,7 +160,7 @@ impl ConjugateSolver {
         }
     }
 
-    /// Begins an attempt at a step that follows another one. The page, which counts nothing, forgets it.
+    /// Begins another attempt at the same step. The page counts nothing, so it drops the earlier counts.
     pub fn try_again(&mut self, moving: usize, pairs: usize) {
         if !GENERAL_ONLY {
             self.work.earlier = self.counts(moving, pairs);
@@ -173,8 +173,8 @@ impl ConjugateSolver {
         self.work.is_over
     }
 
-    /// Finds the contact constraints of a step, once all bounces are done: bounces change
-    /// velocities, and with them the pairs that may touch. Finds none where the budget is used up.
+    /// Finds the contact constraints of a step after all bounces, which change velocities and thereby the pairs that
+    /// may touch. Finds none once the budget is used up.
     pub fn find_contacts(
         &mut self,
         bodies: &mut Bodies,
@@ -225,7 +225,8 @@ impl ConjugateSolver {
         }
     }
 
-    /// Sets the reach of each moving body. Returns whether one may bounce, or pass another within the step.
+    /// Sets the reach of each moving body. Returns whether any of them may bounce or pass another body within the
+    /// step.
     fn reach(&self, bodies: &mut Bodies, context: &StepContext) -> bool {
         let (fall, mut fastest) = (context.fall_distance(), 0.0);
         let thinnest = bodies.thinnest();
@@ -242,12 +243,12 @@ impl ConjugateSolver {
         context.features.restitution || fastest.sqrt() * context.dt > thinnest
     }
 
-    /// Whether the step had bounces so far.
+    /// Whether the step has had bounces so far.
     pub fn has_bounced(&self) -> bool {
         self.impact_queue.crowd.has_bounced || !self.impact_queue.is_empty()
     }
 
-    /// Makes the pair list complete after bodies got more reach.
+    /// Makes the pair list complete after the reach of bodies was extended.
     pub fn refresh(&mut self, bodies: &Bodies, pairs: &mut PairList, context: &StepContext) {
         if pairs.refresh(bodies, context.filter) && !pairs.is_over() {
             late_pairs::reindex_pairs(&mut self.contacts.constraints, &pairs.pairs);
@@ -361,7 +362,7 @@ impl ConjugateSolver {
         }
     }
 
-    /// Finds the islands of the constraints among `slots` bodies, and makes room to solve them.
+    /// Finds the islands of the constraints among `slots` bodies, and makes room for solving them.
     fn find_islands(&mut self, slots: usize) {
         self.islands.find(slots, &self.contacts.constraints, None);
         if self.islands.count() > 0 {
@@ -369,7 +370,7 @@ impl ConjugateSolver {
         }
     }
 
-    /// Gives constraints the masses of their bodies: springs may have raised them since.
+    /// Updates the masses in the constraints, which springs may have raised.
     fn set_masses(&mut self, bodies: &Bodies) {
         for constraint in &mut self.contacts.constraints {
             constraint.inv_mass_a = bodies.inverse_mass[constraint.a as usize];
@@ -378,8 +379,7 @@ impl ConjugateSolver {
         }
     }
 
-    /// Adds pairs that these velocities bring together, and solves their islands; returns whether
-    /// there were any.
+    /// Adds pairs that the new velocities bring together, and solves their islands; returns whether there were any.
     fn add_late_pairs(
         &mut self,
         bodies: &mut Bodies,
@@ -416,7 +416,7 @@ impl ConjugateSolver {
         contact_constraint::store(bodies, constraints, pairs, &steady.takes_no_part);
     }
 
-    /// Leaves out of the next step what this one has not changed.
+    /// Leaves everything that this step did not change out of the next step.
     pub fn leave_out(
         &self,
         bodies: &mut Bodies,
@@ -425,8 +425,8 @@ impl ConjugateSolver {
         context: &StepContext,
     ) {
         let constraints = &self.contacts.constraints;
-        // Constraints of bodies that are not finite were dropped: the islands are others. Eliminations and the sweeps before them
-        // count towards bounds of all islands.
+        // Constraints of bodies that are not finite were dropped, so the islands differ. Eliminations and the sweeps
+        // before them count towards limits shared by all islands.
         let is_complete = constraints.len() == self.is_changed.len()
             && self.work.eliminated == 0
             && self.work.very_stiff == 0;
@@ -454,7 +454,7 @@ impl ConjugateSolver {
             self.contacts.drop_non_finite(bodies);
         }
         let slop = context.settings.slop;
-        // Late pairs leave out bodies in motion, and those that fall a little into a wall before they bounce.
+        // Late pairs ignore bodies in motion, and those that fall slightly into a wall before they bounce.
         let is_unsure = self.late_pairs.any_in_motion || context.features.restitution;
         let may_tunnel =
             self.static_clamp.may_tunnel(bodies, moved.separation_min, slop, is_unsure);
@@ -497,12 +497,12 @@ fn is_large_world(bodies: &Bodies, steady: &Steady) -> bool {
     movable(bodies, steady) > LARGE_WORLD
 }
 
-/// Bodies that can move, whether the step leaves them out or not.
+/// Number of movable bodies, including those left out of the step.
 fn movable(bodies: &Bodies, steady: &Steady) -> usize {
     bodies.moving.len() + steady.count()
 }
 
-/// The reach of a body with the square of its speed, which falls by `fall` in a step.
+/// The reach of a body with this squared speed, if gravity moves it by `fall` in a step.
 fn reach(squared_speed: f32, fall: f32, dt: f32) -> f32 {
     REACH_MIN + fall + squared_speed.sqrt() * dt
 }

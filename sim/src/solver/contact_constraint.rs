@@ -1,11 +1,10 @@
-//! Contact constraints: for every pair that may touch within the step, the data of the solver.
+//! Contact constraints: the solver's data for every pair that may touch within the step.
 //!
-//! A constraint asks two things of the velocities at the end of the step. Along the normal the
-//! bodies may close no more than their separation: n.(vb - va) >= -s / h, held by an impulse that
-//! only pushes. Across it Coulomb friction opposes sliding by at most mu times that impulse. Pairs
-//! that are still apart have constraints too (speculative contacts; Catto 2013, "Continuous
-//! collision"): a body lands exactly and nothing overlaps. A constraint without impulse costs one
-//! comparison per sweep.
+//! A constraint makes two demands on the velocities at the end of the step. Along the normal, the bodies may close by
+//! no more than their separation: n.(vb - va) >= -s / h, enforced by an impulse that only pushes. Across it, Coulomb
+//! friction opposes sliding with at most mu times that impulse. Pairs that are still apart have constraints too
+//! (speculative contacts; Catto 2013, "Continuous collision"), so that a body lands exactly and nothing overlaps. A
+//! constraint without an impulse costs one comparison per sweep.
 
 use crate::bodies::Bodies;
 use crate::broad_phase::pairs::{Axis, Pair};
@@ -18,7 +17,7 @@ use crate::shape::{Shape, shapes};
 use crate::solver::tolerances::{DEEP_SHARE, ROUNDING, SLIDING, SPECULATIVE};
 use glam::Vec2;
 
-/// Most deep contacts of a body that are kept while its partner has as many.
+/// Deep contacts that a body keeps in any case; beyond this, a contact is dropped if its partner has as many.
 const DEEP_CONTACTS_MAX: u8 = 32;
 
 /// Data of a pair that a sweep reads and writes: one cache line.
@@ -26,37 +25,38 @@ const DEEP_CONTACTS_MAX: u8 = 32;
 pub(crate) struct ContactConstraint {
     pub a: u32,
     pub b: u32,
-    /// Unit vector from a to b; friction acts along it turned left.
+    /// Unit vector from a to b; friction acts along this vector turned left.
     pub normal: Vec2,
-    /// Least relative speed along the normal, units/s; not positive.
+    /// Smallest allowed relative speed along the normal, units/s; not positive.
     pub min_normal_velocity: f32,
     /// Effective mass: 1 / (sum of the inverse masses).
     pub effective_mass: f32,
     pub inv_mass_a: f32,
     pub inv_mass_b: f32,
-    /// Coulomb coefficient: geometric mean of the two.
+    /// Coulomb coefficient: the geometric mean of both bodies' values.
     pub friction: f32,
-    /// Accumulated impulses of this step: along the normal, not negative, and across it.
+    /// Accumulated impulses of this step: along the normal (not negative) and across it.
     pub normal_impulse: f32,
     pub tangent_impulse: f32,
-    /// Their values before the last sweep.
+    /// Values of the impulses before the last sweep.
     pub normal_before: f32,
     pub tangent_before: f32,
     /// The search direction of the conjugate gradients.
     pub normal_direction: f32,
     pub tangent_direction: f32,
-    /// Index in the pair list.
+    /// Index of the pair in the pair list.
     pub pair: u32,
 }
 
 /// Data of a constraint that sweeps do not need.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ContactInfo {
-    /// Distance that the two may close along the normal, world units; negative where they overlap.
+    /// Distance by which the two may close along the normal, world units; negative where they overlap.
     pub separation: f32,
-    /// Separation after the bodies moved: along the normal, so never more than that of the shapes.
+    /// Separation after the bodies moved, measured along the normal and therefore never more than the distance of the
+    /// shapes.
     pub separation_after: f32,
-    /// Whether `separation_after` and the normal are those of the shapes at their present positions.
+    /// Whether `separation_after` and the normal hold for the shapes at their current positions.
     pub exact: bool,
     /// Largest closing speed in this step, units/s; not negative.
     pub closing: f32,
@@ -64,15 +64,15 @@ pub(crate) struct ContactInfo {
     pub bounced: bool,
     /// Whether the two slid on each other in the last step.
     pub slid: bool,
-    /// How an overlap that is left is corrected.
+    /// How a remaining overlap is corrected.
     pub correction: Correction,
 }
 
-/// Share of the slop beyond which overlaps are pushed: what rounding leaves is within it.
+/// Share of the slop beyond which overlaps are pushed; leftovers of rounding stay below it.
 pub(crate) const PUSHED_FROM: f32 = 0.999;
 
 impl ContactInfo {
-    /// The overlap that may stay. Bodies that rest are not pushed, and may rest at the slop itself.
+    /// Returns the overlap that may remain. Resting bodies are not pushed, and may rest at exactly the slop.
     pub fn tolerated(&self, slop: f32) -> f32 {
         match self.correction {
             Correction::Thorough => slop,
@@ -86,19 +86,19 @@ impl ContactInfo {
 pub(crate) enum Correction {
     /// In several passes, until only the slop is left.
     Thorough,
-    /// Its bodies move on: the next step sees other overlaps, so this one spends little on small ones. What is left is
-    /// pushed apart contact by contact.
+    /// With little time spent on small overlaps, because the bodies are still moving and the next step sees other
+    /// overlaps. The rest is pushed apart contact by contact.
     Light,
-    /// Its bodies slide past each other: contact by contact alone.
+    /// Contact by contact only, because the bodies slide past each other.
     Singly,
 }
 
-/// The contact constraints of a step in (a, b) order; hot data apart from cold.
+/// The contact constraints of a step in (a, b) order, with hot and cold data separated.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ContactSet {
-    /// Read and written by every sweep.
+    /// Data read and written by every sweep.
     pub constraints: Vec<ContactConstraint>,
-    /// One entry per constraint.
+    /// The remaining data, one entry per constraint.
     pub infos: Vec<ContactInfo>,
 }
 
@@ -120,8 +120,8 @@ impl ContactSet {
         reserve(&mut self.infos, len);
     }
 
-    /// Drops the constraints of bodies whose position or velocity is not finite: they have no
-    /// contacts any more, and leave the world at the end of the step.
+    /// Drops the constraints of bodies whose position or velocity is not finite. Such bodies have no contacts and
+    /// leave the world at the end of the step.
     #[cold]
     pub fn drop_non_finite(&mut self, bodies: &Bodies) {
         let is_finite = |constraint: &ContactConstraint| {
@@ -136,20 +136,20 @@ impl ContactSet {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct GatherScratch {
     packed: Vec<PackedBody>,
-    /// By slot: number of contacts in which it is too deep in another body to have a side.
+    /// By slot: number of contacts in which the body is too deep inside another to tell the sides apart.
     deep_contacts: Vec<u8>,
 }
 
-/// Constants of a step for its constraints.
+/// Constants of a step that constraints depend on.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct GatherStep {
-    /// Its length, seconds.
+    /// Length of the step, seconds.
     pub dt: f32,
-    /// Distance that a body falls in it, world units.
+    /// Distance that a body falls in the step, world units.
     pub fall: f32,
 }
 
-/// What gathering reads of a body, side by side: 40 bytes.
+/// The data of a body that gathering reads, packed into 40 bytes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PackedBody {
     center: Vec2,
@@ -160,7 +160,7 @@ pub(crate) struct PackedBody {
     friction: f32,
     is_circle: bool,
     takes_no_part: bool,
-    /// Whether it had an impact in the step: its path is bent.
+    /// Whether the body had an impact in the step, which bends its path.
     is_impacted: bool,
 }
 
@@ -180,7 +180,7 @@ impl PackedBody {
         }
     }
 
-    /// Its shape in a world that has these [`shapes`] only: with one kind it is not looked up.
+    /// Returns its shape in a world that has only these [`shapes`]; if there is one kind, no lookup is needed.
     #[inline(always)]
     fn shape<const SHAPES: u8>(&self) -> Shape {
         let is_circle = SHAPES == shapes::CIRCLES || SHAPES != shapes::BOXES && self.is_circle;
@@ -202,7 +202,7 @@ impl PackedBody {
     }
 }
 
-/// Two bodies of which a contact is made.
+/// The two bodies of a contact.
 type PackedPair<'a> = [&'a PackedBody; 2];
 
 fn pack(bodies: &Bodies, takes_no_part: &[bool], paths: &Paths, packed: &mut Vec<PackedBody>) {
@@ -214,10 +214,10 @@ fn pack(bodies: &Bodies, takes_no_part: &[bool], paths: &Paths, packed: &mut Vec
     }));
 }
 
-/// Gathers the constraints of a step in (a, b) order, except between two bodies that [take no part],
-/// from the present positions and the velocities before gravity and contacts act, in a world with
-/// these [`shapes`] only. A heap at one point has as many pairs as the square of its bodies; there
-/// each body gets [`DEEP_CONTACTS_MAX`] of them, which separate first.
+/// Gathers the constraints of a step in (a, b) order, except between two bodies that [take no part], from the current
+/// positions and the velocities before gravity and contacts act, in a world that has only these [`shapes`]. A heap at
+/// one point has a number of pairs that grows with the square of its bodies; there each body gets
+/// [`DEEP_CONTACTS_MAX`] contacts, which separate first.
 ///
 /// [take no part]: crate::steady::Steady::takes_no_part
 /// [`shapes`]: crate::shape::shapes
@@ -247,7 +247,7 @@ pub(crate) fn gather<const SHAPES: u8>(
         let manifold = if a.is_impacted || b.is_impacted {
             predict_manifold(bodies, paths, pair, path, dt)
         } else {
-            // Their boxes stay apart by more than any constraint looks ahead.
+            // Their boxes stay apart by more than the distance for which constraints are created.
             let thinnest = min(a.thickness(), b.thickness());
             let near = path.abs() + Vec2::splat(SPECULATIVE + fall + thinnest);
             if apart.x >= near.x || apart.y >= near.y {
@@ -273,10 +273,11 @@ pub(crate) fn gather<const SHAPES: u8>(
     }
 }
 
-/// Distance that a pair may close in the step: by their own velocities, not the relative one, since a contact that stops
-/// one of them must not let it overlap the other, beside which it fell at the same speed; but by no more than a
-/// half-size beyond the relative one: what a third body pushes further is a late pair. With half of that, bodies that fall side
-/// by side land in each other; without the bound most pairs that fly would have a constraint that does nothing.
+/// Distance by which a pair may close in the step. It follows from the bodies' own velocities and not from the
+/// relative one: a contact that stops one of them must not let it overlap the other, which fell beside it at the same
+/// speed. It exceeds the relative path by at most a half-size; if a third body pushes further, that is a late pair.
+/// With half of that limit, bodies that fall side by side land in each other; without it, most flying pairs would
+/// have a useless constraint.
 #[inline(always)]
 fn closing_distance([a, b]: PackedPair, manifold: &Manifold, dt: f32) -> f32 {
     let approach = max(-manifold.normal.dot(b.velocity - a.velocity), 0.0);
@@ -296,8 +297,8 @@ pub(crate) fn make_contact<const SHAPES: u8>(
     let approach = -manifold.normal.dot(b.velocity - a.velocity);
     let size = manifold.normal.abs().dot(a.center.abs() + b.center.abs());
     let is_apart = manifold.separation > ROUNDING * size;
-    // The impulse of a face says nothing about another face or a corner: it would push a circle on
-    // that has just left a tile.
+    // The impulse of one face says nothing about another face or a corner: it would push a circle that has just left
+    // a tile.
     let axis = || separation::axis_of(a.shape::<SHAPES>(), b.shape::<SHAPES>(), manifold.normal);
     let is_kept = pair.axis == Axis::Free || pair.axis == axis();
     let (normal_impulse, tangent_impulse) =
@@ -345,13 +346,13 @@ impl ContactConstraint {
         velocity[self.b as usize] += impulse * self.inv_mass_b;
     }
 
-    /// The impulses as one vector.
+    /// The two impulses as one vector.
     #[inline]
     pub fn impulse(&self, normal: f32, tangent: f32) -> Vec2 {
         self.normal * normal + self.normal.perp() * tangent
     }
 
-    /// The same without the friction, which is 0, if `FRICTION` is false.
+    /// The same; if `FRICTION` is false, without the friction impulse, which is then 0.
     #[inline]
     pub fn impulse_of<const FRICTION: bool>(&self, normal: f32, tangent: f32) -> Vec2 {
         if FRICTION { self.impulse(normal, tangent) } else { self.normal * normal }
@@ -363,7 +364,7 @@ impl ContactConstraint {
         self.impulse_of::<FRICTION>(self.normal_impulse, self.tangent_impulse)
     }
 
-    /// Both bodies with their inverse masses.
+    /// Both bodies, each with its inverse mass.
     #[inline]
     pub fn bodies(&self) -> [(u32, f32); 2] {
         [(self.a, self.inv_mass_a), (self.b, self.inv_mass_b)]
@@ -381,7 +382,7 @@ impl ContactConstraint {
         self.tangent_impulse.abs() < SLIDING * self.friction * self.normal_impulse
     }
 
-    /// Whether both bodies are movable and so deep in each other that the normal is arbitrary.
+    /// Whether both bodies are movable and overlap so deeply that the normal is arbitrary.
     pub fn is_deep(&self, bodies: &Bodies, separation: f32) -> bool {
         if separation >= 0.0 || !self.is_free() {
             return false;
@@ -390,7 +391,7 @@ impl ContactConstraint {
         separation < -DEEP_SHARE * min(thickness(self.a), thickness(self.b))
     }
 
-    /// Values that its pair keeps for the next step: both impulses, and the axis of the face.
+    /// The values that the pair keeps for the next step: both impulses, and the axis of the face.
     #[inline]
     fn stored(&self, bodies: &Bodies) -> (f32, f32, Axis) {
         if self.normal_impulse <= 0.0 {
@@ -408,7 +409,7 @@ impl ContactConstraint {
     }
 }
 
-/// Finds out whether the stored impulses of each constraint will be others than before.
+/// Determines for each constraint whether its stored impulses are about to change.
 pub(crate) fn find_changed(
     bodies: &Bodies,
     constraints: &[ContactConstraint],

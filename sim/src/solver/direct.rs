@@ -1,73 +1,76 @@
-//! Islands that sweeps do not solve, because heavy bodies rest on light ones: by elimination, in double precision.
+//! Solves islands by elimination in double precision if sweeps fail because heavy bodies rest on light ones.
 //!
-//! An augmented Lagrangian with an active set (Hestenes 1969; Hintermueller, Ito and Kunisch 2002): contacts that hold are
-//! stiff springs whose forces become impulses in each round; a round solves one sparse system with a 2 by 2 block for each
-//! body and each contact. Where whole steps do not converge, the solution starts again with steps to the lowest point on the way
-//! (Newton's method for a convex function), and impulses are renewed only when the contacts that hold are known.
+//! An augmented Lagrangian with an active set (Hestenes 1969; Hintermueller, Ito and Kunisch 2002). Contacts that
+//! hold are stiff springs whose forces become impulses in each round; a round solves one sparse system with a 2 by 2
+//! block for each body and each contact. Where whole steps do not converge, the solution starts again with a line
+//! search to the minimum in each step (Newton's method for a convex function), and impulses are updated only once the
+//! contacts that hold are known.
 
 use crate::forces::elimination::{Elimination, EliminationOrder};
 use crate::solver::contact_constraint::ContactConstraint;
 use glam::{DMat2, DVec2, Vec2};
 
-/// Greatest mass relative to the least beyond which this is worth its time, and the most contacts.
+/// Mass ratio from which elimination is worth its time, and the most contacts.
 const MASS_RATIO: f32 = 20.0;
 const CONTACTS_MAX: usize = 128;
-/// Visits of sweeps that take as long as a round does for a contact.
+/// Visits of sweeps that take as long as a round takes per contact.
 pub(crate) const VISITS: u32 = 16;
-/// Most sweeps over a very stiff island before it is solved here, and most visits by such sweeps in a step.
+/// Maximum number of sweeps over a very stiff island before elimination, and of visits by such sweeps in a step.
 const SWEEPS_BEFORE: u32 = 64;
 const STEP_VISITS_BEFORE: u64 = 8000;
-/// Most visits that stand for eliminations in a step: in a heap that collapses several islands would fail in every step.
+/// Maximum number of visits charged for eliminations in a step. In a collapsing heap, several islands would fail in
+/// every step.
 const STEP_VISITS: u64 = 100_000;
-/// Most rounds. In the first half of those that an island gets, steps are whole.
+/// Maximum number of rounds. In the first half of an island's rounds, steps are whole.
 const ROUNDS_MAX: u32 = 80;
-/// Halvings of the way to the solution of a round, to find where it is lowest.
+/// Halvings of the way to a round's solution in the search for the minimum.
 const HALVINGS: u32 = 10;
-/// Stiffness of a contact, in masses of the heaviest body.
+/// Stiffness of a contact, in multiples of the heaviest body's mass.
 const STIFFNESS: f64 = 1e5;
 
 /// A contact of the island.
 #[derive(Clone, Debug)]
 struct Contact {
     index: u32,
-    /// The unknowns of both bodies; none for an immovable one.
+    /// The unknowns of both bodies; `None` for an immovable one.
     ends: [Option<u32>; 2],
     normal: DVec2,
     /// Impulses along the normal and across it.
     impulse: DVec2,
-    /// Velocity of an immovable body relative to which the other moves, and the least speed along the normal.
+    /// Velocity contributed by immovable bodies, and the smallest allowed speed along the normal.
     driven: DVec2,
     min: f64,
     friction: f64,
-    /// Greatest friction impulse, by the normal impulse of the last round.
+    /// Friction limit that follows from the normal impulse of the last round.
     limit: f64,
 }
 
 impl Contact {
-    /// Begins with the impulses of a constraint.
+    /// Starts with the impulses of a constraint.
     fn reset(&mut self, constraint: &ContactConstraint) {
         self.impulse = Vec2::new(constraint.normal_impulse, constraint.tangent_impulse).as_dvec2();
         self.limit = self.friction * self.impulse.x;
     }
 
-    /// Velocity of b relative to a, as far as unknowns decide it.
+    /// Velocity of b relative to a, counting only the unknowns.
     fn relative(&self, velocity: &[DVec2]) -> DVec2 {
         let of = |end: Option<u32>| end.map_or(DVec2::ZERO, |end| velocity[end as usize]);
         of(self.ends[1]) - of(self.ends[0])
     }
 
-    /// The vector with these parts along the normal and across it.
+    /// Returns the vector with these components along the normal and across it.
     fn vector(&self, parts: DVec2) -> DVec2 {
         self.normal * parts.x + self.normal.perp() * parts.y
     }
 
-    /// Speeds beyond the least one along the normal, and across it.
+    /// Speed in excess of the smallest allowed one along the normal, and speed across it.
     fn errors(&self, velocity: &[DVec2]) -> DVec2 {
         let relative = self.relative(velocity) + self.driven;
         DVec2::new(self.normal.dot(relative) - self.min, self.normal.perp().dot(relative))
     }
 
-    /// The impulses of its springs at these velocities, and whether they follow them: along the normal and across it.
+    /// The impulses of the contact's springs at these velocities, and whether they depend on the velocities: along
+    /// the normal and across it.
     fn springs(&self, velocity: &[DVec2], stiffness: f64) -> (DVec2, [bool; 2]) {
         let free = self.impulse - self.errors(velocity) * stiffness;
         if free.x <= 0.0 {
@@ -78,8 +81,8 @@ impl Contact {
         (DVec2::new(free.x, across), [true, sticks])
     }
 
-    /// Takes the impulses of its springs at these velocities, of which it is known whether they hold; returns the largest
-    /// error that is left, units/s.
+    /// Adopts the impulses of the contact's springs at these velocities, given whether they hold. Returns the largest
+    /// remaining error, units/s.
     fn renew(&mut self, velocity: &[DVec2], holds: [bool; 2], stiffness: f64) -> f64 {
         let errors = self.errors(velocity);
         let free = self.impulse - errors * stiffness;
@@ -96,19 +99,20 @@ impl Contact {
     }
 }
 
-/// Whether an island that sweeps did not solve is to be solved here.
+/// Whether an island that sweeps failed to solve should be solved by elimination.
 pub(crate) fn is_worth(contacts: usize, mass_ratio: f32) -> bool {
     contacts <= CONTACTS_MAX && mass_ratio > MASS_RATIO
 }
 
-/// Most sweeps over an island with this number of contacts before it is solved here, in a step in which such sweeps took `visits`
-/// so far.
+/// Maximum number of sweeps over an island with this many contacts before elimination, if such sweeps have taken
+/// `visits` in the step so far.
 pub(crate) fn sweeps_before(contacts: usize, visits: u64) -> u32 {
     let left = STEP_VISITS_BEFORE.saturating_sub(visits) / contacts as u64;
     SWEEPS_BEFORE.min(left as u32)
 }
 
-/// Most rounds of an island with this number of contacts, in a step whose eliminations stand for `visits` so far.
+/// Maximum number of rounds for an island with this many contacts, if eliminations have been charged `visits` in the
+/// step so far.
 pub(crate) fn rounds_left(contacts: usize, visits: u64) -> u32 {
     let left = STEP_VISITS.saturating_sub(visits) / (u64::from(VISITS) * contacts as u64);
     ROUNDS_MAX.min(left as u32)
@@ -116,7 +120,7 @@ pub(crate) fn rounds_left(contacts: usize, visits: u64) -> u32 {
 
 #[derive(Clone, Debug, Default)]
 pub(crate) struct DirectSolver {
-    /// The movable bodies of the island, ascending, and pairs of their indices that have a contact.
+    /// The movable bodies of the island, ascending, and the pairs of their indices that share a contact.
     slots: Vec<u32>,
     edges: Vec<(u32, u32)>,
     system: Elimination,
@@ -126,21 +130,21 @@ pub(crate) struct DirectSolver {
     speed: Vec<DVec2>,
     momentum: Vec<DVec2>,
     contacts: Vec<Contact>,
-    /// Velocities at the start, and those that a round finds.
+    /// Velocities at the start, and the velocities found by a round.
     start: Vec<DVec2>,
     target: Vec<DVec2>,
     /// Change of the velocities in a round, and the velocities after a part of it.
     change: Vec<DVec2>,
     next: Vec<DVec2>,
-    /// By contact: whether it holds along the normal and across it.
+    /// By contact: whether the contact holds along the normal and across it.
     holding: Vec<[bool; 2]>,
     /// Stiffness of the contacts.
     stiffness: f64,
 }
 
 impl DirectSolver {
-    /// Solves an island from its present impulses in up to `rounds_max` rounds, or leaves it as it is; returns whether it
-    /// did, and its rounds.
+    /// Solves an island from its current impulses in up to `rounds_max` rounds, or leaves it unchanged. Returns
+    /// whether it was solved, and the number of rounds.
     #[inline(never)]
     pub fn solve(
         &mut self,
@@ -255,7 +259,7 @@ impl DirectSolver {
         self.start.clone_from(&self.speed);
     }
 
-    /// Sets up the system of a round, with the contacts that hold at the present velocities.
+    /// Sets up the system of a round, with the contacts that hold at the current velocities.
     fn assemble(&mut self) {
         let DirectSolver { system, speed, target, holding, stiffness, .. } = self;
         system.clear();
@@ -285,7 +289,7 @@ impl DirectSolver {
         }
     }
 
-    /// Goes to the lowest point on the way to the solution of a round.
+    /// Moves to the minimum on the way to the solution of a round.
     fn step_to_lowest(&mut self) {
         self.change.clear();
         let ways = self.target.iter().zip(&self.speed).map(|(&to, &from)| to - from);
@@ -303,7 +307,7 @@ impl DirectSolver {
         }
     }
 
-    /// Slope along the change, at the next velocities, of what a round minimizes, which is convex.
+    /// Slope, along the change and at the next velocities, of the convex function that a round minimizes.
     fn slope(&self) -> f64 {
         let mut sum = 0.0;
         let bodies = self.next.iter().zip(&self.momentum).zip(&self.masses).zip(&self.change);
@@ -317,7 +321,7 @@ impl DirectSolver {
         sum
     }
 
-    /// Writes velocities and impulses back.
+    /// Writes the velocities and impulses back.
     fn write(&self, constraints: &mut [ContactConstraint], velocity: &mut [Vec2]) {
         for (&slot, &end) in self.slots.iter().zip(&self.order.index_of) {
             velocity[slot as usize] = self.speed[end as usize].as_vec2();

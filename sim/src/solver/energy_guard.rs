@@ -1,12 +1,11 @@
-//! Islands whose masses are so different that f32 may not solve them.
+//! Guards islands whose masses differ so much that f32 may not solve them.
 //!
-//! Correct impulses can only lower the energy of an island: with l.(b - J v*) >= l.A.l / 2 and b <=
-//! 0 (see `warm_start`) its kinetic energy ends at or below its start, except for the work of
-//! kinematic bodies. Search directions and exact blocks, which spread a heavy body's rounding
-//! errors, break that rule by any factor where a light body carries 10^12 times its mass. So the
-//! energy of such an island is compared before and after. If it grew, the island is solved again
-//! from zero by plain sweeps, which only ever move a pair towards its target; if it grew even then,
-//! the island stands still for a step: a body without velocity passes no wall and gains nothing.
+//! Correct impulses can only lower the energy of an island: with l.(b - J v*) >= l.A.l / 2 and b <= 0 (see
+//! `warm_start`) its kinetic energy ends at or below its initial value, except for the work of kinematic bodies.
+//! Search directions and exact blocks spread a heavy body's rounding errors, and violate that rule by any factor
+//! where a light body carries 10^12 times its mass. So the energy of such an island is compared before and after. If
+//! it grew, the island is solved again from zero by plain sweeps, which only ever move a pair towards its target. If
+//! it grew even then, the island does not move for a step: a body without velocity passes no wall and gains nothing.
 
 use crate::math::max;
 use crate::solver::contact_constraint::ContactConstraint;
@@ -14,7 +13,7 @@ use crate::solver::sweep;
 use crate::solver::tolerances::ENERGY_ROUNDING;
 use glam::Vec2;
 
-/// Most and fewest plain sweeps, and the visits that they take of a large island.
+/// Maximum and minimum number of plain sweeps, and the visits that they may take over a large island.
 const SWEEPS_MAX: usize = 60;
 const SWEEPS_MIN: usize = 8;
 const VISITS: usize = 16_000;
@@ -32,8 +31,7 @@ struct IslandMember {
 /// State of an island before its sweeps.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct EnergyGuard {
-    /// All bodies of its constraints, once each: an infinite impulse gives NaN even for the
-    /// velocity of a wall.
+    /// All bodies of its constraints, once each: an infinite impulse turns even the velocity of a wall into NaN.
     members: Vec<IslandMember>,
     /// Scratch: slots, and the bits of their inverse masses.
     slots: Vec<u64>,
@@ -82,7 +80,8 @@ impl EnergyGuard {
         }
     }
 
-    /// Checks the energy of the solved island, and solves it again if it grew. Returns the visits of its constraints.
+    /// Checks the energy of the solved island, and solves it again if it grew. Returns the number of constraint
+    /// visits.
     pub fn check(
         &self,
         constraints: &mut [ContactConstraint],
@@ -110,7 +109,7 @@ impl EnergyGuard {
             && self.members.iter().all(numbers)
     }
 
-    /// Twice the kinetic energy beyond the work of kinematic bodies; NaN stays NaN.
+    /// Twice the kinetic energy in excess of the work of kinematic bodies; NaN stays NaN.
     fn energy(&self, velocity: impl Fn(&IslandMember) -> Vec2) -> f64 {
         let mut sum = 0.0;
         for member in self.members.iter().filter(|member| member.inv_mass > 0.0) {

@@ -1,5 +1,5 @@
-//! Gauss-Seidel: one contact constraint at a time, the normal impulse that stops the two bodies
-//! closing too fast, then friction, whose limit is then known (Moreau 1988; Jean 1999).
+//! Gauss-Seidel, one contact constraint at a time: first the normal impulse that stops the two bodies from closing
+//! too fast, then friction, whose limit is then known (Moreau 1988; Jean 1999).
 
 use super::contact_constraint::ContactConstraint;
 use crate::math::{clamp, max, without_dust};
@@ -15,7 +15,7 @@ pub(crate) struct SweepChange {
 }
 
 impl SweepChange {
-    /// Adds a constraint that changed a relative velocity by up to `off`.
+    /// Counts a constraint that changed a relative velocity by up to `off`.
     #[inline]
     pub fn count<const FRICTION: bool>(&mut self, constraint: &ContactConstraint, off: f32) {
         let normal = constraint.normal_impulse - constraint.normal_before;
@@ -27,9 +27,8 @@ impl SweepChange {
     }
 }
 
-/// Solves both impulses of a constraint. The normal one leaves the sliding velocity unchanged,
-/// since nothing rotates: one reading of the velocities serves both. Returns the largest change of
-/// a relative velocity.
+/// Solves both impulses of a constraint. The normal impulse leaves the sliding velocity unchanged, since nothing
+/// rotates, so the velocities are read only once. Returns the largest change of a relative velocity.
 #[inline]
 pub(crate) fn solve_contact<const FRICTION: bool>(
     constraint: &mut ContactConstraint,
@@ -84,8 +83,8 @@ fn apply_friction(constraint: &mut ContactConstraint, relative: Vec2) -> f32 {
     change
 }
 
-/// Friction within its limit; never -0, so that a limit of 0 leaves no trace. A NaN limit, of an
-/// infinite impulse without friction, is 0 too.
+/// Limits a friction impulse. Never returns -0, so that a limit of 0 leaves no trace. A NaN limit, caused by an
+/// infinite impulse without friction, counts as 0 too.
 #[inline]
 pub(crate) fn limited(tangent: f32, limit: f32) -> f32 {
     if limit > 0.0 { clamp(tangent, -limit, limit) + 0.0 } else { 0.0 }

@@ -1,11 +1,10 @@
 //! Graph colouring: contacts of one colour share no movable body, so four of them are solved side
 //! by side, in the lanes of vector registers.
 //!
-//! Colours are greedy, in the order of the contacts: each takes the lowest colour that neither of
-//! its movable bodies has (Catto 2024, "SIMD Matters"). A lane computes what
-//! [`solve_contact`] does, operation by operation, but for the factor on its step; with factor 1 only the
-//! order of the visits differs from that of one contact after another. Nothing is summed across lanes but the changes, from the first lane to
-//! the last: every machine computes the same bits.
+//! Colours are assigned greedily, in the order of the contacts: each takes the lowest colour that neither of its
+//! movable bodies has (Catto 2024, "SIMD Matters"). A lane computes the same as [`solve_contact`], operation by
+//! operation, except for the factor on its step; with factor 1 only the order of the visits differs. Only the changes
+//! are summed across lanes, from the first lane to the last, so every machine computes the same bits.
 //!
 //! [`solve_contact`]: super::gauss_seidel::solve_contact
 
@@ -15,17 +14,17 @@ use crate::growth::push;
 use crate::math::{DUST, max};
 use glam::{Vec2, Vec4};
 
-/// Contacts that are solved side by side.
+/// Number of contacts solved side by side.
 const LANES: usize = 4;
-/// In place of a constraint's index.
+/// Stands for the constraint index of an empty lane.
 const EMPTY: u32 = u32::MAX;
-/// Colours; a contact for which none is left has lanes of its own.
+/// Number of colours; a contact that finds none left gets a vector to itself.
 const COLORS_MAX: usize = 64;
 
-/// Contacts of one colour. Empty lanes change nothing.
+/// Up to four contacts of one colour. Empty lanes change nothing.
 #[derive(Clone, Debug, Default)]
 struct WideContact {
-    /// Indices of the constraints; [`EMPTY`] in an empty lane.
+    /// Indices of the constraints; [`EMPTY`] for an empty lane.
     constraints: [u32; LANES],
     a: [u32; LANES],
     b: [u32; LANES],
@@ -44,13 +43,13 @@ struct WideContact {
     tangent_direction: Vec4,
 }
 
-/// The contacts of an island by colour, and scratch.
+/// The contacts of an island by colour, and scratch memory.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ColoredContacts {
     wide: Vec<WideContact>,
-    /// By slot: the colours that it has; 0 between uses.
+    /// By slot: bit set of the colours at the body; 0 between uses.
     colors: Vec<u64>,
-    /// By contact: its colour.
+    /// Colours of the contacts.
     color_of: Vec<u8>,
     /// The contacts, colour by colour.
     order: Vec<u32>,
@@ -62,12 +61,12 @@ impl ColoredContacts {
         self.colors.resize(slots, 0);
     }
 
-    /// Groups of contacts that are solved side by side.
+    /// Number of groups of contacts that are solved side by side.
     pub fn wide_count(&self) -> u64 {
         self.wide.len() as u64
     }
 
-    /// Colours these constraints, and copies them to lanes.
+    /// Colours these constraints and copies them to lanes.
     pub fn color(&mut self, constraints: &[ContactConstraint], indices: &[u32]) {
         let mut ends = [0; COLORS_MAX + 1];
         self.color_of.clear();
@@ -105,7 +104,8 @@ impl ColoredContacts {
         }
     }
 
-    /// Takes the lowest colour that is left at both bodies; [`COLORS_MAX`] if none is.
+    /// Returns the lowest colour that is free at both bodies and marks it as used, or [`COLORS_MAX`] if no colour is
+    /// free.
     fn next_color(&mut self, constraint: &ContactConstraint) -> usize {
         let movable = constraint.bodies().map(|(slot, inv_mass)| (slot as usize, inv_mass > 0.0));
         let mut taken = 0;
@@ -121,7 +121,7 @@ impl ColoredContacts {
         color
     }
 
-    /// Visits every contact once, and takes `factor` times the step to its solution, in (0, 2): beyond 1 that is
+    /// Visits every contact once, taking `factor` times the step to its solution, in (0, 2); beyond 1 this is
     /// successive over-relaxation.
     pub fn sweep<const FRICTION: bool>(
         &mut self,
@@ -145,7 +145,7 @@ impl ColoredContacts {
         }
     }
 
-    /// Copies the impulses back.
+    /// Copies the impulses back to the constraints.
     pub fn store(&self, constraints: &mut [ContactConstraint]) {
         for wide in &self.wide {
             let lanes = (0..LANES).filter(|&lane| wide.constraints[lane] != EMPTY);
@@ -190,7 +190,7 @@ impl WideContact {
         wide
     }
 
-    /// Solves every lane as `gauss_seidel::solve_contact` does, but for the factor, and adds its changes.
+    /// Solves every lane as `gauss_seidel::solve_contact` does, except for the factor, and adds up the changes.
     #[inline]
     fn solve<const FRICTION: bool>(
         &mut self,
@@ -259,7 +259,7 @@ impl WideContact {
         (Vec4::new(low.x, low.z, high.x, high.z), Vec4::new(low.y, low.w, high.y, high.w))
     }
 
-    /// Applies impulses to each b and their opposites to a.
+    /// Applies an impulse to each b and its opposite to each a.
     #[inline(always)]
     fn apply(&self, velocity: &mut [Vec2], normal: Vec4, tangent: Vec4) {
         let x = self.normal_x * normal - self.normal_y * tangent;
@@ -273,7 +273,8 @@ impl WideContact {
     }
 }
 
-/// The velocities of four bodies, two to a register. Written without `map`, which the page's program would call once a body.
+/// Loads the velocities of four bodies, two per register. Written without `map`, which in the page's program would be
+/// a call per body.
 #[inline(always)]
 fn load(velocity: &[Vec2], slots: [u32; LANES]) -> [Vec4; 2] {
     let pair = |first: u32, second: u32| {
@@ -283,8 +284,8 @@ fn load(velocity: &[Vec2], slots: [u32; LANES]) -> [Vec4; 2] {
     [pair(slots[0], slots[1]), pair(slots[2], slots[3])]
 }
 
-/// The inverse of [`load`]. The first lane is stored last: empty ones name its bodies too. An immovable body may be in several
-/// lanes, which all store what they loaded.
+/// The inverse of [`load`]. The first lane is stored last, because empty lanes refer to its bodies too. An immovable
+/// body may be in several lanes, which all store the value they loaded.
 #[inline(always)]
 fn store(velocity: &mut [Vec2], slots: [u32; LANES], [low, high]: [Vec4; 2]) {
     velocity[slots[3] as usize] = Vec2::new(high.z, high.w);
@@ -293,13 +294,13 @@ fn store(velocity: &mut [Vec2], slots: [u32; LANES], [low, high]: [Vec4; 2]) {
     velocity[slots[0] as usize] = Vec2::new(low.x, low.y);
 }
 
-/// Four vectors with these components, two to a register.
+/// Four vectors with these components, two per register.
 #[inline(always)]
 fn paired(x: Vec4, y: Vec4) -> [Vec4; 2] {
     [Vec4::new(x.x, y.x, x.y, y.y), Vec4::new(x.z, y.z, x.w, y.w)]
 }
 
-/// See `math::max`: `Vec4::max` differs between machines where a number is not one.
+/// The larger number in each lane; see `math::max`. `Vec4::max` treats NaN differently on different machines.
 #[inline(always)]
 fn greater(a: Vec4, b: Vec4) -> Vec4 {
     Vec4::select(a.cmpgt(b), a, b)

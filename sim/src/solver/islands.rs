@@ -1,13 +1,12 @@
-//! Islands: sets of constraints that share no movable body. Each is solved separately, with its own
-//! search direction and its own end: a body at rest costs nothing because another one lands far
-//! away.
+//! Islands: sets of constraints that share no movable body. Each is solved separately, with its own search direction
+//! and its own termination, so that a body landing far away costs a body at rest nothing.
 //!
-//! Union-find over the constraints between movable bodies, with path halving (Tarjan and van
-//! Leeuwen 1984). Islands are in the order of their first constraint, and constraints keep their
-//! order, so that the result in an island does not depend on the rest of the world, except by the number of
-//! moving bodies (see `tolerances::LARGE_WORLD`, and `impact_queue` for small rooms), where the islands before it have
-//! used up the eliminations of a step or the sweeps before them (see `direct::rounds_left` and `direct::sweeps_before`), and
-//! where bounces elsewhere have used up its predictions (see `impact_queue`).
+//! Union-find over the constraints between movable bodies, with path halving (Tarjan and van Leeuwen 1984). Islands
+//! are in the order of their first constraint, and constraints keep their order, so that the result in an island does
+//! not depend on the rest of the world. There are three exceptions: the number of moving bodies (see
+//! `tolerances::LARGE_WORLD`, and `impact_queue` for small rooms), eliminations or the sweeps before them that
+//! earlier islands of a step have used up (see `direct::rounds_left` and `direct::sweeps_before`), and predictions
+//! that bounces elsewhere have used up (see `impact_queue`).
 
 use crate::solver::contact_constraint::ContactConstraint;
 
@@ -16,7 +15,7 @@ use crate::solver::contact_constraint::ContactConstraint;
 pub(crate) struct Islands {
     /// Indices of constraints, island after island.
     pub constraints: Vec<u32>,
-    /// Start of each island in `constraints`, and the end.
+    /// Start of each island in `constraints`, followed by the end.
     pub starts: Vec<u32>,
     /// By slot: parent in the union-find forest.
     parent: Vec<u32>,
@@ -33,12 +32,12 @@ impl Islands {
         self.starts.len() - 1
     }
 
-    /// Range of an island's constraints, ascending, in `constraints`.
+    /// Range of an island's constraints in `constraints`; their indices ascend.
     pub fn range(&self, island: usize) -> std::ops::Range<usize> {
         self.starts[island] as usize..self.starts[island + 1] as usize
     }
 
-    /// Finds the islands of these constraints, or of some of them, among `slots` bodies.
+    /// Finds the islands of these constraints, or of a subset of them, among `slots` bodies.
     #[inline(never)]
     pub fn find(&mut self, slots: usize, constraints: &[ContactConstraint], some: Option<&[u32]>) {
         self.parent.resize(slots, 0);
@@ -65,7 +64,7 @@ impl Islands {
         self.sort_constraints(some);
     }
 
-    /// Counts a constraint of an island into `starts`; returns its number.
+    /// Counts a constraint towards its island in `starts`; returns the number of the island.
     #[inline]
     fn count_constraint(&mut self, constraint: &ContactConstraint) -> u32 {
         let movable = if constraint.inv_mass_a > 0.0 { constraint.a } else { constraint.b };
@@ -79,7 +78,7 @@ impl Islands {
         *number
     }
 
-    /// Sorts the constraints by island, by counting.
+    /// Groups the constraints by island, by a counting sort.
     fn sort_constraints(&mut self, some: Option<&[u32]>) {
         let mut sum = 0;
         for start in &mut self.starts {
@@ -94,7 +93,7 @@ impl Islands {
             self.constraints[*next as usize] = some.map_or(at as u32, |indices| indices[at]);
             *next += 1;
         }
-        // Each start has moved to that of the next island.
+        // Each start has advanced to that of the next island.
         self.starts.insert(0, 0);
     }
 }
@@ -110,7 +109,7 @@ pub(crate) fn root(parent: &mut [u32], mut slot: u32) -> u32 {
     slot
 }
 
-/// Joins the sets of two slots; the lower root stays one.
+/// Joins the sets of two slots; the lower of the two roots remains the root.
 pub(crate) fn join(parent: &mut [u32], a: u32, b: u32) {
     let (a, b) = (root(parent, a), root(parent, b));
     parent[a.max(b) as usize] = a.min(b);

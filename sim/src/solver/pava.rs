@@ -12,7 +12,7 @@
 /// A body of a chain.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ChainNode {
-    /// Target speed, and then the result.
+    /// Target speed at first, then the result.
     pub speed: f32,
     /// Mass; infinite for an immovable body.
     pub mass: f32,
@@ -20,7 +20,7 @@ pub(crate) struct ChainNode {
     pub closing_max: f32,
 }
 
-/// Neighbours that move as one.
+/// Neighbours that move together.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pool {
     /// First node.
@@ -32,11 +32,11 @@ pub(crate) struct Pool {
     /// Sum of `closing_max` inside the pool.
     span: f32,
     mass: f32,
-    /// `closing_max` of the last node of the pool before it.
+    /// `closing_max` of the last node of the previous pool.
     closing_max: f32,
 }
 
-/// Solves the speed of every node. `pools` then holds the pools, in order.
+/// Computes the speed of every node. Afterwards `pools` holds the pools, in order.
 pub(crate) fn pool(nodes: &mut [ChainNode], pools: &mut Vec<Pool>) {
     pools.clear();
     let mut closing_max = f32::INFINITY;
@@ -61,8 +61,8 @@ pub(crate) fn pool(nodes: &mut [ChainNode], pools: &mut Vec<Pool>) {
     for pool in pools.iter() {
         let nodes = &mut nodes[pool.first..pool.end];
         let gained = set_off(nodes, pool.speed);
-        // Joining rounds; a free pool must not drift by it. A pool with an immovable body, or of
-        // absurd masses, has no finite drift.
+        // Joining rounds; this must not make a free pool drift. A pool with an immovable body, or with absurd masses,
+        // has no finite drift.
         let drift = gained / pool.mass;
         if drift.is_finite() {
             nodes.iter_mut().for_each(|node| node.speed -= drift);
@@ -82,7 +82,7 @@ fn set_off(nodes: &mut [ChainNode], first: f32) -> f32 {
     gained
 }
 
-/// Joins two pools; the speed is that of the first node.
+/// Joins two pools; the speed of the result is that of its first node.
 #[inline]
 fn join(lower: Pool, upper: Pool) -> Pool {
     let behind = lower.span + upper.closing_max;

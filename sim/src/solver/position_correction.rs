@@ -1,15 +1,14 @@
 //! Corrects penetration: the overlap beyond the slop that is left after the velocities are solved.
 //!
-//! The velocities never see it (a push-out term in a rigid constraint feeds its own warm start and
-//! keeps piles boiling). Where they converge there is nothing to do here; bodies that were created
-//! inside each other, or that a moving wall squeezes, separate by a share of the overlap in each
-//! pass. A pass asks the same of displacements as constraints ask of velocities, n.(db - da) >=
-//! -separation, and so the same sweeps find the least displacements, in the norm of the masses (split
-//! impulses and pseudo velocities; Guendelman, Bridson and Fedkiw 2003), without friction and from
-//! zero.
+//! Velocities are not affected (a push-out term in a rigid constraint feeds its own warm start and keeps piles
+//! boiling). Where they converge there is nothing to correct. Bodies that were created inside each other, or that a
+//! moving wall squeezes, separate by a share of the overlap in each pass. A pass makes the same demand on
+//! displacements as constraints make on velocities, n.(db - da) >= -separation, so the same sweeps find the smallest
+//! displacements in the norm of the masses (split impulses and pseudo velocities; Guendelman, Bridson and Fedkiw
+//! 2003), without friction and starting from zero.
 //!
-//! Where bodies slide past each other the next step sees other overlaps, and least displacements are not worth
-//! their time: there overlapping pairs are pushed apart one by one (see `pushes` and [`Correction`]).
+//! Where bodies slide past each other the next step sees other overlaps, and smallest displacements are not worth
+//! their time: overlapping pairs are then pushed apart one by one (see `pushes` and [`Correction`]).
 
 use crate::bodies::Bodies;
 use crate::broad_phase::pairs::Pair;
@@ -34,24 +33,27 @@ mod pushes;
 #[cfg(test)]
 mod tests;
 
-/// Sweeps of a pass.
+/// Minimum and maximum number of sweeps of a pass.
 const SWEEPS_MIN: u32 = 2;
 const SWEEPS_MAX: u32 = 20;
-/// Most visits of an island's constraints in the first pass, and the share of the step's budget that they are at most; each
-/// further pass takes half of them. In a tower of 1000 that fell, whole passes would take five times as many.
+/// Maximum number of visits of an island's constraints in the first pass, and the divisor that limits them to a share
+/// of the step's budget. Each further pass takes half as many. In a fallen tower of 1000, whole passes would take
+/// five times as many.
 const VISITS_MAX: u32 = 20_000;
 const WORK_SHARE: u32 = 8;
 /// Distance of a body that was not reached.
 const UNREACHED: u8 = u8::MAX;
-/// Distance from an overlap, in contacts, within which bodies still give way: so few sweeps reach
-/// no further, and a pile with one deep overlap need not be handled as a whole.
+/// Distance from an overlap, in contacts, within which bodies may be displaced. So few sweeps reach no further, and a
+/// pile with one deep overlap need not be handled as a whole.
 const LAYERS: u8 = 8;
-/// Overlap that counts as deep, in slops: a whole pass is worth its time even in an island that moves on. With 10 a heap at
-/// one point takes more than a second to come apart, and with 100 overlaps of bodies are twice as deep.
+/// Overlap that counts as deep, in slops: a whole pass is then worth its time even in an island that is still moving.
+/// With 10, a heap at one point takes more than a second to come apart; with 100, overlaps of bodies are twice as
+/// deep.
 const DEEP_SLOPS: f32 = 30.0;
-/// [`LAYERS`] around other overlaps of such an island.
+/// Replaces [`LAYERS`] around other overlaps of such an island.
 const LIGHT_LAYERS: u8 = 2;
-/// Sweeps of a pass over it, by colour: with 6 a heap at one point takes more than a second.
+/// Sweeps of a pass over such an island, by colour. With 6, a heap at one point takes more than a second to come
+/// apart.
 const LIGHT_SWEEPS: u32 = 12;
 
 #[derive(Clone, Debug, Default)]
@@ -59,9 +61,9 @@ pub(crate) struct PositionCorrection {
     /// Contacts close enough to take part in a pass, and their movable bodies.
     close: Vec<u32>,
     ends: Vec<[u32; 2]>,
-    /// By slot: distance of a movable body from an overlap in contacts, if at most [`LAYERS`].
+    /// By slot: distance of a movable body from an overlap, in contacts, if at most [`LAYERS`].
     layer: Vec<u8>,
-    /// The contacts that take part, and the numbers of each that displacements take the place of.
+    /// The contacts that take part, and the numbers of each that a pass temporarily replaces.
     taken: Vec<u32>,
     solved: Vec<Solved>,
     islands: Islands,
@@ -74,7 +76,7 @@ pub(crate) struct PositionCorrection {
 struct Corrections<'a> {
     /// Path in the last pass.
     path: &'a mut [Vec2],
-    /// Whether any pass moved it.
+    /// Whether any pass moved the body.
     ever: &'a mut [bool],
 }
 
@@ -83,7 +85,7 @@ impl Corrections<'_> {
         self.path.fill(Vec2::ZERO);
     }
 
-    /// Moves a body. Masses far apart may overflow here; a position that is not finite is skipped.
+    /// Moves a body. Very different masses may cause an overflow here; a position that is not finite is skipped.
     fn displace(&mut self, bodies: &mut Bodies, slot: usize, displacement: Vec2) {
         let position = bodies.center[slot] + displacement;
         if position.is_finite() {
@@ -93,9 +95,9 @@ impl Corrections<'_> {
         }
     }
 
-    /// Moves all bodies by their paths, each by at most its half-size: pushes see no wall that is out of a body's
-    /// reach, and small ones among large ones were pushed through one. Masses far apart may overflow here; a position that is
-    /// not finite is skipped.
+    /// Moves all bodies by their paths, each by at most its half-size. Pushes ignore walls beyond a body's reach, and
+    /// without this limit small bodies among large ones were pushed through a wall. Very different masses may cause
+    /// an overflow here; a position that is not finite is skipped.
     fn apply(&mut self, bodies: &mut Bodies) {
         for (slot, path) in
             self.path.iter_mut().enumerate().filter(|(_, path)| **path != Vec2::ZERO)
@@ -117,7 +119,7 @@ impl Corrections<'_> {
         info.separation_after + constraint.normal.dot(path)
     }
 
-    /// Updates the separations of the bodies that this pass moved.
+    /// Updates the separations of contacts whose bodies this pass moved.
     fn update_separations(&self, contacts: &mut ContactSet) {
         for (constraint, info) in contacts.constraints.iter().zip(&mut contacts.infos) {
             if self.path[constraint.a as usize] != self.path[constraint.b as usize] {
@@ -129,9 +131,9 @@ impl Corrections<'_> {
 }
 
 impl PositionCorrection {
-    /// Separates overlapping bodies, island by island. Before it, `separation_after` of a contact
-    /// is measured along its tangent; contacts that take part in a pass, or overlap after their bodies were
-    /// moved by one, get their exact normal and separation. Returns the visits of contacts by sweeps.
+    /// Separates overlapping bodies, island by island. On entry, `separation_after` of a contact is measured along
+    /// its tangent. Contacts that take part in a pass, or overlap after a pass moved their bodies, get their exact
+    /// normal and separation. Returns the number of contact visits by sweeps.
     pub fn separate(
         &mut self,
         bodies: &mut Bodies,
@@ -188,8 +190,9 @@ impl PositionCorrection {
         visits
     }
 
-    /// Pushes overlapping pairs apart one by one, each by its whole overlap, in islands that the passes leave
-    /// unsolved: in a few rounds, along the normals of where they are now. Returns the visits that take as long.
+    /// Pushes overlapping pairs apart one by one, in a few rounds, along the normals at their current positions. Each
+    /// push removes the whole overlap. Only done in islands that the passes leave unsolved. Returns the cost in
+    /// visits.
     fn push_apart(
         &mut self,
         bodies: &mut Bodies,
@@ -229,7 +232,7 @@ impl PositionCorrection {
         visits
     }
 
-    /// Finds the displacements of a pass over an island. Returns the visits of its constraints.
+    /// Finds the displacements of a pass over an island. Returns the number of constraint visits.
     fn separate_island(
         &self,
         island: usize,
@@ -260,7 +263,7 @@ impl PositionCorrection {
         u64::from(sweeps) * indices.len() as u64
     }
 
-    /// Gathers the constraints that are few contacts away from an overlap, with displacements for velocities.
+    /// Gathers the constraints that are few contacts away from an overlap, with displacements in place of velocities.
     fn gather(
         &mut self,
         bodies: &Bodies,
@@ -294,8 +297,7 @@ impl PositionCorrection {
         }
     }
 
-    /// Sets the layer of bodies that overlap by more than is tolerated; returns whether there are
-    /// any.
+    /// Sets the layer of bodies that overlap by more than the tolerance; returns whether there are any.
     fn find_overlaps(
         &mut self,
         pass: u32,
@@ -333,8 +335,7 @@ impl PositionCorrection {
         any
     }
 
-    /// Moves the bodies of an island, none by more than the limit: tangents say nothing about
-    /// positions further away.
+    /// Moves the bodies of an island, each by at most the limit: tangents say nothing about positions further away.
     fn apply_displacements(
         &self,
         island: usize,
@@ -360,7 +361,7 @@ impl PositionCorrection {
     }
 }
 
-/// Numbers of a solved constraint that a pass replaces.
+/// Numbers of a constraint that a pass temporarily replaces.
 #[derive(Clone, Copy, Debug)]
 struct Solved {
     min_normal_velocity: f32,
@@ -370,8 +371,7 @@ struct Solved {
 }
 
 impl Solved {
-    /// Turns a constraint into one that separates its bodies, or lets them close, by the distance that is allowed in a
-    /// pass.
+    /// Turns a constraint into one that separates its bodies, or lets them close, by the distance allowed in a pass.
     fn replace(
         constraint: &mut ContactConstraint,
         info: &ContactInfo,
@@ -403,7 +403,7 @@ impl Solved {
     }
 }
 
-/// Distance that a pair may close or, where negative, must separate in a pass.
+/// Distance by which a pair may close in a pass or, if negative, must separate.
 #[inline]
 fn allowed_closing(separation: f32, settings: &Conjugate) -> f32 {
     let allowed_closing = separation + settings.slop * SLOP_SHARE;
@@ -414,7 +414,7 @@ fn allowed_closing(separation: f32, settings: &Conjugate) -> f32 {
     }
 }
 
-/// Finds the normal and the separation of a contact at the present positions.
+/// Finds the normal and the separation of a contact at the current positions.
 fn find_exact(
     bodies: &Bodies,
     constraint: &mut ContactConstraint,
@@ -430,14 +430,14 @@ fn find_exact(
             constraint.normal = manifold.normal;
             info.separation_after = manifold.separation;
         }
-        // Two boxes that pass each other around a corner.
+        // Two boxes pass each other around a corner.
         None => info.separation_after = f32::INFINITY,
     }
 }
 
-/// The manifold of a pair at its present positions. Bodies too deep in each other to have a side
-/// are separated along the line of centres: in a heap at one point that is outwards, and in a row
-/// that fills its container from wall to wall slightly out of the row.
+/// The manifold of a pair at its current positions. Bodies that overlap too deeply to tell their sides apart are
+/// separated along the line of centres: outwards in a heap at one point, and slightly out of the row in a row that
+/// fills its container from wall to wall.
 fn current_manifold(
     bodies: &Bodies,
     constraint: &ContactConstraint,
@@ -455,19 +455,19 @@ fn current_manifold(
     Some(spread_manifold(bodies, (constraint.a, constraint.b)))
 }
 
-/// The movable bodies of a contact; twice the same one if the other is immovable, which passes
-/// nothing on.
+/// The movable bodies of a contact. If one is immovable, the other is listed twice: an immovable body transmits
+/// nothing.
 #[inline]
 fn movable_ends(constraint: &ContactConstraint) -> [u32; 2] {
     let [(a, inv_mass_a), (b, inv_mass_b)] = constraint.bodies();
     [if inv_mass_a > 0.0 { a } else { b }, if inv_mass_b > 0.0 { b } else { a }]
 }
 
-/// Finds the distances, in contacts with these ends, up to `distance_max` from the bodies whose
-/// `layer`, by slot, is set before; all others are [`UNREACHED`]. Those further away stay further
-/// away than `distance_max`.
+/// Finds the distances, in contacts with these ends, from the bodies whose `layer` is set beforehand; `layer` is
+/// indexed by slot, and all other bodies start as [`UNREACHED`]. Bodies further away keep a value above
+/// `distance_max`.
 fn spread(layer: &mut [u8], ends: &[[u32; 2]], distance_max: u8) {
-    // After n passes all distances up to n are right, and usually all of them after a few.
+    // After n passes all distances up to n are right; usually a few passes find all of them.
     for _ in 0..distance_max {
         let mut any = false;
         for &[a, b] in ends {

@@ -1,19 +1,18 @@
-//! The relaxation solver (A0.13): projection and impulse, all pairs of the scene together in id
-//! order (C22f, C22h), at most N passes (C22a), ending early when nothing is left to correct.
+//! The relaxation solver (A0.13): projection and impulses, all pairs of the scene together in id order (C22f, C22h),
+//! in at most N passes (C22a), ending early when nothing is left to correct.
 //!
-//! A step is `start`, `advance`, `gather`, `solve`.
-//! Each pass visits every pair at the present positions: it finds the contact, applies the normal
-//! impulse, then friction, then separates the two by a share of the overlap.
+//! A step calls `start`, `advance`, `gather` and `solve`. Each pass visits every pair at the current positions: it
+//! finds the contact, applies the normal impulse and friction, and then separates the two by a share of the overlap.
 //!
-//! A body between two that close on it satisfies neither, and the impulses of both grow with every
-//! pass. What bounds the outcome: impulses on which nothing rested are not applied again, a warm start
-//! changes no velocity by many times what gravity does, corrections move a body no further in a step
-//! than its half-size or than the largest speed would, and where the passes end before they converge
-//! immovable bodies have the last word. Pushes say nothing about where a body came from: before the
-//! passes it goes back on its path out of gaps and boxes that it could not have entered.
+//! A body between two others that close on it cannot satisfy both, and both impulses grow with every pass. Several
+//! rules bound the outcome. Impulses that held nothing at rest are not applied again. A warm start changes no
+//! velocity by many times the change from gravity. Corrections move a body in a step no further than its half-size or
+//! than the largest speed would. Where the passes end before they converge, immovable bodies take precedence. Pushes
+//! do not depend on where a body came from, so before the passes it is moved back along its path, out of gaps and
+//! boxes that it could not have entered.
 //!
-//! The passes are compiled for each set of shapes, with and without friction and restitution:
-//! features that no body has are not even tested. All of them give the same bits.
+//! The passes are compiled for each set of shapes, with and without friction and restitution: features that no body
+//! has are not even tested for. All variants give the same bits.
 
 pub(crate) mod constraint;
 mod step_back;
@@ -35,7 +34,7 @@ use crate::world::settings::WorldSettings;
 use constraint::RelaxationConstraint;
 use glam::Vec2;
 
-/// Scratch of the relaxation.
+/// Scratch of the relaxation solver.
 #[derive(Debug, Default)]
 pub(crate) struct RelaxationSolver {
     /// The pairs that take part in the step, in (a, b) order.
@@ -48,9 +47,9 @@ pub(crate) struct RelaxationSolver {
     /// By slot: position before the passes, and before the bodies moved.
     start_position: Vec<Vec2>,
     from: Vec<Vec2>,
-    /// Pairs with an immovable body: the slot of the other, then its slot.
+    /// Pairs with an immovable body: the slot of the other body, then the slot of the immovable one.
     walls: Vec<u64>,
-    /// By slot: something if springs act on it; empty in a world without springs.
+    /// By slot: `Some` if springs act on the body; empty in a world without springs.
     sprung: Vec<Option<Vec2>>,
     /// Passes made in the last step.
     pub passes: u32,
@@ -64,7 +63,7 @@ struct WarmNormal {
     normal: Vec2,
 }
 
-/// Leaves scratch out: see the conjugate solver.
+/// Leaves scratch out, as in the conjugate solver.
 impl Clone for RelaxationSolver {
     fn clone(&self) -> RelaxationSolver {
         let (constraints, passes) = (self.constraints.clone(), self.passes);
@@ -78,8 +77,7 @@ impl RelaxationSolver {
         *self = self.clone();
     }
 
-    /// Integrates the velocities (symplectic Euler, first half), and applies the last step's
-    /// resting impulses.
+    /// Integrates the velocities (first half of symplectic Euler), and applies the resting impulses of the last step.
     pub fn start(
         &mut self,
         bodies: &mut Bodies,
@@ -100,11 +98,11 @@ impl RelaxationSolver {
         self.from.clone_from(&bodies.center);
     }
 
-    /// Applies the last step's resting impulses to the velocities, before the bodies move.
+    /// Applies the resting impulses of the last step to the velocities, before the bodies move.
     ///
-    /// Resting impulses balance what gravity and other forces do to a body in the step. Where they
-    /// leave it with a change of velocity many times greater, an impulse that balanced them is gone:
-    /// the body gets only the share of them that leaves it no greater change than the forces alone.
+    /// Resting impulses balance the effect of gravity and other forces on a body in the step. If they cause a change
+    /// of velocity many times greater, a balancing impulse is gone: the body then gets only the share that changes
+    /// its velocity no more than the forces alone.
     fn warm_start(&mut self, bodies: &mut Bodies, pairs: &mut [Pair]) {
         if pairs.iter().all(|pair| pair.normal_impulse <= 0.0) {
             return;
@@ -132,7 +130,7 @@ impl RelaxationSolver {
         }
     }
 
-    /// Moves the bodies (symplectic Euler, second half).
+    /// Moves the bodies (second half of symplectic Euler).
     pub fn advance(&self, bodies: &mut Bodies, moves: &[Move], dt: f32) {
         integrate::advance(bodies, moves, &self.start_velocity, dt);
     }
@@ -147,8 +145,9 @@ impl RelaxationSolver {
         gather(bodies, pairs, &self.warm_normals, &mut self.constraints);
     }
 
-    /// Lets bodies on springs bounce at the speeds that they had at the start of the step: what a spring adds while it presses
-    /// a body on to another would keep it hopping. Elastic ones count it, and the energy guard limits them.
+    /// Lets bodies on springs bounce at the speeds they had at the start of the step: the speed that a spring adds
+    /// while pressing a body on to another would keep it hopping. Elastic bodies keep this speed; the energy guard
+    /// limits them.
     pub fn limit_bounces(&mut self, bodies: &Bodies, forces: &Forces, dt: f32) {
         forces.find_sprung(bodies, dt, &mut self.sprung);
         if self.sprung.is_empty() {
@@ -203,15 +202,15 @@ impl RelaxationSolver {
         self.find_warm_start_scales(bodies, world.gravity.length() * world.dt);
     }
 
-    /// Finds the share of each body's impulses that the next step begins with: all of it for a body
-    /// at rest. `free_change` is the change of velocity by gravity in a step, units/s.
+    /// Finds the share of each body's impulses with which the next step begins, which is 1 for a body at rest.
+    /// `free_change` is the change of velocity by gravity in a step, units/s.
     fn find_warm_start_scales(&self, bodies: &mut Bodies, free_change: f32) {
         for &slot in &bodies.moving {
             let slot = slot as usize;
             let change = bodies.velocity[slot] - self.start_velocity[slot];
             bodies.warm_start_scale[slot] = warm_start_scale_of(change.length(), free_change);
         }
-        // Two bodies that still close did not rest on the impulse between them.
+        // Two bodies that are still closing were not at rest on the impulse between them.
         for constraint in self.constraints.iter().filter(|found| found.normal_impulse > 0.0) {
             let closing = -constraint.relative_velocity(bodies).dot(constraint.normal);
             if closing > free_change {
@@ -226,8 +225,8 @@ impl RelaxationSolver {
         }
     }
 
-    /// Drops the constraints of bodies whose position or velocity is not finite; these are removed
-    /// with the departed.
+    /// Drops the constraints of bodies whose position or velocity is not finite; these bodies leave the world at the
+    /// end of the step.
     pub fn drop_non_finite(&mut self, bodies: &Bodies) {
         if !bodies.moving.iter().all(|&slot| bodies.is_finite(slot as usize)) {
             let finite = |slot: u32| bodies.is_finite(slot as usize);
@@ -259,8 +258,8 @@ impl RelaxationSolver {
 
 /// Applies the stored impulses of all pairs that still overlap.
 ///
-/// An impulse is scaled by the smaller `warm_start_scale` of its two bodies: the impulse that
-/// stopped an impact must not be applied again (it would add energy).
+/// An impulse is scaled by the smaller `warm_start_scale` of its two bodies, since the impulse that stopped an impact
+/// would add energy if it were applied again.
 fn apply_stored(bodies: &mut Bodies, pairs: &mut [Pair], warm_normals: &mut Vec<WarmNormal>) {
     for pair in pairs.iter_mut().filter(|pair| pair.normal_impulse > 0.0) {
         let Some(manifold) = overlap(bodies, pair.a, pair.b) else {
@@ -312,13 +311,12 @@ struct Limits<'a> {
     settings: &'a Relaxation,
     /// By slot: position before the passes.
     start: &'a [Vec2],
-    /// Furthest that corrections may move a body in a step, world units; its half-size, if that is
-    /// less.
+    /// Longest distance by which corrections may move a body in a step, world units, unless its half-size is less.
     correction_max: f32,
 }
 
 impl Limits<'_> {
-    /// Moves a body, but no further from where it began than is allowed.
+    /// Moves a body, but no further from its starting position than allowed.
     fn shift(&self, bodies: &mut Bodies, slot: usize, shift: Vec2) {
         let moved = bodies.center[slot] + shift - self.start[slot];
         let furthest = min(self.correction_max, bodies.thickness(slot));
@@ -331,10 +329,10 @@ impl Limits<'_> {
     }
 }
 
-/// Makes at most N passes over all constraints; returns how many were made.
+/// Makes at most N passes over all constraints; returns the number of passes made.
 type Passes = fn(&mut Bodies, &mut [RelaxationConstraint], &Limits) -> u32;
 
-/// The passes compiled for exactly these features.
+/// Selects the passes compiled for exactly these features.
 fn passes_with<const SHAPES: u8>(features: Features) -> Passes {
     match (features.takes_friction(), features.takes_restitution()) {
         (true, true) => passes::<SHAPES, true, true>,
@@ -362,8 +360,8 @@ fn passes<const SHAPES: u8, const FRICTION: bool, const RESTITUTION: bool>(
     limits.settings.iterations
 }
 
-/// Gives immovable bodies the last word where the passes ended before they converged, static ones
-/// after kinematic ones: an overlap of two bodies is better than a body inside a wall.
+/// Gives immovable bodies precedence where the passes ended before they converged, and static ones precedence over
+/// kinematic ones: an overlap of two bodies is better than a body inside a wall.
 fn hold_at_immovable(
     bodies: &mut Bodies,
     constraints: &mut [RelaxationConstraint],
@@ -385,7 +383,7 @@ fn hold_at_immovable(
     }
 }
 
-/// Relaxes one pair in one pass; returns whether it changed enough for another pass.
+/// Relaxes a pair in one pass; returns whether it changed enough to need another pass.
 #[inline]
 fn relax_pair<const SHAPES: u8, const FRICTION: bool, const RESTITUTION: bool>(
     bodies: &mut Bodies,
@@ -409,8 +407,8 @@ fn relax_pair<const SHAPES: u8, const FRICTION: bool, const RESTITUTION: bool>(
 /// Applies the normal impulse (A2.21): a bounce above the threshold (C16), else the impulse that
 /// stops the approach, accumulated so that later passes may take back an excess.
 ///
-/// A pair that already holds a load does not bounce: inside a pile the passes cause closing speeds
-/// that no impact ever had, and bouncing on them would keep the pile boiling.
+/// A pair that already holds a load does not bounce: inside a pile the passes cause closing speeds that no impact
+/// ever had, and bouncing at those would keep the pile boiling.
 #[inline]
 fn solve_normal<const RESTITUTION: bool>(
     bodies: &mut Bodies,
@@ -437,12 +435,12 @@ fn solve_normal<const RESTITUTION: bool>(
     change.abs() > RELAXED_SPEED * constraint.effective_mass
 }
 
-/// Applies Coulomb friction to the relative tangential velocity, limited by the pair's whole normal
-/// impulse in this step (C08 to C14).
+/// Applies Coulomb friction to the relative tangential velocity, limited by the pair's total normal impulse in this
+/// step (C08 to C14).
 #[inline]
 fn solve_friction(bodies: &mut Bodies, constraint: &mut RelaxationConstraint) -> bool {
     let limit = constraint.friction * (constraint.normal_impulse + constraint.bounce_impulse);
-    // Without friction the limit is no number where an impulse is infinite.
+    // Without friction, an infinite impulse makes the limit NaN.
     let acts = limit > 0.0 || constraint.tangent_impulse != 0.0;
     if !acts {
         return false;
@@ -457,8 +455,7 @@ fn solve_friction(bodies: &mut Bodies, constraint: &mut RelaxationConstraint) ->
     change.abs() > RELAXED_SPEED * constraint.effective_mass
 }
 
-/// Positional correction (A2.19): both move by their part of a share of the overlap beyond the slop
-/// (C19).
+/// Positional correction (A2.19): each body moves by its part of a share of the overlap beyond the slop (C19).
 #[inline]
 fn correct_position(
     bodies: &mut Bodies,
@@ -476,8 +473,8 @@ fn correct_position(
     true
 }
 
-/// Releases a pair that was held but separated: the part of its impulse that drives it apart was
-/// too much and is taken back, with the friction that went with it.
+/// Releases a pair that was held but is separating: the excess of its impulse, which drives it apart, is taken back
+/// together with the friction that belongs to it.
 #[inline]
 fn release<const FRICTION: bool>(
     bodies: &mut Bodies,
@@ -501,8 +498,8 @@ fn store(constraints: &[RelaxationConstraint], pairs: &mut [Pair]) {
     }
 }
 
-/// Factor on a body's impulses of a step when they are applied again: 1 at rest, falling with the
-/// change of velocity in the step beyond that of gravity alone (`free_change`, units/s).
+/// Factor on a body's impulses when they are applied again in the next step: 1 at rest, falling as the change of
+/// velocity in the step exceeds that of gravity alone (`free_change`, units/s).
 #[inline]
 fn warm_start_scale_of(change: f32, free_change: f32) -> f32 {
     if change <= free_change { 1.0 } else { free_change / change }

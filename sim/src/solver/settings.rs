@@ -2,7 +2,7 @@
 
 use crate::check;
 
-/// Settings of the relaxation (A2.18).
+/// Settings of the relaxation solver (A2.18).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Relaxation {
     /// Passes over all pairs per step, 1..=240. Default 15.
@@ -47,20 +47,19 @@ pub(crate) const TOLERANCE: f32 = 0.005;
 /// Settings of the conjugate solver. It is meant for mass ratios up to 10^6.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conjugate {
-    /// Sweeps end when none changes a relative velocity by more than this share of the velocity
-    /// that gravity adds in a step, in (0, 1]. Default 0.005. Islands that take a limited number of
-    /// sweeps (see `sweeps_max`) take more in proportion where it is less.
+    /// Sweeps end when no relative velocity changes by more than this share of the velocity that gravity adds in a
+    /// step, in (0, 1]. Default 0.005. For a smaller value, islands with a limited number of sweeps (see
+    /// `sweeps_max`) take proportionally more.
     pub tolerance: f32,
-    /// Most sweeps over an island per step, 1..=1000. Within it and `work_max`, islands of more than 16
-    /// contacts that are in motion take at most 16 to 128 sweeps, slower ones 8800 visits in all
-    /// (or 16 sweeps, if they have 64 contacts or more and that is more), and half of these where they
-    /// are solved again; not in worlds of more than 6000 moving bodies. With mass ratios beyond 10^4
-    /// slower ones take 32,000 visits, and up to 64 sweeps before an elimination. Default 400.
+    /// Maximum number of sweeps over an island per step, 1..=1000. Default 400. Within this and `work_max`, more
+    /// limits apply to islands of more than 16 contacts, except in worlds of more than 6000 moving bodies. Islands in
+    /// motion take at most 16 to 128 sweeps. Slower ones take at most 8800 visits in all, or 16 sweeps if they have
+    /// 64 contacts or more and that is more. Islands that are solved again take half as many. With mass ratios beyond
+    /// 10^4, slower ones take 32,000 visits, and up to 64 sweeps before an elimination.
     pub sweeps_max: u32,
-    /// Visits of contact constraints by the sweeps over an island, 1000..=1e9: bounds the time of
-    /// each. Every island gets four sweeps in any case.
-    /// Default 2e6: with less a pile of 20,000 comes to
-    /// rest late or never, and then takes more time than one that does.
+    /// Maximum number of visits of contact constraints by the sweeps over an island, 1000..=1e9, which bounds the
+    /// time for each. Every island gets at least four sweeps. Default 2e6: with less, a pile of 20,000 comes to rest
+    /// late or never, and takes more time in all.
     pub work_max: u32,
     /// Closing speed below which nothing bounces, units/s, 0..=100. Default 2.
     pub bounce_threshold: f32,
@@ -68,10 +67,9 @@ pub struct Conjugate {
     pub slop: f32,
     /// Share of the overlap beyond the slop that a pass removes, in (0, 1]. Default 0.4.
     pub correction: f32,
-    /// Largest displacement of a pair or a body in a pass, world units, above 0 and at most 100.
-    /// Default 0.3.
+    /// Largest displacement of a pair or a body in a pass, world units, in (0, 100]. Default 0.3.
     pub correction_max: f32,
-    /// Passes over the positions per step, 0..=60. Default 4.
+    /// Correction passes over the positions per step, 0..=60. Default 4.
     pub position_passes: u32,
 }
 

@@ -1,17 +1,15 @@
 //! The contacts that carry the load, solved exactly within a sweep.
 //!
-//! Where nothing rotates, a contact that sticks takes both degrees of freedom of a body. A pile at
-//! rest has therefore about as many contacts as bodies, and they form a forest: each body with the
-//! contact that contributes most to its total impulse, which at rest is the one it rests on, down
-//! to the ground. On a tree the equations need no iteration: from the leaves to the roots each body
-//! adds its apparent mass to its carrier, and on the way back each gets its velocity (the
-//! articulated bodies of Featherstone 1983, without rotation). A sticking contact passes on all of
-//! the mass; a sliding one, whose friction is at its limit, the part along its normal; an open one
-//! nothing. The state of each contact is guessed from the impulses so far and updated where the
-//! solution contradicts it (a primal-dual active set; Hintermueller, Ito and Kunisch 2002).
-//! Impulses that are still impossible after that are clamped. The solution of the forest alone may
-//! not be one of the island: so impulses move towards it only as far as the island's own objective
-//! rises, and the rest of the sweep corrects the contacts in no tree.
+//! Where nothing rotates, a sticking contact takes both degrees of freedom of a body. A pile at rest therefore has
+//! about as many contacts as bodies, and they form a forest: each body is joined by the contact that contributes most
+//! to its total impulse, which at rest is the one it rests on, down to the ground. On a tree the equations need no
+//! iteration: from the leaves to the roots each body adds its apparent mass to its carrier, and on the way back each
+//! gets its velocity (the articulated bodies of Featherstone 1983, without rotation). A sticking contact passes on
+//! all of the mass, a sliding one, whose friction is at its limit, only the part along its normal, and an open one
+//! nothing. The state of each contact is guessed from the impulses so far and updated where the solution contradicts
+//! it (a primal-dual active set; Hintermueller, Ito and Kunisch 2002). Impulses that are still impossible after that
+//! are clamped. The solution of the forest may not be a solution of the island, so impulses move towards it only as
+//! far as the island's own objective rises; the rest of the sweep corrects the contacts outside the trees.
 
 use super::gauss_seidel::limited;
 use crate::math::{clamp, max, without_dust};
@@ -27,7 +25,7 @@ const NONE: u32 = u32::MAX;
 /// State of the contact between a body and its carrier.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum ContactState {
-    /// The two move as one.
+    /// The two bodies move together.
     Stick,
     /// Friction is at its limit; the normal impulse holds.
     Slide,
@@ -39,23 +37,23 @@ enum ContactState {
 #[derive(Clone, Copy, Debug)]
 struct TreeNode {
     slot: u32,
-    /// The contact; none where a tree floats.
+    /// The contact; `NONE` for a floating root.
     constraint: u32,
-    /// Index of the node that carries it, always a lower one; none for the ground.
+    /// Index of the node that carries it, which is always lower; `NONE` on the ground.
     carrier: u32,
     state: ContactState,
     /// Normal of the contact, towards this body.
     normal: Vec2,
     /// Mass of this body.
     own_mass: f32,
-    /// Apparent mass with everything that it carries, and the impulse that keeps its velocity.
+    /// Apparent mass including all bodies that it carries, and the impulse that keeps its velocity.
     mass: Symmetric,
     bias: Vec2,
     /// Change of the velocity relative to the carrier that would make the contact stick.
     stick_change: Vec2,
-    /// Change of the friction impulse of a contact that slides.
+    /// Change of the friction impulse of a sliding contact.
     friction_change: f32,
-    /// Solution: change of its velocity, and the impulse for it.
+    /// Solution: change of the body's velocity, and the impulse that causes it.
     change: Vec2,
     impulse: Vec2,
 }
@@ -87,21 +85,21 @@ impl Symmetric {
         self.yy += other.yy;
     }
 
-    /// `share` times the outer square of a vector.
+    /// The outer product of a vector with itself, times `share`.
     #[inline]
     fn square(v: Vec2, share: f32) -> Symmetric {
         Symmetric { xx: share * v.x * v.x, xy: share * v.x * v.y, yy: share * v.y * v.y }
     }
 }
 
-/// The forest of an island, and scratch.
+/// The forest of an island, and scratch memory.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SpanningForest {
-    /// Carriers before the nodes that they carry.
+    /// Nodes, with carriers before the bodies that they carry.
     nodes: Vec<TreeNode>,
     bodies: Vec<u32>,
-    /// By slot: the sum of all impulses, the constraint that contributes most, its contribution,
-    /// and a list of the bodies that are carried.
+    /// By slot: the sum of all impulses, the constraint that contributes most, its contribution, and a list of the
+    /// bodies carried.
     sum: Vec<Vec2>,
     best: Vec<u32>,
     contribution: Vec<f32>,
@@ -119,8 +117,7 @@ impl SpanningForest {
         self.next.resize(slots, NONE);
     }
 
-    /// Finds the forest of an island from the present impulses. Bodies that carry each other in a
-    /// cycle are in none.
+    /// Finds the forest of an island from the current impulses. Bodies that carry each other in a cycle are left out.
     pub fn find<const FRICTION: bool>(
         &mut self,
         constraints: &[ContactConstraint],
@@ -192,7 +189,7 @@ impl SpanningForest {
             if inv_mass == 0.0 {
                 self.add_node(slot, NONE, constraints);
             } else if self.best[other as usize] == best && slot < other {
-                // Two bodies that carry each other: the lower slot floats.
+                // Two bodies carry each other: the one with the lower slot floats.
                 self.add_node(slot, NONE, constraints);
                 self.nodes.last_mut().expect("just added").constraint = NONE;
             } else {
@@ -223,7 +220,7 @@ impl SpanningForest {
         });
     }
 
-    /// Bodies in the forest.
+    /// Number of bodies in the forest.
     pub fn node_count(&self) -> u64 {
         self.nodes.len() as u64
     }
@@ -232,9 +229,9 @@ impl SpanningForest {
         self.nodes.clear();
     }
 
-    /// Solves the forest: impulses and velocities move to the solution, or as far towards it as
-    /// raises D (see `warm_start`). Returns whether that is more than [`FOREST_SHARE_MIN`] of the
-    /// way. `FRICTION` as in [`crate::solver::sweep`].
+    /// Solves the forest: moves impulses and velocities to the solution, or as far towards it as D rises (see
+    /// `warm_start`). Returns whether this is more than [`FOREST_SHARE_MIN`] of the way. `FRICTION` is as in
+    /// [`crate::solver::sweep`].
     pub fn solve<const FRICTION: bool>(
         &mut self,
         constraints: &mut [ContactConstraint],
@@ -270,10 +267,9 @@ impl SpanningForest {
         share > FOREST_SHARE_MIN
     }
 
-    /// The share of the way to the solution at which D is greatest; 1 if the solution is hardly
-    /// less.
+    /// The share of the way to the solution at which D is greatest; 1 if D is hardly less at the solution.
     fn step_share(&self, constraints: &[ContactConstraint], velocity: &[Vec2]) -> f32 {
-        // Slopes of D at both ends of the way; it is a parabola.
+        // Slopes of D at both ends of the way; along it D is a parabola.
         let (mut start, mut end) = (0.0, 0.0);
         for node in self.nodes.iter().filter(|node| node.constraint != NONE) {
             start += node.impulse.dot(node.stick_change);
@@ -292,7 +288,7 @@ impl SpanningForest {
         }
     }
 
-    /// From the leaves to the roots: the mass and impulse that each carrier has to move.
+    /// Accumulates the mass and impulse that each carrier has to move, from the leaves to the roots.
     fn accumulate_masses<const FRICTION: bool>(&mut self, constraints: &[ContactConstraint]) {
         for node in &mut self.nodes {
             node.mass = Symmetric { xx: node.own_mass, xy: 0.0, yy: node.own_mass };
@@ -310,7 +306,7 @@ impl SpanningForest {
         }
     }
 
-    /// From the roots to the leaves: the change of each body.
+    /// Finds the change of each body, from the roots to the leaves.
     fn propagate_changes<const FRICTION: bool>(&mut self, constraints: &[ContactConstraint]) {
         for index in 0..self.nodes.len() {
             let carrier_change = self.carrier_change(index);
@@ -328,8 +324,7 @@ impl SpanningForest {
         }
     }
 
-    /// Updates the state of each contact that the solution contradicts; returns whether any
-    /// changed.
+    /// Updates the state of each contact that contradicts the solution; returns whether any changed.
     fn update_states<const FRICTION: bool>(&mut self, constraints: &[ContactConstraint]) -> bool {
         let mut any = false;
         for index in 0..self.nodes.len() {
@@ -395,7 +390,7 @@ fn passed_to_carrier<const FRICTION: bool>(
     }
 }
 
-/// Change of a node's velocity, and the impulse for it, given the change of its carrier.
+/// Change of a node's velocity and the impulse that causes it, given the change of its carrier.
 #[inline]
 fn solve_node<const FRICTION: bool>(
     node: &TreeNode,
@@ -417,7 +412,7 @@ fn solve_node<const FRICTION: bool>(
     (node.mass.solve(impulse - node.bias), impulse)
 }
 
-/// Apparent mass of a sliding node along its normal, and its missing speed there.
+/// Apparent mass of a sliding node along its normal, and the speed that it lacks there.
 #[inline]
 fn along_normal<const FRICTION: bool>(node: &TreeNode) -> (f32, f32) {
     let share = 1.0 / node.normal.dot(node.mass.solve(node.normal));
@@ -427,7 +422,7 @@ fn along_normal<const FRICTION: bool>(node: &TreeNode) -> (f32, f32) {
     (share, node.normal.dot(node.stick_change + free))
 }
 
-/// The impulse that takes back those of an open contact.
+/// The impulse that cancels the impulses of an open contact.
 #[inline]
 fn removal_impulse<const FRICTION: bool>(
     node: &TreeNode,
@@ -467,7 +462,7 @@ fn update_state<const FRICTION: bool>(
             node.friction_change = clamp(tangent, -limit, limit) - constraint.tangent_impulse;
             ContactState::Slide
         }
-        // Friction in the direction of the slide has to stick.
+        // Friction would act in the direction of the slide, so the contact must stick.
         ContactState::Slide if slides && tangent * node.normal.perp().dot(relative) > 0.0 => {
             ContactState::Stick
         }
@@ -497,8 +492,7 @@ fn total<const FRICTION: bool>(node: &TreeNode, constraint: &ContactConstraint) 
     (normal, tangent)
 }
 
-/// Applies the impulse of a node within the limits of its contact; `impulse` becomes the applied
-/// one.
+/// Applies the impulse of a node within the limits of its contact; `impulse` is set to the applied impulse.
 #[inline]
 fn apply_impulse<const FRICTION: bool>(
     node: &mut TreeNode,
@@ -518,7 +512,7 @@ fn apply_impulse<const FRICTION: bool>(
     node.impulse = if node.slot == constraint.b { change } else { -change };
 }
 
-/// Scales the applied impulse of a node back to a share.
+/// Scales the applied impulse of a node down to a share.
 #[inline]
 fn scale_back<const FRICTION: bool>(
     node: &TreeNode,

@@ -20,18 +20,18 @@ pub(crate) struct StepContext<'a> {
 }
 
 impl<'a> StepContext<'a> {
-    /// The constants of a world's next step.
+    /// Creates the constants of a world's next step.
     pub fn new(settings: &'a Conjugate, world: &'a WorldSettings) -> StepContext<'a> {
         let WorldSettings { gravity, dt, speed_max, features, .. } = *world;
         StepContext { settings, gravity, dt, speed_max, features, filter: world.filter() }
     }
 
-    /// The change of a relative velocity at which sweeps end, units/s, but for the size of the island.
+    /// Change of a relative velocity at which sweeps end, units/s, before the adjustment for the size of the island.
     pub fn tolerance(&self) -> f32 {
         max(self.gravity.length() * self.dt, GRAVITY_GAIN_MIN) * self.settings.tolerance
     }
 
-    /// Change of a relative velocity that is rounding in an island at rest, units/s.
+    /// Change of a relative velocity that counts as rounding in an island at rest, units/s.
     pub fn rounding(&self) -> f32 {
         self.tolerance() * NO_SWEEP_SHARE
     }

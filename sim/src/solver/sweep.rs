@@ -1,17 +1,16 @@
 //! Block Gauss-Seidel, accelerated by nonlinear conjugate gradients.
 //!
-//! A sweep solves the forest, then the chains, then every other constraint: the normal impulse that
-//! stops the two closing too fast, then friction, whose limit is then known (Moreau 1988; Jean
-//! 1999). The change of a sweep, d, takes the part of the negative gradient in the norm of the
-//! effective masses. Between sweeps the impulses are extrapolated along p by beta = |d|^2 /
-//! |previous d|^2, and p becomes beta p + d; where beta exceeds 1 the direction is reset
-//! (Silcowitz-Hansen, Niebe and Erleben 2010, "A nonsmooth nonlinear conjugate gradient method for
-//! interactive contact force problems"). The last step is always a sweep: the one in which no
-//! constraint changes a relative velocity by more than the tolerance. `FRICTION` is false where
-//! nothing has friction: its zeros are then not computed.
+//! A sweep solves the forest, then the chains, then every other constraint: first the normal impulse that stops the
+//! two from closing too fast, then friction, whose limit is then known (Moreau 1988; Jean 1999). The change of a
+//! sweep, d, acts as the negative gradient in the norm of the effective masses. Between sweeps the impulses are
+//! extrapolated along p by beta = |d|^2 / |previous d|^2, and p becomes beta p + d; where beta exceeds 1 the
+//! direction is reset (Silcowitz-Hansen, Niebe and Erleben 2010, "A nonsmooth nonlinear conjugate gradient method for
+//! interactive contact force problems"). The last step is always a sweep: the one in which no constraint changes a
+//! relative velocity by more than the tolerance. `FRICTION` is false if nothing has friction, so that its zeros are
+//! not computed.
 //!
-//! `solve_in_motion` and `Sequence::Colors` do without forests: they visit contacts colour by colour and over-relax each
-//! visit, the first without directions.
+//! `solve_in_motion` and `Sequence::Colors` work without forests: they visit contacts colour by colour and over-relax
+//! each visit. `solve_in_motion` does not use search directions either.
 
 use super::gauss_seidel::{SweepChange, limited, solve_contact, visit_change};
 use super::graph_coloring::ColoredContacts;
@@ -23,7 +22,7 @@ use crate::solver::spanning_forest::SpanningForest;
 use crate::solver::tolerances::{FIRST_SWEEP_SHARE, NEAR_SOLUTION};
 use glam::Vec2;
 
-/// Sweeps for which a forest is kept. Where it is of no use the wait for the next one doubles.
+/// Sweeps for which a forest is kept. If it does not help, the wait for the next one doubles.
 const FOREST_SWEEPS: u32 = 4;
 
 /// Parts of an island that a sweep solves exactly.
@@ -35,7 +34,7 @@ pub(crate) struct Blocks {
     pub swept: Swept,
 }
 
-/// Counts of what was solved in a step.
+/// Counts of the work in a step.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Swept {
     /// Visits of contacts one after another.
@@ -44,9 +43,9 @@ pub(crate) struct Swept {
     pub wide: u64,
     /// Visits of contacts in chains.
     pub links: u64,
-    /// Bodies that forests moved.
+    /// Number of bodies moved by forests.
     pub nodes: u64,
-    /// Contacts whose overlap was to be removed.
+    /// Contacts with an overlap to remove.
     pub corrected: u64,
 }
 
@@ -62,41 +61,41 @@ impl Blocks {
 /// Limits of an island's sweeps.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SweepLimits {
-    /// Change of a relative velocity that is small enough, units/s.
+    /// Change of a relative velocity at which sweeps end, units/s.
     pub tolerance: f32,
-    /// Change of a relative velocity that is rounding, units/s: an island that no visit would change by more needs no
-    /// sweep.
+    /// Change of a relative velocity that counts as rounding, units/s: an island that no visit would change by more
+    /// needs no sweep.
     pub rounding: f32,
     pub sweeps_max: u32,
-    /// The sequence of the visits.
+    /// Order of the visits.
     pub sequence: Sequence,
     /// Whether contacts have friction.
     pub friction: bool,
 }
 
-/// The sequence in which a sweep visits contacts that are in no chain.
+/// The order in which a sweep visits contacts outside the chains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Sequence {
     /// One after another, with forests.
     Forests,
-    /// By colour, four at a time: less than half of the time, for sweeps that end early anyway.
+    /// By colour, four at a time, in less than half of the time; for sweeps that end early anyway.
     Colors,
 }
 
-/// Sweeps over contacts with immovable bodies alone: two walls that meet in a corner need no more.
+/// Sweeps over only the contacts with immovable bodies; two walls that meet in a corner need no more.
 const IMMOVABLE_SWEEPS: u32 = 2;
 
-/// Factor of the steps that coloured sweeps take, with directions.
+/// Factor on the steps of coloured sweeps with search directions.
 const CALM_FACTOR: f32 = 1.5;
-/// The same of an island in motion, without directions: with 1.8 overlaps are 1.5 times as deep.
+/// The same for an island in motion, without search directions. With 1.8, overlaps are 1.5 times as deep.
 const MOTION_FACTOR: f32 = 1.9;
-/// Sweeps of such an island that end with whole steps, which leave no impulse too large.
+/// Final sweeps over such an island that take whole steps, so that no impulse ends too large.
 const LAST_SWEEPS: u32 = 2;
 
 /// Sweeps an island in motion by colour, with over-relaxation (Young 1954); returns the number of sweeps.
 ///
-/// A step by a factor in (0, 2) lowers the kinetic energy that is left of the problem just as a whole one does, so that
-/// stopping anywhere adds none.
+/// Like a whole step, a step by a factor in (0, 2) lowers the remaining kinetic energy of the problem, so stopping at
+/// any time adds none.
 pub(crate) fn solve_in_motion(
     constraints: &mut [ContactConstraint],
     island: &[u32],
@@ -146,7 +145,7 @@ pub(crate) fn solve(
     }
 }
 
-/// Solves an island without forests: chain by chain, and by colour what is in no chain (`others`).
+/// Solves an island without forests: chain by chain, and the contacts outside the chains (`others`) by colour.
 /// Returns the number of sweeps.
 fn solve_colored<const FRICTION: bool>(
     constraints: &mut [ContactConstraint],
@@ -183,16 +182,15 @@ fn solve_colored<const FRICTION: bool>(
     sweeps
 }
 
-/// Length of the step along the direction: none where the change has grown, and the direction is
-/// reset.
+/// Length of the step along the direction, or `None` where the change has grown, so that the direction is reset.
 fn beta(squared: f32, squared_before: f32) -> Option<f32> {
     let ratio = if squared_before > 0.0 { squared / squared_before } else { 0.0 };
-    // Sums of squares of implausible numbers may be infinite, and their ratio NaN.
+    // Sums of squares of implausible numbers may be infinite, and their ratio may be NaN.
     (ratio <= 1.0).then_some(ratio)
 }
 
-/// Solves an island contact by contact, with the forest of its constraints as the first block where
-/// that brings it nearer to the solution. Returns the number of sweeps.
+/// Solves an island contact by contact, with the forest of its constraints as the first block where that helps.
+/// Returns the number of sweeps.
 fn solve_with_forests<const FRICTION: bool>(
     constraints: &mut [ContactConstraint],
     island: &[u32],
@@ -265,7 +263,7 @@ fn residual(constraints: &[ContactConstraint], island: &[u32], velocity: &[Vec2]
             worst = max(worst, lack);
         } else {
             worst = max(worst, lack.abs());
-            // Never without friction.
+            // Never true without friction.
             if constraint.sticks() {
                 worst = max(worst, constraint.normal.perp().dot(relative).abs());
             }
@@ -289,8 +287,8 @@ fn sweep<const FRICTION: bool>(
     change
 }
 
-/// Applies the stored impulses of a constraint, and visits it `visits` times, unless that would change no relative
-/// velocity by `rounding` or more. Returns the number of visits.
+/// Applies the stored impulses of a constraint and visits it `visits` times, unless that would change every relative
+/// velocity by less than `rounding`. Returns the number of visits.
 #[inline]
 pub(crate) fn solve_single<const FRICTION: bool>(
     constraint: &mut ContactConstraint,
@@ -309,8 +307,8 @@ pub(crate) fn solve_single<const FRICTION: bool>(
     visits
 }
 
-/// Removes the rounding that forces and impulses leave of the velocities of two bodies at rest: they would creep, and
-/// their island would never be the same as a step before.
+/// Removes the rounding errors that forces and impulses leave in the velocities of two bodies at rest. Otherwise they
+/// would creep, and their island would never be the same as in the step before.
 #[inline]
 fn stay_at_rest(constraint: &ContactConstraint, velocity: &mut [Vec2], rounding: f32) {
     for (slot, inv_mass) in constraint.bodies() {
@@ -321,7 +319,7 @@ fn stay_at_rest(constraint: &ContactConstraint, velocity: &mut [Vec2], rounding:
     }
 }
 
-/// A sweep without chains, forest and directions.
+/// A sweep without chains, forests and search directions.
 pub(crate) fn plain_sweep(
     constraints: &mut [ContactConstraint],
     island: &[u32],
@@ -332,8 +330,8 @@ pub(crate) fn plain_sweep(
     }
 }
 
-/// Gives immovable bodies the last word where sweeps ended before they converged: an overlap of two
-/// bodies is better than a body inside a wall.
+/// Gives immovable bodies precedence where sweeps ended before they converged: an overlap of two bodies is better
+/// than a body inside a wall.
 pub(crate) fn sweep_immovable(
     constraints: &mut [ContactConstraint],
     island: &[u32],
@@ -349,8 +347,8 @@ pub(crate) fn sweep_immovable(
     }
 }
 
-/// Moves a constraint's impulses along the direction, within their limits, or resets the direction;
-/// the next sweep begins there.
+/// Moves a constraint's impulses along the direction, within their limits, or resets the direction. The next sweep
+/// starts from there.
 #[inline]
 fn extrapolate<const FRICTION: bool>(
     constraint: &mut ContactConstraint,

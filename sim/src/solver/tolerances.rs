@@ -1,120 +1,119 @@
-//! Numeric tolerances of contacts, each with its derivation or the observation that set it. World
-//! units and seconds.
+//! Numeric tolerances of contacts, each with its derivation or the observation behind it, in world units and seconds.
 
 // --- Rounding -----------------------------------------------------------------------------------
 
 /// Rounding of a coordinate, as a share of its magnitude: about `f32::EPSILON`. Closing a smaller
 /// separation would take a velocity that moves no body.
 pub(crate) const ROUNDING: f32 = 1.2e-7;
-/// Rounding of a velocity after a sweep, as a share of the largest one: some 8 `f32::EPSILON`.
+/// Rounding of a velocity after a sweep, as a share of the largest one: about 8 `f32::EPSILON`.
 pub(crate) const SPEED_ROUNDING: f32 = 1e-6;
-/// Rounding of the velocities of bodies at rest, as a share of the largest that a single impulse would give: some 4
-/// `f32::EPSILON`. The impulses on a body under a high pile cancel only up to it.
+/// Rounding of the velocities of bodies at rest, as a share of the largest velocity that a single impulse would give:
+/// about 4 `f32::EPSILON`. The impulses on a body under a high pile cancel only to this precision.
 pub(crate) const IMPULSE_ROUNDING: f32 = 5e-7;
-/// Circle centres closer than this share of the radii count as one centre: below it the squared
-/// distance loses its digits and the normal its length (C05).
+/// Circles whose centres are closer than this share of the radii count as concentric: below it the squared distance
+/// loses its digits and the normal its length (C05).
 pub(crate) const SAME_CENTER: f32 = 1e-6;
-/// A path whose squared length is below this share of the squared radius counts as straight: it
-/// leaves the tangent by half of that share of the radius, which is below its rounding.
+/// A path whose squared length is below this share of the squared radius counts as straight: it deviates from the
+/// tangent by half of that share of the radius, which is below rounding.
 pub(crate) const STRAIGHT: f32 = 1e-7;
 
 // --- Overlap ------------------------------------------------------------------------------------
 
-/// Overlap that counts as none, a fiftieth of the default slop.
+/// Overlap that counts as zero, a fiftieth of the default slop.
 pub(crate) const OVERLAP: f32 = 1e-4;
-/// Distance within which a pair has a constraint even if neither body moves: four times the
-/// default slop, so that a resting pair never loses it.
+/// Distance within which a pair has a constraint even if neither body moves: four times the default slop, so that a
+/// resting pair never loses its constraint.
 pub(crate) const SPECULATIVE: f32 = 0.02;
-/// Overlap on both axes below which two boxes only pass corner to corner: 1.4 times the default slop.
-/// The axis of the last step may be worse by twice as much before two boxes change it.
+/// Overlap on both axes below which two boxes merely pass corner to corner: 1.4 times the default slop. Two boxes
+/// keep the axis of the last step until it is worse by twice as much.
 pub(crate) const CORNER: f32 = 0.007;
 /// The same for small boxes, as a share of the smaller one's size.
 pub(crate) const CORNER_SHARE: f32 = 0.05;
 /// Overlap, as a share of the thinner body's half-size, from which the normal is arbitrary: the
 /// centre of one may lie on either side of the other's face.
 pub(crate) const DEEP_SHARE: f32 = 0.5;
-/// Largest overlap that is ever tolerated, as a share of the thinner body's half-size: half of
-/// [`DEEP_SHARE`], so that the body still has a side.
+/// Largest overlap that is ever tolerated, as a share of the thinner body's half-size: half of [`DEEP_SHARE`], so
+/// that the sides of the bodies can still be told apart.
 pub(crate) const TOLERATED_SHARE: f32 = 0.25;
-/// Share of the slop to which an overlap beyond it is reduced: a body that rests at its edge would
-/// be handled in every step.
+/// Share of the slop to which a larger overlap is reduced: a body that rests at exactly the slop would be corrected
+/// in every step.
 pub(crate) const SLOP_SHARE: f32 = 0.8;
 
 // --- Normals and friction -----------------------------------------------------------------------
 
-/// Cosine below which an impulse is taken back because the normal has turned, 45 degrees: a
-/// rolling contact turns by less in a step, a jump from the top of a box to its side by more.
+/// Cosine below which an impulse is taken back because the normal has turned, about 45 degrees. The normal of a
+/// rolling contact turns by less in a step; a jump from the top of a box to its side turns it by more.
 pub(crate) const SAME_FACE: f32 = 0.7;
-/// Share of the greatest friction from which a pair slides: its limit, but for rounding.
+/// Share of the greatest friction from which a pair counts as sliding: the limit, allowing for rounding.
 pub(crate) const SLIDING: f32 = 0.999;
 
 // --- Convergence --------------------------------------------------------------------------------
 
-/// Passes of the relaxation end when none changes a velocity by more than this, units/s, or an
-/// overlap by more than [`OVERLAP`].
+/// Passes of the relaxation solver end when no velocity changes by more than this, units/s, and no overlap by more
+/// than [`OVERLAP`].
 pub(crate) const RELAXED_SPEED: f32 = 1e-3;
-/// Square of the change of velocity by a warm start, relative to that by the forces on a body, beyond
-/// which its impulses do not balance: 8 times. While a pile comes to rest they are off by a few
-/// times; at 3 it does so late or never.
+/// Square of a warm start's change of velocity, relative to that of the forces on a body, beyond which its impulses
+/// count as unbalanced (8 times). While a pile comes to rest they are off by a few times; with 3 it comes to rest
+/// late or never.
 pub(crate) const UNBALANCED: f32 = 64.0;
-/// Velocity that stands for the gravity of a step where there is none, units/s.
+/// Velocity that replaces the velocity gained by gravity in a step where there is no gravity, units/s.
 pub(crate) const GRAVITY_GAIN_MIN: f32 = 0.001;
-/// Islands of fewer constraints are solved more precisely by the square of the ratio, down to
-/// [`SMALL_ISLAND_SHARE`] of the tolerance: it costs nothing.
+/// Islands of fewer constraints are solved more precisely by the square of the ratio, down to [`SMALL_ISLAND_SHARE`]
+/// of the tolerance. This costs nothing.
 pub(crate) const SMALL_ISLAND: f32 = 30.0;
 /// See [`SMALL_ISLAND`].
 pub(crate) const SMALL_ISLAND_SHARE: f32 = 0.001;
-/// Islands of more constraints are solved more precisely by the ratio: the velocities that each
-/// constraint of a high pile leaves add up, and the pile creeps. At a four times coarser tolerance
-/// a pile of 20,000 slides for half a minute.
+/// Islands of more constraints are solved more precisely by the ratio: the velocities that the constraints of a high
+/// pile leave unsolved add up, and the pile creeps. At a four times coarser tolerance a pile of 20,000 slides for
+/// half a minute.
 pub(crate) const LARGE_ISLAND: f32 = 10_000.0;
-/// Contacts from which 16 sweeps by colour may do for an island that is not in motion. Smaller ones are swept with forests,
-/// within `CALM_VISITS`.
+/// Contacts from which 16 sweeps by colour may be enough for an island that is not in motion. Smaller ones are swept
+/// with forests, within `CALM_VISITS`.
 pub(crate) const CALM_MIN: usize = 64;
-/// Rounding of an island's kinetic energy, as a share: squares and sums of rounded velocities.
+/// Relative rounding of an island's kinetic energy, from squares and sums of rounded velocities.
 pub(crate) const ENERGY_ROUNDING: f64 = 1e-5;
 /// Mass ratio beyond which an island that hardly moves is swept as a whole, and the energy of any is guarded: a heavy body
 /// that sinks into light ones and is pushed out again would gain energy.
 pub(crate) const STIFF_MASS_RATIO: f32 = 1e4;
-/// Bodies up to which such an island is swept until it is solved, in motion or not, if they have more than three
-/// contacts each: with fewer sweeps they gain energy.
+/// Maximum number of bodies for which such an island is swept until it is solved, in motion or not, if they have more
+/// than three contacts each: with fewer sweeps they would gain energy.
 pub(crate) const STIFF_BODIES: usize = 40;
-/// Visits that a larger island of such masses may take in a step: one that does not converge would take hundreds of sweeps with forests in
-/// each step, and be no better for them.
+/// Maximum number of visits to a larger island of such masses in a step. One that does not converge would take
+/// hundreds of sweeps with forests in each step, without a better result.
 pub(crate) const STIFF_VISITS: u32 = 32_000;
 /// Contacts beyond which an island may count as one in motion.
 pub(crate) const MOTION_MIN: usize = 16;
-/// Mean sliding velocity of an island's contacts, in tolerances, beyond which its bodies move past
-/// each other: a pile that lands in one piece stays below it.
+/// Mean sliding velocity of an island's contacts, in tolerances, beyond which its bodies count as moving past each
+/// other. A pile that lands in one piece stays below it.
 pub(crate) const AGITATED: f32 = 60.0;
-/// The same, units/s: in weak gravity a heap that comes apart is not in motion.
+/// The same in units/s: in weak gravity, a heap that comes apart does not count as in motion.
 pub(crate) const AGITATED_MIN: f32 = 0.12;
-/// Mean relative velocity of its contacts, in tolerances, below which they hardly move: forests pay.
-/// With 30 a heavy ball comes to rest later.
+/// Mean relative velocity of an island's contacts, in tolerances, below which they hardly move, so that forests pay
+/// off. With 30, a heavy ball comes to rest later.
 pub(crate) const SLOW: f32 = 80.0;
-/// Moving bodies beyond which all islands are swept as a whole. A rain of this size is full of shafts
-/// and arches when it lands; one that is not solved to the end continues to collapse. See `islands` for what
-/// else makes an island depend on the rest of the world.
+/// Moving bodies beyond which all islands are swept as a whole. When a rain of this size lands, it is full of shafts
+/// and arches, and one that is not fully solved keeps collapsing. See `islands` for other ways in which an island
+/// depends on the rest of the world.
 pub(crate) const LARGE_WORLD: usize = 6000;
-/// Residual of the warm start, in tolerances, below which the first sweep does without a forest.
+/// Residual of the warm start, in tolerances, below which the first sweep works without a forest.
 pub(crate) const NEAR_SOLUTION: f32 = 10.0;
-/// Share of the tolerance below which such a first sweep is also the last.
+/// Share of the tolerance below which such a first sweep is also the last one.
 pub(crate) const FIRST_SWEEP_SHARE: f32 = 0.01;
-/// Share of the world's tolerance below which an island at rest is not swept at all: changes this small are
-/// rounding, and sweeps would repeat them for ever.
+/// Share of the world's tolerance below which an island at rest is not swept at all: changes this small are rounding,
+/// and sweeps would repeat them forever.
 pub(crate) const NO_SWEEP_SHARE: f32 = 0.001;
-/// Velocity, as a share of the world's tolerance, below which a body that contacts hold comes to rest if it is too slow to
-/// move at all.
+/// Velocity, as a share of the world's tolerance, below which a body held by contacts is stopped if it is too slow to
+/// change its position.
 pub(crate) const REST_SHARE: f32 = 0.01;
 /// Change of a displacement at which the sweeps of a position pass end, as a share of the slop.
 pub(crate) const POSITION_SHARE: f32 = 0.1;
-/// The same where the slop is smaller than ten times this, world units.
+/// Lower limit of that change, world units, for a slop below ten times this.
 pub(crate) const POSITION_MIN: f32 = 1e-5;
-/// Share of the best factor below which stored impulses are scaled back. From 0.5 on they cannot
-/// add energy (D >= 0, see `warm_start`); 1 would scale at every rounding error.
+/// Share of the best factor below which stored impulses are scaled back. From 0.5 on they cannot add energy (D >= 0,
+/// see `warm_start`); with 1, every rounding error would cause scaling.
 pub(crate) const WARM_START_SHARE: f32 = 0.75;
-/// Slope of D at the solution of a forest that may be downhill, as a share of the slope at the
-/// start: a parabola with less is there as high as at its top, to 1 %.
+/// Tolerated downhill slope of D at the solution of a forest, as a share of the slope at the start: with a smaller
+/// slope, the parabola is within 1 % of its maximum there.
 pub(crate) const OVERSHOOT: f32 = 0.1;
 /// Share of the way to its solution from which a forest is worth its time.
 pub(crate) const FOREST_SHARE_MIN: f32 = 0.5;

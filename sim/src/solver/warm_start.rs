@@ -1,4 +1,4 @@
-//! Warm start: begins from the impulses of the last step, as far as they cannot add energy.
+//! Warm start: starts from the last step's impulses, scaled so that they cannot add energy.
 //!
 //! With impulses l, D(l) = l.(b - J v*) - l.A.l / 2 is the objective that the constraints maximise,
 //! and the kinetic energy changes by l.b - D(l), where b <= 0. So impulses with D >= 0 never raise

@@ -1,10 +1,10 @@
-//! Saved states as bytes: fixed-size little-endian words. Saved bytes may come from anywhere, so
-//! every number is checked where it is read.
+//! Saved states as bytes: fixed-size little-endian words. Saved bytes may come from anywhere, so every number is
+//! checked as it is read.
 
 use super::io::{Field, StateIo, Subject};
 use crate::hash::StateHasher;
 
-/// Reason why bytes are no valid state of this scene.
+/// The reason why bytes are not a valid state of this scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("byte {at} of the state: {field} is {problem}")]
 pub struct StateError {
@@ -27,7 +27,7 @@ impl StateIo for StateWriter {
     }
 }
 
-/// Reads a state from bytes, and keeps the first field where it is wrong.
+/// Reads a state from bytes, and remembers the first invalid field.
 pub struct StateReader<'a> {
     bytes: &'a [u8],
     at: usize,
@@ -40,12 +40,12 @@ impl<'a> StateReader<'a> {
         StateReader { bytes, at: 0, error: None }
     }
 
-    /// Fails unless all fields so far were right.
+    /// Fails if any field so far was invalid.
     pub fn ok(&self) -> Result<(), StateError> {
         self.error.map_or(Ok(()), Err)
     }
 
-    /// Fails unless all fields were right and no bytes are left.
+    /// Fails if any field was invalid or bytes are left over.
     pub fn end(&mut self) -> Result<(), StateError> {
         let left = self.bytes_left();
         self.check("end", || left == 0);

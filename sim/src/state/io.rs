@@ -1,4 +1,4 @@
-//! The one description of each type's state, and what runs it.
+//! The single description of each type's state, and the operations that run it.
 
 use crate::body::BodyId;
 use crate::rng::Rng;
@@ -8,13 +8,13 @@ use std::fmt;
 /// Owner of a word of state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Subject {
-    /// A body, or the slot that it left.
+    /// A body, or the free slot that it left behind.
     Body(BodyId),
     /// Two bodies that hold each other apart, the lower slot first.
     Contact(u32, u32),
-    /// The only one of its name, such as the world.
+    /// A subject of which there is only one, such as the world.
     One(&'static str),
-    /// One of several, such as a particle, counted from 0, or a player by seat.
+    /// One of several, such as a particle, counted from 0; or a player, by seat.
     Numbered(&'static str, u32),
 }
 
@@ -39,7 +39,7 @@ impl fmt::Display for Subject {
 pub enum Word {
     /// A count, an index or a set of flags.
     Bits(u32),
-    /// The bits of a number; both zeros are equal.
+    /// The bits of a number; +0 and -0 count as equal.
     Number(u32),
 }
 
@@ -55,71 +55,70 @@ impl fmt::Display for Word {
 /// Name of a field, in differences and errors.
 pub type Field = &'static str;
 
-/// Runs descriptions of state: functions that take a value, pass its fields on in a fixed order,
-/// each with its check, and return the value made of what they got back.
+/// Runs descriptions of state. A description is a function that takes a value, passes its fields on in a fixed order,
+/// each with a check, and returns a value made of the results.
 ///
-/// A hash, a list for comparison and saved bytes are made of the values given; a restored state
-/// consists of the values returned. A field is therefore named once, and whatever is saved is hashed
-/// too, except what goes through [`StateIo::saved`]. After the first wrong byte a reader returns the
-/// values given and runs no check; what it returned must not be used before it was asked for its
-/// error.
+/// Hashes, lists for comparison and saved bytes are made from the values passed in; a restored state consists of the
+/// values returned. A field is therefore named only once, and everything that is saved is also hashed, except for
+/// values passed to [`StateIo::saved`]. After the first invalid byte, a reader returns the values passed in and runs
+/// no further checks; its results must not be used until its error has been checked.
 pub trait StateIo: Sized {
-    /// Whether values come from saved bytes. Only then are they checked, and lists returned.
+    /// Whether values come from saved bytes. Only then are they checked and are lists returned.
     const READS: bool = false;
 
     /// Names the owner of the fields that follow.
     #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn subject(&mut self, _: Subject) {}
 
-    /// Takes a word that is hashed but not saved, since it follows from what is.
+    /// Takes a word that is hashed but not saved, since it can be derived from saved words.
     #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn hashed(&mut self, _field: Field, _word: Word) {}
 
-    /// Takes bytes that are saved but not hashed: only what is hashed in another form, or decides
-    /// nothing in later ticks that is not hashed itself.
+    /// Takes bytes that are saved but not hashed. They must be hashed in another form, or affect only later state
+    /// that is itself hashed.
     #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn saved<const N: usize>(&mut self, _field: Field, given: [u8; N]) -> [u8; N] {
         given
     }
 
-    /// Returns `given`, or what was read last means; `None` refuses it.
+    /// Returns `given` or, when reading, the meaning of the last value read; `None` makes the value invalid.
     #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn checked<T>(&mut self, _: Field, given: T, _read: impl FnOnce() -> Option<T>) -> T {
         given
     }
 
-    /// Bytes that are still to be read.
+    /// Number of bytes left to read.
     fn bytes_left(&self) -> usize {
         usize::MAX
     }
 
-    /// Refuses what was read last unless it fits.
+    /// Marks the last value read as invalid unless it fits.
     #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn check(&mut self, field: Field, fits: impl FnOnce() -> bool) {
         self.checked(field, (), || fits().then_some(()));
     }
 
-    /// Takes a count, an index or flags, as [`StateIo::hashed`] does.
+    /// Takes a count, an index or flags that are only hashed, like [`StateIo::hashed`].
     #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn bits(&mut self, field: Field, bits: u32) {
         self.hashed(field, Word::Bits(bits));
     }
 
-    /// Takes a byte, which is a word of the hash.
+    /// Takes a byte, which is hashed as a word.
     #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn byte(&mut self, field: Field, value: u8) -> u8 {
         self.bits(field, u32::from(value));
         self.saved(field, [value])[0]
     }
 
-    /// Takes 16 bits, which are a word of the hash.
+    /// Takes 16 bits, which are hashed as a word.
     #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn short(&mut self, field: Field, value: u16) -> u16 {
         self.bits(field, u32::from(value));
         self.saved_short(field, value)
     }
 
-    /// Takes 16 bits, as [`StateIo::saved`] does.
+    /// Takes 16 bits that are only saved, like [`StateIo::saved`].
     #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn saved_short(&mut self, field: Field, value: u16) -> u16 {
         u16::from_le_bytes(self.saved(field, value.to_le_bytes()))
@@ -132,7 +131,7 @@ pub trait StateIo: Sized {
         self.saved_word(field, value)
     }
 
-    /// Takes a word of 32 bits, as [`StateIo::saved`] does.
+    /// Takes a word of 32 bits that is only saved, like [`StateIo::saved`].
     #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn saved_word(&mut self, field: Field, value: u32) -> u32 {
         u32::from_le_bytes(self.saved(field, value.to_le_bytes()))
@@ -145,7 +144,7 @@ pub trait StateIo: Sized {
         u64::from(self.word(field, (value >> 32) as u32)) << 32 | u64::from(low)
     }
 
-    /// Takes up to seven flags, in one byte.
+    /// Takes up to seven flags in one byte.
     #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn flags<const N: usize>(&mut self, field: Field, flags: [bool; N]) -> [bool; N] {
         let bits = flags.iter().rev().fold(0, |bits, &flag| bits << 1 | u8::from(flag));
@@ -154,7 +153,7 @@ pub trait StateIo: Sized {
         self.checked(field, flags, || (bits >> N == 0).then(read))
     }
 
-    /// Takes a number; both zeros have the same hash.
+    /// Takes a number; +0 and -0 have the same hash.
     #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn number(&mut self, field: Field, value: f32, fits: impl FnOnce(f32) -> bool) -> f32 {
         self.hashed(field, Word::Number((value + 0.0).to_bits()));
@@ -169,7 +168,7 @@ pub trait StateIo: Sized {
         Vec2::new(x, self.number(fields[1], it.y, &fits))
     }
 
-    /// Takes the id of a body, or none.
+    /// Takes the id of a body, or `None`.
     #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn body(&mut self, field: Field, body: Option<BodyId>) -> Option<BodyId> {
         let BodyId { index, generation } = body.unwrap_or(NOBODY);
@@ -178,7 +177,7 @@ pub trait StateIo: Sized {
         self.saved_body(field, body)
     }
 
-    /// Takes the id of a body, or none, as [`StateIo::saved`] does.
+    /// Takes the id of a body, or `None`, that is only saved, like [`StateIo::saved`].
     #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn saved_body(&mut self, field: Field, body: Option<BodyId>) -> Option<BodyId> {
         let BodyId { index, generation } = body.unwrap_or(NOBODY);
@@ -187,21 +186,21 @@ pub trait StateIo: Sized {
         (index != NOBODY.index).then_some(BodyId { index, generation })
     }
 
-    /// Takes the id of a body, and refuses none.
+    /// Takes the id of a body; `None` is invalid.
     #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn id(&mut self, field: Field, id: BodyId) -> BodyId {
         let read = self.body(field, Some(id));
         self.checked(field, id, || read)
     }
 
-    /// Takes the state of a generator.
+    /// Takes the state of a random number generator.
     fn generator(&mut self, field: Field, rng: &Rng) -> Rng {
         let [state, increment] = rng.state().map(|half| self.long(field, half));
         self.check(field, || increment & 1 == 1);
         Rng::from_state([state, increment])
     }
 
-    /// Takes an entry for each that is given.
+    /// Describes every entry passed in.
     #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn each<T, U>(
         &mut self,
@@ -218,16 +217,16 @@ pub trait StateIo: Sized {
         read
     }
 
-    /// Takes a number of entries. It is not hashed, and refused before anything is allocated if it
-    /// exceeds `most`, or if fewer than `size` bytes are left for each.
+    /// Takes a number of entries, which is not hashed. It is refused before anything is allocated if it exceeds
+    /// `most`, or if fewer than `size` bytes are left for each entry.
     fn count(&mut self, field: Field, given: usize, [most, size]: [usize; 2]) -> usize {
         let count = self.saved_word(field, given as u32) as usize;
         let most = most.min(self.bytes_left() / size);
         self.checked(field, given, || (count <= most).then_some(count))
     }
 
-    /// Takes a list of at most as many entries, of at least as many bytes each, as `limits` says.
-    /// Those that are read begin as `blank`.
+    /// Takes a list. `limits` holds the largest number of entries and the smallest number of bytes per entry. Entries
+    /// to be read start as `blank`.
     #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn list<T: Clone>(
         &mut self,
@@ -241,7 +240,7 @@ pub trait StateIo: Sized {
         self.entries(count, given, blank, entry)
     }
 
-    /// Takes the entries of a list whose number was taken before.
+    /// Takes the entries of a list after its length.
     #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn entries<T: Clone>(
         &mut self,
@@ -261,10 +260,10 @@ pub trait StateIo: Sized {
 /// Stands for no body.
 pub const NOBODY: BodyId = BodyId { index: u32::MAX, generation: 0 };
 
-/// Above every number of a game, and small enough that a step with it stays finite.
+/// Exceeds every number in a game, yet is small enough that a step with it stays finite.
 pub const PLAUSIBLE_MAX: f32 = 1e9;
 
-/// Whether a number can be one of a game: it is below [`PLAUSIBLE_MAX`] in magnitude.
+/// Whether a number can occur in a game: its magnitude is below [`PLAUSIBLE_MAX`].
 pub fn plausible(value: f32) -> bool {
     value.abs() < PLAUSIBLE_MAX
 }

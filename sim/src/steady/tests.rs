@@ -1,4 +1,4 @@
-//! Steady islands change no bit, and are readmitted as soon as anything happens to them.
+//! Tests that steady islands change no bit, and are readmitted as soon as anything happens to them.
 
 use crate::rng::Rng;
 use crate::state::bytes::{StateReader, StateWriter};
@@ -44,10 +44,10 @@ fn two_stacks() -> (World, Vec<BodyId>, Vec<BodyId>) {
     (world, one, other)
 }
 
-/// Something that happens to a world before a step.
+/// A change to a world before a step.
 type Happens<'a> = &'a dyn Fn(&mut World, u32, &mut Rng);
 
-/// Steps a world and its twin that leaves nothing out, and compares their bits; returns the most bodies that were
+/// Steps a world and a twin that leaves nothing out, and compares their bits; returns the largest number of bodies
 /// left out.
 fn compare(mut world: World, steps: u32, happens: Happens) -> usize {
     let mut twin = world.clone();
@@ -67,7 +67,7 @@ fn compare(mut world: World, steps: u32, happens: Happens) -> usize {
     most
 }
 
-/// A rain of circles and boxes, which comes to rest in the second second.
+/// A rain of circles and boxes that comes to rest within two seconds.
 fn rain(count: u32, restitution: f32) -> World {
     let mut world = world();
     let mut rng = Rng::new(9, 0);
@@ -91,7 +91,7 @@ fn a_pile_that_is_left_out_keeps_every_bit() {
     }
 }
 
-/// The impulses on a body under a high pile cancel up to their own rounding, which is no change.
+/// The impulses on a body under a high pile cancel only up to their own rounding, which does not count as a change.
 #[test]
 fn a_high_pile_is_left_out_as_a_whole() {
     const COLUMNS: usize = 40;
@@ -189,7 +189,7 @@ fn a_kinematic_body_that_starts_turns_or_stops_takes_its_load_along() {
     let lift = BodyDef { motion: Motion::Kinematic, ..box_at(0.0, 1.0, 6.0, 2.0) };
     let lift = add(&mut world, lift);
     let load = add(&mut world, box_at(0.0, 3.0, 2.0, 2.0));
-    // It hangs over by so much that the lift is away from under it in a tick.
+    // The box overhangs so far that the lift leaves it without support within a tick.
     add(&mut world, box_at(-3.9, 3.0, 2.0, 2.0));
     (0..60).for_each(|_| world.step());
     assert_eq!(world.steady.count(), 2);
@@ -270,7 +270,7 @@ fn worlds_that_sleep_or_have_forces_leave_nothing_out() {
 
 #[test]
 fn friction_at_its_limit_ends_with_the_pull_that_needed_it() {
-    // One box, and a stack: a single contact and an island are solved in different ways.
+    // One box, and a stack: a single contact and an island are solved differently.
     for count in [1, 3] {
         let mut world = World::new(WorldSettings {
             solver: Some(Solver::Conjugate(Conjugate::default())),

@@ -1,4 +1,4 @@
-//! Settings of a world, and their ranges.
+//! Settings of a world, and their valid ranges.
 
 use crate::body::GROUPS_MAX;
 use crate::broad_phase::pairs::Filter;
@@ -14,8 +14,8 @@ use glam::Vec2;
 /// Settings of a world.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WorldSettings {
-    /// Seconds in one step of the bodies, above 0 and at most [`STEP_MAX`]. Rules, scenes and
-    /// particles count in steps of [`DT`], the default; measurements use others.
+    /// Seconds in one step of the bodies, above 0 and at most [`STEP_MAX`]. Rules, scenes and particles count in
+    /// steps of [`DT`], the default; other values are for measurements.
     pub dt: f32,
     /// Gravity, units/s^2.
     pub gravity: Vec2,
@@ -23,7 +23,7 @@ pub struct WorldSettings {
     pub forces: Option<ForceSettings>,
     /// Solver of the contacts; `None` only detects them (A1.4).
     pub solver: Option<Solver>,
-    /// Whether islands at rest fall asleep: they cost nothing until something happens to them. Only
+    /// Whether islands at rest fall asleep, so that they cost nothing until something happens to them. Only available
     /// with the conjugate solver.
     pub sleeping: bool,
     /// For each group, the set of groups that it collides with, one bit each; symmetric.
@@ -36,33 +36,33 @@ pub struct WorldSettings {
     pub quantum: f32,
     /// Speed cap of every body, units/s.
     pub speed_max: f32,
-    /// Most bodies at a time.
+    /// Maximum number of bodies at a time.
     pub bodies_max: usize,
-    /// Most particles at a time.
+    /// Maximum number of particles at a time.
     pub particles_max: usize,
-    /// Recipes that emitters may name.
+    /// Recipes available to emitters.
     pub recipes: Vec<Recipe>,
     /// Features that steps handle. They widen with the bodies that have others, never narrow, and are not state.
     pub features: Features,
-    /// The most that a step may take.
+    /// Upper limits on the cost of a step.
     pub budget: StepBudget,
 }
 
-/// The most that a step may take, for worlds that a stranger made. A step that needs more is broken off before it
-/// allocates or solves more, and the world stands still from then on ([`World::is_over_budget`]).
+/// Upper limits on the cost of a step, for worlds made by strangers. A step that needs more is broken off before it
+/// allocates or solves more, and the world makes no further step ([`World::is_over_budget`]).
 ///
 /// [`World::is_over_budget`]: crate::World::is_over_budget
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StepBudget {
-    /// Pairs of bodies that may come into contact: those within reach of each other, and within a margin of
-    /// that. What a step holds in memory for contacts, and what a pass of the relaxation visits.
+    /// Pairs of bodies that may come into contact: those within reach of each other plus a margin. They determine a
+    /// step's memory for contacts, and the visits in a pass of the relaxation solver.
     pub pairs: usize,
-    /// Work of a step of the conjugate solver: visits of contacts by its sweeps, predictions of impacts, and each
-    /// visit of a pair. The last island may exceed it, by a sweep, by the few that every island in motion
-    /// gets, or by an elimination, and so may the corrections of positions, which count once they are done.
+    /// Work of a step of the conjugate solver: contact visits by its sweeps, predictions of impacts, and each visit
+    /// of a pair. The last island may exceed it by a sweep, by the few sweeps that every island in motion gets, or by
+    /// an elimination. Corrections of positions may exceed it too, since they are counted afterwards.
     pub work: u64,
-    /// Cells of the grid in which particles find obstacles, counted for each obstacle that touches them. Particles may be
-    /// compared with 16 times as many obstacles in a tick, all together.
+    /// Maximum number of entries in the grid in which particles find obstacles: one for each cell that an obstacle
+    /// touches. Per tick, particles may be compared with 16 times as many obstacles in total.
     pub obstacle_cells: usize,
 }
 
@@ -73,8 +73,8 @@ impl StepBudget {
 }
 
 impl Default for WorldSettings {
-    /// The textbook's gravity (A2.8) and solver (A0.13), every group collides with every other, no
-    /// particles, room for 4096 bodies in a wide kill zone.
+    /// The chapter's gravity (A2.8) and solver (A0.13), collisions between all groups, no particles, and room for
+    /// 4096 bodies in a wide kill zone.
     fn default() -> WorldSettings {
         WorldSettings {
             dt: DT,
@@ -97,12 +97,12 @@ impl Default for WorldSettings {
 }
 
 impl WorldSettings {
-    /// Whether the conjugate solver moves the bodies.
+    /// Whether the world uses the conjugate solver.
     pub fn is_conjugate(&self) -> bool {
         matches!(self.solver, Some(Solver::Conjugate(_)))
     }
 
-    /// Filter of the bodies that may pair.
+    /// Returns the filter that decides which bodies may pair.
     pub(crate) fn filter(&self) -> Filter<'_> {
         let (immovable, pairs_max) = (self.solver.is_none(), self.budget.pairs);
         Filter { meets: &self.meets, immovable, pairs_max }

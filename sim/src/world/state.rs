@@ -1,9 +1,8 @@
-//! The World's state: visited word by word, saved as bytes, and restored from them.
+//! The World's state: visited word by word, saved as bytes, and restored from bytes.
 //!
-//! Only what the next step depends on is saved: the pair list as the pairs that hold or touch,
-//! since it is only an accelerator, and properties shared by many bodies (size, mass, material)
-//! once in a palette. A body takes 26 bytes of its own and 27 in the palette at worst, and 6 more
-//! in a world that sleeps; a contact 17.
+//! Saves only what the next step depends on. The pair list, which merely speeds up the search, is saved as the pairs
+//! that hold or touch; properties shared by many bodies (size, mass, material) are saved once in a palette. A body
+//! takes 26 bytes plus at most 27 in the palette, and 6 more in a world that sleeps; a contact takes 17.
 
 use super::{World, WorldSettings};
 use crate::bodies::{Bodies, Body};
@@ -25,9 +24,9 @@ use std::collections::BTreeMap;
 const PROTOTYPE_BYTES: usize = 27;
 const SLOT_BYTES_MIN: usize = 6;
 const CONTACT_BYTES: usize = 17;
-/// Above every impulse: the heaviest stack of the heaviest bodies.
+/// Exceeds every possible impulse, even in the heaviest stack of the heaviest bodies.
 const IMPULSE_MAX: f32 = 1e15;
-/// In place of a prototype: the slot is free.
+/// Stands for the index of a prototype in a free slot.
 const FREE: u16 = u16::MAX;
 
 /// A pair that holds or touches, and whether it touches.
@@ -42,7 +41,7 @@ impl World {
         hasher.finish()
     }
 
-    /// Returns the first difference between two worlds within a step: of state, then of the pairs.
+    /// Returns the first difference between two worlds within a step: in the state first, then in the pairs.
     pub fn first_difference(&self, other: &World) -> Option<Difference> {
         let (mut one, mut two) = (StateDump::default(), StateDump::default());
         self.visit_in_step(&mut one);
@@ -93,7 +92,7 @@ impl World {
         }
     }
 
-    /// Restores a saved world, with the settings it had. Any bytes are safe: bytes that are no
+    /// Restores a saved world, with the settings that it had. Any bytes are safe to pass: bytes that are not the
     /// state of such a world are refused.
     pub fn restore(settings: WorldSettings, bytes: &mut StateReader) -> Result<World, StateError> {
         let mut world = World::new(settings);
@@ -132,7 +131,8 @@ impl World {
 }
 
 impl Bodies {
-    /// Describes how bodies are saved: what many share once, then what each slot has of its own.
+    /// Describes how bodies are saved: first the shared properties, once each, then the individual values of each
+    /// slot.
     fn saved(&self, sleep: &Sleep, settings: &WorldSettings, io: &mut impl StateIo) -> Vec<Slot> {
         let (palette, slots) = self.prototypes(sleep);
         let most = settings.bodies_max;
@@ -158,7 +158,7 @@ impl Bodies {
         })
     }
 
-    /// The prototypes in the order of their first body, and all slots.
+    /// Returns the prototypes in the order of their first body, and all slots.
     fn prototypes(&self, sleep: &Sleep) -> (Vec<Body>, Vec<Slot>) {
         let (mut palette, mut indices) = (Vec::new(), BTreeMap::new());
         let slots = (0u32..).zip(&self.alive).map(|(slot, &alive)| {
@@ -179,8 +179,8 @@ impl Bodies {
     }
 }
 
-/// Visits, for every body that can move, its sleeping island or its still steps; the impulses
-/// of each sleeping island with its lowest slot.
+/// Visits the sleeping island or the still steps of every movable body, and the impulses of each sleeping island
+/// along with its lowest slot.
 fn visit_sleep(sleep: &Sleep, bodies: &Bodies, io: &mut impl StateIo) {
     for slot in bodies.slots().filter(|&slot| bodies.motion[slot as usize] != Motion::Static) {
         io.subject(Subject::Body(bodies.id(slot)));
@@ -248,7 +248,7 @@ fn restored_touch(bodies: &Bodies, a: u32, b: u32) -> Touch {
     }
 }
 
-/// Visits the pairs that hold.
+/// Visits the pairs that hold an impulse.
 fn visit_pairs(pairs: &[Pair], io: &mut impl StateIo) {
     for pair in pairs.iter().filter(|pair| pair.normal_impulse > 0.0) {
         contact((*pair, false), io);
@@ -283,7 +283,7 @@ fn rest((lowest, still_steps): Rest, io: &mut impl StateIo) -> Rest {
     (lowest, io.short("steps at rest", still_steps))
 }
 
-/// A slot; of a free one only the generation counts.
+/// A slot. If it is free, only its generation counts.
 #[derive(Clone, Copy)]
 struct Slot {
     generation: u32,
@@ -292,7 +292,7 @@ struct Slot {
     body: Body,
 }
 
-/// What is restored begins as this.
+/// Initial value of an entry that is being restored.
 const BLANK: Slot = Slot {
     generation: 0,
     prototype: FREE,
@@ -310,9 +310,9 @@ const BLANK: Slot = Slot {
     },
 };
 
-/// The ranges are those of [`crate::BodyDef`].
+/// The valid ranges are those of [`crate::BodyDef`].
 impl Body {
-    /// Describes what the hash visits before the motion.
+    /// Describes the fields that the hash visits before the motion.
     #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn form(mut self, io: &mut impl StateIo) -> Body {
         let is_round = matches!(self.shape, Shape::Circle { .. });
@@ -337,7 +337,7 @@ impl Body {
         self
     }
 
-    /// Describes place and motion.
+    /// Describes position and motion.
     #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn state(mut self, io: &mut impl StateIo) -> Body {
         self.center = io.vector(["position.x", "position.y"], self.center, plausible);
@@ -347,7 +347,7 @@ impl Body {
         self
     }
 
-    /// Describes what the hash visits after the motion.
+    /// Describes the fields that the hash visits after the motion.
     #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn substance(mut self, io: &mut impl StateIo) -> Body {
         self.inverse_mass = io.number("inverse mass", self.inverse_mass, |it| match self.motion {

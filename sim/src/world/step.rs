@@ -34,8 +34,7 @@ impl World {
         }
     }
 
-    /// Symplectic Euler, then passes over all overlapping pairs; without settings contacts are only
-    /// detected.
+    /// Symplectic Euler, then passes over all overlapping pairs; without solver settings, contacts are only detected.
     fn step_relaxation(
         &mut self,
         settings: Option<&Relaxation>,
@@ -44,7 +43,7 @@ impl World {
         self.forces.begin(&self.bodies);
         self.find_moves();
         if self.forces.has_springs() {
-            // The reach of the last step is not state.
+            // The reach from the last step is not state.
             integrate::reach_paths(&mut self.bodies, self.settings.dt);
         }
         if self.forces.extend_reach(&mut self.bodies) {
@@ -79,7 +78,7 @@ impl World {
         self.forces.limit_energy(&mut self.bodies, solver.contacts(), self.settings.gravity);
     }
 
-    /// The same, as the chapter lists it.
+    /// The same step as listed in the chapter.
     fn step_listed(&mut self, settings: &Relaxation, watch: &mut dyn FnMut(StepPhase, &mut World)) {
         let WorldSettings { gravity, dt, speed_max, .. } = self.settings;
         let (bodies, pairs) = (&mut self.bodies, &mut self.pairs.pairs);
@@ -180,7 +179,7 @@ impl World {
         self.forces.respond(&mut self.bodies, true, self.settings.speed_max);
     }
 
-    /// Wakes or readmits the islands that a moving body met; returns whether the step has to be repeated.
+    /// Wakes or readmits the islands that a moving body met; returns whether the step must be repeated.
     fn wake_touched(&mut self) -> bool {
         if self.is_over_budget() {
             return false;

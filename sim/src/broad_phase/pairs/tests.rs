@@ -1,11 +1,11 @@
-//! The list is complete, and the time at which it is built changes nothing.
+//! Tests that the list is complete, and that the time at which it is built changes nothing.
 
 use super::*;
 use crate::rng::Rng;
 use crate::world::{BodyDef, Motion, World, WorldSettings};
 use crate::{Shape, Vec2};
 
-/// A box of 200 x 100 with loose circles and boxes thrown about.
+/// A box of 200 x 100 with loose circles and boxes at random velocities.
 fn gas(count: u32, speed: f32) -> World {
     let mut world = World::new(WorldSettings::default());
     let walls = [(100.0, -5.0, 240.0, 10.0), (-5.0, 50.0, 10.0, 140.0), (205.0, 50.0, 10.0, 140.0)];
@@ -28,7 +28,7 @@ fn gas(count: u32, speed: f32) -> World {
     world
 }
 
-/// Pairs that are near, by brute force.
+/// Finds the pairs that are near each other by brute force.
 fn near_pairs(bodies: &Bodies) -> Vec<(u32, u32)> {
     let slots: Vec<u32> = bodies.slots().collect();
     let after = |a: u32| slots.iter().map(move |&b| (a, b)).filter(|&(a, b)| a < b);
@@ -45,8 +45,8 @@ fn the_list_holds_every_near_pair_at_every_step() {
     let mut world = gas(150, 60.0);
     for step in 0..240 {
         world.step();
-        // The positions at which the step built its pairs are gone; a fresh refresh at the present
-        // ones must be complete as well.
+        // The positions for which the step built its pairs are gone. A fresh refresh at the current positions must be
+        // complete as well.
         world.pairs.refresh(&world.bodies, world.settings.filter());
         let listed: Vec<(u32, u32)> = world
             .pairs

@@ -1,4 +1,4 @@
-//! The networks of a world: its connected components of bodies and springs. They are built when springs or bodies change.
+//! The networks of a world: its connected components of bodies and springs, rebuilt when springs or bodies change.
 
 use super::link::{LinkEnd, NetworkLink};
 use super::{Network, NetworkNode};
@@ -11,11 +11,11 @@ use glam::DVec2;
 /// A body on springs: its slot and drag.
 type Sprung = (u32, Drag);
 
-/// The networks of these bodies, by ascending slot, and of all springs that touch them.
+/// Builds the networks of these bodies, given by ascending slot, and of all springs attached to them.
 pub(in crate::forces) fn networks(bodies: &[Sprung], springs: &[Spring]) -> Vec<Network> {
     let mut parent: Vec<u32> = (0..bodies.len() as u32).collect();
-    // What each entry belongs to in the upper half, a node and then a component, and a node or a spring in the lower: a sort
-    // of plain numbers.
+    // Upper half: the owner of the entry, first a node and then a component; lower half: a node or a spring. Plain
+    // numbers sort faster.
     let mut nodes: Vec<u64> = (0..bodies.len() as u64).map(|node| node << 32 | node).collect();
     let mut touching = Vec::new();
     for (index, spring) in (0u64..).zip(springs) {
@@ -44,13 +44,13 @@ pub(in crate::forces) fn networks(bodies: &[Sprung], springs: &[Spring]) -> Vec<
     networks
 }
 
-/// The index of the body in a slot, if it is one of these.
+/// Returns the index of the body in a slot, if it is among these.
 fn index_of(bodies: &[Sprung], slot: u32) -> Option<u32> {
     bodies.binary_search_by_key(&slot, |body| body.0).ok().map(|at| at as u32)
 }
 
 impl Network {
-    /// Builds the network of these bodies, by ascending slot, and of the springs that touch them.
+    /// Builds the network of these bodies, given by ascending slot, and of the springs attached to them.
     fn new(bodies: &[Sprung], springs: &[&Spring]) -> Network {
         let edge = |spring: &&Spring| match spring.end {
             SpringEnd::Body(other) => {

@@ -1,6 +1,6 @@
-//! A network with something in the way: it takes one implicit step (Euler's), in which no node passes an obstacle. Its
-//! nodes resist contacts with the mass of their response to an impulse, and the impulses that contacts gave are then
-//! spread over all nodes, so that springs pass weights on.
+//! A network blocked by something takes one implicit Euler step in which no node passes an obstacle. Its nodes resist
+//! contacts with the mass of their response to an impulse, and the impulses of the contacts are then spread over all
+//! nodes, so that springs transmit weight.
 
 use super::link::{Plane, max_or_nan};
 use super::{DIVERGED_IMPLICIT, Network};
@@ -10,15 +10,15 @@ use crate::forces::obstacles::Obstacles;
 use crate::math::clamp_length;
 use glam::DVec2;
 
-/// Stiffness of a plane, as a multiple of the mass that resists.
+/// Stiffness of a plane, as a multiple of the node's resisting mass.
 const PLANE_STIFFNESS: f64 = 1e7;
-/// Most obstacles times nodes for which responses are found.
+/// Largest product of obstacles and nodes for which responses are computed.
 const RESPONSES_MAX: usize = 4096;
-/// Most rounds in which nodes meet planes.
+/// Maximum number of rounds in which nodes may reach new planes.
 const PLANE_ROUNDS_MAX: u32 = 4;
 
 impl Network {
-    /// The moves of an implicit step with obstacles.
+    /// Computes the moves of an implicit step with obstacles.
     pub fn hold(&mut self, bodies: &Bodies, obstacles: &Obstacles, air: &Air, moves: &mut [Move]) {
         self.read_bodies(bodies);
         self.planes.clear();
@@ -66,8 +66,8 @@ impl Network {
         }
     }
 
-    /// Finds the masses with which nodes resist their obstacles, and whether these take the neighbours
-    /// along. Not where nodes touch each other: they would be pushed into each other.
+    /// Finds the masses with which nodes resist their obstacles, and returns whether contacts also act on their
+    /// neighbours. They do not where nodes touch each other, since they would be pushed into each other.
     fn find_responses(&mut self, obstacles: &Obstacles) -> bool {
         let all = || self.nodes.iter().flat_map(|node| obstacles.of(node.slot));
         let is_inner = |other: u32| self.nodes.iter().any(|node| node.slot == other);
@@ -90,8 +90,8 @@ impl Network {
         true
     }
 
-    /// Spreads the impulses of contacts over the springs: each node that contacts gave another velocity
-    /// than its own takes its neighbours along.
+    /// Spreads the impulses of contacts over the springs: a node whose velocity was changed by contacts takes its
+    /// neighbours along.
     pub fn respond(&mut self, bodies: &mut Bodies, is_free: bool, speed_max: f32) {
         if !std::mem::take(&mut self.responds) {
             return;
@@ -111,7 +111,7 @@ impl Network {
         }
     }
 
-    /// Takes a step of Euler's implicit method, in which no node passes a plane, from `elapsed` seconds after the start.
+    /// Takes an implicit Euler step in which no node passes a plane, beginning `elapsed` seconds after the start.
     #[inline(never)]
     pub(super) fn advance_implicitly(&mut self, bodies: &Bodies, air: &Air, elapsed: f64) {
         self.begin_substep(air);
@@ -125,7 +125,7 @@ impl Network {
             if self.is_hard {
                 self.solve_safely(bodies, air, elapsed);
             }
-            // Planes are met only where another round follows, in any case the second one.
+            // Checks for planes only if another round can follow; a second round always can.
             let has_time = round == 1 || self.has_time_to_factor();
             if round == PLANE_ROUNDS_MAX || !has_time || !self.meet_planes() {
                 break;
@@ -134,7 +134,7 @@ impl Network {
         self.move_nodes(air.dt);
     }
 
-    /// Activates the planes that nodes pass; returns whether there are any.
+    /// Activates the planes that nodes pass; returns whether there are new ones.
     fn meet_planes(&mut self) -> bool {
         let mut any = false;
         for plane in &mut self.planes {
@@ -146,7 +146,7 @@ impl Network {
         any
     }
 
-    /// By node, in `residual.x`: the mass that resists a velocity if its neighbours stand still.
+    /// Stores in `residual.x`, by node, the mass that resists a change of velocity while the neighbours do not move.
     fn find_resistances(&mut self, dt: f64) {
         for (row, node) in self.residual.iter_mut().zip(&self.nodes) {
             *row = DVec2::splat(node.mass);

@@ -7,7 +7,7 @@ use glam::{DMat2, DVec2};
 #[derive(Clone, Copy, Debug)]
 pub(super) enum LinkEnd {
     Node(u32),
-    /// A body that forces do not move.
+    /// A body that is not moved by forces.
     Slot(u32),
     Point(DVec2),
 }
@@ -24,10 +24,10 @@ pub(super) struct NetworkLink {
 
 /// Force of a spring.
 pub(super) struct Pull {
-    /// On its far end.
+    /// Force on the far end.
     pub force: DVec2,
     direction: DVec2,
-    /// Transverse stiffness: tension over length, where it pulls.
+    /// Transverse stiffness: tension over length if the spring pulls.
     across: f64,
 }
 
@@ -61,8 +61,8 @@ impl NetworkLink {
 }
 
 impl Pull {
-    /// Derivative of the impulse by the velocity at the end of the step, or an upper bound that is the same in every
-    /// direction.
+    /// Derivative of the impulse with respect to the velocity at the end of the step, or an upper bound that is the
+    /// same in every direction.
     pub fn stiffness(&self, link: &NetworkLink, is_bound: bool, t: f64, dt: f64) -> DMat2 {
         let along = dt * t * (link.stiffness * t * dt + link.damping);
         if is_bound || link.rest_length == 0.0 {
@@ -75,27 +75,27 @@ impl Pull {
     }
 }
 
-/// Unit vector; the x axis for a vector without direction.
+/// Unit vector; the x axis for a vector that has no direction.
 fn unit(vector: DVec2) -> DVec2 {
     let length = vector.length();
     if length > LENGTH_MIN { vector / length } else { DVec2::X }
 }
 
-/// The larger one, or NaN if `a` is.
+/// The larger of the two, or NaN if `a` is NaN.
 pub(super) fn max_or_nan(a: f64, b: f64) -> f64 {
     if a > b || a.is_nan() { a } else { b }
 }
 
-/// The side of an immovable obstacle: a stiff damper holds a node that would pass it.
+/// The surface of an immovable obstacle: a stiff damper holds a node that would pass it.
 #[derive(Clone, Debug)]
 pub(super) struct Plane {
     pub node: u32,
     /// Unit vector towards the node.
     pub normal: DVec2,
-    /// Least velocity along it, units/s.
+    /// Smallest allowed velocity along the normal, units/s.
     pub speed_min: f64,
     pub is_active: bool,
-    /// Impulse per unit of speed below the least.
+    /// Impulse per unit of speed below the minimum.
     pub stiffness: f64,
 }
 

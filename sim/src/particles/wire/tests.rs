@@ -9,7 +9,7 @@ fn recipes() -> Vec<Recipe> {
     vec![Recipe::default(), brief]
 }
 
-/// Live particles of both recipes, and running emitters, one of which follows a body.
+/// Live particles of both recipes, and running emitters, one of them following a body.
 fn busy() -> Particles {
     let mut particles = Particles::new(recipes(), 2000);
     let body = BodyId { index: 3, generation: 2 };

@@ -1,4 +1,5 @@
-//! Solves an island: one constraint by a visit, others by sweeps within limits that fit their masses and motion.
+//! Solves an island: a single constraint by a visit, others by sweeps, with limits that depend on their masses and
+//! motion.
 
 use super::ConjugateSolver;
 use crate::bodies::Bodies;
@@ -15,7 +16,7 @@ use crate::solver::tolerances::{
 };
 use glam::Vec2;
 
-/// Fewest sweeps of an island, however many constraints it has.
+/// Minimum number of sweeps over an island, however many constraints it has.
 pub(super) const SWEEPS_MIN: u32 = 4;
 
 /// Limits of the work on an island.
@@ -23,15 +24,15 @@ pub(super) const SWEEPS_MIN: u32 = 4;
 struct IslandLimits {
     /// Limits of its sweeps.
     sweeps: SweepLimits,
-    /// Greatest mass relative to the least.
+    /// Ratio of the greatest mass to the smallest.
     mass_ratio: f32,
-    /// How it moves, if that limits its sweeps.
+    /// How the island moves, if that limits its sweeps.
     agitation: Option<Agitation>,
 }
 
 impl ConjugateSolver {
-    /// Solves a constraint that shares its movable bodies with no other: one visit is exact, since
-    /// both impulses act on the same masses; a second one removes the rounding of the first.
+    /// Solves a constraint that shares its movable bodies with no other constraint. One visit is exact, since both
+    /// impulses act on the same masses; a second visit removes the rounding error of the first.
     pub(super) fn solve_single(&mut self, index: u32, bodies: &mut Bodies, context: &StepContext) {
         const VISITS: u32 = 2;
         let rounding = self.rounding(&[index], &bodies.velocity, context);
@@ -46,8 +47,8 @@ impl ConjugateSolver {
         self.work.sweeps = self.work.sweeps.max(visits);
     }
 
-    /// Solves the constraints of an island from their present impulses and velocities, or sweeps it until its limits are
-    /// reached.
+    /// Solves the constraints of an island from their current impulses and velocities, or sweeps it until its limits
+    /// are reached.
     pub(super) fn solve_island(
         &mut self,
         number: usize,
@@ -117,7 +118,7 @@ impl ConjugateSolver {
         if agitation.is_some_and(|agitation| agitation.is_slow)
             && 2 * blocks.chains.links().len() > island.len()
         {
-            // A fallen tower: its columns lean on each other, and sweeps by colour let it creep on.
+            // A fallen tower: its columns lean on each other, and sweeps by colour would let it keep creeping.
             limits.sequence = Sequence::Forests;
         }
         sweep::solve(constraints, island, blocks, velocity, limits)
@@ -143,15 +144,15 @@ impl ConjugateSolver {
             .filter(|agitation| agitation.in_motion || island.len() >= calm_min);
         let mut work_max = context.settings.work_max / island.len() as u32;
         if agitation.is_none() {
-            // One sweep more than the step may still take: an island that needs it is over the budget, rather than solved
-            // less well than without one. Those of an island with an agitation are few.
+            // One sweep more than the step has left, so that an island that needs it exceeds the budget instead of
+            // being solved less precisely. Islands with an agitation take few sweeps.
             let work_left = (self.work.left / island.len() as u64).saturating_add(1);
             work_max = work_max.min(u32::try_from(work_left).unwrap_or(u32::MAX));
         }
         let precision = max(TOLERANCE / context.settings.tolerance, 1.0);
         if agitation.is_none() && !is_stiff && !self.is_large_world {
-            // As many visits as a larger island that is not in motion: unbounded, small islands would take the longest steps of
-            // small scenes.
+            // As many visits as a larger island that is not in motion. Without a limit, small islands would cause the
+            // longest steps of small scenes.
             work_max = work_max.min((CALM_VISITS as f32 * precision) as u32 / island.len() as u32);
         }
         if is_stiff && direct::is_worth(island.len(), mass_ratio) {
@@ -172,7 +173,8 @@ impl ConjugateSolver {
         IslandLimits { sweeps, mass_ratio, agitation }
     }
 
-    /// Change of a relative velocity that is rounding in an island that was at rest, units/s; 0 in other islands.
+    /// Change of a relative velocity that counts as rounding in an island that was at rest, units/s; 0 in other
+    /// islands.
     fn rounding(&self, island: &[u32], velocity: &[Vec2], context: &StepContext) -> f32 {
         let start_velocity = &self.displacements.start_velocity;
         let was_at_rest = |&index: &u32| {
@@ -194,8 +196,8 @@ impl ConjugateSolver {
     }
 }
 
-/// The change of a relative velocity at which the sweeps over an island end, units/s, and its
-/// greatest mass relative to the least.
+/// Returns the change of a relative velocity at which the sweeps over an island end, units/s, and the ratio of its
+/// greatest mass to the smallest.
 fn tolerance(
     constraints: &[ContactConstraint],
     island: &[u32],
@@ -218,8 +220,8 @@ fn tolerance(
     (max(context.tolerance() * share, fastest * SPEED_ROUNDING), lightest / heaviest)
 }
 
-/// Whether an island has at most [`STIFF_BODIES`] that can move, and more contacts than they can have at once, three each:
-/// they are in a room that is small beside their paths.
+/// Whether an island has at most [`STIFF_BODIES`] movable bodies and more than the three contacts each that they can
+/// have at once; their room is then small compared with their paths.
 fn is_overfull(constraints: &[ContactConstraint], island: &[u32]) -> bool {
     let mut known = [u32::MAX; STIFF_BODIES];
     let mut count = 0;

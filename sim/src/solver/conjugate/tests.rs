@@ -1,4 +1,4 @@
-//! The solver on the cases that it is built for, with the accepted figures.
+//! Tests of the solver on the cases it is built for, with the accepted limits.
 
 mod bounces;
 mod gaps;
@@ -196,7 +196,8 @@ fn a_rider_is_carried_by_a_moving_platform() {
         close(world.velocity(rider).y, up, 1e-4);
         close(world.position(rider).y - world.position(slab).y, 2.5, SLOP);
     }
-    // Sideways like a pendulum, up to 10 units/s, which 0.6 holds: no slip accumulates.
+    // The floor swings sideways at up to 10 units/s. Friction 0.6 is enough to hold the body, so no slip may
+    // accumulate.
     let mut worst = 0.0;
     for step in 0..240 {
         let phase = step as f32 / 240.0;
@@ -233,7 +234,7 @@ fn flush_tiles_are_a_floor() {
 
 // --- Fast bodies --------------------------------------------------------------------------------
 
-/// Target of a bullet.
+/// Target of a shot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Target {
     Static,
@@ -241,8 +242,8 @@ enum Target {
     Bullet,
 }
 
-/// A hundred lanes with a shot each, at speeds of 10 to 10^4 at walls of 0.01 to 0.1 or at each
-/// other; returns the number that pass.
+/// Fires one shot in each of a hundred lanes, at speeds of 10 to 10^4, at walls 0.01 to 0.1 thick or at each other;
+/// returns how many pass.
 fn shoot(target: Target, seed: u64) -> usize {
     let mut world = world_with(Conjugate::default(), 0.0);
     let mut rng = Rng::new(seed, 0);
@@ -301,7 +302,7 @@ fn a_resting_body_hit_by_a_bullet_does_not_tunnel_through_a_wall_out_of_its_reac
     steps(&mut world, 10);
     let positions = [hit, bullet].map(|id| world.position(id));
     assert!(positions.iter().all(|position| position.x < 4.75 + SLOP), "{positions:?}");
-    // Both were stopped by the wall at one point, and separate in any direction.
+    // The wall stopped both at the same point, and they may separate in any direction.
     assert!(positions[0].distance(positions[1]) > 0.4 - SLOP, "{positions:?}");
 }
 
@@ -384,7 +385,7 @@ fn the_same_steps_give_the_same_hash() {
 
 // --- Rain ---------------------------------------------------------------------------------------
 
-/// mulberry32, which the shared scenes are defined with.
+/// The generator mulberry32, with which the shared scenes are defined.
 struct Mulberry(u32);
 
 impl Mulberry {
@@ -401,8 +402,8 @@ impl Mulberry {
     }
 }
 
-/// Rain: `count` bodies, half circles and half boxes, above the floor of a container four times as
-/// many columns wide as constraints high. `examples/rain.rs` plays larger ones.
+/// Rain: `count` bodies, half of them circles and half boxes, above the floor of a container with four times as many
+/// columns as rows. `examples/rain.rs` runs larger ones.
 fn rain(count: u32) -> World {
     let mut world = world();
     let columns = f64::from(4 * count).sqrt().ceil() as u32;

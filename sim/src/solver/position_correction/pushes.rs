@@ -1,4 +1,4 @@
-//! Pushes overlapping pairs apart where bodies slide past each other: along the normals of where they are now.
+//! Pushes overlapping pairs apart where bodies slide past each other, along the normals at their current positions.
 
 use crate::bodies::Bodies;
 use crate::growth::push;
@@ -6,21 +6,22 @@ use crate::math::{max, min};
 use crate::solver::contact_constraint::{ContactConstraint, ContactInfo};
 use glam::Vec2;
 
-/// Rounds over all pairs, each by its whole overlap: with more, a heap that was compressed takes longer to come apart.
+/// Maximum number of rounds over all pairs, each pushed by its whole overlap. With more, a compressed heap takes
+/// longer to come apart.
 const ROUNDS: u32 = 6;
-/// Sweeps over the pairs that overlap, or are apart, by at most [`SHALLOW_SLOPS`] slops, and move past each other by at most
-/// as much in a step: a crowd that comes to rest then keeps within the slop.
+/// Sweeps over the pairs whose overlap or distance is at most [`SHALLOW_SLOPS`] slops, and that move past each other
+/// by no more than that in a step: a crowd that comes to rest then stays within the slop.
 const SHALLOW_SWEEPS: u32 = 12;
 const SHALLOW_SLOPS: f32 = 4.0;
-/// Factor of their steps (successive over-relaxation), and sweeps at the end that take whole ones.
+/// Factor on the steps of these sweeps (successive over-relaxation), and the number of final sweeps with whole steps.
 const FACTOR: f32 = 1.7;
 const LAST_SWEEPS: u32 = 2;
-/// Share of the slop to which a push reduces an overlap. With 0.9 or 0.98 more crowds that were crushed end beyond the slop.
+/// Share of the slop to which a push reduces an overlap. With 0.9 or 0.98, more crushed crowds end beyond the slop.
 const SLOP_LEFT: f32 = 0.95;
-/// Pushes that take as long as a visit of a pass.
+/// Number of pushes that take as long as one visit of a pass.
 const PER_VISIT: u64 = 8;
 
-/// A contact as pushes read it: 28 bytes.
+/// The data of a contact that pushes read: 28 bytes.
 #[derive(Clone, Copy, Debug)]
 struct Push {
     a: u32,
@@ -28,14 +29,14 @@ struct Push {
     normal: Vec2,
     /// Separation before the pushes.
     separation: f32,
-    /// The part of a distance by which `a` moves, in [0, 1]; `b` moves by the rest.
+    /// Share of a displacement by which `a` moves, in [0, 1]; `b` moves by the rest.
     share: f32,
-    /// How far the sweeps have moved the two apart; not negative.
+    /// Distance by which the sweeps have moved the two apart; not negative.
     distance: f32,
 }
 
 impl Push {
-    /// The separation after the bodies moved by these paths.
+    /// Separation after the bodies have moved by these paths.
     #[inline]
     fn separation(&self, path: &[Vec2]) -> f32 {
         let path = path[self.b as usize] - path[self.a as usize];
@@ -56,7 +57,7 @@ impl Push {
 pub(super) struct PushLimits {
     /// Overlap beyond which a pair is pushed.
     pub slop: f32,
-    /// Furthest push of a round.
+    /// Longest push in a round.
     pub distance_max: f32,
 }
 
@@ -79,9 +80,10 @@ impl Pushes {
         push(&mut self.pushes, Push { a, b, normal, separation, share, distance: 0.0 });
     }
 
-    /// Finds the paths of the bodies, which are 0 before. Returns the visits that take as long.
+    /// Finds the paths of the bodies, which must be 0 on entry. Returns the cost in visits.
     ///
-    /// Islands are not told apart. One in which no pair overlaps by more than the slop is left as it is.
+    /// Islands are not treated separately. If no pair of an island overlaps by more than the slop, the island is left
+    /// unchanged.
     pub fn find_paths(
         &mut self,
         path: &mut [Vec2],
@@ -116,7 +118,7 @@ impl Pushes {
         visits / PER_VISIT
     }
 
-    /// Pushes each pair apart by its whole overlap; returns whether there was any.
+    /// Pushes each overlapping pair apart by its whole overlap; returns whether there were any.
     fn push_each(&self, path: &mut [Vec2], PushLimits { slop, distance_max }: PushLimits) -> bool {
         let mut any = false;
         for push in &self.pushes {
@@ -129,7 +131,7 @@ impl Pushes {
         any
     }
 
-    /// Moves each pair towards the least distance apart that removes its overlap; returns whether that changed anything.
+    /// Moves each pair towards the smallest displacement that removes its overlap; returns whether anything changed.
     fn sweep(
         &mut self,
         path: &mut [Vec2],

@@ -1,4 +1,4 @@
-//! Bodies created inside each other, few and many.
+//! Tests with few and many bodies that are created inside each other.
 
 use crate::Conjugate;
 use crate::math::max;
@@ -7,7 +7,7 @@ use crate::world::{BodyDef, BodyId, Motion, World, WorldSettings};
 use crate::{Shape, Vec2};
 
 const SLOP: f32 = 0.005;
-/// Half of the container's inside.
+/// Half of the container's inner width.
 const HALF: f32 = 30.0;
 
 /// A container with crates and balls of size 1 at these positions.
@@ -35,7 +35,7 @@ fn add(world: &mut World, def: &BodyDef) -> BodyId {
     world.add(def).expect("there is room")
 }
 
-/// The largest overlap of two bodies, for crates and balls of size 1 and the walls.
+/// The largest overlap between crates and balls of size 1, and with the walls.
 fn deepest(world: &World) -> f32 {
     let bodies: Vec<(Vec2, bool)> = world
         .ids()
@@ -61,7 +61,7 @@ fn deepest(world: &World) -> f32 {
 
 #[test]
 fn three_hundred_bodies_at_one_point_are_apart_within_a_second() {
-    // With gravity they fall back into a pile, which moves on for another second.
+    // With gravity they fall back into a pile, which keeps moving for another second.
     for (gravity, steps) in [(0.0, 60), (50.0, 120)] {
         let mut world = container(gravity, (0..300).map(|_| Vec2::new(0.0, -HALF + 3.0)));
         (0..60).for_each(|_| world.step());

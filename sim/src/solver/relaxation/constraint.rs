@@ -1,4 +1,4 @@
-//! A pair in a step of the relaxation: its contact at the present positions, and the impulses applied so far.
+//! A pair in a relaxation step: its contact at the current positions, and the impulses applied so far.
 
 use crate::bodies::Bodies;
 use crate::broad_phase::pairs::Pair;
@@ -16,23 +16,23 @@ pub(crate) struct RelaxationConstraint {
     pub b: u32,
     /// Index in the pair list.
     pub pair: u32,
-    /// Values of [`Bodies::moves`] for which `normal` and `separation` hold.
+    /// Values of [`Bodies::moves`] for which `normal` and `separation` are valid.
     pub moves_a: u32,
     pub moves_b: u32,
-    /// Inverse masses of the two.
+    /// Inverse masses of the two bodies.
     pub inv_mass_a: f32,
     pub inv_mass_b: f32,
     /// Effective mass: 1 / (sum of the inverse masses).
     pub effective_mass: f32,
-    /// Coulomb coefficient of the pair: geometric mean.
+    /// Coulomb coefficient of the pair: the geometric mean.
     pub friction: f32,
-    /// Restitution of the pair: the smaller one.
+    /// Restitution of the pair: the smaller value.
     pub restitution: f32,
-    /// Normal of the last contact or, before it, of the warm start; from a to b.
+    /// Normal, from a to b, of the last contact or, before the first one, of the warm start.
     pub normal: Vec2,
     /// Normal along which the impulses were applied.
     pub impulse_normal: Vec2,
-    /// Negative while the two overlap, world units; 0 while they are apart.
+    /// Separation, world units: negative while the two overlap, 0 while they are apart.
     pub separation: f32,
     /// Largest closing speed so far in this step, units/s; not negative.
     pub closing: f32,
@@ -78,7 +78,7 @@ impl RelaxationConstraint {
         constraint
     }
 
-    /// Finds the manifold at the present positions, of bodies that began the passes at `start`.
+    /// Finds the manifold at the current positions; `start` holds the positions before the passes.
     #[inline]
     pub fn update_manifold<const SHAPES: u8>(&mut self, bodies: &Bodies, start: &[Vec2]) {
         self.moves_a = bodies.moves[self.a as usize];
@@ -95,8 +95,8 @@ impl RelaxationConstraint {
         }
     }
 
-    /// The manifold of a body and an immovable one on the side where the passes began: others may
-    /// have pushed the body past the middle of a wall, but it does not leave on the far side.
+    /// Returns the manifold of a body and an immovable one on the side where the passes began: other bodies may have
+    /// pushed it past the middle of a wall, but it must not leave on the far side.
     #[cold]
     pub fn on_its_side(&self, bodies: &Bodies, start: &[Vec2], manifold: Manifold) -> Manifold {
         let began = start[self.b as usize] - start[self.a as usize];
@@ -107,8 +107,8 @@ impl RelaxationConstraint {
         Manifold { normal, separation: separation_along(bodies, (self.a, self.b), normal) }
     }
 
-    /// The same, unless neither body has moved since: the manifold is a pure function of the two
-    /// positions, and in a settled pile nothing moves.
+    /// The same, but only if one of the bodies has moved since: the manifold is a pure function of the two positions,
+    /// and in a settled pile nothing moves.
     #[inline]
     pub fn refresh_manifold<const SHAPES: u8>(&mut self, bodies: &Bodies, start: &[Vec2]) {
         let moved_a = bodies.moves[self.a as usize] != self.moves_a;
@@ -118,10 +118,9 @@ impl RelaxationConstraint {
         }
     }
 
-    /// Takes back impulses that were applied along another normal: where the contact of two boxes
-    /// jumps from a top to a side, the load that it held must not become a push along the new
-    /// normal. The two then close no faster than they did before: what else the impulse was spent on
-    /// is another contact's to take back.
+    /// Takes back impulses that were applied along another normal. Where the contact of two boxes jumps from a top to
+    /// a side, the load that it held must not become a push along the new normal. The two then close no faster than
+    /// before; any other effect of the impulse is for another contact to take back.
     #[inline]
     pub fn undo_if_turned(&mut self, bodies: &mut Bodies) {
         let holds = self.normal_impulse > 0.0 || self.tangent_impulse != 0.0;
@@ -131,7 +130,7 @@ impl RelaxationConstraint {
         self.impulse_normal = self.normal;
     }
 
-    /// Takes the impulses back, as described there.
+    /// Takes the impulses back; see `undo_if_turned`.
     #[cold]
     pub fn undo(&mut self, bodies: &mut Bodies) {
         let leaving = self.relative_velocity(bodies).dot(self.impulse_normal);
@@ -149,7 +148,7 @@ impl RelaxationConstraint {
         self.refresh_manifold::<{ shapes::BOTH }>(bodies, &bodies.center);
     }
 
-    /// The movable body of a pair with an immovable one, and that one.
+    /// The movable body of a pair, then the immovable one.
     pub fn ends(&self) -> (u32, u32) {
         if self.inv_mass_a > 0.0 { (self.a, self.b) } else { (self.b, self.a) }
     }

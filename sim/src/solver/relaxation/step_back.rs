@@ -1,5 +1,5 @@
-//! Takes back motion on which a body cannot have come to where it is in immovable ones: through a side of a box,
-//! though it was above the top, or into a gap that is narrower than it.
+//! Takes back motion by which a body cannot have reached its position inside immovable ones: through a side of a box
+//! although it was above the top, or into a gap narrower than itself.
 
 use super::RelaxationSolver;
 use crate::bodies::Bodies;
@@ -11,17 +11,18 @@ use crate::shape::Shape;
 use crate::solver::tolerances::{OVERLAP, SAME_FACE};
 use glam::Vec2;
 
-/// Others with which an immovable body that is near a movable one is looked at as a gap: bounds the time on floors of tiles.
+/// Maximum number of other immovable bodies checked for a gap with each immovable body near a movable one; bounds the
+/// time on floors of tiles.
 const WALLS_MAX: usize = 16;
 /// Tolerance by which a gap may be narrower than a body, world units. Rounding may double it while both move.
 const NARROW: f32 = 2.0 * OVERLAP;
-/// Most places on a path at which a gap is looked for, one for each half-size of the body.
+/// Maximum number of points on a path at which gaps are looked for, one for each half-size of the body.
 const LOOKS_MAX: f32 = 16.0;
-/// Halvings of the path between two of them to find where it becomes too narrow.
+/// Bisections of the path between two such points to find where the gap becomes too narrow.
 const GAP_HALVINGS: u32 = 12;
 
 impl RelaxationSolver {
-    /// Moves such bodies back on their paths.
+    /// Moves bodies that cannot have got where they are back along their paths.
     pub(super) fn step_back(&mut self, bodies: &mut Bodies, slop: f32) {
         self.walls.clear();
         for constraint in self.constraints.iter().filter(|constraint| !constraint.is_free()) {
@@ -40,8 +41,8 @@ impl RelaxationSolver {
     }
 }
 
-/// Moves a body whose centre came into an immovable box back to the face by which it came. At the seam of two boxes it
-/// would be pushed out of each into the other.
+/// Moves a body whose centre entered an immovable box back to the face through which it came. At the seam of two
+/// boxes each would otherwise push it into the other.
 fn leave_by_entry(bodies: &mut Bodies, from: &[Vec2], (slot, wall): (u32, u32), slop: f32) {
     let (began, half) = (from[slot as usize] - from[wall as usize], bodies.half[wall as usize]);
     let now = bodies.center[slot as usize] - bodies.center[wall as usize];
@@ -51,7 +52,7 @@ fn leave_by_entry(bodies: &mut Bodies, from: &[Vec2], (slot, wall): (u32, u32), 
     if !is_box || !entered {
         return;
     }
-    // Of both axes the one on which it came inside last.
+    // The axis on which the body came inside last.
     let axis = usize::from(outside.y * (outside.x + inside.x) > outside.x * (outside.y + inside.y));
     let mut face = Vec2::ZERO;
     face[axis] = side(began[axis]);
@@ -60,11 +61,11 @@ fn leave_by_entry(bodies: &mut Bodies, from: &[Vec2], (slot, wall): (u32, u32), 
     bodies.shift(slot as usize, face * max(back, 0.0));
 }
 
-/// Moves a body that two immovable ones push towards each other back on its path between them to where they did not, and
-/// stops it if it could not move at all. If they did so from the start they squeeze it.
+/// Moves a body that two immovable ones push towards each other back along its path, to where they did not, and stops
+/// it if it cannot move at all. If they did so from the start, they are squeezing it, and it stays.
 fn leave_gap(bodies: &mut Bodies, from: &[Vec2], (slot, walls): (u32, [u32; 2])) {
     let end = bodies.center[slot as usize];
-    // Where it comes from, as the walls stand now.
+    // Its starting position relative to the walls' current positions.
     let moved = |wall: u32| bodies.center[wall as usize] - from[wall as usize];
     let starts = walls.map(|wall| from[slot as usize] + moved(wall));
     let is_free_at = |share: f32, tolerated: f32| {
@@ -78,7 +79,7 @@ fn leave_gap(bodies: &mut Bodies, from: &[Vec2], (slot, walls): (u32, [u32; 2]))
         !are_opposed || one.separation + other.separation >= -tolerated
     };
     let back = (starts[0] + starts[1]) * 0.5 - end;
-    // A long path may lead through the gap and out of it.
+    // A long path may lead through the gap and out again.
     let looks = clamp(back.length() / bodies.thickness(slot as usize), 0.0, LOOKS_MAX).ceil();
     let blocked =
         (1..=looks as u32).map(|look| look as f32 / looks).find(|&at| !is_free_at(at, NARROW));

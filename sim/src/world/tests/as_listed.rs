@@ -1,4 +1,4 @@
-//! The chapter's solver as it is printed does what docs/physics.md says of its defects.
+//! Tests that the chapter's solver as printed has the defects that docs/physics.md describes.
 
 use super::*;
 use crate::state::bytes::{StateReader, StateWriter};

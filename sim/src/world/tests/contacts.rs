@@ -1,4 +1,4 @@
-//! What the relaxation does at a contact: impulses, projection, friction.
+//! Contacts in the relaxation solver: impulses, projection, friction.
 
 use super::*;
 
@@ -141,7 +141,7 @@ fn masses_of_1_and_3_move_3_to_1() {
 #[test]
 fn n_passes_for_n_and_one_is_enough_to_stand() {
     for iterations in [1, 2, 5, 15, 60] {
-        // Full correction is valid, and a pair of opposite overlaps never converges.
+        // Full correction is valid, and a pair with opposing overlaps never converges.
         let settings =
             Relaxation { iterations, correction: 1.0, slop: 0.0, ..Relaxation::default() };
         let mut jammed = world(settings, 0.0);
@@ -200,7 +200,7 @@ fn bodies_at_one_point_separate_and_stay_finite() {
 
 // --- Friction -----------------------------------------------------------------------------------
 
-/// A crate sliding at 20 over a floor; returns how far it slid, and in how many steps.
+/// Lets a crate slide over a floor at 20 units/s; returns how far it slid, and in how many steps.
 fn slide(
     friction: f32,
     floor_friction: f32,
@@ -229,7 +229,7 @@ fn a_slide_stops_at_the_coulomb_distance() {
     for (friction, gravity) in [(0.3, 50.0), (0.6, 50.0), (0.3, 500.0), (1.0, 20.0)] {
         let (distance, steps) = slide(friction, friction, gravity, 1.0, 15);
         let braking = friction * gravity;
-        // A step that moves before it brakes is off by at most one step's path.
+        // A step moves before it brakes, so the distance is off by at most one step's path.
         close(distance, 400.0 / (2.0 * braking), 20.0 / 60.0 + 0.005 * 200.0 / braking);
         close(steps as f32 / 60.0, 20.0 / braking, 0.04);
     }
@@ -315,7 +315,7 @@ fn a_kinematic_body_is_not_moved_by_contacts() {
 
 #[test]
 fn a_box_that_coasts_over_an_edge_keeps_its_speed() {
-    // The contact's normal jumps from the top to the side when the x overlap becomes the smaller.
+    // The contact normal jumps from the top to the side when the x overlap becomes the smaller one.
     for speed in [0.5, 3.0, 20.0] {
         let mut world = world(Relaxation::default(), 50.0);
         let slab = BodyDef {
@@ -377,8 +377,8 @@ fn a_pair_of_one_group_touches_once() {
 
 #[test]
 fn projection_alone_separates_and_impulses_alone_stop() {
-    // Overlapping bodies at rest separate without gaining speed (A0.10); closing bodies that hardly
-    // overlap are stopped and not thrown apart (A0.11).
+    // Overlapping bodies at rest separate without gaining speed (A0.10); closing bodies that hardly overlap are
+    // stopped, not thrown apart (A0.11).
     let mut still = world(Relaxation::default(), 0.0);
     let a = add(&mut still, crate_at(0.0, 0.0));
     let b = add(&mut still, crate_at(1.0, 0.0));

@@ -1,15 +1,15 @@
-//! Gaps and seams of immovable bodies, and what is shot at them.
+//! Gaps and seams between immovable bodies, with bodies shot at them.
 
 use super::*;
 use crate::rng::Rng;
 
-/// Two boxes side by side, and the shots at the place where they meet; across y if it is `turned`.
+/// Two boxes side by side, and shots at the place where they meet; with x and y exchanged if `turned`.
 #[derive(Clone, Copy, Debug)]
 struct Shots {
     turned: bool,
     /// Width of the gap between the two.
     gap: f32,
-    /// Thickness of the two, and the speed with which they come towards the shots.
+    /// Thickness of the two boxes, and their speed towards the shots.
     thickness: f32,
     wall_speed: f32,
     shape: Shape,
@@ -18,7 +18,7 @@ struct Shots {
     restitution: f32,
 }
 
-/// How many of a hundred shots pass.
+/// Returns how many of a hundred shots pass.
 fn pass(shots: Shots) -> usize {
     let Shots { turned, gap, thickness, wall_speed, shape, restitution, .. } = shots;
     let turn = |v: Vec2| if turned { Vec2::new(v.y, v.x) } else { v };
@@ -100,7 +100,7 @@ fn nothing_falls_through_a_seam() {
     }
 }
 
-/// docs/physics.md, A0.7.
+/// See A0.7 in docs/physics.md.
 #[test]
 fn a_body_skips_a_platform_from_the_speed_at_which_its_center_may_miss_it() {
     let passes = |radius: f32, speed: f32| {
@@ -133,7 +133,7 @@ fn a_ball_passes_a_gap_that_is_wider() {
     }
 }
 
-/// A box that rests on both sides of a gap is not stuck in it, and one between two lifts is carried.
+/// A box that rests on both sides of a gap does not get stuck in it, and a box between two lifts is carried.
 #[test]
 fn a_box_rests_on_both_sides_of_a_gap() {
     for wall_speed in [0.0, 5.0] {

@@ -1,4 +1,4 @@
-//! Memory of a world, counted on the thread of a test: per body, and none that a steady step allocates.
+//! Memory of a world, counted on a test's thread: bytes per body, and no allocations in a steady step.
 
 use super::*;
 use crate::rng::Rng;
@@ -67,7 +67,7 @@ impl Pile {
     }
 }
 
-/// Bytes a body of a world of 1000: after it was shaken, and after it came to rest.
+/// Bytes per body in a world of 1000 bodies: after it was shaken, and after it came to rest.
 fn bytes_a_body(solver: Solver) -> [i64; 2] {
     let (mut pile, mut after) = (None, [0; 2]);
     let shaken = measure(|| {
@@ -104,7 +104,7 @@ fn a_steady_step_allocates_nothing() {
     }
 }
 
-/// Stacks in which heavy crates rest on light ones, pushed to and fro: sweeps do not solve their islands.
+/// Stacks in which heavy crates rest on light ones, pushed back and forth, so that sweeps do not solve their islands.
 #[test]
 fn a_step_with_eliminations_allocates_nothing() {
     let solver = Solver::Conjugate(Conjugate::default());
@@ -127,7 +127,7 @@ fn a_step_with_eliminations_allocates_nothing() {
             steps(&mut world, 30);
         }
     };
-    // Capacity follows the largest island so far, and a larger one becomes rare.
+    // The capacity follows the largest island so far, and larger ones become rare.
     push(400);
     assert_eq!(measure(|| push(4)).count_total, 0);
 }

@@ -1,9 +1,9 @@
-//! Bodies whose position or velocity is not finite: planted, because none can arise.
+//! Bodies whose position or velocity is not finite. The tests plant these values, because they cannot arise.
 
 use super::*;
 use crate::Conjugate;
 
-/// Six crates in two piles, and one flying towards them.
+/// Six crates in two piles, and another one flying towards them.
 fn scene(solver: Solver) -> (World, BodyId, BodyId) {
     let settings = WorldSettings { solver: Some(solver), ..WorldSettings::default() };
     let mut world = World::new(settings);
@@ -43,7 +43,7 @@ fn solvers() -> [Solver; 2] {
     [Solver::Relaxation(Relaxation::default()), Solver::Conjugate(Conjugate::default())]
 }
 
-/// Expects that both worlds continue alike.
+/// Checks that both worlds continue identically.
 #[track_caller]
 fn alike(one: &mut World, other: &mut World) {
     for _ in 0..60 {
@@ -84,7 +84,7 @@ fn last_of(solver: Solver) -> StepPhase {
 fn a_body_not_finite_within_a_step_affects_no_other() {
     for (solver, what) in solvers().into_iter().flat_map(|one| PLANTS.map(|what| (one, what))) {
         let (mut world, _, flying) = scene(solver);
-        // Until the two are close enough to take part together, but do not touch yet.
+        // Until the two are close enough to take part in a step together, but do not touch yet.
         while world.position(flying).y > 6.5 {
             world.step();
         }

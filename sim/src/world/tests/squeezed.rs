@@ -1,4 +1,5 @@
-//! Bodies that the relaxation cannot satisfy: squeezed, pressed into walls, piled on one point.
+//! Bodies whose constraints the relaxation solver cannot all satisfy: squeezed, pressed into walls, piled on one
+//! point.
 
 use super::*;
 use crate::Conjugate;
@@ -10,7 +11,7 @@ fn slab(world: &mut World, motion: Motion, center: Vec2, size: Vec2) -> BodyId {
     add(world, BodyDef { shape, position: center, motion, ..BodyDef::default() })
 }
 
-/// Steps, and checks that no body moves further than its speed and its correction allow.
+/// Steps the world and checks that no body moves further than its speed and its correction allow.
 fn step_within_limits(world: &mut World) {
     let state = |world: &World, id| (id, world.position(id), world.velocity(id).length());
     let before: Vec<_> = world.ids().map(|id| state(world, id)).collect();
@@ -24,7 +25,7 @@ fn step_within_limits(world: &mut World) {
     }
 }
 
-/// A lift that rises under a ceiling, with bodies between; returns the highest of them at any time.
+/// A lift that rises under a ceiling with bodies in between; returns the greatest height that any of them reaches.
 fn squeeze(solver: Solver, lift_speed: f32, thickness: f32, bodies: &[BodyDef]) -> f32 {
     let mut world = world(Relaxation::default(), 50.0);
     world.settings.solver = Some(solver);

@@ -1,11 +1,11 @@
-//! Elastic bounces keep their energy.
+//! Tests that elastic bounces keep their energy.
 
 use super::*;
 
-/// Elastic bodies without gravity and friction in a closed square, in rows, with random sizes, masses and velocities.
+/// Elastic bodies in rows in a closed square, without gravity and friction, with random sizes, masses and velocities.
 struct Gas {
     rows: u32,
-    /// Distance of two in a row.
+    /// Distance between neighbours in a row.
     pitch: f32,
     sizes: [f32; 2],
     /// Largest speed on each axis.
@@ -14,7 +14,7 @@ struct Gas {
 }
 
 impl Gas {
-    /// The share of its kinetic energy that is left after some steps.
+    /// Returns the share of the kinetic energy that is left after some steps.
     fn energy_left(&self, seed: u64, count: usize) -> f64 {
         let &Gas { rows, pitch, sizes, speed, boxes } = self;
         let settings = Conjugate { bounce_threshold: 0.0, ..Conjugate::default() };
@@ -57,7 +57,7 @@ impl Gas {
 #[test]
 fn a_gas_keeps_its_energy() {
     let slow = Gas { rows: 10, pitch: 12.0, sizes: [2.0, 7.0], speed: 50.0, boxes: false };
-    // Discs close to each other meet several others in a step.
+    // Discs close together meet several others in a step.
     let crowded = Gas { rows: 10, pitch: 3.0, sizes: [2.0, 2.0], speed: 30.0, boxes: false };
     let fast = |speed, boxes| Gas { rows: 5, pitch: 20.0, sizes: [4.0, 10.0], speed, boxes };
     for (gas, count) in [
@@ -75,7 +75,7 @@ fn a_gas_keeps_its_energy() {
     }
 }
 
-/// There the rounds of a step do not suffice for all that outrun their reach.
+/// At such speeds the rounds of a step do not suffice for all bodies that outrun their reach.
 #[test]
 fn a_large_gas_at_thousands_of_units_per_second_loses_little_energy() {
     let gas = Gas { rows: 11, pitch: 18.0, sizes: [4.0, 8.0], speed: 2000.0, boxes: false };
@@ -83,7 +83,7 @@ fn a_large_gas_at_thousands_of_units_per_second_loses_little_energy() {
     assert!((0.98..1.0).contains(&share), "energy times {share}");
 }
 
-/// Greatest change of the energy of a body that falls on a floor for 10 s, as a share.
+/// Greatest relative change of a body's energy while it bounces on a floor for 10 s.
 fn energy_error(shape: Shape, thickness: f32, height: f32, across: bool) -> f32 {
     let turn = |v: Vec2| if across { Vec2::new(v.y, v.x) } else { v };
     let mut world = World::new(WorldSettings {
@@ -116,7 +116,7 @@ fn a_bounce_at_the_end_of_a_step_keeps_its_energy() {
         (Shape::rect(0.4, 0.4), 0.5),
         (Shape::rect(10.0, 10.0), 0.5),
     ] {
-        // From 25 the fall takes a second.
+        // A fall from a height of 25 takes a second.
         for height in (0..160).map(|index| 9.0 + 0.1 * index as f32) {
             for across in [false, true] {
                 let error = energy_error(shape, thickness, height, across);
@@ -126,7 +126,7 @@ fn a_bounce_at_the_end_of_a_step_keeps_its_energy() {
     }
 }
 
-/// A ball alone keeps the exact times of its bounces: it falls from a height, leaves at e times the speed, and so on.
+/// A single ball bounces at the exact times: it falls from a height, leaves at e times its speed, and so on.
 #[test]
 fn a_ball_alone_bounces_at_the_exact_times() {
     let (restitution, gravity, drop) = (0.9, 50.0, 20.0);
@@ -136,7 +136,7 @@ fn a_ball_alone_bounces_at_the_exact_times() {
     add(&mut world, BodyDef { restitution, ..ground });
     let ball = BodyDef { shape: Shape::circle(1.0), ..ball_at(0.0, 1.0 + drop) };
     let ball = add(&mut world, BodyDef { restitution, ..ball });
-    // Where the present flight began, how high and how fast.
+    // The start of the current flight, and its initial speed.
     let (mut begin, mut speed) =
         ((2.0 * drop / gravity).sqrt(), (2.0 * gravity * drop).sqrt() * restitution);
     for step in 1..=300 {

@@ -1,10 +1,10 @@
-//! Heaps of bodies whose masses differ by many decades.
+//! Heaps of bodies whose masses differ by many orders of magnitude.
 
 use super::*;
 use crate::rng::Rng;
 
-/// Beyond the masses that scenes may have sweeps in f32 fail, and without its guard a heap throws bodies up at
-/// 250,000 units/s.
+/// Beyond the masses allowed in scenes, sweeps in f32 fail; without its guard, a heap throws bodies up at 250,000
+/// units/s.
 #[test]
 fn heaps_of_any_masses_throw_nothing_far_up() {
     for (decades, speed_max) in [(6.0, 150.0), (9.0, 1000.0)] {
@@ -22,7 +22,7 @@ fn heaps_of_any_masses_throw_nothing_far_up() {
     }
 }
 
-/// `count` discs and boxes between two walls, whose masses differ by up to this number of decades.
+/// `count` discs and boxes between two walls, with masses that differ by up to this many orders of magnitude.
 fn heap(rng: &mut Rng, count: usize, decades: f32) -> World {
     let mut world = World::new(WorldSettings {
         gravity: Vec2::new(0.0, -50.0),

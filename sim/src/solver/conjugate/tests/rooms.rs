@@ -1,11 +1,11 @@
-//! Rooms that gravity crosses in less than a step, with bodies thinner than the slop: failures
-//! found by random extreme scenes, each cause in isolation.
+//! Rooms so small that gravity crosses them in less than a step, with bodies thinner than the slop: failures found by
+//! random extreme scenes, each with a single cause.
 
 use super::*;
 
 const DT: f32 = 0.02;
 const GRAVITY: f32 = 500.0;
-/// Side of a room: a body falls ten times as far in a step.
+/// Side of a room; a body falls ten times as far in a step.
 const SIDE: f32 = 0.02;
 const RADIUS: f32 = 0.001;
 
@@ -32,7 +32,7 @@ fn ball(x: f32, y: f32, velocity: (f32, f32), restitution: f32) -> BodyDef {
     BodyDef { shape, velocity, restitution, ..ball_at(x, y) }
 }
 
-/// Steps a room, and expects that every body stays inside.
+/// Steps a room and checks that every body stays inside.
 #[track_caller]
 fn holds(world: &mut World, side: f32) {
     for step in 1..=30 {

@@ -1,8 +1,8 @@
-//! Stacks, pyramids and heaps: how they carry their load, and how soon they rest.
+//! Stacks, pyramids and heaps: tests how they carry their load, and how soon they come to rest.
 
 use super::*;
 
-/// Boxes 2 high on each other; returns the top one.
+/// Stacks boxes of height 2 and returns the top one.
 fn stack(world: &mut World, masses: &[f32], gap: f32) -> BodyId {
     floor(world);
     let mut top = None;
@@ -13,7 +13,7 @@ fn stack(world: &mut World, masses: &[f32], gap: f32) -> BodyId {
     top.expect("a stack has a box")
 }
 
-/// Steps a stack, and expects that it stands.
+/// Steps a stack and checks that it stays upright.
 #[track_caller]
 fn stands(masses: &[f32]) {
     let mut world = world();
@@ -186,7 +186,7 @@ fn a_stack_whose_floor_goes_falls_as_one_body_does() {
             let before: Vec<f32> = stack.iter().map(|&id| world.position(id).y).collect();
             world.remove(floor);
             steps(&mut world, 60);
-            // 50 / 2 units in a second.
+            // Free fall covers 50 / 2 units in a second.
             for (&id, before) in stack.iter().zip(before) {
                 let fallen = before - world.position(id).y;
                 assert!((fallen - 25.0).abs() < 1e-4, "{count} of {size}: {fallen}");
@@ -195,7 +195,7 @@ fn a_stack_whose_floor_goes_falls_as_one_body_does() {
     }
 }
 
-/// Balls of radius 3 in a shaft, left and right in turns so that each rests on the one below and on a wall.
+/// Balls of radius 3 in a shaft, alternately left and right, so that each rests on the one below and on a wall.
 fn shaft(masses: &[f32], width: f32, friction: f32, across: bool) -> (World, Vec<BodyId>) {
     let turn = |v: Vec2| if across { Vec2::new(v.y, v.x) } else { v };
     let mut world = World::new(WorldSettings {
