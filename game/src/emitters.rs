@@ -1,4 +1,4 @@
-//! Emitters: those of the scene that start by themselves, and the report of all.
+//! Emitters: starts those of the scene that are due, and reports every start.
 
 use crate::event::Event;
 use crate::scene::{Condition, Location, Scene, ScheduledEmitter};

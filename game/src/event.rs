@@ -5,10 +5,10 @@ use crate::scene::Kind;
 use glam::Vec2;
 use jostle_sim::{BodyId, EmitterDef};
 
-/// A fact that a tick reports, in the order in which it happened.
+/// A fact reported by a tick; events are in the order in which they happened.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Event {
-    /// Two bodies began to touch, one of them dynamic, closing faster than the scene's report speed.
+    /// Two bodies, at least one of them dynamic, began to touch while closing faster than the scene's report speed.
     Impact {
         /// The body with the lower index.
         a: BodyId,
@@ -21,11 +21,11 @@ pub enum Event {
     },
     /// A dye pack burst on a hero.
     PackHit {
-        /// The pack's owner; nobody if a launcher made it.
+        /// The pack's owner; `None` if a launcher made it.
         owner: Option<Seat>,
         /// The hero's player, if it has one.
         victim: Option<Seat>,
-        /// The hero that is concerned.
+        /// The hero that was hit.
         hero: BodyId,
         /// Contact point, world units.
         point: Vec2,
@@ -34,32 +34,31 @@ pub enum Event {
     BodyLeft {
         /// Kind of the body.
         kind: Kind,
-        /// Its id, no longer valid.
+        /// Id of the body, no longer valid.
         body: BodyId,
-        /// Its last position, world units.
+        /// Last position of the body, world units.
         point: Vec2,
     },
     /// An emitter was started.
     EmitterStarted(EmitterDef),
-    /// An emitter of the scene at a fixed position was started again:
-    /// [`Scene::emitter`](crate::Scene::emitter).
+    /// An emitter of the scene at a fixed position was started again; see [`Scene::emitter`](crate::Scene::emitter).
     ScheduledEmitterStarted {
         /// Index into the scene's emitters.
         index: u8,
-        /// Seed of everything random about its particles this time.
+        /// Seed of all random properties of its particles this time.
         seed: u32,
     },
-    /// A rule says its line, [`Effects::say`](crate::scene::Effects::say).
+    /// A rule says its line; see [`Effects::say`](crate::scene::Effects::say).
     Said {
         /// Index into the scene's rules.
         rule: u8,
-        /// The player whose hero it is about, or who touched that body last.
+        /// The player whose hero the line is about, or who last touched the body that it is about.
         it: Option<Seat>,
-        /// The player who caused it.
+        /// The player who caused the line.
         by: Option<Seat>,
     },
     /// A player took a seat.
     Joined(Seat),
-    /// A player left a seat; hero and packs are gone.
+    /// A player left a seat; the player's hero and packs are gone.
     Left(Seat),
 }

@@ -20,16 +20,16 @@ use jostle_sim::particles::quantise;
 use jostle_sim::{BodyId, Shape, World};
 use std::sync::Arc;
 
-/// One body as clients and traces see it.
+/// A body as seen by clients and traces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SnapshotBody {
-    /// Its id. A body keeps kind, owner, group and shape for life.
+    /// Id of the body, whose kind, owner, group and shape never change.
     pub id: BodyId,
     /// Kind of the body, which decides who may move it.
     pub kind: Kind,
-    /// The player it belongs to, for heroes and packs.
+    /// The player to whom the body belongs, for heroes and packs.
     pub owner: Option<Seat>,
-    /// Collision group, an index into the scene's.
+    /// Collision group, as an index into the scene's groups.
     pub group: u8,
     /// Shape, around the centre.
     pub shape: Shape,
@@ -37,20 +37,20 @@ pub struct SnapshotBody {
     pub quanta: [i32; 2],
 }
 
-/// Public facts of one player, for snapshots.
+/// Public facts about a player, for snapshots.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlayerInfo {
     /// Seat of the player.
     pub seat: Seat,
-    /// The hero, unless the scene has none or it is about to respawn.
+    /// The hero; `None` if the scene has no heroes or this one is about to respawn.
     pub hero: Option<BodyId>,
-    /// The selected body (A1.1).
+    /// The body selected by the player (A1.1).
     pub selected: Option<BodyId>,
     /// The body that the player holds.
     pub held: Option<BodyId>,
     /// Hits scored with packs.
     pub score: u16,
-    /// Pointer in quanta, for the eyes of the hero to follow.
+    /// Pointer in quanta; the eyes of the hero follow it.
     pub pointer: Option<[i32; 2]>,
 }
 
@@ -62,7 +62,7 @@ pub struct Game {
     pub(crate) ticks: u32,
     pub(crate) roster: Roster,
     pub(crate) rngs: Rngs,
-    /// Where the scene has rules.
+    /// The state of the rules, in a scene that has rules.
     pub(crate) rules: Option<Rules>,
     events: Vec<Event>,
     /// Joins and leaves since the last tick.
@@ -77,7 +77,7 @@ pub struct Game {
 type Watch<'a> = dyn FnMut(Phase, &mut World) + 'a;
 
 impl Game {
-    /// A game at tick 0 without players. The same scene and seed give the same game.
+    /// Creates a game at tick 0, without players. The same scene and seed give the same game.
     pub fn new(scene: Arc<Scene>, seed: u64) -> Game {
         let world = World::new(scene.world_settings());
         let mut layouts = Rng::new(seed, LAYOUT_STREAM);
@@ -91,7 +91,7 @@ impl Game {
         game
     }
 
-    /// A game at tick 0 of these parts.
+    /// Creates a game at tick 0 from these parts.
     pub(crate) fn of_parts(
         scene: Arc<Scene>,
         world: World,
@@ -114,7 +114,7 @@ impl Game {
         }
     }
 
-    /// The scene that is played.
+    /// The scene being played.
     pub fn scene(&self) -> &Arc<Scene> {
         &self.scene
     }
@@ -124,18 +124,18 @@ impl Game {
         &self.world
     }
 
-    /// Whether a round began in this tick: everything was placed again.
+    /// Whether a round began in this tick, so that everything was placed again.
     pub(crate) fn begins_round(&self) -> bool {
         self.rules.as_ref().is_some_and(Rules::begins_round)
     }
 
-    /// Ticks played since the game began.
+    /// Ticks played since the start of the game.
     pub fn tick_count(&self) -> u32 {
         self.ticks
     }
 
-    /// Seats a player. Where the scene has heroes one appears, at once if a position is clear.
-    /// Panics if the seat is taken or not below [`SEATS_MAX`].
+    /// Seats a player. If the scene has heroes, the player gets one, at once if a position is clear. Panics if the
+    /// seat is taken or not below [`SEATS_MAX`].
     pub fn join(&mut self, seat: Seat) {
         assert!(usize::from(seat.0) < SEATS_MAX, "seat {} is past the last one", seat.0);
         let slot = match self.slot_of(seat) {
@@ -158,7 +158,7 @@ impl Game {
         self.pending.push(Event::Joined(seat));
     }
 
-    /// Removes a player with hero and packs. Panics if the seat is empty.
+    /// Removes a player, with hero and packs. Panics if the seat is empty.
     pub fn leave(&mut self, seat: Seat) {
         let slot = match self.slot_of(seat) {
             Ok(slot) => slot,
@@ -172,18 +172,19 @@ impl Game {
         self.pending.push(Event::Left(seat));
     }
 
-    /// The player's slot in the roster, or where it would be.
+    /// The player's slot in the roster, or the slot where the player would be inserted.
     fn slot_of(&self, seat: Seat) -> Result<usize, usize> {
         self.roster.players.binary_search_by_key(&seat, |player| player.seat)
     }
 
-    /// Plays one tick. `inputs` holds at most one entry a seat, in seat order; a seat without an
-    /// entry is at rest: nothing is down.
+    /// Plays one tick. `inputs` holds at most one entry per seat, in seat order; a seat without an entry has no
+    /// buttons down.
     pub fn tick(&mut self, inputs: &[(Seat, Input)]) {
         self.run(inputs, &mut |_, _| {}, |world, _| world.step());
     }
 
-    /// [`Game::tick`], with a call to `watch` after each phase. Its changes are part of the tick.
+    /// Plays a tick like [`Game::tick`], and calls `watch` after each phase. Changes made by `watch` are part of the
+    /// tick.
     pub fn tick_watched(
         &mut self,
         inputs: &[(Seat, Input)],
@@ -211,7 +212,7 @@ impl Game {
         self.begin_tick(inputs);
         watch(Phase::Inputs, &mut self.world);
 
-        // Everything stands until the round begins, and the world still names what left it in its last step.
+        // Nothing moves until the round begins, and the world still reports the bodies that left it in its last step.
         let steps = !self.rules.as_ref().is_some_and(Rules::stands_still);
         if steps {
             step(&mut self.world, watch);
@@ -277,13 +278,13 @@ impl Game {
         emitters::start_due(world, scene, &roster.placed, tick, allows, &mut rngs.emit, events);
     }
 
-    /// Whether a tick needed more than the scene's [`StepBudget`](jostle_sim::StepBudget). That tick was broken off, and
-    /// none is played any more.
+    /// Whether a tick needed more than the scene's [`StepBudget`](jostle_sim::StepBudget). That tick was broken off,
+    /// and no further tick is played.
     pub fn is_over_budget(&self) -> bool {
         self.world.is_over_budget()
     }
 
-    /// Reports of the last tick, and joins and leaves since the one before, in order.
+    /// Events of the last tick, preceded by joins and leaves since the tick before it, in order.
     pub fn events(&self) -> &[Event] {
         &self.events
     }
@@ -300,14 +301,14 @@ impl Game {
         })
     }
 
-    /// What players see of the rules; `None` in a scene without any.
+    /// Public state of the rules; `None` in a scene without rules.
     pub fn round(&self) -> Option<RoundInfo> {
         let mut round = None;
         self.capture_round(&mut round);
         round
     }
 
-    /// [`Game::round`], in the memory of an earlier one.
+    /// Stores [`Game::round`] in `round`, reusing its memory.
     pub fn capture_round(&self, round: &mut Option<RoundInfo>) {
         match &self.rules {
             Some(rules) => {
@@ -318,7 +319,8 @@ impl Game {
         }
     }
 
-    /// Hits with packs, in a playground; in a game the points of the player's side, as far as they are not below 0.
+    /// The player's score: hits with packs in a playground, or the points of the player's side in a game, if not
+    /// negative.
     fn score_of(&self, player: &Player) -> u16 {
         let Some(rules) = self.rules.as_ref().filter(|_| self.scene.rules.round.is_some()) else {
             return player.score;

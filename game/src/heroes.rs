@@ -11,7 +11,7 @@ use glam::Vec2;
 use jostle_sim::math::{clamp_length, max};
 use jostle_sim::{BodyDef, DT, Rng, World};
 
-/// Ticks from the loss of a hero to the next one.
+/// Ticks from the loss of a hero to its respawn.
 pub(crate) const RESPAWN_TICKS: u32 = 30;
 /// Ticks between two attempts to find a clear position.
 const RETRY_TICKS: u32 = 10;
@@ -36,7 +36,7 @@ pub(crate) fn spawn_due(
     }
 }
 
-/// Spawns the hero of a player, or has the player wait where nothing is clear.
+/// Spawns the hero of a player, or makes the player wait if no position is clear.
 pub(crate) fn spawn(
     world: &mut World,
     roster: &mut Roster,
@@ -59,14 +59,15 @@ pub(crate) fn spawn(
     player.hero_wait = RETRY_TICKS;
 }
 
-/// Whether a player's side lost its last life.
+/// Whether a player's side has lost its last life.
 fn is_out(player: &Player, teams: &[Standing]) -> bool {
     let team = player.team.and_then(|team| teams.get(usize::from(team)));
     team.map_or(player.standing.out, |team| team.out)
 }
 
-/// A position where a hero touches nothing that it collides with: the checkpoint, else a spawn point,
-/// tried from the player's own on, else a random one in the world. Adds their number to `tried`.
+/// Finds a position where a hero touches nothing that it collides with: the checkpoint, otherwise a spawn point,
+/// starting from the player's own, otherwise a random position in the world. Adds the number of positions tried to
+/// `tried`.
 fn clear_position(
     world: &World,
     roster: &Roster,
@@ -101,7 +102,7 @@ fn clear_position(
     None
 }
 
-/// Changes velocities by WASD; past the scene's speed thrust only turns.
+/// Changes the velocities of heroes by WASD. Above the scene's speed limit, thrust only changes the direction.
 pub(crate) fn thrust(world: &mut World, players: &[Player], scene: &Scene) {
     let Some(spec) = &scene.hero else { return };
     if !scene.tools.contains(Tools::STEER) {
@@ -114,7 +115,7 @@ pub(crate) fn thrust(world: &mut World, players: &[Player], scene: &Scene) {
     }
 }
 
-/// Keeps heroes on their lanes, and what they carry above them.
+/// Keeps heroes on their lanes, and the bodies they carry above them.
 pub(crate) fn keep_lanes(world: &mut World, players: &[Player], scene: &Scene) {
     for player in players {
         let Some(hero) = player.hero else { continue };
@@ -131,14 +132,14 @@ pub(crate) fn keep_lanes(world: &mut World, players: &[Player], scene: &Scene) {
             let rise =
                 world.shape(hero).half_extent().y + world.shape(carried.body).half_extent().y;
             let place = world.position(hero) + Vec2::new(0.0, rise);
-            // Driven there it would lift a hero that it comes to lie under.
+            // Set directly: driven there by a velocity, the body would lift a hero under which it comes to lie.
             world.set_position(carried.body, place);
             world.set_velocity(carried.body, world.velocity(hero));
         }
     }
 }
 
-/// Reports bodies that left the kill zone; the players of lost heroes wait for the next one.
+/// Reports bodies that left the kill zone; players who lost their hero wait for a new one.
 pub(crate) fn report_departed(world: &mut World, roster: &mut Roster, events: &mut Vec<Event>) {
     if world.departed().bodies.is_empty() {
         return;
@@ -158,7 +159,7 @@ pub(crate) fn report_departed(world: &mut World, roster: &mut Roster, events: &m
 }
 
 impl HeroSpec {
-    /// The velocity of a hero that flies, after a tick with these buttons down, before the world steps.
+    /// The velocity of a flying hero after a tick with these buttons down, before the world steps.
     pub(crate) fn thrusted(&self, velocity: Vec2, down: Buttons) -> Vec2 {
         let push = Vec2::new(
             down.axis(Buttons::RIGHT, Buttons::LEFT),

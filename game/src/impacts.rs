@@ -6,7 +6,7 @@ use glam::Vec2;
 use jostle_sim::Touch;
 use jostle_sim::{Shape, World, math};
 
-/// Impacts that one tick reports, the hardest ones; further ones have their effect unreported.
+/// Maximum number of impacts that a tick reports, hardest first; further ones still take effect.
 pub(crate) const IMPACTS_PER_TICK_MAX: usize = 32;
 
 /// Reports contacts that began harder than the scene's report speed, hardest first. `hard` is
@@ -18,7 +18,7 @@ pub(crate) fn report(world: &World, scene: &Scene, hard: &mut Vec<u64>, events: 
     let touches = world.touches();
     let is_hard = |touch: &Touch| touch.began && touch.closing > scene.impact_speed;
     hard.clear();
-    // Of equally hard ones those with the lower ids stay.
+    // Among equally hard impacts, those with the lower ids are kept.
     let key =
         |(index, touch): (u64, &Touch)| u64::from(!math::ordered_bits(touch.closing)) << 32 | index;
     hard.extend((0u64..).zip(touches).filter(|(_, touch)| is_hard(touch)).map(key));

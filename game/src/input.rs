@@ -1,4 +1,4 @@
-//! Inputs: a player's keys and pointer in a tick.
+//! Inputs: a player's keys and pointer during a tick.
 
 use glam::Vec2;
 use jostle_sim::particles::{dequantise, quantise};
@@ -36,11 +36,11 @@ impl Buttons {
     pub const PICK_MINION: Buttons = Buttons(1 << 10);
     /// P: select the platform.
     pub const PICK_PLATFORM: Buttons = Buttons(1 << 11);
-    /// T: change over to the next team.
+    /// T: change to the next team.
     pub const TEAM: Buttons = Buttons(1 << 12);
-    /// Return, once a round is over: on with the next one.
+    /// Return: start the next round, once a round is over.
     pub const AGAIN: Buttons = Buttons(1 << 13);
-    /// Those that a stunned player may press too.
+    /// Buttons that even a stunned player may press.
     pub const OF_ROUND: Buttons = Buttons(Buttons::TEAM.0 | Buttons::AGAIN.0);
     /// All bits with a meaning.
     pub const ALL: Buttons = Buttons((1 << 14) - 1);
@@ -63,15 +63,15 @@ pub struct Input {
     pointer: Option<Vec2>,
 }
 
-/// Resolution of pointers, world units: finer than anyone can point, and few bits to store.
+/// Resolution of pointers, world units: finer than anyone can point, and compact to store.
 pub const POINTER_QUANTUM: f32 = 1.0 / 16.0;
-/// Largest coordinate of a pointer, world units, either sign: 2^24 quanta.
+/// Largest absolute coordinate of a pointer, world units: 2^24 quanta.
 pub const POINTER_MAX: f32 = 1_048_576.0;
 
 impl Input {
-    /// An input of these buttons, without those that are unknown, and of a pointer in world units, rounded to multiples of
-    /// [`POINTER_QUANTUM`]; `None` while it is outside the view. A pointer that is not finite or lies past [`POINTER_MAX`] is
-    /// dropped.
+    /// Creates an input. Unknown buttons are dropped. The pointer is in world units and rounded to multiples of
+    /// [`POINTER_QUANTUM`]; `None` means that it is outside the view. A pointer that is not finite or lies beyond
+    /// [`POINTER_MAX`] is dropped.
     pub fn new(buttons: Buttons, pointer: Option<Vec2>) -> Input {
         let usable =
             |pointer: &Vec2| pointer.x.abs() <= POINTER_MAX && pointer.y.abs() <= POINTER_MAX;
@@ -90,7 +90,7 @@ impl Input {
         self.pointer
     }
 
-    /// The same pointer with these buttons.
+    /// Returns the same input with these buttons instead.
     #[must_use]
     pub fn with_buttons(self, buttons: Buttons) -> Input {
         Input::new(buttons, self.pointer)

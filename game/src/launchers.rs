@@ -1,4 +1,4 @@
-//! Launchers of a scene: packs without an owner, which chase every player's hero, and marbles.
+//! Launchers of a scene: they make marbles, and packs without an owner that chase every player's hero.
 
 use crate::packs::{self, Prey};
 use crate::placing::is_clear;
@@ -7,7 +7,7 @@ use crate::scene::{Condition, Kind, Launcher, Location, Scene};
 use glam::Vec2;
 use jostle_sim::{BodyDef, World};
 
-/// Works the launchers that are due in this tick. One whose place is taken skips its turn.
+/// Runs the launchers that are due in this tick. A launcher whose position is blocked skips its turn.
 pub(crate) fn work(
     world: &mut World,
     roster: &mut Roster,

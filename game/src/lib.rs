@@ -1,4 +1,4 @@
-//! Games: a [`Scene`] file describes one, a [`Game`] plays it on a [`World`](jostle_sim::World).
+//! Games: a [`Scene`] file describes a game, and a [`Game`] plays it on a [`World`](jostle_sim::World).
 //!
 //! One scene, one seed and one input log give one state hash for every tick, bit for bit, on every
 //! target. Nothing here does IO, reads a clock, spawns a thread or iterates a hash map.

@@ -1,4 +1,4 @@
-//! Minions: they wander at a speed of their own or rest, and recover the motion that a bounce takes.
+//! Minions either wander at a fixed speed or rest, and recover the motion that bounces take from them.
 
 use crate::roster::{Actor, Rule};
 use crate::scene::Kind;
@@ -6,12 +6,12 @@ use glam::Vec2;
 use jostle_sim::math::clamp_length;
 use jostle_sim::{BodyId, DT, Motion, World};
 
-/// Below this share of its wander speed a minion's heading no longer follows its motion.
+/// Below this share of its wander speed, a minion's heading no longer follows its motion.
 const ASTRAY: f32 = 0.5;
-/// Below this share a lighter body in its way has stopped it.
+/// Below this share of its wander speed, a minion counts as stopped by a lighter body in its way.
 const STOPPED: f32 = 0.1;
 
-/// Brings minions back towards their wander speed, along their heading (C38), and those that started at
+/// Brings wandering minions back towards their wander speed along their heading (C38), and minions that started at
 /// rest back to rest.
 pub(crate) fn steer(world: &mut World, actors: &[Option<Actor>], recovery: f32) {
     let gain = recovery * DT;
@@ -27,15 +27,15 @@ pub(crate) fn steer(world: &mut World, actors: &[Option<Actor>], recovery: f32) 
     }
 }
 
-/// Whether a body is free to move and does not fall: what falls comes to rest on the floor.
+/// Whether a body can move and does not fall; falling bodies come to rest on the floor by themselves.
 fn floats(world: &World, id: BodyId) -> bool {
     let gravity = world.settings().gravity * world.gravity_scale(id);
     world.motion(id) == Motion::Dynamic && gravity == Vec2::ZERO
 }
 
-/// After a step: minions head where they move, and a blocked one turns away from its obstacle. A
-/// lighter one is no obstacle as long as it can be pushed along. A lighter dye pack turns no minion,
-/// whichever of the two is faster (A2.34): until the minion has recovered from it, its heading stays.
+/// After a step, minions head where they move, and a blocked minion turns away from its obstacle. A lighter body is
+/// no obstacle while it can be pushed along. A lighter dye pack never turns a minion, whichever of the two is faster
+/// (A2.34): the minion keeps its heading until it has recovered.
 pub(crate) fn turn(world: &World, actors: &mut [Option<Actor>], recovery: f32) {
     for touch in world.touches() {
         let sides = [(touch.a, touch.b, touch.normal), (touch.b, touch.a, -touch.normal)];

@@ -1,8 +1,8 @@
 //! Dye packs: launched or thrown by players, or made by launchers, they chase a hero and burst on it.
 //!
-//! A pack's velocity is its own motion plus its drift. Contacts see its own motion (C21), so a pack
-//! pushes like any body; the change that they make becomes drift, which dies away. So a pack in
-//! front of a platform slides along it, and a hero behind a platform has cover (C39).
+//! A pack's velocity is its own motion plus its drift. Contacts act on its own motion (C21), so a pack pushes like
+//! any other body; the change that they cause becomes drift, which decays. A pack in front of a platform therefore
+//! slides along it, and a hero behind a platform has cover (C39).
 
 use crate::emitters;
 use crate::event::Event;
@@ -14,11 +14,11 @@ use glam::Vec2;
 use jostle_sim::math::{atan2, clamp, clamp_length, min, rotate};
 use jostle_sim::{BodyDef, BodyId, EmitterDef, Motion, Rng, Shape, Source, World, collide};
 
-/// Packs look to the right when they appear (B3).
+/// Direction of a new pack (B3).
 const FRONT_AT_START: Vec2 = Vec2::X;
 
-/// The heroes that packs may chase, listed where packs act; kept between ticks for its memory. Rules may have removed
-/// some of them since, so that each is looked up.
+/// The heroes that packs may chase, listed once per phase in which packs act; the list is kept between ticks to reuse
+/// its memory. Rules may have removed some of the heroes since, so each is looked up.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Prey {
     heroes: Vec<BodyId>,
@@ -34,8 +34,8 @@ impl Prey {
         self.hits_owner = roster.players.len() == 1 && spec.throw_every.is_none();
     }
 
-    /// The heroes that packs of a player may burst on: all but the player's, unless that one plays alone and
-    /// throws none.
+    /// The heroes on which a player's packs may burst: all but the player's own. The own hero counts too if the
+    /// player is alone and packs cannot be thrown.
     fn of<'a>(
         &'a self,
         owner: Option<Seat>,
@@ -45,7 +45,7 @@ impl Prey {
         heroes.filter(move |hero| hero.owner != owner || self.hits_owner)
     }
 
-    /// The centre of the hero nearest to a position that a pack of this player may burst on.
+    /// Of the heroes on which this player's packs may burst, the centre of the one nearest to a position.
     pub fn nearest_to(
         &self,
         position: Vec2,
@@ -64,7 +64,7 @@ impl Prey {
         nearest.map(|(_, center)| center)
     }
 
-    /// The first hero that the pack touches, and where.
+    /// The first hero that the pack touches, and the contact point.
     fn touched(&self, pack: Actor, world: &World, roster: &Roster) -> Option<(Actor, Vec2)> {
         let (shape, center) = (world.shape(pack.id), world.position(pack.id));
         let touched = |hero: &&Actor| {
@@ -76,7 +76,7 @@ impl Prey {
     }
 }
 
-/// Turns packs towards their targets, moves them, and removes the worn-out ones.
+/// Turns packs towards their targets, moves them, and removes packs that have worn out.
 pub(crate) fn steer(world: &mut World, roster: &mut Roster, scene: &Scene, prey: &mut Prey) {
     let Some(spec) = &scene.pack else { return };
     prey.list(roster, spec);
@@ -100,7 +100,7 @@ pub(crate) fn steer(world: &mut World, roster: &mut Roster, scene: &Scene, prey:
     }
 }
 
-/// After a step: the change that contacts made to a pack's velocity becomes drift.
+/// After a step, turns the change that contacts made to a pack's velocity into drift.
 pub(crate) fn take_drift(world: &World, actors: &mut [Option<Actor>], scene: &Scene) {
     if scene.pack.is_none() {
         return;
@@ -112,8 +112,7 @@ pub(crate) fn take_drift(world: &World, actors: &mut [Option<Actor>], scene: &Sc
     }
 }
 
-/// Removes packs that touch a hero (A4.8), scores and reports them; the burst starts in the same
-/// tick (B7).
+/// Removes packs that touch a hero (A4.8), scores and reports the hits; the burst starts in the same tick (B7).
 pub(crate) fn burst(
     world: &mut World,
     roster: &mut Roster,
@@ -129,7 +128,7 @@ pub(crate) fn burst(
         let Some(pack) = pack else { continue };
         let Some((hero, point)) = prey.touched(pack, world, roster) else { continue };
         let victim = hero.owner;
-        // A static hero is not pushed.
+        // A static hero cannot be pushed.
         if let Rule::Chase { front, .. } = pack.rule
             && world.motion(hero.id) != Motion::Static
         {
@@ -151,8 +150,8 @@ pub(crate) fn burst(
     }
 }
 
-/// Launches a pack of a player towards `aim`, within the player's cap: at the pointer, or thrown from the
-/// hero.
+/// Launches a pack of a player towards `aim`, within the player's cap: it appears at the pointer or is thrown from
+/// the hero.
 pub(crate) fn launch(
     world: &mut World,
     roster: &mut Roster,
@@ -178,14 +177,14 @@ pub(crate) fn launch(
     let Some(towards) = (aim - center).try_normalize() else { return };
     let outside = edge(world.shape(hero), towards) + spec.body.shape.half_extent().x;
     let position = center + towards * outside;
-    // Through no wall that the hero stands at.
+    // The pack must not appear behind a wall next to the hero.
     let is_clear = is_clear(world, scene, &spec.body, position, world.ids());
     let position = if is_clear { position } else { center };
     add(world, roster, scene, Some(seat), position, towards);
     roster.players[slot].throw_wait = ticks;
 }
 
-/// How far the outline of a shape is from its centre, in the direction of a unit vector.
+/// Distance from the centre of a shape to its outline, in the direction of a unit vector.
 fn edge(shape: Shape, towards: Vec2) -> f32 {
     match shape {
         Shape::Circle { radius } => radius,
@@ -196,7 +195,7 @@ fn edge(shape: Shape, towards: Vec2) -> f32 {
     }
 }
 
-/// Adds a pack that sets off `towards` a side, to the right where that has no direction.
+/// Adds a pack that sets off in the direction `towards`, or to the right if that vector has no direction.
 pub(crate) fn add(
     world: &mut World,
     roster: &mut Roster,
@@ -214,14 +213,14 @@ pub(crate) fn add(
     roster.add(world, &def, Kind::Pack, owner, rule);
 }
 
-/// `front` after turning by a share of the signed angle to `way` (A4.9).
+/// Returns `front` turned by a share of the signed angle to `way` (A4.9).
 fn turned(front: Vec2, way: Vec2, share: f32) -> Vec2 {
     let angle = atan2(front.perp_dot(way), front.dot(way));
     let turned = rotate(front, angle * share);
     turned / turned.length()
 }
 
-/// The point of a placed shape that is nearest to `from`; `from` itself if it lies inside.
+/// The point of a placed shape nearest to `from`, which is `from` itself if it lies inside.
 fn nearest_point(shape: Shape, center: Vec2, from: Vec2) -> Vec2 {
     let away = from - center;
     match shape {

@@ -1,26 +1,26 @@
-//! The parts of a tick after which two runs can be compared.
+//! The phases of a tick after which two runs can be compared.
 
 use jostle_sim::StepPhase;
 
-/// The parts of a tick, in order.
+/// The phases of a tick, in order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Phase {
-    /// Players come and go, rules and tools set velocities.
+    /// Players join and leave; rules and tools set velocities.
     Inputs,
-    /// Velocities, then positions.
+    /// Velocities are integrated, then positions.
     Integrate,
-    /// Which pairs take part.
+    /// The pairs that take part are found.
     Pairs,
-    /// Contacts are solved, and overlaps removed.
+    /// Contacts are solved and overlaps removed.
     Relax,
-    /// Events are reported and acted on; tools make new bodies.
+    /// Events are reported and rules act on them; tools make new bodies.
     Events,
-    /// Particles move, emitters make more.
+    /// Particles move, and emitters make more of them.
     Particles,
 }
 
 impl Phase {
-    /// All of them, in order.
+    /// All phases, in order.
     pub const ALL: [Phase; 6] = [
         Phase::Inputs,
         Phase::Integrate,

@@ -1,17 +1,17 @@
-//! The start of a game: bodies of the scene file, and layouts at positions that the seed decides.
+//! The start of a game: places the bodies of the scene file, and layouts at positions derived from the seed.
 
 use crate::roster::{Roster, Rule};
 use crate::scene::{Kind, Layout, Location, Path, Placed, Scene};
 use glam::Vec2;
 use jostle_sim::{Aabb, BodyDef, BodyId, Motion, Rng, Shape, Spring, SpringEnd, World, collide};
 
-/// Positions tried for a body in its cell, and again in the whole area; then it is left out.
+/// Positions tried for a body in its cell, and again in the whole area, before the body is left out.
 const TRIES: u32 = 256;
-/// Bodies of a layout that find no room one after the other before the layout counts as full.
+/// Consecutive bodies of a layout without room after which the layout counts as full.
 const FAILURES_MAX: u32 = 8;
 
-/// Fills the world: first the bodies at fixed positions that are `there`, by their numbers, then the
-/// layouts in file order.
+/// Fills the world: first the bodies at fixed positions for which `there` is true, by index, then the layouts in file
+/// order.
 pub(crate) fn fill(
     world: &mut World,
     roster: &mut Roster,
@@ -47,7 +47,7 @@ pub(crate) fn fill(
     }
 }
 
-/// Adds the springs; bodies that found no room have none.
+/// Adds the springs, except those of bodies that found no room.
 fn add_springs(world: &mut World, placed: &[Option<BodyId>], scene: &Scene) {
     for spring in &scene.springs {
         let end = match spring.to {
@@ -76,7 +76,7 @@ pub(crate) fn place_body(
     place(world, roster, body.kind, body.def, body.start_speed, rng)
 }
 
-/// Adds a body; one with a `start_speed` sets off to either side.
+/// Adds a body; one with a `start_speed` sets off to the left or right at random.
 fn place(
     world: &mut World,
     roster: &mut Roster,
@@ -98,7 +98,7 @@ fn place(
     roster.add(world, &def, kind, None, rule)
 }
 
-/// A velocity to the right or to the left.
+/// A velocity to the right or to the left, chosen at random.
 pub(crate) fn either_side(speed: f32, rng: &mut Rng) -> Vec2 {
     if rng.below(2) == 0 { Vec2::new(speed, 0.0) } else { Vec2::new(-speed, 0.0) }
 }
@@ -118,7 +118,7 @@ pub(crate) fn is_clear(
     })
 }
 
-/// Spawn points stay clear of layouts (C37).
+/// Regions around spawn points, which layouts leave clear (C37).
 fn spawn_regions(scene: &Scene) -> Vec<Aabb> {
     let Some(hero) = &scene.hero else { return Vec::new() };
     let half = hero.body.shape.half_extent();
@@ -133,8 +133,8 @@ fn swept(path: &Path, shape: Shape) -> impl Iterator<Item = Aabb> {
         .map(move |leg| Aabb::around(leg[0], half).union(&Aabb::around(leg[1], half)))
 }
 
-/// The layout's next body: at the centre of its cell where the layout is exact, else at a random
-/// position with room around it in its cell, or where that is full, anywhere in the area.
+/// Finds room for the layout's next body: at the centre of its cell if the layout is exact. Otherwise it gets a
+/// random position with room around it in its cell or, if that is full, anywhere in the area.
 fn find_room(
     layout: &Layout,
     number: u32,

@@ -3,8 +3,8 @@
 use crate::scene::Scene;
 use jostle_sim::{BodyId, World};
 
-/// Gives bodies on a path the velocity that takes them to their position at the end of the tick, which
-/// `tick_of` returns for each.
+/// Gives bodies on a path the velocity that takes them to their position at the end of the tick. `tick_of` returns
+/// the path tick of each.
 pub(crate) fn drive(
     world: &mut World,
     placed: &[Option<BodyId>],

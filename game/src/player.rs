@@ -1,4 +1,4 @@
-//! A seated player, as the rules see it.
+//! A seated player, as seen by the rules.
 
 use crate::input::{Buttons, Input, Seat};
 use crate::side::Standing;
@@ -9,7 +9,7 @@ use jostle_sim::{BodyId, Motion, World};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct HeldBody {
     pub body: BodyId,
-    /// Gravity scale that the body gets back on release.
+    /// Gravity scale that is restored to the body on release.
     pub gravity_scale: f32,
 }
 
@@ -22,17 +22,17 @@ pub(crate) struct Player {
     pub selected: Option<BodyId>,
     pub held: Option<HeldBody>,
     pub score: u16,
-    /// The team, in scenes that have teams.
+    /// The team, in a scene with teams.
     pub team: Option<u8>,
-    /// How the player stands in the round, where there are no teams.
+    /// The player's standing in the round, if there are no teams.
     pub standing: Standing,
     /// Ticks until the next dye pack may be thrown.
     pub throw_wait: u32,
-    /// Where the hero appeared last.
+    /// Position where the hero last appeared.
     pub home: Vec2,
-    /// Where the hero comes back instead.
+    /// Position where the hero respawns instead, if set.
     pub checkpoint: Option<Vec2>,
-    /// The body that hangs on the hero.
+    /// The body carried by the hero.
     pub carried: Option<HeldBody>,
     /// The hero that left the world in this tick.
     pub lost: Option<BodyId>,
@@ -42,16 +42,16 @@ pub(crate) struct Player {
 /// Pointer and keys of a player.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PlayerControls {
-    /// No input arrived for this tick: the connection is closed or silent. Hits on such a player score
-    /// nothing.
+    /// Whether no input arrived for this tick, because the connection is closed or silent. Hits on such a player do
+    /// not score.
     pub is_away: bool,
-    /// Ticks for which keys do nothing.
+    /// Ticks during which the player's keys do nothing.
     pub stun: u32,
-    /// Last pointer inside the world.
+    /// Last pointer position inside the world.
     pub pointer: Option<Vec2>,
-    /// The same, a tick before.
+    /// The same, one tick earlier.
     pub pointer_before: Option<Vec2>,
-    /// Pointer of this tick, if inside the world.
+    /// Pointer in this tick, if inside the world.
     pub aim: Option<Vec2>,
     /// Buttons that are down.
     pub down: Buttons,
@@ -92,7 +92,7 @@ impl PlayerControls {
 }
 
 impl Player {
-    /// Forgets the round before.
+    /// Resets the state left over from the previous round.
     pub fn begin_round(&mut self) {
         self.controls.stun = 0;
         self.throw_wait = 0;
@@ -100,7 +100,7 @@ impl Player {
         self.hero_wait = 0;
     }
 
-    /// Hangs a body on the hero, in place of another, if it is still there and something moves it.
+    /// Attaches a body to the hero in place of any other, provided that the body still exists and is dynamic.
     pub fn carry(&mut self, body: BodyId, world: &mut World) {
         if !world.contains(body) || world.motion(body) != Motion::Dynamic {
             return;
@@ -113,14 +113,14 @@ impl Player {
         }
     }
 
-    /// Drops what the hero carries.
+    /// Drops the body that the hero carries.
     pub fn drop_carried(&mut self, world: &mut World) {
         if let Some(carried) = self.carried.take() {
             world.set_gravity_scale(carried.body, carried.gravity_scale);
         }
     }
 
-    /// Lets go of a body that is to be elsewhere.
+    /// Releases a body that is about to be moved elsewhere.
     pub fn let_go_of(&mut self, body: BodyId, world: &mut World) {
         if let Some(held) = self.held.take_if(|held| held.body == body) {
             world.set_gravity_scale(body, held.gravity_scale);

@@ -3,10 +3,10 @@
 use jostle_sim::Rng;
 use jostle_sim::state::io::StateIo;
 
-/// Stream of the generator that places the layouts; it is used only once, when a game starts.
+/// Stream of the generator that places the layouts; it is used only once, at the start of a game.
 pub(crate) const LAYOUT_STREAM: u64 = 1;
 
-/// A generator for each purpose, so that the draws of one rule never shift those of another.
+/// One generator for each purpose, so that the draws of one rule never shift those of another.
 #[derive(Clone, Debug)]
 pub(crate) struct Rngs {
     pub spawn: Rng,
@@ -25,7 +25,7 @@ impl Rngs {
         }
     }
 
-    /// Describes their state.
+    /// Describes the state of the generators.
     pub fn state(&self, io: &mut impl StateIo) -> Rngs {
         Rngs {
             spawn: io.generator("chance of spawns", &self.spawn),

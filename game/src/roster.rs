@@ -1,4 +1,4 @@
-//! The roster: who the bodies of the World are, and who plays.
+//! The roster: the roles of the World's bodies, and the players.
 
 use crate::input::Seat;
 use crate::player::Player;
@@ -16,7 +16,7 @@ pub(crate) struct Actor {
     pub rule: Rule,
 }
 
-/// Motion of a body by itself.
+/// Motion that a body makes by itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Rule {
     Still,
@@ -24,13 +24,13 @@ pub(crate) enum Rule {
         heading: Vec2,
         /// Units/s, positive.
         speed: f32,
-        /// A dye pack has pushed it off its way, to which it returns.
+        /// Whether a dye pack has pushed the body off its path, to which it returns.
         is_pushed: bool,
     },
     Chase {
-        /// Unit vector of its own motion.
+        /// Direction of the pack's own motion, a unit vector.
         front: Vec2,
-        /// Velocity that contacts have added to its own motion, units/s.
+        /// Velocity that contacts have added to the pack's own motion, units/s.
         drift: Vec2,
         /// Velocity set for this step, units/s.
         driven: Vec2,
@@ -43,11 +43,11 @@ pub(crate) enum Rule {
 pub(crate) struct Roster {
     /// Roles by body index.
     pub actors: Vec<Option<Actor>>,
-    /// In seat order.
+    /// Players in seat order.
     pub players: Vec<Player>,
-    /// Bodies of [`Scene::bodies`], in that order, as long as they exist.
+    /// Ids of the bodies in [`Scene::bodies`], in that order; `None` once a body is gone.
     pub placed: Vec<Option<BodyId>>,
-    /// Positions that were tried for heroes in the last tick; not part of the state.
+    /// Positions tried for heroes in the last tick; not part of the state.
     pub positions_tried: u32,
 }
 
@@ -99,7 +99,7 @@ impl Roster {
         }
     }
 
-    /// Removes a body that the world has removed already.
+    /// Forgets a body that the world has already removed.
     pub fn forget(&mut self, id: BodyId) -> Option<Actor> {
         for player in &mut self.players {
             player.forget(id);
@@ -110,12 +110,12 @@ impl Roster {
         self.actors[id.index as usize].take_if(|actor| actor.id == id)
     }
 
-    /// The role of a body; `None` if it is gone.
+    /// The role of a body; `None` if the body is gone.
     pub fn actor(&self, id: BodyId) -> Option<&Actor> {
         self.actors.get(id.index as usize)?.as_ref().filter(|actor| actor.id == id)
     }
 
-    /// The player that a body belongs to; nobody if it is gone.
+    /// The player who owns a body; `None` if the body is gone.
     pub fn owner_of(&self, id: BodyId) -> Option<Seat> {
         self.actor(id)?.owner
     }
@@ -126,7 +126,7 @@ impl Roster {
         player.and_then(|player| player.team).map_or(Side::Player(seat), Side::Team)
     }
 
-    /// The team with the fewest players, the first of equals, that has a place left.
+    /// The team with a free place and the fewest players; the first one among equals.
     pub fn team_for(&self, scene: &Scene) -> Option<u8> {
         let teams = (0..).zip(&scene.rules.teams).map(|(index, team): (u8, _)| {
             let players = self.players.iter().filter(|player| player.team == Some(index)).count();
@@ -135,7 +135,7 @@ impl Roster {
         teams.min().map(|(_, _, index)| index)
     }
 
-    /// The team after that of this player, in the order of the file, that is open and has a place left.
+    /// The next team after this player's, in file order, that is open and has a free place.
     pub fn team_after(
         &self,
         scene: &Scene,
@@ -153,7 +153,7 @@ impl Roster {
         others.into_iter().find(|&team| is_open(team) && has_place(team))
     }
 
-    /// How many players of the same team sit before this one.
+    /// Number of players of the same team who sit before this one.
     pub fn place_in_team(&self, slot: usize) -> usize {
         let team = self.players[slot].team;
         self.players[..slot].iter().filter(|player| player.team == team).count()
@@ -164,7 +164,7 @@ impl Roster {
         self.actors.iter().flatten()
     }
 
-    /// The first body of a kind in the scene file: the one that H, M or P selects.
+    /// The first body of a kind in the scene file, which H, M or P selects.
     pub fn first_of(&self, scene: &Scene, kind: Kind) -> Option<BodyId> {
         if !scene.tools.contains(Tools::SELECT) {
             return None;
@@ -173,7 +173,7 @@ impl Roster {
         self.placed[index]
     }
 
-    /// Returns whether tools may make another body; slots of heroes still to come stay free.
+    /// Returns whether tools may make another body; room is reserved for heroes that have yet to appear.
     pub fn has_room(&self, world: &World, scene: &Scene) -> bool {
         let heroes = self.players.iter().filter(|player| player.hero.is_some()).count();
         let reserved = match scene.hero {

@@ -1,9 +1,8 @@
-//! The rules of a scene while they are played: rounds, zones, signals, and what happens at their edges.
+//! The rules of a scene during play: rounds, zones, signals, and the effects of their edges.
 //!
-//! At the start of a tick the levels of the last one act: bodies come and go, paths run or stand. After the
-//! step one pass goes over zones, signals, rules and the verdict, in the order of the file. What a rule
-//! changes, zones and signals see in the next tick, so nothing cascades. `docs/scenes.md` has the exact
-//! semantics.
+//! At the start of a tick the levels of the last tick take effect: bodies come and go, paths run or stop. After the
+//! step, a single pass evaluates zones, signals, rules and the verdict, in file order. Zones and signals see the
+//! changes made by a rule in the next tick, so nothing cascades. The exact semantics are in `docs/scenes.md`.
 
 mod book;
 mod breakage;

@@ -1,7 +1,7 @@
 //! Scenes: described by TOML files, checked and ready to be played.
 //!
-//! `docs/scenes.md` is the reference of the file format. A scene that parsed can be played: every
-//! number is finite and in its range, every name is resolved, everything placed has room.
+//! `docs/scenes.md` is the reference of the file format. A scene that was parsed successfully can be played: every
+//! number is finite and in its range, every name is resolved, and there is room for everything placed.
 
 mod actors;
 mod bodies;
@@ -53,7 +53,7 @@ use table::Document;
 pub use table::{FieldForm, FieldInfo};
 pub use tools::Tools;
 
-/// File and text of every shipped scene.
+/// Name and text of every built-in scene file.
 pub(crate) const BUILT_IN: [(&str, &str); 24] = [
     ("arena.toml", include_str!("../../assets/scenes/arena.toml")),
     ("splash.toml", include_str!("../../assets/scenes/splash.toml")),
@@ -82,7 +82,7 @@ pub(crate) const BUILT_IN: [(&str, &str); 24] = [
 ];
 
 impl Scene {
-    /// Parses and checks a scene. `file` is used in errors, and its stem is the scene's name.
+    /// Parses and checks a scene. `file` appears in errors, and its stem becomes the scene's name.
     pub fn parse(file: &str, source: &str) -> Result<Scene, SceneError> {
         let document = Document::new(file, source);
         let name = name_of(&document)?;
@@ -102,7 +102,8 @@ impl Scene {
         document.checked(scene)
     }
 
-    /// The fields that a file has or may have, as far as it can be read: its errors do not matter, unless it is no TOML.
+    /// The fields that a file has or may have, as far as it can be read. Errors in the scene are ignored, except for
+    /// invalid TOML.
     pub fn fields(source: &str) -> Vec<FieldInfo> {
         let document = Document::noting("fields.toml", source);
         if let Ok(entries) = toml::de::DeTable::parse(source) {
@@ -112,7 +113,7 @@ impl Scene {
         document.into_asked()
     }
 
-    /// The scenes that Jostle ships, embedded from `assets/scenes`, `arena` first.
+    /// The scenes shipped with Jostle, embedded from `assets/scenes`; `arena` comes first.
     pub fn built_in() -> Vec<Scene> {
         let parse = |(file, source)| Scene::parse(file, source).expect("a test parses every one");
         BUILT_IN.into_iter().map(parse).collect()

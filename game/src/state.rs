@@ -1,7 +1,7 @@
 //! The Game's state: hashed, compared, saved as bytes and restored from them.
 //!
-//! A saved state is the World's and the rules' own. It goes with its scene, and is saved between two
-//! ticks: the reports of the last tick are not part of it.
+//! A saved state contains the states of the World and of the rules. It is only valid with its scene, and is saved
+//! between two ticks, so the events of the last tick are not included.
 
 use crate::event::Event;
 use crate::game::Game;
@@ -18,9 +18,9 @@ use jostle_sim::state::{StateDump, Subject};
 use jostle_sim::{BodyId, Difference, Motion, Rng, StateError, StateHasher, World};
 use std::sync::Arc;
 
-/// Stands for no seat.
+/// Stands for the absence of a seat.
 const NO_SEAT: u8 = u8::MAX;
-/// Seats from here on take two bytes.
+/// Seats from this number on take two bytes.
 const LONG_SEATS: u16 = 128;
 const PLAYER_BYTES_MIN: usize = 42;
 const PENDING_BYTES: usize = 2;
@@ -46,8 +46,8 @@ impl Game {
         one.first_difference(&two)
     }
 
-    /// The whole state as bytes, between two ticks: at most 64 a body and 8 a contact, particles,
-    /// emitters and players aside.
+    /// The whole state as bytes, between two ticks: at most 64 per body and 8 per contact, not counting particles,
+    /// emitters and players.
     pub fn save(&self) -> Vec<u8> {
         let mut out = StateWriter::default();
         self.world.save(&mut out);
@@ -56,8 +56,8 @@ impl Game {
         out.0
     }
 
-    /// Restores a saved game: it plays on exactly as the original. Any bytes may come in; those that
-    /// are no state of a game of this scene are refused.
+    /// Restores a saved game, which then continues exactly like the original. Any bytes are safe to pass: those that
+    /// are not the state of a game of this scene are refused.
     pub fn restore(scene: Arc<Scene>, bytes: &[u8]) -> Result<Game, StateError> {
         let bytes = &mut StateReader::new(bytes);
         let world = World::restore(scene.world_settings(), bytes)?;
@@ -83,7 +83,7 @@ impl Game {
         Ok(game)
     }
 
-    /// Describes the state, but for the world's and the rules'.
+    /// Describes the state, except for that of the world and the rules.
     fn state<Io: StateIo>(&self, io: &mut Io) -> (u32, Rngs, Roster, Vec<Event>) {
         let Game { scene, world, roster, .. } = self;
         io.subject(Subject::One("rules"));
@@ -92,7 +92,7 @@ impl Game {
         let actors = io.each(&roster.actors, |io, _, slot| {
             slot.map(|actor| actor_state(actor, scene, world, io))
         });
-        // Set once, with the bodies: not hashed.
+        // Not hashed, since it is set only once, when the bodies are placed.
         let placed = io.each(scene.bodies.iter().zip(&roster.placed), |io, _, (body, &id)| {
             let id = io.saved_body("body of the scene", id);
             let moves = |id| body.path.is_none() || world.motion(id) != Motion::Static;
@@ -133,7 +133,7 @@ impl Game {
     }
 }
 
-/// Kind and rule share a byte; the body's id follows from its slot.
+/// Describes an actor. Kind and rule share a byte; the body's id follows from its slot.
 #[inline]
 fn actor_state(mut it: Actor, scene: &Scene, world: &World, io: &mut impl StateIo) -> Actor {
     io.subject(Subject::Body(it.id));
@@ -183,7 +183,7 @@ fn direction_state(fields: [Field; 2], direction: Vec2, io: &mut impl StateIo) -
     direction
 }
 
-/// `roster` has the actors.
+/// Describes a player; `roster` must already contain the actors.
 fn player_state(mut it: Player, roster: &Roster, world: &World, io: &mut impl StateIo) -> Player {
     io.subject(Subject::Numbered("player", u32::from(it.seat.0)));
     let seat = seat_state("seat", Some(it.seat), io);
@@ -210,7 +210,7 @@ fn is_loose(id: BodyId, world: &World) -> bool {
     world.contains(id) && world.motion(id) == Motion::Dynamic
 }
 
-/// Describes a body that is held, and its gravity scale.
+/// Describes a held body and its gravity scale.
 pub(crate) fn held_state(
     [name, scale]: [Field; 2],
     held: Option<HeldBody>,
@@ -239,14 +239,14 @@ fn pending_state(event: Event, io: &mut impl StateIo) -> Event {
     })
 }
 
-/// Describes a seat, or none.
+/// Describes a seat, or `None`.
 #[inline]
 pub(crate) fn seat_state(field: Field, seat: Option<Seat>, io: &mut impl StateIo) -> Option<Seat> {
     io.bits(field, seat.map_or(u32::MAX, |seat| u32::from(seat.0)));
     saved_seat(field, seat, io)
 }
 
-/// One byte below 128, the usual case; above it two, high bits first; one byte for no seat.
+/// Saves a seat: one byte below 128, the usual case, otherwise two with the high bits first; one byte for no seat.
 #[inline]
 fn saved_seat(field: Field, seat: Option<Seat>, io: &mut impl StateIo) -> Option<Seat> {
     let [first, second] = match seat {

@@ -1,4 +1,4 @@
-//! The rules of a game, on small scenes made for each.
+//! Tests of the rules of a game, on small scenes made for each test.
 
 mod bodies;
 mod budget;
@@ -69,7 +69,7 @@ fn input(buttons: &[Buttons], pointer: Option<Vec2>) -> Input {
 
 const FIRST: Seat = Seat(0);
 
-/// One tick with one input of the first seat.
+/// Plays a tick with an input from the first seat only.
 fn play(game: &mut Game, buttons: &[Buttons], pointer: Option<Vec2>) {
     game.tick(&[(FIRST, input(buttons, pointer))]);
 }

@@ -1,4 +1,4 @@
-//! Tools of players: Z, X, C, V, the click, and H, M, P with the drag.
+//! Tools of players: Z, X, C, V, the click, and H, M and P with dragging.
 
 use crate::event::Event;
 use crate::input::Buttons;
@@ -12,18 +12,18 @@ use glam::Vec2;
 use jostle_sim::math::{clamp_length, min};
 use jostle_sim::{Aabb, BodyDef, BodyId, DT, EmitterDef, Motion, Rng, Shape, Source, World};
 
-/// Largest change of either component of a velocity that C makes in a tick, units/s.
+/// Largest change by C of each component of a velocity in a tick, units/s.
 const AGITATE_SPEED: f32 = 5.0;
-/// Speed at which a held body follows the pointer, units/s: fast, but not enough to tunnel.
+/// Speed at which a held body follows the pointer, units/s: fast, but too slow to tunnel.
 const HOLD_SPEED_MAX: f32 = 120.0;
-/// Places at which Z tries to drop a marble in a tick, each in a larger square around the pointer.
+/// Positions at which Z tries to drop a marble in a tick, each in a larger square around the pointer.
 const DROP_TRIES: u32 = 16;
-/// Half the side of the first square (C45), and its growth from one to the next, as shares of the
-/// marble's half extent. The last one has room for 36 marbles.
+/// Half the side of the first square (C45), and its growth from one try to the next, as shares of the marble's half
+/// extent. The last square has room for 36 marbles.
 const DROP_SPREAD: f32 = 0.5;
 const DROP_GROWTH: f32 = 0.4;
 
-/// Tools that act on bodies, before the step: V, C, selection and drag, X.
+/// Runs the tools that act on bodies, before the step: V, C, selection and dragging, X.
 pub(crate) fn act_on_bodies(world: &mut World, roster: &mut Roster, scene: &Scene, rng: &mut Rng) {
     let allows = |tool| scene.tools.contains(tool);
     let any = |button| roster.players.iter().any(|player| player.controls.holds(button));
@@ -43,8 +43,7 @@ pub(crate) fn act_on_bodies(world: &mut World, roster: &mut Roster, scene: &Scen
     }
 }
 
-/// Tools that make something, after the step, so that it appears where the pointer is. `nearby` is
-/// scratch memory.
+/// Runs the tools that make something, after the step, so that it appears at the pointer. `nearby` is scratch memory.
 pub(crate) fn make(
     world: &mut World,
     roster: &mut Roster,
@@ -106,9 +105,8 @@ fn drop_marble(
     }
 }
 
-/// A place near the pointer where a marble touches nothing, on the same side of every wall; none if
-/// the tries do not find one. Bodies made inside each other would burst apart, and through walls.
-/// `nearby` is scratch memory.
+/// Finds a position near the pointer where a marble touches nothing and is on the same side of every wall; `None` if
+/// all tries fail. Bodies made inside each other would burst apart, even through walls. `nearby` is scratch memory.
 fn free_place(
     world: &World,
     scene: &Scene,
@@ -126,8 +124,8 @@ fn free_place(
     (0..DROP_TRIES).find_map(|attempt| {
         let spread = half * (DROP_SPREAD + DROP_GROWTH * attempt as f32);
         let position = aim + Vec2::new(rng.range(-1.0, 1.0), rng.range(-1.0, 1.0)) * spread;
-        // What is immovable may not reach into the rectangle between the two. One without area would
-        // touch nothing.
+        // Immovable bodies may not reach into the rectangle between pointer and position. A rectangle without area
+        // would touch nothing.
         let between = (position - aim).abs() * 0.5 + Vec2::splat(1e-3);
         let way = BodyDef { shape: Shape::Box { half: between }, ..*marble };
         let is_fixed = |id: &BodyId| world.motion(*id) != Motion::Dynamic;
@@ -162,8 +160,8 @@ fn select(world: &World, roster: &mut Roster, scene: &Scene, slot: usize) {
     }
 }
 
-/// Returns the body that a press at a point selects, of bodies with their kinds, shapes and centres:
-/// the one that is selected already, else the one that is drawn over the others.
+/// Returns the body that a press at a point selects, given bodies with their kinds, shapes and centres: the one
+/// already selected, otherwise the one drawn on top.
 pub fn selectable_at(
     bodies: impl Iterator<Item = (BodyId, Kind, Shape, Vec2)>,
     selected: Option<BodyId>,
@@ -175,8 +173,8 @@ pub fn selectable_at(
     hits.max().map(|(.., id)| id)
 }
 
-/// Moves the selected body with the pointer. If the pointer does not hit it, its centre comes to the
-/// pointer (B2).
+/// Moves the selected body with the pointer. If the pointer is outside the body, its centre moves to the pointer
+/// (B2).
 fn drag(world: &mut World, player: &Player) {
     let (Some(body), Some(aim)) = (player.selected, player.controls.aim) else { return };
     if !player.controls.holds(Buttons::FIRE) {
@@ -190,8 +188,8 @@ fn drag(world: &mut World, player: &Player) {
     world.set_velocity(body, Vec2::ZERO);
 }
 
-/// Holds the first body that comes under the pointer while X is down, until X goes up (C44): it is
-/// driven towards the pointer, and gravity adds nothing to its velocity in the meantime.
+/// Holds the first body that comes under the pointer while X is down, until X is released (C44). The body is driven
+/// towards the pointer, and gravity does not act on it meanwhile.
 fn hold(world: &mut World, roster: &mut Roster, slot: usize, speed_max: f32) {
     let player = &mut roster.players[slot];
     if !player.controls.holds(Buttons::HOLD) {
@@ -208,7 +206,7 @@ fn hold(world: &mut World, roster: &mut Roster, slot: usize, speed_max: f32) {
     world.set_velocity(held.body, clamp_length(way / DT, speed_max));
 }
 
-/// Grabs the body under the pointer, if it is one that players may hold and none holds it yet.
+/// Grabs the body under the pointer, if players may hold it and no player holds it yet.
 fn grab(world: &mut World, roster: &Roster, aim: Vec2) -> Option<HeldBody> {
     let is_loose = |id: BodyId| {
         let actor = roster.actors[id.index as usize];

@@ -1,9 +1,10 @@
-//! A trial of a scene: it is played for up to some minutes, and what each tick has to do is counted. The counts say how long a
-//! busy tick takes, without a clock: a trial has the same result on every machine and under any load.
+//! A trial of a scene: the scene is played for up to some minutes, and the work of each tick is counted. From the
+//! counts follows the duration of a busy tick without a clock, so a trial has the same result on every machine and
+//! under any load.
 //!
-//! Players press all keys. First the scene is left to them; then all its bodies are stirred again and again, which is harder
-//! than what players do: in games that begin anew, where a layout is still as dense as it ever is, and in the one that was
-//! played. Each part ends early once its counts stand for [`PART_US`].
+//! Players press all keys. First the scene is left to them. Then all its bodies are stirred repeatedly, which is
+//! harder than anything players do: first in new games, where a layout is as dense as it ever gets, then in the game
+//! that was played. Each part ends early once its counts amount to [`PART_US`].
 
 use crate::scene::{WorstTick, made_max};
 use crate::{Buttons, Game, Input, Kind, Phase, Scene, Seat, Tools};
@@ -12,33 +13,33 @@ use jostle_sim::math::{max, min};
 use jostle_sim::{Motion, Rng, StepBudget, StepCounts, World};
 use std::sync::Arc;
 
-/// Seed of the game, of its players' keys and of the stirs.
+/// Seed of the game, of its players' keys and of the stirring.
 const SEED: u64 = 7;
-/// Ticks between two stirs. Of each such period the worst tick counts.
+/// Ticks between two stirs. Of each such period, the worst tick counts.
 pub const STIR_TICKS: u32 = 40;
-/// Most periods in which the scene is left to its players, and in which it is stirred; fewer of the first where players
-/// can do nothing.
+/// Maximum number of periods in which the scene is left to its players, and in which it is stirred. The first number
+/// is smaller where players can do nothing.
 const PERIODS: [u32; 2] = [160, 400];
 const IDLE_PERIODS: u32 = 10;
-/// Games that are stirred from their beginning, and periods of each.
+/// Number of games that are stirred from their start, and periods of each.
 const NEW_GAMES: u64 = 3;
 const NEW_PERIODS: u32 = 2;
-/// Time for which the counts of one of them may stand, microseconds.
+/// Maximum time that the counts of one of these games may amount to, microseconds.
 const NEW_US: f32 = 300_000.0;
-/// Time for which the counts of each part may stand, microseconds.
+/// Maximum time that the counts of each part may amount to, microseconds.
 const PART_US: [f32; 2] = [1_000_000.0, 2_500_000.0];
-/// Largest change of a velocity by a stir in x and y, units/s.
+/// Largest change of each velocity component by a stir, units/s.
 const STIR_SPEED: f32 = 60.0;
-/// The most that a step of a trial does; a scene that needs more is not tried any further.
+/// Budget of a step in a trial; a scene that needs more is not tried any further.
 const STEP: StepBudget = StepBudget { pairs: 50_000, work: 4_000_000, obstacle_cells: 1_000_000 };
 
-/// A count of a step, and its time, microseconds.
+/// A count of a step, and its time in microseconds.
 type Counted = (fn(&StepCounts) -> u64, f32);
 /// Listed pairs per moving body up to which each pair takes longer; a longer list is in order in memory.
 const LISTED_FEW: u64 = 80;
-/// Those of both solvers, fitted to the slowest ticks of some hundred random scenes of 10 to 800 bodies that were stirred, with up
-/// to 500 springs, release builds on one virtual core of an Intel Xeon server, shared with other work. The counts of such a tick
-/// give its time within 30 % in nine of ten.
+/// Counts of both solvers with their times. The times were fitted to the slowest ticks of several hundred stirred
+/// random scenes of 10 to 800 bodies with up to 500 springs, in release builds on one virtual core of a shared Intel
+/// Xeon server. For nine in ten such ticks, the counts give the time within 30 %.
 const CONJUGATE_US: [Counted; 10] = [
     (|done| done.moving, 0.49),
     (|done| done.listed, 0.05),
@@ -59,49 +60,51 @@ const RELAXATION_US: [Counted; 6] = [
     (|done| done.touching, 0.0345),
     (|done| done.particles, 0.018),
 ];
-/// Of a visit of a spring, with either solver.
+/// Microseconds per spring visit, with either solver.
 const SPRING_US: f32 = 0.036;
-/// Of each body for each player and zone: tools and rules look at all bodies.
+/// Microseconds per body for each player and zone: tools and rules check all bodies.
 const LOOK_US: f32 = 0.004;
-/// Of each body for each position that is tried for a hero, and of each body in the tick in which a round places it.
+/// Microseconds per body for each position tried for a hero, and per body in the tick in which a round places the
+/// bodies.
 const TRY_US: f32 = 0.003;
 const PLACED_US: f32 = 0.4;
-/// Of the rules of a round in a tick.
+/// Microseconds for the rules of a round in a tick.
 const ROUND_US: f32 = 3.0;
 
-/// Time added to every estimate, microseconds: for what is not counted, and for memory that is not in the cache.
+/// Time added to every estimate, microseconds, for uncounted work and for memory that is not in the cache.
 const ANY_TICK_US: f32 = 2.0;
-/// The worst tick promised is this many times as long as the worst two of the trial by their counts, however rare these were:
-/// games have worse moments than a trial, and ticks take longer than others with the same counts. The sweeps of the conjugate
-/// solver vary more.
+/// Factor between the two worst ticks of the trial by their counts, however rare, and the worst tick that is
+/// promised: games have worse moments than a trial, and ticks with the same counts may differ in time. The sweeps of
+/// the conjugate solver vary more.
 const RELAXATION_MARGIN: f32 = 2.0;
 const CONJUGATE_MARGIN: f32 = 2.15;
-/// The same for the part without stirs where players can do nothing: any other game plays much like it.
+/// The same factor for the part without stirring, where players can do nothing: every other game then runs much like
+/// it.
 const IDLE_MARGIN: f32 = 1.5;
 
-/// Findings of a trial.
+/// Results of a trial.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Trial {
-    /// Ticks that were played.
+    /// Number of ticks played.
     pub ticks: u32,
-    /// Whether no step needed more than one of a trial may. Else the trial ended there.
+    /// Whether no step exceeded the budget of a trial; otherwise the trial ended at that step.
     pub is_complete: bool,
-    /// Time for which the counts of all ticks stand, microseconds.
+    /// Time that the counts of all ticks amount to, microseconds.
     pub total_us: f32,
-    /// Time of the worst tick in each period of a part by its counts, microseconds.
+    /// Time of the worst tick in each period of a part, derived from its counts, microseconds.
     peaks_us: [Vec<f32>; 2],
     /// Whether players can do anything.
     has_actors: bool,
     is_conjugate: bool,
-    /// Most bodies at a time, and most of those that tools and launchers made.
+    /// Largest number of bodies at a time, and of bodies made by tools and launchers.
     bodies: u32,
     made: u32,
-    /// Most bodies that tools and launchers may make, and that there may be.
+    /// Maximum number of bodies that tools and launchers may make, and of all bodies.
     made_max: u32,
     bodies_max: u32,
 }
 
-/// The worst tick of a busy game of this scene, by a [`Trial`].
+/// Estimates the worst tick of a busy game of this scene by a [`Trial`].
 pub fn worst_tick(scene: &Scene) -> WorstTick {
     Trial::of(scene).worst_tick(scene)
 }
@@ -112,7 +115,7 @@ impl Trial {
         Trial::played(scene, &mut RandomGame::tick)
     }
 
-    /// Plays a scene by `tick`.
+    /// Plays a scene, using `tick` for each tick.
     pub fn played<'a>(scene: &Scene, tick: &'a mut TickFn<'a>) -> Trial {
         let mut trier = Trier::new(scene, tick);
         let idle = if trier.found.has_actors { PERIODS[0] } else { IDLE_PERIODS };
@@ -122,14 +125,14 @@ impl Trial {
         trier.found
     }
 
-    /// The worst tick of a busy game of the scene that was played. Where the trial was cut short by a step that takes too
-    /// much, it is that of the scene's limits, or more.
+    /// Estimates the worst tick of a busy game of the scene that was played. If the trial was cut short by a step
+    /// that exceeded its budget, this is at least the worst tick by the scene's limits.
     pub fn worst_tick(&self, scene: &Scene) -> WorstTick {
         let (limits, ms) = (WorstTick::of(scene), self.worst_ms());
         WorstTick { ms: if self.is_complete { ms } else { max(ms, limits.ms) }, ..limits }
     }
 
-    /// The worst tick of a busy game, milliseconds.
+    /// Milliseconds of the worst tick in a busy game.
     pub fn worst_ms(&self) -> f32 {
         let [played, stirred] = &self.peaks_us;
         let margin = if self.is_conjugate { CONJUGATE_MARGIN } else { RELAXATION_MARGIN };
@@ -138,14 +141,15 @@ impl Trial {
         (ANY_TICK_US + us * self.growth()) / 1000.0
     }
 
-    /// By how many times there may be more bodies than the trial had: tools and launchers may not have made all of theirs.
+    /// Ratio of the largest possible number of bodies to the number in the trial, in which tools and launchers may
+    /// not have made all of theirs.
     fn growth(&self) -> f32 {
         let missing = self.made_max.saturating_sub(self.made);
         (self.bodies + missing).min(self.bodies_max) as f32 / self.bodies.max(1) as f32
     }
 }
 
-/// The weighted geometric mean of the two highest peaks, so that one chance event does not decide alone.
+/// The weighted geometric mean of the two highest peaks, so that a single chance event does not decide.
 fn worst(peaks: &[f32]) -> f32 {
     let [mut first, mut second] = [0.0; 2];
     for &peak in peaks {
@@ -154,8 +158,8 @@ fn worst(peaks: &[f32]) -> f32 {
     if peaks.len() < 2 { first } else { (first * (first * second).sqrt()).sqrt() }
 }
 
-/// A game whose players press keys at random, all but those that clear the world and change the team, and whose bodies can be
-/// stirred.
+/// A game whose players press random keys, except those that clear the world and change the team, and whose bodies
+/// can be stirred.
 #[derive(Clone)]
 pub struct RandomGame {
     game: Game,
@@ -165,7 +169,7 @@ pub struct RandomGame {
 }
 
 impl RandomGame {
-    /// A game with as many players as the scene allows.
+    /// Creates a game with as many players as the scene allows.
     pub fn new(scene: Arc<Scene>, seed: u64) -> RandomGame {
         let players = scene.players_max;
         let mut game = Game::new(scene, seed);
@@ -174,12 +178,12 @@ impl RandomGame {
         RandomGame { game, hands, inputs: Vec::new(), rng: Rng::new(seed, u64::MAX) }
     }
 
-    /// The game as it stands now.
+    /// The game in its current state.
     pub fn game(&self) -> &Game {
         &self.game
     }
 
-    /// A tick. If it `is_stirred`, all bodies are, once the keys have done what they do.
+    /// Plays a tick. If `is_stirred`, all bodies are stirred after the keys have taken effect.
     pub fn tick(&mut self, is_stirred: bool) {
         let size = self.game.scene().size;
         self.inputs.clear();
@@ -199,10 +203,10 @@ impl RandomGame {
     }
 }
 
-/// Lets a tick pass in a game; with true, its bodies are stirred.
+/// Plays a tick of a game; if the flag is true, its bodies are stirred.
 pub type TickFn<'a> = dyn FnMut(&mut RandomGame, bool) + 'a;
 
-/// A game under trial.
+/// A trial in progress, with the game being played.
 struct Trier<'a> {
     played: RandomGame,
     tick: &'a mut TickFn<'a>,
@@ -221,7 +225,7 @@ impl<'a> Trier<'a> {
         Trier { played: RandomGame::new(Arc::new(scene), SEED), tick, found }
     }
 
-    /// Stirs a game that begins anew, with another seed, and returns to the present one.
+    /// Stirs a new game with another seed, and then returns to the current one.
     fn play_anew(&mut self, number: u64) -> bool {
         let scene = Arc::clone(self.played.game.scene());
         let new = RandomGame::new(scene, SEED + 1 + number);
@@ -231,8 +235,8 @@ impl<'a> Trier<'a> {
         is_within
     }
 
-    /// Plays periods of a part, until their counts stand for this many microseconds; returns whether its steps stayed within
-    /// their bounds.
+    /// Plays periods of a part until their counts amount to this many microseconds. Returns whether its steps stayed
+    /// within the budget.
     fn play_part(&mut self, part: usize, periods: u32, most_us: f32) -> bool {
         let end_us = self.found.total_us + most_us;
         for _ in 0..periods {
@@ -271,8 +275,8 @@ impl<'a> Trier<'a> {
     }
 }
 
-/// Time of a game's last tick by its counts, in microseconds, on the machine for which their times were fitted; without
-/// [`ANY_TICK_US`].
+/// Time of a game's last tick derived from its counts, microseconds, on the machine for which the times were fitted,
+/// without [`ANY_TICK_US`].
 pub fn tick_us(game: &Game) -> f32 {
     let (scene, world) = (game.scene(), game.world());
     let us: &[Counted] = if scene.world.is_conjugate() { &CONJUGATE_US } else { &RELAXATION_US };
@@ -287,7 +291,7 @@ pub fn tick_us(game: &Game) -> f32 {
     step_us + SPRING_US * done.springs as f32 + body_us * bodies + round_us
 }
 
-/// The scene with rounds that begin at once: nothing moves until they begin.
+/// Returns the scene with rounds that begin at once, since nothing moves before a round begins.
 fn without_waits(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     if let Some(round) = &mut scene.rules.round {
@@ -296,7 +300,7 @@ fn without_waits(scene: &Scene) -> Scene {
     scene
 }
 
-/// Changes the velocities of all bodies that can be pushed, each by up to 60 units/s in x and in y.
+/// Changes the velocities of all dynamic bodies, each by up to 60 units/s in x and in y.
 fn stir(world: &mut World, rng: &mut Rng) {
     let movable = |&id: &_| world.motion(id) == Motion::Dynamic;
     let bodies: Vec<_> = world.ids().filter(movable).collect();
@@ -308,7 +312,7 @@ fn stir(world: &mut World, rng: &mut Rng) {
     }
 }
 
-/// A player who holds keys and a pointer for some ticks, then others.
+/// A player who holds some keys and a pointer position for some ticks, then changes them.
 #[derive(Clone)]
 struct Hand {
     rng: Rng,
@@ -321,7 +325,7 @@ impl Hand {
         Hand { rng, input: Input::default(), ticks: 0 }
     }
 
-    /// All keys but those that clear the world and change the team.
+    /// Returns the input of the next tick, from all keys except those that clear the world and change the team.
     fn next(&mut self, size: Vec2) -> Input {
         if self.ticks == 0 {
             let rng = &mut self.rng;
@@ -340,7 +344,7 @@ impl Hand {
 mod tests {
     use super::*;
 
-    /// Blocks in a closed square without gravity.
+    /// A scene with blocks in a closed square without gravity.
     fn blocks(side: u32, count: u32, block: &str) -> Scene {
         let (middle, far, long) = (side / 2, side + 5, side + 40);
         let wall = |x: u32, y: u32, w: u32, h: u32| {

@@ -1,4 +1,4 @@
-//! Heroes that walk: they run along what they stand on, and jump off it.
+//! Walking heroes: they run along the ground and jump off it.
 
 use crate::input::Buttons;
 use crate::scene::{HeroSpec, Scene, WalkSpec};
@@ -6,16 +6,17 @@ use glam::Vec2;
 use jostle_sim::math::{clamp, max};
 use jostle_sim::{BodyId, DT, World, collide};
 
-/// What is so close below a hero's feet carries it, world units: more than it sinks in or bounces at rest.
+/// Distance below a hero's feet within which a body counts as ground, world units: more than a hero sinks in or
+/// bounces at rest.
 const REACH: f32 = 0.25;
-/// How steep the ground may be: least component of its normal against gravity.
+/// Steepest allowed ground: the least component of its normal against gravity.
 const STEEP: f32 = 0.7;
-/// Seconds from standing to running.
+/// Time to reach running speed from standing, seconds.
 const RUN_UP: f32 = 0.1;
 
 impl WalkSpec {
-    /// The velocity of a hero after a tick with these buttons down, before the world steps; `ground` is the
-    /// velocity of what it stands on.
+    /// The velocity of a hero after a tick with these buttons down, before the world steps; `ground` is the velocity
+    /// of the ground under it.
     fn steered(self, velocity: Vec2, down: Buttons, ground: Option<Vec2>) -> Vec2 {
         let run = down.axis(Buttons::RIGHT, Buttons::LEFT) * self.speed;
         let mut steered = velocity;
@@ -42,8 +43,8 @@ impl HeroSpec {
     }
 }
 
-/// The velocity of what a hero stands on, if it stands: the first body below its feet, in id order, unless
-/// the hero leaves it.
+/// The velocity of the ground under a hero, if it stands on any: that of the first body below its feet, in id order,
+/// unless the hero is leaving it.
 fn ground_of(world: &World, scene: &Scene, hero: BodyId) -> Option<Vec2> {
     let (shape, group, velocity) = (world.shape(hero), world.group(hero), world.velocity(hero));
     let feet = world.position(hero) - Vec2::new(0.0, REACH);
@@ -52,7 +53,7 @@ fn ground_of(world: &World, scene: &Scene, hero: BodyId) -> Option<Vec2> {
         let found = collide(shape, feet, world.shape(id), world.position(id), (0, 1));
         found.is_some_and(|manifold| manifold.normal.y <= -STEEP)
     });
-    // What rises from the ground by more than it takes to settle on it has jumped.
+    // A hero that rises from the ground faster than it takes to settle on it has jumped.
     grounds.find_map(|id| {
         let ground = world.velocity(id);
         (velocity.y - ground.y <= REACH / DT).then_some(ground)

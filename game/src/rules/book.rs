@@ -16,32 +16,32 @@ use crate::side::Side;
 use crate::{heroes, placing, tools};
 use jostle_sim::{Rng, World};
 
-/// Ticks for which a result stands at least.
+/// Minimum number of ticks for which a result is shown.
 const RESULT_TICKS: u32 = 60;
 
 /// The state of a scene's rules.
 #[derive(Clone, Debug)]
 pub(crate) struct Rules {
     pub round: Round,
-    /// Of the last tick.
+    /// Levels of the last tick.
     pub levels: Levels,
     pub zones: Zones,
     pub(super) signals: Signals,
     pub teams: Teams,
     pub notes: BodyNotes,
-    /// In a scene that has one.
+    /// State of the sling, in a scene that has one.
     pub(super) sling: Option<Sling>,
     pub(super) breakage: Breakage,
-    /// Who won the round that is over.
+    /// Winners of the round that is over.
     pub winners: Vec<Side>,
-    /// Layouts are placed by it.
+    /// Generator that places the layouts.
     pub(super) layouts: Rng,
     /// Scratch memory of a tick.
     pub(super) claims: Claims,
 }
 
 impl Rules {
-    /// The rules of a game that has not begun; `None` where the scene has none.
+    /// Creates the rules of a game that has not begun; `None` if the scene has no rules.
     pub fn new(scene: &Scene, layouts: Rng) -> Option<Rules> {
         let set = &scene.rules;
         if !scene.has_rules() {
@@ -65,7 +65,7 @@ impl Rules {
         Some(rules)
     }
 
-    /// Levels at the start of a round: zones are empty, and signals come on without an edge.
+    /// Sets the levels at the start of a round: zones are empty, and signals come on without an edge.
     fn settle(&mut self, scene: &Scene) {
         let levels = Levels { teams: self.teams.levels(), ..Levels::default() };
         self.zones.states.fill(ZoneState::default());
@@ -74,7 +74,7 @@ impl Rules {
         self.notes.settle(scene, self.levels);
     }
 
-    /// The start of a tick: the clock moves on, and the levels of the last tick act.
+    /// Starts a tick: the clock advances, and the levels of the last tick take effect.
     pub fn begin_tick(&mut self, table: &mut Table) {
         self.advance_clock(table);
         let stands_still = self.stands_still();
@@ -101,12 +101,12 @@ impl Rules {
         self.notes.hold_resting(table);
     }
 
-    /// The tick of its path that a body of the scene is to reach in this tick.
+    /// The tick on its path that a body of the scene should reach in this tick.
     pub fn path_tick(&self, body: usize) -> u32 {
         self.round.clock - self.notes.stood[body]
     }
 
-    /// The tick of the round that launchers go by, from 0; `None` while everything stands.
+    /// The tick of the round used by launchers, counted from 0; `None` while nothing moves.
     pub fn launch_tick(&self) -> Option<u32> {
         (!self.stands_still()).then(|| self.round.clock - 1)
     }
@@ -116,7 +116,7 @@ impl Rules {
         self.round.phase == RoundPhase::Countdown
     }
 
-    /// Plays the rules of a tick, after the step.
+    /// Evaluates the rules of a tick, after the step.
     pub fn play(&mut self, table: &mut Table) {
         self.notes.follow_touches(table.world, table.roster);
         if !self.round.is_running() {
@@ -147,7 +147,7 @@ impl Rules {
         }
     }
 
-    /// Each shot that is left is worth something to who won.
+    /// Rewards the winners for each shot left.
     fn reward_spare_shots(&mut self, winners: &[Side], table: &mut Table) {
         let (Some(spec), Some(sling)) = (table.scene.sling, self.sling) else { return };
         for &side in winners {
@@ -160,7 +160,7 @@ impl Rules {
 
     // --- Rounds ---------------------------------------------------------------------------------
 
-    /// Moves the clock on to this tick. A new round places everything again.
+    /// Advances the clock to this tick. A new round places everything again.
     fn advance_clock(&mut self, table: &mut Table) {
         self.round.ticks += 1;
         self.round.clock += u32::from(!self.stands_still());
@@ -187,7 +187,7 @@ impl Rules {
         self.round.ticks == 1 && self.round.clock == 1
     }
 
-    /// Carries out the requests of players in this tick: for another team, or for the next round.
+    /// Handles the players' requests of this tick: to change team, or to start the next round.
     pub fn take_wishes(&mut self, table: &mut Table) {
         self.change_teams(table);
         let Some(spec) = &table.scene.rules.round else { return };
@@ -200,8 +200,8 @@ impl Rules {
         }
     }
 
-    /// Players who press the key for it change over to another team, while a round is on to one that is in it.
-    /// Their heroes come back there.
+    /// Moves players who press the team key to another team, and their heroes with them. During a round the new team
+    /// must be taking part in it.
     fn change_teams(&self, table: &mut Table) {
         let Table { scene, world, roster, .. } = table;
         if scene.rules.teams.len() < 2 {
@@ -226,13 +226,13 @@ impl Rules {
         }
     }
 
-    /// A player who joins inherits no progress and no zone from the one who had the seat before.
+    /// Clears the progress and zones of a seat, so that a new player does not inherit those of the previous one.
     pub fn forget(&mut self, seat: Seat) {
         self.zones.forget(Side::Player(seat));
         self.signals.forget(Side::Player(seat));
     }
 
-    /// Removes all but the players and places everything as at the start of a game.
+    /// Removes everything except the players, and places everything as at the start of a game.
     fn restart(&mut self, phase: RoundPhase, table: &mut Table) {
         let Table { scene, world, roster, rngs, .. } = table;
         self.round.enter(phase, 1);
@@ -249,7 +249,7 @@ impl Rules {
         }
     }
 
-    /// Places the bodies of the scene that are there from the start, and the layouts.
+    /// Places the bodies of the scene that exist from the start, and the layouts.
     pub fn place(&mut self, scene: &Scene, world: &mut World, roster: &mut Roster) {
         let mut rng = self.layouts.clone();
         placing::fill(world, roster, scene, &mut rng, |body| self.notes.came[body]);
@@ -260,7 +260,7 @@ impl Rules {
     }
 }
 
-/// Returns whether all players hold the key for the next round. Those who are away are not waited for.
+/// Returns whether all players hold the key for the next round, not counting players who are away.
 fn all_go_on(roster: &Roster) -> bool {
     let mut present = roster.players.iter().filter(|player| !player.controls.is_away).peekable();
     present.peek().is_some() && present.all(|player| player.controls.holds(Buttons::AGAIN))

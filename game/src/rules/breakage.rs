@@ -25,8 +25,7 @@ pub(super) struct Broken {
 }
 
 impl Breakage {
-    /// Breaks what was hit too hard in the step, in the order of contacts, and cracks what was hit half as
-    /// hard. A blow by something that no player touched counts for the `shooter`.
+    /// Breaks bodies that were hit too hard in the step, in the order of contacts, and cracks those hit half as hard. A blow by something that no player touched counts for the `shooter`.
     pub fn update(
         &mut self,
         notes: &mut BodyNotes,
@@ -74,8 +73,7 @@ fn who_hit(it: BodyId, other: BodyId, notes: &BodyNotes, table: &Table) -> Optio
     table.roster.owner_of(other).or_else(|| touched(other)).or_else(|| touched(it))
 }
 
-/// The impulse that stops two bodies along their normal, units of mass times units/s. What presses slowly
-/// breaks nothing.
+/// The impulse that stops two bodies along their normal, mass times units/s. Slow pressure breaks nothing.
 fn blow(world: &World, touch: &Touch) -> f32 {
     let inverse_mass = world.inverse_mass(touch.a) + world.inverse_mass(touch.b);
     if inverse_mass > 0.0 { touch.closing / inverse_mass } else { 0.0 }

@@ -1,17 +1,17 @@
 //! The clock of a round.
 
-/// What a round is at.
+/// The phase of a round.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u8)]
 pub enum RoundPhase {
     /// Players are missing; nothing counts.
     #[default]
     Waiting,
-    /// Everything is in place, and heroes stand.
+    /// Everything is in place, and heroes cannot move.
     Countdown,
-    /// It is played. A scene without rounds is always here.
+    /// The round is being played. A scene without rounds is always in this phase.
     Running,
-    /// Its result stands until the next round begins.
+    /// The result is shown until the next round begins.
     Over,
 }
 
@@ -25,14 +25,14 @@ impl RoundPhase {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Round {
     pub phase: RoundPhase,
-    /// Ticks of this phase, the one being played included.
+    /// Ticks in this phase, including the current one.
     pub ticks: u32,
-    /// Ticks since the bodies were placed, the one being played included.
+    /// Ticks since the bodies were placed, including the current one.
     pub clock: u32,
 }
 
 impl Round {
-    /// Before the first tick.
+    /// Creates the clock before the first tick.
     pub fn new(has_rounds: bool) -> Round {
         let phase = if has_rounds { RoundPhase::Waiting } else { RoundPhase::Running };
         Round { phase, ticks: 0, clock: 0 }
@@ -42,7 +42,7 @@ impl Round {
         self.phase == RoundPhase::Running
     }
 
-    /// Changes over to a phase of which so many ticks are played, the current one included.
+    /// Changes to a phase in which this many ticks have been played, including the current one.
     pub fn enter(&mut self, phase: RoundPhase, ticks: u32) {
         *self = Round { phase, ticks, ..*self };
     }

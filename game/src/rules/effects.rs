@@ -11,26 +11,26 @@ use crate::scene::{Condition, Effects, Levels, Occasion, RuleSpec, To};
 use crate::side::{Side, Standing};
 use jostle_sim::BodyId;
 
-/// Occurrences on which rules act in a tick, those of the first rules; further ones have no effect. A heap in which all
-/// bodies touch has as many for each rule as the square of its bodies.
+/// Maximum number of occurrences on which rules act in a tick, in rule order; further ones have no effect. A heap in
+/// which all bodies touch has, for each rule, a number of occurrences that grows with the square of its bodies.
 const OCCURRENCES_MAX: usize = 4096;
 
-/// One time that a rule applies.
+/// A single occasion on which a rule applies.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Occurrence {
-    /// The body that it is about, which may be gone.
+    /// The body that the rule is about, which may be gone.
     pub it: Option<BodyId>,
     /// The other body of a touch.
     pub other: Option<BodyId>,
-    /// The player whose body it is, or who touched it last.
+    /// The owner of the body, or the last player to touch it.
     pub player: Option<Seat>,
-    /// The player who caused it.
+    /// The player who caused the occurrence.
     pub by: Option<Seat>,
 }
 
 impl Rules {
-    /// Goes over the rules in file order; `before` are the levels of the last tick. What happened is listed
-    /// before anything acts on it, so that no rule takes an occasion from another.
+    /// Applies the rules in file order; `before` holds the levels of the last tick. All occurrences are listed before
+    /// anything acts on them, so that no rule takes one away from another.
     pub(super) fn apply(&mut self, before: Levels, table: &mut Table) {
         self.claims.clear();
         let scene = table.scene;
@@ -91,7 +91,7 @@ impl Rules {
         }
     }
 
-    /// The sides that an effect concerns.
+    /// The sides affected by an effect.
     fn concerned(&self, to: To, occurrence: &Occurrence, table: &Table) -> Vec<Side> {
         let side = |seat| table.roster.side_of(seat);
         let of = |player: Option<Seat>| player.map(side).into_iter().collect();
@@ -111,7 +111,7 @@ impl Rules {
         }
     }
 
-    /// Lists the occurrences of an occasion in this tick, in the order in which they were found.
+    /// Lists the occurrences of an occasion in this tick, in the order in which they are found.
     fn list_occurrences(
         &self,
         occasion: Occasion,
@@ -165,8 +165,8 @@ impl Rules {
         }
     }
 
-    /// A condition came to hold. One that names a lap does so for each who completes it, whatever held for
-    /// others in the tick before; of several laps that it names, the last one counts.
+    /// Lists the edge of a condition that began to hold. A condition that names a lap applies once to each player or
+    /// side that completes it, regardless of the tick before; if it names several laps, the last one counts.
     fn list_edge(
         &self,
         condition: Condition,
@@ -214,7 +214,7 @@ fn list_touches(
     }
 }
 
-/// Something about a body: it is by its own player, or by who touched it last.
+/// An occurrence about a body, caused by its owner or by the last player to touch it.
 fn about(id: BodyId, notes: &BodyNotes, roster: &Roster) -> Occurrence {
     let owner = roster.owner_of(id);
     let touched_by = notes.get(id).and_then(|note| note.touched_by);
@@ -222,7 +222,7 @@ fn about(id: BodyId, notes: &BodyNotes, roster: &Roster) -> Occurrence {
     Occurrence { it: Some(id), other: None, player, by: player }
 }
 
-/// Something about a body that left the world: by who touched it last.
+/// An occurrence about a body that left the world, caused by the last player to touch it.
 fn about_gone(id: BodyId, notes: &BodyNotes, roster: &Roster) -> Occurrence {
     let touched_by = notes.get(id).and_then(|note| note.touched_by);
     let owner = roster.players.iter().find(|player| player.lost == Some(id));

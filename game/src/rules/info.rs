@@ -1,4 +1,4 @@
-//! Public facts of the rules, for snapshots.
+//! Public facts about the rules, for snapshots.
 
 use super::book::Rules;
 use super::clock::RoundPhase;
@@ -9,10 +9,10 @@ use crate::roster::Roster;
 use crate::scene::{Scene, ZoneSpec};
 use crate::side::{Side, Standing};
 
-/// What players see of the rules.
+/// The state of the rules that players can see.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct RoundInfo {
-    /// What the round is at.
+    /// Phase of the round.
     pub phase: RoundPhase,
     /// Ticks of the game before this phase began.
     pub since: u32,
@@ -20,78 +20,78 @@ pub struct RoundInfo {
     pub teams: Vec<SideInfo>,
     /// The players, in seat order.
     pub players: Vec<RoundPlayer>,
-    /// Who won, once the round is over.
+    /// Winners, once the round is over.
     pub winners: Vec<Side>,
-    /// Who holds each zone, in the order of the file.
+    /// Holder of each zone, in file order.
     pub holders: Vec<Option<Side>>,
-    /// Zones that are on and drawn, a bit each.
+    /// Zones that are in force and drawn, one bit each.
     pub zones: u64,
-    /// Zones that are drawn and not in force, a bit each.
+    /// Zones that are drawn but not in force, one bit each.
     pub resting: u64,
     /// Sides that are about to take a zone, in the order of the zones.
     pub takings: Vec<Taking>,
-    /// How far players got in the orders, in the order of the file.
+    /// Progress of players in the orders, in file order.
     pub orders: Vec<OrderProgress>,
-    /// What the sling is at, in a scene that has one.
+    /// State of the sling, in a scene that has one.
     pub sling: Option<SlingInfo>,
-    /// Indices of the bodies that are cracked, in order.
+    /// Indices of the cracked bodies, ascending.
     pub cracked: Vec<u32>,
 }
 
-/// A side that is alone in a zone which it does not hold yet.
+/// A side that is alone in a zone that it does not hold yet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Taking {
     /// Index of the zone.
     pub zone: u8,
-    /// The player or team that takes it.
+    /// The player or team that is taking the zone.
     pub side: Side,
-    /// Ticks of the game before it was alone there.
+    /// Ticks of the game before the side was alone in the zone.
     pub since: u32,
 }
 
-/// Steps of an order that were taken.
+/// Completed steps of an order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OrderProgress {
     /// Index of the signal.
     pub signal: u8,
-    /// Who took them; `None` for all together.
+    /// The side that completed them; `None` for all players together.
     pub side: Option<Side>,
-    /// How many, from 1.
+    /// Number of steps, from 1.
     pub steps: u8,
 }
 
-/// What a sling is at.
+/// State of a sling.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SlingInfo {
-    /// Shots left, the one in the sling included.
+    /// Shots left, including the one in the sling.
     pub shots: u8,
-    /// Whether the ball flies.
+    /// Whether the ball is flying.
     pub is_flying: bool,
 }
 
-/// How a side stands.
+/// Standing of a side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SideInfo {
     /// Points in this round.
     pub score: i32,
     /// Lives left; 0 in a scene without lives.
     pub lives: i32,
-    /// Whether it takes part and can still win.
+    /// Whether the side takes part and can still win.
     pub is_in: bool,
 }
 
-/// A player in the round.
+/// A player's state in the round.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RoundPlayer {
     /// Seat of the player.
     pub seat: Seat,
     /// The team, in a scene with teams.
     pub team: Option<u8>,
-    /// How the player stands alone, in a scene without teams.
+    /// Standing of the player, in a scene without teams.
     pub side: SideInfo,
     /// Whether the player's keys do nothing.
     pub is_stunned: bool,
-    /// Whether the player is done with the result, and waits for the next round.
+    /// Whether the player has dismissed the result and waits for the next round.
     pub goes_on: bool,
 }
 
@@ -134,13 +134,13 @@ impl RoundInfo {
         refill(&mut self.cracked, cracked.map(|id| id.index));
     }
 
-    /// Steps of an order that a side has taken; `None` for all together.
+    /// Steps of an order that a side has completed; `None` for all players together.
     pub fn steps(&self, signal: u8, side: Option<Side>) -> u8 {
         let found = self.orders.iter().find(|order| (order.signal, order.side) == (signal, side));
         found.map_or(0, |order| order.steps)
     }
 
-    /// How a side stands, if it is there.
+    /// Standing of a side, if it exists.
     pub fn side(&self, side: Side) -> Option<SideInfo> {
         match side {
             Side::Team(team) => self.teams.get(usize::from(team)).copied(),

@@ -1,4 +1,4 @@
-//! What rules remember of bodies: where they started, who touched them last, and whether they are held. Bodies of the
+//! Facts about bodies that rules remember: where they started, who touched them last, and whether they are held. Bodies of the
 //! scene come and go by conditions, and return to their starts.
 
 use super::table::Table;
@@ -9,38 +9,38 @@ use crate::scene::{Kind, Levels, Scene};
 use glam::Vec2;
 use jostle_sim::{BodyId, Motion, World};
 
-/// What rules remember of a body.
+/// Facts about a body that rules remember.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct BodyNote {
     pub id: BodyId,
-    /// Its collision group, for who is lost.
+    /// Collision group of the body, needed by rules about lost bodies.
     pub group: u8,
-    /// Which body of the scene it is, if it is one.
+    /// Index of the body in the scene, if it belongs to the scene.
     pub placed: Option<usize>,
-    /// Where and how it started.
+    /// Position and velocity at the start.
     pub start: BodyStart,
-    /// The player whose hero or pack touched it last.
+    /// The last player to touch it with a hero or pack.
     pub touched_by: Option<Seat>,
-    /// It returned to its start and rests there.
+    /// Set while the body rests at its start after returning there.
     pub rests: Option<Rest>,
-    /// A blow has cracked it.
+    /// Whether a blow has cracked it.
     pub is_cracked: bool,
-    /// Where it was before the step; not state.
+    /// Position before the step; not state.
     before: Vec2,
 }
 
-/// Where and how a body started.
+/// Position and velocity of a body at its start.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct BodyStart {
     pub position: Vec2,
     pub velocity: Vec2,
 }
 
-/// A body that returned to its start and rests there.
+/// A body's rest at its start after it returned there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Rest {
     pub ticks: u32,
-    /// What it gets back then.
+    /// Gravity scale to restore afterwards.
     pub gravity_scale: f32,
 }
 
@@ -49,9 +49,9 @@ pub(crate) struct Rest {
 pub(crate) struct BodyNotes {
     /// By body slot.
     notes: Vec<Option<BodyNote>>,
-    /// Whether each body of the scene has come since its condition holds.
+    /// Whether each body of the scene has appeared since its condition began to hold.
     pub(super) came: Vec<bool>,
-    /// Ticks for which each body of the scene stood still on its path.
+    /// Ticks for which each body of the scene has been stopped on its path.
     pub(super) stood: Vec<u32>,
 }
 
@@ -120,8 +120,8 @@ impl BodyNotes {
         }
     }
 
-    /// Notes where everybody is before a step, and who is new; forgets who was gone before it, whom a saved
-    /// state does not have either.
+    /// Records the positions of all bodies before a step, and adds new bodies. Forgets bodies that were already gone,
+    /// which a saved state does not contain either.
     pub fn observe(&mut self, world: &World, roster: &Roster) {
         for note in &mut self.notes {
             note.take_if(|note| !world.contains(note.id));
@@ -150,17 +150,17 @@ impl BodyNotes {
         self.notes.get(id.index as usize)?.as_ref().filter(|note| note.id == id)
     }
 
-    /// The note of an existing body, or what it will be.
+    /// The note of an existing body, or a new note if it has none yet.
     pub fn of_existing(&self, id: BodyId, world: &World) -> BodyNote {
         self.get(id).copied().unwrap_or_else(|| BodyNote::new(id, world))
     }
 
-    /// Where a body was before the step; one made since then is where it is now.
+    /// Position of a body before the step; for a body made since then, its current position.
     pub fn position_before(&self, id: BodyId, world: &World) -> Vec2 {
         self.get(id).map_or_else(|| world.position(id), |note| note.before)
     }
 
-    /// Notes who touched whom in the step.
+    /// Records who touched whom in the step.
     pub fn follow_touches(&mut self, world: &World, roster: &Roster) {
         for touch in world.touches() {
             for (id, other) in [(touch.a, touch.b), (touch.b, touch.a)] {
@@ -171,7 +171,7 @@ impl BodyNotes {
         }
     }
 
-    /// Puts a body of the scene back to its start, where it rests for so many ticks.
+    /// Returns a body of the scene to its start, where it rests for this many ticks.
     pub fn reset(&mut self, body: usize, ticks: u32, table: &mut Table) {
         match table.roster.placed[body] {
             Some(id) => self.send_back(id, ticks, table),
@@ -179,7 +179,7 @@ impl BodyNotes {
         }
     }
 
-    /// Puts a body back to its start; one that is gone is made again if it is the scene's.
+    /// Returns a body to its start. If it is gone and belongs to the scene, it is made again.
     pub fn send_back(&mut self, id: BodyId, ticks: u32, table: &mut Table) {
         if !table.world.contains(id) {
             let placed = self.get(id).and_then(|note| note.placed);
@@ -202,7 +202,7 @@ impl BodyNotes {
             note.start = BodyStart { position, velocity: Vec2::ZERO };
         }
         world.set_position(id, note.start.position);
-        // Who carries it or scored with it is no longer who touched it last.
+        // The player who carried it or scored with it no longer counts as the last to touch it.
         note.touched_by = None;
         if ticks > 0 && note.rests.is_none() {
             note.rests = Some(Rest { ticks, gravity_scale: world.gravity_scale(id) });
@@ -212,7 +212,7 @@ impl BodyNotes {
         }
     }
 
-    /// Makes a body of the scene that is gone, at its start.
+    /// Recreates a body of the scene that is gone, at its start.
     fn bring_back(&mut self, body: usize, ticks: u32, table: &mut Table) {
         let Table { scene, world, roster, rngs, .. } = table;
         if !self.came[body] {
@@ -228,7 +228,7 @@ impl BodyNotes {
         }
     }
 
-    /// Before the step: holds bodies that rest at their start, and lets those go whose time is up.
+    /// Before the step, holds bodies that rest at their start, and releases those whose time is up.
     pub fn hold_resting(&mut self, table: &mut Table) {
         for note in self.notes.iter_mut().flatten() {
             let Some(Rest { ticks, gravity_scale }) = note.rests else { continue };
@@ -249,7 +249,7 @@ impl BodyNotes {
     }
 }
 
-/// A body sets off from its start; one that began to either side does so again.
+/// Sets off a body from its start; one that first set off to a random side does so again.
 fn set_off(id: BodyId, note: &BodyNote, table: &mut Table) {
     let start_speed = note.placed.map_or(0.0, |body| table.scene.bodies[body].start_speed);
     let velocity = match start_speed > 0.0 {
@@ -266,13 +266,13 @@ fn set_off(id: BodyId, note: &BodyNote, table: &mut Table) {
     }
 }
 
-/// The player whose hero or pack a body is.
+/// The player to whom a body belongs, if it is a hero or pack.
 fn acts(actor: Option<Actor>) -> Option<Seat> {
     actor.filter(|actor| matches!(actor.kind, Kind::Hero | Kind::Pack))?.owner
 }
 
 impl BodyNote {
-    /// A body that was just made.
+    /// Creates the note of a body that was just made.
     pub fn new(id: BodyId, world: &World) -> BodyNote {
         let start = BodyStart { position: world.position(id), velocity: world.velocity(id) };
         let group = world.group(id);

@@ -1,4 +1,4 @@
-//! Signals: levels made of zones and of signals above them.
+//! Signals: levels derived from zones and from signals listed above them.
 
 use super::table::Table;
 use crate::input::Seat;
@@ -14,22 +14,22 @@ pub(crate) struct Signals {
     pub(super) laps: Vec<Lap>,
 }
 
-/// What a signal counts.
+/// State of a signal.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum SignalState {
     Relay(RelayState),
-    /// Of steps in an order.
+    /// An order of steps.
     Order(OrderState),
 }
 
-/// What a signal made of levels counts.
+/// State of a signal that depends on levels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct RelayState {
-    /// Ticks in a row for which its condition has held.
+    /// Consecutive ticks for which its condition has held.
     pub held: u32,
-    /// Ticks for which it stays on without it.
+    /// Ticks for which it stays on after its condition stops holding.
     pub left: u32,
-    /// Whether it is on, or would come on if it did not toggle.
+    /// Whether it is on, disregarding a toggle.
     pub base: bool,
     /// Whether a toggle is on.
     pub toggled: bool,
@@ -38,7 +38,7 @@ pub(super) struct RelayState {
 /// Progress in an order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct OrderState {
-    /// Steps done by each who makes progress, those without any left out, in order.
+    /// Number of completed steps, for everyone who has made progress; sorted.
     pub done: Vec<(Walker, u8)>,
 }
 
@@ -49,7 +49,7 @@ pub(super) enum Walker {
     Player(Seat),
 }
 
-/// A lap: an order of each side or player that one of them completed in this tick.
+/// A lap: a side or player completed its own order in this tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Lap {
     pub signal: u8,
@@ -108,8 +108,8 @@ impl Signals {
         levels
     }
 
-    /// The levels as a player sees them: of the laps of this tick, the player's own and those of the
-    /// player's side. Where it is about no player, anyone's.
+    /// The levels as they apply to a player: of this tick's laps, only those of the player and of the player's side
+    /// count. Without a player, all laps count.
     pub fn levels_of(&self, mut levels: Levels, player: Option<Seat>, roster: &Roster) -> Levels {
         let Some(seat) = player else { return levels };
         let own = [Walker::Player(seat), Walker::Side(roster.side_of(seat))];
@@ -142,7 +142,7 @@ impl Signals {
 }
 
 impl SignalState {
-    /// Off, without any memory.
+    /// Creates a signal that is off and remembers nothing.
     pub fn new(spec: &SignalSpec) -> SignalState {
         match spec.kind {
             SignalKind::Relay(_) => SignalState::Relay(RelayState::default()),
@@ -150,7 +150,7 @@ impl SignalState {
         }
     }
 
-    /// Its level at the start of a round.
+    /// Computes the signal's level at the start of a round.
     pub fn settle(&mut self, spec: &SignalSpec, levels: Levels) -> bool {
         match (self, &spec.kind) {
             (SignalState::Relay(state), SignalKind::Relay(relay)) if !is_off(spec, levels) => {
@@ -163,7 +163,7 @@ impl SignalState {
     }
 }
 
-/// Whether its `until` holds.
+/// Whether the `until` condition of a signal holds.
 fn is_off(spec: &SignalSpec, levels: Levels) -> bool {
     spec.until.is_some_and(|until| until.all(levels))
 }
@@ -202,7 +202,7 @@ impl Walker {
         }
     }
 
-    /// What was saved as this side.
+    /// The inverse: who a saved side stands for.
     pub fn of(each: Each, side: Option<Side>) -> Option<Walker> {
         match (each, side) {
             (Each::All, None) => Some(Walker::All),
@@ -239,7 +239,7 @@ impl OrderState {
         for index in (0..64).filter(|index| now >> index & 1 == 1) {
             let completed = laps.iter().filter(|lap| lap.signal == index).count();
             let came = usize::from(before >> index & 1 == 0);
-            // Each lap is a step, also of those in one tick or in consecutive ones.
+            // Each lap counts as a step, even if several fall in one tick or in consecutive ticks.
             for _ in 0..completed.max(came) {
                 self.step(order, Walker::All, Step::Signal(index));
             }
@@ -280,7 +280,7 @@ impl OrderState {
     }
 }
 
-/// Who makes progress when a body enters a zone.
+/// Returns who makes progress when a body enters a zone.
 fn walker(each: Each, body: BodyId, table: &Table) -> Option<Walker> {
     let owner = table.roster.owner_of(body);
     match each {

@@ -1,4 +1,4 @@
-//! The sling: its ball waits at its start, is pulled back by a player, flies, and comes back.
+//! The sling: its ball waits at its start, is pulled back by a player, flies, and returns.
 
 use super::notes::BodyNotes;
 use super::table::Table;
@@ -8,19 +8,19 @@ use glam::Vec2;
 use jostle_sim::math::clamp_length;
 use jostle_sim::{BodyId, World};
 
-/// How far from the ball a pull may begin, as a share of how far it can be pulled: fingers are thick.
+/// Distance from the ball at which a pull may begin, as a share of the longest pull: fingers are thick.
 const GRAB: f32 = 1.0;
 
 /// What a sling is at.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Sling {
-    /// Shots left, the one in the sling included.
+    /// Shots left, including the one in the sling.
     pub shots: u8,
-    /// Who pulls, or pulled last.
+    /// The player who is pulling, or who pulled last.
     pub shooter: Option<Seat>,
     /// Whether the shooter holds the ball.
     pub is_pulled: bool,
-    /// Ticks since the ball was let go; 0 while it is in the sling.
+    /// Ticks since the ball was released; 0 while it is in the sling.
     pub flight: u32,
 }
 
@@ -35,13 +35,13 @@ impl Sling {
         self.shots == 0 && self.flight == 0
     }
 
-    /// What conditions may ask of it.
+    /// The levels of the sling that conditions can refer to.
     pub fn levels(&self) -> Levels {
         let on = |holds, level| if holds { level } else { Levels::default() };
         on(self.is_spent(), Levels::SPENT).or(on(self.flight > 0, Levels::FLYING))
     }
 
-    /// Before the step: lets players pull the ball, lets it go, and brings it back. `levels` are those of the last tick.
+    /// Before the step, lets players pull the ball, releases it, and brings it back. `levels` are those of the last tick.
     pub fn work(
         &mut self,
         spec: &SlingSpec,
@@ -86,7 +86,7 @@ impl Sling {
     }
 }
 
-/// The way from its start to where the ball is pulled in this tick.
+/// Returns the offset from the ball's start to where it is pulled in this tick.
 fn pull(spec: &SlingSpec, sling: &mut Sling, start: Vec2, ball: BodyId, table: &Table) -> Vec2 {
     let players = &table.roster.players;
     let is_held = sling.is_pulled && !table.roster.is_away(sling.shooter);
@@ -101,25 +101,25 @@ fn pull(spec: &SlingSpec, sling: &mut Sling, start: Vec2, ball: BodyId, table: &
         }
     }
     let Some(shooter) = players.iter().find(|player| Some(player.seat) == sling.shooter) else {
-        // Nobody pulls, or who did is gone.
+        // There is no shooter, or the shooter is gone.
         (sling.shooter, sling.is_pulled) = (None, false);
         return Vec2::ZERO;
     };
-    // Silence of the connection lets nothing go.
+    // A silent connection does not release the ball.
     sling.is_pulled = shooter.controls.holds(Buttons::FIRE) || shooter.controls.is_away;
     let pulled = shooter.controls.pointer.filter(|_| sling.is_pulled);
     clamp_length(pulled.unwrap_or_else(|| table.world.position(ball)) - start, spec.pull)
 }
 
-/// Keeps the ball where it is pulled to.
+/// Holds the ball at the position to which it is pulled.
 fn hold(world: &mut World, ball: BodyId, place: Vec2) {
     world.set_gravity_scale(ball, 0.0);
     world.set_position(ball, place);
     world.set_velocity(ball, Vec2::ZERO);
 }
 
-/// The path of a ball that is let go here, one point a tick until so many ticks are over, as long as it
-/// meets nothing: by the engine's own steps, so that it flies exactly this way.
+/// The path of a ball released here, one point per tick for up to this many ticks while it meets nothing. It is
+/// computed by the engine's own steps, so the ball flies in exactly this way.
 pub fn sling_path(scene: &Scene, pull: Vec2, ticks: u32) -> Vec<Vec2> {
     let Some((spec, velocity)) = scene.sling.and_then(|spec| Some((spec, spec.launch(pull)?)))
     else {

@@ -1,4 +1,4 @@
-//! The rules' part of a game's state. Its hash digests the saved bytes, subject by subject.
+//! The rules' part of a game's state. Its hash digests the saved bytes subject by subject.
 
 use super::book::Rules;
 use super::breakage::Breakage;
@@ -22,7 +22,7 @@ use jostle_sim::{Motion, World};
 const BODY_BYTES: usize = 8;
 
 impl Rules {
-    /// Describes them, and what players are in a round. They are read into rules that have not begun.
+    /// Describes the rules and the players' state in the round. When reading, starts from rules that have not begun.
     pub fn state<Io: StateIo>(
         &self,
         scene: &Scene,
@@ -66,7 +66,7 @@ impl Rules {
         });
         let ticks = io.word("ticks of the round", self.round.ticks);
         let clock = io.word("clock", self.round.clock);
-        // A countdown's clock stands at 1, and no path has stood still before it.
+        // The clock of a countdown is at 1, and no path has stopped before it.
         let clock_min = u32::from(phase == RoundPhase::Countdown);
         io.check("clock", || clock >= clock_min);
         let [contested] = io.flags("contested", [self.teams.contested]);
@@ -112,7 +112,7 @@ impl Rules {
     }
 }
 
-/// Bodies in a zone may be gone by now.
+/// Describes a zone; bodies listed in it may be gone by now.
 fn zone_state(it: &ZoneState, scene: &Scene, teams: usize, io: &mut impl StateIo) -> ZoneState {
     let (limits, given) = ([scene.world.bodies_max, BODY_BYTES], it.inside.iter().copied());
     let inside =
@@ -230,7 +230,7 @@ fn side_state(side: Option<Side>, teams: usize, io: &mut impl StateIo) -> Option
     }
 }
 
-/// Describes a position where bodies may be.
+/// Describes a position in the region where bodies may be.
 #[inline]
 fn place_state(fields: [Field; 2], given: Vec2, scene: &Scene, io: &mut impl StateIo) -> Vec2 {
     let place = io.vector(fields, given, plausible);
@@ -238,12 +238,12 @@ fn place_state(fields: [Field; 2], given: Vec2, scene: &Scene, io: &mut impl Sta
     place
 }
 
-/// Whether a scene file may give a gravity scale.
+/// Whether a gravity scale is allowed in a scene file.
 fn is_gravity_scale(scale: f32) -> bool {
     scale.abs() <= GRAVITY_SCALE_MAX
 }
 
-/// Describes a list of at most an entry for each seat.
+/// Describes a list with at most one entry per seat.
 fn short_list<Io: StateIo, T: Clone>(
     field: Field,
     given: &[T],

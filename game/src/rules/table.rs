@@ -7,7 +7,7 @@ use crate::roster::Roster;
 use crate::scene::Scene;
 use jostle_sim::{BodyId, EmitterDef, Source, World};
 
-/// Particles of a splash.
+/// Number of particles in a splash.
 const SPLASH_PARTICLES: u16 = 40;
 
 /// What rules act on.

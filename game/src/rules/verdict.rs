@@ -26,7 +26,7 @@ impl Teams {
         teams.fold(0, |all, (index, _)| all | 1 << index)
     }
 
-    /// Sides that have players now take part in the round that begins, without points.
+    /// Enters all sides that have players now into the round that begins, without points.
     pub fn count_in(&mut self, scene: &Scene, roster: &mut Roster) {
         let lives = scene.rules.lives();
         let has_players = |team| roster.players.iter().any(|player| player.team == Some(team));
@@ -40,12 +40,12 @@ impl Teams {
         self.contested = if self.standings.is_empty() { roster.players.len() } else { sides } > 1;
     }
 
-    /// Sides that take part, in order.
+    /// Sides that take part in the round, in order.
     pub fn sides(&self, roster: &Roster) -> Vec<Side> {
         self.playing(roster).map(|(side, _)| side).collect()
     }
 
-    /// Sides that take part and how they stand, in order.
+    /// Sides that take part in the round with their standings, in order.
     pub fn playing(&self, roster: &Roster) -> impl Iterator<Item = (Side, Standing)> {
         let teams = (0..).zip(&self.standings).map(|(index, team)| (Side::Team(index), *team));
         let players = roster.players.iter().filter(|player| player.team.is_none());
@@ -53,7 +53,7 @@ impl Teams {
         teams.chain(players).filter(|(_, standing)| standing.plays)
     }
 
-    /// The standing of a side that is there and not out.
+    /// The standing of a side that takes part and is not out.
     pub fn standing<'a>(
         &'a mut self,
         side: Side,
@@ -76,7 +76,7 @@ impl Teams {
     }
 }
 
-/// Ends of the round that were claimed in a tick.
+/// Claims in a tick that the round is won or lost.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Claims {
     pub won: Vec<Side>,
@@ -108,7 +108,7 @@ impl Claims {
             .or_else(|| by_time(spec, &self.standings, ticks))
     }
 
-    /// A win beats a loss; where somebody lost, the others won.
+    /// Decides by claims: a win beats a loss, and where a side lost, the others won.
     fn by_claims(&mut self, spec: &RoundSpec) -> Option<Vec<Side>> {
         let Claims { won, lost, standings } = self;
         if !won.is_empty() {
@@ -121,8 +121,8 @@ impl Claims {
     }
 }
 
-/// The last side with lives; those who lost their last one in the same tick share. A side alone
-/// loses.
+/// Decides by lives: the last side with lives wins, and sides that lose their last lives in the same tick share
+/// the win. A side that plays alone loses.
 fn by_lives(
     spec: &RoundSpec,
     standings: &[(Side, Standing)],
@@ -149,7 +149,7 @@ fn by_time(spec: &RoundSpec, standings: &[(Side, Standing)], ticks: u32) -> Opti
     })
 }
 
-/// The sides that have lives left at the end of this tick, where lives count.
+/// The sides that have lives left at the end of this tick, or all sides if lives do not count.
 fn alive<'a>(
     spec: &RoundSpec,
     standings: &'a [(Side, Standing)],
@@ -158,14 +158,14 @@ fn alive<'a>(
     standings.iter().filter(move |(_, standing)| !lives_count || standing.lives > 0)
 }
 
-/// Most points at the goal; equals share.
+/// Decides by the goal: the side with the most points wins once one has reached the goal; equal sides share the win.
 fn by_goal(spec: &RoundSpec, standings: &[(Side, Standing)]) -> Option<Vec<Side>> {
     let goal = spec.goal?;
     let winners = best(standings.iter().filter(|(_, standing)| standing.score >= goal));
     (!winners.is_empty()).then_some(winners)
 }
 
-/// The sides with most points.
+/// The sides with the most points.
 fn best<'a>(standings: impl Iterator<Item = &'a (Side, Standing)> + Clone) -> Vec<Side> {
     let most = standings.clone().map(|(_, standing)| standing.score).max();
     standings.filter(|(_, standing)| Some(standing.score) == most).map(|(side, _)| *side).collect()

@@ -1,4 +1,4 @@
-//! Zones: who is in them, who came and who went, and who holds them.
+//! Zones: which bodies are inside, which entered and left, and who holds each zone.
 
 use super::notes::BodyNotes;
 use super::table::Table;
@@ -23,10 +23,10 @@ pub(crate) struct Zones {
 /// What a zone knows.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct ZoneState {
-    /// Who was in it in the last tick, in id order.
+    /// Bodies that were inside in the last tick, in id order.
     pub inside: Vec<BodyId>,
     pub holder: Option<Side>,
-    /// The side that is alone in it, and for how many ticks.
+    /// The side that is alone in the zone, and for how many ticks.
     pub taking: Option<(Side, u32)>,
 }
 
@@ -36,7 +36,7 @@ impl Zones {
         Zones { states: vec![ZoneState::default(); count], ..Zones::default() }
     }
 
-    /// Who holds each zone.
+    /// The holder of each zone.
     pub fn holders(&self) -> impl Iterator<Item = Option<Side>> {
         self.states.iter().map(|zone| zone.holder)
     }
@@ -88,7 +88,7 @@ impl Zones {
     }
 }
 
-/// Lists who is in a zone, and returns how many bodies of its groups exist.
+/// Lists the bodies in a zone, and returns how many bodies of its groups exist.
 // Inlined into its caller the loop compiles to slower code.
 #[inline(never)]
 fn list_inside(spec: &ZoneSpec, notes: &BodyNotes, table: &Table, inside: &mut Vec<BodyId>) -> u32 {
@@ -136,13 +136,13 @@ impl ZoneState {
     }
 }
 
-/// Whether a list in id order has a body.
+/// Whether a list sorted by id contains a body.
 fn has(inside: &[BodyId], id: BodyId) -> bool {
     let found = inside.binary_search_by_key(&id.index, |other| other.index);
     found.is_ok_and(|at| inside[at] == id)
 }
 
-/// Whose heroes are in a zone.
+/// The sides whose heroes are in a zone.
 #[derive(Clone, Copy, PartialEq)]
 enum Presence {
     Nobody,
@@ -157,13 +157,13 @@ fn alone(inside: &[BodyId], roster: &Roster) -> Presence {
     if sides.all(|side| side == first) { Presence::One(first) } else { Presence::Several }
 }
 
-/// Whether a body that went this way, relative to the zone, is in it at the end or came and went.
+/// Whether a body that moved from `before` to `now`, relative to the zone, ends inside it or passed through it.
 #[inline(never)]
 fn is_in(spec: &ZoneSpec, shape: Shape, [before, now]: [Vec2; 2]) -> bool {
     if contains(spec, shape, now) {
         return true;
     }
-    // Who leaves in a tick does not count in it.
+    // A body that leaves in a tick does not count as inside in that tick.
     !contains(spec, shape, before) && passes(spec, shape, before, now)
 }
 
@@ -186,8 +186,8 @@ fn contains(spec: &ZoneSpec, shape: Shape, position: Vec2) -> bool {
     }
 }
 
-/// Whether a body in motion passes through the zone. Where its outline counts, the corners of a
-/// rectangle count as if they were square.
+/// Whether a moving body passes through the zone. If its outline counts, the corners of a rectangle are treated as
+/// square.
 fn passes(spec: &ZoneSpec, shape: Shape, from: Vec2, to: Vec2) -> bool {
     let reach = if spec.touch { shape.half_extent() } else { Vec2::ZERO };
     match spec.area {
@@ -197,7 +197,7 @@ fn passes(spec: &ZoneSpec, shape: Shape, from: Vec2, to: Vec2) -> bool {
     }
 }
 
-/// Whether a way crosses a rectangle, by slabs.
+/// Whether a path crosses a rectangle, by the slab test.
 fn crosses(low: Vec2, high: Vec2, from: Vec2, to: Vec2) -> bool {
     let way = to - from;
     let (mut enters, mut leaves) = (0.0, 1.0);
@@ -216,7 +216,7 @@ fn crosses(low: Vec2, high: Vec2, from: Vec2, to: Vec2) -> bool {
     enters <= leaves
 }
 
-/// The point of a way that is nearest to another point.
+/// The point of a path nearest to another point.
 fn nearest_on(from: Vec2, to: Vec2, point: Vec2) -> Vec2 {
     let way = to - from;
     let length_squared = way.length_squared();

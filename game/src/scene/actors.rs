@@ -18,7 +18,7 @@ const SPAWNS_MAX: usize = 256;
 /// Heroes, one for each player.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeroSpec {
-    /// The body, at the origin.
+/// Definition of the body, at the origin.
     pub body: BodyDef,
     /// Where heroes appear, tried in turn from the seat's own; clear of static and kinematic bodies.
     pub spawns: Vec<Vec2>,
@@ -36,24 +36,24 @@ pub struct HeroSpec {
 /// How heroes run and jump.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WalkSpec {
-    /// Speed along what they stand on, units/s.
+    /// Speed along the ground, units/s.
     pub speed: f32,
-    /// Speed upwards at the start of a jump, units/s.
+    /// Upward speed at the start of a jump, units/s.
     pub jump: f32,
 }
 
 /// Marbles that players make.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MarbleSpec {
-    /// The body, at the origin.
+/// Definition of the body, at the origin.
     pub body: BodyDef,
     /// Initial speed to either side.
     pub speed: f32,
-    /// Most at a time, beyond which Z makes no more.
+    /// Maximum number of marbles at a time, beyond which Z makes no more.
     pub count_max: u32,
 }
 
-/// Packs of dye, which players throw. Times are ticks.
+/// Packs of dye thrown by players. Times are ticks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PackSpec {
     /// The body, at the origin.
@@ -77,11 +77,11 @@ pub struct PackSpec {
     pub throw_every: Option<u32>,
     /// Speed that a hit adds to the hero, along the pack's own motion.
     pub push: f32,
-    /// Most of one player at a time.
+    /// Maximum number of packs of a player at a time.
     pub count_max: u32,
 }
 
-/// The actors of a scene, as far as the file has them, without their caps.
+/// The actors defined in a scene file, without their caps.
 pub(super) struct Actors {
     pub kinds: Kinds,
     pub hero: Option<HeroSpec>,
@@ -131,7 +131,7 @@ fn read_hero(table: &Table, traits: &Traits, groups: &Groups) -> HeroSpec {
     let walk = walk(table);
     let mut body = traits.def(table, groups);
     if walk.is_some() && !table.get("friction").is_given() {
-        // Keys hold it on the ground; friction would hold it on walls that it runs against.
+        // The keys hold the hero on the ground; friction would make it stick to walls that it runs against.
         body.friction = 0.0;
     }
     HeroSpec {
@@ -154,7 +154,7 @@ fn read_minion(table: &Table, mut traits: Traits) -> (Traits, f32) {
     (traits, recovery)
 }
 
-/// `walk`, beside which there is no thrust.
+/// Reads `walk`, which excludes thrust.
 fn walk(table: &Table) -> Option<WalkSpec> {
     table.get("walk").given(|field| {
         for field in ["thrust", "speed_max"].map(|name| table.get(name)) {

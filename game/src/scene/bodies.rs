@@ -1,4 +1,4 @@
-//! Bodies in a scene file: single ones, and layouts that the seed decides.
+//! Bodies in a scene file: single ones, and layouts that depend on the seed.
 
 use super::groups::Groups;
 use super::kind::Kind;
@@ -23,7 +23,7 @@ pub struct Placed {
     pub kind: Kind,
     /// Definition of the body.
     pub def: BodyDef,
-    /// Speed at which it sets off to either side, units/s; 0 where the file gives a velocity.
+    /// Speed at which it sets off to a random side, units/s; 0 if the file gives a velocity.
     pub start_speed: f32,
     /// The path of a kinematic body.
     pub path: Option<Path>,
@@ -35,11 +35,11 @@ pub struct Placed {
     pub presence: Condition,
     /// It moves along its path only while this holds; only with `path`. Default: always.
     pub runs: Condition,
-    /// The impact that breaks it, if one can.
+    /// The impact that breaks it, if it is breakable.
     pub breaks: Option<Breakable>,
 }
 
-/// What breaks a body, and what that is worth.
+/// Strength of a breakable body, and the points for breaking it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Breakable {
     /// It breaks under a harder blow, and is cracked after one of more than half of it; only for dynamic bodies. A blow is
@@ -53,13 +53,13 @@ pub struct Breakable {
     pub splash: Option<u8>,
 }
 
-/// Bodies in a grid: at positions that the seed decides, clear of each other and of all fixed ones,
-/// or exactly at the centres of its cells.
+/// Bodies in a grid: either at positions derived from the seed, clear of each other and of all fixed ones, or exactly
+/// at the centres of the cells.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layout {
     /// Kind of the bodies.
     pub kind: Kind,
-    /// The body, at the origin.
+    /// Definition of each body, at the origin.
     pub def: BodyDef,
     /// As in [`Placed`].
     pub start_speed: f32,
@@ -79,7 +79,7 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// The cell of its grid that its body number `number` belongs to.
+    /// The grid cell of the body with this number.
     pub fn cell(&self, number: u32) -> Aabb {
         let [columns, rows] = self.grid;
         let number = number % (columns * rows);
@@ -130,7 +130,7 @@ pub(super) fn placed(table: &Table, kinds: &Kinds, known: &Known, recipes: &mut 
     }
 }
 
-/// The velocity at the start, and the speed at which the body sets off to either side instead.
+/// Reads the velocity at the start, or the speed at which the body sets off to a random side instead.
 fn velocity(table: &Table, traits: &Traits) -> (Vec2, f32) {
     // Velocity with which it starts and comes back, together at most `speed_max`; a minion keeps this speed, and one that
     // starts at rest and does not fall comes to rest again. Default: 0; minions and marbles move to either side.
@@ -143,7 +143,7 @@ fn velocity(table: &Table, traits: &Traits) -> (Vec2, f32) {
     (velocity, if sets_off { traits.start_speed } else { 0.0 })
 }
 
-/// `path`, `period` and `phase`.
+/// Reads `path`, `period` and `phase`.
 fn path(table: &Table) -> Option<Path> {
     // Makes the body kinematic: it moves from the first point to the last and back, for ever. Default: none.
     let path = table.get("path");

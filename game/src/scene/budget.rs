@@ -1,5 +1,5 @@
-//! Bounds on what a scene may need, for authors who are strangers: checked by its [`Plan`](super::Plan), before
-//! anything of it is played.
+//! Limits on the resources of scenes made by strangers, checked by the [`Plan`](super::Plan) before the scene is
+//! played.
 
 use super::cost::WorstTick;
 use super::error::{SceneError, locate};
@@ -9,7 +9,7 @@ use super::spec::Scene;
 use jostle_sim::math::max;
 use jostle_sim::{Solver, TICKS_PER_SECOND};
 
-/// The most that a scene may need.
+/// The largest resources that a scene may need.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Budget {
     /// Players at a time.
@@ -20,21 +20,21 @@ pub struct Budget {
     pub particles: usize,
     /// Width and height of the world, units.
     pub size: f32,
-    /// The worst tick by the scene's limits ([`WorstTick`]), milliseconds of a processor.
+    /// The worst tick ([`WorstTick`]) that the scene's limits allow, milliseconds of processor time.
     pub tick_ms: f32,
     /// The settings of its solver.
     pub solver: SolverBudget,
-    /// Springs between its bodies.
+    /// Springs of the scene.
     pub springs: usize,
-    /// Zones times bodies, which are looked at in a tick.
+    /// Zones times bodies: the checks made in a tick.
     pub zone_looks: usize,
-    /// Rules, which are compared with each contact.
+    /// Rules, each of which is compared with every contact.
     pub rules: usize,
-    /// Times that emitters start in a second, all together.
+    /// Starts of emitters per second, in total.
     pub starts_per_s: u32,
-    /// Particles that emitters make in a second, all together.
+    /// Particles made by emitters per second, in total.
     pub emitted_per_s: u32,
-    /// Bodies that launchers make in a second, all together.
+    /// Bodies made by launchers per second, in total.
     pub launched_per_s: u32,
 }
 
@@ -52,7 +52,7 @@ pub struct SolverBudget {
 }
 
 impl Budget {
-    /// Checks a scene. The error is about the first field that asks for too much.
+    /// Checks a scene. The error names the first field that asks for too much.
     pub fn check(&self, scene: &Scene) -> Result<(), SceneError> {
         self.check_limits(scene)?;
         self.solver.check(scene)?;
@@ -91,11 +91,11 @@ impl Budget {
         Ok(())
     }
 
-    /// Emitters and launchers, by what they make in a second.
+    /// Checks emitters and launchers by their output per second.
     fn check_sources(&self, scene: &Scene) -> Result<(), SceneError> {
         let starts = |emitter: &ScheduledEmitter| emitter.every.map_or(0.0, per_second);
         let emitted = |emitter: &ScheduledEmitter| match emitter.every {
-            // Those that run once come in a single tick at most.
+            // Emitters that run once count as if all ran in the same second.
             None => f64::from(emitter.count),
             Some(every) => f64::from(emitter.count) * per_second(every),
         };
@@ -143,7 +143,7 @@ impl SolverBudget {
     }
 }
 
-/// Refuses a count above what is allowed.
+/// Refuses a count above the allowed one.
 fn at_most(
     scene: &Scene,
     field: &str,
@@ -158,7 +158,8 @@ fn at_most(
     Err(SceneError::in_scene(scene, field, found, format!("at most {allowed}")))
 }
 
-/// The field that decides how many bodies there may be: the limit if the file has one, else what brings most.
+/// The field that decides how many bodies there may be: the limit if the file sets one, otherwise the field that adds
+/// the most.
 fn bodies_field(scene: &Scene) -> String {
     let limit = "limits.bodies";
     let mut fields: Vec<(String, u32)> = Vec::new();
@@ -176,7 +177,7 @@ fn bodies_field(scene: &Scene) -> String {
     }
 }
 
-/// The sum of what the entries of a list make, rounded up, and the field of the one that makes most.
+/// The total output of a list's entries, rounded up, and the field of the entry with the largest share.
 fn most(each: impl Iterator<Item = f64>, list: &str, field: &str) -> (String, u32) {
     let (mut sum, mut largest, mut at) = (0.0, 0.0, 0);
     for (index, made) in each.enumerate() {
@@ -188,7 +189,7 @@ fn most(each: impl Iterator<Item = f64>, list: &str, field: &str) -> (String, u3
     (format!("{list}[{at}].{field}"), sum.ceil() as u32)
 }
 
-/// Times a second of something that comes every `every` ticks.
+/// Rate per second of something that happens every `every` ticks.
 fn per_second(every: u32) -> f64 {
     f64::from(TICKS_PER_SECOND) / f64::from(every.max(1))
 }

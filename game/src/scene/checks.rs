@@ -1,4 +1,4 @@
-//! Checks of a scene that need more than one field. The scene has been read without an error.
+//! Checks of a scene that involve more than one field. They run once the scene has been read without errors.
 
 use super::bodies::{Layout, Placed};
 use super::limits::{MASS_RATIO_MAX, QUANTA_MAX, ZONE_LOOKS_MAX};
@@ -9,7 +9,7 @@ use jostle_sim::collide;
 use jostle_sim::math::max;
 use jostle_sim::{Aabb, BodyDef, Motion};
 
-/// Reports the first contradiction.
+/// Checks a scene and reports the first contradiction.
 pub(super) fn check(root: &Table, scene: &Scene) {
     let [bodies, layouts] = ["bodies", "layouts"].map(|name| root.get(name).items());
     let hero = root.get("hero");
@@ -29,7 +29,7 @@ pub(super) fn check(root: &Table, scene: &Scene) {
     check_players(root, scene);
 }
 
-/// A round can begin with the players that a scene admits.
+/// Checks that a round can begin with the number of players that the scene admits.
 fn check_players(root: &Table, scene: &Scene) {
     let Some(round) = &scene.rules.round else { return };
     if round.players_min > scene.players_max {
@@ -39,7 +39,7 @@ fn check_players(root: &Table, scene: &Scene) {
     }
 }
 
-/// A hero that walks needs something that keeps it on the ground.
+/// Checks that a walking hero has something to keep it on the ground.
 fn check_walk(root: &Table, scene: &Scene) {
     let Some(hero) = scene.hero.as_ref().filter(|hero| hero.walk.is_some()) else { return };
     let fall = scene.world.gravity.y * hero.body.gravity_scale;
@@ -49,7 +49,7 @@ fn check_walk(root: &Table, scene: &Scene) {
     }
 }
 
-/// Zones look at every body of their groups in every tick.
+/// Limits the work of zones, which check every body of their groups in every tick.
 fn check_zones(root: &Table, scene: &Scene) {
     let zones = scene.rules.zones.len();
     let looks = zones * scene.world.bodies_max;
@@ -60,7 +60,8 @@ fn check_zones(root: &Table, scene: &Scene) {
     }
 }
 
-/// Bodies stay inside the kill zone, and messages carry whole quanta up to [`QUANTA_MAX`].
+/// Checks that positions fit into whole quanta up to [`QUANTA_MAX`], the largest that messages carry; bodies stay
+/// inside the kill zone.
 fn check_quanta(root: &Table, scene: &Scene) {
     let Aabb { low, high } = scene.world.kill_zone;
     let furthest = max(max(low.x.abs(), low.y.abs()), max(high.x.abs(), high.y.abs()));
@@ -77,7 +78,7 @@ fn check_quanta(root: &Table, scene: &Scene) {
     }
 }
 
-/// Tools that share a key, and tools without anything to act on.
+/// Refuses tools that share a key, and tools that have nothing to act on.
 fn check_tools(field: &Field, scene: &Scene) {
     let has = |tool| scene.tools.contains(tool);
     if has(Tools::MARBLE) && has(Tools::SPRAY) {
@@ -92,7 +93,8 @@ fn check_tools(field: &Field, scene: &Scene) {
     }
 }
 
-/// Everything starts inside the kill zone, nothing moves faster than a body may, names are unique.
+/// Checks that everything starts inside the kill zone, that nothing exceeds the largest speed, and that names are
+/// unique.
 fn check_positions(scene: &Scene, bodies: &[Field], spawns: &[Field], layouts: &[Field]) {
     let zone = scene.world.kill_zone;
     let inside = "a place inside the kill zone";
@@ -133,7 +135,7 @@ fn check_positions(scene: &Scene, bodies: &[Field], spawns: &[Field], layouts: &
     }
 }
 
-/// Packs move no faster than a body may.
+/// Checks that packs do not exceed the largest speed.
 fn check_pack_speed(root: &Table, scene: &Scene) {
     let speed = scene.pack.as_ref().map_or(0.0, |pack| pack.speed);
     if speed <= scene.world.speed_max {
@@ -148,7 +150,7 @@ fn check_pack_speed(root: &Table, scene: &Scene) {
     }
 }
 
-/// The conjugate solver holds mass ratios up to [`MASS_RATIO_MAX`].
+/// Checks that mass ratios do not exceed [`MASS_RATIO_MAX`], the limit of the conjugate solver.
 fn check_masses(root: &Table, scene: &Scene, bodies: &[Field], layouts: &[Field]) {
     if !scene.world.is_conjugate() {
         return;
@@ -179,7 +181,7 @@ fn check_masses(root: &Table, scene: &Scene, bodies: &[Field], layouts: &[Field]
     }
 }
 
-/// Dynamic bodies and heroes start clear of the immovable ones that they collide with.
+/// Checks that dynamic bodies and heroes start clear of the immovable bodies with which they collide.
 fn check_starts(scene: &Scene, bodies: &[Field], layouts: &[Field], spawns: &[Field]) {
     if scene.world.solver.is_none() {
         return;
@@ -210,7 +212,7 @@ fn check_starts(scene: &Scene, bodies: &[Field], layouts: &[Field], spawns: &[Fi
     }
 }
 
-/// The first immovable body that overlaps `def` and collides with it.
+/// Returns the first immovable body that overlaps and collides with `def`.
 fn blocking(scene: &Scene, def: &BodyDef) -> Option<usize> {
     scene.bodies.iter().position(|other| {
         other.def.motion != Motion::Dynamic

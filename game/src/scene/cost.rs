@@ -1,57 +1,56 @@
-//! The worst tick that a scene can cost by its limits: everything that it can ever contain, in motion
-//! and in contact at once. Scenes in play cost less, as bodies sleep or fly and few players use all
-//! that they may.
+//! Estimates the worst tick that a scene's limits allow: everything that it can ever contain, in motion and in
+//! contact at once. Scenes in play cost less, since bodies sleep or fly and few players use everything they may.
 //!
-//! The constants are processor time of the simulation in a release build on one virtual core of an
-//! Intel Xeon server, shared with other work, and belong to the worst of 1200 to 3600 ticks with 8 to
-//! 64 bots. Sending snapshots comes on top.
+//! The constants are processor time of the simulation in a release build on one virtual core of a shared Intel Xeon
+//! server, and describe the worst of 1200 to 3600 ticks with 8 to 64 bots. Sending snapshots is not included.
 
 use super::plan::{self, Bodies, Per};
 use super::spec::Scene;
 use jostle_sim::math::{max, min, ordered_bits};
 use jostle_sim::{BodyDef, DT, Motion, Relaxation, Shape, Solver, collide};
 
-/// Microseconds of a dynamic body with the relaxation, or with contacts that are only found: 3000
-/// bodies in ten pits with 64 bots took 12.1 ms, the 250 marbles of `pile` 0.73 ms. More iterations than usual count in
-/// proportion.
+/// Microseconds per dynamic body with the relaxation solver, or if contacts are only detected: 3000 bodies in ten
+/// pits with 64 bots took 12.1 ms, the 250 marbles of `pile` 0.73 ms. More iterations than usual cost proportionally
+/// more.
 const RELAXED_BODY_US: f32 = 4.0;
-/// With the conjugate solver, by how many times the heaviest dynamic body is as heavy as the lightest: that number, then
-/// microseconds of a tick with any body, and of each. Of a thousand random heaps of 200 to 1000 bodies and a thousand of 20 to 800
-/// the worst ticks took 12.8, 17.3 and 27.1 us a body, the last for 48 of them; half of them a sixth of that. Bounces cost nothing
-/// beside that.
+/// Costs with the conjugate solver, by mass ratio: the ratio between the heaviest and the lightest dynamic body from
+/// which an entry applies, microseconds per tick with any body, and microseconds per body. Among a thousand random
+/// heaps of 200 to 1000 bodies and a thousand of 20 to 800, the worst ticks took 12.8, 17.3 and 27.1 us per body, the
+/// last of these with 48 bodies; half of the heaps took a sixth of that. Bounces add almost nothing.
 const CONJUGATE_US: [(f32, f32, f32); 3] =
     [(0.0, 0.0, 15.0), (100.0, 300.0, 18.0), (10_000.0, 1000.0, 24.0)];
-/// Microseconds of a particle: the 4096 of `emitters` took 0.33 ms with all else in that scene.
+/// Microseconds per particle: the 4096 particles of `emitters` took 0.33 ms, including everything else in that scene.
 const PARTICLE_US: f32 = 0.08;
 
-/// Microseconds of springs. Few springs: each. Hundreds, which share the substeps: once, and each. Ten bodies on 11 springs took
-/// 0.3 ms, the densest network of 1020 springs 5.3 ms.
+/// Microseconds for springs. A few springs cost a fixed time each. Hundreds, which share their substeps, cost a fixed
+/// time plus a smaller time each. Ten bodies on 11 springs took 0.3 ms, the densest network of 1020 springs 5.3 ms.
 const FEW_SPRINGS_US: f32 = 30.0;
 const MANY_SPRINGS_US: (f32, f32) = (1500.0, 3.8);
 
 /// Pairs that lie in each other at the start; more make no difference.
 const COUNTED_MAX: u32 = 1_000_000;
 
-/// Contacts of a body in a heap, of which its time consists. Each one more that bodies have at the start takes as much.
+/// Contacts per body in a heap, to which the body's time is proportional. Each additional contact at the start adds
+/// as much.
 const CONTACTS_PER_BODY: u32 = 3;
 
-/// An upper estimate of a tick.
+/// An upper estimate of a tick's cost.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WorstTick {
     /// Processor time of the simulation, milliseconds.
     pub ms: f32,
-    /// Field of the file that costs most, like `layouts[2].count`.
+    /// Field of the file with the largest cost, like `layouts[2].count`.
     pub field: String,
 }
 
-/// Time of the bodies or particles that one field brings, microseconds.
+/// Time of the bodies or particles that one field adds, microseconds.
 struct CostShare {
     us: f32,
     field: String,
 }
 
 impl WorstTick {
-    /// The worst tick of this scene.
+    /// Estimates the worst tick of this scene.
     pub fn of(scene: &Scene) -> WorstTick {
         let movers = movers(scene);
         let (any_us, body_us) = costs(scene, &movers);
@@ -88,12 +87,12 @@ impl WorstTick {
         WorstTick { ms: us / 1000.0, field: largest.map_or_else(String::new, |share| share.field) }
     }
 
-    /// Rooms of this scene that keep up on one core even if all have their worst tick at once.
+    /// Number of rooms with this scene that one core can run even if all have their worst tick at once.
     pub fn rooms_per_core(&self) -> u32 {
         (1000.0 * DT / max(self.ms, 0.01)) as u32
     }
 
-    /// The estimate as people read it.
+    /// Returns the estimate as a readable sentence.
     pub fn sentence(&self) -> String {
         let (ms, share) = (self.ms, self.ms / (1000.0 * DT));
         let digits = if ms < 1.0 { 2 } else { 1 };
@@ -107,7 +106,7 @@ impl WorstTick {
     }
 }
 
-/// Microseconds of the worst tick with any body that moves, and of each of them.
+/// Microseconds of the worst tick with any moving body, and microseconds per moving body.
 fn costs(scene: &Scene, movers: &[Bodies]) -> (f32, f32) {
     match scene.world.solver {
         _ if movers.is_empty() => (0.0, 0.0),
@@ -125,21 +124,21 @@ fn costs(scene: &Scene, movers: &[Bodies]) -> (f32, f32) {
     }
 }
 
-/// The greatest mass relative to the least.
+/// The ratio of the greatest mass to the smallest.
 fn mass_ratio(movers: &[Bodies]) -> f32 {
     let masses = || movers.iter().map(|alike| alike.def.mass);
     let (heaviest, lightest) = (masses().fold(0.0, max), masses().fold(f32::INFINITY, min));
     heaviest / lightest
 }
 
-/// Most bodies that tools and launchers may make.
+/// Maximum number of bodies that tools and launchers may make.
 pub fn made_max(scene: &Scene) -> u32 {
     let made = movers(scene).into_iter().filter(|alike| alike.per == Per::Tool);
     let total: u32 = made.map(|alike| alike.count).sum();
     total.min(scene.world.bodies_max as u32)
 }
 
-/// All dynamic bodies that the scene can bring.
+/// All dynamic bodies that the scene can contain.
 fn movers(scene: &Scene) -> Vec<Bodies> {
     let mut movers = plan::sources(scene);
     movers.retain(|alike| alike.def.motion == Motion::Dynamic);
@@ -151,15 +150,16 @@ fn emits(scene: &Scene) -> bool {
     scene.world_settings().features.particles
 }
 
-/// Bodies that lie in each other at the start: those of `bodies` and of exact layouts, as other layouts keep theirs apart.
+/// Overlapping bodies at the start: those of `bodies` and of exact layouts, since other layouts keep their bodies
+/// apart.
 struct Overlaps {
-    /// Pairs of them that collide.
+    /// Number of overlapping pairs that collide.
     count: u32,
-    /// Field of the file that brings most of them; empty if there are none.
+    /// Field of the file that adds the most of them; empty if there are none.
     field: String,
 }
 
-/// A body at the start, and the number of its source.
+/// A body at the start, and the index of its source.
 #[derive(Clone, Copy)]
 struct StartingBody {
     def: BodyDef,
@@ -167,7 +167,7 @@ struct StartingBody {
 }
 
 impl Overlaps {
-    /// Counts them; sorted and swept along x.
+    /// Counts the overlaps by sorting and sweeping along x.
     fn at_start(scene: &Scene) -> Overlaps {
         let starts = by_edge(starts(scene));
         let (mut count, mut by_source) = (0, vec![0u32; 1 + scene.layouts.len()]);
@@ -193,12 +193,13 @@ impl Overlaps {
     }
 }
 
-/// All bodies whose start the file fixes: those of `bodies` are source 0, those of a layout its index and 1.
+/// All bodies whose start is fixed by the file. The source of those in `bodies` is 0; that of a layout's bodies is
+/// its index plus 1.
 fn starts(scene: &Scene) -> Vec<StartingBody> {
     let bodies = scene.bodies.iter().map(|body| StartingBody { def: body.def, source: 0 });
     let layouts = scene.layouts.iter().enumerate().filter(|(_, layout)| layout.exact);
     let exact = layouts.flat_map(|(index, layout)| {
-        // Of the shapes that the seed chooses from, the largest.
+        // The largest of the shapes from which the seed chooses.
         let largest = layout.shapes.iter().copied().max_by(|a, b| area(*a).total_cmp(&area(*b)));
         let shape = largest.unwrap_or(layout.def.shape);
         (0..layout.count).map(move |number| {
@@ -209,8 +210,8 @@ fn starts(scene: &Scene) -> Vec<StartingBody> {
     bodies.chain(exact).collect()
 }
 
-/// Sorts them by their left edges. Plain numbers are sorted, as in the broad phase: a sort of its own would take
-/// 3 kB of the page's program.
+/// Sorts bodies by their left edges. Plain numbers are sorted, as in the broad phase: another sort would take 3 kB of
+/// the page's program.
 fn by_edge(starts: Vec<StartingBody>) -> Vec<StartingBody> {
     let keys = starts.iter().zip(0u64..);
     let keys = keys.map(|(start, index)| u64::from(ordered_bits(left(&start.def))) << 32 | index);
@@ -227,7 +228,7 @@ fn left(def: &BodyDef) -> f32 {
     def.position.x - def.shape.half_extent().x
 }
 
-/// Whether two bodies touch, and take part in a contact.
+/// Whether two bodies overlap and may collide.
 fn lie_in_each_other(scene: &Scene, a: &BodyDef, b: &BodyDef) -> bool {
     let movable = [a, b].iter().any(|def| def.motion == Motion::Dynamic);
     (movable || scene.world.solver.is_none())

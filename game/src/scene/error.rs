@@ -2,28 +2,28 @@
 
 use toml::de::{DeTable, DeValue};
 
-/// Why a scene was refused. Displays as `file:line: field: found ..., allowed ...`.
+/// The reason why a scene was refused. Displays as `file:line: field: found ..., allowed ...`.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{file}:{line}: {field}: found {found}; allowed: {allowed}")]
 pub struct SceneError {
-    /// File, or the name given by the caller.
+    /// File name, as given by the caller.
     pub file: String,
     /// Line of the field, from 1.
     pub line: usize,
     /// Path of the field, like `bodies[3].radius`.
     pub field: String,
-    /// Content of the file there.
+    /// Content of the file at this field.
     pub found: String,
-    /// Contents that are allowed there.
+    /// Allowed content of this field.
     pub allowed: String,
 }
 
-/// The line of a byte of a text, from 1; of one past the end, the last line.
+/// The line of a byte of a text, from 1; past the end, the last line.
 pub fn line_at(text: &[u8], at: usize) -> usize {
     1 + text.iter().take(at).filter(|&&byte| byte == b'\n').count()
 }
 
-/// The byte at which the deepest part of a path begins that the text has, and whether that is the whole path.
+/// Returns the byte at which the deepest existing part of a path begins, and whether that is the whole path.
 pub(super) fn locate(source: &str, path: &str) -> (usize, bool) {
     let Ok(document) = DeTable::parse(source) else { return (0, false) };
     let (mut table, mut at) = (Some(document.get_ref()), 0);

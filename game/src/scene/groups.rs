@@ -1,4 +1,4 @@
-//! Collision groups of a scene, and which of them meet.
+//! Collision groups of a scene, and which of them collide.
 
 use super::kind::Kind;
 use super::table::{Field, Table, one_of};
@@ -6,7 +6,7 @@ use jostle_sim::{EulerGroups, GROUPS_MAX};
 
 const NAME_CHARS_MAX: usize = 32;
 
-/// Names of the groups, and which meet which.
+/// Names of the groups, and the groups that each collides with.
 pub(super) struct Groups {
     pub names: Vec<String>,
     /// Which groups collide; a group may collide with itself; all other pairs pass through each other. Default: `[]`.
@@ -33,7 +33,7 @@ impl Groups {
         groups
     }
 
-    /// Reads `integrators`: the groups that one of Euler's methods moves.
+    /// Reads `integrators`: the groups that are moved by one of Euler's methods.
     pub fn euler(&self, field: &Field) -> EulerGroups {
         let allowed = "{ explicit = [\"group\"], symplectic = [\"group\"] }";
         let mask =
@@ -51,18 +51,18 @@ impl Groups {
         euler
     }
 
-    /// Index of the group that a field names, if the file has it.
+    /// Index of the group named by a field, if the file has it.
     pub fn given(&self, field: &Field) -> Option<u8> {
         field.describe("a group");
         field.index_in(&self.names).map(|index| index as u8)
     }
 
-    /// Index of the group that a field names; of the first where the file is wrong.
+    /// Index of the group named by a field; 0 if the file is wrong.
     fn index(&self, field: &Field) -> u8 {
         self.given(field).unwrap_or(0)
     }
 
-    /// Index of the group that a kind has by default: its own name, and for walls "platform".
+    /// Index of the default group of a kind: the one with the kind's own name, or "platform" for walls.
     pub fn default_of(&self, kind: Kind, table: &Table) -> u8 {
         let name = if kind == Kind::Wall { Kind::Platform.name() } else { kind.name() };
         let index = self.names.iter().position(|known| known == name);

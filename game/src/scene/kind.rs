@@ -1,14 +1,14 @@
 //! Kinds of bodies.
 
-/// A body's kind, which decides how the rules treat it and how it looks.
+/// A body's kind, which decides its appearance and how the rules treat it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Kind {
-    /// A player's hero, or an unowned one in scenes where heroes are only selected.
+    /// A player's hero, or one without an owner in scenes where heroes are only selected.
     Hero,
     /// Wanders at a constant speed.
     Minion,
-    /// Falls, collides with platforms and other marbles.
+    /// Falls, and collides with platforms and other marbles.
     Marble,
     /// A slab to stand on; may be kinematic.
     Platform,
@@ -21,7 +21,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Every kind, in wire order.
+    /// All kinds, in wire order.
     pub const ALL: [Kind; 7] = [
         Kind::Hero,
         Kind::Minion,

@@ -4,12 +4,12 @@
 pub const SCENE_BYTES_MAX: usize = 64 << 10;
 /// Longest name of a scene, bytes.
 pub const SCENE_NAME_BYTES_MAX: usize = 32;
-/// Players in one game.
+/// Maximum number of players in a game.
 pub const SEATS_MAX: usize = 512;
-/// Players in one game whose camera follows them: each is sent different data, which costs a server
-/// more.
+/// Maximum number of players in a game whose cameras follow them. Each of these is sent different data, which costs a
+/// server more.
 pub const FOLLOWERS_MAX: u32 = 64;
-/// Width and height of a world or a body, world units.
+/// Greatest width and height of a world or a body, world units.
 pub const SIZE_MAX: f32 = 1.0e6;
 /// Least width, height or radius of a body, world units.
 pub const EXTENT_MIN: f32 = 1.0e-3;
@@ -17,43 +17,42 @@ pub const EXTENT_MIN: f32 = 1.0e-3;
 pub const MASS_MIN: f32 = 1.0e-6;
 /// Greatest mass of a body.
 pub const MASS_MAX: f32 = 1.0e6;
-/// Greatest mass relative to the least, with the conjugate solver.
+/// Greatest mass ratio with the conjugate solver.
 pub const MASS_RATIO_MAX: f32 = 1.0e6;
-/// Speed of anything, units/s.
+/// Greatest speed of anything, units/s.
 pub const SPEED_MAX: f32 = 1.0e4;
-/// Each component of gravity, units/s^2.
+/// Greatest absolute value of each component of gravity, units/s^2.
 pub const GRAVITY_MAX: f32 = 1000.0;
-/// Factor of a body on gravity, either sign.
+/// Greatest absolute value of a body's factor on gravity.
 pub const GRAVITY_SCALE_MAX: f32 = 10.0;
-/// Each component of the wind, units/s.
+/// Greatest absolute value of each component of the wind, units/s.
 pub const WIND_MAX: f32 = 1000.0;
 /// Least quantum of positions, world units.
 pub const QUANTUM_MIN: f32 = 1.0 / 65_536.0;
-/// Coordinates that clients see, quanta, either sign: as whole numbers of an f32 they are exact.
+/// Largest absolute coordinate that clients see, in quanta: up to here an f32 represents integers exactly.
 pub const QUANTA_MAX: i32 = 1 << 24;
-/// Bodies that a scene may allow at a time.
+/// Maximum number of bodies that a scene may allow at a time.
 pub const BODIES_MAX: u32 = 20_000;
-/// Particles that a scene may allow at a time.
+/// Maximum number of particles that a scene may allow at a time.
 pub const PARTICLES_MAX: u32 = 20_000;
-/// Dye packs of one player that a scene may allow at a time.
+/// Maximum number of dye packs per player that a scene may allow at a time.
 pub const PACKS_MAX: u32 = 64;
-/// Bodies of one layout.
+/// Maximum number of bodies in a layout.
 pub const LAYOUT_COUNT_MAX: u32 = 4096;
-/// Most entries of `springs`.
+/// Maximum number of entries of `springs`.
 pub const SPRINGS_MAX: usize = 1024;
-/// Most entries of `emitters`.
+/// Maximum number of entries of `emitters`.
 pub const EMITTERS_MAX: usize = 256;
-/// Tables of `recipes`; presets in use join them.
+/// Maximum number of tables of `recipes`; presets in use count as well.
 pub const RECIPES_MAX: usize = 64;
-/// Zones times bodies of a scene: what zones look at in a tick.
+/// Largest product of zones and bodies in a scene, the number of checks that zones make in a tick.
 pub const ZONE_LOOKS_MAX: usize = 262_144;
 /// Ticks in a scene file.
 pub(super) const TICKS_MAX: u32 = 1_000_000;
 
 pub(super) const NAME_ALLOWED: &str = "1 to 32 lower-case letters, digits and dashes";
 
-/// Returns whether a text may be the name of a scene or a recipe: 1 to 32 lower-case letters, digits
-/// and dashes.
+/// Returns whether a text is a valid name of a scene or a recipe: 1 to 32 lower-case letters, digits and dashes.
 pub fn is_name(text: &str) -> bool {
     let known = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'-';
     (1..=SCENE_NAME_BYTES_MAX).contains(&text.len()) && text.bytes().all(known)

@@ -4,7 +4,7 @@ use super::rules::Names;
 use super::table::{POSITION, Range, Table};
 use glam::Vec2;
 
-/// Marks of a scene.
+/// Maximum number of marks in a scene.
 pub const MARKS_MAX: usize = 64;
 const DOTS_MAX: u32 = 6;
 const SIZE: Range = Range::from(1.0, 1.0e3);

@@ -1,22 +1,22 @@
-//! The path of a kinematic body: to and fro between points, as a function of the tick alone.
+//! The path of a kinematic body: back and forth between points, as a function of the tick alone.
 
 use glam::Vec2;
 use jostle_sim::DT;
 use jostle_sim::math::clamp_length;
 
-/// Points that a kinematic body visits from first to last and back, again and again.
+/// Points that a kinematic body visits from first to last and back, repeatedly.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Path {
     points: Vec<Vec2>,
-    /// Tick on the way there at which each point is reached, from 0.
+    /// Tick at which each point is reached on the way there, from 0.
     arrivals: Vec<u32>,
     phase_ticks: u32,
 }
 
 impl Path {
-    /// A path of at least two points (consecutive ones differ) that takes `half_ticks` from the
-    /// first to the last and the same time back. Every point is reached at a whole tick, so at least one
-    /// tick a leg is needed. At tick 0 the body is `phase_ticks` into it.
+    /// Creates a path through at least two points, where consecutive ones must differ. It takes `half_ticks` from the
+    /// first point to the last and the same time back. Every point is reached at a whole tick, so each leg needs at
+    /// least one tick. At tick 0 the body is already `phase_ticks` along.
     pub fn new(points: Vec<Vec2>, half_ticks: u32, phase_ticks: u32) -> Path {
         assert!(points.len() >= 2, "a path needs two points");
         assert!(half_ticks as usize >= points.len() - 1, "a path needs a tick a leg");
@@ -52,8 +52,8 @@ impl Path {
         self.points[leg] + (self.points[leg + 1] - self.points[leg]) * share
     }
 
-    /// The velocity, units/s, that takes a body from `position` to its place on the path at the end of a
-    /// tick. One that a player dragged off its path comes back no faster than a body may be.
+    /// The velocity, units/s, that takes a body from `position` to its position on the path at the end of a tick. A
+    /// body that a player dragged off its path returns at no more than `speed_max`.
     pub fn velocity_to(&self, tick: u32, position: Vec2, speed_max: f32) -> Vec2 {
         clamp_length((self.at(tick) - position) / DT, speed_max)
     }

@@ -1,9 +1,9 @@
-//! The Plan: everything that a scene can ever bring, by its file and by the tools of its players, and so
-//! the needs of its game, its messages and its page. Each part says whether it is used, and which field
-//! of the file decides.
+//! The Plan: everything that a scene can ever contain, through its file and its players' tools, and therefore the
+//! needs of its game, its messages and its page. Each part states whether it is used, and which field of the file
+//! decides that.
 //!
-//! A World's step is prepared for [`Plan::features`]; a body that a program adds beside the
-//! scene widens that (see [`Features`]).
+//! A World's step is prepared for [`Plan::features`]; a body that a program adds to the scene may widen them (see
+//! [`Features`]).
 
 use super::bodies::Placed;
 use super::kind::Kind;
@@ -16,41 +16,41 @@ use jostle_sim::{BodyDef, Drag, Features, Motion, Shape};
 /// The needs of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
-    /// Bodies that it can bring, alike ones together.
+    /// Bodies that the scene can contain, with similar ones combined.
     pub bodies: Vec<Bodies>,
-    /// Pairs of groups that collide and both have bodies, lower index first, in order.
+    /// Pairs of groups that collide and both have bodies, each with the lower index first, in order.
     pub pairs: Vec<[u8; 2]>,
     /// Every part that a scene can lack, used or not.
     pub parts: Vec<Part>,
-    /// Features that the World's step is prepared for.
+    /// Features for which the World's step is prepared.
     pub features: Features,
 }
 
-/// Bodies that differ in their positions only.
+/// Bodies that differ only in their positions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bodies {
     /// Kind of the bodies.
     pub kind: Kind,
-    /// Definition of each body.
+    /// Definition of the body.
     pub def: BodyDef,
-    /// Shapes that the seed chooses from; else the shape of `def` alone.
+    /// Shapes from which the seed chooses, or only the shape of `def`.
     pub shapes: Vec<Shape>,
     /// Number of bodies, as counted by [`Bodies::per`].
     pub count: u32,
-    /// Their origin, which `count` refers to.
+    /// Origin of the bodies, to which `count` refers.
     pub per: Per,
-    /// Field of the file that brings the first of them, like `bodies[3]`.
+    /// Field of the file that adds the first of them, like `bodies[3]`.
     pub field: String,
 }
 
 /// Origin of the bodies of an entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Per {
-    /// There from the start, for good or until something removes them.
+    /// Present from the start, permanently or until something removes them.
     Scene,
-    /// At most this many for each player.
+    /// Up to this many for each player.
     Player,
-    /// At most this many made with a tool.
+    /// Up to this many made with a tool.
     Tool,
 }
 
@@ -59,11 +59,11 @@ pub enum Per {
 pub struct Part {
     /// Lower-case name, for reports.
     pub name: &'static str,
-    /// Its costs where it is used: stages of a step, sections of a message, things on the page.
+    /// Costs of the part where it is used: stages of a step, sections of a message, elements of the page.
     pub costs: &'static str,
-    /// True if the scene can need it.
+    /// Whether the scene can need it.
     pub used: bool,
-    /// The field that decides, and its content.
+    /// The field that decides this, and its content.
     pub why: String,
 }
 
@@ -73,14 +73,14 @@ impl Scene {
         WorldSettings { features: self.features(), ..self.world.clone() }
     }
 
-    /// Features that the step of its World is prepared for: those of [`Plan::features`], without the reasons.
+    /// Features for which the step of its World is prepared: the same as [`Plan::features`], without the reasons.
     pub fn features(&self) -> Features {
         features(self, &sources(self))
     }
 }
 
 impl Plan {
-    /// Compiles a scene to what it needs.
+    /// Determines the needs of a scene.
     pub fn of(scene: &Scene) -> Plan {
         let sources = sources(scene);
         Plan {
@@ -97,17 +97,17 @@ impl Bodies {
         Bodies { field, kind, def, shapes: vec![def.shape], count: 1, per: Per::Scene }
     }
 
-    /// Its bodies, one a shape.
+    /// Its bodies, one for each shape.
     fn defs(&self) -> impl Iterator<Item = BodyDef> + '_ {
         self.shapes.iter().map(|&shape| BodyDef { shape, ..self.def })
     }
 
-    /// True if they are circles, or the seed may make them so.
+    /// Whether some are circles, or the seed may make them circles.
     pub fn circles(&self) -> bool {
         self.shapes.iter().any(|shape| matches!(shape, Shape::Circle { .. }))
     }
 
-    /// True if they are boxes, or the seed may make them so.
+    /// Whether some are boxes, or the seed may make them boxes.
     pub fn boxes(&self) -> bool {
         self.shapes.iter().any(|shape| matches!(shape, Shape::Box { .. }))
     }
@@ -120,8 +120,8 @@ impl Bodies {
         }
     }
 
-    /// Field of the file that says how many of them there are, or the list that has them. A limit may be missing in
-    /// the file, where its default holds.
+    /// Field of the file that sets their number, or the list that contains them. If it is a limit, the file may lack
+    /// it, and the default applies.
     pub(super) fn count_field(&self) -> String {
         match self.field.as_str() {
             "hero" => "limits.players".to_owned(),
@@ -139,7 +139,7 @@ impl Bodies {
     }
 }
 
-/// Everything that can bring bodies: entries of the file, and tools.
+/// All sources of bodies: entries of the file, and tools.
 pub(super) fn sources(scene: &Scene) -> Vec<Bodies> {
     let mut sources = Vec::new();
     for (index, body) in scene.bodies.iter().enumerate() {
@@ -177,7 +177,7 @@ fn features(scene: &Scene, sources: &[Bodies]) -> Features {
     Features { particles: has_particles(scene), ..brought.fold(Features::NONE, Features::with) }
 }
 
-/// Joins those of the same kind, group, motion and shapes.
+/// Combines sources with the same kind, group, motion and shapes.
 fn alike(sources: Vec<Bodies>) -> Vec<Bodies> {
     let key =
         |of: &Bodies| (of.kind, of.def.group, of.def.motion, of.circles(), of.boxes(), of.per);
@@ -191,8 +191,8 @@ fn alike(sources: Vec<Bodies>) -> Vec<Bodies> {
     bodies
 }
 
-/// Sources whose bodies can collide: their groups meet, and one of them can be pushed, or contacts
-/// are only detected.
+/// Pairs of sources whose bodies can collide: their groups meet, and either one of them can be pushed or contacts are
+/// only detected.
 fn meeting<'a>(
     scene: &'a Scene,
     sources: &'a [Bodies],
@@ -228,7 +228,7 @@ fn launches_packs(scene: &Scene) -> Reason {
     launcher.map(|index| format!("launchers[{index}] makes packs")).ok_or_else(none)
 }
 
-/// Whether anything makes particles, as [`emits`] says.
+/// Whether anything makes particles, by the same criteria as [`emits`].
 fn has_particles(scene: &Scene) -> bool {
     let launches = || {
         scene.tools.contains(Tools::LAUNCH)
@@ -267,7 +267,7 @@ fn emits(scene: &Scene) -> Reason {
     }
 }
 
-/// The fields by which a scene uses a part, or does without it.
+/// The fields because of which a scene uses a part (`Ok`) or does not (`Err`).
 type Reason = Result<String, String>;
 
 fn given(is_given: bool, has: &str, lacks: &str) -> Reason {
@@ -334,7 +334,7 @@ impl Reasons<'_> {
         ]
     }
 
-    /// The first source that matches, with `has`, else `lacks`.
+    /// The first source that matches, described by `has`, or the reason `lacks`.
     fn source(&self, matches: impl Fn(&Bodies) -> bool, has: &str, lacks: &str) -> Reason {
         match self.sources.iter().find(|source| matches(source)) {
             Some(source) => Ok(format!("{} {has}", source.field)),
@@ -349,7 +349,7 @@ impl Reasons<'_> {
         }
     }
 
-    /// By the rule of [`Features`].
+    /// Decides whether a material property is used, by the rule of [`Features`].
     fn material(
         &self,
         name: &str,
@@ -368,7 +368,8 @@ impl Reasons<'_> {
         self.scene.world.solver.map(|_| ()).ok_or_else(none)
     }
 
-    /// Two bodies at the speed cap must not be able to move by more than the smaller's half-size.
+    /// Continuous collision is not needed if two bodies at the speed limit cannot close by more than the smaller
+    /// one's half-size.
     fn continuous(&self) -> Reason {
         if !self.scene.world.is_conjugate() {
             return Err("solver is not \"conjugate\": contacts are overlaps".to_owned());

@@ -12,7 +12,7 @@ const COLOR: Range = Range::from(0.0, 16.0);
 const SIZE: Range = Range::above(0.0, 64.0);
 const SPEED: Range = Range::from(-1000.0, 1000.0);
 
-/// The presets beside fire.
+/// All presets except fire.
 const PRESETS: &str = include_str!("../../../assets/recipes.toml");
 
 /// Recipes that every scene may use by name, fire first.
@@ -28,7 +28,7 @@ pub fn presets() -> Vec<Recipe> {
     document.checked(presets).expect("a test reads it")
 }
 
-/// The recipes that a scene names; presets join when they are used.
+/// The recipes of a scene; presets are added when they are used.
 pub(super) struct Recipes {
     pub list: Vec<Recipe>,
 }
@@ -52,8 +52,7 @@ impl Recipes {
         Recipes { list: list.collect() }
     }
 
-    /// Index of the recipe that a field names: one of the file's, else a preset; `default` where the
-    /// file names none.
+    /// Index of the recipe named by a field, from the file or a preset; `default` is used if the file names none.
     pub fn index(&mut self, field: &Field, default: &str) -> u8 {
         field.describe("a recipe");
         let name = if field.is_given() { field.word() } else { Some(default) };
@@ -63,8 +62,8 @@ impl Recipes {
         })
     }
 
-    /// Index of the recipe with this name, which joins the scene's if it is a preset. A file's
-    /// own recipes and all presets together fit in a byte.
+    /// Index of the recipe with this name; a preset is added to the scene's recipes. The recipes of a file and all
+    /// presets together fit in a byte.
     fn resolve(&mut self, name: &str) -> Option<u8> {
         let index = self.list.iter().position(|recipe| recipe.name == name).or_else(|| {
             let preset = presets().into_iter().find(|preset| preset.name == name)?;
@@ -109,7 +108,7 @@ fn recipe(name: &str, table: &Table, base: Recipe) -> Recipe {
     }
 }
 
-/// The recipe that the defaults come from: `like`, else the preset of this name, else fire.
+/// The recipe that provides the defaults: the one named by `like`, otherwise the preset of this name, otherwise fire.
 fn base(name: &str, like: &Field) -> Recipe {
     let mut all = presets();
     let names: Vec<String> = all.iter().map(|preset| preset.name.clone()).collect();

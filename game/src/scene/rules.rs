@@ -1,4 +1,4 @@
-//! Rules in a scene file: rounds and teams, zones, signals, and what happens at their edges.
+//! Rules in a scene file: rounds and teams, zones, signals, and the effects of their edges.
 
 mod condition;
 mod names;
@@ -21,30 +21,30 @@ pub use zone::{Need, Take, ZoneArea, ZoneSpec};
 
 /// Teams of a scene.
 pub const TEAMS_MAX: usize = 8;
-/// Zones of a scene, one bit of a word each.
+/// Maximum number of zones in a scene, one bit of a word each.
 pub const ZONES_MAX: usize = 64;
-/// Signals of a scene, one bit of a word each.
+/// Maximum number of signals in a scene, one bit of a word each.
 pub const SIGNALS_MAX: usize = 64;
 /// Rules of a scene.
 const RULES_MAX: usize = 128;
 
-/// The rules of a scene, in the order of the file.
+/// The rules of a scene, in file order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RuleSet {
-    /// How a round is played; `None` in a playground without end.
+    /// Settings of a round; `None` in an endless playground.
     pub round: Option<RoundSpec>,
-    /// Teams; without any each player plays alone.
+    /// Teams; if there are none, each player plays alone.
     pub teams: Vec<TeamSpec>,
-    /// Places that know who is in them.
+    /// Zones: places that detect the bodies inside them.
     pub zones: Vec<ZoneSpec>,
     /// Levels, yes or no.
     pub signals: Vec<SignalSpec>,
-    /// Rules, in the order of the file.
+    /// Rules, in file order.
     pub rules: Vec<RuleSpec>,
 }
 
 impl RuleSet {
-    /// Reads the rules of a scene whose bodies have been read.
+    /// Reads the rules of a scene; its bodies must have been read before.
     pub(super) fn read(root: &Table, known: &Known, recipes: &mut Recipes) -> RuleSet {
         let team = |table: &Table| round::team(table, known.names);
         let zone = |table: &Table| zone::zone(table, known);
@@ -69,7 +69,7 @@ impl RuleSet {
         RuleSet { rules: read_list(root, "rules", RULES_MAX, rule), ..rules }
     }
 
-    /// Returns whether the scene has none at all.
+    /// Returns whether the scene has no rules at all.
     pub fn is_empty(&self) -> bool {
         self.round.is_none()
             && self.teams.is_empty()

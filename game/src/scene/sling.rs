@@ -11,7 +11,7 @@ const PULL: Range = Range::from(1.0, 1.0e3);
 const SPEED: Range = Range::from(0.1, 100.0);
 const SHOTS_MAX: u32 = 255;
 
-/// A sling: players pull its ball back and let go. Times are ticks.
+/// A sling: players pull its ball back and release it. Times are ticks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SlingSpec {
     /// The dynamic body that it shoots, from where that body starts.
@@ -26,13 +26,13 @@ pub struct SlingSpec {
     pub over: Option<Condition>,
     /// And after this time in any case.
     pub over_time: u32,
-    /// Points to the winners for each shot that is left.
+    /// Points for the winners for each shot left.
     pub spare: i32,
 }
 
 impl SlingSpec {
-    /// The velocity with which the ball sets off from where it was pulled to, by the way from its start;
-    /// `None` if that is so short that nobody can have meant it.
+    /// The velocity with which a pulled ball is launched, given its offset from the start; `None` if the pull is too
+    /// short to be intentional.
     pub fn launch(&self, pull: Vec2) -> Option<Vec2> {
         const MEANT: f32 = 1.0;
         (pull.length() >= MEANT).then(|| pull * -self.speed)

@@ -1,5 +1,5 @@
-//! The solver of a scene and its settings. Values out of range are refused and never corrected
-//! silently (C22c), and so are settings of a solver that the scene does not use.
+//! The solver of a scene and its settings. Values out of range are refused, never silently corrected (C22c), and so
+//! are settings of a solver that the scene does not use.
 
 use super::table::{Field, Range, Table};
 use jostle_sim::{Conjugate, Relaxation, Solver};
@@ -26,7 +26,7 @@ pub(super) fn solver(root: &Table) -> Option<Solver> {
     Some(Solver::Relaxation(relaxation.table(read_relaxation)))
 }
 
-/// Reads `sleeping`: only islands can sleep, and only the conjugate solver has them.
+/// Reads `sleeping`, which needs the conjugate solver: only islands can sleep, and only that solver has them.
 pub(super) fn sleeping(root: &Table, solver: Option<Solver>) -> bool {
     let is_conjugate = matches!(solver, Some(Solver::Conjugate(_)));
     // Whether bodies at rest fall asleep: see [below](#sleeping); only with the conjugate solver. Default: `true` with the

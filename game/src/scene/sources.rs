@@ -8,11 +8,11 @@ use super::table::{INTERVAL, POSITION, SECONDS, Table, VELOCITY};
 use glam::Vec2;
 use jostle_sim::{EmitterDef, Source};
 
-/// Launchers of a scene.
+/// Maximum number of launchers in a scene.
 pub const LAUNCHERS_MAX: usize = 64;
-/// Bodies of one launcher at a time.
+/// Maximum number of bodies of a launcher at a time.
 const LAUNCHED_MAX: u32 = 256;
-/// What launchers make, with its words in scene files.
+/// The kinds that launchers can make, with their names in scene files.
 const MAKES: [(&str, Kind); 2] = [("pack", Kind::Pack), ("dumb", Kind::Marble)];
 
 /// A position in a scene file: of an emitter or a launcher, or the end of a spring.
@@ -43,7 +43,7 @@ pub struct ScheduledEmitter {
 }
 
 impl ScheduledEmitter {
-    /// Returns whether it starts in the tick with this number, from 0.
+    /// Returns whether it starts in this tick, counted from 0.
     pub fn starts_at(&self, tick: u32) -> bool {
         match self.every {
             Some(every) => tick >= self.start && (tick - self.start).is_multiple_of(every),
@@ -51,13 +51,13 @@ impl ScheduledEmitter {
         }
     }
 
-    /// The emitter that it starts.
+    /// Returns the emitter to start.
     pub fn emitter(&self, source: Source, seed: u32) -> EmitterDef {
         EmitterDef { recipe: self.recipe, count: self.count, seed, source }
     }
 }
 
-/// Makes a body at regular intervals. Times are ticks.
+/// A launcher makes a body at regular intervals. Times are ticks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Launcher {
     /// Where it is, fixed or with a body.
@@ -73,19 +73,19 @@ pub struct Launcher {
     pub velocity: Option<Vec2>,
     /// It waits while there are this many bodies of its kind that no player owns.
     pub limit: u32,
-    /// It works only while this holds. Default: always.
+    /// It runs only while this holds. Default: always.
     #[doc(alias = "while")]
     pub condition: Condition,
 }
 
 impl Launcher {
-    /// Returns whether it is due in the tick with this number, from 0.
+    /// Returns whether it is due in this tick, counted from 0.
     pub fn is_due(&self, tick: u32) -> bool {
         tick >= self.start && (tick - self.start).is_multiple_of(self.every)
     }
 }
 
-/// Returns whether launchers of the file make bodies of this kind.
+/// Returns whether any launcher in the file makes bodies of this kind.
 pub(super) fn make(root: &Table, kind: Kind) -> bool {
     let field = root.get("launchers");
     let entries = if field.is_given() { field.items() } else { Vec::new() };
@@ -96,7 +96,7 @@ pub(super) fn make(root: &Table, kind: Kind) -> bool {
     })
 }
 
-/// Reads `position` or `follow`, one of which must be there.
+/// Reads `position` or `follow`; one of them is required.
 fn location(table: &Table, names: &Names) -> Location {
     // Where it is. Default: this or `follow`.
     let position = table.get("position");

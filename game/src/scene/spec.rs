@@ -28,26 +28,26 @@ const WIND: Range = Range::from(-WIND_MAX, WIND_MAX);
 const TITLE_CHARS_MAX: usize = 40;
 const ABOUT_CHARS_MAX: usize = 200;
 
-/// Where a lobby shows a scene.
+/// Section of the lobby in which a scene is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Category {
-    /// With what can be won.
+    /// Scenes that can be won.
     Games,
-    /// With what is there to play around in.
+    /// Scenes for playing around.
     Playgrounds,
-    /// With what teaches one thing each.
+    /// Scenes that each teach one thing.
     Book,
 }
 
 impl Category {
-    /// Every category with its word in scene files.
+    /// Every category with its name in scene files.
     pub const NAMES: [(&str, Category); 3] = [
         ("games", Category::Games),
         ("playgrounds", Category::Playgrounds),
         ("book", Category::Book),
     ];
 
-    /// Its word in scene files.
+    /// Name of the category in scene files.
     pub fn name(self) -> &'static str {
         Category::NAMES.iter().find(|(_, category)| *category == self).map_or("", |(name, _)| name)
     }
@@ -56,7 +56,7 @@ impl Category {
 /// Framing of the world by the camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Camera {
-    /// The whole world fits the view, but on an upright screen, where that would make everything tiny, the view moves
+    /// The whole world fits the view. On an upright screen this would make everything tiny, so there the view moves
     /// sideways with the own hero.
     Fit,
     /// The whole world fits every view.
@@ -69,7 +69,7 @@ pub enum Camera {
 }
 
 impl Camera {
-    /// Whether all of the world is sent to everybody.
+    /// Whether the whole world is sent to every player.
     pub fn sees_all(self) -> bool {
         !matches!(self, Camera::Follow { .. })
     }
@@ -78,19 +78,19 @@ impl Camera {
 /// A scene whose values have all been checked.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// Short name: the file's stem, the word in links; lower case, digits and dashes.
+    /// Short name, used in links: the file's stem, in lower case, digits and dashes.
     pub name: String,
     /// Name shown to players.
     pub title: String,
-    /// One sentence for the lobby. Default: empty.
+    /// Description in one sentence, for the lobby. Default: empty.
     pub about: String,
     /// Where the lobby shows it; `book` is folded. Default: `games` with a `[round]`, else `playgrounds`.
     pub category: Category,
-    /// The TOML text that it was made from.
+    /// The TOML source text.
     pub source: String,
     /// Width and height of the world.
     pub size: Vec2,
-    /// The settings of its World, but for the features: see [`Scene::world_settings`].
+    /// Settings of its World, except for the features; see [`Scene::world_settings`].
     pub world: WorldSettings,
     /// What players can do: see [Tools](#tools). Default: `[]`.
     pub tools: Tools,
@@ -107,37 +107,37 @@ pub struct Scene {
     pub listed: Option<Condition>,
     /// Collision groups, each name once.
     pub groups: Vec<String>,
-    /// Players at a time.
+    /// Maximum number of players at a time.
     pub players_max: u16,
     /// Bodies at fixed positions.
     pub bodies: Vec<Placed>,
-    /// Bodies at positions that the seed decides.
+    /// Bodies at positions derived from the seed.
     pub layouts: Vec<Layout>,
     /// Springs between bodies at fixed positions.
     pub springs: Vec<PlacedSpring>,
     /// Emitters that start by themselves.
     pub emitters: Vec<ScheduledEmitter>,
-    /// Dots that are drawn on the wall.
+    /// Dots drawn on the wall.
     pub marks: Vec<Mark>,
-    /// What makes packs and marbles by itself.
+    /// Launchers, which make packs and marbles by themselves.
     pub launchers: Vec<Launcher>,
-    /// The players' heroes; `None` where players have none.
+    /// The players' heroes; `None` if players have no heroes.
     pub hero: Option<HeroSpec>,
-    /// Acceleration of a minion back to its wander speed, units/s^2.
+    /// Acceleration that returns a minion to its wander speed, units/s^2.
     pub minion_recovery: f32,
-    /// Marbles that Z makes, with that tool.
+    /// Marbles that Z makes, if players have that tool.
     pub marble: Option<MarbleSpec>,
-    /// Dye packs, with the launch tool.
+    /// Dye packs, if players have the launch tool.
     pub pack: Option<PackSpec>,
-    /// The sling, with that tool.
+    /// The sling, if players have that tool.
     pub sling: Option<SlingSpec>,
     /// Rounds, teams, zones, signals and rules; empty in a plain playground.
     pub rules: RuleSet,
 }
 
 impl Scene {
-    /// The emitter that one of the scene's starts with the seed of this time; `None` if there is none
-    /// with this index, or if it follows a body.
+    /// The emitter started by entry `index` with this seed; `None` if there is no such entry, or if it follows a
+    /// body.
     pub fn emitter(&self, index: u8, seed: u32) -> Option<EmitterDef> {
         let scheduled = self.emitters.get(usize::from(index))?;
         match scheduled.location {
@@ -157,7 +157,7 @@ impl Scene {
         all.any(|def| def.drag != Drag::NONE)
     }
 
-    /// Returns whether it has rules, so that bodies come and go and its clock begins again.
+    /// Returns whether the scene has rules, so that bodies come and go and its clock restarts.
     pub fn is_game(&self) -> bool {
         !self.rules.is_empty()
             || self.has_conditions()
@@ -165,12 +165,12 @@ impl Scene {
             || self.has_breakables()
     }
 
-    /// Returns whether it is a game, or its heroes remember where they belong.
+    /// Returns whether the scene is a game, or its heroes have a lane to remember.
     pub(crate) fn has_rules(&self) -> bool {
         self.is_game() || self.lane(None).is_some()
     }
 
-    /// The axis that the heroes of a team stay on.
+    /// The axis on which the heroes of a team stay.
     pub fn lane(&self, team: Option<u8>) -> Option<LaneAxis> {
         let team = team.and_then(|team| self.rules.teams.get(usize::from(team)));
         team.and_then(|team| team.lane).or(self.hero.as_ref()?.lane)
@@ -184,7 +184,7 @@ impl Scene {
         bodies.chain(emitters).chain(launchers).any(|condition| !condition.is_none())
     }
 
-    /// Returns whether points are given for anything.
+    /// Returns whether anything gives points.
     pub fn counts_points(&self) -> bool {
         let worth = |body: &Placed| body.breaks.is_some_and(|breaks| breaks.points != 0);
         self.rules.rules.iter().any(|rule| rule.effects.score != 0)
@@ -207,7 +207,7 @@ impl Scene {
         self.world.meets[usize::from(a)] >> b & 1 == 1
     }
 
-    /// Everything that its author wrote for players, each with the path of its field.
+    /// All texts that the author wrote for players, each with the path of its field.
     pub fn texts(&self) -> Vec<(String, &str)> {
         let mut texts = vec![("title".to_owned(), self.title.as_str())];
         texts.push(("about".to_owned(), &self.about));
@@ -225,8 +225,8 @@ impl Scene {
 }
 
 impl SceneError {
-    /// An error about a field of a scene, named by its path, such as `layouts[2].count`. Its line is that of the
-    /// field, or of the deepest table around it that the file has.
+    /// Creates an error about a field of a scene, given by its path, such as `layouts[2].count`. The line is that of
+    /// the field, or of the innermost enclosing table that the file has.
     pub fn in_scene(scene: &Scene, field: &str, found: String, allowed: String) -> SceneError {
         let (at, _) = locate(&scene.source, field);
         let line = line_at(scene.source.as_bytes(), at);
@@ -311,13 +311,13 @@ fn forces(root: &Table, groups: &Groups, scene: &Scene) -> Option<ForceSettings>
     has_forces.then_some(ForceSettings { wind, springs_max: scene.springs.len(), euler })
 }
 
-/// By default what has a round is a game.
+/// Reads the category; by default a scene with a round is a game.
 fn category(root: &Table) -> Category {
     let base = if root.get("round").is_given() { Category::Games } else { Category::Playgrounds };
     root.get("category").choice(&Category::NAMES).unwrap_or(base)
 }
 
-/// Reads the settings of the world, except for those that follow from the rest of the scene.
+/// Reads the settings of the world that do not depend on the rest of the scene.
 fn world_settings(root: &Table, size: Vec2, groups: &Groups) -> WorldSettings {
     // Acceleration of every body that falls.
     let gravity = root.get("gravity").vector(Vec2::new(0.0, -50.0), GRAVITY);
@@ -365,7 +365,7 @@ fn camera(root: &Table) -> Camera {
     Camera::Follow { height }
 }
 
-/// By default half a world more on every side.
+/// Reads the kill zone, which by default extends half a world beyond every side.
 fn kill_zone(root: &Table, size: Vec2) -> Aabb {
     // Bodies whose centre leaves it are removed; a hero respawns. It encloses the whole world. Default: the world and half its
     // size more on each side.

@@ -10,11 +10,11 @@ use jostle_sim::Motion;
 
 const STIFFNESS: Range = Range::above(0.0, 1.0e9);
 const DAMPING: Range = Range::from(0.0, 1.0e9);
-/// Ten swings a tick: nothing is stiffer.
+/// Up to ten swings per tick; nothing may be stiffer.
 const FREQUENCY: Range = Range::above(0.0, 600.0);
 const DAMPING_RATIO: Range = Range::from(0.0, 100.0);
 
-/// A spring between a body and another or a point.
+/// A spring between a body and another body or a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlacedSpring {
     /// The body at one end.
@@ -29,7 +29,7 @@ pub struct PlacedSpring {
     pub damping: f32,
 }
 
-/// Reads one entry of `springs`; nothing where it is wrong.
+/// Reads one entry of `springs`; `None` if it is wrong.
 pub(super) fn spring(table: &Table, bodies: &[Placed], names: &Names) -> Option<PlacedSpring> {
     let holder = table.need("body", "the name of a body");
     let end = table.need("to", "[x, y], or the name of another body");
@@ -73,7 +73,7 @@ pub(super) fn spring(table: &Table, bodies: &[Placed], names: &Names) -> Option<
     Some(PlacedSpring { body, to, length, stiffness, damping })
 }
 
-/// The mass that swings: m1 m2 / (m1 + m2), where a body that does not move has infinite mass.
+/// The effective swinging mass: m1 m2 / (m1 + m2), where an immovable body has infinite mass.
 fn swinging_mass(bodies: &[Placed], body: usize, to: Location) -> Option<f32> {
     let inv_mass = |index: usize| match bodies[index].def.motion {
         Motion::Dynamic => 1.0 / bodies[index].def.mass,

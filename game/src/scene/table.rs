@@ -1,17 +1,16 @@
-//! The reader of scene files: TOML tables whose fields are declared where they are read.
+//! The reader of scene files: TOML tables whose fields are declared at the place where they are read.
 //!
-//! One call names a field, with its type, range and default:
-//! `table.get("mass").number(1.0, Range::from(MASS_MIN, MASS_MAX))`. Fields that were never asked for
-//! are unknown. Derived deserialisers do not fit: eight fields are shared by six tables, and serde
-//! can either flatten shared fields or refuse unknown ones.
+//! One call names a field together with its type, range and default: `table.get("mass").number(1.0,
+//! Range::from(MASS_MIN, MASS_MAX))`. Fields that were never requested are unknown. Derived deserialisers do not fit:
+//! six tables share eight fields, and serde can either flatten shared fields or refuse unknown ones, but not both.
 //!
 //! The same calls make the editor's form ([`FieldInfo`]) and, in tests, the tables of `docs/scenes.md`, the schema for text
 //! editors and the classes of the Tiled project. A field's sentence there is the comment above its call, or above
 //! the field of the type that the call fills.
 //!
-//! Readers never fail: they report to the [`Document`] and go on with the default;
-//! [`Document::checked`] returns the first error at the end. So a table is always read as a whole, and a
-//! misspelled field is reported as such rather than as a missing one.
+//! Readers never fail: they report to the [`Document`] and continue with the default, and [`Document::checked`]
+//! returns the first error at the end. A table is therefore always read as a whole, and a misspelled field is
+//! reported as unknown instead of as missing.
 
 use super::error::{SceneError, line_at};
 use super::limits::{SIZE_MAX, SPEED_MAX};
@@ -24,63 +23,63 @@ use std::fmt;
 use std::ops::{Range as Bytes, RangeInclusive};
 use toml::de::{DeTable, DeValue};
 
-/// Characters of the file that an error quotes at most.
+/// Maximum number of characters of the file that an error quotes.
 const QUOTE_CHARS_MAX: usize = 48;
 
-/// The text, its name in errors, and the first error in it.
+/// The text of a scene, its name in errors, and the first error found.
 #[derive(Default)]
 pub(super) struct Document<'a> {
     pub file: &'a str,
     pub source: &'a str,
     error: RefCell<Option<SceneError>>,
-    /// Every field that was asked for, if that is wanted.
+    /// All requested fields, if they are recorded.
     asked: Option<RefCell<Vec<FieldInfo>>>,
     /// What the documentation says about each field, if that is wanted.
     #[cfg(test)]
     pub notes: Option<RefCell<Vec<FieldNote>>>,
 }
 
-/// A field that the reader of a scene asked for.
+/// A field requested by the reader of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FieldInfo {
-    /// Its path, like `bodies[3].radius`.
+    /// Path of the field, like `bodies[3].radius`.
     pub path: String,
-    /// The bytes of its value, if the file has it.
+    /// Bytes of the field's value, if the file has it.
     pub given: Option<Bytes<usize>>,
-    /// The values that it may have.
+    /// The values that the field may have.
     pub form: FieldForm,
 }
 
-/// The values that a field may have, and the one that it has without the file's word. For a field that a file must
-/// have, or whose default is none, that one stands for nothing.
+/// The values that a field may have, and its default. The default is meaningless if the file must have the field, or
+/// if the field may be absent.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FieldForm {
     /// A finite number within a range.
     Number {
-        /// The least and the greatest.
+        /// Smallest and greatest value.
         range: [f32; 2],
-        /// It must be above the least.
+        /// Whether the smallest value itself is excluded.
         above: bool,
-        /// Value where the file says nothing.
+        /// Value if the file has none.
         default: f32,
     },
     /// A whole number within a range.
     Whole {
-        /// The least and the greatest.
+        /// Smallest and greatest value.
         range: [i64; 2],
-        /// Value where the file says nothing.
+        /// Value if the file has none.
         default: i64,
     },
     /// Two finite numbers, each within a range.
     Vector {
-        /// The least and the greatest of each.
+        /// Smallest and greatest value of each number.
         range: [f32; 2],
-        /// Value where the file says nothing.
+        /// Value if the file has none.
         default: [f32; 2],
     },
     /// Either `true` or `false`.
     Truth {
-        /// Value where the file says nothing.
+        /// Value if the file has none.
         default: bool,
     },
     /// A text in one line.
@@ -90,7 +89,7 @@ pub enum FieldForm {
     },
     /// One of these words.
     Choice {
-        /// The words that are allowed.
+        /// The allowed words.
         names: Vec<String>,
     },
 }
@@ -131,12 +130,12 @@ pub(super) struct Field<'a> {
 }
 
 impl Range {
-    /// `low` and `high` included.
+    /// A range that includes both `low` and `high`.
     pub const fn from(low: f32, high: f32) -> Range {
         Range { low, high, above_low: false }
     }
 
-    /// More than `low`, up to `high`.
+    /// A range above `low`, up to and including `high`.
     pub const fn above(low: f32, high: f32) -> Range {
         Range { low, high, above_low: true }
     }
@@ -145,7 +144,7 @@ impl Range {
         [self.low, self.high]
     }
 
-    /// NaN and infinities lie in no range.
+    /// Whether the range contains a value; NaN and infinities are in no range.
     fn contains(&self, value: f32) -> bool {
         value <= self.high && if self.above_low { value > self.low } else { value >= self.low }
     }
@@ -166,12 +165,12 @@ impl<'a> Document<'a> {
         Document { file, source, ..Document::default() }
     }
 
-    /// A document that notes which fields its readers ask for.
+    /// Creates a document that records the fields requested by its readers.
     pub fn noting(file: &'a str, source: &'a str) -> Document<'a> {
         Document { asked: Some(RefCell::default()), ..Document::new(file, source) }
     }
 
-    /// The fields that were asked for, in that order.
+    /// The recorded fields, in the order in which they were requested.
     pub fn into_asked(self) -> Vec<FieldInfo> {
         self.asked.map(RefCell::into_inner).unwrap_or_default()
     }
@@ -181,13 +180,13 @@ impl<'a> Document<'a> {
         Table { document: self, path, at: 0..0, entries: Some(entries), known }
     }
 
-    /// An error at a byte of the text.
+    /// Creates an error at a byte of the text.
     pub fn error(&self, at: usize, field: &str, found: String, allowed: String) -> SceneError {
         let line = line_at(self.source.as_bytes(), at);
         SceneError { file: self.file.to_owned(), line, field: field.to_owned(), found, allowed }
     }
 
-    /// `value`, or the first error that was reported.
+    /// Returns `value`, or the first error that was reported.
     pub fn checked<T>(&self, value: T) -> Result<T, SceneError> {
         self.error.take().map_or(Ok(value), Err)
     }
@@ -196,7 +195,7 @@ impl<'a> Document<'a> {
         self.error.borrow().is_none()
     }
 
-    /// The text between two bytes on one line, shortened.
+    /// The text between two bytes, cut to one line and shortened.
     fn quote(&self, at: &Bytes<usize>) -> String {
         let text = self.source.get(at.clone()).unwrap_or_default();
         let mut words = text.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -231,7 +230,7 @@ impl<'a> Table<'a> {
         Some(self.document.error(unknown.span().start, &field, "an unknown field".into(), allowed))
     }
 
-    /// A field, which from now on is known, whether or not the file has it.
+    /// Returns a field and marks it as known, whether or not the file has it.
     pub fn get(&self, name: &'static str) -> Field<'a> {
         let mut known = self.known.borrow_mut();
         if !known.contains(&name) {
@@ -249,7 +248,7 @@ impl<'a> Table<'a> {
         field
     }
 
-    /// A field that the file must have.
+    /// Returns a field that the file must have.
     pub fn need(&self, name: &'static str, allowed: &str) -> Field<'a> {
         let field = self.get(name);
         #[cfg(test)]
@@ -262,7 +261,7 @@ impl<'a> Table<'a> {
 }
 
 impl<'a> Field<'a> {
-    /// Returns whether the file has it.
+    /// Returns whether the file has the field.
     pub fn is_given(&self) -> bool {
         self.value.is_some()
     }
@@ -309,7 +308,7 @@ impl<'a> Field<'a> {
         }
     }
 
-    /// Where it is, such as `layouts[2].count`.
+    /// Path of the field, such as `layouts[2].count`.
     pub fn path(&self) -> &str {
         &self.path
     }
@@ -332,7 +331,7 @@ impl<'a> Field<'a> {
         }
     }
 
-    /// Notes what is asked for here, where that is wanted. Entries of lists of values are not fields.
+    /// Records the field and its form, if fields are recorded. Entries of lists of values are not fields.
     fn note(&self, form: impl Fn() -> FieldForm) {
         #[cfg(test)]
         self.remark(|note| note.keep(form()));
@@ -344,7 +343,7 @@ impl<'a> Field<'a> {
         }
     }
 
-    /// `wanted` of the value, if the file has it; reports a value without.
+    /// Applies `wanted` to the value, if the file has one, and reports an error if that returns `None`.
     fn parse<T>(
         &self,
         wanted: impl FnOnce(&'a DeValue<'a>) -> Option<T>,
@@ -359,7 +358,7 @@ impl<'a> Field<'a> {
         found
     }
 
-    /// A finite number in the range; whole numbers count.
+    /// A finite number in the range; integers are accepted.
     pub fn number(&self, default: f32, range: Range) -> f32 {
         self.note(|| FieldForm::Number { range: range.ends(), above: range.above_low, default });
         let number = |value| number_of(value).filter(|&number| range.contains(number));
@@ -387,7 +386,7 @@ impl<'a> Field<'a> {
         self.parse(whole, allowed).unwrap_or(default)
     }
 
-    /// A whole number of either sign, at most `max` in amount.
+    /// An integer of at most `max` in magnitude.
     pub fn signed(&self, default: i32, max: i32) -> i32 {
         let ends = [-i64::from(max), i64::from(max)];
         self.note(|| FieldForm::Whole { range: ends, default: default.into() });
@@ -401,7 +400,7 @@ impl<'a> Field<'a> {
         self.parse(DeValue::as_bool, || "true or false".to_owned()).unwrap_or(default)
     }
 
-    /// A string of 1 to `chars_max` characters without control characters; else an empty one.
+    /// A string of 1 to `chars_max` characters without control characters; empty if the value is wrong.
     pub fn text(&self, chars_max: usize) -> String {
         self.note(|| FieldForm::Text { chars_max });
         let text = |value: &'a DeValue<'a>| {
@@ -413,12 +412,12 @@ impl<'a> Field<'a> {
         self.parse(text, allowed).unwrap_or_default().to_owned()
     }
 
-    /// The string as it is, if it is one.
+    /// The unchecked string, if the value is one.
     pub fn word(&self) -> Option<&'a str> {
         self.value?.as_str()
     }
 
-    /// The index of the string in a list of names.
+    /// The index of the value in a list of names.
     pub fn index_in<T: AsRef<str>>(&self, names: &[T]) -> Option<usize> {
         let words = || names.iter().map(|name| name.as_ref().to_owned()).collect();
         self.note(|| FieldForm::Choice { names: words() });
@@ -429,7 +428,7 @@ impl<'a> Field<'a> {
         self.parse(index, || one_of(names))
     }
 
-    /// The choice that the string names.
+    /// The choice named by the value.
     pub fn choice<T: Copy>(&self, choices: &[(&str, T)]) -> Option<T> {
         let names: Vec<&str> = choices.iter().map(|(name, _)| *name).collect();
         self.index_in(&names).map(|index| choices[index].1)
@@ -465,7 +464,7 @@ impl<'a> Field<'a> {
         items
     }
 
-    /// The value itself, or the values of a list of 1 to `max`.
+    /// The value itself, or the values of a list of 1 to `max` entries.
     pub fn one_or_more(&self, max: usize) -> Vec<Field<'a>> {
         match self.value {
             None => Vec::new(),
@@ -474,7 +473,7 @@ impl<'a> Field<'a> {
         }
     }
 
-    /// Exactly `N` values of a list, read one by one.
+    /// Exactly `N` values of a list, each read by the same function.
     pub fn array<const N: usize, T: Copy>(
         &self,
         default: [T; N],
@@ -511,15 +510,15 @@ impl<'a> Field<'a> {
         self.table_or("a table", read)
     }
 
-    /// [`Field::table`] where something else is allowed too.
+    /// Like [`Field::table`], where something else is allowed too.
     pub fn table_or<T>(&self, allowed: &str, read: impl FnOnce(&Table<'a>) -> T) -> T {
         let entries = self.parse(DeValue::as_table, || allowed.to_owned());
         let (path, at) = (self.path.clone(), self.at.clone());
         Table { document: self.document, path, at, entries, known: RefCell::default() }.read(read)
     }
 
-    /// The field of this table, or the table itself where it has no such field. For checks of
-    /// tables that have been read.
+    /// Returns a field of this table, or the table itself if it has no such field. Used by checks of tables that have
+    /// been read.
     pub fn inner(&self, name: &str) -> Field<'a> {
         let inner = self.value.and_then(DeValue::as_table).and_then(|entries| entries.get(name));
         let path = path_of(&self.path, name);
@@ -534,7 +533,7 @@ impl<'a> Field<'a> {
         self.value.and_then(DeValue::as_table).is_some_and(|entries| entries.contains_key(name))
     }
 
-    /// Names and values of a table whose keys are free, in order of the names.
+    /// Names and values of a table with arbitrary keys, sorted by name.
     pub fn named(&self) -> Vec<(&'a str, Field<'a>)> {
         let table = self.parse(DeValue::as_table, || "a table".to_owned());
         let entries = table.into_iter().flat_map(DeTable::iter);
@@ -550,7 +549,7 @@ impl<'a> Field<'a> {
     }
 }
 
-/// Reads the tables of a list that has at most `max` of them.
+/// Reads the tables of a list with at most `max` entries.
 pub(super) fn read_list<T>(
     root: &Table,
     name: &'static str,
@@ -581,7 +580,7 @@ fn integer_of(value: &DeValue) -> Option<i64> {
     i64::from_str_radix(integer.as_str(), integer.radix()).ok()
 }
 
-/// "one of a, b, c".
+/// Formats choices as "one of a, b, c".
 pub(super) fn one_of<T: AsRef<str>>(choices: impl IntoIterator<Item = T>) -> String {
     let names: Vec<T> = choices.into_iter().collect();
     let names: Vec<&str> = names.iter().map(AsRef::as_ref).collect();

@@ -1,4 +1,4 @@
-//! Scene files: readings, refusals with their lines, and that no text makes the reader panic.
+//! Scene files: parsed values, errors with their lines, and tests that no text makes the reader panic.
 
 use super::*;
 use glam::Vec2;
@@ -53,7 +53,7 @@ count = 20
 every = 30
 "#;
 
-/// Refuses the small scene with one piece replaced, at this line and field.
+/// Checks that the small scene with one piece replaced is refused, with an error at this line and field.
 #[track_caller]
 fn refused(from: &str, to: &str, line: usize, field: &str, found: &str, allowed: &str) {
     assert_eq!(SMALL.matches(from).count(), 1, "{from} must be in the scene once");
@@ -192,7 +192,7 @@ fn sizes_must_be_positive_and_finite() {
     );
 }
 
-/// A wrong setting is refused, never corrected silently (C22c).
+/// A wrong setting is refused, never silently corrected (C22c).
 #[test]
 fn a_scene_names_its_solver() {
     let text = SMALL.replace("gravity = [0, -10]", "solver = \"conjugate\"");
@@ -474,7 +474,7 @@ fn the_file_name_must_be_a_good_name() {
     assert_eq!(Scene::parse("some/where/a-9", SMALL).expect("a good name").name, "a-9");
 }
 
-/// The fields that the refusal of an unknown one lists.
+/// The fields listed by the error about an unknown field.
 fn fields_of_the_top_level() -> Vec<String> {
     let error = Scene::parse("a.toml", "unknown = 1").expect_err("an unknown field");
     let list = error.allowed.strip_prefix("the fields ").expect("a list of fields");
@@ -515,7 +515,7 @@ fn a_scheduled_emitter_starts_once_or_periodically() {
     assert_eq!(ticks(often), [3, 7, 11]);
 }
 
-/// Pieces of which nearly sensible files are made.
+/// Pieces from which nearly valid files are made.
 fn piece() -> impl Strategy<Value = String> {
     let keys = prop::sample::select(fields_of_the_top_level());
     let values = prop::sample::select(vec![
@@ -561,8 +561,7 @@ proptest! {
         }
     }
 
-    /// A good file in which a few characters are overwritten parses or is refused, and one that
-    /// parses can be played.
+    /// A valid file with a few characters overwritten is either refused or parsed, and one that parses can be played.
     #[test]
     fn a_damaged_file_is_refused_or_playable(
         at in prop::collection::vec((0..SMALL.len(), "[ -~]"), 1..4)

@@ -1,6 +1,6 @@
-//! Tools of players. A new tool is listed here and acts in `game/src/tools.rs`. The page shows its key hint
-//! (`client-web/src/page/tools.rs`), bots choose it (`cli/src/bot_input.rs`), and `docs/scenes.md` lists it. If
-//! it has a button of its own, that is added to `Buttons`, to the page's keys and to `docs/protocol.md`.
+//! Tools of players. To add a tool, list it here and implement it in `game/src/tools.rs`. The page shows its key hint
+//! (`client-web/src/page/tools.rs`), bots choose it (`cli/src/bot_input.rs`), and `docs/scenes.md` lists it. If it
+//! has its own button, add that to `Buttons`, to the page's keys and to `docs/protocol.md`.
 
 /// Tools that players have in a scene, one bit each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -11,9 +11,9 @@ impl Tools {
     pub const STEER: Tools = Tools(1 << 0);
     /// A click launches a dye pack at the pointer.
     pub const LAUNCH: Tools = Tools(1 << 1);
-    /// Z drops a marble at the pointer, one a tick.
+    /// Z drops a marble at the pointer, one per tick.
     pub const MARBLE: Tools = Tools(1 << 2);
-    /// Z sprays one particle a tick at the pointer.
+    /// Z sprays particles at the pointer, one per tick.
     pub const SPRAY: Tools = Tools(1 << 3);
     /// X holds the marble or block under the pointer.
     pub const HOLD: Tools = Tools(1 << 4);
@@ -21,13 +21,13 @@ impl Tools {
     pub const AGITATE: Tools = Tools(1 << 5);
     /// V removes all marbles.
     pub const CLEAR: Tools = Tools(1 << 6);
-    /// A press selects a body and drags it; H, M and P select the hero, minion and platform.
+    /// Pressing the pointer selects a body, and dragging moves it; H, M and P select the hero, minion and platform.
     pub const SELECT: Tools = Tools(1 << 7);
 
-    /// A drag pulls the ball of the sling.
+    /// Dragging pulls the ball of the sling.
     pub const SLING: Tools = Tools(1 << 8);
 
-    /// Every tool with its word in scene files.
+    /// All tools with their names in scene files.
     pub const NAMES: [(&str, Tools); 9] = [
         ("steer", Tools::STEER),
         ("launch", Tools::LAUNCH),

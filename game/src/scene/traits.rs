@@ -18,7 +18,7 @@ const PLACEABLE: [Kind; 6] =
 const MOTIONS: [(&str, Motion); 3] =
     [("static", Motion::Static), ("kinematic", Motion::Kinematic), ("dynamic", Motion::Dynamic)];
 
-/// Properties of a body apart from its position: those of its kind (B3), changed by the file.
+/// Properties of a body apart from its position: the defaults of its kind (B3), as changed by the file.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Traits {
     pub kind: Kind,
@@ -31,7 +31,7 @@ pub(super) struct Traits {
 }
 
 impl Traits {
-    /// The values of a kind (B3), and the scene's drag.
+    /// The defaults of a kind (B3), with the scene's drag.
     pub fn of(kind: Kind, drag: Drag) -> Traits {
         let base = BodyDef { drag, ..BodyDef::default() };
         let fixed = BodyDef { motion: Motion::Static, ..base };
@@ -45,14 +45,14 @@ impl Traits {
             Kind::Marble => (radius(6.5), 5.0, BodyDef { gravity_scale: 0.5, ..ball }),
             Kind::Platform => (box_size(30.0, 3.0), 0.0, fixed),
             Kind::Wall => (None, 0.0, fixed),
-            // Friction would brake its own motion, and hold it where it meets a platform (C39).
+            // Friction would brake the pack's own motion, and hold it where it meets a platform (C39).
             Kind::Pack => (radius(1.5), 0.0, BodyDef { mass: 0.1, gravity_scale: 0.0, ..ball }),
             Kind::Block => (None, 0.0, BodyDef { restitution: 0.2, friction: 0.4, ..base }),
         };
         Traits { kind, shape, group: None, start_speed, def }
     }
 
-    /// The traits with the changes of a table.
+    /// Returns the traits with the changes made by a table.
     pub fn changed_by(self, table: &Table, groups: &Groups) -> Traits {
         let Traits { def, .. } = self;
         let share = Range::from(0.0, 1.0);
@@ -76,7 +76,7 @@ impl Traits {
         Traits { shape, group, def, ..self }
     }
 
-    /// The body at the origin, at rest.
+    /// Returns the definition of the body, at rest at the origin.
     pub fn def(&self, table: &Table, groups: &Groups) -> BodyDef {
         let shape = self.shape.unwrap_or_else(|| {
             table.get("size").refuse("radius = r or size = [width, height]");
@@ -88,7 +88,7 @@ impl Traits {
     }
 }
 
-/// `radius` or `size`, if the table has one of them.
+/// Reads `radius` or `size`, if the table has either.
 pub(super) fn shape(table: &Table) -> Option<Shape> {
     // Makes a circle. Default: by kind.
     let radius = table.get("radius");
@@ -103,7 +103,7 @@ pub(super) fn shape(table: &Table) -> Option<Shape> {
     size.is_given().then(|| Shape::rect(full.x, full.y))
 }
 
-/// The `drag` of a table: a rate, or both rates.
+/// Reads the `drag` of a table: a single rate, or both rates.
 pub(super) fn drag(field: &Field, default: Drag) -> Drag {
     field.describe(format_args!("{DRAG}, or {{ linear = k, quadratic = q }}"));
     let drag = field.given(|field| {
@@ -128,7 +128,7 @@ pub(super) struct Kinds {
 }
 
 impl Kinds {
-    /// Kind and traits of a body's or layout's table.
+    /// Reads the kind and traits from the table of a body or layout.
     pub fn traits_of(&self, table: &Table, groups: &Groups) -> Traits {
         // The kind of body: how rules treat it, and its defaults.
         let kind = table.need("kind", &one_of(PLACEABLE.map(Kind::name)));

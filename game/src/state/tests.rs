@@ -1,5 +1,5 @@
-//! A restored game plays on like the original, in every scene and at every tick; wrong bytes are refused;
-//! the first difference is found.
+//! Tests that a restored game continues like the original, in every scene and at every tick, that invalid bytes are
+//! refused, and that the first difference is found.
 
 use super::*;
 use crate::{Input, Phase};
@@ -7,12 +7,12 @@ use glam::Vec2;
 use jostle_sim::Conjugate;
 use jostle_sim::{Motion, Solver};
 
-/// Inputs of two busy players in a tick.
+/// Inputs of two busy players for a tick.
 fn inputs(rng: &mut Rng, game: &Game) -> Vec<(Seat, Input)> {
     let size = game.scene().size;
     let seats = game.players().map(|player| player.seat);
     let mut input = || {
-        // One button in three is down; V, which clears the marbles, less often.
+        // About a third of the buttons are down; V, which clears the marbles, is down less often.
         let mut buttons = (rng.next_u32() & rng.next_u32() | rng.next_u32() & 16) as u16;
         if rng.below(60) > 0 {
             buttons &= !Buttons::CLEAR.0;
@@ -23,7 +23,7 @@ fn inputs(rng: &mut Rng, game: &Game) -> Vec<(Seat, Input)> {
     seats.map(|seat| (seat, input())).collect()
 }
 
-/// A game of each shipped scene with two players, by its own solver and by the conjugate one.
+/// A game of each shipped scene with two players, with its own solver and with the conjugate one.
 fn games() -> Vec<Game> {
     let solved = Scene::built_in().into_iter().filter(|scene| scene.world.solver.is_some());
     let conjugate = Some(Solver::Conjugate(Conjugate::default()));
@@ -43,8 +43,8 @@ fn games() -> Vec<Game> {
         .collect()
 }
 
-/// Returns whether its scene has hundreds of bodies or thousands. A tick or a state of it takes many times as long
-/// as another scene's and runs the same code, so the tests take fewer.
+/// Returns whether its scene has hundreds or thousands of bodies. A tick or a state of such a scene takes many times
+/// as long and runs the same code, so the tests run fewer of them.
 fn is_large(game: &Game) -> bool {
     game.world().body_count() > 200
 }

@@ -1,4 +1,4 @@
-//! Games that need more than their budget end, without playing the tick that does.
+//! Games that need more than their budget end before the tick that exceeds it is played.
 
 use super::*;
 use jostle_sim::StepBudget;

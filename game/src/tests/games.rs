@@ -1,4 +1,4 @@
-//! The shipped games, played by players who are functions of what they see: each can be won, and whoever
+//! The shipped games, played by simulated players who react to what they see: each game can be won, and a player who
 //! does nothing loses.
 
 use super::*;
@@ -6,10 +6,10 @@ use crate::roster::Rule;
 use crate::rules::RoundPhase;
 use crate::side::Side;
 
-/// Ticks in which every game is over.
+/// Ticks within which every game must end.
 const TICKS_MAX: u32 = 20_000;
 
-/// The keys that take a hero to a place: towards it, as fast as it can still stop there.
+/// The keys that take a hero to a position: towards it, only as fast as it can still stop there.
 fn keys_to(game: &Game, hero: BodyId, place: Vec2) -> Buttons {
     let away = place - game.world().position(hero);
     let velocity = game.world().velocity(hero);
@@ -24,8 +24,8 @@ fn keys_to(game: &Game, hero: BodyId, place: Vec2) -> Buttons {
     Buttons(across.0 | key(wanted.y, Buttons::UP, Buttons::DOWN).0)
 }
 
-/// Plays a game of so many players to the end of its first round; `place` is where each wants to be, if
-/// anywhere. Returns who won.
+/// Plays a game with this many players to the end of its first round and returns the winners. `place` returns the
+/// position to which each player wants to go, if any.
 fn winners(
     name: &str,
     players: u16,
@@ -63,7 +63,7 @@ fn hockey_is_won_by_who_goes_for_the_puck() {
         if seat == Seat(1) || puck.x > 146.0 {
             return None;
         }
-        // From behind it, through it, towards the goal.
+        // Get behind the puck and drive through it towards the goal.
         let aim = (Vec2::new(265.0, 60.0) - puck).normalize();
         let behind = puck - aim * 16.0;
         let is_behind = (here - puck).normalize().dot(aim) < -0.9;
@@ -86,7 +86,7 @@ fn pong_is_won_by_who_follows_the_ball() {
 fn four_play_pong_and_the_last_one_wins() {
     let won = winners("pong", 4, |game, seat, hero| {
         let (ball, here) = (puck(game), game.world().position(hero));
-        // Where it is soon.
+        // The position where the ball will be soon.
         let ball = ball + game.world().velocity(game.roster.placed[0].expect("a ball")) * 0.15;
         let place = if seat.0 < 2 { Vec2::new(here.x, ball.y) } else { Vec2::new(ball.x, here.y) };
         (seat == Seat(2)).then_some(place)
@@ -123,7 +123,7 @@ fn a_ball_between_two_walls_of_pong_comes_back_after_eight_seconds() {
 fn the_hill_is_won_by_who_stands_on_it() {
     let won = winners("hill", 3, |game, seat, hero| {
         let here = game.world().position(hero);
-        // Around the shelf, not through it from below.
+        // Go around the shelf, not up through it.
         let place = match (here.x > 116.0, here.y > 98.0) {
             (true, true) | (false, true) => Vec2::new(140.0, 97.0),
             (true, false) if here.y > 92.0 => Vec2::new(140.0, 97.0),
@@ -168,12 +168,12 @@ fn the_race_is_won_by_who_makes_three_laps() {
     assert_eq!(won, [Side::Player(Seat(0))]);
 }
 
-/// Where a hero must be to shove a robot to a place, and through it.
+/// Position that a hero must reach in order to shove a robot to a place.
 fn shoving(here: Vec2, robot: Vec2, to: Vec2) -> Vec2 {
     let aim = (to - robot).normalize();
     let behind = robot - aim * 15.0;
     let is_behind = (here - robot).normalize().dot(aim) < -0.9;
-    // Around it, not through it.
+    // Go around the robot, not through it.
     let side = aim.perp() * if aim.perp_dot(here - robot) < 0.0 { -15.0 } else { 15.0 };
     let is_before = (here - robot).dot(aim) > 0.0;
     match (is_behind, is_before) {
@@ -183,7 +183,7 @@ fn shoving(here: Vec2, robot: Vec2, to: Vec2) -> Vec2 {
     }
 }
 
-/// A place from which one of the robots outside of a pen is shoved into it: each player takes another.
+/// A position from which to shove one of the robots outside a pen into it; each player takes a different robot.
 fn herd(game: &Game, seat: Seat, hero: BodyId, pen: [Vec2; 2]) -> Option<Vec2> {
     let here = game.world().position(hero);
     let [low, high] = pen;
@@ -230,7 +230,7 @@ fn flags_are_won_by_who_fetches_them() {
 #[test]
 fn a_herd_that_nobody_herds_is_lost_when_its_time_is_up() {
     let (file, source) = BUILT_IN.iter().find(|(name, _)| *name == "herd.toml").expect("a scene");
-    // Dye packs would end it sooner.
+    // Dye packs would end the game sooner.
     let quiet = source.replace("every = 12", "every = 3600").replace("start = ", "start = 30");
     let mut game = Game::new(Arc::new(Scene::parse(file, &quiet).expect("a good scene")), 5);
     game.join(FIRST);
@@ -241,13 +241,13 @@ fn a_herd_that_nobody_herds_is_lost_when_its_time_is_up() {
     assert_eq!((round.phase, round.winners.len(), lives(&game)), (RoundPhase::Over, 0, 5));
 }
 
-/// Who does nothing does not win: time decides, and all share.
+/// Players who do nothing do not win: time decides, and all share the result.
 #[test]
 fn a_game_in_which_nobody_moves_ends_at_its_time() {
     for (name, ticks) in [("hockey", 180 * 60), ("hill", 240 * 60), ("race", 180 * 60)] {
         let mut game = built_in(name, 5);
         (0..2).for_each(|seat| game.join(Seat(seat)));
-        // Three seconds of countdown come first.
+        // A countdown of three seconds comes first.
         idle(&mut game, ticks + 179);
         assert_eq!(game.round().expect("a round").phase, RoundPhase::Running, "{name}");
         idle(&mut game, 1);
@@ -256,14 +256,14 @@ fn a_game_in_which_nobody_moves_ends_at_its_time() {
     }
 }
 
-/// Puts the first player's hero somewhere, at rest.
+/// Puts the first player's hero at a position, at rest.
 fn put(game: &mut Game, x: f32, y: f32) {
     let hero = hero_of(game, FIRST);
     game.world.set_position(hero, Vec2::new(x, y));
     game.world.set_velocity(hero, Vec2::ZERO);
 }
 
-/// A game of the lock with one player, past its countdown.
+/// A game of the lock with one player, after its countdown.
 fn lock() -> Game {
     let mut game = built_in("lock", 5);
     game.join(FIRST);
@@ -283,7 +283,7 @@ fn lives(game: &Game) -> i32 {
     game.round().expect("a round").teams[0].lives
 }
 
-/// Touches shapes of the lock in an order, and a place between them.
+/// Touches shapes of the lock in the given order, with a stop in between.
 fn touch_shapes(game: &mut Game, shapes: &[&str]) {
     for shape in shapes {
         let (x, y) = match *shape {
@@ -364,7 +364,7 @@ fn the_lift_takes_its_rider_into_the_field() {
     assert!((place - Vec2::new(45.0, 17.6)).length() < 1.0, "{place}: back at the start");
 }
 
-/// The next level is out of reach of a jump.
+/// The next level is too high to reach by a jump.
 #[test]
 fn without_the_lift_nobody_gets_up() {
     let file = "lock.toml";
@@ -390,8 +390,8 @@ fn without_the_lift_nobody_gets_up() {
     }
 }
 
-/// Keys of a hero that goes to a place on a level of the lock, by the lift; `None` when it is there.
-/// `boards` is whether it is on its way to the lift.
+/// Keys for a hero to reach a position on a level of the lock by the lift; `None` once it is there. `boards` is
+/// whether it is heading for the lift.
 fn keys_by_lift(game: &Game, x: f32, top: f32, boards: &mut bool) -> Option<Buttons> {
     let hero = hero_of(game, FIRST);
     let at = game.world().position(hero);
@@ -411,7 +411,7 @@ fn keys_by_lift(game: &Game, x: f32, top: f32, boards: &mut bool) -> Option<Butt
         return (walk(x) != Buttons::default()).then(|| walk(x));
     }
     Some(if (at.x - 100.0).abs() < 19.0 && (feet - lift).abs() < 1.5 {
-        // Off it from its edge, where the level is within a jump, and the field is not.
+        // Jump off the lift from its edge, where the level is within reach and the field is not.
         let edge = 100.0 + side(x) * 16.0;
         let reach = (top - 13.0..top + 3.0).contains(&lift) && lift < 94.0;
         *boards = false;
@@ -421,7 +421,7 @@ fn keys_by_lift(game: &Game, x: f32, top: f32, boards: &mut bool) -> Option<Butt
             keys => keys,
         }
     } else if on_ledge || on_level {
-        // Onto it where it passes.
+        // Jump onto the lift as it passes.
         *boards = true;
         let edge = 100.0 + side(at.x) * if on_ledge { 31.0 } else { 43.0 };
         let passes = (feet - 10.0..feet + 6.0).contains(&lift);
@@ -450,7 +450,7 @@ fn the_lock_is_opened_by_who_takes_the_lift() {
     panic!("not opened: on the way to {next}");
 }
 
-/// Where the plates of the dark room are, by their dots, and the treasure.
+/// Positions of the plates in the dark room, in the order of their dots, followed by the treasure.
 fn plates(game: &Game) -> Vec<Vec2> {
     let mut marks = game.scene.marks.clone();
     marks.sort_by_key(|mark| mark.dots);

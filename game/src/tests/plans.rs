@@ -1,4 +1,5 @@
-//! Plans: a World without the parts that they leave out plays the same, and no scene brings those.
+//! Tests that a World without the parts that a plan leaves out plays the same, and that no scene ever uses such
+//! parts.
 
 use super::players::busy_tick;
 use super::*;
@@ -7,7 +8,7 @@ use jostle_sim::state::bytes::{StateReader, StateWriter};
 use jostle_sim::{BodyDef, Conjugate, EmitterDef, Features, Rng, Solver, World, WorldSettings};
 
 const TICKS: u32 = 90;
-/// Ticks of a scene with thousands of bodies, which meet in the first.
+/// Ticks for a scene with thousands of bodies, which meet in the first tick.
 const TICKS_LARGE: u32 = 30;
 
 /// The shipped scenes and those of the golden replays.
@@ -25,7 +26,7 @@ fn scenes() -> Vec<Scene> {
     scenes
 }
 
-/// The same scenes without friction, without bounces, with circles or boxes only.
+/// Variants of a scene: without friction, without bounces, with only circles or only boxes.
 fn barer(scene: &Scene) -> Vec<Scene> {
     let changed = |change: &dyn Fn(&mut BodyDef)| {
         let mut scene = scene.clone();
@@ -66,7 +67,7 @@ fn widen(world: &mut World) {
     *world = World::restore(settings, &mut StateReader::new(&saved.0)).expect("its own state");
 }
 
-/// Hashes of a busy game, and the features of its world at the end.
+/// Plays a busy game; returns its hashes, and the features of its world at the end.
 fn played(scene: &Scene, widened: bool) -> (Vec<u64>, Features) {
     let mut game = Game::new(Arc::new(scene.clone()), 3);
     if widened {
@@ -83,7 +84,7 @@ fn played(scene: &Scene, widened: bool) -> (Vec<u64>, Features) {
     (hashes, game.world.settings().features)
 }
 
-/// Plays all of them with specialised and with general steps.
+/// Plays all scenes with specialised and with general steps, and compares them.
 fn compare(scenes: &[Scene]) {
     let mut left_out = 0;
     for scene in scenes.iter().flat_map(|scene| [vec![scene.clone()], barer(scene)].concat()) {

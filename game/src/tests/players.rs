@@ -1,4 +1,4 @@
-//! Players: joining, leaving, foul input, reproducible games.
+//! Players: joining, leaving, invalid input, reproducible games.
 
 use super::*;
 use jostle_sim::Rng;
@@ -82,7 +82,7 @@ fn a_full_world_still_has_room_for_heroes() {
     assert_eq!(all(&game, Kind::Hero).len(), 4);
 }
 
-/// Inputs of several players who press and point at random.
+/// Inputs of several players who press buttons and point at random.
 pub(super) fn busy_inputs(game: &Game, rng: &mut Rng) -> Vec<(Seat, Input)> {
     let size = game.scene().size;
     let mut inputs = Vec::new();
@@ -94,7 +94,7 @@ pub(super) fn busy_inputs(game: &Game, rng: &mut Rng) -> Vec<(Seat, Input)> {
     inputs
 }
 
-/// A tick with [`busy_inputs`].
+/// Plays a tick with [`busy_inputs`].
 pub(super) fn busy_tick(game: &mut Game, rng: &mut Rng) {
     let inputs = busy_inputs(game, rng);
     game.tick(&inputs);

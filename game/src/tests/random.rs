@@ -1,15 +1,15 @@
-//! Random scenes with rules, played by random keys: nothing panics, everything stays finite, a restored
-//! game goes on bit for bit, and who wins does not depend on the order of the rules.
+//! Random scenes with rules, played by random keys: nothing panics, everything stays finite, a restored game
+//! continues bit for bit like the original, and the winner does not depend on the order of the rules.
 
 use super::*;
 use crate::rules::RoundPhase;
 use jostle_sim::Rng;
 use std::fmt::Write;
 
-/// Scenes that a run writes. Of those of a release build, a million can be played, in forty minutes.
+/// Scenes written in a run. In a release build, a million of them are valid and are played, in forty minutes.
 const SCENES: u64 = if cfg!(debug_assertions) { 1500 } else { 1_400_000 };
-/// Further seeds that once were wrong: a pack left the world at the end of a step and joined those that
-/// it had touched to another island, so that a restored world fell asleep at another time.
+/// Seeds of past failures, run in addition. A pack left the world at the end of a step and joined the bodies that it
+/// had touched to another island, so that a restored world fell asleep at a different time.
 const FAULTY: [u64; 1] = [612_616];
 const TICKS: u32 = 90;
 const PLAYERS: u16 = 3;
@@ -51,7 +51,7 @@ impl Writer<'_> {
         }
     }
 
-    /// A name that a condition may have, of signals only those before number `above`.
+    /// A random name for use in a condition; of the signals, only those before index `above`.
     fn level(&mut self, above: u32) -> String {
         let all = self.zones + above + self.teams + 2 * u32::from(self.has_sling);
         let not = if self.chance(3) { "!" } else { "" };
@@ -265,7 +265,7 @@ impl Writer<'_> {
     fn effects(&mut self, about_nobody: bool) {
         let score = self.pick(&["1", "-1", "2"]);
         self.line(format!("score = {score}"));
-        // Draws no number, so that each seed writes what it always wrote.
+        // Draws no random number, so that each seed still writes the same scene as before.
         if self.text.len().is_multiple_of(3) {
             self.line(if about_nobody { "say = \"Now\"" } else { "say = \"{it} met {by}\"" });
         }
@@ -318,7 +318,7 @@ fn random_inputs(rng: &mut Rng, held: &mut [Input], keys: u16) -> Vec<(Seat, Inp
     (0..).map(Seat).zip(held.iter().copied()).collect()
 }
 
-/// The scene with its rules in reverse order.
+/// Returns the scene with its rules in reverse order.
 fn reversed(scene: &Scene) -> Arc<Scene> {
     let mut scene = scene.clone();
     scene.rules.rules.reverse();
@@ -340,7 +340,7 @@ fn random_scenes_are_sound_and_no_order_of_rules_decides() {
         let mut silence = Rng::new(seed, 78);
         let mut held = vec![Input::default(); usize::from(PLAYERS)];
         let restored_at = rng.below(TICKS);
-        // Those that once were wrong were so without the keys of rounds, and without silent players.
+        // The seeds of past failures failed without the keys of rounds, and without silent players.
         let keys = if seed < SCENES { STEERING | Buttons::OF_ROUND.0 } else { STEERING };
         let mut restored: Option<Game> = None;
         for tick in 0..TICKS {

@@ -1,4 +1,4 @@
-//! Players in a round: they change teams, go on to the next one, and read the lines of rules.
+//! Players in a round: they change teams, continue to the next round, and read the lines of rules.
 
 use super::*;
 use crate::player::Player;
@@ -55,7 +55,7 @@ fn team_of(game: &Game, seat: u16) -> Option<u8> {
     game.round().expect("a round").player(Seat(seat)).expect("a player").team
 }
 
-/// Plays a tick in which the first `players` players hold these buttons.
+/// Plays a tick in which each of the first `players` players holds these buttons.
 fn all_hold(game: &mut Game, players: u16, buttons: Buttons) {
     let inputs = (0..players).map(|seat| (Seat(seat), Input::new(buttons, None)));
     game.tick(&inputs.collect::<Vec<_>>());
@@ -147,7 +147,7 @@ fn the_next_round_begins_when_all_who_are_there_go_on() {
         assert!(game.tick_count() < 200, "it ends after a second");
     }
     let over = game.tick_count();
-    // The third is away: no input of it comes.
+    // The third player is away and sends no input.
     while game.tick_count() < over + 59 {
         all_hold(&mut game, 2, Buttons::AGAIN);
         assert_eq!(phase(&game), RoundPhase::Over, "the result stands for a second");
@@ -186,7 +186,7 @@ fn a_result_that_nobody_reads_stands_for_its_pause() {
     assert_eq!(phase(&game), RoundPhase::Countdown);
 }
 
-/// The lines of rules in the last tick.
+/// The lines said by rules in the last tick.
 fn said(game: &Game) -> Vec<(u8, Option<Seat>, Option<Seat>)> {
     let said = |event: &Event| match *event {
         Event::Said { rule, it, by } => Some((rule, it, by)),
@@ -273,7 +273,7 @@ score = 1
     assert_eq!((round.steps(1, Some(own)), round.steps(0, None)), (0, 2), "a lap starts over");
 }
 
-/// Who completes a lap when, relative to the others, does not matter: in one tick, in consecutive ones, or apart.
+/// Every lap counts, whether players complete their laps in one tick, in consecutive ones, or further apart.
 #[test]
 fn every_lap_counts_however_close_the_laps_are() {
     for (each, players, gap) in (0..40).map(|number| {

@@ -1,6 +1,6 @@
-//! The semantics of rules, as a table of small cases: `rules.toml` has a scene for each, what its bodies
-//! and players do, and what is on in which ticks. Each is played twice, once restored from its saved
-//! state in every tick.
+//! Tests the semantics of rules by a table of small cases: for each, `rules.toml` has a scene, the moves of its
+//! bodies and players, and the expected values by tick. Each case is played twice, the second time restored from its
+//! saved state in every tick.
 
 use super::*;
 use crate::rules::RoundPhase;
@@ -10,7 +10,7 @@ use jostle_sim::World;
 use std::fmt::Write;
 use toml::{Table, Value};
 
-/// Starts of all cases: bodies do not fall.
+/// Start of every case's scene, in which bodies do not fall.
 const HEAD: &str = r#"
 title = "Case"
 size = [400, 200]
@@ -23,7 +23,7 @@ const HEROES: &str = r#"
 spawns = [[300, 100], [320, 100], [340, 100], [360, 100]]
 "#;
 
-/// What players and bodies do before a tick.
+/// A move of a player or body before a tick.
 struct Move {
     tick: u32,
     what: String,
@@ -54,7 +54,7 @@ fn every_case_of_the_table_plays_as_it_says() {
     assert!(failures.is_empty(), "\n{failures}");
 }
 
-/// What is wrong with rules is told with its place, and with what would be right.
+/// An error in rules names its place and the allowed values.
 #[test]
 fn wrong_rules_are_refused_where_they_stand() {
     let cases = [
@@ -115,7 +115,7 @@ fn wrong_rules_are_refused_where_they_stand() {
     }
 }
 
-/// The game of the guide, played: the ball is pushed over the edge, and comes back.
+/// Plays the game of the guide: the ball is pushed over the edge and comes back.
 #[test]
 fn the_guides_game_is_won_by_pushing() {
     let guide = include_str!("../../../docs/scenes.md");
@@ -139,9 +139,9 @@ fn the_guides_game_is_won_by_pushing() {
     panic!("nobody won: scores {scores:?}");
 }
 
-/// Plays a case, and returns the runs of each key that it expects something of.
+/// Plays a case and returns the runs of each key for which it has an expectation.
 fn play_case(case: &Value, restored: bool) -> Vec<String> {
-    // Nothing meets unless the case says so.
+    // Nothing collides unless the case says so.
     let root = case.get("root").and_then(Value::as_str).unwrap_or("pairs = []");
     let text = format!("{HEAD}{root}{HEROES}{}", case["scene"].as_str().expect("a scene"));
     let file = Scene::parse("case.toml", &text);
@@ -202,7 +202,7 @@ fn moves_of(case: &Value, key: &str) -> Vec<Move> {
     steps.iter().map(read).collect()
 }
 
-/// Bodies that are moved, and where to.
+/// Bodies to be moved, with their new positions.
 fn places_of(due: &[&Move], game: &Game) -> Vec<(BodyId, Vec2)> {
     let placed = |step: &&&Move| {
         let id = match step.what.strip_prefix("hero ") {
@@ -223,7 +223,7 @@ fn body_named(game: &Game, name: &str) -> Option<BodyId> {
     index.and_then(|index| game.roster.placed[index])
 }
 
-/// The value of a key after a tick, as a word; empty where it is the usual one.
+/// The value of a key after a tick, as a word; empty for the usual value.
 fn value_of(key: &str, game: &Game) -> String {
     let (what, name) = key.split_once(' ').unwrap_or((key, ""));
     let rules = game.rules.as_ref().expect("rules");

@@ -1,13 +1,13 @@
-//! The sling and what breaks: the tests that the chapter's slingshot asks for (D3).
+//! The sling and breakable bodies: the tests that the chapter's slingshot project asks for (D3).
 
 use super::*;
 use crate::rules::{RoundPhase, sling_path};
 use crate::side::Side;
 
-/// Ticks of the countdown, and one.
+/// Ticks of the countdown, plus one.
 const START: u32 = 181;
 
-/// A game of one player in which the round has begun.
+/// Plays a single-player game until the round has begun.
 fn begun(game: &mut Game) {
     game.join(Seat(0));
     (0..START).for_each(|_| game.tick(&[]));
@@ -32,7 +32,7 @@ fn input(fires: bool, pointer: Vec2) -> [(Seat, Input); 1] {
     [(Seat(0), Input::new(buttons, Some(pointer)))]
 }
 
-/// Grabs the ball, pulls it this far in three ticks, and lets it go.
+/// Grabs the ball, pulls it this far in three ticks, and releases it.
 fn shoot(game: &mut Game, pull: Vec2) {
     let at = start(game);
     game.tick(&input(false, at));
@@ -58,7 +58,7 @@ fn shots(game: &Game) -> u8 {
     game.round().expect("a round").sling.expect("a sling").shots
 }
 
-/// A sling in front of one pot, without anything else.
+/// A sling in front of a single pot.
 fn range(gravity: f32, pot: &str) -> Game {
     let text = format!(
         r#"
@@ -192,10 +192,10 @@ fn a_pot_breaks_above_its_strength_and_cracks_above_half_of_it() {
         let pot = game.roster.placed[1].expect("a pot");
         shoot(&mut game, Vec2::new(-speed / 5.0, 0.0));
         if speed > 10.0 {
-            // Until they met, and before the pot can have left the world.
+            // Until the two have met, and before the pot can leave the world.
             (0..60).for_each(|_| game.tick(&[]));
         } else {
-            // Such a light pull shoots nothing: a ball as slow as that comes by itself.
+            // Such a short pull launches nothing, so the ball is given this low speed directly.
             let ball = ball(&game).expect("a ball");
             game.world.set_position(ball, Vec2::new(92.0, 60.0));
             game.world.set_velocity(ball, Vec2::new(speed, 0.0));
@@ -205,7 +205,7 @@ fn a_pot_breaks_above_its_strength_and_cracks_above_half_of_it() {
         assert_eq!(!game.world().contains(pot), breaks, "{case}");
         let cracked = game.round().expect("a round").cracked;
         assert_eq!(cracked.contains(&pot.index), cracks, "{case}");
-        // Points for the pot, and what the rule adds.
+        // Points for the pot, plus those of the rule.
         assert_eq!(score(&game), if breaks { 507 } else { 0 }, "{case}");
     }
 }
@@ -227,7 +227,7 @@ fn bodies_go_only_by_a_blow_above_their_strength() {
             for id in before.world().ids().filter(|&id| !game.world().contains(id)) {
                 let Some(breaks) = breakable(id) else { continue };
                 broken += 1;
-                // The step alone shows the contacts before the body was taken out.
+                // Only the step by itself still shows the contacts of the removed body.
                 let mut stepped = before.clone();
                 stepped.world.step();
                 let blow = |other: BodyId, closing: f32| {
@@ -247,7 +247,7 @@ fn bodies_go_only_by_a_blow_above_their_strength() {
     assert!(broken > 2, "only {broken} broke");
 }
 
-/// Tries pulls from the coarse to the fine, each in a copy of the game, and shoots the best.
+/// Tries pulls from coarse to fine, each in a copy of the game, and returns the best one.
 fn best_shot(game: &Game) -> Vec2 {
     let worth = |pull: Vec2| {
         let mut game = game.clone();

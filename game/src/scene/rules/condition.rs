@@ -1,15 +1,15 @@
 //! Levels, and conditions on them.
 
-/// What is on: a bit each for zones, signals and what is built in.
+/// The levels that are on: one bit for each zone, signal and built-in level.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Levels {
-    /// Zones by their place in the file.
+    /// Zones, by their index in the file.
     pub zones: u64,
-    /// Signals by their place in the file.
+    /// Signals, by their index in the file.
     pub signals: u64,
-    /// Teams that are in, by their place in the file.
+    /// Teams that are in, by their index in the file.
     pub teams: u8,
-    /// What holds of the sling.
+    /// Levels of the sling.
     pub sling: u8,
 }
 
@@ -29,12 +29,12 @@ impl Levels {
         Levels { teams: 1 << index, ..Levels::default() }
     }
 
-    /// Only that the last shot of the sling is over.
+    /// Only the level that is on once the last shot of the sling is over.
     pub const SPENT: Levels = Levels { zones: 0, signals: 0, teams: 0, sling: 1 };
-    /// Only that the ball of the sling flies.
+    /// Only the level that is on while the ball of the sling is flying.
     pub const FLYING: Levels = Levels { sling: 2, ..Levels::SPENT };
 
-    /// What is on in either.
+    /// Levels that are on in either.
     pub fn or(self, other: Levels) -> Levels {
         Levels {
             zones: self.zones | other.zones,
@@ -69,17 +69,17 @@ pub struct Condition {
 }
 
 impl Condition {
-    /// Returns whether it asks for nothing.
+    /// Returns whether the condition requires nothing.
     pub fn is_none(&self) -> bool {
         self.on.is_none() && self.off.is_none()
     }
 
-    /// Returns whether all of it holds.
+    /// Returns whether the whole condition holds.
     pub fn all(&self, levels: Levels) -> bool {
         self.on.and(levels) == self.on && self.off.and(levels).is_none()
     }
 
-    /// Returns whether any of it holds.
+    /// Returns whether any part of the condition holds.
     pub fn any(&self, levels: Levels) -> bool {
         !self.on.and(levels).is_none() || self.off.and(levels) != self.off
     }

@@ -9,14 +9,14 @@ use crate::scene::table::{Field, Table, one_of};
 pub(super) const SENTENCE_CHARS_MAX: usize = 80;
 /// Colours of the players' palette.
 pub(super) const COLORS: u32 = 8;
-/// Points of a side, either sign.
+/// Greatest absolute number of points of a side.
 pub const POINTS_MAX: i32 = 1_000_000;
-/// Words with a meaning of their own in rules.
+/// Words that are reserved in rules.
 const RESERVED: [&str; 4] = ["it", "by", "others", "all"];
-/// What is known of a sling.
+/// Names of the sling's levels.
 const SLING_LEVELS: [(&str, Levels); 2] =
     [("sling.spent", Levels::SPENT), ("sling.flying", Levels::FLYING)];
-/// Names in one condition.
+/// Maximum number of names in a condition.
 const CONDITION_NAMES_MAX: usize = 8;
 
 /// What rules may name.
@@ -25,7 +25,7 @@ pub(in crate::scene) struct Known<'a> {
     pub groups: &'a Groups,
 }
 
-/// Names in the order of the file; those of signals come before the signals are read.
+/// Names in file order; those of signals are known before the signals are read.
 pub(in crate::scene) struct Names {
     pub teams: Vec<String>,
     pub zones: Vec<String>,
@@ -35,7 +35,7 @@ pub(in crate::scene) struct Names {
 }
 
 impl Names {
-    /// Reads the names alone, and refuses doubled ones.
+    /// Reads only the names, and refuses duplicates.
     pub fn read(root: &Table) -> Names {
         let mut known: Vec<String> = RESERVED.map(str::to_owned).to_vec();
         let mut names_of = |list: &'static str| -> Vec<String> {
@@ -70,8 +70,7 @@ impl Names {
         Names { teams, zones, signals, bodies, has_sling: root.get("sling").is_given() }
     }
 
-    /// Reads a condition: a name, "!name", or a list of them. Only signals before number `above` are
-    /// known.
+    /// Reads a condition: a name, "!name", or a list of these. Only signals before index `above` are known.
     pub fn condition(&self, field: &Field, above: usize) -> Condition {
         field.describe("a condition");
         let mut condition = Condition::default();
@@ -92,7 +91,7 @@ impl Names {
         condition
     }
 
-    /// [`Names::condition`] where every signal is known.
+    /// Reads a condition like [`Names::condition`], with every signal known.
     pub fn any_condition(&self, field: &Field) -> Condition {
         self.condition(field, self.signals.len())
     }
@@ -115,7 +114,7 @@ impl Names {
         &self.signals[..above.min(self.signals.len())]
     }
 
-    /// What a condition may name, for an error.
+    /// The names that a condition may use, for an error message.
     pub fn allowed(&self, above: usize) -> String {
         let mut names: Vec<String> = self.zones.clone();
         names.extend_from_slice(self.signals_above(above));
@@ -128,7 +127,7 @@ impl Names {
         format!("{which}: {}; ! before a name for not", names.join(", "))
     }
 
-    /// The body that a field names.
+    /// Index of the body named by a field.
     pub fn body(&self, field: &Field) -> Option<usize> {
         field.describe("the `name` of a body");
         let is_it = |name: &Option<String>| name.is_some() && name.as_deref() == field.word();
@@ -139,7 +138,7 @@ impl Names {
         index
     }
 
-    /// The zones that a field names, a bit each.
+    /// The zones named by a field, one bit each.
     pub fn zones(&self, field: &Field) -> u64 {
         field.describe("a zone, or a list of 1 to 8");
         let words = field.one_or_more(CONDITION_NAMES_MAX);

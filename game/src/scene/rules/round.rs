@@ -9,7 +9,7 @@ const SPAWNS_MAX: usize = 64;
 const LIVES_MAX: u32 = 1000;
 const SEATS: u32 = SEATS_MAX as u32;
 
-/// How a round is played. Times are ticks.
+/// Settings of a round. Times are in ticks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoundSpec {
     /// The sentence that players see.
@@ -28,7 +28,7 @@ pub struct RoundSpec {
     pub players_min: u16,
     /// From the placing of the bodies to the start; nothing moves.
     pub countdown: u32,
-    /// From the end of a round to the next.
+    /// Time from the end of a round to the next.
     pub pause: u32,
     /// Points for one, two and three stars, the least first, where one side plays alone.
     pub stars: Option<[i32; 3]>,
@@ -39,10 +39,10 @@ pub struct RoundSpec {
     pub fill: u16,
 }
 
-/// What decides when the time of a round is up.
+/// Outcome of a round when its time is up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AtTime {
-    /// Most points win, equals share.
+    /// The sides with the most points win, sharing a tie.
     Score,
     /// All players lose the round.
     Lose,
@@ -50,7 +50,7 @@ pub enum AtTime {
     Win,
 }
 
-/// One of the teams between which a round is played.
+/// A team in rounds between teams.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TeamSpec {
     /// A name that nothing else has.
@@ -61,12 +61,12 @@ pub struct TeamSpec {
     pub spawns: Vec<Vec2>,
     /// The only axis along which they move. Default: the hero's.
     pub lane: Option<LaneAxis>,
-    /// Most players that it takes.
+    /// Maximum number of players in the team.
     #[doc(alias = "players")]
     pub players_max: u16,
 }
 
-/// The only axis that a hero moves along.
+/// The only axis along which a hero moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LaneAxis {
     /// Heroes move left and right.

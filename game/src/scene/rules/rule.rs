@@ -7,15 +7,15 @@ use super::zone::ZoneSpec;
 use crate::scene::recipes::Recipes;
 use crate::scene::table::{Field, INTERVAL, SECONDS, Table};
 
-/// Lives that one rule may give or take.
+/// Maximum number of lives that one rule may give or take.
 const LIFE_MAX: i32 = 1000;
-/// Bodies that one rule may put back.
+/// Maximum number of bodies that one rule may reset.
 const RESET_MAX: usize = 8;
 /// Players whom a line names.
 const WORDS: [(&str, Whose); 2] = [("{it}", Whose::It), ("{by}", Whose::By)];
 const OCCASIONS: [&str; 8] = ["enter", "leave", "on", "every", "touch", "burst", "lost", "breaks"];
 
-/// A rule: effects, and the occasion that has them.
+/// A rule: an occasion and its effects.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RuleSpec {
     /// The occasion at which it takes effect.
@@ -25,7 +25,7 @@ pub struct RuleSpec {
     pub to: To,
     /// Only if the body is of this team. Default: any.
     pub team: Option<u8>,
-    /// Only while this holds. A lap in it is that of the player, or the player's side, whom the rule is about. Default:
+    /// The rule applies only while this holds. A lap in it is that of the player, or the player's side, whom the rule is about. Default:
     /// always.
     #[doc(alias = "while")]
     pub condition: Condition,
@@ -56,24 +56,24 @@ pub enum Occasion {
     Lost(u8),
 }
 
-/// Whom an effect on sides concerns.
+/// The sides affected by an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum To {
-    /// The side of the body that the rule is about; all sides if there is none.
+    /// The side of the body that the rule is about; all sides if the rule is not about a body.
     It,
-    /// The side that caused it.
+    /// The side that caused the occasion.
     By,
-    /// All sides but that of the body.
+    /// All sides except that of the body.
     Others,
     /// Every side, one after another.
     All,
-    /// The team with this number.
+    /// The team with this index.
     Team(u8),
-    /// The holder of the zone with this number.
+    /// The holder of the zone with this index.
     Holder(u8),
 }
 
-/// What a rule does, in this order. Times are ticks.
+/// Effects of a rule, in the order in which they are applied. Times are ticks.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Effects {
     /// Points for the sides in `to`.
@@ -88,13 +88,13 @@ pub struct Effects {
     pub stun: u32,
     /// The hero comes back here.
     pub checkpoint: bool,
-    /// What the hero carries is dropped.
+    /// The hero drops the body it carries.
     pub drop: bool,
     /// What the hero touched hangs on it from now on.
     pub carry: bool,
     /// The body returns to its start, a hero to its checkpoint; it rests there for so long, and sets off as at the start.
     pub back: Option<u32>,
-    /// The body is gone.
+    /// The body is removed.
     pub remove: bool,
     /// A line in the feed, once a tick. It may begin and end with `{it}`, the player whose body it is about or who touched
     /// that last, or `{by}`, the player who caused it; without such a player nothing is said.
@@ -103,27 +103,27 @@ pub struct Effects {
     pub reset: Vec<usize>,
 }
 
-/// A line for the feed: the name of a player, a text, the name of another.
+/// A line for the feed: a player's name, a text, and another player's name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Line {
-    /// Whose name comes first.
+    /// The player named first.
     pub first: Option<Whose>,
     /// The text between the names.
     pub text: String,
-    /// Whose name comes last.
+    /// The player named last.
     pub last: Option<Whose>,
 }
 
-/// A player whom a line names.
+/// A player named in a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Whose {
-    /// `{it}`: the player whose hero it is about, or who touched that body last.
+    /// `{it}`: the player whose hero the line is about, or who last touched the body that it is about.
     It,
-    /// `{by}`: who caused it.
+    /// `{by}`: the player who caused it.
     By,
 }
 
-/// What rules are checked against.
+/// Context against which rules are checked.
 pub(super) struct RuleSurroundings<'a> {
     pub has_round: bool,
     pub zones: &'a [ZoneSpec],
@@ -230,7 +230,7 @@ fn effects(table: &Table, known: &Known, recipes: &mut Recipes) -> Effects {
     }
 }
 
-/// A rule does something, and each effect has somebody to act on.
+/// Checks that a rule has an effect, and that each effect has something to act on.
 fn check(table: &Table, rule: &RuleSpec, around: &RuleSurroundings) {
     let effects = &rule.effects;
     if *effects == Effects::default() {
@@ -269,7 +269,7 @@ fn has_body(rule: &RuleSpec, around: &RuleSurroundings) -> bool {
     }
 }
 
-/// The bodies that a rule puts back.
+/// The bodies that a rule resets.
 fn reset(field: &Field, names: &Names) -> Vec<usize> {
     let items = field.some_items(1..=RESET_MAX, "1 to 8 names of bodies");
     items.iter().filter_map(|item| names.body(item)).collect()
@@ -294,7 +294,7 @@ impl Line {
         Line { first: first.map(|(_, whose)| whose), text, last: last.map(|(_, whose)| whose) }
     }
 
-    /// Returns whether it names a player.
+    /// Returns whether the line names a player.
     fn has_names(&self) -> bool {
         self.first.is_some() || self.last.is_some()
     }

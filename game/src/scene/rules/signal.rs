@@ -6,19 +6,19 @@ use crate::scene::table::{SECONDS, Table, one_of};
 
 const STEPS: std::ops::RangeInclusive<usize> = 2..=16;
 
-/// A yes or no made of zones and of signals above it.
+/// A level that depends on zones and on signals listed above it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SignalSpec {
     /// A name that nothing else has.
     pub name: String,
-    /// Source of its level: other levels, or steps in an order.
+    /// Source of the level: other levels, or steps in an order.
     pub kind: SignalKind,
     /// It is off while this holds, and forgets what it counted. Default: never.
     pub until: Option<Condition>,
 }
 
 impl SignalSpec {
-    /// The order, if it is one.
+    /// The order of the signal, if it has one.
     pub fn order(&self) -> Option<&OrderSpec> {
         match &self.kind {
             SignalKind::Order(order) => Some(order),
@@ -27,7 +27,7 @@ impl SignalSpec {
     }
 }
 
-/// What makes a signal.
+/// Source of a signal's level.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SignalKind {
     /// A function of the levels of others.
@@ -36,7 +36,7 @@ pub enum SignalKind {
     Order(OrderSpec),
 }
 
-/// A signal that levels make. Times are ticks.
+/// A signal that depends on other levels. Times are ticks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RelaySpec {
     /// It is on while all of this holds. Default: this, `any` or `order`.
@@ -51,16 +51,16 @@ pub struct RelaySpec {
     pub toggles: bool,
 }
 
-/// How long a signal stays on.
+/// Time for which a signal stays on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stays {
     /// For a number of ticks.
     Ticks(u32),
-    /// To the end of the round.
+    /// Until the end of the round.
     Ever,
 }
 
-/// A signal that steps in an order make.
+/// A signal that comes on after steps in an order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OrderSpec {
     /// In place of all these: it is on once they came in this order. Default: none.
@@ -76,24 +76,24 @@ pub struct OrderSpec {
 /// One step of an order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
-    /// Somebody enters the zone with this number.
+    /// A body enters the zone with this index.
     Zone(u8),
-    /// The signal with this number comes on.
+    /// The signal with this index comes on.
     Signal(u8),
 }
 
-/// Who makes progress in an order.
+/// Whose progress an order counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Each {
-    /// All together; complete, it stays on.
+    /// All players together; once complete, the signal stays on.
     All,
-    /// Each side; complete, it is on for a tick and starts over.
+    /// Each side; once complete, the signal is on for a tick and the order starts over.
     Side,
-    /// Each player, likewise.
+    /// Each player, as for sides.
     Player,
 }
 
-/// Reads one entry of `signals`, which has `above` others above it.
+/// Reads one entry of `signals`; `above` is the number of signals listed above it.
 pub(super) fn signal(table: &Table, names: &Names, above: usize) -> SignalSpec {
     let name = names::name(table);
     let order = table.get("order");

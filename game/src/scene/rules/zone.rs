@@ -10,12 +10,12 @@ use jostle_sim::Aabb;
 
 const SPEED: Range = Range::above(0.0, 1.0e6);
 
-/// A place that knows who is in it.
+/// A place that detects the bodies inside it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ZoneSpec {
     /// A name that nothing else has.
     pub name: String,
-    /// Where it is; relative to the body that it follows, if it follows one.
+    /// Area of the zone, relative to the body that it follows, if any.
     pub area: ZoneArea,
     /// It moves along with this body; its place is relative to it.
     pub follow: Option<usize>,
@@ -27,7 +27,7 @@ pub struct ZoneSpec {
     pub slower: Option<f32>,
     /// So many make it a yes; `"all"`: all bodies of its groups, and at least one. Default: `1`.
     pub need: Need,
-    /// It counts nobody while this does not hold. Default: always.
+    /// While this does not hold, the zone counts no bodies. Default: always.
     #[doc(alias = "while")]
     pub condition: Condition,
     /// The side that was alone in it for longer than this holds it. Default: none.
@@ -39,7 +39,7 @@ pub struct ZoneSpec {
 }
 
 impl ZoneSpec {
-    /// Returns whether a point is in it, relative to the body that it follows, if it follows one.
+    /// Returns whether a point is in the zone, relative to the body that it follows, if any.
     pub fn holds(&self, point: Vec2) -> bool {
         match self.area {
             ZoneArea::Everywhere => true,
@@ -50,16 +50,16 @@ impl ZoneSpec {
         }
     }
 
-    /// Returns whether players see it.
+    /// Returns whether players can see the zone.
     pub fn is_drawn(&self) -> bool {
         self.color.is_some() || !self.label.is_empty()
     }
 }
 
-/// Where a zone is, world units.
+/// Area of a zone, world units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ZoneArea {
-    /// All of the world and beyond.
+    /// The whole world and beyond.
     Everywhere,
     /// An axis-aligned rectangle, world units.
     Box(Aabb),
@@ -67,24 +67,24 @@ pub enum ZoneArea {
     Circle {
         /// Centre of the disc.
         center: Vec2,
-        /// Its radius.
+        /// Radius of the disc.
         radius: f32,
     },
 }
 
-/// How many bodies make a zone a yes.
+/// Number of bodies that turns a zone's level on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Need {
-    /// So many or more.
+    /// This many or more.
     Count(u32),
-    /// All that exist of its groups, and at least one.
+    /// All existing bodies of its groups, and at least one.
     All,
 }
 
-/// How a zone gets a holder.
+/// How a side becomes the holder of a zone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Take {
-    /// Ticks for which a side must be alone in it.
+    /// Ticks for which a side must be alone in the zone.
     pub ticks: u32,
     /// The holder stays until another side takes it; else only as long as it is alone in it. Default: `false`.
     pub keep: bool,
@@ -137,7 +137,7 @@ fn area(table: &Table) -> ZoneArea {
     disc.or(rectangle).unwrap_or(ZoneArea::Everywhere)
 }
 
-/// Heroes unless the file says otherwise.
+/// The groups that count; heroes by default.
 fn who(table: &Table, groups: &Groups) -> u32 {
     let field = table.get("who");
     field.describe("groups");

@@ -418,7 +418,7 @@ fn what_is_written_from_the_fields_is_up_to_date() {
     }
 }
 
-/// The blocks of a kind of code in the reference.
+/// The code blocks of one language in the reference.
 fn reference_blocks(language: &str) -> Vec<&'static str> {
     let opening = format!("```{language}\n");
     let blocks = REFERENCE.split(opening.as_str()).skip(1);
