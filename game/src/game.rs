@@ -6,14 +6,14 @@
 
 use crate::event::Event;
 use crate::input::{Input, Seat};
-use crate::packs::Prey;
+use crate::packs::PackTargets;
 use crate::phase::Phase;
 use crate::player::{self, Player};
 use crate::rngs::{LAYOUT_STREAM, Rngs};
 use crate::roster::Roster;
-use crate::rules::{RoundInfo, Rules, Table};
+use crate::rules::{RoundInfo, RuleContext, Rules};
 use crate::scene::{Condition, Kind, SEATS_MAX, Scene};
-use crate::side::Standing;
+use crate::side::SideState;
 use crate::{emitters, heroes, impacts, launchers, minions, packs, placing, platforms, tools};
 use jostle_sim::Rng;
 use jostle_sim::particles::quantise;
@@ -68,7 +68,7 @@ pub struct Game {
     /// Joins and leaves since the last tick.
     pub(crate) pending: Vec<Event>,
     /// Scratch memory of a tick.
-    prey: Prey,
+    prey: PackTargets,
     hard_touches: Vec<u64>,
     nearby: Vec<BodyId>,
 }
@@ -108,7 +108,7 @@ impl Game {
             rules,
             events: Vec::new(),
             pending: Vec::new(),
-            prey: Prey::default(),
+            prey: PackTargets::default(),
             hard_touches: Vec::new(),
             nearby: Vec::new(),
         }
@@ -150,7 +150,7 @@ impl Game {
             seat,
             selected: roster.first_of(scene, Kind::Hero),
             team: roster.team_for(scene),
-            standing: Standing::at_start(scene.rules.lives(), true),
+            standing: SideState::at_start(scene.rules.lives(), true),
             ..Player::default()
         };
         roster.players.insert(slot, player);
@@ -233,14 +233,14 @@ impl Game {
         let Game { scene, world, roster, rngs, events, prey, rules, .. } = self;
         let tick = self.ticks;
         if let Some(rules) = rules {
-            rules.begin_tick(&mut Table { scene, world, roster, rngs, events });
+            rules.begin_tick(&mut RuleContext { scene, world, roster, rngs, events });
         }
         if let Some(listed) = &scene.listed {
             world.set_listed(rules.as_ref().is_none_or(|rules| rules.allows(listed)));
         }
         player::take_inputs(&mut roster.players, inputs, scene.size);
         if let Some(rules) = rules {
-            rules.take_wishes(&mut Table { scene, world, roster, rngs, events });
+            rules.take_wishes(&mut RuleContext { scene, world, roster, rngs, events });
         }
         let path_tick = |body| rules.as_ref().map_or(tick + 1, |rules| rules.path_tick(body));
         platforms::drive(world, &roster.placed, scene, path_tick);
@@ -252,7 +252,7 @@ impl Game {
         tools::act_on_bodies(world, roster, scene, &mut rngs.agitate);
         if let Some(rules) = rules {
             heroes::keep_lanes(world, &roster.players, scene);
-            rules.hold_bodies(&mut Table { scene, world, roster, rngs, events });
+            rules.hold_bodies(&mut RuleContext { scene, world, roster, rngs, events });
         }
     }
 
@@ -268,7 +268,7 @@ impl Game {
         packs::take_drift(world, &mut roster.actors, scene);
         packs::burst(world, roster, scene, prey, &mut rngs.emit, events);
         if let Some(rules) = rules {
-            rules.play(&mut Table { scene, world, roster, rngs, events });
+            rules.play(&mut RuleContext { scene, world, roster, rngs, events });
         }
         tools::make(world, roster, scene, rngs, events, &mut self.nearby);
         let allows = |of: &Condition| rules.as_ref().is_none_or(|rules| rules.allows(of));

@@ -6,7 +6,7 @@ use crate::placing::is_clear;
 use crate::player::Player;
 use crate::roster::{Roster, Rule};
 use crate::scene::{HeroSpec, Kind, LaneAxis, Scene, Tools};
-use crate::side::Standing;
+use crate::side::SideState;
 use glam::Vec2;
 use jostle_sim::math::{clamp_length, max};
 use jostle_sim::{BodyDef, DT, Rng, World};
@@ -23,7 +23,7 @@ pub(crate) fn spawn_due(
     world: &mut World,
     roster: &mut Roster,
     scene: &Scene,
-    teams: &[Standing],
+    teams: &[SideState],
     rng: &mut Rng,
 ) {
     for slot in 0..roster.players.len() {
@@ -60,7 +60,7 @@ pub(crate) fn spawn(
 }
 
 /// Whether a player's side has lost its last life.
-fn is_out(player: &Player, teams: &[Standing]) -> bool {
+fn is_out(player: &Player, teams: &[SideState]) -> bool {
     let team = player.team.and_then(|team| teams.get(usize::from(team)));
     team.map_or(player.standing.out, |team| team.out)
 }

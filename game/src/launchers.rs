@@ -1,6 +1,6 @@
 //! Launchers of a scene: they make marbles, and packs without an owner that chase every player's hero.
 
-use crate::packs::{self, Prey};
+use crate::packs::{self, PackTargets};
 use crate::placing::is_clear;
 use crate::roster::{Actor, Roster, Rule};
 use crate::scene::{Condition, Kind, Launcher, Location, Scene};
@@ -12,7 +12,7 @@ pub(crate) fn work(
     world: &mut World,
     roster: &mut Roster,
     scene: &Scene,
-    prey: &Prey,
+    prey: &PackTargets,
     tick: u32,
     allows: impl Fn(&Condition) -> bool,
 ) {
@@ -40,7 +40,7 @@ fn launch(
     world: &mut World,
     roster: &mut Roster,
     scene: &Scene,
-    prey: &Prey,
+    prey: &PackTargets,
     launcher: &Launcher,
     position: Vec2,
 ) {

@@ -20,12 +20,12 @@ const FRONT_AT_START: Vec2 = Vec2::X;
 /// The heroes that packs may chase, listed once per phase in which packs act; the list is kept between ticks to reuse
 /// its memory. Rules may have removed some of the heroes since, so each is looked up.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Prey {
+pub(crate) struct PackTargets {
     heroes: Vec<BodyId>,
     hits_owner: bool,
 }
 
-impl Prey {
+impl PackTargets {
     /// Lists all heroes, owned or not, in index order.
     fn list(&mut self, roster: &Roster, spec: &PackSpec) {
         self.heroes.clear();
@@ -77,7 +77,7 @@ impl Prey {
 }
 
 /// Turns packs towards their targets, moves them, and removes packs that have worn out.
-pub(crate) fn steer(world: &mut World, roster: &mut Roster, scene: &Scene, prey: &mut Prey) {
+pub(crate) fn steer(world: &mut World, roster: &mut Roster, scene: &Scene, prey: &mut PackTargets) {
     let Some(spec) = &scene.pack else { return };
     prey.list(roster, spec);
     for index in 0..roster.actors.len() {
@@ -117,7 +117,7 @@ pub(crate) fn burst(
     world: &mut World,
     roster: &mut Roster,
     scene: &Scene,
-    prey: &mut Prey,
+    prey: &mut PackTargets,
     rng: &mut Rng,
     events: &mut Vec<Event>,
 ) {

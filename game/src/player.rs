@@ -1,7 +1,7 @@
 //! A seated player, as seen by the rules.
 
 use crate::input::{Buttons, Input, Seat};
-use crate::side::Standing;
+use crate::side::SideState;
 use glam::Vec2;
 use jostle_sim::{BodyId, Motion, World};
 
@@ -25,7 +25,7 @@ pub(crate) struct Player {
     /// The team, in a scene with teams.
     pub team: Option<u8>,
     /// The player's standing in the round, if there are no teams.
-    pub standing: Standing,
+    pub standing: SideState,
     /// Ticks until the next dye pack may be thrown.
     pub throw_wait: u32,
     /// Position where the hero last appeared.

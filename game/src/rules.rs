@@ -4,21 +4,21 @@
 //! step, a single pass evaluates zones, signals, rules and the verdict, in file order. Zones and signals see the
 //! changes made by a rule in the next tick, so nothing cascades. The exact semantics are in `docs/scenes.md`.
 
-mod book;
+mod body_notes;
 mod breakage;
 mod clock;
+mod context;
+mod core;
 mod effects;
 mod info;
-mod notes;
 mod signals;
 mod sling;
 mod state;
-mod table;
 mod verdict;
 mod zones;
 
-pub(crate) use book::Rules;
 pub use clock::RoundPhase;
+pub(crate) use context::RuleContext;
+pub(crate) use core::Rules;
 pub use info::{OrderProgress, RoundInfo, RoundPlayer, SideInfo, SlingInfo, Taking};
 pub use sling::sling_path;
-pub(crate) use table::Table;

@@ -41,9 +41,9 @@ pub use path::Path;
 pub use plan::{Bodies, Part, Per, Plan};
 pub use recipes::presets;
 pub use rules::{
-    AtTime, Condition, Each, Effects, LaneAxis, Levels, Line, Need, Occasion, OrderSpec,
-    POINTS_MAX, RelaySpec, RoundSpec, RuleSet, RuleSpec, SIGNALS_MAX, SignalKind, SignalSpec,
-    Stays, Step, TEAMS_MAX, Take, TeamSpec, To, Whose, ZONES_MAX, ZoneArea, ZoneSpec,
+    AtTime, Condition, Each, Effects, LaneAxis, Levels, Line, Need, OrderSpec, POINTS_MAX,
+    RelaySpec, RoundSpec, RuleSet, RuleSpec, SIGNALS_MAX, SignalKind, SignalSpec, Stays, Step,
+    TEAMS_MAX, Take, TeamSpec, To, Trigger, Whose, ZONES_MAX, ZoneArea, ZoneSpec,
 };
 pub use sling::SlingSpec;
 pub use sources::{LAUNCHERS_MAX, Launcher, Location, ScheduledEmitter};

@@ -14,7 +14,7 @@ pub enum Side {
 
 /// Standing of a side in the round.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Standing {
+pub(crate) struct SideState {
     pub score: i32,
     /// Lives left; meaningless in a round without lives.
     pub lives: i32,
@@ -24,10 +24,10 @@ pub(crate) struct Standing {
     pub out: bool,
 }
 
-impl Standing {
+impl SideState {
     /// Creates the standing of a side at the start of a round.
-    pub fn at_start(lives: Option<i32>, plays: bool) -> Standing {
-        Standing { score: 0, lives: lives.unwrap_or(0), plays, out: false }
+    pub fn at_start(lives: Option<i32>, plays: bool) -> SideState {
+        SideState { score: 0, lives: lives.unwrap_or(0), plays, out: false }
     }
 
     /// Whether the side can still win.

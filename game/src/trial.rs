@@ -163,7 +163,7 @@ fn worst(peaks: &[f32]) -> f32 {
 #[derive(Clone)]
 pub struct RandomGame {
     game: Game,
-    hands: Vec<Hand>,
+    hands: Vec<TrialPlayer>,
     inputs: Vec<(Seat, Input)>,
     rng: Rng,
 }
@@ -174,7 +174,8 @@ impl RandomGame {
         let players = scene.players_max;
         let mut game = Game::new(scene, seed);
         (0..players).for_each(|seat| game.join(Seat(seat)));
-        let hands = (0..players).map(|seat| Hand::new(Rng::new(seed, u64::from(seat)))).collect();
+        let hands =
+            (0..players).map(|seat| TrialPlayer::new(Rng::new(seed, u64::from(seat)))).collect();
         RandomGame { game, hands, inputs: Vec::new(), rng: Rng::new(seed, u64::MAX) }
     }
 
@@ -314,15 +315,15 @@ fn stir(world: &mut World, rng: &mut Rng) {
 
 /// A player who holds some keys and a pointer position for some ticks, then changes them.
 #[derive(Clone)]
-struct Hand {
+struct TrialPlayer {
     rng: Rng,
     input: Input,
     ticks: u32,
 }
 
-impl Hand {
-    fn new(rng: Rng) -> Hand {
-        Hand { rng, input: Input::default(), ticks: 0 }
+impl TrialPlayer {
+    fn new(rng: Rng) -> TrialPlayer {
+        TrialPlayer { rng, input: Input::default(), ticks: 0 }
     }
 
     /// Returns the input of the next tick, from all keys except those that clear the world and change the team.

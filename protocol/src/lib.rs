@@ -8,7 +8,8 @@ mod bits;
 mod clip;
 mod codec;
 mod error;
-mod fields;
+mod failover;
+mod ids;
 pub mod limits;
 pub mod message;
 mod origin;
@@ -16,7 +17,6 @@ mod position_history;
 mod refusal;
 pub mod replay;
 mod role;
-mod servers;
 pub mod snapshot;
 mod snapshot_stream;
 mod token;
@@ -26,13 +26,13 @@ pub mod wire;
 pub use appearance::{first_forbidden, has_visible};
 pub use codec::EncodeScratch;
 pub use error::DecodeError;
+pub use failover::Servers;
 pub use message::{
     Appearance, AppearanceError, ClientMessage, ClipRefusal, Refusal, Role, ServerMessage, VERSION,
     WelcomeSeat,
 };
 pub use origin::is_origin;
 pub use refusal::BAD_MESSAGE_CODES;
-pub use servers::Servers;
 pub use snapshot::{PlayerState, Snapshot, SnapshotBody, TimedEvent};
 pub use snapshot_stream::{Decoded, SnapshotStream};
 pub use token::Token;

@@ -21,7 +21,7 @@ pub struct Config {
     /// Scenes on offer, at most [`limits::SCENES_BOUND`], each name once.
     pub scenes: Vec<Scene>,
     /// Timeouts after which the server gives up on a peer or a room.
-    pub waits: limits::Waits,
+    pub waits: limits::Timeouts,
     /// Whether guests may open rooms with their own scenes.
     pub guest_scenes: GuestScenes,
     /// Sites besides this one whose pages may play here, such as `https://play.example.org`.
@@ -80,7 +80,7 @@ impl Default for Config {
         Config {
             files: assets::files(),
             scenes: Scene::built_in(),
-            waits: limits::Waits::default(),
+            waits: limits::Timeouts::default(),
             guest_scenes: GuestScenes::default(),
             origins: Vec::new(),
             hosts: Hosts::Any,

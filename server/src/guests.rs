@@ -2,18 +2,18 @@
 //!
 //! A stranger's scene must not slow down other rooms, so there are three safeguards. [`read`] refuses a file that needs
 //! more than [`limits::GUEST_BUDGET`]. [`try_out`] plays the first seconds on a low-priority thread, after waiting for
-//! its turn in a [`TrialQueue`], and refuses the scene if that takes too long. The room itself has a [`Share`] of a
+//! its turn in a [`TrialQueue`], and refuses the scene if that takes too long. The room itself has a [`ProcessorShare`] of a
 //! processor, and is closed if it uses more for long. The number of such rooms is limited
 //! ([`limits::guest_rooms_max`]).
 
 mod share;
 mod trial;
 
-pub use share::Share;
+pub use share::ProcessorShare;
 
 use crate::host::thread_time;
 use crate::limits::trial_queue::TrialQueue;
-use crate::limits::{self, Waits};
+use crate::limits::{self, Timeouts};
 use jostle_game::Scene;
 use jostle_game::scene::{SceneError, line_at};
 use jostle_protocol::{first_forbidden, has_visible};
@@ -90,14 +90,14 @@ fn check_texts(scene: &Scene) -> Result<(), SceneError> {
 /// error is that of the server.
 pub async fn try_out(
     text: Vec<u8>,
-    waits: Waits,
+    waits: Timeouts,
     address: IpAddr,
     trials: &Arc<TrialQueue>,
 ) -> io::Result<Option<Result<Arc<Scene>, SceneError>>> {
     trials.run(address, "trial", move |_| try_here(&text, &waits)).await
 }
 
-fn try_here(text: &[u8], waits: &Waits) -> Result<Arc<Scene>, SceneError> {
+fn try_here(text: &[u8], waits: &Timeouts) -> Result<Arc<Scene>, SceneError> {
     let scene = Arc::new(read(text)?);
     // The trial rests half of the time, even if no other work is waiting.
     let times = [waits.guest_trial, waits.guest_trial_later];

@@ -3,11 +3,11 @@
 
 pub mod admission;
 pub mod clock;
+pub mod confusables;
 pub mod delivery;
 pub mod inbox;
-pub mod names;
-pub mod neighbours;
 pub mod outbox;
+pub mod peer_nodes;
 pub mod room_handle;
 pub mod room_shares;
 pub mod rooms;

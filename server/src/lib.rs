@@ -45,7 +45,7 @@ use tokio::time::{Instant, sleep, timeout, timeout_at};
 use tracing::{info, warn};
 
 /// Serves until `shutdown` resolves, then warns the players, closes their sockets and returns
-/// within [`limits::Waits::drain_max`].
+/// within [`limits::Timeouts::drain_max`].
 pub async fn run(
     listener: TcpListener,
     config: Config,
@@ -144,7 +144,7 @@ async fn drain(
     ends_at: Instant,
 ) {
     info!("draining");
-    let limits::Waits { drain_notice, drain, .. } = state.config.waits;
+    let limits::Timeouts { drain_notice, drain, .. } = state.config.waits;
     if let Some(fleet) = &state.fleet {
         hand_over(fleet, &state.rooms).await;
     }

@@ -12,9 +12,7 @@ pub mod uplink;
 
 use jostle_game::SEATS_MAX;
 use jostle_game::scene::{Budget, FOLLOWERS_MAX, SolverBudget};
-use jostle_protocol::limits::{
-    CLIENT_MESSAGE_BYTES_MAX, REPLAY_BYTES_MAX, REPLAY_RECORD_BYTES_MAX, SERVER_MESSAGE_BYTES_MAX,
-};
+use jostle_protocol::limits::{REPLAY_BYTES_MAX, REPLAY_RECORD_BYTES_MAX};
 use jostle_sim::{StepBudget, TICKS_PER_SECOND};
 use std::num::NonZero;
 use std::thread::available_parallelism;
@@ -195,7 +193,7 @@ pub const GUEST_SHARE: u32 = 8;
 pub const GUESTS_SHARE: usize = 2;
 /// Ticks tried at a time before a room opens. By then its bodies have fallen, and each key was pressed many times.
 pub const GUEST_TRIAL_TICKS: u32 = 2 * TICKS_PER_SECOND;
-/// Maximum number of parts of a trial ([`Waits::guest_trial_later`]). By then launchers have filled the scene, and
+/// Maximum number of parts of a trial ([`Timeouts::guest_trial_later`]). By then launchers have filled the scene, and
 /// falling bodies have come to rest.
 pub const GUEST_TRIAL_PARTS: u32 = 10;
 /// Number of players in a trial, who press all keys at random.
@@ -319,7 +317,7 @@ pub const LOG_END_MAX: Duration = Duration::from_millis(1200);
 
 /// The timeouts of peers, rooms and the server itself; tests shorten and lengthen them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Waits {
+pub struct Timeouts {
     /// Time to send the head of a request, to idle between two requests, and to complete the TLS handshake.
     pub http_head: Duration,
     /// Time to send a request's body.
@@ -368,9 +366,9 @@ pub struct Waits {
     pub certificate_look: Duration,
 }
 
-impl Waits {
+impl Timeouts {
     /// The timeouts of a server that is not under test.
-    pub const USUAL: Waits = Waits {
+    pub const USUAL: Timeouts = Timeouts {
         http_head: Duration::from_secs(10),
         http_body: Duration::from_secs(5),
         http_stall: Duration::from_secs(20),
@@ -401,31 +399,31 @@ impl Waits {
     }
 }
 
-impl Default for Waits {
-    fn default() -> Waits {
-        Waits::USUAL
+impl Default for Timeouts {
+    fn default() -> Timeouts {
+        Timeouts::USUAL
     }
 }
 
 const _: () = assert!(
-    Waits::USUAL.guest_trial.as_micros()
+    Timeouts::USUAL.guest_trial.as_micros()
         == 2 * GUEST_TRIAL_TICKS as u128 * 1_000_000 / (TICKS_PER_SECOND * GUEST_SHARE) as u128,
     "a trial has twice a room's share"
 );
 const _: () = assert!(INBOX_MAX > MESSAGES_BURST_MAX as usize, "an honest burst fits the inbox");
 const _: () =
-    assert!(Waits::USUAL.drain.as_secs() > CLOSE_WAIT.as_secs(), "a close fits the drain");
+    assert!(Timeouts::USUAL.drain.as_secs() > CLOSE_WAIT.as_secs(), "a close fits the drain");
 const _: () = assert!(
-    Waits::USUAL.drain_max.as_millis() + LOG_END_MAX.as_millis() <= DRAIN_MAX.as_millis(),
+    Timeouts::USUAL.drain_max.as_millis() + LOG_END_MAX.as_millis() <= DRAIN_MAX.as_millis(),
     "the log is left time"
 );
 const _: () = assert!(
-    FLEET_DRAIN.as_millis() + Waits::USUAL.drain_notice.as_millis() + DRAIN_FILES.as_millis()
-        < Waits::USUAL.drain_max.as_millis(),
+    FLEET_DRAIN.as_millis() + Timeouts::USUAL.drain_notice.as_millis() + DRAIN_FILES.as_millis()
+        < Timeouts::USUAL.drain_max.as_millis(),
     "some of the time is left for closing sockets"
 );
 const _: () = assert!(
-    Waits::USUAL.silence.as_secs() > 2 * Waits::USUAL.keepalive.as_secs(),
+    Timeouts::USUAL.silence.as_secs() > 2 * Timeouts::USUAL.keepalive.as_secs(),
     "a pong may get lost"
 );
 const _: () = assert!(

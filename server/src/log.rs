@@ -32,7 +32,7 @@ pub use logs::{Logs, STATE, StreamEnd};
 pub use name::{calendar, is_name};
 pub use reader::{LogReader, NextWrite, Policy, Seal, SharedLog, Sink, Wants};
 pub use recording::Recording;
-pub use restore::{Notes, SavedRoom};
+pub use restore::{HostNotes, SavedRoom};
 pub use room_log::RoomLog;
 pub use settings::{Create, Settings, days};
 pub use state_dir::{StateDir, StateSettings, Sync, write_closed};

@@ -10,5 +10,5 @@ pub mod port;
 pub mod process;
 pub mod reasons;
 pub mod refusal_log;
-pub mod spare;
+pub mod reserve_descriptors;
 pub mod supervisor;

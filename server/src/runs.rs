@@ -13,7 +13,7 @@
 //! as a ghost.
 //!
 //! **Limits.** A replay is limited by [`limits::RUN_BYTES_MAX`](crate::limits::RUN_BYTES_MAX),
-//! [`RUN_TICKS_MAX`](jostle_room::run::RUN_TICKS_MAX) and [`Waits::run_trial`](crate::limits::Waits::run_trial) of
+//! [`RUN_TICKS_MAX`](jostle_room::run::RUN_TICKS_MAX) and [`Timeouts::run_trial`](crate::limits::Timeouts::run_trial) of
 //! processor time. A scene keeps [`limits::RECORDS_MAX`](crate::limits::RECORDS_MAX) runs, one per set of players. At
 //! most [`limits::RUN_TRIALS_MAX`](crate::limits::RUN_TRIALS_MAX) submissions wait at a time, two from one address, and
 //! networks take turns. A run proves that its inputs lead to its result; it cannot prove that a person pressed the

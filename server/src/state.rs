@@ -3,7 +3,7 @@
 use crate::config::Config;
 use crate::fleet::handle::Fleet;
 use crate::host::Phase;
-use crate::host::neighbours::Neighbours;
+use crate::host::peer_nodes::PeerNodes;
 use crate::host::room_handle::Host;
 use crate::host::rooms::Rooms;
 use crate::host::token_signer::TokenSigner;
@@ -16,7 +16,7 @@ use crate::log::{Logs, ReplayStore};
 use crate::ops::bans::Bans;
 use crate::ops::metrics::Metrics;
 use crate::ops::refusal_log::RefusalLog;
-use crate::ops::spare::SpareDescriptors;
+use crate::ops::reserve_descriptors::SpareDescriptors;
 use crate::runs::Records;
 use std::fmt::Display;
 use std::net::IpAddr;
@@ -128,7 +128,7 @@ impl ServerState {
             waits: config.waits,
             phase,
             logs,
-            neighbours: Neighbours::default(),
+            neighbours: PeerNodes::default(),
             send_queues: (0..threads).map(|_| Arc::default()).collect(),
             // As many as the sockets it may have in total.
             address_spectators_max: address_max,

@@ -37,7 +37,7 @@ const WAKE_ROUNDS_MAX: u32 = 16;
 pub(crate) const AWAKE: u32 = u32::MAX;
 
 /// The lowest slot of the sleeping island, or [`AWAKE`], and the number of steps for which a body was still.
-pub(crate) type Rest = (u32, u16);
+pub(crate) type RestState = (u32, u16);
 
 /// Sleeping islands, and the time for which the other bodies have been still.
 #[derive(Clone, Debug, Default)]
@@ -422,7 +422,7 @@ impl Sleep {
     // --- State ----------------------------------------------------------------------------------
 
     /// The sleep state of the body in a slot.
-    pub fn rest_of(&self, slot: u32) -> Rest {
+    pub fn rest_of(&self, slot: u32) -> RestState {
         let still_steps = self.still_steps.get(slot as usize).copied().unwrap_or(0);
         match self.sleeping(slot) {
             Some(sleeping) => (sleeping.bodies[0], still_steps),
@@ -443,7 +443,7 @@ impl Sleep {
         bodies: &mut Bodies,
         pairs: &mut PairList,
         slot: u32,
-        (lowest, still_steps): Rest,
+        (lowest, still_steps): RestState,
         settings: &WorldSettings,
     ) -> bool {
         let index = slot as usize;

@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result};
 use jostle_server::Config;
-use jostle_server::limits::Waits;
+use jostle_server::limits::Timeouts;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::time::Duration;
 use tokio::net::TcpListener;
@@ -14,7 +14,7 @@ use tokio::task::JoinHandle;
 pub const LONG: Duration = Duration::from_secs(300);
 
 /// Timeouts of a server whose clients may be that slow. A test of a particular timeout shortens only that one.
-pub const PATIENT: Waits = Waits {
+pub const PATIENT: Timeouts = Timeouts {
     http_head: LONG,
     http_body: LONG,
     http_stall: LONG,
@@ -29,7 +29,7 @@ pub const PATIENT: Waits = Waits {
     drain_max: LONG,
     guest_tick: LONG,
     guest_trial_later: Duration::ZERO,
-    ..Waits::USUAL
+    ..Timeouts::USUAL
 };
 
 /// Address of the trusted proxy of `shaky_host`, on Linux.

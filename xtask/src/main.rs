@@ -5,7 +5,6 @@
 
 mod dist;
 mod docs;
-mod fleet;
 mod fuzz;
 mod goldens;
 mod hashes;

@@ -1,7 +1,7 @@
 //! Bots in separate processes that start and stop together, because one process cannot play thousands of bots on time.
 //!
 //! This program starts copies of itself, each with an [`Order`]. A copy prints `seated` once its bots have seats,
-//! starts measuring at the line `begin`, and answers the line `end` with its [`Share`].
+//! starts measuring at the line `begin`, and answers the line `end` with its [`BotShare`].
 
 use crate::addresses::address_of;
 use crate::processor::Used;
@@ -36,7 +36,7 @@ pub struct Order {
 
 /// Measurements of the bots of one process.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Share {
+pub struct BotShare {
     pub clients: usize,
     pub snapshots: f64,
     pub ping_ms: Percentiles,
@@ -99,7 +99,7 @@ impl Order {
             heard("end").await?;
             let used = Used::so_far().since(before);
             let report = Report::new(&plan.targets, 0, crowd.end().await);
-            say(&serde_json::to_string(&Share::of(&report, used))?)
+            say(&serde_json::to_string(&BotShare::of(&report, used))?)
         })
     }
 }
@@ -124,10 +124,10 @@ async fn heard(expected: &'static str) -> Result<()> {
     }
 }
 
-impl Share {
+impl BotShare {
     /// The measurements of the bots in a process that used this much processor time.
-    pub fn of(report: &Report, used: Used) -> Share {
-        Share {
+    pub fn of(report: &Report, used: Used) -> BotShare {
+        BotShare {
             clients: report.clients,
             snapshots: report.snapshots(),
             ping_ms: report.ping_ms,
@@ -179,7 +179,7 @@ impl BotProcess {
     }
 
     /// Reads the measurements of the process's bots.
-    pub fn share(mut self) -> Result<Share> {
+    pub fn share(mut self) -> Result<BotShare> {
         let share =
             serde_json::from_str(&self.line()?).context("the share of a process of bots")?;
         self.process.wait()?;

@@ -15,7 +15,7 @@ mod witness;
 use anyhow::{Context, Result, bail};
 use bare::Bare;
 use clap::Parser;
-use crowds::{BotProcess, Order, Share};
+use crowds::{BotProcess, BotShare, Order};
 use jitter::{Jitter, JitterProbe};
 use jostle_cli::bots::crowd::BotCrowd;
 use jostle_cli::bots::report::Report;
@@ -240,7 +240,7 @@ impl Load {
         spectators.go().await?;
         others.iter_mut().try_for_each(BotProcess::end)?;
         let report = Report::new(&plan.targets, DECODERS.min(plan.clients), crowd.end().await);
-        let mut shares = vec![Share::of(&report, used)];
+        let mut shares = vec![BotShare::of(&report, used)];
         for other in others {
             shares.push(other.share()?);
         }

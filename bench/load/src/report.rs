@@ -1,6 +1,6 @@
 //! The figures of one part, as text.
 
-use crate::crowds::Share;
+use crate::crowds::BotShare;
 use crate::jitter::Jitter;
 use crate::operators::ServerReport;
 use crate::processor::Used;
@@ -23,7 +23,7 @@ pub struct LoadReport {
     /// Threads and memory of the server with all clients connected.
     pub resources: String,
     /// Measurements of each process that plays bots, this one first.
-    pub shares: Vec<Share>,
+    pub shares: Vec<BotShare>,
     /// Results of the individual bots in this process.
     #[serde(flatten)]
     pub play: Report,
@@ -80,7 +80,7 @@ impl LoadReport {
         let short = "; they are short of processors: pings and intervals are as much theirs as the server's";
         writeln!(f, "{}", if used.is_short() { short } else { "" })?;
         for share in self.shares.iter().skip(1) {
-            let Share { clients, snapshots, ping_ms, interval_ms, .. } = share;
+            let BotShare { clients, snapshots, ping_ms, interval_ms, .. } = share;
             let rate = snapshots / seconds / *clients as f64;
             writeln!(
                 f,

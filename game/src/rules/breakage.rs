@@ -1,7 +1,7 @@
 //! Bodies that break under a hard blow.
 
-use super::notes::BodyNotes;
-use super::table::Table;
+use super::body_notes::BodyNotes;
+use super::context::RuleContext;
 use super::verdict::Teams;
 use crate::input::Seat;
 use crate::scene::Breakable;
@@ -31,7 +31,7 @@ impl Breakage {
         notes: &mut BodyNotes,
         teams: &mut Teams,
         shooter: Option<Seat>,
-        table: &mut Table,
+        table: &mut RuleContext,
     ) {
         self.broken.clear();
         if !self.is_on {
@@ -68,7 +68,7 @@ impl Breakage {
 }
 
 /// Who made `other` hit `it`: whose it is, or who touched it last.
-fn who_hit(it: BodyId, other: BodyId, notes: &BodyNotes, table: &Table) -> Option<Seat> {
+fn who_hit(it: BodyId, other: BodyId, notes: &BodyNotes, table: &RuleContext) -> Option<Seat> {
     let touched = |id| notes.get(id).and_then(|note| note.touched_by);
     table.roster.owner_of(other).or_else(|| touched(other)).or_else(|| touched(it))
 }

@@ -1,14 +1,14 @@
 //! Occasions that rules wait for, and the effects that rules have.
 
-use super::book::Rules;
-use super::notes::BodyNotes;
+use super::body_notes::BodyNotes;
+use super::context::RuleContext;
+use super::core::Rules;
 use super::signals::Lap;
-use super::table::Table;
 use crate::event::Event;
 use crate::input::Seat;
 use crate::roster::Roster;
-use crate::scene::{Condition, Effects, Levels, Occasion, RuleSpec, To};
-use crate::side::{Side, Standing};
+use crate::scene::{Condition, Effects, Levels, RuleSpec, To, Trigger};
+use crate::side::{Side, SideState};
 use jostle_sim::BodyId;
 
 /// Maximum number of occurrences on which rules act in a tick, in rule order; further ones have no effect. A heap in
@@ -31,7 +31,7 @@ pub(super) struct Occurrence {
 impl Rules {
     /// Applies the rules in file order; `before` holds the levels of the last tick. All occurrences are listed before
     /// anything acts on them, so that no rule takes one away from another.
-    pub(super) fn apply(&mut self, before: Levels, table: &mut Table) {
+    pub(super) fn apply(&mut self, before: Levels, table: &mut RuleContext) {
         self.claims.clear();
         let scene = table.scene;
         let (mut found, mut of_rule) = (Vec::new(), Vec::new());
@@ -60,10 +60,10 @@ impl Rules {
         for (rule, occurrence) in &found {
             self.act(rule, occurrence, table);
         }
-        self.teams.all(table.roster).for_each(Standing::settle);
+        self.teams.all(table.roster).for_each(SideState::settle);
     }
 
-    fn act(&mut self, rule: &RuleSpec, occurrence: &Occurrence, table: &mut Table) {
+    fn act(&mut self, rule: &RuleSpec, occurrence: &Occurrence, table: &mut RuleContext) {
         let effects = &rule.effects;
         self.act_on_sides(rule, occurrence, table);
         if let Some(it) = occurrence.it {
@@ -74,7 +74,7 @@ impl Rules {
         }
     }
 
-    fn act_on_sides(&mut self, rule: &RuleSpec, occurrence: &Occurrence, table: &mut Table) {
+    fn act_on_sides(&mut self, rule: &RuleSpec, occurrence: &Occurrence, table: &mut RuleContext) {
         let Effects { score, life, end, .. } = rule.effects;
         if score == 0 && life == 0 && end.is_none() {
             return;
@@ -92,7 +92,7 @@ impl Rules {
     }
 
     /// The sides affected by an effect.
-    fn concerned(&self, to: To, occurrence: &Occurrence, table: &Table) -> Vec<Side> {
+    fn concerned(&self, to: To, occurrence: &Occurrence, table: &RuleContext) -> Vec<Side> {
         let side = |seat| table.roster.side_of(seat);
         let of = |player: Option<Seat>| player.map(side).into_iter().collect();
         match to {
@@ -114,30 +114,30 @@ impl Rules {
     /// Lists the occurrences of an occasion in this tick, in the order in which they are found.
     fn list_occurrences(
         &self,
-        occasion: Occasion,
+        occasion: Trigger,
         before: Levels,
-        table: &Table,
+        table: &RuleContext,
         found: &mut Vec<Occurrence>,
     ) {
         let (notes, roster) = (&self.notes, &*table.roster);
         let of = |zones: u64| move |&&(zone, _): &&(u8, BodyId)| zones >> zone & 1 == 1;
         match occasion {
-            Occasion::Enter(zones) => {
+            Trigger::Enter(zones) => {
                 let entered = self.zones.entered.iter().filter(of(zones));
                 found.extend(entered.map(|&(_, id)| about(id, notes, roster)));
             }
-            Occasion::Leave(zones) => {
+            Trigger::Leave(zones) => {
                 let left = self.zones.left.iter().filter(of(zones));
                 found.extend(left.map(|&(_, id)| about(id, notes, roster)));
             }
-            Occasion::On(condition) => self.list_edge(condition, before, table, found),
-            Occasion::Every(ticks) => {
+            Trigger::On(condition) => self.list_edge(condition, before, table, found),
+            Trigger::Every(ticks) => {
                 if self.round.ticks.is_multiple_of(ticks) {
                     found.push(Occurrence::default());
                 }
             }
-            Occasion::Touch(first, second) => list_touches(first, second, notes, table, found),
-            Occasion::Burst => {
+            Trigger::Touch(first, second) => list_touches(first, second, notes, table, found),
+            Trigger::Burst => {
                 for event in table.events.iter() {
                     if let Event::PackHit { owner, victim, hero, .. } = *event
                         && !roster.is_away(victim)
@@ -146,7 +146,7 @@ impl Rules {
                     }
                 }
             }
-            Occasion::Lost(group) => {
+            Trigger::Lost(group) => {
                 for event in table.events.iter() {
                     if let Event::BodyLeft { body, .. } = *event
                         && let Some(note) = notes.get(body)
@@ -156,7 +156,7 @@ impl Rules {
                     }
                 }
             }
-            Occasion::Breaks(group) => {
+            Trigger::Breaks(group) => {
                 for broken in self.breakage.broken.iter().filter(|broken| broken.group == group) {
                     let (it, by) = (Some(broken.body), broken.by);
                     found.push(Occurrence { it, other: None, player: by, by });
@@ -171,7 +171,7 @@ impl Rules {
         &self,
         condition: Condition,
         before: Levels,
-        table: &Table,
+        table: &RuleContext,
         found: &mut Vec<Occurrence>,
     ) {
         let named = |lap: &&Lap| condition.on.signals >> lap.signal & 1 == 1;
@@ -196,7 +196,7 @@ fn list_touches(
     first: u8,
     second: u8,
     notes: &BodyNotes,
-    table: &Table,
+    table: &RuleContext,
     found: &mut Vec<Occurrence>,
 ) {
     let world = &*table.world;
@@ -235,7 +235,7 @@ fn act_on_body(
     it: BodyId,
     other: Option<BodyId>,
     notes: &mut BodyNotes,
-    table: &mut Table,
+    table: &mut RuleContext,
 ) {
     let exists = table.world.contains(it);
     if let Some(recipe) = effects.splash.filter(|_| exists) {

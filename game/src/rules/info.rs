@@ -1,13 +1,13 @@
 //! Public facts about the rules, for snapshots.
 
-use super::book::Rules;
 use super::clock::RoundPhase;
+use super::core::Rules;
 use super::sling::Sling;
 use crate::input::{Buttons, Seat};
 use crate::player::Player;
 use crate::roster::Roster;
 use crate::scene::{Scene, ZoneSpec};
-use crate::side::{Side, Standing};
+use crate::side::{Side, SideState};
 
 /// The state of the rules that players can see.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -174,8 +174,8 @@ impl RoundPlayer {
 }
 
 impl SideInfo {
-    fn of(standing: &Standing) -> SideInfo {
-        let Standing { score, lives, .. } = *standing;
+    fn of(standing: &SideState) -> SideInfo {
+        let SideState { score, lives, .. } = *standing;
         SideInfo { score, lives, is_in: standing.is_in() }
     }
 }

@@ -1,6 +1,6 @@
 //! Signals: levels derived from zones and from signals listed above them.
 
-use super::table::Table;
+use super::context::RuleContext;
 use crate::input::Seat;
 use crate::roster::Roster;
 use crate::scene::{Each, Levels, OrderSpec, RelaySpec, SignalKind, SignalSpec, Stays, Step};
@@ -80,7 +80,7 @@ impl Signals {
         &mut self,
         mut levels: Levels,
         entered: &[(u8, BodyId)],
-        table: &Table,
+        table: &RuleContext,
     ) -> Levels {
         let before = std::mem::take(&mut levels.signals);
         self.laps.clear();
@@ -223,7 +223,7 @@ impl OrderState {
         [before, now]: [u64; 2],
         entered: &[(u8, BodyId)],
         laps: &mut Vec<Lap>,
-        table: &Table,
+        table: &RuleContext,
     ) -> bool {
         if order.each == Each::All && self.steps(Walker::All) == order.steps.len() {
             return true;
@@ -281,7 +281,7 @@ impl OrderState {
 }
 
 /// Returns who makes progress when a body enters a zone.
-fn walker(each: Each, body: BodyId, table: &Table) -> Option<Walker> {
+fn walker(each: Each, body: BodyId, table: &RuleContext) -> Option<Walker> {
     let owner = table.roster.owner_of(body);
     match each {
         Each::All => Some(Walker::All),

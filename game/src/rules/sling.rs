@@ -1,7 +1,7 @@
 //! The sling: its ball waits at its start, is pulled back by a player, flies, and returns.
 
-use super::notes::BodyNotes;
-use super::table::Table;
+use super::body_notes::BodyNotes;
+use super::context::RuleContext;
 use crate::input::{Buttons, Seat};
 use crate::scene::{Levels, Scene, SlingSpec};
 use glam::Vec2;
@@ -48,7 +48,7 @@ impl Sling {
         levels: Levels,
         is_running: bool,
         notes: &mut BodyNotes,
-        table: &mut Table,
+        table: &mut RuleContext,
     ) {
         if self.flight > 0 {
             self.flight += 1;
@@ -87,7 +87,13 @@ impl Sling {
 }
 
 /// Returns the offset from the ball's start to where it is pulled in this tick.
-fn pull(spec: &SlingSpec, sling: &mut Sling, start: Vec2, ball: BodyId, table: &Table) -> Vec2 {
+fn pull(
+    spec: &SlingSpec,
+    sling: &mut Sling,
+    start: Vec2,
+    ball: BodyId,
+    table: &RuleContext,
+) -> Vec2 {
     let players = &table.roster.players;
     let is_held = sling.is_pulled && !table.roster.is_away(sling.shooter);
     if !is_held {

@@ -1,9 +1,9 @@
 //! The rules' part of a game's state. Its hash digests the saved bytes subject by subject.
 
-use super::book::Rules;
+use super::body_notes::{BodyNote, BodyNotes, BodyRest};
 use super::breakage::Breakage;
 use super::clock::{Round, RoundPhase};
-use super::notes::{BodyNote, BodyNotes, Rest};
+use super::core::Rules;
 use super::signals::{OrderState, RelayState, SignalState, Signals, Walker};
 use super::sling::Sling;
 use super::verdict::{Claims, Teams};
@@ -12,7 +12,7 @@ use crate::input::Seat;
 use crate::player::Player;
 use crate::roster::Roster;
 use crate::scene::{GRAVITY_SCALE_MAX, Levels, SEATS_MAX, Scene, SignalKind, SignalSpec};
-use crate::side::{Side, Standing};
+use crate::side::{Side, SideState};
 use crate::state::{held_state, seat_state};
 use glam::Vec2;
 use jostle_sim::state::Subject;
@@ -173,10 +173,13 @@ fn note_state(mut it: BodyNote, scene: &Scene, world: &World, io: &mut impl Stat
     io.check("rests", || !rests || world.motion(it.id) != Motion::Static);
     it.is_cracked = is_cracked;
     it.rests = rests.then(|| {
-        let Rest { ticks, gravity_scale } =
-            it.rests.unwrap_or(Rest { ticks: 0, gravity_scale: 0.0 });
+        let BodyRest { ticks, gravity_scale } =
+            it.rests.unwrap_or(BodyRest { ticks: 0, gravity_scale: 0.0 });
         let ticks = io.word("rest", ticks);
-        Rest { ticks, gravity_scale: io.number("gravity scale", gravity_scale, is_gravity_scale) }
+        BodyRest {
+            ticks,
+            gravity_scale: io.number("gravity scale", gravity_scale, is_gravity_scale),
+        }
     });
     it
 }
@@ -204,11 +207,11 @@ fn player_state(
     it
 }
 
-fn standing_state(it: Standing, io: &mut impl StateIo) -> Standing {
+fn standing_state(it: SideState, io: &mut impl StateIo) -> SideState {
     let score = io.word("score", it.score as u32) as i32;
     let lives = io.word("lives", it.lives as u32) as i32;
     let [plays, out] = io.flags("standing", [it.plays, it.out]);
-    Standing { score, lives, plays, out }
+    SideState { score, lives, plays, out }
 }
 
 fn side_state(side: Option<Side>, teams: usize, io: &mut impl StateIo) -> Option<Side> {

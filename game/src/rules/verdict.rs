@@ -2,13 +2,13 @@
 
 use crate::roster::Roster;
 use crate::scene::{AtTime, RoundSpec, Scene};
-use crate::side::{Side, Standing};
+use crate::side::{Side, SideState};
 use jostle_sim::short_sort::sort_few;
 
 /// The teams of a scene. Players without a team have their standing in the roster.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Teams {
-    pub standings: Vec<Standing>,
+    pub standings: Vec<SideState>,
     /// Whether the round began with two sides or more.
     pub(super) contested: bool,
 }
@@ -16,7 +16,7 @@ pub(crate) struct Teams {
 impl Teams {
     pub fn new(scene: &Scene) -> Teams {
         let set = &scene.rules;
-        let standing = Standing::at_start(set.lives(), set.round.is_none());
+        let standing = SideState::at_start(set.lives(), set.round.is_none());
         Teams { standings: vec![standing; set.teams.len()], contested: false }
     }
 
@@ -31,10 +31,10 @@ impl Teams {
         let lives = scene.rules.lives();
         let has_players = |team| roster.players.iter().any(|player| player.team == Some(team));
         for (index, team) in (0u8..).zip(&mut self.standings) {
-            *team = Standing::at_start(lives, has_players(index));
+            *team = SideState::at_start(lives, has_players(index));
         }
         for player in &mut roster.players {
-            player.standing = Standing::at_start(lives, true);
+            player.standing = SideState::at_start(lives, true);
         }
         let sides = self.standings.iter().filter(|team| team.plays).count();
         self.contested = if self.standings.is_empty() { roster.players.len() } else { sides } > 1;
@@ -46,7 +46,7 @@ impl Teams {
     }
 
     /// Sides that take part in the round with their standings, in order.
-    pub fn playing(&self, roster: &Roster) -> impl Iterator<Item = (Side, Standing)> {
+    pub fn playing(&self, roster: &Roster) -> impl Iterator<Item = (Side, SideState)> {
         let teams = (0..).zip(&self.standings).map(|(index, team)| (Side::Team(index), *team));
         let players = roster.players.iter().filter(|player| player.team.is_none());
         let players = players.map(|player| (Side::Player(player.seat), player.standing));
@@ -58,7 +58,7 @@ impl Teams {
         &'a mut self,
         side: Side,
         roster: &'a mut Roster,
-    ) -> Option<&'a mut Standing> {
+    ) -> Option<&'a mut SideState> {
         let standing = match side {
             Side::Team(team) => self.standings.get_mut(usize::from(team)),
             Side::Player(seat) => {
@@ -70,7 +70,10 @@ impl Teams {
     }
 
     /// The standings of all teams and players.
-    pub fn all<'a>(&'a mut self, roster: &'a mut Roster) -> impl Iterator<Item = &'a mut Standing> {
+    pub fn all<'a>(
+        &'a mut self,
+        roster: &'a mut Roster,
+    ) -> impl Iterator<Item = &'a mut SideState> {
         let players = roster.players.iter_mut().map(|player| &mut player.standing);
         self.standings.iter_mut().chain(players)
     }
@@ -82,7 +85,7 @@ pub(super) struct Claims {
     pub won: Vec<Side>,
     pub lost: Vec<Side>,
     /// Scratch: sides that are not out.
-    standings: Vec<(Side, Standing)>,
+    standings: Vec<(Side, SideState)>,
 }
 
 impl Claims {
@@ -125,7 +128,7 @@ impl Claims {
 /// the win. A side that plays alone loses.
 fn by_lives(
     spec: &RoundSpec,
-    standings: &[(Side, Standing)],
+    standings: &[(Side, SideState)],
     contested: bool,
 ) -> Option<Vec<Side>> {
     spec.lives?;
@@ -138,7 +141,7 @@ fn by_lives(
     }
 }
 
-fn by_time(spec: &RoundSpec, standings: &[(Side, Standing)], ticks: u32) -> Option<Vec<Side>> {
+fn by_time(spec: &RoundSpec, standings: &[(Side, SideState)], ticks: u32) -> Option<Vec<Side>> {
     if ticks < spec.time? {
         return None;
     }
@@ -152,21 +155,21 @@ fn by_time(spec: &RoundSpec, standings: &[(Side, Standing)], ticks: u32) -> Opti
 /// The sides that have lives left at the end of this tick, or all sides if lives do not count.
 fn alive<'a>(
     spec: &RoundSpec,
-    standings: &'a [(Side, Standing)],
-) -> impl Iterator<Item = &'a (Side, Standing)> + Clone {
+    standings: &'a [(Side, SideState)],
+) -> impl Iterator<Item = &'a (Side, SideState)> + Clone {
     let lives_count = spec.lives.is_some();
     standings.iter().filter(move |(_, standing)| !lives_count || standing.lives > 0)
 }
 
 /// Decides by the goal: the side with the most points wins once one has reached the goal; equal sides share the win.
-fn by_goal(spec: &RoundSpec, standings: &[(Side, Standing)]) -> Option<Vec<Side>> {
+fn by_goal(spec: &RoundSpec, standings: &[(Side, SideState)]) -> Option<Vec<Side>> {
     let goal = spec.goal?;
     let winners = best(standings.iter().filter(|(_, standing)| standing.score >= goal));
     (!winners.is_empty()).then_some(winners)
 }
 
 /// The sides with the most points.
-fn best<'a>(standings: impl Iterator<Item = &'a (Side, Standing)> + Clone) -> Vec<Side> {
+fn best<'a>(standings: impl Iterator<Item = &'a (Side, SideState)> + Clone) -> Vec<Side> {
     let most = standings.clone().map(|(_, standing)| standing.score).max();
     standings.filter(|(_, standing)| Some(standing.score) == most).map(|(side, _)| *side).collect()
 }

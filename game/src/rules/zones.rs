@@ -1,7 +1,7 @@
 //! Zones: which bodies are inside, which entered and left, and who holds each zone.
 
-use super::notes::BodyNotes;
-use super::table::Table;
+use super::body_notes::BodyNotes;
+use super::context::RuleContext;
 use crate::roster::Roster;
 use crate::scene::{Levels, Need, Take, ZoneArea, ZoneSpec};
 use crate::side::Side;
@@ -58,7 +58,7 @@ impl Zones {
     }
 
     /// Finds out who is in each zone, and returns a bit for each that is on.
-    pub fn update(&mut self, levels: Levels, notes: &BodyNotes, table: &Table) -> u64 {
+    pub fn update(&mut self, levels: Levels, notes: &BodyNotes, table: &RuleContext) -> u64 {
         let Zones { states, entered, left, inside } = self;
         entered.clear();
         left.clear();
@@ -91,7 +91,12 @@ impl Zones {
 /// Lists the bodies in a zone, and returns how many bodies of its groups exist.
 // Inlined into its caller the loop compiles to slower code.
 #[inline(never)]
-fn list_inside(spec: &ZoneSpec, notes: &BodyNotes, table: &Table, inside: &mut Vec<BodyId>) -> u32 {
+fn list_inside(
+    spec: &ZoneSpec,
+    notes: &BodyNotes,
+    table: &RuleContext,
+    inside: &mut Vec<BodyId>,
+) -> u32 {
     let world = &*table.world;
     let way = |id| [notes.position_before(id, world), world.position(id)];
     let followed = match spec.follow {

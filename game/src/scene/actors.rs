@@ -18,7 +18,7 @@ const SPAWNS_MAX: usize = 256;
 /// Heroes, one for each player.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeroSpec {
-/// Definition of the body, at the origin.
+    /// Definition of the body, at the origin.
     pub body: BodyDef,
     /// Where heroes appear, tried in turn from the seat's own; clear of static and kinematic bodies.
     pub spawns: Vec<Vec2>,
@@ -45,7 +45,7 @@ pub struct WalkSpec {
 /// Marbles that players make.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MarbleSpec {
-/// Definition of the body, at the origin.
+    /// Definition of the body, at the origin.
     pub body: BodyDef,
     /// Initial speed to either side.
     pub speed: f32,

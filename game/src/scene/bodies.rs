@@ -5,7 +5,7 @@ use super::kind::Kind;
 use super::limits::{LAYOUT_COUNT_MAX, SIZE_MAX};
 use super::path::Path;
 use super::recipes::Recipes;
-use super::rules::{Condition, Known, POINTS_MAX};
+use super::rules::{Condition, POINTS_MAX, RuleNames};
 use super::table::{POSITION, Range, Table, VELOCITY};
 use super::traits::{Kinds, Traits, shape};
 use glam::Vec2;
@@ -97,8 +97,13 @@ impl Layout {
 }
 
 /// Reads one entry of `bodies`.
-pub(super) fn placed(table: &Table, kinds: &Kinds, known: &Known, recipes: &mut Recipes) -> Placed {
-    let Known { names, groups } = known;
+pub(super) fn placed(
+    table: &Table,
+    kinds: &Kinds,
+    known: &RuleNames,
+    recipes: &mut Recipes,
+) -> Placed {
+    let RuleNames { names, groups } = known;
     let name = table.get("name");
     let mut traits = kinds.traits_of(table, groups);
     // Centre, inside the kill zone. Default: this or `path`.

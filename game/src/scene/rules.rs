@@ -11,11 +11,11 @@ use super::recipes::Recipes;
 use super::table::{Table, read_list};
 pub use condition::{Condition, Levels};
 pub use names::POINTS_MAX;
-pub(super) use names::{Known, Names};
+pub(super) use names::{Names, RuleNames};
 pub(super) use round::lane;
 pub use round::{AtTime, LaneAxis, RoundSpec, TeamSpec};
 use rule::RuleSurroundings;
-pub use rule::{Effects, Line, Occasion, RuleSpec, To, Whose};
+pub use rule::{Effects, Line, RuleSpec, To, Trigger, Whose};
 pub use signal::{Each, OrderSpec, RelaySpec, SignalKind, SignalSpec, Stays, Step};
 pub use zone::{Need, Take, ZoneArea, ZoneSpec};
 
@@ -45,7 +45,7 @@ pub struct RuleSet {
 
 impl RuleSet {
     /// Reads the rules of a scene; its bodies must have been read before.
-    pub(super) fn read(root: &Table, known: &Known, recipes: &mut Recipes) -> RuleSet {
+    pub(super) fn read(root: &Table, known: &RuleNames, recipes: &mut Recipes) -> RuleSet {
         let team = |table: &Table| round::team(table, known.names);
         let zone = |table: &Table| zone::zone(table, known);
         let mut above = 0;

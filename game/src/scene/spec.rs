@@ -10,7 +10,7 @@ use super::limits::{
 };
 use super::marks::{self, MARKS_MAX, Mark};
 use super::recipes::Recipes;
-use super::rules::{Condition, Known, LaneAxis, Names, RuleSet};
+use super::rules::{Condition, LaneAxis, Names, RuleNames, RuleSet};
 use super::sling::{self, SlingSpec};
 use super::solver;
 use super::sources::{self, LAUNCHERS_MAX, Launcher, Location, ScheduledEmitter};
@@ -246,7 +246,7 @@ pub(super) fn read(name: String, source: &str, root: &Table) -> Scene {
     let mut recipes = Recipes::read(root);
     let actors = actors::actors(root, tools, &groups, &mut recipes);
     let names = Names::read(root);
-    let known = Known { names: &names, groups: &groups };
+    let known = RuleNames { names: &names, groups: &groups };
     let bodies = read_list(root, "bodies", BODIES_MAX as usize, |table| {
         bodies::placed(table, &actors.kinds, &known, &mut recipes)
     });

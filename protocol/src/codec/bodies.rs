@@ -2,7 +2,7 @@
 
 use super::sections::{self, bit};
 use crate::error::{DecodeError, check};
-use crate::fields::{kind_of, read_seat, write_seat};
+use crate::ids::{kind_of, read_seat, write_seat};
 use crate::limits::BODIES_MAX;
 use crate::position_history::Position;
 use crate::snapshot::SnapshotBody;

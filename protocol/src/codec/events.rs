@@ -1,7 +1,7 @@
 //! Events in a coded snapshot. Each is coded with its tick's distance to that of the previous event.
 
 use crate::error::{DecodeError, check};
-use crate::fields::{kind_of, read_id, read_leb16, read_seat, write_id, write_seat};
+use crate::ids::{kind_of, read_id, read_leb16, read_seat, write_id, write_seat};
 use crate::limits::EVENTS_MAX;
 use crate::snapshot::TimedEvent;
 use crate::wire::{Reader, Writer};

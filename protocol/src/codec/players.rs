@@ -5,7 +5,7 @@ use super::round;
 use super::sections::{self, bit};
 use crate::appearance::Appearance;
 use crate::error::{DecodeError, check};
-use crate::fields::{read_id, read_leb16, read_seat, write_id, write_seat};
+use crate::ids::{read_id, read_leb16, read_seat, write_id, write_seat};
 use crate::snapshot::{PlayerState, Snapshot};
 use crate::wire::{Reader, Writer};
 use jostle_game::{RoundInfo, SEATS_MAX, Seat};

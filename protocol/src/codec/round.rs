@@ -4,7 +4,7 @@
 use super::sections::bit;
 use crate::bits::{fold, unfold};
 use crate::error::{DecodeError, check};
-use crate::fields::{read_seat, write_seat};
+use crate::ids::{read_seat, write_seat};
 use crate::limits::BODIES_MAX;
 use crate::wire::{Gaps, Reader, Writer};
 use jostle_game::scene::{POINTS_MAX, SIGNALS_MAX, TEAMS_MAX, ZONES_MAX};

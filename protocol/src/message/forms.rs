@@ -3,7 +3,7 @@
 use crate::appearance::Appearance;
 use crate::clip::ClipRefusal;
 use crate::error::{DecodeError, check};
-use crate::fields::{read_seat, write_seat};
+use crate::ids::{read_seat, write_seat};
 use crate::limits::{
     EMOTES, NODES_MAX, POINTER_MAX, REPLAY_NAME_BYTES_MAX, ROOM_CODE_BYTES_MAX, SCENE_BYTES_MAX,
     SCENE_NAME_BYTES_MAX, VIEW_MAX,

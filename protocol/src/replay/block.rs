@@ -7,7 +7,7 @@ use super::pack::{pack, unpack};
 use crate::appearance::Appearance;
 use crate::bits::{BitReader, BitWriter};
 use crate::error::{DecodeError, check};
-use crate::fields::{check_seat_order, read_seat, write_seat};
+use crate::ids::{check_seat_order, read_seat, write_seat};
 use crate::limits::{NAME_BYTES_MAX, REPLAY_BLOCK_TICKS_MAX, REPLAY_TICKS_MAX};
 use crate::wire::{Reader, Writer};
 use jostle_game::{Input, SEATS_MAX, Seat};

@@ -4,7 +4,7 @@ use super::block::Block;
 use super::pack::{pack, unpack};
 use crate::appearance::Appearance;
 use crate::error::DecodeError;
-use crate::fields::{check_seat_order, read_seat, write_seat};
+use crate::ids::{check_seat_order, read_seat, write_seat};
 use crate::limits::{
     PROGRAM_BYTES_MAX, REPLAY_RECORD_BYTES_MAX, ROOM_CODE_BYTES_MAX, SCENE_BYTES_MAX,
     SCENE_NAME_BYTES_MAX,

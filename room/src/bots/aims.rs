@@ -1,6 +1,6 @@
 //! The goals that a scene's rules give to bots.
 
-use jostle_game::scene::{Each, Occasion, RuleSpec, SignalKind, Step, To, ZoneArea, ZoneSpec};
+use jostle_game::scene::{Each, RuleSpec, SignalKind, Step, To, Trigger, ZoneArea, ZoneSpec};
 use jostle_game::{Scene, Tools};
 use jostle_sim::Vec2;
 
@@ -52,7 +52,7 @@ impl Aims {
         let balls = |zone: u8| rules.zones[usize::from(zone)].who & !heroes;
         let goals = rules.rules.iter().flat_map(|rule| {
             let (zones, team) = match (rule.occasion, rule.to) {
-                (Occasion::Enter(zones), To::Team(team)) => (zones, team),
+                (Trigger::Enter(zones), To::Team(team)) => (zones, team),
                 _ => (0, 0),
             };
             let worth = rule.effects.score.signum() + rule.effects.life.signum();

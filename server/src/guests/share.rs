@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 /// A token bucket of processor time. It is refilled at one part in [`GUEST_SHARE`] of real time.
 #[derive(Debug)]
-pub struct Share {
+pub struct ProcessorShare {
     left: Duration,
     max: Duration,
     /// Maximum work in one tick.
@@ -14,10 +14,10 @@ pub struct Share {
     last: Option<(Instant, Duration)>,
 }
 
-impl Share {
+impl ProcessorShare {
     /// Creates a full bucket of size `excess`, from which one tick may take `tick_max`.
-    pub fn new(excess: Duration, tick_max: Duration) -> Share {
-        Share { left: excess, max: excess, tick_max, last: None }
+    pub fn new(excess: Duration, tick_max: Duration) -> ProcessorShare {
+        ProcessorShare { left: excess, max: excess, tick_max, last: None }
     }
 
     /// Takes the work since the last call from the bucket; `worked` is the total processor time of the room's thread.
@@ -41,7 +41,7 @@ mod tests {
 
     /// Number of ticks, at most 100,000, that a room survives if each tick takes `cost`.
     fn lasts(cost: Duration) -> u32 {
-        let mut share = Share::new(Duration::from_secs(5), TICK);
+        let mut share = ProcessorShare::new(Duration::from_secs(5), TICK);
         let began = Instant::now();
         (0..100_000).find(|&tick| !share.spend(began + TICK * tick, cost * tick)).unwrap_or(100_000)
     }
@@ -55,7 +55,7 @@ mod tests {
 
     #[test]
     fn a_single_tick_that_takes_too_long_ends_a_room_that_has_saved_up() {
-        let mut share = Share::new(Duration::from_secs(5), 6 * TICK);
+        let mut share = ProcessorShare::new(Duration::from_secs(5), 6 * TICK);
         let began = Instant::now();
         assert!(share.spend(began, Duration::ZERO));
         assert!(share.spend(began, 6 * TICK));
@@ -64,7 +64,7 @@ mod tests {
 
     #[test]
     fn time_that_was_not_used_is_saved_up_to_the_excess_only() {
-        let mut share = Share::new(Duration::from_secs(1), Duration::MAX);
+        let mut share = ProcessorShare::new(Duration::from_secs(1), Duration::MAX);
         let began = Instant::now();
         assert!(share.spend(began, Duration::from_secs(7)), "the first call only begins to count");
         assert!(share.spend(began + Duration::from_secs(3600), Duration::from_secs(8)));

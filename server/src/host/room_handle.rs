@@ -3,12 +3,12 @@
 use crate::fleet::lease::RoomLease;
 use crate::host::Phase;
 use crate::host::inbox::Inbox;
-use crate::host::neighbours::Neighbours;
 use crate::host::outbox::{Outbox, SendQueue};
+use crate::host::peer_nodes::PeerNodes;
 use crate::host::token_signer::{SeatClaim, TokenSigner};
-use crate::limits::Waits;
+use crate::limits::Timeouts;
 use crate::limits::uplink::Uplink;
-use crate::log::{Logs, Notes, SharedLog};
+use crate::log::{HostNotes, Logs, SharedLog};
 use crate::ops::metrics::Metrics;
 use ipnet::IpNet;
 use jostle_game::{Scene, Seat};
@@ -79,9 +79,9 @@ impl RoomInfo {
     }
 
     /// The room's facts for the notes in its log.
-    pub fn notes(&self) -> Notes {
+    pub fn notes(&self) -> HostNotes {
         let RoomInfo { number, private, creator, guest, .. } = *self;
-        Notes { number, private, creator, guest, ..Notes::default() }
+        HostNotes { number, private, creator, guest, ..HostNotes::default() }
     }
 }
 
@@ -163,13 +163,13 @@ pub struct RoomHandle {
 /// Shared by the rooms of a server.
 pub struct Host {
     /// Timeouts after which rooms and clients are given up.
-    pub waits: Waits,
+    pub waits: Timeouts,
     /// Current phase of the server.
     pub phase: watch::Receiver<Phase>,
     /// The writers of the rooms' logs.
     pub logs: Logs,
     /// The other nodes of the fleet, if the server is in one.
-    pub neighbours: Neighbours,
+    pub neighbours: PeerNodes,
     /// Queues that send the messages in outboxes, one for each thread that serves sockets.
     pub send_queues: Vec<Arc<SendQueue>>,
     /// Maximum number of spectators from one address in a room.

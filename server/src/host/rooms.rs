@@ -11,7 +11,7 @@ use crate::host::ticker::{self, Ends, RoomOrigin};
 use crate::host::{Phase, random};
 use crate::limits;
 use crate::limits::networks::network;
-use crate::log::{Notes, SavedRoom, Seal, SharedLog};
+use crate::log::{HostNotes, SavedRoom, Seal, SharedLog};
 use crate::ops::panic_log::ROOM_THREAD;
 use jostle_game::Scene;
 use jostle_protocol::limits::ROOM_CODE_BYTES_MAX;
@@ -388,7 +388,7 @@ impl Rooms {
     pub fn restore(&self, saved: Vec<SavedRoom>) {
         let mut rooms = self.host.lock();
         for saved in saved {
-            let Notes { number, private, creator, guest, .. } = saved.notes;
+            let HostNotes { number, private, creator, guest, .. } = saved.notes;
             let info = RoomInfo::new(&saved.code, number, private, creator, &saved.scene);
             let info = RoomInfo { guest, ..info };
             let code = saved.code.clone();

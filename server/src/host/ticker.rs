@@ -9,7 +9,7 @@ mod services;
 pub use open_room::RoomOrigin;
 
 use crate::fleet::lease::RoomLease;
-use crate::guests::Share;
+use crate::guests::ProcessorShare;
 use crate::host::Phase;
 use crate::host::clock::TickClock;
 use crate::host::room_handle::{AdminCommand, Host, Join, RoomInfo, take_off};
@@ -117,7 +117,7 @@ impl<'a> Ticker<'a> {
             Box::new(Commands::new(commands)),
             Box::new(LeaseWatch::new(lease.clone())),
             Box::new(Entrance::new(joins)),
-            Box::new(GuestShare::new(info.guest.then(|| Share::new(excess, most)))),
+            Box::new(GuestShare::new(info.guest.then(|| ProcessorShare::new(excess, most)))),
             Box::new(NeighbourNews::default()),
             Box::new(log),
         ];

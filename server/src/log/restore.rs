@@ -16,7 +16,7 @@ use tracing::{info, warn};
 
 /// The host's notes in a room's file, as JSON. New fields have defaults, so that files of older versions can be read.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub struct Notes {
+pub struct HostNotes {
     /// Number of the room, named in its tokens and host keys. See [`crate::host::room_handle::RoomInfo::number`].
     pub number: u64,
     /// Whether the room can only be reached by its link.
@@ -41,7 +41,7 @@ pub struct SavedRoom {
     /// The scene, in its state when the room opened.
     pub scene: Arc<Scene>,
     /// The notes in the file.
-    pub notes: Notes,
+    pub notes: HostNotes,
     replay: Arc<Replay>,
 }
 
@@ -63,7 +63,8 @@ impl SavedRoom {
         let mut scene = scene.map_err(|error| error.to_string())?;
         let (noted_tick, json) =
             replay.host().ok_or("it has no notes on the players and their seats")?;
-        let mut notes: Notes = serde_json::from_slice(json).map_err(|error| error.to_string())?;
+        let mut notes: HostNotes =
+            serde_json::from_slice(json).map_err(|error| error.to_string())?;
         if notes.guest {
             scene.world.budget = limits::GUEST_STEP;
         }
@@ -117,7 +118,7 @@ impl SavedRoom {
 }
 
 /// Removes the holders of seats that were given up or taken after the notes were made.
-fn forget_changed_seats(notes: &mut Notes, replay: &Replay, noted_tick: u32) {
+fn forget_changed_seats(notes: &mut HostNotes, replay: &Replay, noted_tick: u32) {
     let mut tick = noted_tick + 1;
     while let Some(block) = replay.block_with(tick) {
         let later = (block.first..).zip(&block.ticks).filter(|&(number, _)| number > noted_tick);

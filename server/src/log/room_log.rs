@@ -2,7 +2,7 @@
 
 use super::logs::Logs;
 use super::reader::{Seal, SharedLog};
-use super::restore::Notes;
+use super::restore::HostNotes;
 use crate::host::admission::Admission;
 use crate::limits;
 use jostle_protocol::replay::Record;
@@ -12,7 +12,7 @@ use std::sync::Arc;
 /// Feeds the readers of a room's log, without waiting.
 pub struct RoomLog {
     /// The room's facts for its notes.
-    about: Notes,
+    about: HostNotes,
     /// `None` if no log is kept for the room.
     shared: Option<Arc<SharedLog>>,
     /// Whether the log has notes on the players and their seats.
@@ -34,7 +34,7 @@ impl RoomLog {
     pub fn begin(
         logs: &Logs,
         shared: Option<Arc<SharedLog>>,
-        about: Notes,
+        about: HostNotes,
         room: &mut Room,
         admission: &Admission,
     ) -> RoomLog {
@@ -92,9 +92,9 @@ impl RoomLog {
     }
 }
 
-fn notes(about: &Notes, room: &Room, admission: &Admission) -> Record {
+fn notes(about: &HostNotes, room: &Room, admission: &Admission) -> Record {
     let (members, admission) = (room.saved_members(), admission.clone());
-    let notes = Notes { members, admission, ..about.clone() };
+    let notes = HostNotes { members, admission, ..about.clone() };
     Record::Host(serde_json::to_vec(&notes).expect("notes hold numbers, names and addresses"))
 }
 

@@ -97,7 +97,7 @@ impl Stage {
         readers.add(reader, Box::new(file));
         let (logs, held, admission) =
             (Logs::default(), Some(Arc::clone(&shared)), Admission::default());
-        let log = RoomLog::begin(&logs, held, Notes::default(), &mut room, &admission);
+        let log = RoomLog::begin(&logs, held, HostNotes::default(), &mut room, &admission);
         Stage { store, shared, readers, room, seat, seq: 0, log }
     }
 

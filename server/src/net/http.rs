@@ -17,7 +17,7 @@ pub use page::meant_code;
 
 use crate::fleet::handle::Fleet;
 use crate::host::rooms::is_code;
-use crate::limits::{self, Waits};
+use crate::limits::{self, Timeouts};
 use crate::net::assets;
 use crate::ops::refusal_log::Foreign;
 use crate::state::ServerState;
@@ -71,7 +71,7 @@ const FOREIGN: &str =
     "this page belongs to another site; its host can be allowed with --allow-origin";
 
 /// An HTTP/1 builder with the limits of both ports.
-pub fn builder(waits: &Waits) -> http1::Builder {
+pub fn builder(waits: &Timeouts) -> http1::Builder {
     let mut builder = http1::Builder::new();
     builder
         .timer(TokioTimer::new())

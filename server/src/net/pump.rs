@@ -31,7 +31,7 @@ pub struct Seated {
     pub inbox: InboxSender<Option<ClientMessage>>,
     /// Messages from the room.
     pub outbox: Arc<Outbox>,
-    pub waits: limits::Waits,
+    pub waits: limits::Timeouts,
 }
 
 /// The traffic of a session.

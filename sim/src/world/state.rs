@@ -13,7 +13,7 @@ use crate::hash::StateHasher;
 use crate::narrow_phase::overlap::overlap;
 use crate::particles::Particles;
 use crate::shape::Shape;
-use crate::sleep::{Rest, Sleep};
+use crate::sleep::{RestState, Sleep};
 use crate::state::bytes::{StateError, StateReader, StateWriter};
 use crate::state::io::{PLAUSIBLE_MAX, StateIo, plausible};
 use crate::state::{Difference, StateDump, Subject};
@@ -278,7 +278,7 @@ fn contact((mut it, touching): Contact, io: &mut impl StateIo) -> Contact {
 }
 
 #[cfg_attr(not(target_arch = "wasm32"), inline)]
-fn rest((lowest, still_steps): Rest, io: &mut impl StateIo) -> Rest {
+fn rest((lowest, still_steps): RestState, io: &mut impl StateIo) -> RestState {
     let lowest = io.word("lowest body of its sleeping island", lowest);
     (lowest, io.short("steps at rest", still_steps))
 }
@@ -288,7 +288,7 @@ fn rest((lowest, still_steps): Rest, io: &mut impl StateIo) -> Rest {
 struct Slot {
     generation: u32,
     prototype: u16,
-    rest: Rest,
+    rest: RestState,
     body: Body,
 }
 

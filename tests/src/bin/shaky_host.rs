@@ -6,7 +6,7 @@
 
 use anyhow::{Context, bail};
 use jostle_game::Scene;
-use jostle_server::limits::Waits;
+use jostle_server::limits::Timeouts;
 use jostle_server::log::Settings;
 use jostle_server::net::assets;
 use jostle_server::net::http::host::Hosts;
@@ -94,8 +94,8 @@ fn obey(order: &str) -> anyhow::Result<()> {
 
 /// Timeouts of the server. Those that some faults wait for are short enough to sit out, but long enough for a crowd on
 /// a busy machine.
-fn waits() -> Waits {
-    Waits {
+fn waits() -> Timeouts {
+    Timeouts {
         http_head: Duration::from_secs(15),
         http_body: Duration::from_secs(15),
         hello: Duration::from_secs(15),

@@ -7,7 +7,7 @@ use crate::server::Server;
 use crate::sidecar::{Absent, Mood, Sidecar};
 use jostle_protocol::Refusal;
 use jostle_server::Config;
-use jostle_server::limits::Waits;
+use jostle_server::limits::Timeouts;
 use jostle_server::ops::agones::Settings;
 use jostle_tests::server::{LONG, OPS_TOKEN, PATIENT, SOON, patient};
 use std::net::SocketAddr;
@@ -116,7 +116,7 @@ async fn a_game_server_waits_for_players_who_are_on_their_way_to_it() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_game_server_to_which_no_players_come_in_time_ends() {
     let sidecar = Sidecar::start();
-    let waits = Waits { room_empty: SOON, ..PATIENT };
+    let waits = Timeouts { room_empty: SOON, ..PATIENT };
     let agones = Some(settings(sidecar.address));
     let server = Server::start_with(Config { agones, waits, ..patient() }).await;
     sidecar.hears(READY).await;

@@ -6,7 +6,7 @@ use crate::server::Server;
 use jostle_game::{Buttons, Input};
 use jostle_protocol::limits::CLIENT_MESSAGE_BYTES_MAX;
 use jostle_protocol::{ClientMessage, Refusal, ServerMessage, VERSION};
-use jostle_server::limits::{self, Waits};
+use jostle_server::limits::{self, Timeouts};
 use jostle_tests::server::{BRIEF, PATIENT, SOON};
 use std::io::ErrorKind::WouldBlock;
 use std::net::SocketAddr;
@@ -195,7 +195,7 @@ async fn a_full_room_is_refused_and_has_a_seat_again_later() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_socket_that_never_says_hello_is_closed() {
-    let server = Server::start_with_waits(Waits { hello: SOON, ..PATIENT }).await;
+    let server = Server::start_with_waits(Timeouts { hello: SOON, ..PATIENT }).await;
     let patient = Server::start().await;
     let mut waited_for = Client::connect(patient.address, "arena").await;
     let mut mute = Client::connect(server.address, "arena").await;
@@ -209,7 +209,7 @@ async fn a_socket_that_never_says_hello_is_closed() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_client_that_answers_no_pings_is_closed() {
     // No ping is due before the timeout for silence.
-    let waits = Waits { silence: BRIEF, keepalive: LONG, ..PATIENT };
+    let waits = Timeouts { silence: BRIEF, keepalive: LONG, ..PATIENT };
     let server = Server::start_with_waits(waits).await;
     let mut mute = Client::join(server.address, "arena", "Mute").await;
     mute.is_refused(Refusal::Silent).await;
@@ -222,7 +222,7 @@ async fn a_client_that_answers_no_pings_is_closed() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_half_sent_request_is_closed() {
-    let server = Server::start_with_waits(Waits { http_head: SOON, ..PATIENT }).await;
+    let server = Server::start_with_waits(Timeouts { http_head: SOON, ..PATIENT }).await;
     let patient = Server::start().await;
     for part in ["", "GET /arena HTTP/1.1\r\nHost: jos"] {
         let mut waited_for = half_sent(patient.address, part).await;
@@ -246,7 +246,7 @@ async fn half_sent(address: SocketAddr, part: &str) -> TcpStream {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_slow_body_is_closed() {
-    let waits = Waits { http_body: Duration::from_secs(1), ..PATIENT };
+    let waits = Timeouts { http_body: Duration::from_secs(1), ..PATIENT };
     let server = Server::start_with_waits(waits).await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let head = "POST /api/rooms HTTP/1.1\r\nHost: localhost\r\nContent-Length: 17\r\n\r\n{";

@@ -6,7 +6,7 @@ use crate::process::Process;
 use crate::replays::Dir;
 use crate::server::until_count;
 use crate::slow_reader::connect_small;
-use jostle_server::limits::{DRAIN_MAX, Waits};
+use jostle_server::limits::{DRAIN_MAX, Timeouts};
 use jostle_tests::scenes::RESTLESS;
 use std::fs::{self, File};
 use std::net::SocketAddr;
@@ -18,7 +18,7 @@ use tokio::net::TcpStream;
 use tokio::time::{sleep, timeout};
 
 /// Time after which a server that waits for its peers would give up on them and end, well beyond its shutdown deadline.
-const TOO_LATE: Duration = Waits::USUAL.stall;
+const TOO_LATE: Duration = Timeouts::USUAL.stall;
 const _: () = assert!(TOO_LATE.as_secs() >= 2 * DRAIN_MAX.as_secs());
 /// Size of a download that fills every buffer on its way.
 const DOWNLOAD_BYTES: u64 = 64 << 20;

@@ -11,7 +11,7 @@ use jostle_server::Config;
 use jostle_server::guests::GuestScenes;
 use jostle_server::limits::{
     ADDRESS_ROOMS_MIN, GUEST_BUDGET, GUEST_SCENE_BYTES_MAX, GUESTS_UPLINK_SHARE,
-    PRIVATE_CODE_CHARS, UPLINK_BURST_SECONDS, Waits, guest_rooms_max,
+    PRIVATE_CODE_CHARS, Timeouts, UPLINK_BURST_SECONDS, guest_rooms_max,
 };
 use jostle_server::log::{StateSettings, Sync};
 use jostle_tests::guest_scenes::{DEAR, random_scene};
@@ -40,7 +40,7 @@ fn scene(top: &str, rest: &str) -> String {
 
 /// A server whose trials have unlimited time, because the test machine may be slow.
 fn hospitable(guest_scenes: GuestScenes) -> Config {
-    let waits = Waits { guest_trial: LONG, guest_excess: LONG, ..PATIENT };
+    let waits = Timeouts { guest_trial: LONG, guest_excess: LONG, ..PATIENT };
     Config { guest_scenes, waits, ..patient() }
 }
 
@@ -167,7 +167,7 @@ fn layout(count: u32) -> String {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_scene_whose_trial_takes_too_long_is_refused_with_what_costs_most() {
-    let waits = Waits { guest_trial: Duration::from_nanos(1), ..PATIENT };
+    let waits = Timeouts { guest_trial: Duration::from_nanos(1), ..PATIENT };
     let server = Server::start_with(Config { waits, ..patient() }).await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let answer = post(server.address, ROUTE, DEAR).await;
@@ -184,7 +184,7 @@ async fn a_scene_whose_trial_takes_too_long_is_refused_with_what_costs_most() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_room_that_takes_more_than_its_share_is_closed_and_others_go_on() {
     // On any machine every tick takes longer than that, so the first one exceeds the limit.
-    let waits = Waits { guest_trial: LONG, guest_excess: Duration::from_nanos(1), ..PATIENT };
+    let waits = Timeouts { guest_trial: LONG, guest_excess: Duration::from_nanos(1), ..PATIENT };
     let server = Server::start_with(Config { waits, ..patient() }).await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let (code, _) = open(server.address, ROUTE, DEAR).await;
@@ -270,7 +270,7 @@ async fn random_scenes_are_refused_with_a_field_or_play_within_the_budget() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn slow_scenes_of_some_networks_delay_a_newcomer_by_one_trial() {
-    let waits = Waits { guest_trial: Duration::from_millis(250), ..PATIENT };
+    let waits = Timeouts { guest_trial: Duration::from_millis(250), ..PATIENT };
     let server = behind_a_proxy(Config { waits, ..patient() }).await;
     let address = server.address;
     let (sender, mut tried) = mpsc::unbounded_channel();

@@ -6,7 +6,7 @@ use crate::replays::Dir;
 use crate::server::{Server, until_count};
 use jostle_protocol::{Refusal, ServerMessage};
 use jostle_server::Config;
-use jostle_server::limits::Waits;
+use jostle_server::limits::Timeouts;
 use jostle_server::log::{StateSettings, Sync};
 use jostle_tests::server::{PATIENT, patient};
 use std::net::SocketAddr;
@@ -21,7 +21,7 @@ fn series(text: &str, name: &str) -> Option<f64> {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn metrics_count_players_and_refusals() {
     // Leaves time to query a server that is shutting down.
-    let waits = Waits { drain_notice: LONG, ..PATIENT };
+    let waits = Timeouts { drain_notice: LONG, ..PATIENT };
     let mut server = Server::start_with_waits(waits).await;
     let ops = server.ops;
     assert_eq!(get(ops, "/healthz").await.body, b"alive\n");

@@ -4,7 +4,7 @@ use crate::client::{Client, LONG};
 use crate::server::Server;
 use jostle_game::Buttons;
 use jostle_protocol::{Refusal, ServerMessage};
-use jostle_server::limits::{CATCH_UP_TICKS_MAX, Waits};
+use jostle_server::limits::{CATCH_UP_TICKS_MAX, Timeouts};
 use jostle_sim::{TICKS_PER_SECOND, Vec2};
 use jostle_tests::server::{BRIEF, PATIENT};
 use std::time::{Duration, Instant};
@@ -160,7 +160,7 @@ fn seconds_of(ticks: u64) -> Duration {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn an_empty_room_is_removed_and_can_be_opened_again() {
-    let waits = Waits { room_empty: Duration::from_millis(100), ..PATIENT };
+    let waits = Timeouts { room_empty: Duration::from_millis(100), ..PATIENT };
     let server = Server::start_with_waits(waits).await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     ann.until("some play", |snapshot| snapshot.tick >= 60).await;
@@ -201,7 +201,7 @@ async fn a_shutdown_is_announced_and_every_socket_closed() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn without_players_the_server_stops_at_once() {
     // The server would be late if it waited for players to read the notice.
-    let mut server = Server::start_with_waits(Waits { drain_notice: 2 * LONG, ..PATIENT }).await;
+    let mut server = Server::start_with_waits(Timeouts { drain_notice: 2 * LONG, ..PATIENT }).await;
     let mut idle = TcpStream::connect(server.address).await.expect("a connection");
     idle.write_all(b"GET /api/rooms HTTP/1.1\r\nHost: localhost\r\n\r\n").await.expect("a socket");
     let mut answer = [0; 16];
@@ -212,7 +212,7 @@ async fn without_players_the_server_stops_at_once() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_silent_spectator_stays_by_answering_pings() {
-    let waits = Waits { keepalive: Duration::from_millis(100), silence: BRIEF, ..PATIENT };
+    let waits = Timeouts { keepalive: Duration::from_millis(100), silence: BRIEF, ..PATIENT };
     let server = Server::start_with_waits(waits).await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let started = Instant::now();

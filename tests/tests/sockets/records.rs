@@ -8,7 +8,7 @@ use jostle_game::{Buttons, Scene};
 use jostle_protocol::replay::{Block, Record, Start};
 use jostle_server::Config;
 use jostle_server::limits::{
-    ADDRESS_LONG_BODIES_MAX, LONG_BODIES_MAX, RECORDS_MAX, RUN_BYTES_MAX, RUN_TRIALS_MAX, Waits,
+    ADDRESS_LONG_BODIES_MAX, LONG_BODIES_MAX, RECORDS_MAX, RUN_BYTES_MAX, RUN_TRIALS_MAX, Timeouts,
 };
 use jostle_server::log::{StateSettings, Sync};
 use jostle_tests::runs::{DASH, DASH_NAME, dash, file, race};
@@ -26,7 +26,7 @@ const ROUTE: &str = "/api/records";
 
 /// Configuration of a server that keeps its records in this directory and has the dash scene with this text.
 fn keeping(dir: &Dir, text: &str) -> Config {
-    let mut config = Config { waits: Waits { run_trial: LONG, ..PATIENT }, ..patient() };
+    let mut config = Config { waits: Timeouts { run_trial: LONG, ..PATIENT }, ..patient() };
     config.state = Some(StateSettings { dir: dir.path().to_owned(), sync: Sync::System });
     config.scenes.push(Scene::parse("dash.toml", text).expect("a scene"));
     config

@@ -3,7 +3,7 @@
 use crate::client::LONG;
 use crate::http::get_at_last;
 use jostle_game::Scene;
-use jostle_server::limits::Waits;
+use jostle_server::limits::Timeouts;
 use jostle_server::{Config, run_with_ops};
 use jostle_tests::server::patient;
 use std::io;
@@ -37,7 +37,7 @@ impl Server {
     }
 
     /// Starts a server with the built-in scenes and these timeouts.
-    pub async fn start_with_waits(waits: Waits) -> Server {
+    pub async fn start_with_waits(waits: Timeouts) -> Server {
         Server::start_with(Config { waits, ..patient() }).await
     }
 

@@ -6,7 +6,7 @@ use futures_util::StreamExt;
 use jostle_game::Scene;
 use jostle_protocol::Snapshot;
 use jostle_server::Config;
-use jostle_server::limits::Waits;
+use jostle_server::limits::Timeouts;
 use jostle_tests::scenes::RESTLESS;
 use jostle_tests::server::{BRIEF, PATIENT};
 use std::collections::BTreeMap;
@@ -72,7 +72,7 @@ async fn a_slow_reader_delays_no_one_and_gets_the_newest_state() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_client_that_reads_nothing_for_too_long_is_closed() {
-    let waits = Waits { stall: BRIEF, ..PATIENT };
+    let waits = Timeouts { stall: BRIEF, ..PATIENT };
     let mut config = Config { waits, ..Config::default() };
     config.scenes.push(Scene::parse("restless.toml", RESTLESS).expect("a good scene"));
     let server = Server::start_with(config).await;

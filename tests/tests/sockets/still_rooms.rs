@@ -7,7 +7,7 @@ use crate::server::Server;
 use jostle_game::{Buttons, Scene};
 use jostle_protocol::{Refusal, VERSION};
 use jostle_server::Config;
-use jostle_server::limits::{INBOX_MAX, MESSAGES_BURST_MAX, MESSAGES_PER_SECOND_MAX, Waits};
+use jostle_server::limits::{INBOX_MAX, MESSAGES_BURST_MAX, MESSAGES_PER_SECOND_MAX, Timeouts};
 use jostle_server::log::{StateSettings, Sync};
 use jostle_tests::server::{OPS_TOKEN, PATIENT, patient};
 use serde_json::Value;
@@ -104,7 +104,7 @@ fn config(state: &Dir) -> Config {
     let scene = config.scenes[0].source.clone();
     config.scenes.push(Scene::parse(&format!("{ROOM}.toml"), &scene).expect("a shipped scene"));
     let state = Some(StateSettings { dir: state.path().to_owned(), sync: Sync::System });
-    let waits = Waits { command: Duration::from_millis(300), ..PATIENT };
+    let waits = Timeouts { command: Duration::from_millis(300), ..PATIENT };
     Config { waits, state, ops_token: Some(OPS_TOKEN.to_owned()), ..config }
 }
 

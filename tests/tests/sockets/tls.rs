@@ -6,7 +6,7 @@ use crate::process::Process;
 use crate::server::Server;
 use jostle_protocol::{Refusal, ServerMessage};
 use jostle_server::Config;
-use jostle_server::limits::Waits;
+use jostle_server::limits::Timeouts;
 use jostle_server::net::tls::{Tls, date};
 use jostle_tests::program::jostle;
 use jostle_tests::server::{BRIEF, PATIENT, patient};
@@ -77,7 +77,7 @@ impl Identity {
         timeout(LONG, shown).await.expect("the certificate in time");
     }
 
-    async fn serve(&self, waits: Waits) -> Server {
+    async fn serve(&self, waits: Timeouts) -> Server {
         let tls = Tls::read(&self.path("certificate.pem"), &self.path("key.pem"));
         let tls = Some(tls.unwrap_or_else(|error| panic!("{error}")));
         Server::start_with(Config { tls, waits, ..patient() }).await
@@ -135,7 +135,7 @@ async fn until_closed(mut stream: TcpStream) {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn failed_handshakes_are_closed_and_counted() {
     let identity = Identity::new("refused");
-    let server = identity.serve(Waits { http_head: BRIEF, ..PATIENT }).await;
+    let server = identity.serve(Timeouts { http_head: BRIEF, ..PATIENT }).await;
     let mut ann = identity.join(server.address).await;
     // A client that sends plain text.
     let mut plain = TcpStream::connect(server.address).await.expect("a connection");
@@ -196,7 +196,7 @@ async fn the_program_serves_with_files_from_the_command_line() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_changed_certificate_is_taken_up_by_itself() {
     let (old, new) = (Identity::new("changed"), Identity::new("changed-new"));
-    let waits = Waits { certificate_look: Duration::from_millis(50), ..PATIENT };
+    let waits = Timeouts { certificate_look: Duration::from_millis(50), ..PATIENT };
     let server = old.serve(waits).await;
     let mut ann = old.join(server.address).await;
     old.become_of(&new);

@@ -20,7 +20,7 @@ const SLING_LEVELS: [(&str, Levels); 2] =
 const CONDITION_NAMES_MAX: usize = 8;
 
 /// What rules may name.
-pub(in crate::scene) struct Known<'a> {
+pub(in crate::scene) struct RuleNames<'a> {
     pub names: &'a Names,
     pub groups: &'a Groups,
 }

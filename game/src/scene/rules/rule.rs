@@ -1,7 +1,7 @@
 //! Rules in a scene file: one occasion, any number of effects, and the lines that they say.
 
 use super::condition::Condition;
-use super::names::{Known, Names, POINTS_MAX, SENTENCE_CHARS_MAX};
+use super::names::{Names, POINTS_MAX, RuleNames, SENTENCE_CHARS_MAX};
 use super::signal::{Each, SignalKind, SignalSpec};
 use super::zone::ZoneSpec;
 use crate::scene::recipes::Recipes;
@@ -19,7 +19,7 @@ const OCCASIONS: [&str; 8] = ["enter", "leave", "on", "every", "touch", "burst",
 #[derive(Clone, Debug, PartialEq)]
 pub struct RuleSpec {
     /// The occasion at which it takes effect.
-    pub occasion: Occasion,
+    pub occasion: Trigger,
     /// Whom `score`, `life` and `end` concern: the side of the body that the rule is about, or all where it is about nobody;
     /// who caused it; all but the body's side; all; that team; the zone's holder.
     pub to: To,
@@ -35,7 +35,7 @@ pub struct RuleSpec {
 
 /// When a rule applies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Occasion {
+pub enum Trigger {
     /// A body enters it. About: the body. By: the side whose hero or pack touched it last; a hero's own side.
     Enter(u64),
     /// A body leaves it. About and by: as for `enter`.
@@ -133,7 +133,7 @@ pub(super) struct RuleSurroundings<'a> {
 /// Reads one entry of `rules`, after everything else.
 pub(super) fn rule(
     table: &Table,
-    known: &Known,
+    known: &RuleNames,
     around: &RuleSurroundings,
     recipes: &mut Recipes,
 ) -> RuleSpec {
@@ -152,8 +152,8 @@ pub(super) fn rule(
     rule
 }
 
-fn occasion(table: &Table, known: &Known) -> Occasion {
-    let Known { names, groups, .. } = known;
+fn occasion(table: &Table, known: &RuleNames) -> Trigger {
+    let RuleNames { names, groups, .. } = known;
     let fields = OCCASIONS.map(|name| table.get(name));
     let given: Vec<&Field> = fields.iter().filter(|field| field.is_given()).collect();
     match given[..] {
@@ -164,23 +164,23 @@ fn occasion(table: &Table, known: &Known) -> Occasion {
     let [enter, leave, on, every, touch, burst, lost, breaks] = &fields;
     let group = |field: &Field| groups.given(field).unwrap_or(0);
     let occasions = [
-        leave.given(|field| Occasion::Leave(names.zones(field))),
-        on.given(|field| Occasion::On(names.any_condition(field))),
-        every.given(|field| Occasion::Every(field.ticks(1.0, INTERVAL).max(1))),
+        leave.given(|field| Trigger::Leave(names.zones(field))),
+        on.given(|field| Trigger::On(names.any_condition(field))),
+        every.given(|field| Trigger::Every(field.ticks(1.0, INTERVAL).max(1))),
         touch.given(|field| {
             let allowed = || "two groups, [\"a\", \"b\"]".to_owned();
             let [first, second] = field.array([0; 2], allowed, |field, _| group(field));
-            Occasion::Touch(first, second)
+            Trigger::Touch(first, second)
         }),
         burst.given(|field| {
             true_only(field, "true");
-            Occasion::Burst
+            Trigger::Burst
         }),
-        lost.given(|field| Occasion::Lost(group(field))),
-        breaks.given(|field| Occasion::Breaks(group(field))),
+        lost.given(|field| Trigger::Lost(group(field))),
+        breaks.given(|field| Trigger::Breaks(group(field))),
     ];
     let given = occasions.into_iter().flatten().next();
-    given.unwrap_or_else(|| Occasion::Enter(names.zones(enter)))
+    given.unwrap_or_else(|| Trigger::Enter(names.zones(enter)))
 }
 
 /// Refuses `false`, which means nothing.
@@ -206,7 +206,7 @@ fn to(field: &Field, names: &Names, around: &RuleSurroundings) -> To {
     field.choice_or_first(&choices)
 }
 
-fn effects(table: &Table, known: &Known, recipes: &mut Recipes) -> Effects {
+fn effects(table: &Table, known: &RuleNames, recipes: &mut Recipes) -> Effects {
     let [back, splash] = ["back", "splash"].map(|name| table.get(name));
     Effects {
         score: table.get("score").signed(0, POINTS_MAX),
@@ -260,8 +260,8 @@ fn check(table: &Table, rule: &RuleSpec, around: &RuleSurroundings) {
 /// Whether the occasion is about a body.
 fn has_body(rule: &RuleSpec, around: &RuleSurroundings) -> bool {
     match rule.occasion {
-        Occasion::Every(_) => false,
-        Occasion::On(condition) => around.signals.iter().enumerate().any(|(index, signal)| {
+        Trigger::Every(_) => false,
+        Trigger::On(condition) => around.signals.iter().enumerate().any(|(index, signal)| {
             let of_somebody = matches!(&signal.kind, SignalKind::Order(o) if o.each != Each::All);
             of_somebody && condition.on.signals >> index & 1 == 1
         }),

@@ -1,7 +1,7 @@
 //! Zones in a scene file.
 
 use super::condition::Condition;
-use super::names::{self, COLORS, Known, SENTENCE_CHARS_MAX};
+use super::names::{self, COLORS, RuleNames, SENTENCE_CHARS_MAX};
 use crate::scene::groups::Groups;
 use crate::scene::limits::{BODIES_MAX, EXTENT_MIN, SIZE_MAX};
 use crate::scene::table::{POSITION, Range, SECONDS, Table};
@@ -91,7 +91,7 @@ pub struct Take {
 }
 
 /// Reads one entry of `zones`.
-pub(super) fn zone(table: &Table, known: &Known) -> ZoneSpec {
+pub(super) fn zone(table: &Table, known: &RuleNames) -> ZoneSpec {
     let name = names::name(table);
     let [follow, slower] = ["follow", "slower"].map(|field| table.get(field));
     let [label, color] = ["label", "color"].map(|field| table.get(field));

@@ -2,8 +2,8 @@
 
 use crate::host::admission::{Admission, HeldSeats};
 use crate::host::clock::TickClock;
+use crate::host::confusables;
 use crate::host::delivery::Delivery;
-use crate::host::names;
 use crate::host::outbox::Outbox;
 use crate::host::random;
 use crate::host::room_handle::{Host, Join, RoomInfo};
@@ -89,7 +89,7 @@ impl OpenRoom {
         let own = join.claim.map(|signed| signed.claim.seat);
         let others = self.room.snapshot().players.iter().filter(|player| Some(player.seat) != own);
         let others = others.map(|player| &player.appearance.name);
-        let name = names::unmistakable(&join.appearance.name, others);
+        let name = confusables::unmistakable(&join.appearance.name, others);
         let join = Join { appearance: Appearance { name, ..join.appearance }, ..join };
         let (name, address) = (join.appearance.name.clone(), join.address);
         let (own, host) = (self.info.number, join.hosted == Some(self.info.number));

@@ -2,7 +2,7 @@
 
 use super::open_room::OpenRoom;
 use crate::fleet::lease::RoomLease;
-use crate::guests::Share;
+use crate::guests::ProcessorShare;
 use crate::host::clock::TickClock;
 use crate::host::room_handle::{AdminCommand, Join, take_off};
 use crate::limits;
@@ -222,16 +222,16 @@ impl RoomService for Entrance<'_> {
 /// Ends the room of a guest whose scene takes more than its share of a processor.
 pub struct GuestShare {
     /// `None` for a scene of the server's own: asking for the processor time is a call of the system.
-    share: Option<Share>,
+    share: Option<ProcessorShare>,
 }
 
 impl GuestShare {
-    pub fn new(share: Option<Share>) -> GuestShare {
+    pub fn new(share: Option<ProcessorShare>) -> GuestShare {
         GuestShare { share }
     }
 
     fn spend(&mut self, wakeup: &Wakeup) -> Result<(), RoomEnd> {
-        let spend = |share: &mut Share| share.spend(wakeup.now, wakeup.clock.worked());
+        let spend = |share: &mut ProcessorShare| share.spend(wakeup.now, wakeup.clock.worked());
         if self.share.as_mut().is_none_or(spend) { Ok(()) } else { Err(RoomEnd::TooCostly) }
     }
 }

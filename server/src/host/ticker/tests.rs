@@ -2,15 +2,15 @@ use super::*;
 use crate::fleet::lease::Lease;
 use crate::host::delivery::{Delivery, ParticlePermits};
 use crate::host::inbox::{Inbox, InboxSender, inbox};
-use crate::host::neighbours::Neighbours;
 use crate::host::outbox::{NextToSend, Outbox};
+use crate::host::peer_nodes::PeerNodes;
 use crate::host::room_handle::RoomHandle;
 use crate::host::rooms::Rooms;
 use crate::host::seat_rates::EMOTE_TICKS;
 use crate::host::sessions::ConnectedMember;
 use crate::host::token_signer::TokenSigner;
 use crate::limits::uplink::Uplink;
-use crate::limits::{self, Waits};
+use crate::limits::{self, Timeouts};
 use crate::log::{Logs, Seal};
 use bytes::Bytes;
 use ipnet::IpNet;
@@ -43,10 +43,10 @@ fn room(code: &str, empty_grace: Duration) -> (Ends, Outside) {
     let (phase, followed) = watch::channel(Phase::Running);
     let host = || {
         Arc::new(Host {
-            waits: Waits { room_empty: empty_grace, ..Waits::default() },
+            waits: Timeouts { room_empty: empty_grace, ..Timeouts::default() },
             phase: followed.clone(),
             logs: Logs::default(),
-            neighbours: Neighbours::default(),
+            neighbours: PeerNodes::default(),
             send_queues: vec![Arc::default()],
             address_spectators_max: limits::SPECTATORS_MAX / 2,
             uplink: Uplink::new(limits::UPLINK_MEGABITS, Instant::now()),
@@ -235,7 +235,7 @@ fn a_guests_room_without_a_seat_ends_after_seconds_and_keeps_the_seats_of_lost_p
         assert_eq!(play(&ends, &mut clock).1, RoomEnd::Empty);
         clock.now - began
     };
-    assert!(lasts(false) - Waits::USUAL.guest_room_empty < RESTING_LOOK);
+    assert!(lasts(false) - Timeouts::USUAL.guest_room_empty < RESTING_LOOK);
     assert!(lasts(true) > Duration::from_secs(44), "as long as a seat is held");
 }
 

@@ -87,8 +87,13 @@ impl Read {
         let (mut readers, sink) = (Readers::default(), FakeSink::default());
         readers.add(LogReader::new(&shared, &policy, wants), Box::new(sink.clone()));
         let admission = Admission::default();
-        let log =
-            RoomLog::begin(&Logs::default(), Some(shared), Notes::default(), &mut room, &admission);
+        let log = RoomLog::begin(
+            &Logs::default(),
+            Some(shared),
+            HostNotes::default(),
+            &mut room,
+            &admission,
+        );
         Read { room, log, readers, policy, sink, now: Instant::now() }
     }
 

@@ -5,7 +5,7 @@ use super::response::{Answer, failed, json};
 use crate::fleet::directory::{Located, PlaceError};
 use crate::fleet::entry::{RoomCounts, RoomFacts};
 use crate::fleet::handle::Fleet;
-use crate::host::names::guests_title;
+use crate::host::confusables::guests_title;
 use crate::host::random;
 use crate::host::room_handle::RoomInfo;
 use crate::host::room_shares::RoomShares;

@@ -43,8 +43,8 @@ async fn a_response_that_makes_no_progress_is_closed() {
     let began = Instant::now();
     assert!(spoken.await.is_none());
     let lasted = began.elapsed();
-    assert!(lasted >= limits::Waits::USUAL.http_stall, "{lasted:?}");
-    assert!(lasted < limits::Waits::USUAL.http_stall + Duration::from_secs(1), "{lasted:?}");
+    assert!(lasted >= limits::Timeouts::USUAL.http_stall, "{lasted:?}");
+    assert!(lasted < limits::Timeouts::USUAL.http_stall + Duration::from_secs(1), "{lasted:?}");
     assert!(stalled(&state));
     drop(peer);
 }
@@ -53,7 +53,7 @@ async fn a_response_that_makes_no_progress_is_closed() {
 async fn a_slow_response_that_makes_progress_is_not_closed() {
     let (state, mut peer, spoken) = asked().await;
     let slow = async {
-        let pause = limits::Waits::USUAL.http_stall - Duration::from_secs(1);
+        let pause = limits::Timeouts::USUAL.http_stall - Duration::from_secs(1);
         for _ in 0..100 {
             sleep(pause).await;
             let mut bytes = [0; PIPE_BYTES];
@@ -82,7 +82,7 @@ async fn waits_for_the_rest_of(sent: &[u8]) -> Duration {
     sleep(Duration::from_millis(1)).await;
     let began = Instant::now();
     sender.send_replace(Phase::Draining);
-    sleep(limits::Waits::USUAL.drain_notice).await;
+    sleep(limits::Timeouts::USUAL.drain_notice).await;
     sender.send_replace(Phase::Closing);
     assert!(served.await.expect("no panic"));
     drop(peer);
@@ -91,7 +91,7 @@ async fn waits_for_the_rest_of(sent: &[u8]) -> Duration {
 
 #[tokio::test(start_paused = true)]
 async fn half_a_request_does_not_delay_the_end() {
-    let notice = limits::Waits::USUAL.drain_notice;
+    let notice = limits::Timeouts::USUAL.drain_notice;
     let spare = Duration::from_millis(10);
     for half in [
         "GET / HTTP/1.1\r\nHost: local",

@@ -6,7 +6,7 @@ use crate::server::Server;
 use jostle_game::{Buttons, Input};
 use jostle_protocol::limits::CLIENT_MESSAGE_BYTES_MAX;
 use jostle_protocol::{Appearance, ClientMessage, Refusal, Role, ServerMessage, VERSION};
-use jostle_server::limits::{HTTP_BUFFER_BYTES_MAX, Waits};
+use jostle_server::limits::{HTTP_BUFFER_BYTES_MAX, Timeouts};
 use jostle_sim::Vec2;
 use jostle_tests::server::{BRIEF, PATIENT};
 use std::time::Duration;
@@ -204,7 +204,7 @@ async fn a_head_of_twenty_megabytes_is_cut_off() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_head_sent_byte_by_byte_is_closed() {
-    let waits = Waits { http_head: BRIEF, ..PATIENT };
+    let waits = Timeouts { http_head: BRIEF, ..PATIENT };
     let server = Server::start_with_waits(waits).await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let mut stream = TcpStream::connect(server.address).await.expect("a connection");

@@ -8,7 +8,7 @@ use jostle_game::{Buttons, Scene};
 use jostle_protocol::limits::TOKEN_BYTES;
 use jostle_protocol::{Refusal, Token, VERSION};
 use jostle_server::Config;
-use jostle_server::limits::Waits;
+use jostle_server::limits::Timeouts;
 use jostle_tests::scenes::RESTLESS;
 use jostle_tests::server::{BRIEF, PATIENT};
 use std::net::SocketAddr;
@@ -21,7 +21,7 @@ use tokio::time::{Instant, sleep, sleep_until, timeout};
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_peer_that_vanished_is_closed_and_may_come_back() {
-    let waits = Waits { keepalive: Duration::from_millis(200), silence: BRIEF, ..PATIENT };
+    let waits = Timeouts { keepalive: Duration::from_millis(200), silence: BRIEF, ..PATIENT };
     let server = Server::start_with_waits(waits).await;
     let mut gone = Client::join(server.address, "arena", "Gone").await;
     gone.play_one_input().await;
@@ -37,7 +37,7 @@ async fn a_peer_that_vanished_is_closed_and_may_come_back() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_client_that_reads_byte_by_byte_is_closed() {
-    let waits = Waits { stall: BRIEF, ..PATIENT };
+    let waits = Timeouts { stall: BRIEF, ..PATIENT };
     let mut config = Config { waits, ..Config::default() };
     config.scenes.push(Scene::parse("restless.toml", RESTLESS).expect("a good scene"));
     let server = Server::start_with(config).await;
@@ -177,7 +177,7 @@ async fn buffering_proxy(server: SocketAddr) -> (SocketAddr, watch::Sender<bool>
 
 /// A client behind a buffering proxy that has played for a while.
 async fn behind_a_buffering_proxy(hearing: Duration) -> (Server, Client, watch::Sender<bool>) {
-    let waits = Waits { hearing, ..PATIENT };
+    let waits = Timeouts { hearing, ..PATIENT };
     let mut config = Config { waits, ..Config::default() };
     config.scenes.push(Scene::parse("restless.toml", RESTLESS).expect("a good scene"));
     let server = Server::start_with(config).await;

@@ -8,12 +8,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 /// The addresses of other nodes.
 #[derive(Debug, Default)]
-pub struct Neighbours {
+pub struct PeerNodes {
     revision: AtomicU64,
     urls: Mutex<Arc<[String]>>,
 }
 
-impl Neighbours {
+impl PeerNodes {
     /// Sets the addresses of the other nodes.
     pub fn set(&self, urls: Vec<String>) {
         let mut current = self.lock();

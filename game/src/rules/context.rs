@@ -11,7 +11,7 @@ use jostle_sim::{BodyId, EmitterDef, Source, World};
 const SPLASH_PARTICLES: u16 = 40;
 
 /// What rules act on.
-pub(crate) struct Table<'a> {
+pub(crate) struct RuleContext<'a> {
     pub scene: &'a Scene,
     pub world: &'a mut World,
     pub roster: &'a mut Roster,
@@ -19,7 +19,7 @@ pub(crate) struct Table<'a> {
     pub events: &'a mut Vec<Event>,
 }
 
-impl Table<'_> {
+impl RuleContext<'_> {
     /// Particles at a body.
     pub fn splash(&mut self, recipe: u8, body: BodyId) {
         let source = Source::Point(self.world.position(body));

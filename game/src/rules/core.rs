@@ -1,12 +1,12 @@
 //! The state of the rules, the order in which a tick plays them, and rounds: waiting for players, a countdown, the game, and
 //! a pause with the result.
 
+use super::body_notes::BodyNotes;
 use super::breakage::Breakage;
 use super::clock::{Round, RoundPhase};
-use super::notes::BodyNotes;
+use super::context::RuleContext;
 use super::signals::{SignalState, Signals};
 use super::sling::Sling;
-use super::table::Table;
 use super::verdict::{Claims, Teams};
 use super::zones::{ZoneState, Zones};
 use crate::input::{Buttons, Seat};
@@ -75,7 +75,7 @@ impl Rules {
     }
 
     /// Starts a tick: the clock advances, and the levels of the last tick take effect.
-    pub fn begin_tick(&mut self, table: &mut Table) {
+    pub fn begin_tick(&mut self, table: &mut RuleContext) {
         self.advance_clock(table);
         let stands_still = self.stands_still();
         self.notes.update_presence(self.levels, self.round.clock, stands_still, table);
@@ -93,7 +93,7 @@ impl Rules {
     }
 
     /// Before the step: works the sling, and holds bodies that rest at their starts.
-    pub fn hold_bodies(&mut self, table: &mut Table) {
+    pub fn hold_bodies(&mut self, table: &mut RuleContext) {
         let scene = table.scene;
         if let (Some(spec), Some(sling)) = (&scene.sling, &mut self.sling) {
             sling.work(spec, self.levels, self.round.is_running(), &mut self.notes, table);
@@ -117,7 +117,7 @@ impl Rules {
     }
 
     /// Evaluates the rules of a tick, after the step.
-    pub fn play(&mut self, table: &mut Table) {
+    pub fn play(&mut self, table: &mut RuleContext) {
         self.notes.follow_touches(table.world, table.roster);
         if !self.round.is_running() {
             return;
@@ -133,7 +133,7 @@ impl Rules {
     }
 
     /// Ends the round if something decides it, and takes out the sides that lost their last life.
-    fn judge(&mut self, table: &mut Table) {
+    fn judge(&mut self, table: &mut RuleContext) {
         let Some(spec) = &table.scene.rules.round else { return };
         let winners = self.claims.winners(spec, self.round.ticks, &self.teams, table.roster);
         if let Some(winners) = winners {
@@ -148,7 +148,7 @@ impl Rules {
     }
 
     /// Rewards the winners for each shot left.
-    fn reward_spare_shots(&mut self, winners: &[Side], table: &mut Table) {
+    fn reward_spare_shots(&mut self, winners: &[Side], table: &mut RuleContext) {
         let (Some(spec), Some(sling)) = (table.scene.sling, self.sling) else { return };
         for &side in winners {
             if let Some(standing) = self.teams.standing(side, table.roster) {
@@ -161,7 +161,7 @@ impl Rules {
     // --- Rounds ---------------------------------------------------------------------------------
 
     /// Advances the clock to this tick. A new round places everything again.
-    fn advance_clock(&mut self, table: &mut Table) {
+    fn advance_clock(&mut self, table: &mut RuleContext) {
         self.round.ticks += 1;
         self.round.clock += u32::from(!self.stands_still());
         let Some(spec) = &table.scene.rules.round else { return };
@@ -188,7 +188,7 @@ impl Rules {
     }
 
     /// Handles the players' requests of this tick: to change team, or to start the next round.
-    pub fn take_wishes(&mut self, table: &mut Table) {
+    pub fn take_wishes(&mut self, table: &mut RuleContext) {
         self.change_teams(table);
         let Some(spec) = &table.scene.rules.round else { return };
         if self.round.phase == RoundPhase::Over
@@ -202,8 +202,8 @@ impl Rules {
 
     /// Moves players who press the team key to another team, and their heroes with them. During a round the new team
     /// must be taking part in it.
-    fn change_teams(&self, table: &mut Table) {
-        let Table { scene, world, roster, .. } = table;
+    fn change_teams(&self, table: &mut RuleContext) {
+        let RuleContext { scene, world, roster, .. } = table;
         if scene.rules.teams.len() < 2 {
             return;
         }
@@ -233,8 +233,8 @@ impl Rules {
     }
 
     /// Removes everything except the players, and places everything as at the start of a game.
-    fn restart(&mut self, phase: RoundPhase, table: &mut Table) {
-        let Table { scene, world, roster, rngs, .. } = table;
+    fn restart(&mut self, phase: RoundPhase, table: &mut RuleContext) {
+        let RuleContext { scene, world, roster, rngs, .. } = table;
         self.round.enter(phase, 1);
         self.round.clock = 1;
         self.winners.clear();

@@ -1,7 +1,7 @@
 //! Facts about bodies that rules remember: where they started, who touched them last, and whether they are held. Bodies of the
 //! scene come and go by conditions, and return to their starts.
 
-use super::table::Table;
+use super::context::RuleContext;
 use crate::input::Seat;
 use crate::placing;
 use crate::roster::{Actor, Roster, Rule};
@@ -22,7 +22,7 @@ pub(crate) struct BodyNote {
     /// The last player to touch it with a hero or pack.
     pub touched_by: Option<Seat>,
     /// Set while the body rests at its start after returning there.
-    pub rests: Option<Rest>,
+    pub rests: Option<BodyRest>,
     /// Whether a blow has cracked it.
     pub is_cracked: bool,
     /// Position before the step; not state.
@@ -38,7 +38,7 @@ pub(crate) struct BodyStart {
 
 /// A body's rest at its start after it returned there.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Rest {
+pub(crate) struct BodyRest {
     pub ticks: u32,
     /// Gravity scale to restore afterwards.
     pub gravity_scale: f32,
@@ -83,9 +83,9 @@ impl BodyNotes {
         levels: Levels,
         clock: u32,
         stands_still: bool,
-        table: &mut Table,
+        table: &mut RuleContext,
     ) {
-        let Table { scene, world, roster, rngs, .. } = table;
+        let RuleContext { scene, world, roster, rngs, .. } = table;
         for (index, body) in scene.bodies.iter().enumerate() {
             if !stands_still && !body.runs.is_none() && !body.runs.all(levels) {
                 self.stood[index] += 1;
@@ -172,7 +172,7 @@ impl BodyNotes {
     }
 
     /// Returns a body of the scene to its start, where it rests for this many ticks.
-    pub fn reset(&mut self, body: usize, ticks: u32, table: &mut Table) {
+    pub fn reset(&mut self, body: usize, ticks: u32, table: &mut RuleContext) {
         match table.roster.placed[body] {
             Some(id) => self.send_back(id, ticks, table),
             None => self.bring_back(body, ticks, table),
@@ -180,7 +180,7 @@ impl BodyNotes {
     }
 
     /// Returns a body to its start. If it is gone and belongs to the scene, it is made again.
-    pub fn send_back(&mut self, id: BodyId, ticks: u32, table: &mut Table) {
+    pub fn send_back(&mut self, id: BodyId, ticks: u32, table: &mut RuleContext) {
         if !table.world.contains(id) {
             let placed = self.get(id).and_then(|note| note.placed);
             if let Some(body) = placed.filter(|&body| table.roster.placed[body].is_none()) {
@@ -191,7 +191,7 @@ impl BodyNotes {
         if table.world.motion(id) == Motion::Static {
             return;
         }
-        let Table { world, roster, .. } = table;
+        let RuleContext { world, roster, .. } = table;
         let home = roster.players.iter().find(|player| player.hero == Some(id));
         let home = home.map(|player| player.checkpoint.unwrap_or(player.home));
         for player in &mut roster.players {
@@ -205,7 +205,7 @@ impl BodyNotes {
         // The player who carried it or scored with it no longer counts as the last to touch it.
         note.touched_by = None;
         if ticks > 0 && note.rests.is_none() {
-            note.rests = Some(Rest { ticks, gravity_scale: world.gravity_scale(id) });
+            note.rests = Some(BodyRest { ticks, gravity_scale: world.gravity_scale(id) });
         } else if ticks == 0 {
             let note = *note;
             set_off(id, &note, table);
@@ -213,8 +213,8 @@ impl BodyNotes {
     }
 
     /// Recreates a body of the scene that is gone, at its start.
-    fn bring_back(&mut self, body: usize, ticks: u32, table: &mut Table) {
-        let Table { scene, world, roster, rngs, .. } = table;
+    fn bring_back(&mut self, body: usize, ticks: u32, table: &mut RuleContext) {
+        let RuleContext { scene, world, roster, rngs, .. } = table;
         if !self.came[body] {
             return;
         }
@@ -224,14 +224,14 @@ impl BodyNotes {
         let note = self.of(id, world);
         note.placed = Some(body);
         if ticks > 0 && world.motion(id) != Motion::Static {
-            note.rests = Some(Rest { ticks, gravity_scale: world.gravity_scale(id) });
+            note.rests = Some(BodyRest { ticks, gravity_scale: world.gravity_scale(id) });
         }
     }
 
     /// Before the step, holds bodies that rest at their start, and releases those whose time is up.
-    pub fn hold_resting(&mut self, table: &mut Table) {
+    pub fn hold_resting(&mut self, table: &mut RuleContext) {
         for note in self.notes.iter_mut().flatten() {
-            let Some(Rest { ticks, gravity_scale }) = note.rests else { continue };
+            let Some(BodyRest { ticks, gravity_scale }) = note.rests else { continue };
             let (id, start) = (note.id, note.start.position);
             if !table.world.contains(id) {
                 note.rests = None;
@@ -240,7 +240,7 @@ impl BodyNotes {
                 table.world.set_gravity_scale(id, gravity_scale);
                 set_off(id, note, table);
             } else {
-                note.rests = Some(Rest { ticks: ticks - 1, gravity_scale });
+                note.rests = Some(BodyRest { ticks: ticks - 1, gravity_scale });
                 table.world.set_gravity_scale(id, 0.0);
                 table.world.set_position(id, start);
                 table.world.set_velocity(id, Vec2::ZERO);
@@ -250,7 +250,7 @@ impl BodyNotes {
 }
 
 /// Sets off a body from its start; one that first set off to a random side does so again.
-fn set_off(id: BodyId, note: &BodyNote, table: &mut Table) {
+fn set_off(id: BodyId, note: &BodyNote, table: &mut RuleContext) {
     let start_speed = note.placed.map_or(0.0, |body| table.scene.bodies[body].start_speed);
     let velocity = match start_speed > 0.0 {
         true => placing::either_side(start_speed, &mut table.rngs.spawn),
