@@ -7,16 +7,13 @@ mod bodies;
 mod effects;
 mod faces;
 mod light;
-mod marks;
 pub(crate) mod motion;
 mod outline;
-mod quads;
+mod scenery;
 mod sketch;
-mod sling;
 pub mod sprite;
 mod stage;
 pub mod vertex;
-mod zones;
 
 pub use light::{LIGHT_CELLS, LightField};
 pub use vertex::{Globals, ParticleVertex, SolidKind, SolidVertex};
@@ -25,8 +22,7 @@ use crate::view::frame::{Frame, View};
 use crate::view::palette::INK;
 use jostle_sim::{Particles, Vec2};
 use motion::{BodySprings, Pose};
-use quads::Quads;
-use stage::DrawStage;
+use stage::{DrawStage, Quads};
 use vertex::rgba;
 
 /// Particles drawn at a time; further ones are left out.
@@ -72,9 +68,9 @@ impl DrawList {
 
         let mut stage = DrawStage { quads: &mut self.quads, light: &mut self.light, frame };
         sketch::fill_under(&mut stage);
-        zones::fill(&mut stage);
-        marks::fill(&mut stage);
-        sling::fill(&mut stage);
+        scenery::zones(&mut stage);
+        scenery::marks(&mut stage);
+        scenery::sling(&mut stage);
         bodies::fill(&mut stage, &mut self.motion, &mut self.posed);
         effects::fill(&mut stage);
         self.fill_particles(frame.particles, frame.particle_lead, frame.calm);

@@ -1,11 +1,14 @@
-//! The inputs and outputs shared by the drawing functions of one frame.
+//! The inputs and outputs shared by the drawing functions of one frame, and the growing list of solid quads, which leaves
+//! out what the view does not show.
 
 use super::light::LightField;
-use super::quads::Quads;
 use super::vertex::{SolidKind, SolidVertex, rgba};
 use crate::view::frame::Frame;
 use crate::view::palette::{self, INK, Rgb};
 use jostle_sim::Vec2;
+
+/// Solid quads drawn at a time; further ones are left out.
+const QUADS_MAX: usize = 262_144;
 
 /// The frame that is drawn, and the lists that it is drawn into.
 pub(super) struct DrawStage<'a> {
@@ -35,5 +38,43 @@ impl DrawStage<'_> {
     /// Throws light on what is near.
     pub fn shine(&mut self, point: Vec2, color: Rgb, strength: f32) {
         self.light.add(point, color.map(|c| f32::from(c) / 255.0), strength);
+    }
+}
+
+/// Quads of a frame, in drawing order.
+#[derive(Default)]
+pub struct Quads {
+    /// Four vertices a quad.
+    pub vertices: Vec<SolidVertex>,
+    center: Vec2,
+    half: Vec2,
+    /// World units a pixel.
+    pub unit_per_pixel: f32,
+}
+
+impl Quads {
+    /// Empties the list for a view.
+    pub fn begin(&mut self, center: Vec2, half: Vec2, unit_per_pixel: f32) {
+        self.vertices.clear();
+        self.center = center;
+        self.half = half;
+        self.unit_per_pixel = unit_per_pixel;
+    }
+
+    /// Whether a box around a point can be seen.
+    pub fn sees(&self, center: Vec2, half: Vec2) -> bool {
+        let away = (center - self.center).abs();
+        away.x < self.half.x + half.x && away.y < self.half.y + half.y
+    }
+
+    /// Adds a quad unless it is out of view.
+    pub fn push(&mut self, quad: SolidVertex) {
+        let center = Vec2::from(quad.center);
+        let reach = Vec2::from(quad.half) + Vec2::splat(quad.rounding[1]);
+        let upright = quad.axis == [1.0, 0.0];
+        let reach = if upright { reach } else { Vec2::splat(reach.length()) };
+        if self.sees(center, reach) && self.vertices.len() < QUADS_MAX * 4 {
+            self.vertices.extend_from_slice(&[quad; 4]);
+        }
     }
 }
