@@ -198,45 +198,29 @@ impl Page {
         let events = self.events;
         match effect {
             Effect::PreventDefault => {
-                if let Some(source) = source {
-                    source.prevent_default();
-                }
+                source.into_iter().for_each(web_sys::Event::prevent_default);
             }
             Effect::OfferDrop(takes) => offer_drop(source, takes),
             Effect::PushAddress(path) => {
                 let history = browser::window().history().expect("a page has a history");
                 let _ = history.push_state_with_url(&JsValue::NULL, "", Some(&path));
             }
-            Effect::Reload => {
-                let _ = browser::window().location().reload();
-            }
+            Effect::Reload => _ = browser::window().location().reload(),
             Effect::ChooseFile => dom::by_id::<HtmlInputElement>("file").click(),
             Effect::CopyAddress => {
                 dom::copy_address(move |copied| events.push(Event::Copied(copied)));
             }
             Effect::FocusStage => self.views.focus_stage = true,
             Effect::Connect { path, session, origin } => self.connect(origin, &path, session),
-            Effect::Send(bytes) => {
-                if let Some(socket) = &self.socket {
-                    socket.send(&bytes);
-                }
-            }
+            Effect::Send(bytes) => self.socket.iter().for_each(|socket| socket.send(&bytes)),
             Effect::Disconnect { leaving } => match self.socket.take() {
                 Some(socket) if leaving => socket.leave(),
                 socket => drop(socket),
             },
             Effect::SetConditions(conditions) => self.conditions.set(conditions),
             Effect::Request(request) => call(events, &self.files, request),
-            Effect::FetchScene(name) => {
-                http::fetch(&scene_file(self.files.folder(), &name), move |fetched| {
-                    events.push(Event::SceneFetched(name, fetched));
-                });
-            }
-            Effect::FetchReplay(file) => {
-                http::fetch(&file.clone(), move |fetched| {
-                    events.push(Event::ReplayFetched(file, fetched));
-                });
-            }
+            Effect::FetchScene(name) => fetch_scene(events, &self.files, name),
+            Effect::FetchReplay(file) => fetch_replay(events, file),
             Effect::StoreLocal(key, value) => {
                 store(browser::local_storage(), &key, value.as_deref());
             }
@@ -250,9 +234,7 @@ impl Page {
             Effect::SaveFile(name, text) => editor::save(&name, &text),
             Effect::SaveClip(bytes) => editor::save_bytes("clip.jostle", &bytes),
             Effect::CopyLink(link) => {
-                dom::copy(&link, move |copied| {
-                    events.push(Event::Copied(copied));
-                });
+                dom::copy(&link, move |copied| events.push(Event::Copied(copied)));
             }
             Effect::FocusText(at) => self.views.focus_text = Some(at),
             Effect::DropGraphics => self.views.stage.drop_graphics(),
@@ -283,6 +265,16 @@ impl Page {
             events.push(Event::Socket(session, SocketEvent::Closed { code: NOT_OPENED }));
         }
     }
+}
+
+fn fetch_scene(events: Events, files: &Files, name: String) {
+    http::fetch(&scene_file(files.folder(), &name), move |fetched| {
+        events.push(Event::SceneFetched(name, fetched));
+    });
+}
+
+fn fetch_replay(events: Events, file: String) {
+    http::fetch(&file.clone(), move |fetched| events.push(Event::ReplayFetched(file, fetched)));
 }
 
 fn fetch_language(events: Events, language: String) {
