@@ -8,8 +8,6 @@ mod awaited;
 mod best_runs;
 mod captions;
 mod card;
-mod choices;
-mod choosing;
 mod context;
 mod dialogs;
 #[cfg(target_arch = "wasm32")]
@@ -24,10 +22,8 @@ mod gamepad;
 #[cfg(target_arch = "wasm32")]
 mod hooks;
 mod keyboard;
-mod layers;
 mod lobby;
 mod name;
-mod news_log;
 mod page_action;
 mod panels;
 mod plot;
@@ -44,7 +40,6 @@ mod settings;
 #[cfg(target_arch = "wasm32")]
 mod shell;
 mod shown;
-mod sound;
 mod sound_desk;
 mod storage;
 mod strings;

@@ -11,13 +11,12 @@ use crate::page::awaited::{Awaited, Wish};
 use crate::page::best_runs::Records;
 use crate::page::context::Context;
 use crate::page::dialogs::Dialogs;
+use crate::page::dialogs::Layer;
 use crate::page::edit_screen::{self, EditScreen};
 use crate::page::emotes::Wheel;
 use crate::page::event::{Address, Canvas, Effect, Event, Form};
 use crate::page::game::GameScreen;
-use crate::page::layers::Layer;
 use crate::page::lobby::Lobby;
-use crate::page::news_log::NewsLog;
 use crate::page::replay_screen::Opening;
 use crate::page::screen::Screen;
 use crate::page::settings::Settings;
@@ -31,8 +30,11 @@ use crate::world::replica::News;
 use crate::world::room_in_page::{DemoRequest, RoomInPage};
 use jostle_game::{Buttons, Scene};
 use jostle_protocol::{Appearance, limits};
+use std::collections::VecDeque;
 use std::sync::Arc;
 
+/// Lines of news on display.
+const NEWS_LINES_MAX: usize = 6;
 /// The copy button says for this long what came of it, milliseconds.
 const COPIED_MS: i32 = 1500;
 
@@ -102,6 +104,23 @@ pub struct Visit {
     pub wheel: Option<Wheel>,
     /// Whether the link was copied, for a moment after it was asked for.
     pub copied: Option<bool>,
+}
+
+/// The newest news, the oldest first.
+#[derive(Debug, Default)]
+pub struct NewsLog {
+    /// The lines, numbered from 1.
+    pub lines: VecDeque<(usize, News)>,
+}
+
+impl NewsLog {
+    pub fn push(&mut self, news: News) {
+        let number = self.lines.back().map_or(1, |newest| newest.0 + 1);
+        if self.lines.len() == NEWS_LINES_MAX {
+            self.lines.pop_front();
+        }
+        self.lines.push_back((number, news));
+    }
 }
 
 /// The picture on the canvas.

@@ -2,10 +2,10 @@
 //! an [`Effect`] is anything the page asks of the browser. Between them stands `App::update`.
 
 use crate::editor::update::Deed;
+use crate::input::pad::PadState;
 use crate::net::api::Request;
 use crate::net::report::{Fetched, SocketEvent};
 use crate::net::simulated_link::NetworkConditions;
-use crate::page::choices::SettingsEvent;
 use crate::page::drafts::Draft;
 use crate::page::page_action::PageAction;
 use crate::sound::task::{SoundEvent, SoundTask};
@@ -187,6 +187,24 @@ pub enum Event {
     Edited(Deed),
     /// The controls of a field of the editor's form changed: its path, and their values.
     FieldChanged(String, Vec<String>),
+}
+
+/// A change of the settings.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SettingsEvent {
+    Language(String),
+    /// The file of a language came, or did not.
+    LanguageCame(String, Option<String>),
+    Calm(bool),
+    /// The page got the whole screen, or gave it back.
+    FullScreen(bool),
+    /// The browser knows the letters of keys, by their places.
+    Layout(Vec<(String, String)>),
+    /// A gamepad was connected, or the last one is gone.
+    PadConnected(bool),
+    /// Once a frame while one is connected.
+    Pad(PadState),
+    DeadZone(u8),
 }
 
 /// Anything the page asks of the browser.

@@ -3,8 +3,8 @@
 use crate::input::action::Action;
 use crate::input::pad::{self, PadInput, PadState};
 use crate::page::app::App;
+use crate::page::dialogs::Layer;
 use crate::page::game::GameScreen;
-use crate::page::layers::Layer;
 use jostle_game::Buttons;
 use jostle_sim::Vec2;
 

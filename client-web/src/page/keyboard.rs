@@ -2,9 +2,9 @@
 
 use crate::input::action::Action;
 use crate::page::app::App;
+use crate::page::dialogs::Layer;
 use crate::page::event::{Effect, Focus, Key};
 use crate::page::game::GameScreen;
-use crate::page::layers::Layer;
 use crate::page::screen::Screen;
 use crate::replay::player::ReplayPlayer;
 use crate::world::replica::Replica;

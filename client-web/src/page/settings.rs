@@ -2,17 +2,25 @@
 
 use crate::input::action::Action;
 use crate::input::bindings::{Bindings, KeyboardLayout};
-use crate::input::pad::{PadBindings, PadState};
-use crate::language::{self, say};
-use crate::page::choices::Choice;
+use crate::input::pad::{self, PadBindings, PadState};
+use crate::language::{self, fill, say};
 use crate::page::context::Context;
-use crate::page::event::{Effect, Key};
+use crate::page::event::{Effect, Key, SettingsEvent};
 use crate::page::storage::{self, Storage};
 use crate::page::strings;
 use crate::page::tools::Cap;
 
 /// Languages of the page: English, and those with a file.
 pub const LANGUAGES: [&str; 2] = ["en", "de"];
+
+/// A choice that waits for the player to press something.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Choice {
+    /// The next key gets this action.
+    Key(Action),
+    /// The next button of the gamepad does.
+    Button(Action),
+}
 
 /// The settings, and what the sheet says of them.
 #[derive(Debug)]
@@ -34,7 +42,7 @@ pub struct Settings {
     pub choice: Option<Choice>,
     /// What came of the last choice.
     pub note: String,
-    pub(super) pad_state: PadState,
+    pad_state: PadState,
     pub(super) pad_actions: u32,
 }
 
@@ -88,6 +96,110 @@ impl Settings {
         }
     }
 
+    /// Uses what is chosen, and remembers it. Returns the state of the gamepad if it is to be played by.
+    pub fn update(&mut self, ctx: &mut Context, event: SettingsEvent) -> Option<PadState> {
+        match event {
+            SettingsEvent::Language(language) => {
+                self.language = language;
+                ctx.storage.keep(storage::LANGUAGE, &self.language);
+                self.ask_language(ctx);
+            }
+            SettingsEvent::LanguageCame(language, file) => self.take_language(&language, file),
+            SettingsEvent::Calm(calm) => {
+                self.calm = calm;
+                ctx.storage.keep_flag(storage::CALM, calm);
+            }
+            SettingsEvent::FullScreen(is_full) => self.is_full = is_full,
+            SettingsEvent::Layout(labels) => {
+                for (place, letter) in labels {
+                    self.layout.note(&place, &letter);
+                }
+            }
+            SettingsEvent::PadConnected(has_pad) => {
+                self.has_pad = has_pad;
+                return self.take_pad(ctx, PadState::default());
+            }
+            SettingsEvent::Pad(state) => return self.take_pad(ctx, state),
+            SettingsEvent::DeadZone(percent) => {
+                let [least, most] = pad::DEAD_ZONES;
+                self.pad.dead_zone = percent.clamp(least, most);
+                self.keep_pad(ctx);
+            }
+        }
+        None
+    }
+
+    /// Asks for the key or the button of an action, or no longer.
+    pub fn ask_choice(&mut self, choice: Option<Choice>) {
+        self.choice = choice.filter(|_| self.choice != choice);
+        self.note = match self.choice {
+            Some(Choice::Key(action)) => strings::press_key(action),
+            Some(Choice::Button(action)) => strings::press_button(action),
+            None => String::new(),
+        };
+    }
+
+    /// Everything is as at first.
+    pub fn reset_hands(&mut self, ctx: &mut Context) {
+        self.keys = Bindings::default();
+        self.pad = PadBindings::default();
+        self.choice = None;
+        self.note = say(strings::RESET).to_owned();
+        ctx.storage.keep(storage::KEYS, "");
+        self.keep_pad(ctx);
+    }
+
+    fn keep_pad(&mut self, ctx: &mut Context) {
+        ctx.storage.keep(storage::PAD, &self.pad.text());
+    }
+
+    pub fn toggle_full_screen(&mut self, ctx: &mut Context) {
+        ctx.request(Effect::FullScreen(!self.is_full));
+    }
+
+    /// A key in the sheet: the one that is asked for, or the one that ends the question. `false` if it is neither.
+    pub fn key_down(&mut self, ctx: &mut Context, key: &Key) -> bool {
+        match self.choice {
+            Some(_) if key.code == "Escape" => self.ask_choice(None),
+            Some(Choice::Key(action)) => {
+                // Tab leads on, and these have a use of their own.
+                if key.code == "Tab" || key.modified || is_modifier(&key.letter) {
+                    return false;
+                }
+                if is_function(&key.code) {
+                    self.note = fill(strings::TAKEN_KEY, &[("key", &key.code)]);
+                } else {
+                    self.choose_key(action, key);
+                    self.choice = None;
+                    ctx.storage.keep(storage::KEYS, &self.keys.text());
+                }
+            }
+            _ => return false,
+        }
+        true
+    }
+
+    /// Learns what the cap of a key reads.
+    pub fn note_cap(&mut self, key: &Key) {
+        if !key.modified && !key.shift {
+            self.layout.note(&key.code, &key.letter);
+        }
+    }
+
+    /// Takes the state of the gamepad; returns it unless a button was asked for.
+    fn take_pad(&mut self, ctx: &mut Context, state: PadState) -> Option<PadState> {
+        let pressed = state.buttons & !self.pad_state.buttons;
+        self.pad_state = state;
+        let Some(Choice::Button(action)) = self.choice else { return Some(state) };
+        let chosen = (0..pad::BUTTONS).find(|button| pressed >> button & 1 == 1);
+        if let Some(button) = chosen.filter(|button| pad::is_free(*button)) {
+            self.choose_button(action, button);
+            self.choice = None;
+            self.keep_pad(ctx);
+        }
+        None
+    }
+
     /// Has the browser fetch the file of the chosen language, if it is not spoken.
     pub fn ask_language(&mut self, ctx: &mut Context) {
         if self.language == self.spoken {
@@ -106,7 +218,7 @@ impl Settings {
         self.note.clear();
     }
 
-    pub(super) fn take_language(&mut self, language: &str, file: Option<String>) {
+    fn take_language(&mut self, language: &str, file: Option<String>) {
         if self.language != language {
             return;
         }
@@ -121,7 +233,7 @@ impl Settings {
     }
 
     /// Gives the action that waits this key.
-    pub(super) fn choose_key(&mut self, action: Action, key: &Key) {
+    fn choose_key(&mut self, action: Action, key: &Key) {
         let moved = self.keys.assign(action, &key.code, &key.letter);
         let label = self.cap(action);
         self.note = strings::now_does(&label, action);
@@ -130,7 +242,7 @@ impl Settings {
         }
     }
 
-    pub(super) fn choose_button(&mut self, action: Action, button: u8) {
+    fn choose_button(&mut self, action: Action, button: u8) {
         let moved = self.pad.assign(action, button);
         self.note = strings::now_does(strings::pad_button(button), action);
         if let Some(other) = moved {
@@ -138,6 +250,16 @@ impl Settings {
             self.note += &strings::swapped(other, button);
         }
     }
+}
+
+fn is_modifier(letter: &str) -> bool {
+    matches!(letter, "Shift" | "Control" | "Alt" | "Meta" | "AltGraph" | "CapsLock" | "Dead")
+}
+
+/// Keys that the page or the browser needs.
+fn is_function(code: &str) -> bool {
+    let number = code.strip_prefix('F').and_then(|number| number.parse::<u8>().ok());
+    number.is_some()
 }
 
 /// The language of the page for a tag.

@@ -2,9 +2,9 @@
 
 use crate::page::app::App;
 use crate::page::dialogs::Card;
+use crate::page::dialogs::Layer;
 use crate::page::game::GameScreen;
 use crate::page::game::status::State;
-use crate::page::layers::Layer;
 use crate::page::screen::Screen;
 use crate::page::strings;
 

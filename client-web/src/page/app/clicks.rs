@@ -3,12 +3,12 @@
 use super::App;
 use crate::input::action::Action;
 use crate::net::api;
-use crate::page::choices::Choice;
+use crate::page::dialogs::Layer;
 use crate::page::dialogs::Question;
 use crate::page::event::{Address, Effect};
 use crate::page::game::status::State;
-use crate::page::layers::Layer;
 use crate::page::page_action::PageAction;
+use crate::page::settings::Choice;
 use crate::page::strings::{self, CardAction};
 use crate::page::wheel::WheelUse;
 use jostle_protocol::limits::EMOTES;

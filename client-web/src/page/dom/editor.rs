@@ -1,6 +1,5 @@
 //! The panels around the picture that is edited: bar, palette, form and text.
 
-mod form;
 mod text;
 
 use crate::browser;
@@ -15,7 +14,9 @@ use crate::page::panels;
 use crate::page::queue::Events;
 use text::TextView;
 use wasm_bindgen::JsCast;
-use web_sys::{HtmlElement, MouseEvent, PointerEvent};
+use web_sys::{
+    Element, HtmlElement, HtmlInputElement, HtmlSelectElement, MouseEvent, PointerEvent,
+};
 
 /// The text and the form as they were shown last.
 #[derive(Default)]
@@ -63,7 +64,7 @@ pub fn listen(events: Events) {
     });
     palette(events);
     text::listen(events);
-    form::listen(events);
+    form_fields(events);
 }
 
 fn choose_tab(name: &str) {
@@ -97,6 +98,28 @@ fn palette(events: Events) {
             events.push(Event::Clicked(PageAction::EditPlace, name));
         }
     });
+}
+
+/// What the controls of the form say.
+fn form_fields(events: Events) {
+    dom::listen(&dom::html("form-fields"), "change", move |event: web_sys::Event| {
+        let Some(line) = dom::target_within(&event, "[data-path]") else { return };
+        let Some(path) = line.get_attribute("data-path") else { return };
+        let values = controls(&line).into_iter().map(|control| {
+            if let Some(select) = control.dyn_ref::<HtmlSelectElement>() {
+                return select.value();
+            }
+            let input: HtmlInputElement = control.unchecked_into();
+            if input.type_() == "checkbox" { input.checked().to_string() } else { input.value() }
+        });
+        let values = values.collect();
+        events.push(Event::FieldChanged(path, values));
+    });
+}
+
+fn controls(line: &Element) -> Vec<Element> {
+    let found = line.query_selector_all("input, select").expect("a valid selector");
+    (0..found.length()).filter_map(|at| found.item(at)?.dyn_into().ok()).collect()
 }
 
 /// Has the browser save a text as a file.

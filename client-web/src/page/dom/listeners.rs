@@ -1,28 +1,29 @@
 //! Listeners to keys, pointers and the buttons of the page: each only says what happened.
 
 use crate::browser;
+use crate::net::simulated_link::NetworkConditions;
 use crate::page::dom;
-use crate::page::dom::{
-    editor, files, lobby, network_panel, settings, sound_panel, timeline, touchpad,
-};
+use crate::page::dom::{editor, files, lobby, settings, timeline, touchpad};
 use crate::page::event::{Event, Focus, Key, Pointer, PointerChange};
 use crate::page::page_action::PageAction;
 use crate::page::queue::Events;
 use crate::sound::task::SoundEvent;
 use jostle_sim::Vec2;
-use web_sys::{KeyboardEvent, MouseEvent, PointerEvent, StorageEvent, WheelEvent};
+use web_sys::{
+    HtmlInputElement, KeyboardEvent, MouseEvent, PointerEvent, StorageEvent, WheelEvent,
+};
 
 pub fn all(events: Events) {
     panels(events);
+    network(events);
+    sound(events);
     keys(events);
     pointer(events);
     window(events);
     dom::listen(&dom::document(), "click", move |event: MouseEvent| click(events, &event));
     lobby::listen(events);
     touchpad::listen(events);
-    network_panel::listen(events);
     timeline::listen(events);
-    sound_panel::listen(events);
     settings::listen(events);
     files::listen(events);
     editor::listen(events);
@@ -174,5 +175,37 @@ fn change(event: &PointerEvent, change: PointerChange) -> Pointer {
         pressed: event.buttons() & 0b11 != 0,
         shift: event.shift_key(),
         alt: event.alt_key(),
+    }
+}
+
+/// The switches of the network panel.
+fn network(events: Events) {
+    dom::listen(&dom::html("net-predict"), "change", move |_: web_sys::Event| {
+        let on = dom::by_id::<HtmlInputElement>("net-predict").checked();
+        events.push(Event::PredictionChosen(on));
+    });
+    dom::listen(&dom::html("net-presets"), "change", move |event: web_sys::Event| {
+        let chosen = dom::value_of::<String>(&event);
+        if let Some(conditions) = chosen.and_then(|code| NetworkConditions::parse(&code)) {
+            events.push(Event::ConditionsChosen(conditions));
+        }
+    });
+}
+
+/// The volume and the switches of the panel of sound.
+fn sound(events: Events) {
+    dom::listen(&dom::html("volume"), "input", move |event: web_sys::Event| {
+        if let Some(volume) = dom::value_of(&event) {
+            events.push(Event::Sound(SoundEvent::VolumeChosen(volume)));
+        }
+    });
+    for (id, chosen) in [
+        ("sound-on", (|on| SoundEvent::MuteChosen(!on)) as fn(bool) -> SoundEvent),
+        ("captions-on", SoundEvent::CaptionsChosen),
+    ] {
+        dom::listen(&dom::html(id), "change", move |_: web_sys::Event| {
+            let on = dom::by_id::<HtmlInputElement>(id).checked();
+            events.push(Event::Sound(chosen(on)));
+        });
     }
 }

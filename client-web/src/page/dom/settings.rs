@@ -2,9 +2,8 @@
 
 use crate::browser;
 use crate::input::pad::PadState;
-use crate::page::choices::SettingsEvent;
 use crate::page::dom;
-use crate::page::event::Event;
+use crate::page::event::{Event, SettingsEvent};
 use crate::page::page_action::PageAction;
 use crate::page::queue::Events;
 use jostle_sim::Vec2;

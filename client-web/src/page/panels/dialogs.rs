@@ -4,8 +4,8 @@
 use crate::language::{around, say};
 use crate::page::app::App;
 use crate::page::card::Card;
+use crate::page::dialogs::Layer;
 use crate::page::dialogs::Question;
-use crate::page::layers::Layer;
 use crate::page::view::{View, word};
 
 /// The parts of the page, by their layers.

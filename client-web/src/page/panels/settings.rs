@@ -2,8 +2,8 @@
 
 use crate::input::action::Action;
 use crate::page::app::App;
-use crate::page::choices::Choice;
 use crate::page::page_action::PageAction;
+use crate::page::settings::Choice;
 use crate::page::settings::Settings;
 use crate::page::strings;
 use crate::page::view::{Set, View, word};

@@ -97,7 +97,7 @@ fn a_new_visitor_gets_a_name_that_is_remembered() {
 
 #[test]
 fn settings_of_one_tab_reach_the_others_and_are_not_undone_by_them() {
-    use crate::page::choices::SettingsEvent;
+    use crate::page::event::SettingsEvent;
     use crate::sound::task::SoundEvent;
     let mut a = Browser::open("/", "");
     let mut b = a.beside("");

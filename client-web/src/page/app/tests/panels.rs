@@ -1,7 +1,7 @@
 //! Panels: what the page shows in each of its states.
 
 use super::*;
-use crate::page::choices::SettingsEvent;
+use crate::page::event::SettingsEvent;
 use crate::page::panels;
 use crate::page::view::{Set, View};
 use crate::sound::task::SoundEvent;
