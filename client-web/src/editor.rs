@@ -1,9 +1,10 @@
 //! The scene editor: pieces of a scene in the picture beside its text, of which the text is the truth.
 //!
-//! All of it is plain Rust without a browser. [`text`] finds the pieces in the text, [`edit`] changes
+//! All of it is plain Rust without a browser. [`text`] finds the pieces in the text of a [`document`], [`edit`] changes
 //! bytes of it, [`history`] undoes that, [`snap`] aligns, and [`update`] takes what the pointer, the keys
 //! and the page's buttons do.
 
+pub mod document;
 pub mod edit;
 pub mod field;
 pub mod form;
@@ -12,8 +13,7 @@ pub mod hand;
 pub mod history;
 pub mod number;
 pub mod palette;
-mod path;
-mod sketch;
+pub mod sketch;
 pub mod snap;
 pub mod state;
 pub mod strings;

@@ -102,31 +102,23 @@ pub fn quoted(text: &str) -> String {
     out
 }
 
-impl Editor {
-    /// The subject of the form.
-    pub fn form_title(&self) -> String {
-        match self.selection[..] {
-            [] => say(strings::SCENE).to_owned(),
-            [id] if id.list == List::Spawns => say(strings::HEROES).to_owned(),
-            [id] => self.sheet.piece(id).map(|piece| self.short_name(piece)).unwrap_or_default(),
-            _ => strings::pieces(self.selection.len()),
-        }
+/// The subject of the form.
+pub fn title(editor: &Editor) -> String {
+    let (doc, selection) = (&editor.doc, &editor.selection);
+    match selection[..] {
+        [] => say(strings::SCENE).to_owned(),
+        [id] if id.list == List::Spawns => say(strings::HEROES).to_owned(),
+        [id] => doc.sheet.piece(id).map(|piece| doc.short_name(piece)).unwrap_or_default(),
+        _ => strings::pieces(selection.len()),
     }
+}
 
-    /// A remark about it.
-    pub fn form_note(&self) -> &'static str {
-        match self.selection[..] {
-            [] if self.text().is_empty() => strings::EMPTY,
-            _ if !self.is_toml => strings::BROKEN,
-            [id] => self.sheet.piece(id).and_then(|piece| piece.stuck).unwrap_or_default(),
-            _ => "",
-        }
-    }
-
-    /// Gives a field of the form the values of its controls.
-    pub fn set_field(&mut self, now_ms: f64, path: &str, values: &[String]) {
-        let Some(row) = rows(self).into_iter().find(|row| row.path == path) else { return };
-        let value = value(&row.form, values, &row.default);
-        self.update(now_ms, super::update::Deed::FieldSet(row.path, value));
+/// A remark about it.
+pub fn note(editor: &Editor) -> &'static str {
+    match editor.selection[..] {
+        [] if editor.text().is_empty() => strings::EMPTY,
+        _ if !editor.doc.is_toml => strings::BROKEN,
+        [id] => editor.doc.sheet.piece(id).and_then(|piece| piece.stuck).unwrap_or_default(),
+        _ => "",
     }
 }

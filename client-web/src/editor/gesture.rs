@@ -1,11 +1,13 @@
 //! Pointers in the picture: one selects, moves, sizes and drops pieces. A gesture begins with the
 //! text as it was, and each move makes the new text from that one.
 
+use super::document::{SceneDocument, path_of};
 use super::edit::{self, Splice, apply};
 use super::hand::{EditGesture, Grip, Hand};
+use super::number::{DECIMALS_MAX, decimals_of};
 use super::palette::{self, Make};
 use super::snap::{Extents, Guides};
-use super::state::{Editor, path_of};
+use super::state::Editor;
 use super::text::{Extent, List, Piece, PieceId, Place, Sheet, vector};
 use super::{field, number};
 use jostle_sim::{Shape, Vec2};
@@ -29,15 +31,15 @@ impl Editor {
             now_ms - then_ms <= DOUBLE_MS && (*at - hand.at).length() <= hand.reach
         };
         let is_double = self.tap.take().as_ref().is_some_and(is_again);
-        let leg = self.leg_at(hand.at, hand.reach);
+        let leg = self.doc.leg_at(hand.at, hand.reach);
         let grip = match (self.grip_at(&hand), leg) {
             (Some(Grip::Point(index)), _) if is_double => return self.remove_point(index),
             (Some(grip), _) => grip,
             (None, Some((id, leg))) if is_double && self.selection == [id] => {
-                self.add_point((id, leg), self.on_unit(hand.at));
+                self.add_point((id, leg), self.doc.on_unit(hand.at));
                 Grip::Point(leg + 1)
             }
-            _ => match self.piece_at(hand.at, hand.reach).or(leg.map(|(id, _)| id)) {
+            _ => match self.doc.piece_at(hand.at, hand.reach).or(leg.map(|(id, _)| id)) {
                 Some(id) => {
                     self.pick(id, hand.adds);
                     Grip::Move
@@ -60,7 +62,7 @@ impl Editor {
             from,
             at: from,
             base: self.text().to_owned(),
-            sheet: self.sheet.clone(),
+            sheet: self.doc.sheet.clone(),
             selection: self.selection.clone(),
             moving: false,
             free: false,
@@ -86,28 +88,16 @@ impl Editor {
     /// A handle of the selected piece that is in reach.
     fn grip_at(&self, hand: &Hand) -> Option<Grip> {
         let [id] = self.selection[..] else { return None };
-        let piece = self.sheet.piece(id).filter(|piece| piece.place.is_some())?;
+        let piece = self.doc.sheet.piece(id).filter(|piece| piece.place.is_some())?;
         let away = |at: Vec2| (at - hand.at).abs().max_element();
         // The inside of a small piece is there to move it.
-        let extents = self.extents(piece)?;
+        let extents = self.doc.extents(piece)?;
         let deep = (hand.at - extents.center()).abs().cmplt((extents.high - extents.low) * 0.3);
         let is_on_path = |grip: &Grip| matches!(grip, Grip::Point(_));
-        let near = grips(self, piece, hand.step).into_iter();
+        let near = grips(&self.doc, piece, hand.step).into_iter();
         let near = near.filter(|(_, at)| away(*at) <= hand.reach);
         let near = near.filter(|(grip, _)| !deep.all() || is_on_path(grip));
         near.min_by(|a, b| away(a.1).total_cmp(&away(b.1))).map(|(grip, _)| grip)
-    }
-
-    /// The smallest piece at a point.
-    fn piece_at(&self, at: Vec2, reach: f32) -> Option<PieceId> {
-        let hits = self.sheet.pieces.iter().filter_map(|piece| {
-            let extents = self.extents(piece)?;
-            let half = ((extents.high - extents.low) * 0.5).max(Vec2::splat(0.6 * reach));
-            let away = (at - extents.center()).abs();
-            let inside = away.x <= half.x && away.y <= half.y;
-            inside.then_some((half.x * half.y, piece.id))
-        });
-        hits.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, id)| id)
     }
 
     pub(super) fn moved(&mut self, mut hand: Hand) {
@@ -129,7 +119,7 @@ impl Editor {
             Grip::Box => return self.select_within(gesture),
             Grip::New(make) => return self.carry(gesture, make, hand),
             // A text that is no TOML has to be mended before its pieces move.
-            _ if !self.is_toml => return,
+            _ if !self.doc.is_toml => return,
             Grip::Move => self.move_selection(gesture, hand),
             Grip::Size(way) => self.size_selected(gesture, way, hand),
             Grip::Point(index) => self.move_point(gesture, index, hand),
@@ -140,7 +130,7 @@ impl Editor {
     fn select_within(&mut self, gesture: &EditGesture) {
         let Some([low, high]) = gesture.frame() else { return };
         let mut ids = gesture.selection.clone();
-        for piece in &self.sheet.pieces {
+        for piece in &self.doc.sheet.pieces {
             let inside =
                 piece.center().is_some_and(|at| at.cmpge(low).all() && at.cmple(high).all());
             if inside && !ids.contains(&piece.id) {
@@ -164,7 +154,7 @@ impl Editor {
         self.selection = vec![id];
         let snapping = self.snapping(&sheet, hand);
         let way = sheet.piece(id).and_then(|piece| {
-            let extents = self.extents(piece)?;
+            let extents = self.doc.extents(piece)?;
             Some(snapping.moved(extents, anchor(piece)?, Vec2::ZERO))
         });
         let (way, guides) = way.unwrap_or_default();
@@ -178,7 +168,8 @@ impl Editor {
     fn move_selection(&mut self, gesture: &EditGesture, hand: &Hand) -> Vec<Splice> {
         let pieces: Vec<&Piece> =
             self.selection.iter().filter_map(|id| gesture.sheet.piece(*id)).collect();
-        let rects: Vec<Extents> = pieces.iter().filter_map(|piece| self.extents(piece)).collect();
+        let rects: Vec<Extents> =
+            pieces.iter().filter_map(|piece| self.doc.extents(piece)).collect();
         let (Some(first), Some(anchor)) =
             (rects.first(), pieces.iter().find_map(|piece| anchor(piece)))
         else {
@@ -190,7 +181,7 @@ impl Editor {
         });
         let snapping = self.snapping(&gesture.sheet, hand);
         let (by, guides) = snapping.moved(around, anchor, hand.at - gesture.from);
-        let decimals = self.decimals(hand);
+        let decimals = decimals(hand);
         let moved = pieces.iter().flat_map(|piece| edit::moved(&gesture.base, piece, by, decimals));
         let splices = moved.collect();
         self.guides = guides;
@@ -207,7 +198,7 @@ impl Editor {
         let goal = vector(point) + hand.at - gesture.from;
         let (x, upright) = snapping.line(0, goal.x);
         let (y, level) = snapping.line(1, goal.y);
-        let splices = edit::set_point(&gesture.base, point, Vec2::new(x, y), self.decimals(hand));
+        let splices = edit::set_point(&gesture.base, point, Vec2::new(x, y), decimals(hand));
         self.guides = [upright, level];
         splices
     }
@@ -216,11 +207,13 @@ impl Editor {
     fn size_selected(&mut self, gesture: &EditGesture, way: Vec2, hand: &Hand) -> Vec<Splice> {
         let piece = self.selection.first().and_then(|id| gesture.sheet.piece(*id));
         let Some(piece) = piece else { return Vec::new() };
-        let Some(Extents { mut low, mut high }) = self.extents(piece) else { return Vec::new() };
+        let Some(Extents { mut low, mut high }) = self.doc.extents(piece) else {
+            return Vec::new();
+        };
         let snapping = self.snapping(&gesture.sheet, hand);
         let by = hand.at - gesture.from;
-        let least = self.unit().min(hand.step.max(1e-3));
-        if let Some(Shape::Circle { .. }) = self.shape(piece) {
+        let least = self.doc.unit().min(hand.step.max(1e-3));
+        if let Some(Shape::Circle { .. }) = self.doc.shape(piece) {
             return self.size_circle(gesture, piece, way, hand);
         }
         for axis in 0..2 {
@@ -236,7 +229,7 @@ impl Editor {
         // An edge goes no further than to the other one.
         let size = (high - low).max(Vec2::splat(least));
         let low = Vec2::select(way.cmplt(Vec2::ZERO), high - size, low);
-        let decimals = self.decimals(hand);
+        let decimals = decimals(hand);
         if let Some(Place::Area([from, to])) = &piece.place {
             let mut splices = edit::set_point(&gesture.base, from, low, decimals);
             splices.extend(edit::set_point(&gesture.base, to, low + size, decimals));
@@ -264,7 +257,7 @@ impl Editor {
         way: Vec2,
         hand: &Hand,
     ) -> Vec<Splice> {
-        let Some(Extents { low, high }) = self.extents(piece) else { return Vec::new() };
+        let Some(Extents { low, high }) = self.doc.extents(piece) else { return Vec::new() };
         let center = (low + high) * 0.5;
         let edge = center + (high - low) * 0.5 * way + hand.at - gesture.from;
         let away = (edge - center).abs();
@@ -277,8 +270,8 @@ impl Editor {
         };
         let snapping = self.snapping(&gesture.sheet, hand);
         let radius = snapping.on_unit(radius * 2.0) * 0.5;
-        let radius = radius.max(0.5 * self.unit().min(hand.step.max(1e-3)));
-        let decimals = self.decimals(hand);
+        let radius = radius.max(0.5 * self.doc.unit().min(hand.step.max(1e-3)));
+        let decimals = decimals(hand);
         if let Extent::Radius(old) = &piece.extent {
             return edit::set_number(&gesture.base, old, radius, decimals).into_iter().collect();
         }
@@ -299,12 +292,12 @@ impl Editor {
         match gesture.grip {
             Grip::Move if !gesture.moving && !hand.adds => {
                 // A press on one of many, without a move, selects that one.
-                if let Some(id) = self.piece_at(hand.at, hand.reach) {
+                if let Some(id) = self.doc.piece_at(hand.at, hand.reach) {
                     self.select(vec![id]);
                 }
             }
             _ => {
-                self.note(&gesture.base);
+                self.doc.note(&gesture.base);
                 if gesture.moving && gesture.grip != Grip::Box {
                     self.select(self.selection.clone());
                 }
@@ -321,6 +314,11 @@ impl Editor {
     }
 }
 
+/// Digits after the point for a number that a hand decides.
+fn decimals(hand: &Hand) -> u32 {
+    if hand.free { decimals_of(hand.step) } else { DECIMALS_MAX - 1 }
+}
+
 /// The numbers of a piece that are to be round.
 fn anchor(piece: &Piece) -> Option<Vec2> {
     match piece.place.as_ref()? {
@@ -331,14 +329,14 @@ fn anchor(piece: &Piece) -> Option<Vec2> {
 }
 
 /// The parts of a piece that a hand can hold, and where. `pixel` is the width of a CSS pixel, world units.
-pub(super) fn grips(editor: &Editor, piece: &Piece, pixel: f32) -> Vec<(Grip, Vec2)> {
+pub(super) fn grips(doc: &SceneDocument, piece: &Piece, pixel: f32) -> Vec<(Grip, Vec2)> {
     let points = path_of(piece).iter().enumerate();
     let mut grips: Vec<_> = points.map(|(at, point)| (Grip::Point(at), vector(point))).collect();
     let is_point = matches!(piece.id.list, List::Spawns | List::Emitters | List::Launchers);
     if piece.stuck.is_some() || is_point {
         return grips;
     }
-    let Some(extents) = editor.extents(piece) else { return grips };
+    let Some(extents) = doc.extents(piece) else { return grips };
     let half = (extents.high - extents.low) * 0.5;
     let away = half + Vec2::splat(GRIP_CSS * pixel);
     for (x, y) in [(-1, -1), (1, -1), (-1, 1), (1, 1), (0, -1), (0, 1), (-1, 0), (1, 0)] {

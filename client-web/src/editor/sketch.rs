@@ -1,9 +1,10 @@
 //! The editor's drawing over and under a scene.
 
+use super::document::{SceneDocument, path_of};
 use super::gesture::grips;
 use super::hand::Grip;
 use super::snap::Extents;
-use super::state::{Editor, path_of};
+use super::state::Editor;
 use super::text::{List, Piece, vector};
 use crate::view::frame::{Sketch, Stroke, Tone};
 use jostle_sim::{Shape, Vec2};
@@ -13,92 +14,82 @@ const GRID_CSS: f32 = 9.0;
 /// Half the extent of a hero whose size is not known, world units.
 const HERO_HALF: Vec2 = Vec2::new(8.0, 11.0);
 
-impl Editor {
-    /// Draws the editor's part of the picture. `pixel` is the width of a CSS pixel, world units.
-    pub fn sketch(&self, pixel: f32, sketch: &mut Sketch) {
-        sketch.pixel = pixel;
-        sketch.grid = grid(self.unit(), pixel);
-        sketch.strokes.clear();
-        for piece in &self.sheet.pieces {
-            self.draw(piece, &mut sketch.strokes);
-        }
-        for piece in self.selected() {
-            self.mark(piece, pixel, &mut sketch.strokes);
-        }
-        let world = self.world();
-        for (axis, at) in self.guides.iter().enumerate() {
-            let Some(at) = *at else { continue };
-            let mut ends = [Vec2::splat(at); 2];
-            ends[0][1 - axis] = 0.0;
-            ends[1][1 - axis] = world[1 - axis];
-            sketch.strokes.push(Stroke::Line(ends, Tone::Guide));
-        }
-        if let Some([low, high]) = self.gesture.as_ref().and_then(|gesture| gesture.frame()) {
-            let size = high - low;
-            let (shape, center) = (Shape::rect(size.x, size.y), (low + high) * 0.5);
-            sketch.strokes.push(Stroke::Outline { shape, center, tone: Tone::Chosen });
-        }
+/// Draws the editor's part of the picture. `pixel` is the width of a CSS pixel, world units.
+pub fn draw(editor: &Editor, pixel: f32, sketch: &mut Sketch) {
+    let doc = &editor.doc;
+    sketch.pixel = pixel;
+    sketch.grid = grid(doc.unit(), pixel);
+    sketch.strokes.clear();
+    for piece in &doc.sheet.pieces {
+        draw_piece(doc, piece, &mut sketch.strokes);
     }
+    let is_alone = editor.selection.len() == 1;
+    for piece in editor.selected() {
+        mark(doc, piece, is_alone, pixel, &mut sketch.strokes);
+    }
+    let world = doc.world();
+    for (axis, at) in editor.guides.iter().enumerate() {
+        let Some(at) = *at else { continue };
+        let mut ends = [Vec2::splat(at); 2];
+        ends[0][1 - axis] = 0.0;
+        ends[1][1 - axis] = world[1 - axis];
+        sketch.strokes.push(Stroke::Line(ends, Tone::Guide));
+    }
+    if let Some([low, high]) = editor.gesture.as_ref().and_then(|gesture| gesture.frame()) {
+        let size = high - low;
+        let (shape, center) = (Shape::rect(size.x, size.y), (low + high) * 0.5);
+        sketch.strokes.push(Stroke::Outline { shape, center, tone: Tone::Chosen });
+    }
+}
 
-    /// Draws the parts of a piece that the game itself does not show.
-    fn draw(&self, piece: &Piece, strokes: &mut Vec<Stroke>) {
-        let Some(center) = piece.center() else { return };
-        match piece.id.list {
-            List::Spawns => {
-                let half = self.shape(piece).map_or(HERO_HALF, |shape| shape.half_extent());
-                strokes.push(Stroke::Spawn(center, half));
-            }
-            List::Emitters => strokes.push(Stroke::Flame(center)),
-            List::Launchers => strokes.push(Stroke::Target(center)),
-            List::Zones | List::Layouts => {
-                if let Some(shape) = self.shape(piece) {
-                    strokes.push(Stroke::Outline { shape, center, tone: Tone::Quiet });
-                }
-            }
-            List::Bodies => {
-                let points = path_of(piece);
-                let legs = points.windows(2);
-                let ends = |leg: &[_; 2]| [vector(&leg[0]), vector(&leg[1])];
-                for leg in legs.filter_map(|leg| leg.first_chunk()) {
-                    strokes.push(Stroke::Line(ends(leg), Tone::Quiet));
-                }
-                // A text that is no scene may have bodies that the picture has not, or has elsewhere.
-                if let Some(shape) = self.shape(piece).filter(|shape| !self.is_shown(piece, *shape))
-                {
-                    strokes.push(Stroke::Outline { shape, center, tone: Tone::Quiet });
-                }
+/// Draws the parts of a piece that the game itself does not show.
+fn draw_piece(doc: &SceneDocument, piece: &Piece, strokes: &mut Vec<Stroke>) {
+    let Some(center) = piece.center() else { return };
+    match piece.id.list {
+        List::Spawns => {
+            let half = doc.shape(piece).map_or(HERO_HALF, |shape| shape.half_extent());
+            strokes.push(Stroke::Spawn(center, half));
+        }
+        List::Emitters => strokes.push(Stroke::Flame(center)),
+        List::Launchers => strokes.push(Stroke::Target(center)),
+        List::Zones | List::Layouts => {
+            if let Some(shape) = doc.shape(piece) {
+                strokes.push(Stroke::Outline { shape, center, tone: Tone::Quiet });
             }
         }
-    }
-
-    /// Whether the picture, which is that of the last scene, has a body as the text says.
-    fn is_shown(&self, piece: &Piece, shape: Shape) -> bool {
-        let body = self.scene.as_ref().and_then(|scene| scene.bodies.get(piece.id.index));
-        let same = body.is_some_and(|body| {
-            body.kind.name() == piece.kind
-                && body.def.shape == shape
-                && (body.path.is_some() || Some(body.def.position) == piece.center())
-        });
-        self.error.is_none() || same
-    }
-
-    fn mark(&self, piece: &Piece, pixel: f32, strokes: &mut Vec<Stroke>) {
-        let Some(Extents { low, high }) = self.extents(piece) else { return };
-        let (center, least) = ((low + high) * 0.5, 2.0 * pixel * SIGN_CSS);
-        let is_sign = matches!(piece.id.list, List::Emitters | List::Launchers);
-        let shape = match self.shape(piece) {
-            Some(shape) => shape,
-            None if is_sign => Shape::circle(0.5 * least),
-            None => Shape::rect(least, least),
-        };
-        strokes.push(Stroke::Outline { shape, center, tone: Tone::Chosen });
-        let [_] = self.selection[..] else { return };
-        for leg in path_of(piece).windows(2) {
-            strokes.push(Stroke::Line([vector(&leg[0]), vector(&leg[1])], Tone::Chosen));
+        List::Bodies => {
+            let points = path_of(piece);
+            let legs = points.windows(2);
+            let ends = |leg: &[_; 2]| [vector(&leg[0]), vector(&leg[1])];
+            for leg in legs.filter_map(|leg| leg.first_chunk()) {
+                strokes.push(Stroke::Line(ends(leg), Tone::Quiet));
+            }
+            // A text that is no scene may have bodies that the picture has not, or has elsewhere.
+            if let Some(shape) = doc.shape(piece).filter(|shape| !doc.is_shown(piece, *shape)) {
+                strokes.push(Stroke::Outline { shape, center, tone: Tone::Quiet });
+            }
         }
-        for (grip, at) in grips(self, piece, pixel) {
-            strokes.push(Stroke::Handle { at, round: matches!(grip, Grip::Point(_)) });
-        }
+    }
+}
+
+fn mark(doc: &SceneDocument, piece: &Piece, is_alone: bool, pixel: f32, strokes: &mut Vec<Stroke>) {
+    let Some(Extents { low, high }) = doc.extents(piece) else { return };
+    let (center, least) = ((low + high) * 0.5, 2.0 * pixel * SIGN_CSS);
+    let is_sign = matches!(piece.id.list, List::Emitters | List::Launchers);
+    let shape = match doc.shape(piece) {
+        Some(shape) => shape,
+        None if is_sign => Shape::circle(0.5 * least),
+        None => Shape::rect(least, least),
+    };
+    strokes.push(Stroke::Outline { shape, center, tone: Tone::Chosen });
+    if !is_alone {
+        return;
+    }
+    for leg in path_of(piece).windows(2) {
+        strokes.push(Stroke::Line([vector(&leg[0]), vector(&leg[1])], Tone::Chosen));
+    }
+    for (grip, at) in grips(doc, piece, pixel) {
+        strokes.push(Stroke::Handle { at, round: matches!(grip, Grip::Point(_)) });
     }
 }
 

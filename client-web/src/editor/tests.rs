@@ -53,13 +53,13 @@ fn hand(x: f32, y: f32) -> Hand {
 
 fn yard() -> Editor {
     let editor = Editor::open(YARD.to_owned(), Some("yard.toml"));
-    assert_eq!(editor.error, None);
+    assert_eq!(editor.doc.error, None);
     editor
 }
 
 fn act(editor: &mut Editor, deeds: impl IntoIterator<Item = Deed>) {
     deeds.into_iter().for_each(|deed| editor.update(0.0, deed));
-    editor.check();
+    editor.doc.check();
 }
 
 fn drag(editor: &mut Editor, from: Hand, to: Hand) {
@@ -79,15 +79,15 @@ const CRATE: PieceId = PieceId { list: List::Bodies, index: 1 };
 fn pieces_are_found_with_their_bytes() {
     let editor = yard();
     let bytes = |list, index| {
-        let piece = editor.sheet.piece(PieceId { list, index }).expect("a piece");
+        let piece = editor.doc.sheet.piece(PieceId { list, index }).expect("a piece");
         &YARD[piece.bytes.clone()]
     };
     let crate_text = "# A crate,\n# twice as high as wide.\n[[bodies]]\nkind = \"block\" # wood\n\
                       position = [40, 15]\nsize = [10, 20]\n";
     assert_eq!(bytes(List::Bodies, 1), crate_text);
     assert_eq!(bytes(List::Spawns, 1), "[30, 20]");
-    assert_eq!(editor.sheet.pieces.len(), 4);
-    assert_eq!(editor.sheet.world, Some(Vec2::new(320.0, 180.0)));
+    assert_eq!(editor.doc.sheet.pieces.len(), 4);
+    assert_eq!(editor.doc.sheet.world, Some(Vec2::new(320.0, 180.0)));
 }
 
 #[test]
@@ -158,7 +158,7 @@ fn a_copy_stands_right_after_its_original() {
     let mut editor = yard();
     editor.select(vec![CRATE]);
     act(&mut editor, [Deed::Duplicated]);
-    assert_eq!(editor.error, None);
+    assert_eq!(editor.doc.error, None);
     assert!(editor.text().contains("position = [44, 19]\nsize = [10, 20]\n\n# Not of"));
     assert_eq!(editor.selection, [PieceId { index: 2, ..CRATE }]);
     act(&mut editor, [Deed::Deleted]);
@@ -184,9 +184,9 @@ fn nudges_in_a_row_are_one_step() {
 fn an_empty_text_becomes_a_scene_with_each_piece_of_the_palette() {
     for (make, name) in Make::ALL {
         let mut editor = Editor::open(String::new(), None);
-        assert!(editor.error.is_some(), "nothing is no scene");
+        assert!(editor.doc.error.is_some(), "nothing is no scene");
         act(&mut editor, [Deed::Placed(make, Vec2::new(100.0, 90.0))]);
-        assert_eq!(editor.error, None, "{name}: {}", editor.text());
+        assert_eq!(editor.doc.error, None, "{name}: {}", editor.text());
         assert_eq!(editor.selection.len(), 1, "{name}");
         act(&mut editor, [Deed::Undone]);
         assert_eq!(editor.text(), "", "{name}");
@@ -196,8 +196,8 @@ fn an_empty_text_becomes_a_scene_with_each_piece_of_the_palette() {
     for (index, (make, _)) in Make::ALL.into_iter().enumerate() {
         act(&mut editor, [Deed::Placed(make, Vec2::new(25.0 + 28.0 * index as f32, 90.0))]);
     }
-    assert_eq!(editor.error, None, "{}", editor.text());
-    assert_eq!(editor.sheet.pieces.len(), Make::ALL.len());
+    assert_eq!(editor.doc.error, None, "{}", editor.text());
+    assert_eq!(editor.doc.sheet.pieces.len(), Make::ALL.len());
 }
 
 #[test]
@@ -226,8 +226,8 @@ fn a_piece_is_dragged_out_of_the_palette_as_one_step() {
     act(&mut editor, [Deed::Moved(outside)]);
     assert_eq!(editor.text(), YARD, "back over the palette it is gone");
     act(&mut editor, [Deed::Moved(hand(210.0, 92.0)), Deed::Up(hand(210.0, 92.0))]);
-    assert_eq!(editor.error, None);
-    assert_eq!(editor.sheet.pieces.len(), 5);
+    assert_eq!(editor.doc.error, None);
+    assert_eq!(editor.doc.sheet.pieces.len(), 5);
     act(&mut editor, [Deed::Undone]);
     assert_eq!(editor.text(), YARD);
 }
@@ -237,8 +237,8 @@ fn a_text_with_an_error_keeps_the_last_pieces_and_is_not_dragged() {
     let mut editor = yard();
     let broken = YARD.replace("kind = \"wall\"", "kind = ");
     act(&mut editor, [Deed::Typed(broken.clone())]);
-    assert!(!editor.is_toml && editor.scene.is_some());
-    assert_eq!(editor.sheet.pieces.len(), 4);
+    assert!(!editor.doc.is_toml && editor.doc.scene.is_some());
+    assert_eq!(editor.doc.sheet.pieces.len(), 4);
     drag(&mut editor, hand(40.0, 15.0), hand(101.3, 60.4));
     act(&mut editor, [Deed::Deleted, Deed::Duplicated]);
     assert_eq!(editor.text(), broken);
@@ -309,8 +309,8 @@ fn a_form_sets_adds_and_removes_fields() {
     assert!(editor.text().contains("title = \"A \\\"new\\\" yard\"   # its name"));
     editor.set_field(0.0, "limits.players", &["4".into()]);
     assert!(editor.text().ends_with("# The last line.\n\n[limits]\nplayers = 4\n"));
-    editor.check();
-    assert_eq!(editor.error, None);
+    editor.doc.check();
+    assert_eq!(editor.doc.error, None);
 }
 
 #[test]
@@ -319,7 +319,7 @@ fn an_error_is_that_of_the_check() {
     let wrong = YARD.replace("[10, 20]", "[10, -2]");
     act(&mut editor, [Deed::Typed(wrong.clone())]);
     let checked = Scene::parse("yard.toml", &wrong).expect_err("a negative size");
-    assert_eq!(editor.error.as_ref().map(ToString::to_string), Some(checked.to_string()));
+    assert_eq!(editor.doc.error.as_ref().map(ToString::to_string), Some(checked.to_string()));
     assert!(checked.to_string().starts_with("yard.toml:19: bodies[1].size"), "{checked}");
 }
 
@@ -349,7 +349,7 @@ fn a_box_and_shift_select_many_and_tab_goes_through_all() {
     assert_eq!(editor.selection.len(), 2);
     act(&mut editor, [Deed::Deselected]);
     let mut seen = Vec::new();
-    for _ in 0..editor.sheet.pieces.len() {
+    for _ in 0..editor.doc.sheet.pieces.len() {
         act(&mut editor, [Deed::Next { back: false }]);
         seen.push(editor.said.clone());
     }
@@ -364,7 +364,7 @@ fn with_path(points: &str) -> Editor {
     let text =
         YARD.replace("position = [40, 15]", &format!("path = {points} # its way\nperiod = 4"));
     let editor = Editor::open(text, Some("yard.toml"));
-    assert_eq!(editor.error, None);
+    assert_eq!(editor.doc.error, None);
     editor
 }
 
@@ -381,8 +381,8 @@ fn a_body_gets_a_path_where_it_stands_and_the_path_more_points() {
     let mut editor = yard();
     editor.select(vec![PieceId { list: List::Bodies, index: 1 }]);
     act(&mut editor, [Deed::PathExtended]);
-    editor.check();
-    assert_eq!(editor.error, None, "{}", editor.text());
+    editor.doc.check();
+    assert_eq!(editor.doc.error, None, "{}", editor.text());
     let wanted = YARD
         .replace("position = [40, 15]", "path = [[10, 15], [70, 15]]")
         .replace("size = [10, 20]\n", "size = [10, 20]\nperiod = 4\n");
@@ -396,8 +396,8 @@ fn a_body_gets_a_path_where_it_stands_and_the_path_more_points() {
     let mut editor = Editor::open(text, None);
     editor.select(vec![PieceId { list: List::Bodies, index: 1 }]);
     act(&mut editor, [Deed::PathExtended]);
-    editor.check();
-    assert_eq!((editor.text(), &editor.error), (&*wanted, &None));
+    editor.doc.check();
+    assert_eq!((editor.text(), &editor.doc.error), (&*wanted, &None));
 }
 
 #[test]

@@ -1,14 +1,16 @@
 //! The one place where the editor changes: [`Editor::update`].
 
-use super::edit::{self, apply};
-use super::field;
+use super::document::{Leg, path_of};
+use super::edit::{self, Splice, apply, item_bytes};
+use super::field::{self, Spot};
+use super::form::{rows, value};
 use super::hand::Hand;
 use super::history::History;
-use super::number::DECIMALS_MAX;
+use super::number::{DECIMALS_MAX, rounded};
 use super::palette::{self, Make};
 use super::state::Editor;
 use super::strings;
-use super::text::{PieceId, Sheet};
+use super::text::{List, Piece, PieceId, Place, Sheet, vector};
 use jostle_sim::Vec2;
 use jostle_sim::short_sort::sort_few;
 
@@ -16,6 +18,11 @@ use jostle_sim::short_sort::sort_few;
 const NUDGE_MS: f64 = 700.0;
 /// Steps of a nudge with Shift.
 const NUDGE_FAR: f32 = 10.0;
+/// Half the length of a new path, steps of the world.
+const PATH_REACH: f32 = 30.0;
+/// Seconds there and back.
+const PATH_PERIOD: &str = "4";
+
 /// Distance of a copy from its original on each axis, units.
 const COPY_UNITS: f32 = 4.0;
 
@@ -74,14 +81,17 @@ impl Editor {
             self.cancel();
         }
         match deed {
-            Deed::Typed(text) => self.type_text(text, now_ms),
+            Deed::Typed(text) => {
+                self.doc.type_text(text, now_ms);
+                self.prune();
+            }
             Deed::Down(hand) => self.down(hand, now_ms),
             Deed::Moved(hand) => self.moved(hand),
             Deed::Up(hand) => self.up(hand, now_ms),
             Deed::Taken(make, id) => self.take(make, id),
             Deed::Placed(make, at) => {
-                let at = self.on_unit(at);
-                let added = palette::added(&self.text, make, at);
+                let at = self.doc.on_unit(at);
+                let added = palette::added(self.text(), make, at);
                 self.adopt(added.map(|(text, id)| (text, vec![id])));
             }
             Deed::Nudged { way, far } => self.nudge(way, far, now_ms),
@@ -95,13 +105,13 @@ impl Editor {
             Deed::Deselected if held => {}
             Deed::Deselected => self.select(Vec::new()),
             Deed::SelectedAll => {
-                let all = self.sheet.pieces.iter().filter(|piece| piece.place.is_some());
+                let all = self.doc.sheet.pieces.iter().filter(|piece| piece.place.is_some());
                 self.select(all.map(|piece| piece.id).collect());
             }
             Deed::FieldSet(path, value) => {
                 let splice = match value {
-                    Some(value) => field::set(&self.text, &path, &value),
-                    None => field::unset(&self.text, &path),
+                    Some(value) => field::set(self.text(), &path, &value),
+                    None => field::unset(self.text(), &path),
                 };
                 self.change(splice.into_iter().collect());
             }
@@ -109,55 +119,55 @@ impl Editor {
     }
 
     fn nudge(&mut self, way: Vec2, far: bool, now_ms: f64) {
-        if !self.is_toml {
+        if !self.doc.is_toml {
             return self.wait();
         }
-        let by = way * self.unit() * if far { NUDGE_FAR } else { 1.0 };
+        let by = way * self.doc.unit() * if far { NUDGE_FAR } else { 1.0 };
         let decimals = DECIMALS_MAX;
-        let moved = self.selected().flat_map(|piece| edit::moved(&self.text, piece, by, decimals));
-        let text = apply(&self.text, moved.collect());
-        if text == self.text {
+        let moved = self.selected().flat_map(|piece| edit::moved(self.text(), piece, by, decimals));
+        let text = apply(self.text(), moved.collect());
+        if text == self.text() {
             return;
         }
         let first = self.nudges.take().filter(|(_, last_ms)| now_ms - last_ms <= NUDGE_MS);
         let first = match first {
             Some((first, _)) => {
-                self.history.note_again(&first, &text);
-                self.text = text;
-                self.reread();
+                self.doc.commit_again(&first, text);
+                self.prune();
                 first
             }
             None => {
-                let first = self.text.clone();
+                let first = self.text().to_owned();
                 self.commit(text);
                 first
             }
         };
         // Back where they began, nudges are no step.
-        self.nudges = (first != self.text).then_some((first, now_ms));
+        self.nudges = (first != self.text()).then_some((first, now_ms));
         self.select(self.selection.clone());
     }
 
     fn delete(&mut self) {
-        if !self.is_toml {
+        if !self.doc.is_toml {
             return self.wait();
         }
         let gone = self.selection.len();
-        let splices = edit::removed(&self.text, self.selected());
+        let splices = edit::removed(self.text(), self.selected());
         self.selection.clear();
         self.change(splices);
         self.said = strings::deleted(gone);
     }
 
     fn duplicate(&mut self) {
-        if !self.is_toml {
+        if !self.doc.is_toml {
             return self.wait();
         }
         let mut ids = self.selection.clone();
         sort_few(&mut ids, |one, other| one < other);
-        ids.retain(|id| self.sheet.piece(*id).is_some_and(|piece| !piece.scattered));
-        let splices = ids.iter().filter_map(|id| edit::copied(&self.text, self.sheet.piece(*id)?));
-        let mut text = apply(&self.text, splices.collect());
+        ids.retain(|id| self.doc.sheet.piece(*id).is_some_and(|piece| !piece.scattered));
+        let splices =
+            ids.iter().filter_map(|id| edit::copied(self.text(), self.doc.sheet.piece(*id)?));
+        let mut text = apply(self.text(), splices.collect());
         let before = |id: &PieceId| {
             ids.iter().filter(|other| other.list == id.list && other.index < id.index).count()
         };
@@ -170,7 +180,7 @@ impl Editor {
                 let base = name.trim_end_matches(|c: char| c.is_ascii_digit() || c == '-');
                 palette::free_name(&text, if base.is_empty() { "copy" } else { base })
             });
-            let by = Vec2::new(COPY_UNITS, COPY_UNITS) * self.unit();
+            let by = Vec2::new(COPY_UNITS, COPY_UNITS) * self.doc.unit();
             let mut splices = edit::moved(&text, piece, by, DECIMALS_MAX);
             let named = name.and_then(|name| {
                 field::set(&text, &format!("{}.name", id.path()), &format!("\"{name}\""))
@@ -180,4 +190,86 @@ impl Editor {
         }
         self.adopt(Some((text, copies)));
     }
+
+    /// Gives a field of the form the values of its controls.
+    pub fn set_field(&mut self, now_ms: f64, path: &str, values: &[String]) {
+        let Some(row) = rows(self).into_iter().find(|row| row.path == path) else { return };
+        let value = value(&row.form, values, &row.default);
+        self.update(now_ms, Deed::FieldSet(row.path, value));
+    }
+
+    /// The selected body, if it is one alone and may have a path.
+    fn path_body(&self) -> Option<&Piece> {
+        let [id] = self.selection[..] else { return None };
+        let piece =
+            self.doc.sheet.piece(id).filter(|piece| piece.stuck.is_none() && self.doc.is_toml)?;
+        let has_place = matches!(piece.place, Some(Place::Center(_) | Place::Path(_)));
+        (id.list == List::Bodies && has_place).then_some(piece)
+    }
+
+    /// The words of the button that makes a path, or adds a point to it.
+    pub fn path_offer(&self) -> Option<&'static str> {
+        let piece = self.path_body()?;
+        Some(if path_of(piece).is_empty() { strings::ADD_PATH } else { strings::ADD_POINT })
+    }
+
+    /// Gives the selected body a path, or a further point in the middle of the longest leg.
+    pub(super) fn extend_path(&mut self) {
+        let Some(piece) = self.path_body() else { return };
+        let points: Vec<Vec2> = path_of(piece).iter().map(vector).collect();
+        let length = |leg: usize| (points[leg + 1] - points[leg]).length();
+        let legs = 0..points.len().saturating_sub(1);
+        match legs.max_by(|a, b| length(*a).total_cmp(&length(*b))) {
+            Some(leg) => {
+                let middle = self.doc.on_unit((points[leg] + points[leg + 1]) * 0.5);
+                self.add_point((piece.id, leg), middle);
+            }
+            None => {
+                if let Some(text) = with_path(self.text(), piece, PATH_REACH * self.doc.unit()) {
+                    self.commit(text);
+                }
+            }
+        }
+    }
+
+    /// Adds a point within a leg.
+    pub(super) fn add_point(&mut self, (id, leg): Leg, at: Vec2) {
+        let point = format!("{}.path[{leg}]", id.path());
+        let Some(Spot::There { value, .. }) = field::find(self.text(), &point) else { return };
+        let [x, y] = at.to_array().map(|part| rounded(part, DECIMALS_MAX - 1));
+        self.change(vec![Splice::insert(value.end, format!(", [{x}, {y}]"))]);
+    }
+
+    /// Removes a point of the selected body's path; the last two stay.
+    pub(super) fn remove_point(&mut self, index: usize) {
+        let piece = self.path_body().filter(|piece| path_of(piece).len() > 2);
+        let Some(piece) = piece else { return };
+        let point = format!("{}.path[{index}]", piece.id.path());
+        let Some(Spot::There { value, .. }) = field::find(self.text(), &point) else { return };
+        self.change(vec![Splice::remove(item_bytes(self.text(), &value))]);
+    }
+}
+
+/// The text in which a body goes to and fro where it stood. Fields that a path decides go.
+fn with_path(text: &str, piece: &Piece, reach: f32) -> Option<String> {
+    let Some(Place::Center([x, y])) = &piece.place else { return None };
+    let id = piece.id.path();
+    let Spot::There { value, .. } = field::find(text, &format!("{id}.position"))? else {
+        return None;
+    };
+    let key = text[..value.start].rfind("position")?;
+    let [low, high] = [-reach, reach].map(|by| rounded(x.value + by, DECIMALS_MAX - 1));
+    let y = &text[y.at.clone()];
+    let splices = vec![
+        Splice { at: key..key + "position".len(), with: "path".to_owned() },
+        Splice { at: value, with: format!("[[{low}, {y}], [{high}, {y}]]") },
+    ];
+    let mut text = apply(text, splices);
+    for decided in ["velocity", "motion"] {
+        if let Some(splice) = field::unset(&text, &format!("{id}.{decided}")) {
+            text = apply(&text, vec![splice]);
+        }
+    }
+    let period = field::set(&text, &format!("{id}.period"), PATH_PERIOD)?;
+    Some(apply(&text, vec![period]))
 }

@@ -1,6 +1,7 @@
 //! The editor on the page: the editor itself, and the picture of its scene before the first tick.
 
 use crate::editor::hand::Hand;
+use crate::editor::sketch;
 use crate::editor::state::Editor;
 use crate::editor::update::Deed;
 use crate::page::event::{Canvas, Pointer, PointerChange};
@@ -63,7 +64,7 @@ pub struct EditScreen {
 
 impl EditScreen {
     pub fn new(editor: Editor, origin: Option<String>, seed: u64) -> EditScreen {
-        let kept = editor.revision;
+        let kept = editor.doc.revision;
         let mut screen = EditScreen {
             editor,
             origin,
@@ -173,7 +174,7 @@ impl EditScreen {
         self.zoom = zoom;
         let by = point - self.view.to_world(to / self.css_per_pixel);
         // As a whole it is in the middle, and its edges come no further than there.
-        let most = self.editor.world() * (0.5 - 0.5 / zoom);
+        let most = self.editor.doc.world() * (0.5 - 0.5 / zoom);
         let pan = (self.pan + by).clamp(-most, most);
         self.view.center += pan - self.pan;
         self.pan = pan;
@@ -197,21 +198,21 @@ impl EditScreen {
 
     /// Checks what was typed or dragged, and brings the picture to the present.
     pub fn advance(&mut self, canvas: Option<Canvas>) {
-        if self.editor.check() && self.editor.error.is_none() {
+        if self.editor.doc.check() && self.editor.doc.error.is_none() {
             self.draw_scene();
         }
         let Some(Canvas { pixels, top, bottom, css_width }) = canvas else { return };
         self.css_per_pixel = css_width as f32 / pixels[0] as f32;
-        let mut camera = Camera::new(CameraRule::Fit, self.editor.world());
+        let mut camera = Camera::new(CameraRule::Fit, self.editor.doc.world());
         self.view = camera.view(Target { pixels, hero: None, top, bottom, elapsed_s: 0.0 });
         self.view.height /= self.zoom;
         self.view.center += self.pan;
         let pixel = self.view.unit_per_pixel() / self.css_per_pixel.max(f32::MIN_POSITIVE);
-        self.editor.sketch(pixel, &mut self.sketch);
+        sketch::draw(&self.editor, pixel, &mut self.sketch);
     }
 
     fn draw_scene(&mut self) {
-        let Some(scene) = &self.editor.scene else { return };
+        let Some(scene) = &self.editor.doc.scene else { return };
         let game = Game::new(Arc::clone(scene), self.seed);
         let mut picture = Replica::without_particles(Arc::clone(scene), NO_PLAYER);
         picture.file(Snapshot::capture(&game, Vec::new()), Vec::new());
@@ -228,8 +229,8 @@ impl EditScreen {
     /// The scene to play, if the text is one.
     pub fn playable(&mut self) -> Option<Arc<Scene>> {
         self.editor.update(0.0, Deed::Cancelled);
-        self.editor.check();
-        self.editor.scene.clone().filter(|_| self.editor.error.is_none())
+        self.editor.doc.check();
+        self.editor.doc.scene.clone().filter(|_| self.editor.doc.error.is_none())
     }
 
     /// The frame to draw. `time` is the page's age in seconds.
@@ -237,7 +238,7 @@ impl EditScreen {
         let picture = self.picture.as_ref();
         Frame {
             view: self.view,
-            world_size: self.editor.world(),
+            world_size: self.editor.doc.world(),
             bodies: picture.map_or(&[], |picture| picture.bodies()),
             zones: picture.map_or(&[], |picture| &picture.zones),
             marks: picture.map_or(&[], |picture| &picture.marks),

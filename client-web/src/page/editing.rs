@@ -66,7 +66,7 @@ impl App {
         let Screen::Edit(screen) = &mut self.screen else { return };
         let Some(scene) = screen.playable() else {
             screen.editor.said =
-                screen.editor.error.as_ref().map_or(String::new(), |e| e.to_string());
+                screen.editor.doc.error.as_ref().map_or(String::new(), |e| e.to_string());
             return self.go_to_error();
         };
         let wish = Wish { seed: Some(screen.seed), ..Wish::default() };
@@ -134,10 +134,10 @@ impl App {
             Screen::Edit(screen) => screen,
             _ => return,
         };
-        if screen.editor.is_held() || screen.kept == screen.editor.revision {
+        if screen.editor.is_held() || screen.kept == screen.editor.doc.revision {
             return;
         }
-        screen.kept = screen.editor.revision;
+        screen.kept = screen.editor.doc.revision;
         let (origin, base) = (screen.origin.as_deref(), screen.base.as_deref());
         self.ctx.storage.keep_draft(origin, screen.editor.text(), base);
     }
@@ -155,7 +155,7 @@ impl App {
         if screen.origin != origin {
             screen.origin = origin;
             let name = screen.origin.clone().unwrap_or_default();
-            screen.editor.rename(&name);
+            screen.editor.doc.rename(&name);
             let hash = screen.hash();
             self.visit.dialogs.card = Some(strings::second_draft(&name));
             self.show_hash(hash);
@@ -171,7 +171,7 @@ impl App {
         if draft.text.is_none() {
             return;
         }
-        screen.kept = screen.editor.revision.wrapping_sub(1);
+        screen.kept = screen.editor.doc.revision.wrapping_sub(1);
         if !std::mem::replace(&mut screen.is_refused, true) {
             screen.editor.said = say(NOT_KEPT).to_owned();
         }
@@ -190,9 +190,9 @@ impl App {
         let Some(text) = self.other_draft().map(str::to_owned) else { return };
         self.screen.with_editor(&self.ctx, |screen, _| {
             screen.base = Some(text.clone());
-            let file = screen.editor.file.clone();
+            let file = screen.editor.doc.file.clone();
             screen.editor.replace(text, Some(&file));
-            screen.kept = screen.editor.revision;
+            screen.kept = screen.editor.doc.revision;
         });
     }
 
@@ -234,7 +234,7 @@ impl App {
     fn save_file(&mut self) {
         let Some(screen) = self.edited() else { return };
         let editor = &screen.editor;
-        let effect = Effect::SaveFile(editor.file.clone(), editor.text().to_owned());
+        let effect = Effect::SaveFile(editor.doc.file.clone(), editor.text().to_owned());
         self.ctx.request(effect);
     }
 
@@ -283,19 +283,19 @@ impl App {
             Err(refused) => refused,
         };
         let sentence = refused.error.clone().unwrap_or_else(|| strings::SILENCE.to_owned());
-        let error = scene_error(*refused, &screen.editor.file);
+        let error = scene_error(*refused, &screen.editor.doc.file);
         let Some(error) = error.filter(|_| screen.editor.text() == sent) else {
             self.visit.dialogs.card = Some(strings::no_room(&sentence));
             return;
         };
-        screen.editor.refusal = Some(error);
+        screen.editor.doc.refusal = Some(error);
         if self.screen.edit_screen().is_none() {
             self.toggle_edit();
         }
     }
 
     fn go_to_error(&mut self) {
-        let at = self.screen.edit_screen().and_then(|screen| screen.editor.error_bytes());
+        let at = self.screen.edit_screen().and_then(|screen| screen.editor.doc.error_bytes());
         if let Some(at) = at {
             self.ctx.request(Effect::FocusText(at.start));
         }

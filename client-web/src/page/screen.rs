@@ -237,8 +237,8 @@ impl Screen {
         let Screen::Edit(screen) = self else { return false };
         let editor = &mut screen.editor;
         let ends = match back {
-            false => editor.sheet.pieces.last(),
-            true => editor.sheet.pieces.first(),
+            false => editor.doc.sheet.pieces.last(),
+            true => editor.doc.sheet.pieces.first(),
         };
         let at_end = ends.is_none_or(|piece| editor.selection.last() == Some(&piece.id));
         let deed = if at_end { Deed::Deselected } else { Deed::Next { back } };

@@ -6,7 +6,7 @@ const RUNS: u64 = 6;
 const DEEDS: u32 = 30;
 
 fn deed(editor: &Editor, rng: &mut Rng) -> Deed {
-    let size = editor.world();
+    let size = editor.doc.world();
     let at = Vec2::new(rng.range(0.0, size.x), rng.range(0.0, size.y));
     let hand = Hand {
         free: rng.next_u32().is_multiple_of(4),
@@ -46,7 +46,7 @@ fn any_edits_keep_comments_and_are_undone_to_the_first_text_and_redone_to_the_la
             for number in 0..DEEDS {
                 let deed = deed(&editor, &mut rng);
                 editor.update(f64::from(number) * 300.0, deed);
-                assert!(editor.is_toml, "{} {run}: {}", scene.name, editor.text());
+                assert!(editor.doc.is_toml, "{} {run}: {}", scene.name, editor.text());
                 let kept = are_kept(&comments(&scene.source), &comments(editor.text()));
                 assert!(kept, "{} {run}: comments are gone", scene.name);
             }

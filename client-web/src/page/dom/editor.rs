@@ -3,6 +3,7 @@
 mod text;
 
 use crate::browser;
+use crate::editor::form;
 use crate::editor::palette::Make;
 use crate::editor::state::Editor;
 use crate::editor::update::Deed;
@@ -35,7 +36,7 @@ impl EditorView {
     /// Shows what follows from the checked text.
     pub fn show_frame(&mut self, editor: &Editor, patch: &mut Patch) {
         self.text.underline(editor);
-        let shown = Some((editor.revision, editor.form_title()));
+        let shown = Some((editor.doc.revision, form::title(editor)));
         // While something is dragged its numbers change all the time.
         if self.form != shown && !editor.is_held() && !is_tab("text") {
             self.form = shown;

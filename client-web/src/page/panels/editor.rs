@@ -1,6 +1,6 @@
 //! The panels around the picture that is edited: bar, form and error.
 
-use crate::editor::form::{Row, rows};
+use crate::editor::form::{self, Row, rows};
 use crate::editor::state::Editor;
 use crate::language::{fill, say};
 use crate::page::app::App;
@@ -28,7 +28,7 @@ pub fn view(app: &App) -> View {
 fn bar(view: View, screen: &EditScreen, edits: bool) -> View {
     let editor = &screen.editor;
     let [undo, redo] = editor.can();
-    let chosen = !editor.selection.is_empty() && editor.is_toml;
+    let chosen = !editor.selection.is_empty() && editor.doc.is_toml;
     let empty = editor.text().is_empty();
     let buttons = [
         ("#edit-undo", undo && edits),
@@ -41,14 +41,14 @@ fn bar(view: View, screen: &EditScreen, edits: bool) -> View {
     let view = buttons.into_iter().fold(view, |view, (at, on)| view.flag(at, "disabled", !on));
     let room = if screen.opening { say("Opening\u{2026}") } else { say("Open a room") };
     view.text("#edit-room", room)
-        .text("#edit-file", editor.file.clone())
+        .text("#edit-file", editor.doc.file.clone())
         .text("#edit-said", editor.said.clone())
 }
 
 /// The error in the text.
 pub fn error(app: &App) -> View {
     let view = View::panel("error");
-    match app.screen.edit_screen().map(|screen| screen.editor.problem()) {
+    match app.screen.edit_screen().map(|screen| screen.editor.doc.problem()) {
         Some(problem) => view.text_or_hide("#edit-error", problem.map(ToString::to_string)),
         None => view,
     }
@@ -58,8 +58,8 @@ pub fn error(app: &App) -> View {
 pub fn form(editor: &Editor) -> View {
     View::panel("form")
         .list("#form-fields", rows(editor).iter().map(line))
-        .text("#form-title", editor.form_title())
-        .text("#form-note", say(editor.form_note()))
+        .text("#form-title", form::title(editor))
+        .text("#form-note", say(form::note(editor)))
         .text_or_hide("#edit-path", editor.path_offer().map(say))
 }
 

@@ -4,6 +4,7 @@
 use jostle_client_web::editor::form::rows;
 use jostle_client_web::editor::hand::Hand;
 use jostle_client_web::editor::palette::Make;
+use jostle_client_web::editor::sketch;
 use jostle_client_web::editor::state::Editor;
 use jostle_client_web::editor::update::Deed;
 use jostle_client_web::view::frame::Sketch;
@@ -41,7 +42,7 @@ fn changed(text: &str, changes: &[(Index, String)]) -> String {
 
 fn deed(editor: &Editor, (kind, x, y): Act) -> Deed {
     let share = Vec2::new(f32::from(x % 1200), f32::from(y % 1200)) / 1000.0;
-    let at = editor.world() * (share - Vec2::splat(0.1));
+    let at = editor.doc.world() * (share - Vec2::splat(0.1));
     let (adds, free) = (x % 7 == 0, y % 5 == 0);
     let id = i32::from(x % 9 == 0);
     let hand = Hand { id, at, inside: kind != 200, reach: 4.0, step: 0.4, adds, free };
@@ -69,15 +70,15 @@ fn check(text: &str, acts: &[Act]) {
     for (number, &act) in acts.iter().enumerate() {
         let deed = deed(&editor, act);
         editor.update(number as f64 * 250.0, deed);
-        editor.sketch(0.4, &mut sketch);
+        sketch::draw(&editor, 0.4, &mut sketch);
     }
     editor.update(0.0, Deed::Cancelled);
-    editor.check();
-    if let Some(at) = editor.error_bytes() {
+    editor.doc.check();
+    if let Some(at) = editor.doc.error_bytes() {
         assert!(editor.text().get(at.clone()).is_some(), "{at:?}");
     }
     for piece in editor.selected() {
-        assert!(editor.text().get(piece.bytes.clone()).is_some() || !editor.is_toml);
+        assert!(editor.text().get(piece.bytes.clone()).is_some() || !editor.doc.is_toml);
     }
     rows(&editor);
     while editor.can()[1] {

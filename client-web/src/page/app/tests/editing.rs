@@ -168,7 +168,7 @@ fn a_text_with_an_error_is_not_played() {
     assert_eq!(browser.app.state(), "editing");
     let editor = &browser.app.edited().expect("the editor").editor;
     assert!(editor.said.starts_with("my-scene.toml:1: title: found 3"), "{}", editor.said);
-    assert_eq!(editor.error_bytes(), Some(0..9));
+    assert_eq!(editor.doc.error_bytes(), Some(0..9));
 }
 
 #[test]
@@ -215,11 +215,11 @@ fn a_refusal_of_the_server_is_an_error_of_the_text_until_that_changes() {
     browser.say(Event::Answered(request, Some(answer.to_owned())));
     assert_eq!(browser.app.state(), "editing", "the error is shown where it is");
     let editor = &browser.app.edited().expect("the editor").editor;
-    let shown = editor.problem().expect("an error").to_string();
+    let shown = editor.doc.problem().expect("an error").to_string();
     assert_eq!(shown, "my-scene.toml:2: size: found [100, 100]; allowed: less");
-    assert_eq!(editor.error_bytes().map(|at| &SCENE[at]), Some("size = [100, 100]"));
+    assert_eq!(editor.doc.error_bytes().map(|at| &SCENE[at]), Some("size = [100, 100]"));
     browser.say(Event::Edited(Deed::Typed(format!("{SCENE}\n"))));
-    assert!(browser.app.edited().is_some_and(|screen| screen.editor.problem().is_none()));
+    assert!(browser.app.edited().is_some_and(|screen| screen.editor.doc.problem().is_none()));
 }
 
 #[test]

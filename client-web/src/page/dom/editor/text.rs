@@ -27,10 +27,10 @@ struct Marks {
 impl TextView {
     /// Shows a text that was changed by other means than typing.
     pub fn show(&mut self, editor: &Editor) {
-        if self.revision == Some(editor.revision) {
+        if self.revision == Some(editor.doc.revision) {
             return;
         }
-        self.revision = Some(editor.revision);
+        self.revision = Some(editor.doc.revision);
         let area = area();
         if area.value() == editor.text() {
             return;
@@ -44,8 +44,8 @@ impl TextView {
     /// Underlines the error, and lights the lines of the selection.
     pub fn underline(&mut self, editor: &Editor) {
         let chosen = editor.selected().map(|piece| piece.bytes.clone()).collect();
-        let marks = Marks { error: editor.error_bytes(), chosen };
-        let shown = (editor.revision, marks);
+        let marks = Marks { error: editor.doc.error_bytes(), chosen };
+        let shown = (editor.doc.revision, marks);
         if self.marked.as_ref() == Some(&shown) {
             return;
         }
