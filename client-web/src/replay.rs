@@ -4,6 +4,5 @@ pub mod chapters;
 pub mod checks;
 mod display;
 pub mod error;
-mod framing;
 pub mod player;
 mod seek;

@@ -3,7 +3,7 @@
 use super::{Headless, Picture};
 use jostle_client_web::replay::player::ReplayPlayer;
 use jostle_client_web::view::draw::DrawList;
-use jostle_client_web::view::frame::{Frame, FrameBody, View};
+use jostle_client_web::view::frame::{Frame, FrameBody, FrameRoom, View};
 use jostle_client_web::view::palette::{self, INK};
 use jostle_game::Kind;
 use jostle_sim::{BodyId, EmitterDef, Particles, Recipe, Shape, Source, Vec2};
@@ -19,18 +19,17 @@ fn open() -> Headless {
     Headless::open().expect("an adapter; Mesa's software drivers will do")
 }
 
-fn frame<'a>(center: Vec2, bodies: &'a [FrameBody], particles: &'a Particles) -> Frame<'a> {
+fn room(bodies: &[FrameBody]) -> FrameRoom {
+    FrameRoom { bodies: bodies.to_vec(), ..FrameRoom::default() }
+}
+
+fn frame<'a>(center: Vec2, room: &'a FrameRoom, particles: &'a Particles) -> Frame<'a> {
     Frame {
         view: View { center, height: 40.0, pixels: SIZE },
         world_size: Vec2::new(200.0, 112.5),
-        bodies,
-        zones: &[],
-        marks: &[],
-        lamps: &[],
-        sling: None,
+        room,
         particles,
         particle_lead: 0.0,
-        effects: &[],
         time: 1.0,
         bounds: false,
         calm: false,
@@ -70,11 +69,11 @@ fn heap(count: u16, tint: [f32; 3], at: Vec2) -> Particles {
 #[test]
 fn particles_add_up_until_they_saturate() {
     let mut headless = open();
-    let ground = draw(&mut headless, &frame(DARK, &[], &Particles::default()));
+    let ground = draw(&mut headless, &frame(DARK, &room(&[]), &Particles::default()));
     let tint = [100.0 / 255.0, 40.0 / 255.0, 10.0 / 255.0];
     for count in [1, 2, 3, 4] {
         let particles = heap(count, tint, DARK);
-        let picture = draw(&mut headless, &frame(DARK, &[], &particles));
+        let picture = draw(&mut headless, &frame(DARK, &room(&[]), &particles));
         let under = ground.pixel(32, 32);
         let sum = [100, 40, 10, 0].map(|c| c * u32::from(count));
         let expected = [0, 1, 2, 3].map(|i| (u32::from(under[i]) + sum[i]).min(255) as u8);
@@ -82,7 +81,7 @@ fn particles_add_up_until_they_saturate() {
         assert_eq!(picture.pixel(1, 1), ground.pixel(1, 1), "nothing beside them");
     }
     let bright = heap(1, [4.0, 0.5, 0.25], DARK);
-    let pixel = draw(&mut headless, &frame(DARK, &[], &bright)).pixel(32, 32);
+    let pixel = draw(&mut headless, &frame(DARK, &room(&[]), &bright)).pixel(32, 32);
     assert_eq!((pixel[0], pixel[3]), (255, 255), "a tint may exceed 1: {pixel:?}");
 }
 
@@ -90,14 +89,14 @@ fn particles_add_up_until_they_saturate() {
 fn drawing_after_particles_has_normal_alpha() {
     let mut headless = open();
     let particles = heap(4, [1.0, 1.0, 1.0], DARK);
-    let dimmed = Frame { dimmed: true, ..frame(DARK, &[], &particles) };
+    let (empty, square) = (room(&[]), room(&[body(Kind::Platform, Shape::rect(20.0, 20.0))]));
+    let dimmed = Frame { dimmed: true, ..frame(DARK, &empty, &particles) };
     let pixel = draw(&mut headless, &dimmed).pixel(32, 32);
     for (channel, ink) in pixel.into_iter().zip(INK[0]) {
         let veil = 158.0 / 255.0;
         let expected = 255.0 * (1.0 - veil) + f32::from(ink) * veil;
         assert!((f32::from(channel) - expected).abs() <= 1.0, "{pixel:?}");
     }
-    let square = [body(Kind::Platform, Shape::rect(20.0, 20.0))];
     let bounds = Frame { bounds: true, ..frame(DARK, &square, &particles) };
     let picture = draw(&mut headless, &bounds);
     // The left side of the box, 10 units from the middle, is a line over saturated particles.
@@ -109,9 +108,9 @@ fn drawing_after_particles_has_normal_alpha() {
 fn a_scene_without_particles_makes_no_particle_pipeline() {
     let mut headless = open();
     let hero = body(Kind::Hero, Shape::rect(16.0, 22.0));
-    draw(&mut headless, &frame(DARK, &[hero], &Particles::default()));
+    draw(&mut headless, &frame(DARK, &room(&[hero]), &Particles::default()));
     assert_eq!(headless.renderer.made().pipelines, ["ground", "solids"]);
-    draw(&mut headless, &frame(DARK, &[hero], &heap(1, [1.0; 3], DARK)));
+    draw(&mut headless, &frame(DARK, &room(&[hero]), &heap(1, [1.0; 3], DARK)));
     let made = headless.renderer.made();
     assert_eq!(made.pipelines, ["ground", "solids", "particles"]);
     assert_eq!(made.textures[1], ("particle sprite", 64 * 64 * 4));
@@ -125,7 +124,7 @@ fn a_hero_has_its_players_colour_on_a_dark_stage() {
         let mut hero = body(Kind::Hero, Shape::rect(16.0, 22.0));
         hero.center = at;
         hero.color = Some(color);
-        let picture = draw(&mut headless, &frame(at, &[hero], &Particles::default()));
+        let picture = draw(&mut headless, &frame(at, &room(&[hero]), &Particles::default()));
         // Below the face, above the shaded edge.
         let found = picture.pixel(32, 40);
         for (channel, wanted) in found.into_iter().zip(palette::player(color)) {

@@ -513,18 +513,18 @@ impl App {
                 while let Some(news) = membership.replica.news.pop_front() {
                     self.visit.news.push(news);
                 }
-                self.visit.dialogs.withdraw_moot(membership.replica.players());
-                let own_color = membership.replica.own_color();
+                self.visit.dialogs.withdraw_moot(membership.replica.room.players());
+                let own_color = membership.replica.room.own_color();
                 let (wished, worn) = (self.appearance.color, self.visit.own_color);
                 if let Some(color) = own_color.filter(|color| *color != worn && !is_frozen) {
                     self.visit.own_color = color;
-                    let look = membership.replica.own_look();
+                    let look = membership.replica.room.own_look();
                     // A team's colour is nobody's wish.
                     if let Some(look) = look.filter(|look| look.color == color && color != wished) {
                         self.visit.news.push(News::Recolored(look.clone(), wished));
                     }
                 }
-                let scene = &membership.replica.scene;
+                let scene = &membership.replica.room.scene;
                 if self.visit.touch_scene.as_ref() != Some(&scene.source) {
                     self.visit.touch_scene = Some(scene.source.clone());
                     self.visit.fingers = tools::fingers(scene);

@@ -5,9 +5,8 @@ use crate::editor::sketch;
 use crate::editor::state::Editor;
 use crate::editor::update::Deed;
 use crate::page::event::{Canvas, Pointer, PointerChange};
-use crate::page::game::membership::GameView;
 use crate::view::camera::{Camera, Target};
-use crate::view::frame::{Frame, Sketch, View};
+use crate::view::frame::{Frame, FrameRoom, Sketch, View};
 use crate::world::replica::{Eye, Replica};
 use jostle_game::scene::Camera as CameraRule;
 use jostle_game::{Game, Scene, Seat};
@@ -39,7 +38,8 @@ pub struct EditScreen {
     /// Number of the picture.
     copy: u32,
     sketch: Sketch,
-    none: Particles,
+    /// A picture without a scene.
+    empty: (FrameRoom, Particles),
     pub view: View,
     /// How much larger than as a whole the scene is shown, and how far from its middle, world units.
     zoom: f32,
@@ -72,8 +72,8 @@ impl EditScreen {
             picture: None,
             copy: 0,
             sketch: Sketch::default(),
-            none: Particles::new(Vec::new(), 0),
-            view: GameView::UNSEEN,
+            empty: (FrameRoom::default(), Particles::new(Vec::new(), 0)),
+            view: View::UNSEEN,
             zoom: 1.0,
             pan: Vec2::ZERO,
             pinch: Vec::new(),
@@ -239,14 +239,9 @@ impl EditScreen {
         Frame {
             view: self.view,
             world_size: self.editor.doc.world(),
-            bodies: picture.map_or(&[], |picture| picture.bodies()),
-            zones: picture.map_or(&[], |picture| &picture.zones),
-            marks: picture.map_or(&[], |picture| &picture.marks),
-            lamps: picture.map_or(&[], |picture| &picture.lamps),
-            sling: picture.and_then(|picture| picture.sling.as_ref()),
-            particles: &self.none,
+            room: picture.map_or(&self.empty.0, |picture| &picture.picture.drawn),
+            particles: &self.empty.1,
             particle_lead: 0.0,
-            effects: &[],
             time,
             bounds: false,
             calm: true,

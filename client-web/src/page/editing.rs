@@ -92,7 +92,7 @@ impl App {
         match known {
             Some(screen) => self.screen = Screen::Edit(screen),
             None => {
-                let Some(scene) = game.replica().map(|replica| replica.scene.clone()) else {
+                let Some(scene) = game.replica().map(|replica| replica.room.scene.clone()) else {
                     return;
                 };
                 let (name, seed) = self.alone();

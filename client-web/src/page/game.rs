@@ -119,12 +119,12 @@ impl GameScreen {
     /// Has a new spectator follow the best player where the whole would be tiny; one whose player left chooses again.
     fn choose_followed(&mut self, pixels: [u32; 2]) {
         let Some(replica) = self.replica().filter(|_| self.watches()) else { return };
-        let is_here = |seat| replica.players().iter().any(|player| player.seat == seat);
+        let is_here = |seat| replica.room.players().iter().any(|player| player.seat == seat);
         if self.has_chosen && self.followed.is_none_or(is_here) {
             return;
         }
-        let Some(best) = replica.ranking().into_iter().next() else { return };
-        self.followed = Some(best.seat).filter(|_| begins_with_a_hero(&replica.scene, pixels));
+        let Some(best) = replica.room.ranking().into_iter().next() else { return };
+        self.followed = Some(best.seat).filter(|_| begins_with_a_hero(&replica.room.scene, pixels));
         self.has_chosen = true;
     }
 
@@ -135,7 +135,7 @@ impl GameScreen {
 
     /// The hero whom a spectator follows.
     fn followed_hero(&self) -> Option<(Vec2, Vec2)> {
-        self.pictured_replica()?.hero_of(self.followed?)
+        self.pictured_replica()?.room.hero_of(self.followed?)
     }
 
     /// A game in a room inside the page. `code` says what for.
@@ -255,7 +255,7 @@ impl GameScreen {
         };
         let replica = &membership.replica;
         let until_ms = clock() + GHOST_MS;
-        ghost.advance(replica.round(), replica.display, || clock() < until_ms);
+        ghost.advance(replica.room.round(), replica.room.display, || clock() < until_ms);
     }
 
     /// Where the ghost is, if one is on the stage.
@@ -353,7 +353,7 @@ impl GameScreen {
             self.receive_in_page(ctx);
             let eye = Eye { pointer: None, bounds: self.view.bounds(self.replica()) };
             if let Some(RoomMembership { replica, .. }) = &mut self.membership
-                && let Some(tick) = replica.newest().map(|snapshot| snapshot.tick)
+                && let Some(tick) = replica.room.newest().map(|snapshot| snapshot.tick)
             {
                 replica.advance(f64::from(tick), eye);
             }
@@ -364,20 +364,15 @@ impl GameScreen {
     /// The frame to draw now, or `None` before the first snapshot. `time` is the page's age in seconds.
     pub fn frame(&self, time: f32, calm: bool) -> Option<Frame<'_>> {
         let (replica, copy) = self.pictured()?;
-        replica.newest()?;
+        replica.room.newest()?;
         let frozen = self.is_frozen();
-        let tick_s = (replica.display / f64::from(TICKS_PER_SECOND)) as f32;
+        let tick_s = (replica.room.display / f64::from(TICKS_PER_SECOND)) as f32;
         Some(Frame {
             view: self.view.view,
-            world_size: replica.scene.size,
-            bodies: replica.bodies(),
-            zones: &replica.zones,
-            marks: &replica.marks,
-            lamps: &replica.lamps,
-            sling: replica.sling.as_ref(),
+            world_size: replica.room.scene.size,
+            room: &replica.picture.drawn,
             particles: replica.particles(),
             particle_lead: if frozen { 0.0 } else { replica.particle_lead() },
-            effects: &replica.effects,
             time: if frozen { tick_s } else { time },
             bounds: self.view.bounds(Some(replica)),
             calm,

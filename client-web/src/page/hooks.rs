@@ -34,15 +34,18 @@ fn describe(page: &Page) -> JsValue {
     let replica = app.screen.replica();
     let played = replica.filter(|_| replay.is_none());
     let seated = played.filter(|_| !game.is_some_and(|game| game.watches()));
-    let particles = replay.map(|replay| replay.player.particles());
+    let particles = replay.map(|replay| replay.player.particles().0);
     let particles = particles.or(replica.map(Replica::particles));
     let meter = game.map(|game| &game.meter).or(replay.map(|replay| &replay.meter));
-    let players = replica.map_or(&[][..], |replica| replica.players());
+    let players = replica.map_or(&[][..], |replica| replica.room.players());
     object([
         ("state", app.state().into()),
-        ("seat", seated.map(|replica| replica.seat.0).into()),
-        ("tick", replica.map(|replica| replica.display).into()),
-        ("bodies", array(replica.map_or(&[][..], |replica| &replica.samples).iter().map(body))),
+        ("seat", seated.map(|replica| replica.room.seat.0).into()),
+        ("tick", replica.map(|replica| replica.room.display).into()),
+        (
+            "bodies",
+            array(replica.map_or(&[][..], |replica| &replica.room.samples).iter().map(body)),
+        ),
         ("particles", particles.map_or(0, |particles| particles.len()).into()),
         ("particle_digest", particles.map(|particles| hex(particles.digest())).into()),
         ("emitters", particles.map_or(0, |particles| particles.emitter_count()).into()),
@@ -56,7 +59,7 @@ fn describe(page: &Page) -> JsValue {
         ("emitter_events", count(meter.map_or(0, |meter| meter.emitters))),
         ("hash", game.and_then(|game| game.state_hash()).map(hex).into()),
         ("hash_tick", game.and_then(|game| Some(game.room_in_page()?.tick_count())).into()),
-        ("told_place", played.and_then(Replica::told_place).map(point).into()),
+        ("told_place", played.and_then(|replica| replica.room.told_place()).map(point).into()),
         ("prediction", game.and_then(prediction).into()),
         ("ghost", game.and_then(|game| game.ghost_body()).map(|ghost| point(ghost.center)).into()),
         ("replay", replay.map(shown_replay).into()),

@@ -7,7 +7,6 @@ use crate::page::event::{Effect, Focus, Key};
 use crate::page::game::GameScreen;
 use crate::page::screen::Screen;
 use crate::replay::player::ReplayPlayer;
-use crate::world::replica::Replica;
 
 impl App {
     pub(super) fn key_down(&mut self, key: &Key) {
@@ -83,7 +82,8 @@ impl App {
     fn world_key_down(&mut self, key: &Key) -> bool {
         if self.screen.game().is_some_and(GameScreen::watches) {
             let Ok(number) = key.letter.parse::<usize>() else { return false };
-            let ranking = self.screen.replica().map_or(Vec::new(), Replica::ranking);
+            let ranking =
+                self.screen.replica().map_or(Vec::new(), |replica| replica.room.ranking());
             let seat = number.checked_sub(1).and_then(|index| ranking.get(index));
             let seat = seat.map(|player| player.seat);
             if !key.repeat {

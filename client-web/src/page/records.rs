@@ -44,11 +44,11 @@ impl App {
         let (Some(game), Some(replica)) = (self.screen.game(), self.screen.replica()) else {
             return;
         };
-        let round = replica.round().filter(|round| round.phase == RoundPhase::Over);
+        let round = replica.room.round().filter(|round| round.phase == RoundPhase::Over);
         let Some(round) = round.filter(|r| self.records.result_since != Some(r.since)) else {
             return;
         };
-        let (since, won) = (round.since, round.winners.contains(&round.side_of(replica.seat)));
+        let (since, won) = (round.since, round.winners.contains(&round.side_of(replica.room.seat)));
         let run = game.room_in_page().filter(|_| won).map(|room| room.run());
         self.records.result_since = Some(since);
         self.records.said = match run {

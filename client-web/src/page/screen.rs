@@ -180,13 +180,13 @@ impl Screen {
     }
 
     pub fn is_round_over(&self) -> bool {
-        let round = self.replica().and_then(Replica::round);
+        let round = self.replica().and_then(|replica| replica.room.round());
         round.is_some_and(|round| round.phase == RoundPhase::Over)
     }
 
     /// Whether M is free: where bodies are selected it selects a minion.
     pub fn may_mute(&self) -> bool {
-        self.replica().is_none_or(|replica| !replica.scene.tools.contains(Tools::SELECT))
+        self.replica().is_none_or(|replica| !replica.room.scene.tools.contains(Tools::SELECT))
     }
 
     /// Presses or releases buttons that are not keys, and sends that at once.

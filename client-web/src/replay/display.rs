@@ -1,7 +1,6 @@
 //! The display of ticks that were played in a row: bodies with their springs, flashes, news.
 
 use crate::view::draw::motion::SquashSpring;
-use crate::view::frame::FrameBody;
 use crate::world::replica::{Eye, Replica};
 use jostle_game::Seat;
 use jostle_protocol::TimedEvent;
@@ -21,8 +20,6 @@ const NO_PLAYER: Seat = Seat(u16::MAX);
 pub struct ReplayDisplay {
     pub replica: Replica,
     springs: Vec<Option<Sprung>>,
-    /// Bodies as they are drawn.
-    pub bodies: Vec<FrameBody>,
     /// The newest tick.
     tick: u32,
 }
@@ -40,8 +37,7 @@ impl ReplayDisplay {
     pub fn begin(playback: &Playback) -> ReplayDisplay {
         let scene = Arc::clone(playback.game().scene());
         let replica = Replica::without_particles(scene, NO_PLAYER);
-        let (springs, bodies) = (Vec::new(), Vec::new());
-        let mut display = ReplayDisplay { replica, springs, bodies, tick: playback.tick() };
+        let mut display = ReplayDisplay { replica, springs: Vec::new(), tick: playback.tick() };
         display.replica.file(playback.snapshot(), Vec::new());
         display.replica.advance(f64::from(display.tick), Eye::default());
         display.spring();
@@ -51,10 +47,10 @@ impl ReplayDisplay {
     /// Takes in the tick that a playback has just played.
     pub fn step(&mut self, playback: &Playback) {
         // Events concern the bodies that were last on display: those of a whole tick.
-        if self.replica.display != f64::from(self.tick) {
+        if self.replica.room.display != f64::from(self.tick) {
             self.replica.show(f64::from(self.tick), Eye::default());
         }
-        self.replica.seat = NO_PLAYER;
+        self.replica.room.seat = NO_PLAYER;
         self.tick = playback.tick();
         let timed = |&event| TimedEvent { tick: self.tick, event };
         let events = playback.game().events().iter().map(timed).collect();
@@ -81,19 +77,18 @@ impl ReplayDisplay {
 
     /// Shows a moment of the newest tick or of the way to it, with the eyes of a player.
     pub fn show(&mut self, playhead: f64, eye_of: Option<Seat>, bounds: bool) {
-        self.replica.seat = eye_of.unwrap_or(NO_PLAYER);
+        self.replica.room.seat = eye_of.unwrap_or(NO_PLAYER);
         self.replica.show(playhead, Eye { pointer: None, bounds });
         let share = (playhead - f64::from(self.tick) + 1.0).clamp(0.0, 1.0) as f32;
-        self.bodies.clear();
-        for &body in self.replica.bodies() {
+        for body in &mut self.replica.picture.drawn.bodies {
             let sprung = self.springs.get(body.id.index as usize).copied().flatten();
             let squash = sprung.filter(|sprung| sprung.id == body.id).map_or(0.0, |sprung| {
                 let now = sprung.spring.squash;
                 let squash = sprung.before + (now - sprung.before) * share;
                 (squash * SQUASH_STEPS).round() / SQUASH_STEPS
             });
-            let age = body.age.min(AGE_MAX_S);
-            self.bodies.push(FrameBody { age, squash: Some(squash), ..body });
+            body.age = body.age.min(AGE_MAX_S);
+            body.squash = Some(squash);
         }
     }
 }

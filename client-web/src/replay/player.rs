@@ -9,7 +9,8 @@ use super::checks::Checks;
 use super::display::ReplayDisplay;
 use super::error::ReplayLoadError;
 use crate::sound::cue::Cue;
-use crate::view::frame::FrameBody;
+use crate::view::camera::{Camera, Target, watching_camera};
+use crate::view::frame::{Frame, View};
 use crate::world::replica::{News, Replica};
 use jostle_game::{Scene, Seat, Tools};
 use jostle_protocol::PlayerState;
@@ -277,49 +278,80 @@ impl ReplayPlayer {
     /// Brings what is drawn to the playhead.
     pub(super) fn show(&mut self) {
         let bounds = self.bounds();
-        self.display.show(self.playhead, self.eye_of(), bounds);
-    }
-
-    /// The player whose view is shown: the followed one, or of the first one where
-    /// something is selected.
-    fn eye_of(&self) -> Option<Seat> {
+        // The eyes of the player who is followed, or of the first one where something is selected.
         let selecting = self.scene().tools.contains(Tools::SELECT);
         let first = || self.players().first().map(|player| player.seat).filter(|_| selecting);
-        self.followed.or_else(first)
+        let eyes = self.followed.or_else(first);
+        self.display.show(self.playhead, eyes, bounds);
     }
 
     /// Players of the displayed moment in seat order.
     pub fn players(&self) -> &[PlayerState] {
-        self.replica().players()
+        self.replica().room.players()
     }
 
     /// Centre and velocity of the followed hero.
     pub fn followed_hero(&self) -> Option<(Vec2, Vec2)> {
         let seat = self.followed?;
         let player = self.players().iter().find(|player| player.seat == seat)?;
-        let hero = self.bodies().iter().find(|body| Some(body.id) == player.hero)?;
+        let hero = self.replica().bodies().iter().find(|body| Some(body.id) == player.hero)?;
         Some((hero.center, hero.velocity))
     }
 
-    pub fn bodies(&self) -> &[FrameBody] {
-        &self.display.bodies
-    }
-
-    /// Particles on display: those of the game itself.
-    pub fn particles(&self) -> &Particles {
-        match self.rebuilt() {
-            Some(rebuilt) => &rebuilt.particles,
-            None => self.playback.game().world().particles(),
+    /// Particles on display, which are those of the game itself, and how far they are behind the playhead, seconds.
+    pub fn particles(&self) -> (&Particles, f32) {
+        match self.seek.as_ref().and_then(|seek| seek.rebuilt.as_ref()) {
+            Some(rebuilt) => (&rebuilt.particles, rebuilt.particle_lead),
+            None => (self.playback.game().world().particles(), self.particle_lead()),
         }
-    }
-
-    pub(super) fn rebuilt(&self) -> Option<&Rebuilt> {
-        self.seek.as_ref().and_then(|seek| seek.rebuilt.as_ref())
     }
 
     pub(super) fn particle_lead(&self) -> f32 {
         let ticks = self.playhead - f64::from(self.playback.tick());
         ticks.clamp(-1.0, 0.0) as f32 / TICKS_PER_SECOND as f32
+    }
+
+    /// A camera for the whole world, or for the hero that is followed, if there is one now.
+    pub fn camera(&self) -> Camera {
+        let scene = self.scene();
+        watching_camera(scene, self.followed_hero().is_some())
+    }
+
+    /// The view in which a camera comes to rest while the film stands still. `bottom` are pixels
+    /// that something else covers: what is to be seen is above them.
+    pub fn still_view(&self, pixels: [u32; 2], bottom: u32) -> View {
+        self.view(&mut self.camera(), pixels, bottom, 0.0)
+    }
+
+    /// The view of a camera of this replay, this many seconds after its last one.
+    pub fn view(&self, camera: &mut Camera, pixels: [u32; 2], bottom: u32, elapsed_s: f32) -> View {
+        let [width, height] = pixels;
+        let free = height - bottom.min(height / 2);
+        let hero = self.followed_hero();
+        let above =
+            camera.view(Target { pixels: [width, free], hero, top: 0, bottom: 0, elapsed_s });
+        let unit = above.unit_per_pixel();
+        let down = Vec2::new(0.0, 0.5 * unit * (height - free) as f32);
+        View { center: above.center - down, height: unit * height as f32, pixels }
+    }
+
+    /// The frame that a camera shows now.
+    pub fn frame(&self, view: View) -> Frame<'_> {
+        let (particles, particle_lead) = self.particles();
+        Frame {
+            view,
+            world_size: self.scene().size,
+            room: &self.replica().picture.drawn,
+            particles,
+            particle_lead,
+            time: (self.playhead / f64::from(TICKS_PER_SECOND)) as f32,
+            bounds: self.bounds(),
+            calm: false,
+            copy: self.jumps,
+            dimmed: false,
+            sketch: None,
+            ghost: None,
+        }
     }
 }
 

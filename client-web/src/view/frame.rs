@@ -174,6 +174,9 @@ pub struct View {
 }
 
 impl View {
+    /// The view before the first frame.
+    pub const UNSEEN: View = View { center: Vec2::ZERO, height: 1.0, pixels: [1, 1] };
+
     /// World units a device pixel.
     pub fn unit_per_pixel(&self) -> f32 {
         self.height / self.pixels[1] as f32
@@ -194,27 +197,33 @@ impl View {
     }
 }
 
+/// What a frame shows of a room.
+#[derive(Debug, Default)]
+pub struct FrameRoom {
+    /// Bodies in index order.
+    pub bodies: Vec<FrameBody>,
+    /// Zones, drawn below everything else.
+    pub zones: Vec<FrameZone>,
+    /// Marks on the wall that are to be seen.
+    pub marks: Vec<FrameMark>,
+    /// Lamps that shine on some.
+    pub lamps: Vec<FrameLamp>,
+    /// The sling, where there is one.
+    pub sling: Option<FrameSling>,
+    /// Flashes of the last second.
+    pub effects: Vec<Effect>,
+}
+
 /// Everything that one frame shows.
 pub struct Frame<'a> {
     pub view: View,
     /// The world spans (0, 0) to this.
     pub world_size: Vec2,
-    /// Bodies in index order.
-    pub bodies: &'a [FrameBody],
-    /// Zones, drawn below everything else.
-    pub zones: &'a [FrameZone],
-    /// Marks on the wall that are to be seen.
-    pub marks: &'a [FrameMark],
-    /// Lamps that shine on some.
-    pub lamps: &'a [FrameLamp],
-    /// The sling, where there is one.
-    pub sling: Option<&'a FrameSling>,
+    pub room: &'a FrameRoom,
     /// Particles as of the last applied tick.
     pub particles: &'a Particles,
     /// Seconds since that tick, at most 1/60 either way, to draw particles where they are by now.
     pub particle_lead: f32,
-    /// Flashes of the last second.
-    pub effects: &'a [Effect],
     /// Seconds since the page began to draw; drives blinking and bobbing only.
     pub time: f32,
     /// Draw bounds, centre marks and contacts (F2).

@@ -48,8 +48,8 @@ impl HighlightPlayer {
     }
 
     fn begin(&mut self, highlight: Highlight, now_ms: f64) {
-        let scene = Arc::clone(&self.replica.scene);
-        self.replica = Replica::without_highlights(scene, self.replica.seat);
+        let scene = Arc::clone(&self.replica.room.scene);
+        self.replica = Replica::without_highlights(scene, self.replica.room.seat);
         self.number += 1;
         self.first = highlight.first().map_or(0, |filed| filed.snapshot.tick);
         self.ticks = length(&highlight);
@@ -94,11 +94,11 @@ mod tests {
             HighlightPlayer::new(&scene, Seat(0), vec![highlight(600), highlight(1000)], 50.0)
                 .expect("two highlights");
         assert!(player.advance(50.0, eye));
-        assert_eq!((player.number, player.count, player.replica.display), (1, 2, 420.0));
+        assert_eq!((player.number, player.count, player.replica.room.display), (1, 2, 420.0));
         assert!(player.advance(3050.0, eye));
-        assert_eq!((player.number, player.replica.display), (1, 600.0), "the goal");
+        assert_eq!((player.number, player.replica.room.display), (1, 600.0), "the goal");
         assert!(player.advance(3600.0, eye));
-        assert_eq!((player.number, player.replica.display), (2, 820.0));
+        assert_eq!((player.number, player.replica.room.display), (2, 820.0));
         assert!(player.advance(7000.0, eye));
         assert!(!player.advance(7200.0, eye), "all was shown");
         assert!(HighlightPlayer::new(&scene, Seat(0), Vec::new(), 0.0).is_none());

@@ -114,8 +114,8 @@ pub async fn the_page_plays_bit_for_bit(stage: Arc<Stage>) -> Result<()> {
         let page = tab.until("the frozen demo", |s| s.state == "frozen").await?;
         let (demo, native) = native_demo(scene, tick)?;
         let stale = "is client-web/dist built from this code? `cargo xtask web` builds it";
-        assert_eq!(page.bodies.len(), native.samples.len(), "{scene}: bodies; {stale}");
-        for (shown, sample) in page.bodies.iter().zip(&native.samples) {
+        assert_eq!(page.bodies.len(), native.room.samples.len(), "{scene}: bodies; {stale}");
+        for (shown, sample) in page.bodies.iter().zip(&native.room.samples) {
             let name = (sample.id.index, sample.id.generation, sample.kind.name());
             assert_eq!((shown.id, shown.generation, shown.kind.as_str()), name, "{scene}");
             let bits = [sample.center.x.to_bits(), sample.center.y.to_bits()];

@@ -122,7 +122,7 @@ impl App {
     fn ask_to_kick(&mut self, seat: &str) {
         self.release_input();
         let Some(replica) = self.screen.replica() else { return };
-        let player = replica.players().iter().find(|player| player.seat.0.to_string() == seat);
+        let player = replica.room.players().iter().find(|player| player.seat.0.to_string() == seat);
         let question = player.map(|p| Question::Kick(p.seat, p.appearance.clone()));
         self.visit.dialogs.question = question;
     }

@@ -28,12 +28,13 @@ impl Tags {
         let mut placed: Vec<[f32; 4]> = Vec::new();
         let mut used = 0;
         // The own tag comes first.
-        let own = |player: &&PlayerState| player.seat == replica.seat;
-        let players = replica.players();
+        let own = |player: &&PlayerState| player.seat == replica.room.seat;
+        let players = replica.room.players();
         let others = players.iter().filter(|player| !own(player));
         for player in players.iter().filter(own).chain(others) {
             let Some(above) = replica.top_of_hero(player) else { continue };
-            let shown = Appearance { color: replica.color_of(player), ..player.appearance.clone() };
+            let shown =
+                Appearance { color: replica.room.color_of(player), ..player.appearance.clone() };
             let tag = self.take(used, &shown, own(&player));
             used += 1;
             let at = view.to_pixel(above) * css_per_pixel;

@@ -11,7 +11,6 @@ use crate::page::dom::patch::{Patch, rescue_focus};
 use crate::page::dom::stage::{self, Stage};
 use crate::page::dom::tags::Tags;
 use crate::page::event::Canvas;
-use crate::page::game::membership::GameView;
 use crate::page::lobby::LobbyNote;
 use crate::page::panels::{self, dialogs, emotes, zones};
 use crate::page::queue::Events;
@@ -120,8 +119,8 @@ impl Views {
         self.tags.clear();
         self.patch.show_all(&panels::OF_FRAMES, app);
         self.patch.show_all(&panels::OF_NUMBERS, app);
-        self.patch.show(emotes::shown(app, &GameView::UNSEEN, 1.0));
-        self.patch.show(zones::view(app, &GameView::UNSEEN, 1.0));
+        self.patch.show(emotes::shown(app, &View::UNSEEN, 1.0));
+        self.patch.show(zones::view(app, &View::UNSEEN, 1.0));
         self.stage.reset();
         lobby::fill_form(&app.appearance);
     }
@@ -159,7 +158,7 @@ impl Views {
     pub fn show_frame(&mut self, app: &App) {
         let now_ms = app.now_ms();
         let tick = if let Some(game) = app.screen.game() {
-            game.replica().map(|replica| format!("{:.0}", replica.display.floor()))
+            game.replica().map(|replica| format!("{:.0}", replica.room.display.floor()))
         } else if let Some(replay) = app.screen.replay() {
             Some(replay.player.tick().to_string())
         } else if let Some(screen) = app.screen.edit_screen() {

@@ -27,7 +27,8 @@ impl GameScreen {
         let ticks = ticks_left(replica).unwrap_or(0);
         let Some(highlights) = &mut replica.highlights else { return };
         let newest = highlights.newest_within(ticks);
-        let player = HighlightPlayer::new(&replica.scene, replica.seat, newest, ctx.now_ms);
+        let player =
+            HighlightPlayer::new(&replica.room.scene, replica.room.seat, newest, ctx.now_ms);
         self.showing = player.map(|player| Showing { player, copy: (1, ctx.next_number()) });
         self.view.cut();
     }
@@ -73,9 +74,9 @@ impl GameScreen {
 
 /// Ticks until the next round runs, as far as is known; `None` while one does.
 fn ticks_left(replica: &Replica) -> Option<u32> {
-    let spec = replica.scene.rules.round.as_ref()?;
-    let round = replica.round()?;
-    let ticks = (replica.display - f64::from(round.since)).max(0.0) as u32;
+    let spec = replica.room.scene.rules.round.as_ref()?;
+    let round = replica.room.round()?;
+    let ticks = (replica.room.display - f64::from(round.since)).max(0.0) as u32;
     match round.phase {
         RoundPhase::Over => Some((spec.pause + spec.countdown).saturating_sub(ticks)),
         RoundPhase::Countdown => Some(spec.countdown.saturating_sub(ticks)),

@@ -48,8 +48,8 @@ impl RoomMembership {
     /// Whether a welcome to a seat goes on with this one in the same scene: not after a long gap, and not if the room
     /// is older there than what was shown.
     pub fn continues(&self, seat: Seat, welcomed_tick: u32) -> bool {
-        let newest = self.replica.newest().map_or(0, |newest| newest.tick);
-        seat == self.replica.seat
+        let newest = self.replica.room.newest().map_or(0, |newest| newest.tick);
+        seat == self.replica.room.seat
             && welcomed_tick.checked_sub(newest).is_some_and(|gap| gap <= GAP_TICKS_MAX)
     }
 
@@ -73,12 +73,13 @@ impl RoomMembership {
             return;
         }
         let replica = &self.replica;
-        self.predictor = if on { Predictor::new(&replica.scene, replica.seat) } else { None };
+        self.predictor =
+            if on { Predictor::new(&replica.room.scene, replica.room.seat) } else { None };
     }
 
     /// Low bits of the newest tick of which a snapshot was read on this socket; before the first, of the welcome's.
     pub fn ack_tick(&self) -> u16 {
-        let newest = self.replica.newest().map_or(0, |newest| newest.tick);
+        let newest = self.replica.room.newest().map_or(0, |newest| newest.tick);
         newest.max(self.welcomed_tick) as u16
     }
 
@@ -101,7 +102,7 @@ impl RoomMembership {
         let Some(predictor) = &mut self.predictor else { return };
         let Some(tick) = self.clock.server_tick(now_ms) else { return };
         let replica = &self.replica;
-        if let Some(own) = predictor.advance(tick, now_ms, |id| replica.place(id)) {
+        if let Some(own) = predictor.advance(tick, now_ms, |id| replica.room.place(id)) {
             self.replica.lead(own);
         }
     }
@@ -121,14 +122,11 @@ pub struct GameView {
 }
 
 impl GameView {
-    /// The view before the first frame.
-    pub const UNSEEN: View = View { center: Vec2::ZERO, height: 1.0, pixels: [1, 1] };
-
     /// A view that nothing was drawn in.
     pub fn new(now_ms: f64) -> GameView {
         GameView {
             camera: None,
-            view: GameView::UNSEEN,
+            view: View::UNSEEN,
             framed_ms: now_ms,
             follows: None,
             bounds_toggled: false,
@@ -137,7 +135,7 @@ impl GameView {
 
     /// Whether outlines are drawn: always where bodies are selected by them, else on demand.
     pub fn bounds(&self, replica: Option<&Replica>) -> bool {
-        let own = replica.is_some_and(|replica| replica.scene.tools.contains(Tools::SELECT));
+        let own = replica.is_some_and(|replica| replica.room.scene.tools.contains(Tools::SELECT));
         own != self.bounds_toggled
     }
 
@@ -152,7 +150,7 @@ impl GameView {
             // The view stays, for the pointer's sake, and jumps with the first snapshot.
             Some(camera) if same_scene => camera.cut(),
             camera => {
-                let scene = &replica.scene;
+                let scene = &replica.room.scene;
                 *camera = Some(Camera::new(scene.camera, scene.size));
                 self.follows = None;
             }
@@ -176,7 +174,7 @@ impl GameView {
         if let (Some(hero), Some(replica)) = (followed, replica) {
             if self.follows != Some(hero.is_some()) {
                 self.follows = Some(hero.is_some());
-                self.camera = Some(watching_camera(&replica.scene, hero.is_some()));
+                self.camera = Some(watching_camera(&replica.room.scene, hero.is_some()));
             }
             if let Some(camera) = &mut self.camera {
                 self.view = camera.view(Target { hero, ..canvas });
@@ -184,7 +182,7 @@ impl GameView {
             return;
         }
         let Some(camera) = &mut self.camera else { return };
-        let hero = replica.and_then(|replica| match replica.scene.camera {
+        let hero = replica.and_then(|replica| match replica.room.scene.camera {
             // No more than what is around the server's hero is sent.
             CameraRule::Follow { .. } => replica.own_hero_as_told(),
             CameraRule::Fit | CameraRule::Whole => {

@@ -77,9 +77,10 @@ impl GameScreen {
             connection.unproven_ms = Some(ctx.now_ms);
             connection.servers.welcomed();
         }
-        let same = self.replica().is_some_and(|old| old.scene.source == replica.scene.source);
+        let same =
+            self.replica().is_some_and(|old| old.room.scene.source == replica.room.scene.source);
         match &mut self.membership {
-            Some(membership) if same && membership.continues(replica.seat, tick) => {
+            Some(membership) if same && membership.continues(replica.room.seat, tick) => {
                 membership.go_on(tick, ctx.now_ms);
             }
             _ => {
@@ -101,12 +102,13 @@ impl GameScreen {
         match replica.hear(coded) {
             Ok((arrival, emitters)) => {
                 clock.arrived(arrival, ctx.now_ms);
-                if let (Some(predictor), (Some(newest), before)) = (predictor, replica.newest_two())
+                if let (Some(predictor), (Some(newest), before)) =
+                    (predictor, replica.room.newest_two())
                 {
                     predictor.heard(newest, before);
                 }
                 self.meter.snapshot(&Snapshot::section_names(coded).unwrap_or_default(), emitters);
-                let round = replica.round();
+                let round = replica.room.round();
                 if round.is_none_or(|round| round.phase != RoundPhase::Over) {
                     self.controls.press(Buttons::AGAIN, false);
                 }

@@ -2,13 +2,13 @@
 
 use super::GameScreen;
 use super::link::Link;
-use super::membership::GameView;
 use super::status::State;
 use crate::net::meter::Traffic;
 use crate::page::context::Context;
 use crate::page::event::Effect;
 use crate::page::storage::Secret;
 use crate::page::strings;
+use crate::view::frame::View;
 use jostle_game::{Input, Seat};
 use jostle_protocol::limits::VIEW_MAX;
 use jostle_protocol::{ClientMessage, ClipRefusal, VERSION};
@@ -120,8 +120,8 @@ impl GameScreen {
     fn send_view(&mut self, ctx: &mut Context) {
         let view = *self.view();
         let Some(membership) = &mut self.membership else { return };
-        let follows = !membership.replica.scene.camera.sees_all();
-        if !follows || view.pixels == GameView::UNSEEN.pixels {
+        let follows = !membership.replica.room.scene.camera.sees_all();
+        if !follows || view.pixels == View::UNSEEN.pixels {
             return;
         }
         let [width, height] = view.pixels.map(|pixels| pixels as f32);

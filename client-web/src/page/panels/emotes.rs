@@ -40,7 +40,7 @@ pub fn shown(app: &App, view: &frame::View, css_per_pixel: f32) -> View {
     let emotes =
         game.map(|(game, replica)| game.emotes.at(app.now_ms()).map(move |shown| (shown, replica)));
     for (shown, replica) in emotes.into_iter().flatten() {
-        let player = replica.players().iter().find(|player| player.seat == shown.seat);
+        let player = replica.room.players().iter().find(|player| player.seat == shown.seat);
         let Some(player) = player else { continue };
         let parts = [("player", &*player.appearance.name), ("emote", strings::emote(shown.emote))];
         said = fill("{player}: {emote}", &parts);
@@ -49,7 +49,7 @@ pub fn shown(app: &App, view: &frame::View, css_per_pixel: f32) -> View {
         items.push(
             View::item("emote-item", shown.seat.0)
                 .with("use", "href", format!("#emote-{}", shown.emote))
-                .style("", "--color", color_var(replica.color_of(player)))
+                .style("", "--color", color_var(replica.room.color_of(player)))
                 .style("", "--x", format!("{:.0}px", at.x))
                 .style("", "--y", format!("{:.0}px", (at.y - ABOVE_CSS).max(TOP_CSS))),
         );

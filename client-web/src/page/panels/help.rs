@@ -16,7 +16,7 @@ pub fn view(app: &App) -> View {
     let game = app.screen.game().and_then(|game| game.replica());
     let (title, scene, close, hint, keys) = match (game, app.screen.replay()) {
         (Some(replica), _) => {
-            let (scene, settings) = (&replica.scene, &app.settings);
+            let (scene, settings) = (&replica.room.scene, &app.settings);
             let (hint, keys) = (hint(scene, settings), of_game(scene, settings));
             (say("How to play"), scene, say("Back to the game"), hint, keys)
         }

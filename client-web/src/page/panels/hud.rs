@@ -28,7 +28,7 @@ pub fn title(app: &App) -> View {
     let (game, replay) = (app.screen.game(), app.screen.replay());
     let replica = game.and_then(GameScreen::replica);
     let view = match (game.zip(replica), replay) {
-        (Some((game, replica)), _) => game_title(view, app, game, &replica.scene),
+        (Some((game, replica)), _) => game_title(view, app, game, &replica.room.scene),
         (_, Some(replay)) => replay_title(view, replay),
         _ => view
             .text("title", "Jostle")
@@ -36,7 +36,7 @@ pub fn title(app: &App) -> View {
             .text("#room-code", "")
             .text_or_hide("#hint", None::<Text>),
     };
-    let steers = replica.is_none_or(|replica| replica.scene.tools.contains(Tools::STEER));
+    let steers = replica.is_none_or(|replica| replica.room.scene.tools.contains(Tools::STEER));
     let has_link = replay.is_none_or(|replay| replay.name.is_some());
     view.show("#turn", !steers)
         .show("#copy", has_link)
@@ -95,9 +95,9 @@ pub fn caps(app: &App) -> View {
     let small = joined_ms.is_some_and(|joined| app.now_ms() - joined > CAPS_LARGE_MS);
     let caps = game.and_then(|game| {
         let replica = game.replica()?;
-        let lit = (game.controls.buttons(), replica.selected_kind());
+        let lit = (game.controls.buttons(), replica.room.selected_kind());
         Some(
-            tools::caps(&replica.scene)
+            tools::caps(&replica.room.scene)
                 .into_iter()
                 .map(move |cap| cap_of(&cap, lit, &app.settings)),
         )

@@ -105,7 +105,7 @@ pub fn figures(app: &App) -> View {
         ("#figure-frames", format!("{} /s", meter.frames_a_second(now_ms))),
         ("#figure-bodies", count(|replica| replica.bodies().len())),
         ("#figure-particles", count(|replica| replica.particles().len())),
-        ("#figure-players", count(|replica| replica.players().len())),
+        ("#figure-players", count(|replica| replica.room.players().len())),
     ];
     texts.into_iter().fold(view, |view, (at, text)| view.text(at, text))
 }

@@ -36,12 +36,12 @@ pub fn view(app: &App) -> View {
 }
 
 fn entries(replica: &Replica, viewer: Viewer) -> Vec<View> {
-    let mut order = replica.ranking();
+    let mut order = replica.room.ranking();
     let most = if viewer == Viewer::Host { order.len() } else { LISTED_MAX };
     let more = order.len().saturating_sub(most);
     let kept = match viewer {
         Viewer::Spectator(Some(followed)) => followed,
-        _ => replica.seat,
+        _ => replica.room.seat,
     };
     let kept = order.iter().position(|player| player.seat == kept).unwrap_or(0);
     if kept >= most && more > 0 {
@@ -57,8 +57,8 @@ fn entries(replica: &Replica, viewer: Viewer) -> Vec<View> {
 }
 
 fn entry(replica: &Replica, player: &PlayerState, viewer: Viewer) -> View {
-    let own = player.seat == replica.seat;
-    let team = replica.round().and_then(|round| round.player(player.seat)?.team);
+    let own = player.seat == replica.room.seat;
+    let team = replica.room.round().and_then(|round| round.player(player.seat)?.team);
     let class = match (own, player.connected) {
         (true, _) => "own",
         (false, true) => "",
@@ -71,7 +71,7 @@ fn entry(replica: &Replica, player: &PlayerState, viewer: Viewer) -> View {
     };
     let item = View::item(template, player.seat.0)
         .with("", "class", class)
-        .style("", "--color", color_var(replica.color_of(player)))
+        .style("", "--color", color_var(replica.room.color_of(player)))
         .with_or_without("i", "data-emblem", team.map(|team| team.to_string()))
         .text("bdi", player.appearance.name.to_string())
         // The score of a team stands on the board.

@@ -72,7 +72,7 @@ pub fn record(app: &App) -> View {
         .text_or_hide("#result-said", said.map(|said| say(said).to_owned()))
         .show("#result-best", best.is_some());
     let Some((scene, (table, run))) = best else { return view };
-    let heroes = app.screen.replica().is_some_and(|replica| replica.scene.hero.is_some());
+    let heroes = app.screen.replica().is_some_and(|replica| replica.room.scene.hero.is_some());
     let race = is_raced(table, heroes).then(|| api::race(run, scene));
     view.text("#best-run", strings::best_run(table, run))
         .with("#best-watch", "href", api::watch(run))
@@ -87,11 +87,11 @@ pub fn is_raced(table: &RecordTable, heroes: bool) -> bool {
 
 fn round_of(replica: &Replica) -> Option<RoundView> {
     let looked = Looked {
-        scene: &replica.scene,
-        round: replica.round()?,
-        players: replica.players(),
-        own: replica.seat,
-        tick: replica.display,
+        scene: &replica.room.scene,
+        round: replica.room.round()?,
+        players: replica.room.players(),
+        own: replica.room.seat,
+        tick: replica.room.display,
     };
     looked.view()
 }

@@ -19,7 +19,7 @@ pub fn view(app: &App) -> View {
     };
     let offset = stick.map_or(Vec2::ZERO, |(_, offset)| stick::knob(offset));
     view.list("#tools", tool_buttons(replica, app.visit.fingers.armed))
-        .show("#stick", tools::fingers(&replica.scene).steers)
+        .show("#stick", tools::fingers(&replica.room.scene).steers)
         .with("#stick", "class", if stick.is_some() { "stick held" } else { "stick" })
         .style("#stick", "left", left)
         .style("#stick", "top", top)
@@ -30,8 +30,8 @@ pub fn view(app: &App) -> View {
 /// The buttons of a scene, with the tool that is armed and the kind of body that is selected. A lone aimed tool needs
 /// none: touching the world is it.
 fn tool_buttons(replica: &Replica, armed: Buttons) -> Vec<View> {
-    let selected = replica.selected_kind();
-    let tools = tools::touch_tools(&replica.scene);
+    let selected = replica.room.selected_kind();
+    let tools = tools::touch_tools(&replica.room.scene);
     let lone = tools.iter().filter(|cap| cap.aimed).count() == 1;
     let tools = tools.into_iter().filter(|cap| !(lone && cap.aimed)).map(|cap| {
         let is_chosen = match tools::picks(cap.buttons) {

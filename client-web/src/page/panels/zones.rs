@@ -12,7 +12,8 @@ const ROOMY_CSS: f32 = 56.0;
 
 /// A label on every zone that has one, in a picture of so many CSS pixels a pixel.
 pub fn view(app: &App, view: &frame::View, css_per_pixel: f32) -> View {
-    let labels = app.screen.pictured_replica().map(|replica| replica.zone_labels());
+    let labels =
+        app.screen.pictured_replica().map(|replica| replica.picture.zone_labels(&replica.room));
     let items = labels.into_iter().flatten().enumerate().map(|(index, label)| {
         let ZoneLabel { text, center, half, color } = label;
         let [upper, lower] =

@@ -17,7 +17,7 @@ const SHADOW_SOFT: f32 = 1.5;
 const MARGIN: f32 = 8.0;
 /// Adds all bodies in view. `posed` is scratch memory.
 pub fn fill(stage: &mut DrawStage, motion: &mut BodySprings, posed: &mut Vec<(u32, Pose)>) {
-    let bodies = stage.frame.bodies;
+    let bodies = &stage.frame.room.bodies;
     posed.clear();
     for (index, body) in bodies.iter().enumerate() {
         if !sees(stage, body) {

@@ -11,7 +11,7 @@ const SPARK_SPEED: f32 = 60.0;
 
 /// Adds all effects in view.
 pub fn fill(stage: &mut DrawStage) {
-    for effect in stage.frame.effects {
+    for effect in &stage.frame.room.effects {
         if !stage.quads.sees(effect.point, Vec2::splat(40.0)) || effect.age < 0.0 {
             continue;
         }

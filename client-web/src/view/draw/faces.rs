@@ -117,7 +117,7 @@ fn blink(time: f32, index: u32, period_s: f32) -> f32 {
 
 /// How much a body shows that it was hit, 0..=1.
 fn shock(stage: &DrawStage, body: &FrameBody) -> f32 {
-    let hits = stage.frame.effects.iter().filter(|effect| {
+    let hits = stage.frame.room.effects.iter().filter(|effect| {
         effect.kind == EffectKind::Splash && effect.body == Some(body.id) && effect.age < SHOCK_S
     });
     hits.map(|effect| 1.0 - (effect.age / SHOCK_S).powi(3)).fold(0.0, f32::max)

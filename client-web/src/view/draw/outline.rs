@@ -28,8 +28,8 @@ const TOUCHING: [u8; 4] = [255, 0, 0, 255];
 pub fn fill(stage: &mut DrawStage) {
     let ring = circle_corners();
     // While a body is selected, only the bodies that it touches are red (A1.4).
-    let selecting = stage.frame.bodies.iter().any(|body| body.hidden);
-    for body in stage.frame.bodies {
+    let selecting = stage.frame.room.bodies.iter().any(|body| body.hidden);
+    for body in &stage.frame.room.bodies {
         if !stage.quads.sees(body.center, body.shape.half_extent() + Vec2::ONE) {
             continue;
         }

@@ -25,7 +25,7 @@ fn fill_up(stage: &mut DrawStage, zone: &FrameZone, color: Rgb, share: f32) {
 
 /// Adds all zones in view.
 pub fn zones(stage: &mut DrawStage) {
-    for zone in stage.frame.zones {
+    for zone in &stage.frame.room.zones {
         let half = zone.shape.half_extent();
         if !stage.quads.sees(zone.center, half) {
             continue;
@@ -63,12 +63,12 @@ const MARK_DOT: f32 = 0.24;
 
 /// Adds all lamps and marks in view.
 pub fn marks(stage: &mut DrawStage) {
-    for lamp in stage.frame.lamps {
+    for lamp in &stage.frame.room.lamps {
         let half = Vec2::splat(lamp.reach);
         stage.quads.push(SolidVertex::new(SolidKind::Glow, lamp.center, half, rgba(EMBER[0], 0.3)));
         stage.shine(lamp.center, EMBER[0], 0.6 * lamp.reach);
     }
-    for mark in stage.frame.marks {
+    for mark in &stage.frame.room.marks {
         let half = 0.5 * mark.size;
         let fill = rgba(PAPER[0], 0.9 * mark.light);
         for &(x, y) in DICE[usize::from(mark.dots.clamp(1, 6)) - 1] {
@@ -90,7 +90,7 @@ const DOT: f32 = 0.9;
 
 /// Adds the sling, if there is one.
 pub fn sling(stage: &mut DrawStage) {
-    let Some(sling) = stage.frame.sling else { return };
+    let Some(sling) = &stage.frame.room.sling else { return };
     let (start, wood) = (sling.start, stage.shade(WOOD[0], 1.0));
     let neck = start - Vec2::new(0.0, FORK.y);
     let tips = [-1.0, 1.0].map(|side| start + FORK * Vec2::new(side, 0.6));

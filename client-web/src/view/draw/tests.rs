@@ -1,7 +1,7 @@
 //! The draw list: what is drawn, in which colour and order, and what is left out.
 
 use super::*;
-use crate::view::frame::{Effect, EffectKind, FrameBody};
+use crate::view::frame::{Effect, EffectKind, FrameBody, FrameRoom};
 use jostle_game::scene::Plan;
 use jostle_game::{Kind, Scene};
 use jostle_sim::{BodyId, EmitterDef, Recipe, Shape, Source};
@@ -27,18 +27,17 @@ fn body(index: u32, kind: Kind, shape: Shape, center: Vec2) -> FrameBody {
     }
 }
 
-fn frame<'a>(bodies: &'a [FrameBody], particles: &'a Particles) -> Frame<'a> {
+fn room(bodies: &[FrameBody]) -> FrameRoom {
+    FrameRoom { bodies: bodies.to_vec(), ..FrameRoom::default() }
+}
+
+fn frame<'a>(room: &'a FrameRoom, particles: &'a Particles) -> Frame<'a> {
     Frame {
         view: VIEW,
         world_size: Vec2::new(200.0, 112.5),
-        bodies,
-        zones: &[],
-        marks: &[],
-        lamps: &[],
-        sling: None,
+        room,
         particles,
         particle_lead: 0.0,
-        effects: &[],
         time: 1.0,
         bounds: false,
         calm: true,
@@ -61,7 +60,7 @@ fn quads(vertices: &[SolidVertex]) -> Vec<SolidVertex> {
 fn bounds_of(bodies: &[FrameBody]) -> Vec<SolidVertex> {
     let particles = Particles::default();
     let mut list = DrawList::new();
-    list.fill(&Frame { bounds: true, ..frame(bodies, &particles) });
+    list.fill(&Frame { bounds: true, ..frame(&room(bodies), &particles) });
     quads(&list.solids()[list.overlay_start..])
 }
 
@@ -138,7 +137,7 @@ fn a_hidden_body_keeps_only_its_bounds() {
     let mut shown = body(0, Kind::Hero, Shape::circle(9.0), Vec2::new(50.0, 50.0));
     shown.hidden = true;
     let mut list = DrawList::new();
-    list.fill(&Frame { bounds: true, ..frame(&[shown], &particles) });
+    list.fill(&Frame { bounds: true, ..frame(&room(&[shown]), &particles) });
     assert_eq!(list.overlay_start, 0, "nothing under the bounds");
     let quads = list.solids();
     let is_fill = |quad: &&SolidVertex| quad.half == [9.0, 9.0];
@@ -162,7 +161,10 @@ fn bodies_out_of_view_cost_nothing() {
         strength: 1.0,
         body: None,
     };
-    list.fill(&Frame { bounds: true, effects: &[effect], ..frame(&bodies, &particles) });
+    list.fill(&Frame {
+        bounds: true,
+        ..frame(&FrameRoom { effects: vec![effect], ..room(&bodies) }, &particles)
+    });
     assert!(list.solids().is_empty());
     assert!(list.particles.is_empty());
     assert!(!list.light.lit);
@@ -173,7 +175,7 @@ fn a_body_half_in_view_is_drawn() {
     let particles = Particles::default();
     let edge = Vec2::new(-4.0, 56.0);
     let mut list = DrawList::new();
-    list.fill(&frame(&[body(0, Kind::Block, Shape::rect(10.0, 10.0), edge)], &particles));
+    list.fill(&frame(&room(&[body(0, Kind::Block, Shape::rect(10.0, 10.0), edge)]), &particles));
     assert!(quads(list.solids()).iter().any(|q| q.kind == SolidKind::Crate as u32));
 }
 
@@ -187,13 +189,13 @@ fn a_crowd_is_drawn_in_full_and_without_allocations() {
         .collect();
     let particles = burst(20_000, Vec2::new(100.0, 56.0), 29);
     let mut list = DrawList::new();
-    list.fill(&Frame { calm: false, ..frame(&bodies, &particles) });
+    list.fill(&Frame { calm: false, ..frame(&room(&bodies), &particles) });
     let bodies_drawn =
         quads(list.solids()).iter().filter(|q| q.kind == SolidKind::MatteOval as u32).count();
     assert_eq!(bodies_drawn, 5000);
     assert_eq!(list.particles.len(), particles.len() * 4);
     let before = (list.solids().as_ptr(), list.particles.as_ptr());
-    list.fill(&Frame { calm: false, ..frame(&bodies, &particles) });
+    list.fill(&Frame { calm: false, ..frame(&room(&bodies), &particles) });
     assert_eq!((list.solids().as_ptr(), list.particles.as_ptr()), before);
 }
 
@@ -202,7 +204,7 @@ fn particles_are_drawn_at_their_present_position_with_their_own_look() {
     let particles = burst(5, Vec2::new(100.0, 60.0), 3);
     let mut list = DrawList::new();
     let lead = 0.01;
-    list.fill(&Frame { particle_lead: lead, calm: false, ..frame(&[], &particles) });
+    list.fill(&Frame { particle_lead: lead, calm: false, ..frame(&room(&[]), &particles) });
     for (i, vertex) in list.particles.iter().step_by(4).enumerate() {
         let place = particles.positions()[i] + particles.velocities()[i] * lead;
         let look = particles.appearance(i);
@@ -225,7 +227,10 @@ fn a_calm_picture_has_few_dim_particles_and_no_flash() {
     };
     let mut list = DrawList::new();
     let mut drawn = |calm| {
-        list.fill(&Frame { calm, effects: &[spark], ..frame(&[], &particles) });
+        list.fill(&Frame {
+            calm,
+            ..frame(&FrameRoom { effects: vec![spark], ..room(&[]) }, &particles)
+        });
         let glows =
             quads(list.solids()).iter().filter(|q| q.kind == SolidKind::Glow as u32).count();
         let brightest = list.particles.iter().map(|vertex| vertex.tint[0]).fold(0.0, f32::max);
@@ -242,7 +247,7 @@ fn a_lost_connection_dims_everything_last() {
     let particles = burst(5, Vec2::new(100.0, 60.0), 3);
     let bodies = [body(0, Kind::Hero, Shape::rect(16.0, 22.0), Vec2::new(50.0, 50.0))];
     let mut list = DrawList::new();
-    list.fill(&Frame { bounds: true, dimmed: true, ..frame(&bodies, &particles) });
+    list.fill(&Frame { bounds: true, dimmed: true, ..frame(&room(&bodies), &particles) });
     let all = quads(list.solids());
     let veil = all.last().expect("a veil");
     assert_eq!(veil.half, list.globals.half, "it covers the view");
@@ -261,13 +266,13 @@ fn explosions_light_only_nearby_bodies() {
     let at = Vec2::new(60.0, 56.0);
     let particles = burst(200, at, 20);
     let mut list = DrawList::new();
-    list.fill(&Frame { calm: false, ..frame(&[], &particles) });
+    list.fill(&Frame { calm: false, ..frame(&room(&[]), &particles) });
     assert_eq!(list.globals.light_on, 1.0);
     let near = light_at(&list.light, at + Vec2::new(6.0, 0.0))[0];
     let far = light_at(&list.light, at + Vec2::new(100.0, 0.0))[0];
     assert!(near > 0.5, "near: {near}");
     assert!(far < 0.02, "far: {far}");
-    list.fill(&frame(&[], &Particles::default()));
+    list.fill(&frame(&room(&[]), &Particles::default()));
     assert_eq!(list.globals.light_on, 0.0, "the light goes out with the fire");
 }
 
@@ -288,7 +293,7 @@ fn a_landing_flattens_a_hero_for_a_moment() {
     for i in 0..120 {
         hero.velocity = if i < 30 { Vec2::new(0.0, -30.0) } else { Vec2::ZERO };
         let time = 1.0 + i as f32 / 60.0;
-        list.fill(&Frame { time, calm: false, ..frame(&[hero], &particles) });
+        list.fill(&Frame { time, calm: false, ..frame(&room(&[hero]), &particles) });
         let now = slimness(&list);
         assert!((now / at_rest - 1.0).abs() < 0.4, "frame {i}: {now}");
         flattest = flattest.min(now);
@@ -296,7 +301,7 @@ fn a_landing_flattens_a_hero_for_a_moment() {
     assert!(flattest < 0.93 * at_rest, "it never got flatter than {flattest}");
     assert!((slimness(&list) / at_rest - 1.0).abs() < 0.01, "it is itself again");
 
-    list.fill(&Frame { time: 4.0, ..frame(&[hero], &particles) });
+    list.fill(&Frame { time: 4.0, ..frame(&room(&[hero]), &particles) });
     assert_eq!(slimness(&list), at_rest, "nothing moves for who wants calm");
 }
 
@@ -307,9 +312,9 @@ fn a_body_in_flight_when_the_connection_was_lost_does_not_land_after_it() {
         let mut list = DrawList::new();
         let mut hero = body(0, Kind::Hero, Shape::rect(16.0, 22.0), Vec2::new(50.0, 50.0));
         hero.velocity = Vec2::new(0.0, -30.0);
-        list.fill(&Frame { time: 1.0, calm: false, copy: 1, ..frame(&[hero], &particles) });
+        list.fill(&Frame { time: 1.0, calm: false, copy: 1, ..frame(&room(&[hero]), &particles) });
         hero.velocity = Vec2::ZERO;
-        list.fill(&Frame { time: 1.05, calm: false, copy, ..frame(&[hero], &particles) });
+        list.fill(&Frame { time: 1.05, calm: false, copy, ..frame(&room(&[hero]), &particles) });
         slimness(&list) / (22.0 / 16.0)
     };
     assert!(flatness(1) < 0.99, "a landing");
@@ -330,7 +335,7 @@ fn a_hit_widens_the_eyes_of_that_hero_only() {
         body: Some(heroes[0].id),
     };
     let mut list = DrawList::new();
-    list.fill(&Frame { effects: &[hit], ..frame(&heroes, &particles) });
+    list.fill(&Frame { ..frame(&FrameRoom { effects: vec![hit], ..room(&heroes) }, &particles) });
     let widest = |from: f32, to: f32| {
         let ovals = quads(list.solids()).into_iter().filter(|q| q.kind == SolidKind::Oval as u32);
         let there = ovals.filter(|q| q.center[0] > from && q.center[0] < to && q.center[1] < 60.0);
@@ -380,7 +385,7 @@ fn heroes_are_drawn_over_the_heap_that_they_stand_in() {
     let marble = body(1, Kind::Marble, Shape::circle(6.5), Vec2::new(52.0, 50.0));
     let particles = Particles::new(Vec::new(), 0);
     let mut list = DrawList::new();
-    list.fill(&frame(&[hero, marble], &particles));
+    list.fill(&frame(&room(&[hero, marble]), &particles));
     let last = list.solids().iter().rposition(|quad| quad.center == [52.0, 50.0]);
     let first = list.solids().iter().position(|quad| quad.kind == SolidKind::MatteBox as u32);
     assert!(last < first, "{last:?} and {first:?}");

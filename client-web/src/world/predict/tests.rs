@@ -130,7 +130,7 @@ impl Net {
     fn hear(&mut self, coded: &[u8]) {
         let (arrival, _) = self.replica.hear(coded).unwrap();
         self.clock.arrived(arrival, self.now_ms);
-        let (newest, before) = self.replica.newest_two();
+        let (newest, before) = self.replica.room.newest_two();
         self.predictor.heard(newest.unwrap(), before);
     }
 
@@ -155,7 +155,7 @@ impl Net {
         }
         let tick = self.clock.server_tick(now).unwrap();
         let replica = &self.replica;
-        self.shown = self.predictor.advance(tick, now, |id| replica.place(id));
+        self.shown = self.predictor.advance(tick, now, |id| replica.room.place(id));
         if let (Some(shown), Some(moment)) = (self.shown, self.predictor.moment) {
             self.replica.lead(shown);
             self.trail.push(Drawn { at_ms: now, moment, center: shown.center });
@@ -405,7 +405,7 @@ fn the_authoritative_position_is_kept_while_the_hero_is_drawn_ahead() {
     let (told, _) = net.replica.own_hero_as_told().expect("a hero");
     let drawn = net.replica.own_hero().expect("a hero").center;
     assert!(drawn.x > told.x + 2.0, "{told} was told, {drawn} is drawn");
-    let truth = net.truth_at(net.replica.display).expect("a hero");
+    let truth = net.truth_at(net.replica.room.display).expect("a hero");
     assert!((told - truth).length() < 2.0 * QUANTUM, "{told} was told, {truth} is true");
 }
 
@@ -423,7 +423,7 @@ fn on_the_lift() -> Net {
 fn a_new_hero_does_not_ride_on_the_support_of_the_last_one() {
     let mut net = on_the_lift();
     assert!(net.predictor.riding.length() > 0.5, "it rides {}", net.predictor.riding);
-    let mut gone = net.replica.newest().expect("a snapshot").clone();
+    let mut gone = net.replica.room.newest().expect("a snapshot").clone();
     gone.tick += 1;
     gone.players.iter_mut().for_each(|player| player.hero = None);
     net.predictor.heard(&gone, None);
@@ -436,7 +436,7 @@ fn the_hero_stands_on_the_lift_that_is_drawn() {
     let mut gaps = Vec::new();
     for _ in 0..300 {
         net.run(FRAME_MS as u32);
-        let lift = net.replica.samples.iter().find(|sample| sample.kind == Kind::Platform);
+        let lift = net.replica.room.samples.iter().find(|sample| sample.kind == Kind::Platform);
         let lift = lift.expect("a lift").center.y + 2.0;
         gaps.push((net.shown.expect("a hero").center.y - 6.0 - lift).abs());
     }

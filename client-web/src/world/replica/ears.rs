@@ -1,12 +1,24 @@
-//! The ears of a copy of a room: cues that wait to be taken, and the state that the next ones are compared with.
+//! The ears of a copy of a room: cues of the displayed world, which wait to be taken. They are the impacts that sparks show,
+//! bodies that come and break, and the turns of a round, and follow from snapshots and events that are received anyway.
 
-use crate::sound::cue::Cue;
-use jostle_game::{Kind, RoundInfo, RoundPhase, Scene};
+use super::room::RoomView;
+use crate::net::timeline::Sample;
+use crate::sound::cue::{Cue, Sound};
+use jostle_game::scene::Placed;
+use jostle_game::{Kind, RoundInfo, RoundPhase, Scene, Seat, Side};
 use jostle_sim::{BodyId, Shape, TICKS_PER_SECOND, Vec2};
 use std::collections::VecDeque;
 
 /// Cues that wait to be taken; the oldest go first.
 const CUES_MAX: usize = 128;
+/// Cues older than this are of no interest any more, ticks: the page was hidden.
+const STALE_TICKS: f64 = 15.0;
+/// Blocks that bounce at least so well sound like rubber.
+const RUBBER_RESTITUTION: f32 = 0.6;
+/// A pack that appears at most this far from its player's hero was thrown just now, world units.
+const THROW_REACH: f32 = 40.0;
+/// Points that follow each other within so many ticks, such as those for holding a hill, are one goal.
+pub const GOALS_APART_TICKS: u32 = 90;
 
 /// The state of hearing.
 #[derive(Default)]
@@ -14,13 +26,13 @@ pub struct Ears {
     /// With their ticks, the oldest first.
     cues: VecDeque<(f64, Cue)>,
     /// The round as it was last on display.
-    pub round: Option<Turn>,
+    round: Option<Turn>,
     /// Tick of the newest points, heard or not.
-    pub goal: Option<f64>,
+    goal: Option<f64>,
     /// Looks of bodies that can break: their kinds, groups and shapes.
-    pub fragile: Vec<(Kind, u8, Shape)>,
+    fragile: Vec<(Kind, u8, Shape)>,
     /// Bodies that can break and were last on display, with their places and sizes.
-    pub whole: Vec<(BodyId, Vec2, f32)>,
+    whole: Vec<(BodyId, Vec2, f32)>,
 }
 
 /// A round, as far as it is heard.
@@ -54,14 +66,111 @@ impl Ears {
         self.cues.push_back((tick, cue));
     }
 
-    /// Takes the oldest cue that is not from before a tick.
-    pub fn pop_since(&mut self, tick: f64) -> Option<Cue> {
-        while let Some((cued, cue)) = self.cues.pop_front() {
-            if cued >= tick {
+    /// Takes the oldest cue that is not too old at a tick.
+    pub fn pop(&mut self, display: f64) -> Option<Cue> {
+        while let Some((tick, cue)) = self.cues.pop_front() {
+            if tick >= display - STALE_TICKS {
                 return Some(cue);
             }
         }
         None
+    }
+
+    /// Of two bodies that meet the movable one sounds, and of two of those the smaller.
+    pub fn hear_impact(
+        &mut self,
+        room: &RoomView,
+        tick: u32,
+        ids: [BodyId; 2],
+        point: Vec2,
+        speed: f32,
+    ) {
+        let mut movable = ids.map(|id| room.sampled(id).copied().filter(is_movable));
+        let [one, other] = movable.map(|sample| sample.as_ref().map_or(f32::MAX, size));
+        if other < one {
+            movable.swap(0, 1);
+        }
+        let Some(sample) = &movable[0] else { return };
+        let cue = Cue {
+            sound: material(&room.scene, sample),
+            at: Some(point),
+            size: size(sample),
+            speed,
+            bodies: movable.map(|sample| sample.map(|sample| sample.id)),
+        };
+        self.push(f64::from(tick), cue);
+    }
+
+    /// Hears what the samples at `tick` show for the first time, and what they lack.
+    pub fn hear_samples(&mut self, room: &RoomView, tick: f64, is_first: bool) {
+        self.hear_round(room, tick);
+        self.hear_breaks(room, tick);
+        for sample in &room.samples {
+            if room.is_new(sample.id) && !is_first && is_movable(sample) {
+                self.hear_birth(room, tick, sample);
+            }
+        }
+    }
+
+    fn hear_birth(&mut self, room: &RoomView, tick: f64, sample: &Sample) {
+        let hero = room.samples.iter().find(|s| s.kind == Kind::Hero && s.owner == sample.owner);
+        let hero = hero.filter(|_| sample.owner.is_some());
+        let is_near = hero.is_some_and(|hero| hero.center.distance(sample.center) < THROW_REACH);
+        // In a world larger than the view most that is new has only come into view.
+        if !is_near && !room.scene.camera.sees_all() {
+            return;
+        }
+        let sound = if sample.kind == Kind::Pack { Sound::Throw } else { Sound::Spawn };
+        self.push(tick, Cue::of_body(sound, sample.center, size(sample), sample.id));
+    }
+
+    /// A body that can break and is gone has broken, unless a round begins or ends.
+    fn hear_breaks(&mut self, room: &RoomView, tick: f64) {
+        if self.fragile.is_empty() || !room.scene.camera.sees_all() {
+            return;
+        }
+        let is_running = self.round.is_none_or(|turn| turn.phase == RoundPhase::Running);
+        let mut whole = std::mem::take(&mut self.whole);
+        for &(id, center, size) in whole.iter().filter(|_| is_running) {
+            if room.sampled(id).is_none() {
+                self.push(tick, Cue::of_body(Sound::Break, center, size, id));
+            }
+        }
+        let is_fragile =
+            |sample: &&Sample| self.fragile.contains(&(sample.kind, sample.group, sample.shape));
+        whole.clear();
+        let samples = room.samples.iter().filter(is_fragile);
+        whole.extend(samples.map(|sample| (sample.id, sample.center, size(sample))));
+        self.whole = whole;
+    }
+
+    fn hear_round(&mut self, room: &RoomView, tick: f64) {
+        let Some(spec) = &room.scene.rules.round else { return };
+        let Some(round) = room.timeline.at_or_before(tick).and_then(|s| s.round.as_ref()) else {
+            return;
+        };
+        let left = f64::from(spec.countdown) - (tick - f64::from(round.since));
+        let now = Turn::of(round, left);
+        let is_won = is_won(round, room.seat);
+        let Some(before) = self.round.replace(now).filter(|before| *before != now) else {
+            return;
+        };
+        let sound = match now.phase {
+            RoundPhase::Countdown => Some(Sound::Count),
+            RoundPhase::Running if before.phase == RoundPhase::Countdown => Some(Sound::Go),
+            RoundPhase::Over if before.phase != RoundPhase::Over => {
+                Some(if is_won { Sound::Won } else { Sound::Lost })
+            }
+            RoundPhase::Running if now.scores_after(before) => {
+                let last = self.goal.replace(tick);
+                last.is_none_or(|last| tick - last > f64::from(GOALS_APART_TICKS))
+                    .then_some(Sound::Goal)
+            }
+            _ => None,
+        };
+        if let Some(sound) = sound {
+            self.push(tick, Cue::of_room(sound));
+        }
     }
 }
 
@@ -85,4 +194,41 @@ impl Turn {
         let is_same_game = (self.phase, self.players) == (before.phase, before.players);
         is_same_game && self.points > before.points
     }
+}
+
+/// Whether the player with a seat has won, or only watches.
+fn is_won(round: &RoundInfo, seat: Seat) -> bool {
+    let Some(player) = round.player(seat) else { return true };
+    let side = player.team.map_or(Side::Player(seat), Side::Team);
+    round.winners.contains(&side)
+}
+
+fn is_movable(sample: &Sample) -> bool {
+    !matches!(sample.kind, Kind::Wall | Kind::Platform)
+}
+
+/// Width of a square or circle of about the same area, world units.
+fn size(sample: &Sample) -> f32 {
+    let half = sample.shape.half_extent();
+    2.0 * (half.x * half.y).sqrt()
+}
+
+fn material(scene: &Scene, sample: &Sample) -> Sound {
+    match sample.kind {
+        Kind::Hero | Kind::Minion | Kind::Pack => Sound::Rubber,
+        Kind::Marble => Sound::Glass,
+        Kind::Platform | Kind::Wall => Sound::Wood,
+        Kind::Block => match entry(scene, sample) {
+            Some(placed) if placed.def.restitution >= RUBBER_RESTITUTION => Sound::Rubber,
+            _ => Sound::Wood,
+        },
+    }
+}
+
+/// The first entry of the scene that looks like a body.
+fn entry<'a>(scene: &'a Scene, sample: &Sample) -> Option<&'a Placed> {
+    scene.bodies.iter().find(|placed| {
+        let def = &placed.def;
+        placed.kind == sample.kind && def.group == sample.group && def.shape == sample.shape
+    })
 }

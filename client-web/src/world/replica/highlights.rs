@@ -1,7 +1,7 @@
 //! Highlights of a round: the seconds around each goal, kept as the snapshots and events that came of them anyway.
 //! The newest ticks wait in `recent`; a goal opens a highlight, which is cut from them once its last tick came.
 
-use super::ears::Turn;
+use super::ears::{GOALS_APART_TICKS, Turn};
 use jostle_game::{RoundInfo, RoundPhase, Scene};
 use jostle_protocol::{Snapshot, TimedEvent};
 use jostle_sim::TICKS_PER_SECOND;
@@ -12,8 +12,6 @@ use std::sync::Arc;
 pub const BEFORE_TICKS: u32 = 3 * TICKS_PER_SECOND;
 /// It ends so many ticks after its goal.
 pub const AFTER_TICKS: u32 = TICKS_PER_SECOND / 2;
-/// Points that follow each other within so many ticks, such as those for holding a hill, are one goal.
-pub const GOALS_APART_TICKS: u32 = 90;
 /// Highlights kept of a round; the oldest go first.
 const HIGHLIGHTS_MAX: usize = 6;
 /// Bodies kept in all snapshots together, some 10 MB. In a scene of thousands highlights begin later.

@@ -1,7 +1,8 @@
 use super::*;
+use jostle_game::RoundInfo;
 use jostle_protocol::SnapshotBody;
-use jostle_sim::Shape;
 use jostle_sim::particles::{EmitterDef, Source};
+use jostle_sim::{BodyId, Shape};
 
 fn scene(name: &str) -> Arc<Scene> {
     let scene = Scene::built_in().into_iter().find(|scene| scene.name == name);
@@ -56,7 +57,7 @@ fn heroes_wear_their_players_colour_and_look_where_they_point() {
     let [me, other] = replica.bodies() else { panic!("two bodies") };
     assert_eq!((me.color, other.color), (Some(3), Some(4)));
     assert_eq!(me.gaze, Some(own), "the own eyes do not wait for the server");
-    let quantum = replica.scene.world.quantum;
+    let quantum = replica.room.scene.world.quantum;
     assert_eq!(other.gaze, Some(Vec2::new(256.0, 512.0) * quantum));
     assert_eq!(replica.own_hero().map(|b| b.id), Some(me.id));
 }
@@ -113,12 +114,12 @@ fn flashes_age_and_go() {
     replica.file(snapshot(10, bodies(), vec![]), vec![at(10, impact)]);
     replica.file(snapshot(100, bodies(), vec![]), vec![]);
     replica.advance(16.0, Eye::default());
-    let [spark] = &replica.effects[..] else { panic!("one spark") };
+    let [spark] = &replica.picture.drawn.effects[..] else { panic!("one spark") };
     assert_eq!(spark.body, Some(BodyId { index: 1, generation: 0 }), "the hero feels it");
     assert_eq!((spark.kind, spark.strength), (EffectKind::Spark, 12.0));
     assert!((spark.age - 0.1).abs() < 1e-6, "age {}", spark.age);
     replica.advance(80.0, Eye::default());
-    assert!(&replica.effects.is_empty());
+    assert!(&replica.picture.drawn.effects.is_empty());
 }
 
 #[test]
@@ -137,8 +138,9 @@ fn news_names_players_who_have_left() {
 fn bodies_that_touch_the_selected_one_are_marked() {
     let mut replica = replica("bounds");
     let kinds = [(0, Kind::Hero, 10.0), (1, Kind::Minion, 13.0), (2, Kind::Minion, 30.0)];
-    let all = replica.scene.world.meets.iter().position(|&groups| groups != 0).expect("a pair");
-    let partner = replica.scene.world.meets[all].trailing_zeros() as u8;
+    let all =
+        replica.room.scene.world.meets.iter().position(|&groups| groups != 0).expect("a pair");
+    let partner = replica.room.scene.world.meets[all].trailing_zeros() as u8;
     let mut bodies: Vec<_> = kinds.map(|(i, kind, x)| body(i, kind, x, None)).into();
     bodies[0].group = all as u8;
     bodies[1].group = partner;
@@ -317,7 +319,7 @@ fn a_round_is_counted_down_begun_scored_and_won() {
 #[test]
 fn a_pot_that_is_gone_has_broken() {
     let mut replica = replica("slingshot");
-    let placed = replica.scene.bodies.iter().find(|placed| placed.breaks.is_some());
+    let placed = replica.room.scene.bodies.iter().find(|placed| placed.breaks.is_some());
     let placed = placed.expect("something to break").clone();
     let pot = |index| SnapshotBody {
         kind: placed.kind,

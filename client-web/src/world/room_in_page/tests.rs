@@ -60,7 +60,7 @@ fn the_page_grows_the_particles_of_the_room() {
         // `play` ends one tick past what it showed.
         let mut again = RoomInPage::new(scene.clone(), 1, 2, true);
         again.receive(&hello());
-        while again.tick < replica.display as u32 {
+        while again.tick < replica.room.display as u32 {
             again.tick();
         }
         assert!(demo.tick == again.tick + 1);
@@ -74,11 +74,11 @@ fn the_page_grows_the_particles_of_the_room() {
 fn the_page_shows_the_bodies_of_the_room() {
     let scene = Arc::new(Scene::built_in().swap_remove(0));
     let (_, replica) = play(&scene, 200);
-    let newest = replica.newest().expect("snapshots came");
-    assert_eq!(f64::from(newest.tick), replica.display);
+    let newest = replica.room.newest().expect("snapshots came");
+    assert_eq!(f64::from(newest.tick), replica.room.display);
     assert_eq!(replica.bodies().len(), newest.bodies.len());
     assert!(replica.own_hero().is_some(), "the own hero is on display");
-    assert_eq!(replica.players().len(), 3);
+    assert_eq!(replica.room.players().len(), 3);
 }
 
 #[test]

@@ -38,7 +38,7 @@ fn scene_file(text: &str) -> Event {
 }
 
 fn bots(browser: &Browser) -> usize {
-    browser.app.screen.replica().map_or(0, |replica| replica.players().len()) - 1
+    browser.app.screen.replica().map_or(0, |replica| replica.room.players().len()) - 1
 }
 
 fn hash(browser: &Browser) -> Option<(u32, u64)> {
@@ -83,7 +83,7 @@ fn the_end_of_a_round_is_shown_once_more_and_the_game_goes_on_meanwhile() {
     browser.wait(100);
     let displays = |browser: &Browser| {
         let replicas = [browser.app.screen.pictured_replica(), browser.app.screen.replica()];
-        replicas.map(|replica| replica.map_or(0.0, |replica| replica.display))
+        replicas.map(|replica| replica.map_or(0.0, |replica| replica.room.display))
     };
     let [shown, live] = displays(&browser);
     assert!(shown + 120.0 < live, "{shown} {live}");
@@ -136,7 +136,7 @@ fn a_scene_link_is_played_and_asks_for_nothing() {
     let done = browser.say(Event::Navigated(at(&link)));
     assert!(!has(&done, "Fetch") && !has(&done, "Request"), "{done:?}");
     browser.wait(400);
-    let title = browser.app.screen.replica().map(|replica| replica.scene.title.clone());
+    let title = browser.app.screen.replica().map(|replica| replica.room.scene.title.clone());
     assert_eq!((browser.app.state(), title.as_deref()), ("playing", Some("Yard")));
     browser.say(Event::Navigated(at(&format!("{link}&bots=2"))));
     browser.wait(400);
@@ -157,7 +157,8 @@ fn a_scene_file_is_played_and_its_link_stands_in_the_address() {
     assert!(has(&browser.say(Event::FileDragged), "OfferDrop(true)"));
     browser.say(scene_file(&YARD.replace("Yard", "Court")));
     browser.wait(40);
-    let title = |browser: &Browser| browser.app.screen.replica().map(|r| r.scene.title.clone());
+    let title =
+        |browser: &Browser| browser.app.screen.replica().map(|r| r.room.scene.title.clone());
     assert_eq!(title(&browser).as_deref(), Some("Court"));
     // A wrong one does not.
     browser.say(scene_file(&YARD.replace("320", "-3")));

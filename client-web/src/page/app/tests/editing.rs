@@ -34,7 +34,7 @@ fn a_shipped_scene_is_edited_played_and_edited_again() {
             .app
             .screen
             .frame(browser.app.now_ms(), browser.app.settings.calm)
-            .is_some_and(|frame| !frame.bodies.is_empty())
+            .is_some_and(|frame| !frame.room.bodies.is_empty())
     );
     browser.press("KeyE", "e");
     assert_eq!(browser.app.state(), "playing");

@@ -379,7 +379,7 @@ fn the_help_opens_over_the_game_and_takes_its_keys() {
 #[test]
 fn a_host_confirms_before_a_player_is_removed() {
     let mut browser = Browser::playing();
-    let seat = browser.app.screen.replica().expect("a room").seat;
+    let seat = browser.app.screen.replica().expect("a room").room.seat;
     browser.say(clicked("kick", &seat.0.to_string()));
     assert_eq!(browser.app.top(), Layer::Ask);
     browser.click("cancel");

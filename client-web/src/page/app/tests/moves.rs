@@ -84,7 +84,7 @@ impl Browser {
     }
 
     fn display(&self) -> f64 {
-        self.app.screen.replica().expect("a room").display
+        self.app.screen.replica().expect("a room").room.display
     }
 
     fn copy(&self) -> u32 {
@@ -203,7 +203,7 @@ fn a_seat_that_is_regained_soon_goes_on_too() {
         delay(&browser)
     );
     let newest =
-        browser.app.screen.replica().and_then(|replica| replica.newest()).expect("one").tick;
+        browser.app.screen.replica().and_then(|replica| replica.room.newest()).expect("one").tick;
     assert!(f64::from(newest) - browser.display() < before + 0.5, "{newest}");
 }
 

@@ -53,7 +53,7 @@ impl Browser {
 }
 
 fn frame_of(app: &App) -> frame::View {
-    app.screen.game().map_or(crate::page::game::membership::GameView::UNSEEN, |game| *game.view())
+    app.screen.game().map_or(frame::View::UNSEEN, |game| *game.view())
 }
 
 /// The ids of the document that a panel names.
