@@ -29,7 +29,7 @@ use crate::sound::task::SoundEvent;
 use crate::world::replica::News;
 use crate::world::room_in_page::{DemoRequest, RoomInPage};
 use jostle_game::{Buttons, Scene};
-use jostle_protocol::{Appearance, limits};
+use jostle_protocol::{Appearance, Role, limits};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
@@ -325,8 +325,8 @@ impl App {
             self.fetch_replay(name.to_owned(), api::replay_file(name));
         } else if let Some(code) = room_code(path) {
             let watches = query_value(&address.query, "watch").is_some();
-            let begin = if watches { GameScreen::watch } else { GameScreen::join };
-            let game = begin(&mut self.ctx, code, self.appearance.clone());
+            let role = if watches { Role::Spectator } else { Role::Player };
+            let game = GameScreen::join(&mut self.ctx, code, self.appearance.clone(), role);
             self.screen = Screen::Game(Box::new(game));
         } else {
             self.lobby.show(&mut self.ctx);
@@ -373,9 +373,9 @@ impl App {
         self.release_input();
         self.keep_draft();
         if let Screen::Game(game) = &self.screen {
-            self.ctx.storage.leave_seat_behind(&game.code);
+            self.ctx.storage.leave_seat_behind(&game.connection.code);
         }
-        self.screen.with_game(&mut self.ctx, |game, ctx| game.drop_socket(ctx));
+        self.screen.with_game(&mut self.ctx, |game, ctx| game.update(ctx, Event::Closing));
     }
 
     /// Leaves game or replay.
@@ -384,7 +384,7 @@ impl App {
         self.edited = None;
         let ended = std::mem::replace(&mut self.screen, Screen::Lobby);
         if let Screen::Game(game) = ended {
-            game.leave(&mut self.ctx);
+            game.connection.leave(&mut self.ctx);
         }
         self.opening = None;
         self.begin_screen();
@@ -490,10 +490,7 @@ impl App {
 
     fn pulse(&mut self, hidden: bool) {
         match &mut self.screen {
-            Screen::Game(game) => {
-                game.plot();
-                game.keep_connected(&mut self.ctx);
-            }
+            Screen::Game(game) => game.update(&mut self.ctx, Event::Pulse { hidden }),
             Screen::Edit(_) => self.keep_draft(),
             Screen::Lobby if self.visit.dialogs.card.is_none() && !hidden => {
                 self.lobby.refresh(&mut self.ctx);

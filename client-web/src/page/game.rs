@@ -1,44 +1,31 @@
 //! One game on the page: the link to its room, the copy of the room, time, input and view. It decides
 //! nothing about the world; it turns messages into frames and input into messages.
 
-mod connection;
+pub mod connection;
 mod highlights;
-pub mod link;
 pub mod membership;
-mod receive;
-mod send;
-pub mod showing;
-pub mod status;
+mod messages;
 
 use crate::input::keys::Controls;
 use crate::net::clock::TICK_MS;
-use crate::net::meter::Meter;
 use crate::page::context::Context;
 use crate::page::emotes::ShownEmotes;
-use crate::page::event::Canvas;
-use crate::page::plot::Plot;
+use crate::page::event::{Canvas, Event};
 use crate::sound::cue::Cue;
 use crate::view::camera::{Target, begins_with_a_hero};
 use crate::view::frame::{Frame, FrameBody, View};
 use crate::world::ghost::{Ghost, GhostWish};
 use crate::world::replica::{Eye, Replica};
 use crate::world::room_in_page::RoomInPage;
+use connection::{Connection, Link, RoomSocket, State};
+use highlights::Showing;
 use jostle_game::Seat;
 use jostle_protocol::{Appearance, Role};
 use jostle_sim::{TICKS_PER_SECOND, Vec2};
-use link::{Link, RoomConnection};
 use membership::{GameView, RoomMembership};
-use showing::Showing;
-use status::{State, Status};
-
-/// Without a frame for this long the page is hidden: messages move the display then.
-const UNSEEN_MS: f64 = 500.0;
 
 /// Code of a room in the page that is played alone; any other is a demo's.
 pub const ALONE: &str = "alone";
-
-/// Pulses in the plots of the connection.
-const PULSES: usize = 60;
 
 /// Time for the ticks of one frame past which a game in the page stands still until the player decides, milliseconds: a
 /// tab that stands still for much longer can hardly be closed.
@@ -60,29 +47,17 @@ pub fn stalled(taken_ms: f64) -> Option<f64> {
 }
 
 pub struct GameScreen {
-    /// Code of the room, as in its link.
-    pub code: String,
+    pub connection: Connection,
     /// Keys, pointer and thumbs.
     pub controls: Controls,
     pub emotes: ShownEmotes,
-    /// Measurements of the connection and of drawing.
-    pub meter: Meter,
-    /// The stage that it is at.
-    pub status: Status,
     /// The seat, once there was a welcome.
     pub membership: Option<RoomMembership>,
     /// In a game that is played alone.
     pub ghost: Option<GhostSlot>,
-    /// Round trip and delay of the newest pulses, milliseconds.
-    pub plots: [Plot; 2],
     /// Highlights in place of the room.
     pub showing: Option<Showing>,
     view: GameView,
-    appearance: Appearance,
-    link: Link,
-    pinged_ms: f64,
-    /// Whether the page plays or watches.
-    pub role: Role,
     /// The player whom a spectator follows.
     followed: Option<Seat>,
     /// It was chosen, by the spectator or for the size of the screen.
@@ -90,21 +65,37 @@ pub struct GameScreen {
 }
 
 impl GameScreen {
-    /// A game in a room of the server.
-    pub fn join(ctx: &mut Context, code: &str, appearance: Appearance) -> GameScreen {
-        let link = Link::Server(RoomConnection::new(ctx.now_ms));
+    /// A game in a room of the server, with a seat or without.
+    pub fn join(ctx: &mut Context, code: &str, appearance: Appearance, role: Role) -> GameScreen {
+        let link = Link::Server(RoomSocket::new(ctx.now_ms));
         let mut game = GameScreen::new(ctx, code, appearance, link);
-        game.connect(ctx);
+        game.connection.role = role;
+        game.connection.connect(ctx);
         game
     }
 
-    /// The same without a seat.
-    pub fn watch(ctx: &mut Context, code: &str, appearance: Appearance) -> GameScreen {
-        GameScreen { role: Role::Spectator, ..GameScreen::join(ctx, code, appearance) }
+    /// Handles an event that concerns the connection.
+    pub fn update(&mut self, ctx: &mut Context, event: Event) {
+        let was_lost = self.connection.status.state == State::Reconnecting;
+        match event {
+            Event::Pulse { .. } => {
+                if let Some(membership) = &self.membership {
+                    self.connection.plot(membership.clock.delay_ticks() * TICK_MS);
+                }
+                self.connection.keep_connected(ctx);
+            }
+            Event::Online => self.connection.hurry(),
+            Event::Socket(session, event) => self.on_socket(ctx, session, event),
+            Event::ConnectionCut | Event::Closing => self.connection.drop_socket(ctx),
+            _ => {}
+        }
+        if !was_lost && self.connection.status.state == State::Reconnecting {
+            self.controls.release();
+        }
     }
 
     pub fn watches(&self) -> bool {
-        self.role == Role::Spectator
+        self.connection.watches()
     }
 
     /// Has a spectator follow a player, or see the whole again.
@@ -146,37 +137,21 @@ impl GameScreen {
         appearance: Appearance,
     ) -> GameScreen {
         let mut game = GameScreen::new(ctx, code, appearance, Link::InPage(Box::new(room)));
-        game.hello(ctx);
+        game.connection.hello(ctx);
         game
     }
 
     fn new(ctx: &Context, code: &str, appearance: Appearance, link: Link) -> GameScreen {
         GameScreen {
-            code: code.to_owned(),
+            connection: Connection::new(ctx, code, appearance, link),
             controls: Controls::default(),
             emotes: ShownEmotes::default(),
-            meter: Meter::default(),
-            status: Status::default(),
             membership: None,
             ghost: None,
-            plots: [0, 1].map(|_| Plot::new(PULSES)),
             showing: None,
             view: GameView::new(ctx.now_ms),
-            appearance,
-            link,
-            pinged_ms: ctx.now_ms,
-            role: Role::Player,
             followed: None,
             has_chosen: false,
-        }
-    }
-
-    /// Adds this moment to the plots.
-    pub fn plot(&mut self) {
-        if let Some(membership) = &self.membership {
-            let [trips, delays] = &mut self.plots;
-            trips.push(self.meter.ping_ms.unwrap_or(0.0));
-            delays.push(membership.clock.delay_ticks() * TICK_MS);
         }
     }
 
@@ -198,39 +173,18 @@ impl GameScreen {
         &self.view.view
     }
 
-    /// Origin of the server that plays the room; empty for the page's own.
-    pub fn server(&self) -> &str {
-        match &self.link {
-            Link::Server(connection) => connection.servers.current(),
-            Link::InPage(_) => "",
-        }
-    }
-
     pub fn is_in_page(&self) -> bool {
-        matches!(self.link, Link::InPage(_))
+        matches!(self.connection.link, Link::InPage(_))
     }
 
     /// Whether it stands still for a picture.
     pub fn is_frozen(&self) -> bool {
-        self.status.state == State::Frozen
+        self.connection.status.state == State::Frozen
     }
 
     /// Whether it is played alone.
     pub fn is_alone(&self) -> bool {
-        self.is_in_page() && self.code == ALONE
-    }
-
-    /// Digest of the whole state of a room in the page.
-    pub fn state_hash(&self) -> Option<u64> {
-        self.room_in_page().map(RoomInPage::state_hash)
-    }
-
-    /// The room, if it is in the page.
-    pub fn room_in_page(&self) -> Option<&RoomInPage> {
-        match &self.link {
-            Link::Server(_) => None,
-            Link::InPage(room) => Some(room),
-        }
+        self.is_in_page() && self.connection.code == ALONE
     }
 
     /// Whether the replay at this address is that of the ghost.
@@ -241,7 +195,7 @@ impl GameScreen {
     /// Takes the replay of the ghost; `false` if it is none of this scene.
     pub fn take_ghost(&mut self, bytes: Vec<u8>) -> bool {
         let Some(GhostSlot::Awaited(wish, _)) = self.ghost.take() else { return false };
-        let scene = self.room_in_page().map(RoomInPage::scene);
+        let scene = self.connection.room_in_page().map(RoomInPage::scene);
         let ghost = scene.and_then(|scene| Ghost::new(bytes, wish, scene));
         self.ghost = ghost.map(|ghost| GhostSlot::Here(Box::new(ghost)));
         self.ghost.is_some()
@@ -266,30 +220,56 @@ impl GameScreen {
         }
     }
 
-    /// Bars of the signal mark, 0..=4.
-    pub fn bars(&self, now_ms: f64) -> u8 {
-        match (&self.link, self.status.state) {
-            (Link::Server(connection), State::Playing | State::Moving) => {
-                self.meter.bars(now_ms - connection.heard_ms)
-            }
-            (Link::InPage(_), State::Playing | State::Frozen) => 4,
-            _ => 0,
+    /// Whether there are highlights to show.
+    pub fn has_highlights(&self) -> bool {
+        let highlights = self.replica().and_then(|replica| replica.highlights.as_ref());
+        highlights.is_some_and(|highlights| !highlights.is_empty())
+    }
+
+    /// Shows as many highlights as there is time for before the next round, the newest; or ends them.
+    pub fn toggle_highlights(&mut self, ctx: &mut Context) {
+        if self.showing.take().is_some() {
+            return self.view.cut();
+        }
+        if self.is_frozen() {
+            return;
+        }
+        let Some(membership) = &mut self.membership else { return };
+        self.showing = Showing::begin(ctx, &mut membership.replica);
+        self.view.cut();
+    }
+
+    /// Moves the highlights to the present. They end when all were shown, or when the next round runs.
+    fn advance_highlights(&mut self, ctx: &mut Context) {
+        let Some(showing) = &mut self.showing else { return };
+        let live = self.membership.as_ref().map(|membership| &membership.replica);
+        let eye = self.view.eye(&self.controls, live);
+        let begins = showing.advance(ctx, live, eye);
+        if begins.is_none() {
+            self.showing = None;
+        }
+        if begins != Some(false) {
+            self.view.cut();
         }
     }
 
-    /// Browsers stop the frames of a hidden page but not its messages: these keep the copy new, the
-    /// pings going, and the way back short.
-    fn keep_up_unseen(&mut self, ctx: &mut Context) {
-        if ctx.now_ms - self.view.framed_ms < UNSEEN_MS {
-            return;
+    /// The copy of the room in the picture, and its number: that of a highlight, while one is on.
+    fn pictured(&self) -> Option<(&Replica, u32)> {
+        match (&self.showing, &self.membership) {
+            (Some(showing), _) => Some((&showing.player.replica, showing.copy.1)),
+            (None, Some(membership)) => Some((&membership.replica, membership.copy)),
+            (None, None) => None,
         }
-        self.send_due(ctx);
-        self.move_display(ctx.now_ms);
+    }
+
+    /// The copy of the room in the picture.
+    pub fn pictured_replica(&self) -> Option<&Replica> {
+        self.pictured().map(|(replica, _)| replica)
     }
 
     /// Without a seat the display stands still.
     fn move_display(&mut self, now_ms: f64) {
-        if self.status.state != State::Playing {
+        if self.connection.status.state != State::Playing {
             return;
         }
         let eye = self.view.eye(&self.controls, self.replica());
@@ -317,10 +297,10 @@ impl GameScreen {
         let elapsed_s = ((now_ms - self.view.framed_ms) / 1000.0).clamp(0.0, 0.25) as f32;
         self.view.framed_ms = now_ms;
         if !self.is_frozen() {
-            if let Link::InPage(room) = &mut self.link
-                && self.status.stalled_ms.is_none()
+            if let Link::InPage(room) = &mut self.connection.link
+                && self.connection.status.stalled_ms.is_none()
             {
-                self.status.stalled_ms = stalled(room.advance(now_ms, ctx.clock));
+                self.connection.status.stalled_ms = stalled(room.advance(now_ms, ctx.clock));
             }
             self.receive_in_page(ctx);
             self.move_display(now_ms);
@@ -337,18 +317,11 @@ impl GameScreen {
         self.send_due(ctx);
     }
 
-    fn receive_in_page(&mut self, ctx: &mut Context) {
-        let Link::InPage(room) = &mut self.link else { return };
-        for bytes in room.take() {
-            self.receive(ctx, &bytes);
-        }
-    }
-
     /// Plays a scripted demo to its end as fast as possible, and stands still there.
     pub fn freeze_at(&mut self, ctx: &mut Context, ticks: u32) {
         self.receive_in_page(ctx);
         for _ in 0..ticks.max(1) {
-            let Link::InPage(room) = &mut self.link else { return };
+            let Link::InPage(room) = &mut self.connection.link else { return };
             room.tick();
             self.receive_in_page(ctx);
             let eye = Eye { pointer: None, bounds: self.view.bounds(self.replica()) };
@@ -358,7 +331,7 @@ impl GameScreen {
                 replica.advance(f64::from(tick), eye);
             }
         }
-        self.status.state = State::Frozen;
+        self.connection.status.state = State::Frozen;
     }
 
     /// The frame to draw now, or `None` before the first snapshot. `time` is the page's age in seconds.
@@ -377,7 +350,10 @@ impl GameScreen {
             bounds: self.view.bounds(Some(replica)),
             calm,
             copy,
-            dimmed: !matches!(self.status.state, State::Playing | State::Moving | State::Frozen),
+            dimmed: !matches!(
+                self.connection.status.state,
+                State::Playing | State::Moving | State::Frozen
+            ),
             sketch: None,
             ghost: self.ghost_body().filter(|_| self.showing.is_none()),
         })

@@ -51,7 +51,7 @@ impl App {
             self.settings.toggle_full_screen(&mut self.ctx);
         }
         if is_pressed(Action::Clip) {
-            self.screen.with_game(&mut self.ctx, GameScreen::keep_clip);
+            self.screen.with_game(&mut self.ctx, |game, ctx| game.connection.keep_clip(ctx));
         }
         if is_pressed(Action::Again) && self.screen.is_round_over() {
             self.go_on();

@@ -36,7 +36,7 @@ fn describe(page: &Page) -> JsValue {
     let seated = played.filter(|_| !game.is_some_and(|game| game.watches()));
     let particles = replay.map(|replay| replay.player.particles().0);
     let particles = particles.or(replica.map(Replica::particles));
-    let meter = game.map(|game| &game.meter).or(replay.map(|replay| &replay.meter));
+    let meter = game.map(|game| &game.connection.meter).or(replay.map(|replay| &replay.meter));
     let players = replica.map_or(&[][..], |replica| replica.room.players());
     object([
         ("state", app.state().into()),
@@ -57,8 +57,16 @@ fn describe(page: &Page) -> JsValue {
         ),
         ("sections", meter.map(sections).into()),
         ("emitter_events", count(meter.map_or(0, |meter| meter.emitters))),
-        ("hash", game.and_then(|game| game.state_hash()).map(hex).into()),
-        ("hash_tick", game.and_then(|game| Some(game.room_in_page()?.tick_count())).into()),
+        (
+            "hash",
+            game.and_then(|game| Some(game.connection.room_in_page()?.state_hash()))
+                .map(hex)
+                .into(),
+        ),
+        (
+            "hash_tick",
+            game.and_then(|game| Some(game.connection.room_in_page()?.tick_count())).into(),
+        ),
         ("told_place", played.and_then(|replica| replica.room.told_place()).map(point).into()),
         ("prediction", game.and_then(prediction).into()),
         ("ghost", game.and_then(|game| game.ghost_body()).map(|ghost| point(ghost.center)).into()),

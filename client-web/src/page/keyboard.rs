@@ -116,9 +116,9 @@ impl App {
             _ if is_for(Action::Edit) && self.screen.game().is_some_and(GameScreen::is_in_page) => {
                 Some(App::toggle_edit)
             }
-            _ if is_for(Action::Clip) => {
-                Some(|app| app.screen.with_game(&mut app.ctx, GameScreen::keep_clip))
-            }
+            _ if is_for(Action::Clip) => Some(|app| {
+                app.screen.with_game(&mut app.ctx, |game, ctx| game.connection.keep_clip(ctx))
+            }),
             (_, "h" | "H", Layer::Page) if self.screen.game().is_some_and(GameScreen::watches) => {
                 Some(|app| app.panels.clean = !app.panels.clean)
             }

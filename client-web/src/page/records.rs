@@ -49,7 +49,7 @@ impl App {
             return;
         };
         let (since, won) = (round.since, round.winners.contains(&round.side_of(replica.room.seat)));
-        let run = game.room_in_page().filter(|_| won).map(|room| room.run());
+        let run = game.connection.room_in_page().filter(|_| won).map(|room| room.run());
         self.records.result_since = Some(since);
         self.records.said = match run {
             None => String::new(),

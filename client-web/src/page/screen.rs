@@ -64,11 +64,6 @@ impl Screen {
     /// Handles an event that concerns the screen alone.
     pub fn update(&mut self, ctx: &mut Context, event: Event) {
         match (self, event) {
-            (Screen::Game(game), Event::Online) => game.hurry(),
-            (Screen::Game(game), Event::Socket(session, event)) => {
-                game.on_socket(ctx, session, event);
-            }
-            (Screen::Game(game), Event::ConnectionCut) => game.drop_socket(ctx),
             (screen @ Screen::Game(_), Event::ToolPressed(buttons, down)) => {
                 screen.press(ctx, buttons, down);
             }
@@ -83,6 +78,7 @@ impl Screen {
             (Screen::Replay(replay), Event::SeekChosen(tick)) => replay.player.aim(tick),
             (Screen::Replay(replay), Event::SpeedChosen(speed)) => replay.player.set_speed(speed),
             (Screen::Replay(replay), Event::ContextLost) => replay.drawn = None,
+            (Screen::Game(game), event) => game.update(ctx, event),
             _ => {}
         }
     }
@@ -91,7 +87,7 @@ impl Screen {
     pub fn click(&mut self, ctx: &mut Context, action: PageAction, value: &str) {
         let seat = value.parse().ok().map(Seat);
         match (self, action) {
-            (Screen::Game(game), PageAction::Clip) => game.keep_clip(ctx),
+            (Screen::Game(game), PageAction::Clip) => game.connection.keep_clip(ctx),
             (Screen::Game(game), PageAction::Highlights) => game.toggle_highlights(ctx),
             (Screen::Game(game), PageAction::Follow) => game.follow_player(seat),
             (screen @ Screen::Game(_), PageAction::SwitchTeam) => {
@@ -217,7 +213,7 @@ impl Screen {
     /// A frame was drawn, or could not be.
     pub fn note_drawn(&mut self, now_ms: f64, drawn: bool) {
         match self {
-            Screen::Game(game) if drawn => game.meter.drawn(now_ms),
+            Screen::Game(game) if drawn => game.connection.meter.drawn(now_ms),
             Screen::Replay(replay) => replay.note_drawn(drawn, now_ms),
             _ => {}
         }
@@ -226,7 +222,7 @@ impl Screen {
     /// Goes on with a game or a replay that stands still.
     pub fn resume(&mut self) {
         match self {
-            Screen::Game(game) => game.status.stalled_ms = None,
+            Screen::Game(game) => game.connection.status.stalled_ms = None,
             Screen::Replay(replay) => replay.stalled_ms = None,
             _ => {}
         }

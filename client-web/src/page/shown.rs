@@ -4,7 +4,7 @@ use crate::page::app::App;
 use crate::page::dialogs::Card;
 use crate::page::dialogs::Layer;
 use crate::page::game::GameScreen;
-use crate::page::game::status::State;
+use crate::page::game::connection::State;
 use crate::page::screen::Screen;
 use crate::page::strings;
 
@@ -43,7 +43,7 @@ impl App {
             Screen::Game(game) if game.is_frozen() && self.picture.drawn_frames == 0 => {
                 "connecting"
             }
-            Screen::Game(game) => game.status.state.name(),
+            Screen::Game(game) => game.connection.status.state.name(),
             Screen::Lobby if self.visit.dialogs.card.is_some() => "refused",
             Screen::Lobby => "lobby",
         }
@@ -71,7 +71,7 @@ impl App {
             }
             Screen::Game(game) => {
                 let card = game_notice(game, lost).or_else(|| self.visit.dialogs.card.clone());
-                let stalled_ms = game.status.stalled_ms;
+                let stalled_ms = game.connection.status.stalled_ms;
                 card.or_else(|| Some(strings::stalled(stalled_ms?, self.edited.is_some())))
             }
             Screen::Replay(_) if lost => Some(strings::GRAPHICS_LOST),
@@ -90,11 +90,11 @@ impl App {
 }
 
 fn game_notice(game: &GameScreen, context_lost: bool) -> Option<Card> {
-    match (game.status.state, &game.status.notice) {
+    match (game.connection.status.state, &game.connection.status.notice) {
         (State::Refused, Some(notice)) => Some(notice.clone()),
         _ if context_lost => Some(strings::GRAPHICS_LOST),
-        (State::Connecting, _) => Some(strings::connecting(game.attempts())),
-        (State::Reconnecting, _) => Some(game.loss()),
+        (State::Connecting, _) => Some(strings::connecting(game.connection.attempts())),
+        (State::Reconnecting, _) => Some(game.connection.loss()),
         _ => None,
     }
 }

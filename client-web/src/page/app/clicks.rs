@@ -6,7 +6,7 @@ use crate::net::api;
 use crate::page::dialogs::Layer;
 use crate::page::dialogs::Question;
 use crate::page::event::{Address, Effect};
-use crate::page::game::status::State;
+use crate::page::game::connection::State;
 use crate::page::page_action::PageAction;
 use crate::page::settings::Choice;
 use crate::page::strings::{self, CardAction};
@@ -45,15 +45,13 @@ impl App {
                 self.visit.dialogs.question = Some(Question::CloseRoom);
             }
             PageAction::Kick => self.ask_to_kick(value),
-            PageAction::Confirm => match self.visit.dialogs.question.take() {
-                Some(Question::Kick(seat, _)) => {
-                    self.screen.with_game(&mut self.ctx, |game, ctx| game.kick(ctx, seat))
+            PageAction::Confirm => {
+                if let Some(question) = self.visit.dialogs.question.take() {
+                    self.screen.with_game(&mut self.ctx, |game, ctx| {
+                        game.connection.carry_out(ctx, &question);
+                    });
                 }
-                Some(Question::CloseRoom) => {
-                    self.screen.with_game(&mut self.ctx, |game, ctx| game.close_room(ctx))
-                }
-                None => {}
-            },
+            }
             PageAction::Cancel => self.visit.dialogs.question = None,
             PageAction::Again => self.go_on(),
             PageAction::Notice => self.act(self.notice().map(|card| card.action)),
@@ -77,7 +75,7 @@ impl App {
             Some(CardAction::Lobby) => self.go_home(),
             Some(CardAction::Play) => self.go(&format!("/{}", api::FIRST_SCENE)),
             Some(CardAction::Watch) => {
-                if let Some(code) = self.screen.game().map(|game| game.code.clone()) {
+                if let Some(code) = self.screen.game().map(|game| game.connection.code.clone()) {
                     self.watch_room(&code);
                 }
             }
@@ -90,9 +88,14 @@ impl App {
             Some(CardAction::PlayHeavy) => self.play_heavy(),
             Some(CardAction::Resume) => self.screen.resume(),
             Some(CardAction::Refetch) => self.route(self.site.address.clone()),
-            Some(CardAction::Again) => self.screen.with_game(&mut self.ctx, |game, ctx| {
-                if game.status.state == State::Refused { game.connect(ctx) } else { game.hurry() }
-            }),
+            Some(CardAction::Again) => {
+                self.screen.with_game(&mut self.ctx, |game, ctx| {
+                    match game.connection.status.state {
+                        State::Refused => game.connection.connect(ctx),
+                        _ => game.connection.hurry(),
+                    }
+                })
+            }
             None => {}
         }
     }
@@ -107,7 +110,7 @@ impl App {
     pub(in crate::page) fn emote(&mut self, emote: u8) {
         self.visit.wheel = None;
         if emote < EMOTES {
-            self.screen.with_game(&mut self.ctx, |game, ctx| game.emote(ctx, emote));
+            self.screen.with_game(&mut self.ctx, |game, ctx| game.connection.emote(ctx, emote));
         }
     }
 

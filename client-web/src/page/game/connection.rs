@@ -1,63 +1,137 @@
-//! The connection of a game to its room: how it is opened, lost, tried again and ended. A room in the page is
-//! always there.
+//! The connection of a game to its room: how it is opened, lost, tried again and ended, and the stage that it is at. A
+//! room in the page is always there.
 
-use super::GameScreen;
-use super::link::Link;
-use super::status::State;
-use crate::net::report::SocketEvent;
+use crate::net::meter::{Meter, Traffic};
+use crate::net::reconnect::{Backoff, LONGEST_MS, UNTRIED_MS};
 use crate::page::context::Context;
+use crate::page::dialogs::Question;
 use crate::page::event::Effect;
+use crate::page::plot::Plot;
 use crate::page::storage::Secret;
 use crate::page::strings::{self, Card};
-use jostle_protocol::Refusal;
+use crate::world::room_in_page::RoomInPage;
+use jostle_protocol::{
+    Appearance, ClientMessage, ClipRefusal, DecodeError, Refusal, Role, Servers, VERSION,
+};
 
 /// A move to another server that takes longer than this is shown, milliseconds.
 const MOVE_MS: f64 = 1000.0;
+/// Time after the welcome for which snapshots must be read before the connection counts as good,
+/// milliseconds. A good one is retried at once after its next loss, one that fails sooner ever
+/// more slowly.
+const PROVEN_MS: f64 = 5000.0;
+/// Silence after which a socket is given up, milliseconds.
+const SILENCE_MS: f64 = 6000.0;
+/// Milliseconds between two pings.
+const PING_MS: f64 = 1000.0;
 /// Close code of a connection that broke (RFC 6455).
 const BROKEN: u16 = 1006;
+/// Pulses in the plots of the connection.
+const PULSES: usize = 60;
 
-impl GameScreen {
+/// The connection of a game to its room.
+pub struct Connection {
+    /// Code of the room, as in its link.
+    pub code: String,
+    /// Whether the page plays or watches.
+    pub role: Role,
+    pub link: Link,
+    /// The stage that it is at.
+    pub status: Status,
+    /// Measurements of the connection and of drawing.
+    pub meter: Meter,
+    /// Round trip and delay of the newest pulses, milliseconds.
+    pub plots: [Plot; 2],
+    appearance: Appearance,
+    pinged_ms: f64,
+}
+
+impl Connection {
+    /// A connection that is not open yet.
+    pub fn new(ctx: &Context, code: &str, appearance: Appearance, link: Link) -> Connection {
+        Connection {
+            code: code.to_owned(),
+            role: Role::Player,
+            link,
+            status: Status::default(),
+            meter: Meter::default(),
+            plots: [0, 1].map(|_| Plot::new(PULSES)),
+            appearance,
+            pinged_ms: ctx.now_ms,
+        }
+    }
+
+    /// Adds this moment to the plots, with the interpolation delay in milliseconds.
+    pub fn plot(&mut self, delay_ms: f64) {
+        let [trips, delays] = &mut self.plots;
+        trips.push(self.meter.ping_ms.unwrap_or(0.0));
+        delays.push(delay_ms);
+    }
+
+    /// Origin of the server that plays the room; empty for the page's own.
+    pub fn server(&self) -> &str {
+        match &self.link {
+            Link::Server(socket) => socket.servers.current(),
+            Link::InPage(_) => "",
+        }
+    }
+
+    /// The room, if it is in the page.
+    pub fn room_in_page(&self) -> Option<&RoomInPage> {
+        match &self.link {
+            Link::Server(_) => None,
+            Link::InPage(room) => Some(room),
+        }
+    }
+
+    pub fn watches(&self) -> bool {
+        self.role == Role::Spectator
+    }
+
+    /// Bars of the signal mark, 0..=4.
+    pub fn bars(&self, now_ms: f64) -> u8 {
+        match (&self.link, self.status.state) {
+            (Link::Server(socket), State::Playing | State::Moving) => {
+                self.meter.bars(now_ms - socket.heard_ms)
+            }
+            (Link::InPage(_), State::Playing | State::Frozen) => 4,
+            _ => 0,
+        }
+    }
+
     /// Opens a new socket in place of the old one.
     pub fn connect(&mut self, ctx: &mut Context) {
-        let Link::Server(connection) = &mut self.link else { return };
-        connection.session = ctx.next_number();
-        connection.open = true;
-        connection.opened_ms = ctx.now_ms;
+        let Link::Server(socket) = &mut self.link else { return };
+        socket.session = ctx.next_number();
+        socket.open = true;
+        socket.opened_ms = ctx.now_ms;
         let path = format!("/{}", self.code);
-        let origin = connection.servers.current().to_owned();
-        ctx.request(Effect::Connect { path, session: connection.session, origin });
+        let origin = socket.servers.current().to_owned();
+        ctx.request(Effect::Connect { path, session: socket.session, origin });
         self.status.notice = None;
         if self.status.state == State::Refused {
             self.status.state = State::Connecting;
         }
     }
 
-    /// Handles an event of the socket of a session; older sockets are ignored.
-    pub fn on_socket(&mut self, ctx: &mut Context, session: u32, event: SocketEvent) {
-        let Link::Server(connection) = &mut self.link else { return };
-        if connection.session != session || !connection.open {
-            return;
-        }
-        match event {
-            SocketEvent::Opened => self.hello(ctx),
-            SocketEvent::Message(bytes) => {
-                self.receive(ctx, &bytes);
-                self.keep_up_unseen(ctx);
-            }
-            SocketEvent::Closed { code } => {
-                connection.open = false;
-                self.closed(ctx, code);
-            }
-        }
+    /// Whether an event of the socket of this session concerns it; older sockets are ignored.
+    pub fn is_open(&self, session: u32) -> bool {
+        matches!(&self.link, Link::Server(socket) if socket.session == session && socket.open)
     }
 
     /// Closes the socket as a broken network would; the page then reconnects.
     pub fn drop_socket(&mut self, ctx: &mut Context) {
-        let Link::Server(connection) = &mut self.link else { return };
-        if std::mem::take(&mut connection.open) {
+        let Link::Server(socket) = &mut self.link else { return };
+        if std::mem::take(&mut socket.open) {
             ctx.request(Effect::Disconnect { leaving: false });
             self.closed(ctx, BROKEN);
         }
+    }
+
+    /// Nothing can be built on an unreadable message: a new socket starts with a keyframe.
+    pub fn misunderstood(&mut self, ctx: &mut Context, why: &DecodeError) {
+        ctx.request(Effect::Warn(format!("a message of the server cannot be read: {why}")));
+        self.drop_socket(ctx);
     }
 
     /// Gives the seat up: the player left on purpose.
@@ -71,7 +145,7 @@ impl GameScreen {
     }
 
     /// Ends the session as the server demands: for good, or until the cause has passed.
-    pub(super) fn end(&mut self, ctx: &mut Context, refusal: Refusal) {
+    pub fn end(&mut self, ctx: &mut Context, refusal: Refusal) {
         if refusal == Refusal::BadToken {
             return self.join_again(ctx);
         }
@@ -85,8 +159,8 @@ impl GameScreen {
         let Some(notice) = notice else {
             if refusal == Refusal::Closing {
                 self.status.restarting = true;
-            } else if let Link::Server(connection) = &mut self.link {
-                connection.servers.moving();
+            } else if let Link::Server(socket) = &mut self.link {
+                socket.servers.moving();
                 self.begin_to_move(ctx.now_ms);
             }
             return self.drop_socket(ctx);
@@ -97,14 +171,14 @@ impl GameScreen {
     }
 
     /// Follows the room to another server: at once, unless that did not help the last time.
-    pub(super) fn follow(&mut self, ctx: &mut Context, url: String) {
+    pub fn follow(&mut self, ctx: &mut Context, url: String) {
         self.begin_to_move(ctx.now_ms);
-        let Link::Server(connection) = &mut self.link else { return };
-        if connection.servers.moved(url) {
+        let Link::Server(socket) = &mut self.link else { return };
+        if socket.servers.moved(url) {
             return self.connect(ctx);
         }
-        connection.open = false;
-        connection.lost(ctx.now_ms, ctx.random());
+        socket.open = false;
+        socket.lost(ctx.now_ms, ctx.random());
         ctx.request(Effect::Disconnect { leaving: false });
     }
 
@@ -130,17 +204,19 @@ impl GameScreen {
     /// The seat is lost to this page: it silently asks for another at once.
     fn join_again(&mut self, ctx: &mut Context) {
         ctx.storage.set_secret(Secret::Seat, &self.code, None);
-        if let Link::Server(connection) = &mut self.link {
-            connection.open = false;
-            connection.lost(ctx.now_ms, 0.0);
-            connection.backoff.hurry();
+        if let Link::Server(socket) = &mut self.link {
+            socket.open = false;
+            socket.lost(ctx.now_ms, 0.0);
+            socket.backoff.hurry();
             ctx.request(Effect::Disconnect { leaving: false });
         }
     }
 
-    fn closed(&mut self, ctx: &mut Context, code: u16) {
-        if let Link::Server(connection) = &mut self.link {
-            connection.unproven_ms = None;
+    /// The socket was closed, by the server or on the way.
+    pub fn closed(&mut self, ctx: &mut Context, code: u16) {
+        if let Link::Server(socket) = &mut self.link {
+            socket.open = false;
+            socket.unproven_ms = None;
         }
         if self.status.state == State::Refused {
             return;
@@ -149,19 +225,14 @@ impl GameScreen {
             return self.end(ctx, refusal);
         }
         if self.status.state == State::Playing {
-            self.show_loss();
+            self.status.state = State::Reconnecting;
         }
         // A server that announced it did close, even if its last message was lost.
         self.status.restarting |= self.status.closing_ms.take().is_some();
-        if let Link::Server(connection) = &mut self.link {
-            connection.servers.lost();
-            connection.lost(ctx.now_ms, ctx.random());
+        if let Link::Server(socket) = &mut self.link {
+            socket.servers.lost();
+            socket.lost(ctx.now_ms, ctx.random());
         }
-    }
-
-    fn show_loss(&mut self) {
-        self.status.state = State::Reconnecting;
-        self.controls.release();
     }
 
     /// The notice to show while the page reconnects.
@@ -176,7 +247,7 @@ impl GameScreen {
     /// Attempts since the last good connection.
     pub fn attempts(&self) -> u32 {
         match &self.link {
-            Link::Server(connection) => connection.backoff.attempts,
+            Link::Server(socket) => socket.backoff.attempts,
             Link::InPage(_) => 0,
         }
     }
@@ -185,19 +256,21 @@ impl GameScreen {
     pub fn keep_connected(&mut self, ctx: &mut Context) {
         match self.status.state {
             State::Refused => return,
-            State::Moving if ctx.now_ms - self.status.moved_ms > MOVE_MS => self.show_loss(),
+            State::Moving if ctx.now_ms - self.status.moved_ms > MOVE_MS => {
+                self.status.state = State::Reconnecting;
+            }
             _ => {}
         }
         // A link that died silently never reports its end. It is given up at the second check in a row: a page
         // that stood still itself gets what was sent meanwhile only after the first.
-        if let Link::Server(connection) = &mut self.link {
-            let silent = connection.is_silent(ctx.now_ms);
-            if std::mem::replace(&mut connection.silent, silent) && silent {
+        if let Link::Server(socket) = &mut self.link {
+            let silent = socket.is_silent(ctx.now_ms);
+            if std::mem::replace(&mut socket.silent, silent) && silent {
                 self.drop_socket(ctx);
             }
         }
-        if let Link::Server(connection) = &mut self.link
-            && connection.backoff.due(ctx.now_ms)
+        if let Link::Server(socket) = &mut self.link
+            && socket.backoff.due(ctx.now_ms)
         {
             self.connect(ctx);
         }
@@ -205,8 +278,210 @@ impl GameScreen {
 
     /// Stops waiting for the next attempt: the network is back, or the player asked.
     pub fn hurry(&mut self) {
-        if let Link::Server(connection) = &mut self.link {
-            connection.backoff.hurry();
+        if let Link::Server(socket) = &mut self.link {
+            socket.backoff.hurry();
         }
     }
+
+    /// Asks for the seat.
+    pub fn hello(&mut self, ctx: &mut Context) {
+        let mut secrets = (None, None);
+        if let Link::Server(socket) = &mut self.link {
+            socket.heard_ms = ctx.now_ms;
+        }
+        if self.room_in_page().is_none() && !self.watches() {
+            secrets = (
+                ctx.storage.secret(Secret::Seat, &self.code),
+                ctx.storage.secret(Secret::Host, &self.code),
+            );
+        }
+        let (token, host_key) = secrets;
+        let appearance = self.appearance.clone();
+        let (version, role) = (VERSION, self.role);
+        self.send(ctx, &ClientMessage::Hello { version, appearance, token, host_key, role });
+    }
+
+    /// Does what the host was asked about.
+    pub fn carry_out(&mut self, ctx: &mut Context, question: &Question) {
+        match question {
+            Question::Kick(seat, _) => self.send(ctx, &ClientMessage::Kick { seat: *seat }),
+            Question::CloseRoom => {
+                self.status.closes = true;
+                self.send(ctx, &ClientMessage::CloseRoom);
+            }
+        }
+    }
+
+    /// Shows an emote to everyone.
+    pub fn emote(&mut self, ctx: &mut Context, emote: u8) {
+        self.send(ctx, &ClientMessage::Emote { emote });
+    }
+
+    /// Has the last seconds kept: by the server, or as a file if the room is in the page.
+    pub fn keep_clip(&mut self, ctx: &mut Context) {
+        match &self.link {
+            Link::Server(_) if self.status.state != State::Playing => {}
+            Link::Server(_) if self.watches() => {
+                self.status.clip = Some((ctx.now_ms, Err(strings::CLIP_OF_SPECTATOR)));
+            }
+            Link::Server(_) => self.send(ctx, &ClientMessage::Clip),
+            Link::InPage(room) => {
+                let file = room.clip();
+                let failed = strings::no_clip(ClipRefusal::Failed);
+                let kept = file.as_ref().map(|_| String::new()).ok_or(failed);
+                self.status.clip = Some((ctx.now_ms, kept));
+                ctx.effects.extend(file.map(Effect::SaveClip));
+            }
+        }
+    }
+
+    /// Sends a message if the way is open.
+    pub fn send(&mut self, ctx: &mut Context, message: &ClientMessage) {
+        let bytes = message.encode();
+        let traffic = match message {
+            ClientMessage::Input { .. } => Traffic::Input,
+            _ => Traffic::Question,
+        };
+        self.meter.carried(ctx.now_ms, traffic, bytes.len());
+        match &mut self.link {
+            Link::Server(socket) if socket.open => ctx.request(Effect::Send(bytes)),
+            Link::Server(_) => {}
+            Link::InPage(room) => room.receive(&bytes),
+        }
+    }
+
+    /// A snapshot was read: after some time of that the connection is good.
+    pub fn prove(&mut self, now_ms: f64) {
+        let Link::Server(socket) = &mut self.link else { return };
+        if socket.unproven_ms.take_if(|since| now_ms - *since >= PROVEN_MS).is_some() {
+            socket.backoff.reset();
+        }
+    }
+
+    /// Whether it is time for a ping.
+    pub fn is_ping_due(&self, now_ms: f64) -> bool {
+        now_ms - self.pinged_ms >= PING_MS
+    }
+
+    pub fn ping(&mut self, ctx: &mut Context) {
+        self.pinged_ms = ctx.now_ms;
+        self.send(ctx, &ClientMessage::Ping { stamp: ctx.now_ms as u32 });
+    }
+}
+
+pub enum Link {
+    Server(RoomSocket),
+    InPage(Box<RoomInPage>),
+}
+
+/// The socket to a room on the server, and the way to the next one.
+#[derive(Debug)]
+pub struct RoomSocket {
+    /// Origins of the servers that may play the room; an empty one is the page's own.
+    pub servers: Servers,
+    /// Number of the newest session.
+    pub session: u32,
+    pub open: bool,
+    pub opened_ms: f64,
+    /// When the server was last heard.
+    pub heard_ms: f64,
+    /// Whether it was silent for too long when that was last checked.
+    pub silent: bool,
+    /// When the welcome came, while the connection is not known to be good.
+    pub unproven_ms: Option<f64>,
+    /// When to try again.
+    pub backoff: Backoff,
+}
+
+impl RoomSocket {
+    /// A socket that is not open yet, to the page's own server.
+    pub fn new(now_ms: f64) -> RoomSocket {
+        RoomSocket {
+            servers: Servers::new(String::new()),
+            session: 0,
+            open: false,
+            opened_ms: now_ms,
+            heard_ms: now_ms,
+            silent: false,
+            unproven_ms: None,
+            backoff: Backoff::default(),
+        }
+    }
+
+    /// Silence after which the socket is given up, milliseconds: less for one that does not open, while another
+    /// server was not asked yet.
+    fn silence_ms_max(&self) -> f64 {
+        let opens = self.opened_ms > self.heard_ms;
+        if opens && self.servers.has_untried() { UNTRIED_MS } else { SILENCE_MS }
+    }
+
+    /// Whether the other end was not heard for too long since the socket was opened.
+    pub fn is_silent(&self, now_ms: f64) -> bool {
+        now_ms - self.heard_ms.max(self.opened_ms) > self.silence_ms_max()
+    }
+
+    /// The socket was lost, or none came about: another attempt follows. `random` is uniform in [0, 1).
+    pub fn lost(&mut self, now_ms: f64, random: f64) {
+        let longest_ms = if self.servers.has_untried() { UNTRIED_MS } else { LONGEST_MS };
+        self.backoff.lost(now_ms, random, longest_ms);
+    }
+}
+
+/// The stage that a game is at, as `data-state` names it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum State {
+    /// Waiting for the first seat.
+    #[default]
+    Connecting,
+    Playing,
+    /// Another server goes on with the room: the picture stays as it is for a moment.
+    Moving,
+    /// The socket was lost; the world stays on view.
+    Reconnecting,
+    /// The session ended; a notice says why.
+    Refused,
+    /// A scripted demo stands still.
+    Frozen,
+}
+
+impl State {
+    /// The value of `data-state`.
+    pub fn name(self) -> &'static str {
+        match self {
+            State::Connecting => "connecting",
+            State::Playing => "playing",
+            State::Moving => "moving",
+            State::Reconnecting => "reconnecting",
+            State::Refused => "refused",
+            State::Frozen => "frozen",
+        }
+    }
+}
+
+#[derive(Clone, Debug, Default)]
+pub struct Status {
+    pub state: State,
+    /// Why the session ended, if it did.
+    pub notice: Option<Card>,
+    /// When the first seat was taken.
+    pub joined_ms: Option<f64>,
+    /// When the room began to move to another server, if it does.
+    pub moved_ms: f64,
+    /// A tick in the page took this long, and the game stands still since then, milliseconds.
+    pub stalled_ms: Option<f64>,
+    /// When the server will close.
+    pub closing_ms: Option<f64>,
+    /// The server closed, and is tried until it is back.
+    pub restarting: bool,
+    /// Whether the room goes on after the restart where it was.
+    pub is_kept: bool,
+    /// The server took this page for the room's host.
+    pub host: bool,
+    /// The player closed the room.
+    pub closes: bool,
+    /// When the room last denied what only a host may ask for.
+    pub denied_ms: Option<f64>,
+    /// The answer to the last request for a clip, and when it came: its name, empty for a file of this machine, or a
+    /// sentence that says why there is none.
+    pub clip: Option<(f64, Result<String, &'static str>)>,
 }

@@ -49,7 +49,7 @@ fn game_title(view: View, app: &App, game: &GameScreen, scene: &Scene) -> View {
     let about = match game.is_in_page() {
         true if game.is_alone() => say("played alone").to_owned(),
         true => say("demo, offline").to_owned(),
-        false => format!("/{}", game.code),
+        false => format!("/{}", game.connection.code),
     };
     let hint = match app.settings.touched {
         true => say("watching: tap a name to follow it"),
@@ -91,7 +91,7 @@ pub fn length(player: &ReplayPlayer) -> String {
 /// The key caps of a game; those whose buttons are down or whose body is picked are lit.
 pub fn caps(app: &App) -> View {
     let game = app.screen.game();
-    let joined_ms = game.and_then(|game| game.status.joined_ms);
+    let joined_ms = game.and_then(|game| game.connection.status.joined_ms);
     let small = joined_ms.is_some_and(|joined| app.now_ms() - joined > CAPS_LARGE_MS);
     let caps = game.and_then(|game| {
         let replica = game.replica()?;
@@ -126,10 +126,10 @@ fn cap_of(cap: &tools::Cap, lit: (Buttons, Option<Kind>), settings: &Settings) -
 /// Answers to what the player asked for.
 pub fn answers(app: &App) -> View {
     let (game, now_ms) = (app.screen.game(), app.now_ms());
-    let denied_ms = game.and_then(|game| game.status.denied_ms);
+    let denied_ms = game.and_then(|game| game.connection.status.denied_ms);
     let denied = denied_ms.is_some_and(|at| now_ms - at <= DENIED_MS);
     let answer = say("Only the host can do that, and a host can't be removed.");
-    let clip = game.and_then(|game| Some((game, game.status.clip.as_ref()?)));
+    let clip = game.and_then(|game| Some((game, game.connection.status.clip.as_ref()?)));
     let clip = clip.filter(|(_, (at, _))| now_ms - at <= CLIP_MS);
     let view = View::panel("answers")
         .text("#told", if denied { answer } else { "" })
@@ -140,7 +140,7 @@ pub fn answers(app: &App) -> View {
     view.text("#clip-text", say(text)).show("#clip-link", name.is_some()).with_or_without(
         "#clip-link",
         "href",
-        name.map(|name| format!("{}/replay/{name}", game.server())),
+        name.map(|name| format!("{}/replay/{name}", game.connection.server())),
     )
 }
 
@@ -181,10 +181,10 @@ fn line(number: usize, news: &News) -> View {
 /// What need not change with every frame: the buttons of a host, and what the network does.
 pub fn status(app: &App) -> View {
     let game = app.screen.game();
-    let closing_ms = game.and_then(|game| game.status.closing_ms);
+    let closing_ms = game.and_then(|game| game.connection.status.closing_ms);
     let closing = closing_ms.map(|closing_ms| {
         let seconds = ((closing_ms - app.now_ms()) / 1000.0).ceil().max(0.0);
-        let sentence = match game.is_some_and(|game| game.status.is_kept) {
+        let sentence = match game.is_some_and(|game| game.connection.status.is_kept) {
             true => say("Server restarting in {count} s: the game goes on right after"),
             false => say("Server restarting in {count} s"),
         };
@@ -196,7 +196,7 @@ pub fn status(app: &App) -> View {
         fill("Simulated bad connection: {conditions}", &[("conditions", &app.conditions.words())])
     });
     let view = View::panel("status")
-        .show("#close-room", game.is_some_and(|game| game.status.host))
+        .show("#close-room", game.is_some_and(|game| game.connection.status.host))
         .show("#edit-game", game.is_some_and(GameScreen::is_in_page))
         .text_or_hide("#banner", closing)
         .text_or_hide("#lag-badge", badge);
@@ -207,13 +207,13 @@ pub fn status(app: &App) -> View {
 }
 
 fn signal(view: View, game: &GameScreen, now_ms: f64) -> View {
-    let bars = game.bars(now_ms);
+    let bars = game.connection.bars(now_ms);
     let title = match bars {
         0 => say("No connection"),
         1 | 2 => say("Slow connection"),
         _ => say("Good connection"),
     };
-    let ping = game.meter.ping_ms.filter(|_| !game.is_in_page() && bars > 0);
+    let ping = game.connection.meter.ping_ms.filter(|_| !game.is_in_page() && bars > 0);
     view.with("#signal", "data-bars", bars.to_string())
         .with("#signal", "title", title)
         .text("#ping", ping.map_or(String::new(), |ms| format!("{ms:.0} ms")))

@@ -37,7 +37,7 @@ pub fn view(app: &App) -> View {
 
 /// Bytes a second by kind, with bars on a scale of their own.
 fn kinds(mut view: View, game: &GameScreen, now_ms: f64) -> View {
-    let rates = Traffic::ALL.map(|traffic| game.meter.rate(traffic, now_ms).1);
+    let rates = Traffic::ALL.map(|traffic| game.connection.meter.rate(traffic, now_ms).1);
     let most = rates.iter().copied().max().unwrap_or(0).max(1);
     for ([bar, value], bytes) in KINDS.into_iter().zip(rates) {
         let share = 100.0 * bytes as f64 / most as f64;
@@ -59,20 +59,20 @@ pub fn connection(app: &App) -> View {
     let dash = || "\u{2013}".to_owned();
     let ms = |ms: f64| format!("{ms:.0} ms");
     let error = |error: f32| fill("{count} units", &[("count", &format!("{error:.2}"))]);
-    let (snapshots, _) = game.meter.rate(Traffic::Snapshot, app.now_ms());
+    let (snapshots, _) = game.connection.meter.rate(Traffic::Snapshot, app.now_ms());
     let lead = predictor.map(|predictor| predictor.lead_ticks() * TICK_MS);
     let waiting = predictor.map(|predictor| predictor.unacknowledged().to_string());
-    let [trips, delays] = &game.plots;
+    let [trips, delays] = &game.connection.plots;
     let highest = trips.highest().max(delays.highest()).max(PLOT_MS_MIN);
     for (at, text) in [
-        ("#net-trip", game.meter.ping_ms.map_or_else(dash, ms)),
+        ("#net-trip", game.connection.meter.ping_ms.map_or_else(dash, ms)),
         ("#net-jitter", ms(clock.lateness_ticks * TICK_MS)),
         ("#net-delay", ms(clock.delay_ticks() * TICK_MS)),
         ("#net-rate", format!("{snapshots} /s")),
         ("#net-lead", lead.map_or_else(dash, ms)),
         ("#net-error", predictor.map_or_else(dash, |predictor| error(predictor.error))),
         ("#net-waiting", waiting.unwrap_or_else(dash)),
-        ("#net-frames", format!("{} /s", game.meter.frames_a_second(app.now_ms()))),
+        ("#net-frames", format!("{} /s", game.connection.meter.frames_a_second(app.now_ms()))),
         ("#net-scale", ms(highest)),
     ] {
         view = view.text(at, text);
@@ -95,7 +95,7 @@ pub fn figures(app: &App) -> View {
     };
     let count = |figure: fn(&Replica) -> usize| game.replica().map_or(0, figure).to_string();
     let tick = clock.and_then(|clock| clock.server_tick(now_ms)).unwrap_or(0.0);
-    let meter = &game.meter;
+    let meter = &game.connection.meter;
     let texts = [
         ("#figure-ping", meter.ping_ms.map_or("-".into(), |ms| format!("{ms:.0} ms"))),
         ("#figure-jitter", ticks(|clock| clock.lateness_ticks)),

@@ -25,10 +25,14 @@ pub fn view(app: &App) -> View {
     let game = app.screen.game();
     let viewer = match game {
         Some(game) if game.watches() => Viewer::Spectator(game.followed()),
-        Some(game) if game.status.host => Viewer::Host,
+        Some(game) if game.connection.status.host => Viewer::Host,
         _ => Viewer::Player,
     };
-    let class = if game.is_some_and(|game| game.status.host) { "players host" } else { "players" };
+    let class = if game.is_some_and(|game| game.connection.status.host) {
+        "players host"
+    } else {
+        "players"
+    };
     let entries = game.and_then(|game| game.replica()).map(|replica| entries(replica, viewer));
     View::panel("players")
         .with("#players", "class", class)

@@ -42,7 +42,7 @@ fn bots(browser: &Browser) -> usize {
 }
 
 fn hash(browser: &Browser) -> Option<(u32, u64)> {
-    let room = browser.app.screen.game()?.room_in_page()?;
+    let room = browser.app.screen.game()?.connection.room_in_page()?;
     Some((room.tick_count(), room.state_hash()))
 }
 

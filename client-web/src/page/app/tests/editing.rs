@@ -202,7 +202,7 @@ fn a_room_with_the_edited_scene_is_opened_and_entered_as_its_host() {
     let effects = browser.say(Event::Answered(request, Some(answer)));
     assert!(has(&effects, "StoreSession(\"jostle.host.fox\""), "{effects:?}");
     assert_eq!(browser.address, "/fox");
-    assert!(browser.app.screen.game().is_some_and(|game| game.code == "fox"));
+    assert!(browser.app.screen.game().is_some_and(|game| game.connection.code == "fox"));
 }
 
 #[test]

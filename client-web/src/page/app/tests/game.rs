@@ -251,7 +251,13 @@ fn a_server_that_closes_is_announced_and_waited_for() {
     for (keeps_room, card) in [(false, strings::RESTARTING), (true, strings::BACK_SOON)] {
         let mut browser = Browser::playing();
         browser.server_says(&ServerMessage::Draining { seconds: 2, keeps_room });
-        assert!(browser.app.screen.game().is_some_and(|game| game.status.closing_ms.is_some()));
+        assert!(
+            browser.app.screen.game().is_some_and(|game| game
+                .connection
+                .status
+                .closing_ms
+                .is_some())
+        );
         browser.socket(SocketEvent::Closed { code: 1006 });
         assert_eq!((browser.app.state(), browser.title()), ("reconnecting", card.title));
     }
@@ -334,12 +340,20 @@ fn a_demo_that_cannot_start_says_why() {
 #[test]
 fn a_scene_that_comes_late_starts_no_demo() {
     let mut browser = Browser::open("/", "?demo=arena&ticks=30");
-    let game = browser.app.screen.game().and_then(|game| game.state_hash());
+    let game = browser
+        .app
+        .screen
+        .game()
+        .and_then(|game| Some(game.connection.room_in_page()?.state_hash()));
     assert!(game.is_some());
     assert!(browser.effects.iter().any(|effect| matches!(effect, Effect::FocusStage)));
     browser.say(scene_fetched("pile"));
     assert_eq!(
-        browser.app.screen.game().and_then(|game| game.state_hash()),
+        browser
+            .app
+            .screen
+            .game()
+            .and_then(|game| Some(game.connection.room_in_page()?.state_hash())),
         game,
         "not the one awaited"
     );
@@ -353,12 +367,20 @@ fn a_frozen_demo_counts_once_it_is_drawn() {
     let mut browser = Browser::open("/", "?demo=arena&ticks=30&bots=2");
     assert_eq!((browser.app.state(), browser.app.visit.own_color), ("connecting", 0));
     browser.say(Event::Frame(Some(CANVAS)));
-    let hash = browser.app.screen.game().and_then(|game| game.state_hash());
+    let hash = browser
+        .app
+        .screen
+        .game()
+        .and_then(|game| Some(game.connection.room_in_page()?.state_hash()));
     browser.say(Event::Drawn(true));
     assert_eq!(browser.app.state(), "frozen");
     browser.wait(200);
     assert_eq!(
-        browser.app.screen.game().and_then(|game| game.state_hash()),
+        browser
+            .app
+            .screen
+            .game()
+            .and_then(|game| Some(game.connection.room_in_page()?.state_hash())),
         hash,
         "it stands still"
     );
