@@ -2,9 +2,9 @@
 //! state into the document, and `shell` moves events and effects between the two. Only the
 //! latter exist on wasm alone.
 
+mod address;
 mod alone;
 mod app;
-mod awaited;
 mod best_runs;
 mod captions;
 mod card;

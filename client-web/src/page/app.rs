@@ -6,8 +6,9 @@ mod clicks;
 use crate::input::touch::Fingers;
 use crate::net::api::{self, Request, query_value};
 use crate::net::report::Fetched;
+use crate::net::scene_link;
 use crate::net::simulated_link::NetworkConditions;
-use crate::page::awaited::{Awaited, Wish};
+use crate::page::address::{Awaited, Destination, Site, Wish};
 use crate::page::best_runs::Records;
 use crate::page::context::Context;
 use crate::page::dialogs::Dialogs;
@@ -35,6 +36,8 @@ use std::sync::Arc;
 
 /// Lines of news on display.
 const NEWS_LINES_MAX: usize = 6;
+/// Name of a scene whose file is not known, only its text.
+const LINKED: &str = "scene.toml";
 /// The copy button says for this long what came of it, milliseconds.
 const COPIED_MS: i32 = 1500;
 
@@ -149,14 +152,6 @@ impl CanvasPicture {
     }
 }
 
-/// The page's address.
-#[derive(Debug)]
-pub struct Site {
-    pub(super) address: Address,
-    /// The part of the page's addresses before the path.
-    pub(super) origin: String,
-}
-
 pub struct App {
     /// The context of every handler.
     pub(super) ctx: Context,
@@ -173,7 +168,6 @@ pub struct App {
     pub sound: SoundDesk,
     pub conditions: NetworkConditions,
     pub picture: CanvasPicture,
-    pub(super) site: Site,
     pub settings: Settings,
 }
 
@@ -182,8 +176,8 @@ impl App {
     pub fn new(startup: Startup) -> App {
         let Startup { storage, query, seed, calm, touched, is_static, origin, language } = startup;
         let predicts = storage.predicts(query_value(&query, "predict"));
-        let mut ctx = Context::new(storage, predicts, seed);
-        ctx.is_static = is_static;
+        let site = Site { address: Address::default(), origin, is_static };
+        let mut ctx = Context::new(storage, site, predicts, seed);
         let mut settings = Settings::new(&ctx.storage, &language, calm);
         settings.touched = touched;
         settings.ask_language(&mut ctx);
@@ -206,7 +200,6 @@ impl App {
             sound,
             conditions,
             picture: CanvasPicture::default(),
-            site: Site { address: Address::default(), origin },
             settings,
         }
     }
@@ -307,35 +300,43 @@ impl App {
     /// Shows what an address asks for.
     pub(super) fn route(&mut self, address: Address) {
         self.end_screen();
-        self.site.address = address.clone();
-        if !self.route_hash(&address.hash) {
-            self.route_path(&address);
+        self.ctx.site.address = address.clone();
+        match Destination::of(&address, self.ctx.site.is_static) {
+            Destination::Lobby => self.lobby.show(&mut self.ctx),
+            Destination::Room { code, watches } => {
+                let role = if watches { Role::Spectator } else { Role::Player };
+                let game = GameScreen::join(&mut self.ctx, code, self.appearance.clone(), role);
+                self.screen = Screen::Game(Box::new(game));
+            }
+            Destination::Replay(name, file) => {
+                self.screen = Screen::Fetching { name: name.to_owned(), file: file.clone() };
+                self.ctx.request(Effect::FetchReplay(file));
+            }
+            Destination::Linked(link, wish) => match scene_link::decode(link) {
+                Ok(source) => match Scene::parse(LINKED, &source) {
+                    Ok(scene) => self.play_foreign(Arc::new(scene), wish),
+                    Err(error) => self.visit.dialogs.card = Some(strings::bad_linked_scene(&error)),
+                },
+                Err(error) => self.visit.dialogs.card = Some(strings::bad_link(&error)),
+            },
+            Destination::Scene(awaited) => {
+                let has_records = matches!(awaited, Awaited::Alone(..)) && !self.ctx.site.is_static;
+                self.await_scene(awaited);
+                if has_records {
+                    self.ctx.request(Effect::Request(Request::Records));
+                }
+            }
+            // With the draft of it, if there is one.
+            Destination::Editor(origin) => match (self.ctx.storage.draft(origin), origin) {
+                (None, Some(name)) => self.await_scene(Awaited::Edit(name.to_owned())),
+                (draft, _) => {
+                    self.edit(draft.unwrap_or_default().to_owned(), origin, edit_screen::SEED)
+                }
+            },
         }
         if let Screen::Game(_) = self.screen {
             self.ctx.request(Effect::FocusStage);
         }
-    }
-
-    fn route_path(&mut self, address: &Address) {
-        // The path of a page without a server is that of its folder.
-        let path = if self.ctx.is_static { "/" } else { &address.path };
-        if let Some(request) = DemoRequest::parse(&address.query) {
-            self.await_scene(Awaited::Demo(request));
-        } else if let Some(name) = api::replay_name(path) {
-            self.fetch_replay(name.to_owned(), api::replay_file(name));
-        } else if let Some(code) = room_code(path) {
-            let watches = query_value(&address.query, "watch").is_some();
-            let role = if watches { Role::Spectator } else { Role::Player };
-            let game = GameScreen::join(&mut self.ctx, code, self.appearance.clone(), role);
-            self.screen = Screen::Game(Box::new(game));
-        } else {
-            self.lobby.show(&mut self.ctx);
-        }
-    }
-
-    /// Path of the lobby.
-    pub(super) fn home(&self) -> &str {
-        if self.ctx.is_static { &self.site.address.path } else { "/" }
     }
 
     /// Whether a file that is dropped is opened: a game on a server is not left for it.
@@ -344,7 +345,7 @@ impl App {
     }
 
     fn go_home(&mut self) {
-        let home = self.home().to_owned();
+        let home = self.ctx.site.home().to_owned();
         self.go(&home);
     }
 
@@ -569,7 +570,7 @@ impl App {
     }
 
     fn play(&mut self, form: &Form) {
-        if self.ctx.is_static {
+        if self.ctx.site.is_static {
             self.play_scene_alone(api::FIRST_SCENE, form);
         } else if self.read_form(form) {
             let code = self.lobby.play(&mut self.ctx, form.private);
@@ -610,11 +611,6 @@ fn recall(ctx: &mut Context) -> Appearance {
         ctx.storage.keep_player(&name, color);
         Appearance { name: name.into(), color }
     })
-}
-
-fn room_code(path: &str) -> Option<&str> {
-    let code = path.trim_matches('/');
-    (!code.is_empty() && code != "index.html").then_some(code)
 }
 
 #[cfg(test)]

@@ -1,7 +1,8 @@
-//! Everything a handler of an event may use besides its own state: the time, effects to request,
-//! what the browser keeps, chance, and numbers that are never used twice.
+//! Everything a handler of an event may use besides its own state: the time, effects to request, the
+//! address, what the browser keeps, chance, and numbers that are never used twice.
 
-use crate::page::event::Effect;
+use crate::page::address::Site;
+use crate::page::event::{Address, Effect};
 use crate::page::storage::Storage;
 use jostle_sim::Rng;
 
@@ -13,8 +14,7 @@ pub struct Context {
     pub effects: Vec<Effect>,
     /// The own hero is shown ahead of the server.
     pub predicts: bool,
-    /// The page has no server.
-    pub is_static: bool,
+    pub site: Site,
     /// The clock itself, for work that is to end in time.
     pub clock: fn() -> f64,
     pub storage: Storage,
@@ -24,12 +24,12 @@ pub struct Context {
 
 impl Context {
     /// A context at time zero.
-    pub fn new(storage: Storage, predicts: bool, seed: u64) -> Context {
+    pub fn new(storage: Storage, site: Site, predicts: bool, seed: u64) -> Context {
         Context {
             now_ms: 0.0,
             effects: Vec::new(),
             predicts,
-            is_static: false,
+            site,
             clock: || 0.0,
             storage,
             rng: Rng::new(seed, 0),
@@ -45,6 +45,15 @@ impl Context {
     pub fn take_effects(&mut self) -> Vec<Effect> {
         self.effects.append(&mut self.storage.writes);
         std::mem::take(&mut self.effects)
+    }
+
+    /// Has the address name what is shown, unless it does already. Going back leads to where the player was.
+    pub fn show_hash(&mut self, hash: String) {
+        if self.site.address.hash != hash {
+            let path = self.site.home().to_owned();
+            self.request(Effect::PushAddress(format!("{path}{hash}")));
+            self.site.address = Address { path, query: String::new(), hash };
+        }
     }
 
     /// A number of its own, from 1 on.

@@ -8,8 +8,8 @@ use crate::input::action::Action;
 use crate::language::say;
 use crate::net::api::{Request, scene_error};
 use crate::net::scene_link;
+use crate::page::address::Wish;
 use crate::page::app::App;
-use crate::page::awaited::{Awaited, Wish};
 use crate::page::dialogs::Layer;
 use crate::page::drafts::{self, Draft};
 use crate::page::edit_screen::{EditScreen, SEED};
@@ -18,27 +18,9 @@ use crate::page::lobby;
 use crate::page::page_action::PageAction;
 use crate::page::screen::Screen;
 use crate::page::strings;
-use jostle_game::scene::is_name;
 use jostle_sim::Vec2;
 
-/// The wish of `#edit` in an address: the name of a shipped scene, or a scene of one's own.
-pub fn requested(hash: &str) -> Option<Option<&str>> {
-    match hash.strip_prefix("#edit")? {
-        "" => Some(None),
-        rest => Some(Some(rest.strip_prefix('=')?)).filter(|name| name.is_some_and(is_name)),
-    }
-}
-
 impl App {
-    /// Opens the editor that an address asks for: with the draft of it, if there is one.
-    pub(super) fn open_editor(&mut self, origin: Option<&str>) {
-        match (self.ctx.storage.draft(origin).map(str::to_owned), origin) {
-            (Some(text), _) => self.edit(text, origin, SEED),
-            (None, Some(name)) => self.await_scene(Awaited::Edit(name.to_owned())),
-            (None, None) => self.edit(String::new(), None, SEED),
-        }
-    }
-
     /// Opens the editor with a text.
     pub(super) fn edit(&mut self, text: String, origin: Option<&str>, seed: u64) {
         let file = origin.map(|name| format!("{name}.toml"));
@@ -95,11 +77,11 @@ impl App {
                 let Some(scene) = game.replica().map(|replica| replica.room.scene.clone()) else {
                     return;
                 };
-                let (name, seed) = self.alone();
+                let (name, seed) = self.ctx.site.alone();
                 let name = name.map(str::to_owned);
                 self.edit(scene.source.clone(), name.as_deref(), seed);
                 let hash = self.screen.edit_screen().map(EditScreen::hash).unwrap_or_default();
-                self.show_hash(hash);
+                self.ctx.show_hash(hash);
             }
         }
         self.begin_in_place();
@@ -124,8 +106,8 @@ impl App {
     }
 
     fn go_to_hash(&mut self, hash: String) {
-        self.show_hash(hash);
-        self.route(self.site.address.clone());
+        self.ctx.show_hash(hash);
+        self.route(self.ctx.site.address.clone());
     }
 
     /// Keeps the text for the next visit, if it changed.
@@ -158,7 +140,7 @@ impl App {
             screen.editor.doc.rename(&name);
             let hash = screen.hash();
             self.visit.dialogs.card = Some(strings::second_draft(&name));
-            self.show_hash(hash);
+            self.ctx.show_hash(hash);
         }
     }
 
@@ -240,23 +222,22 @@ impl App {
 
     fn copy_link(&mut self) {
         if let Some(link) = self.edited_link() {
-            self.ctx.request(Effect::CopyLink(format!("{}{link}", self.site.origin)));
+            self.ctx.request(Effect::CopyLink(format!("{}{link}", self.ctx.site.origin)));
         }
     }
 
     /// The link of the scene that is edited, from the first slash on.
     pub(super) fn edited_link(&self) -> Option<String> {
-        let link = scene_link::encode(self.edited()?.editor.text());
-        Some(format!("{}{}{link}", self.home(), scene_link::HASH))
+        Some(self.ctx.site.scene_link(self.edited()?.editor.text()))
     }
 
     /// Edits the scene of the address, which has an error, there.
     pub(super) fn edit_linked(&mut self) {
-        let link = scene_link::in_hash(&self.site.address.hash);
+        let link = scene_link::in_hash(&self.ctx.site.address.hash);
         let Some(text) = link.and_then(|(link, _)| scene_link::decode(link).ok()) else { return };
         self.visit.dialogs.card = None;
         self.edit(text, None, SEED);
-        self.show_hash("#edit".to_owned());
+        self.ctx.show_hash("#edit".to_owned());
         self.begin_in_place();
         self.go_to_error();
     }

@@ -63,7 +63,7 @@ impl Lobby {
         if self.scenes.is_empty() {
             ctx.request(Effect::Request(Request::Scenes));
         }
-        if ctx.is_static {
+        if ctx.site.is_static {
             return;
         }
         ctx.request(Effect::Request(Request::Rooms));
@@ -131,7 +131,7 @@ impl Lobby {
             Request::Scenes => {
                 if let Some(Scenes { scenes, .. }) = parse(answer) {
                     self.scenes = scenes;
-                } else if ctx.is_static {
+                } else if ctx.site.is_static {
                     self.say(strings::NO_SCENES, true);
                 }
             }

@@ -14,7 +14,7 @@ impl App {
     pub fn ranked_scene(&self) -> Option<&str> {
         let is_played =
             self.screen.game().is_some_and(|game| game.is_alone()) && self.edited.is_none();
-        self.alone().0.filter(|_| is_played && !self.ctx.is_static)
+        self.ctx.site.alone().0.filter(|_| is_played && !self.ctx.site.is_static)
     }
 
     /// Takes an answer about records; `false` if it is about something else.

@@ -15,12 +15,6 @@ use jostle_protocol::replay::{ReplayError, ReplayReader};
 const FILE_HASH: &str = "#file";
 
 impl App {
-    /// Asks for a replay by the address of its file.
-    pub(super) fn fetch_replay(&mut self, name: String, file: String) {
-        self.screen = Screen::Fetching { name, file: file.clone() };
-        self.ctx.request(Effect::FetchReplay(file));
-    }
-
     pub(super) fn take_fetched(&mut self, from: &str, fetched: Fetched) {
         let Screen::Fetching { name, file } = &self.screen else {
             return self.take_ghost(from, fetched);
@@ -78,7 +72,7 @@ impl App {
         self.end_screen();
         // Going back leads to where the player was.
         if name.is_none() {
-            self.show_hash(FILE_HASH.to_owned());
+            self.ctx.show_hash(FILE_HASH.to_owned());
         }
         let replay = OpenReplay::new(player, name, file, self.ctx.now_ms);
         self.visit.dialogs.card = replay.cut();

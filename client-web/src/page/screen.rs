@@ -1,7 +1,7 @@
 //! The screens of the page, and what each makes of buttons, pointers and time.
 
 use crate::editor::update::Deed;
-use crate::page::awaited::Awaited;
+use crate::page::address::Awaited;
 use crate::page::context::Context;
 use crate::page::edit_screen::EditScreen;
 use crate::page::event::{Effect, Event, Pointer};

@@ -19,7 +19,7 @@ impl App {
 
     /// The page has no server.
     pub fn is_static(&self) -> bool {
-        self.ctx.is_static
+        self.ctx.site.is_static
     }
 
     /// Whether the own hero is shown ahead of the server.

@@ -87,7 +87,7 @@ impl App {
             Some(CardAction::Unplay) => self.toggle_edit(),
             Some(CardAction::PlayHeavy) => self.play_heavy(),
             Some(CardAction::Resume) => self.screen.resume(),
-            Some(CardAction::Refetch) => self.route(self.site.address.clone()),
+            Some(CardAction::Refetch) => self.route(self.ctx.site.address.clone()),
             Some(CardAction::Again) => {
                 self.screen.with_game(&mut self.ctx, |game, ctx| {
                     match game.connection.status.state {
@@ -133,8 +133,9 @@ impl App {
     /// Shows the link of what is on as a QR code.
     fn show_code(&mut self) {
         self.release_input();
-        let Address { path, query, hash } = &self.site.address;
+        let Address { path, query, hash } = &self.ctx.site.address;
         let link = self.edited_link().unwrap_or_else(|| format!("{path}{query}{hash}"));
-        self.visit.dialogs.card = Some(strings::link_code(&format!("{}{link}", self.site.origin)));
+        self.visit.dialogs.card =
+            Some(strings::link_code(&format!("{}{link}", self.ctx.site.origin)));
     }
 }

@@ -1,0 +1,156 @@
+//! What the page's address asks for: a room, a replay, the editor, or a game inside the page. Nothing of the part after
+//! `#` is ever sent.
+
+use crate::net::api::{self, query_value};
+use crate::net::scene_link;
+use crate::page::event::Address;
+use crate::world::ghost::GhostWish;
+use crate::world::room_in_page::DemoRequest;
+use jostle_game::Scene;
+use jostle_game::scene::{WorstTick, is_name};
+
+/// The address of a replay in the page's own.
+const REPLAY: &str = "#replay=";
+/// Milliseconds that a tick of a scene may take by its limits before the player is asked: past a tenth of a second a
+/// page is felt to hang. The largest shipped scene, `hall`, stays within.
+const HEAVY_TICK_MS: f32 = 100.0;
+
+/// The page's address, and whether a server is there.
+#[derive(Debug, Default)]
+pub struct Site {
+    pub address: Address,
+    /// The part of the page's addresses before the path.
+    pub origin: String,
+    /// The page has no server.
+    pub is_static: bool,
+}
+
+impl Site {
+    /// Path of the lobby.
+    pub fn home(&self) -> &str {
+        if self.is_static { &self.address.path } else { "/" }
+    }
+
+    /// The link of a scene's text, from the first slash on.
+    pub fn scene_link(&self, text: &str) -> String {
+        format!("{}{}{}", self.home(), scene_link::HASH, scene_link::encode(text))
+    }
+
+    /// Name of the scene of the site that is played alone, and the seed of its game.
+    pub fn alone(&self) -> (Option<&str>, u64) {
+        let hash = &self.address.hash;
+        (query_value(hash.trim_start_matches('#'), "alone"), Wish::of(hash).seed.unwrap_or(1))
+    }
+}
+
+/// What an address leads to.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Destination<'a> {
+    Lobby,
+    /// The room of a code, to play or to watch.
+    Room {
+        code: &'a str,
+        watches: bool,
+    },
+    /// A replay: its name, and the address of its file.
+    Replay(&'a str, String),
+    /// The scene in a link.
+    Linked(&'a str, Wish),
+    /// A game with a scene of the site.
+    Scene(Awaited),
+    /// The editor with a shipped scene, or one of one's own.
+    Editor(Option<&'a str>),
+}
+
+impl<'a> Destination<'a> {
+    pub fn of(address: &'a Address, is_static: bool) -> Destination<'a> {
+        let Address { path, query, hash } = address;
+        // The path of a page without a server is that of its folder.
+        let path = if is_static { "/" } else { path };
+        if let Some(origin) = edited(hash) {
+            Destination::Editor(origin)
+        } else if let Some(file) = hash.strip_prefix(REPLAY).filter(|file| !file.is_empty()) {
+            Destination::Replay(file.rsplit('/').next().unwrap_or(file), file.to_owned())
+        } else if let Some((link, wish)) = scene_link::in_hash(hash) {
+            Destination::Linked(link, Wish::of(wish))
+        } else if let Some(name) = query_value(hash.trim_start_matches('#'), "alone") {
+            Destination::Scene(Awaited::Alone(name.to_owned(), Wish::of(hash)))
+        } else if let Some(request) = DemoRequest::parse(query) {
+            Destination::Scene(Awaited::Demo(request))
+        } else if let Some(name) = api::replay_name(path) {
+            Destination::Replay(name, api::replay_file(name))
+        } else {
+            match path.trim_matches('/') {
+                "" | "index.html" => Destination::Lobby,
+                code => Destination::Room { code, watches: query_value(query, "watch").is_some() },
+            }
+        }
+    }
+}
+
+/// The wish of `#edit` in an address: the name of a shipped scene, or a scene of one's own.
+fn edited(hash: &str) -> Option<Option<&str>> {
+    match hash.strip_prefix("#edit")? {
+        "" => Some(None),
+        rest => Some(Some(rest.strip_prefix('=')?)).filter(|name| name.is_some_and(is_name)),
+    }
+}
+
+/// A game in the page that waits for its scene.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Awaited {
+    Demo(DemoRequest),
+    /// A scene to play alone, by its name.
+    Alone(String, Wish),
+    /// A scene to edit, by its name.
+    Edit(String),
+}
+
+impl Awaited {
+    /// Name of the scene.
+    pub fn scene(&self) -> &str {
+        match self {
+            Awaited::Demo(request) => &request.scene,
+            Awaited::Alone(scene, _) | Awaited::Edit(scene) => scene,
+        }
+    }
+}
+
+/// How a scene is played alone. The same request begins the same game.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Wish {
+    /// Bots; as the scene wants them if not given.
+    pub bots: Option<u16>,
+    /// Seed of the game; 1 if not given.
+    pub seed: Option<u64>,
+    /// The run whose ghost goes along.
+    pub ghost: Option<GhostWish>,
+}
+
+impl Wish {
+    /// Reads the part of an address after `#`.
+    pub fn of(hash: &str) -> Wish {
+        let number = |name| query_value(hash, name);
+        Wish {
+            bots: number("bots").and_then(|bots| bots.parse().ok()),
+            seed: number("seed").and_then(|seed| seed.parse().ok()),
+            ghost: number("ghost").and_then(GhostWish::parse),
+        }
+    }
+
+    /// Bots in a game of this scene: those that a round needs to begin, and those that are wished for, or that the scene wants.
+    pub fn bots_in(&self, scene: &Scene) -> u16 {
+        let round = scene.rules.round.as_ref();
+        let (fill, players_min) = round.map_or((0, 1), |round| (round.fill, round.players_min));
+        let [needed, wanted] = [0, fill].map(|fill| {
+            let seats = [fill, players_min, scene.players_max].map(u32::from);
+            api::bots_beside_one(scene.hero.is_some(), seats) as u16
+        });
+        self.bots.unwrap_or(wanted).max(needed)
+    }
+
+    /// The worst tick of a scene, if it may be too heavy for the page.
+    pub fn heavy_tick(scene: &Scene) -> Option<WorstTick> {
+        Some(WorstTick::of(scene)).filter(|worst| worst.ms > HEAVY_TICK_MS)
+    }
+}
