@@ -18,7 +18,6 @@ mod editing;
 mod emotes;
 mod event;
 mod game;
-mod gamepad;
 #[cfg(target_arch = "wasm32")]
 mod hooks;
 mod keyboard;
@@ -27,7 +26,6 @@ mod name;
 mod page_action;
 mod panels;
 mod plot;
-mod pointing;
 mod qr_code;
 #[cfg(target_arch = "wasm32")]
 mod queue;
@@ -45,4 +43,3 @@ mod storage;
 mod strings;
 mod tools;
 mod view;
-mod wheel;

@@ -3,7 +3,6 @@
 
 mod clicks;
 
-use crate::input::touch::Fingers;
 use crate::net::api::{self, Request, query_value};
 use crate::net::report::Fetched;
 use crate::net::scene_link;
@@ -14,10 +13,10 @@ use crate::page::context::Context;
 use crate::page::dialogs::Dialogs;
 use crate::page::dialogs::Layer;
 use crate::page::edit_screen::{self, EditScreen};
-use crate::page::emotes::Wheel;
-use crate::page::event::{Address, Canvas, Effect, Event, Form};
+use crate::page::event::{Address, Canvas, Effect, Event, Form, PointerChange};
 use crate::page::game::GameScreen;
 use crate::page::lobby::Lobby;
+use crate::page::name;
 use crate::page::replay_screen::Opening;
 use crate::page::screen::Screen;
 use crate::page::settings::Settings;
@@ -25,11 +24,10 @@ use crate::page::sound_desk::Gesture;
 use crate::page::sound_desk::SoundDesk;
 use crate::page::storage::{self, Storage};
 use crate::page::strings;
-use crate::page::{name, tools};
 use crate::sound::task::SoundEvent;
 use crate::world::replica::News;
 use crate::world::room_in_page::{DemoRequest, RoomInPage};
-use jostle_game::{Buttons, Scene};
+use jostle_game::Scene;
 use jostle_protocol::{Appearance, Role, limits};
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -100,11 +98,6 @@ pub struct Visit {
     pub(super) heavy: Option<(Arc<Scene>, Wish)>,
     pub dialogs: Dialogs,
     pub news: NewsLog,
-    pub fingers: Fingers,
-    /// Source of the scene that the fingers know.
-    touch_scene: Option<String>,
-    /// The wheel of emotes, while it is open.
-    pub wheel: Option<Wheel>,
     /// Whether the link was copied, for a moment after it was asked for.
     pub copied: Option<bool>,
 }
@@ -230,12 +223,14 @@ impl App {
                 }
             }
             Event::Drawn(drawn) => self.note_drawn(drawn),
-            Event::FocusLost => self.release_input(),
+            Event::FocusLost => self.screen.release_input(&mut self.ctx),
             Event::Closing => self.close_tab(),
             Event::KeyDown(key) => self.key_down(&key),
-            Event::KeyUp(key) => self.key_up(&key),
-            Event::Pointer(pointer) => self.pointer(&pointer),
-            Event::ToolArmed(buttons) => self.visit.fingers.armed = buttons,
+            Event::Pointer(pointer) => {
+                // The first touch brings the stick and the tool buttons, also where a mouse is present.
+                self.settings.touched |= pointer.touch && pointer.change == PointerChange::Down;
+                self.screen.update(&mut self.ctx, Event::Pointer(pointer));
+            }
             Event::Clicked(action, value) => self.click(action, &value),
             Event::FormChanged(form) => _ = self.read_form(&form),
             Event::PlayClicked(form) => self.play(&form),
@@ -269,6 +264,8 @@ impl App {
                 self.screen.update(&mut self.ctx, event);
             }
             Event::Online
+            | Event::KeyUp(_)
+            | Event::ToolArmed(_)
             | Event::Socket(..)
             | Event::ConnectionCut
             | Event::ToolPressed(..)
@@ -371,7 +368,7 @@ impl App {
     /// keep the page in its back/forward cache with the socket open, as an idle player in the room. When
     /// the page is shown again, it reconnects.
     fn close_tab(&mut self) {
-        self.release_input();
+        self.screen.release_input(&mut self.ctx);
         self.keep_draft();
         if let Screen::Game(game) = &self.screen {
             self.ctx.storage.leave_seat_behind(&game.connection.code);
@@ -480,8 +477,10 @@ impl App {
     }
 
     pub(super) fn toggle_settings(&mut self) {
-        self.release_input();
-        self.visit.wheel = None;
+        self.screen.release_input(&mut self.ctx);
+        if let Screen::Game(game) = &mut self.screen {
+            game.input.wheel = None;
+        }
         self.settings.choice = None;
         self.settings.note.clear();
         self.visit.dialogs.toggle_settings(self.top());
@@ -522,11 +521,7 @@ impl App {
                         self.visit.news.push(News::Recolored(look.clone(), wished));
                     }
                 }
-                let scene = &membership.replica.room.scene;
-                if self.visit.touch_scene.as_ref() != Some(&scene.source) {
-                    self.visit.touch_scene = Some(scene.source.clone());
-                    self.visit.fingers = tools::fingers(scene);
-                }
+                game.input.adopt(&membership.replica.room.scene);
             }
             Screen::Replay(replay) => {
                 replay.advance(self.ctx.now_ms, canvas, plays, self.ctx.clock);
@@ -553,7 +548,7 @@ impl App {
 
     fn take_sound(&mut self, event: SoundEvent) {
         if let SoundEvent::Hidden(_) = event {
-            self.release_input();
+            self.screen.release_input(&mut self.ctx);
         }
         self.sound.update(&mut self.ctx, event);
     }
@@ -578,18 +573,13 @@ impl App {
         }
     }
 
-    /// Asks for the next round, until it begins.
-    pub(super) fn go_on(&mut self) {
-        self.screen.press(&mut self.ctx, Buttons::AGAIN, true);
-    }
-
     pub(super) fn toggle_network(&mut self) {
         self.panels.network = !self.panels.network;
         self.panels.sound = false;
     }
 
     pub(super) fn toggle_help(&mut self) {
-        self.release_input();
+        self.screen.release_input(&mut self.ctx);
         self.visit.dialogs.toggle_help(self.top());
     }
 

@@ -2,11 +2,12 @@
 //! nothing about the world; it turns messages into frames and input into messages.
 
 pub mod connection;
+mod controls;
 mod highlights;
+pub mod input;
 pub mod membership;
 mod messages;
 
-use crate::input::keys::Controls;
 use crate::net::clock::TICK_MS;
 use crate::page::context::Context;
 use crate::page::emotes::ShownEmotes;
@@ -19,9 +20,10 @@ use crate::world::replica::{Eye, Replica};
 use crate::world::room_in_page::RoomInPage;
 use connection::{Connection, Link, RoomSocket, State};
 use highlights::Showing;
-use jostle_game::Seat;
+use input::GameInput;
+use jostle_game::{RoundPhase, Seat};
 use jostle_protocol::{Appearance, Role};
-use jostle_sim::{TICKS_PER_SECOND, Vec2};
+use jostle_sim::TICKS_PER_SECOND;
 use membership::{GameView, RoomMembership};
 
 /// Code of a room in the page that is played alone; any other is a demo's.
@@ -46,10 +48,30 @@ pub fn stalled(taken_ms: f64) -> Option<f64> {
     Some(taken_ms).filter(|taken_ms| *taken_ms > STALL_MS)
 }
 
+/// The player whom a spectator follows.
+#[derive(Default)]
+pub struct Followed {
+    pub seat: Option<Seat>,
+    /// It was chosen, by the spectator or for the size of the screen.
+    has_chosen: bool,
+}
+
+impl Followed {
+    /// Follows the best player at first where the whole would be tiny, and chooses again when the player left.
+    fn choose(&mut self, replica: &Replica, pixels: [u32; 2]) {
+        let is_here = |seat| replica.room.players().iter().any(|player| player.seat == seat);
+        if self.has_chosen && self.seat.is_none_or(is_here) {
+            return;
+        }
+        let Some(best) = replica.room.ranking().into_iter().next() else { return };
+        self.seat = Some(best.seat).filter(|_| begins_with_a_hero(&replica.room.scene, pixels));
+        self.has_chosen = true;
+    }
+}
+
 pub struct GameScreen {
     pub connection: Connection,
-    /// Keys, pointer and thumbs.
-    pub controls: Controls,
+    pub input: GameInput,
     pub emotes: ShownEmotes,
     /// The seat, once there was a welcome.
     pub membership: Option<RoomMembership>,
@@ -58,10 +80,7 @@ pub struct GameScreen {
     /// Highlights in place of the room.
     pub showing: Option<Showing>,
     view: GameView,
-    /// The player whom a spectator follows.
-    followed: Option<Seat>,
-    /// It was chosen, by the spectator or for the size of the screen.
-    has_chosen: bool,
+    pub followed: Followed,
 }
 
 impl GameScreen {
@@ -74,7 +93,7 @@ impl GameScreen {
         game
     }
 
-    /// Handles an event that concerns the connection.
+    /// Handles an event that concerns the game alone.
     pub fn update(&mut self, ctx: &mut Context, event: Event) {
         let was_lost = self.connection.status.state == State::Reconnecting;
         match event {
@@ -87,10 +106,14 @@ impl GameScreen {
             Event::Online => self.connection.hurry(),
             Event::Socket(session, event) => self.on_socket(ctx, session, event),
             Event::ConnectionCut | Event::Closing => self.connection.drop_socket(ctx),
+            Event::KeyUp(key) => self.key_up(ctx, &key.code),
+            Event::Pointer(pointer) => self.point(ctx, &pointer),
+            Event::ToolArmed(buttons) => self.input.fingers.armed = buttons,
+            Event::ToolPressed(buttons, down) => self.press(ctx, buttons, down),
             _ => {}
         }
         if !was_lost && self.connection.status.state == State::Reconnecting {
-            self.controls.release();
+            self.input.controls.release();
         }
     }
 
@@ -101,32 +124,10 @@ impl GameScreen {
     /// Has a spectator follow a player, or see the whole again.
     pub fn follow_player(&mut self, seat: Option<Seat>) {
         if self.watches() {
-            self.followed = seat.filter(|_| self.followed != seat);
-            self.has_chosen = true;
+            self.followed.seat = seat.filter(|_| self.followed.seat != seat);
+            self.followed.has_chosen = true;
             self.view.follows = None;
         }
-    }
-
-    /// Has a new spectator follow the best player where the whole would be tiny; one whose player left chooses again.
-    fn choose_followed(&mut self, pixels: [u32; 2]) {
-        let Some(replica) = self.replica().filter(|_| self.watches()) else { return };
-        let is_here = |seat| replica.room.players().iter().any(|player| player.seat == seat);
-        if self.has_chosen && self.followed.is_none_or(is_here) {
-            return;
-        }
-        let Some(best) = replica.room.ranking().into_iter().next() else { return };
-        self.followed = Some(best.seat).filter(|_| begins_with_a_hero(&replica.room.scene, pixels));
-        self.has_chosen = true;
-    }
-
-    /// The player whom a spectator follows.
-    pub fn followed(&self) -> Option<Seat> {
-        self.followed
-    }
-
-    /// The hero whom a spectator follows.
-    fn followed_hero(&self) -> Option<(Vec2, Vec2)> {
-        self.pictured_replica()?.room.hero_of(self.followed?)
     }
 
     /// A game in a room inside the page. `code` says what for.
@@ -144,14 +145,13 @@ impl GameScreen {
     fn new(ctx: &Context, code: &str, appearance: Appearance, link: Link) -> GameScreen {
         GameScreen {
             connection: Connection::new(ctx, code, appearance, link),
-            controls: Controls::default(),
+            input: GameInput::default(),
             emotes: ShownEmotes::default(),
             membership: None,
             ghost: None,
             showing: None,
             view: GameView::new(ctx.now_ms),
-            followed: None,
-            has_chosen: false,
+            followed: Followed::default(),
         }
     }
 
@@ -175,6 +175,11 @@ impl GameScreen {
 
     pub fn is_in_page(&self) -> bool {
         matches!(self.connection.link, Link::InPage(_))
+    }
+
+    pub fn is_round_over(&self) -> bool {
+        let round = self.replica().and_then(|replica| replica.room.round());
+        round.is_some_and(|round| round.phase == RoundPhase::Over)
     }
 
     /// Whether it stands still for a picture.
@@ -243,7 +248,7 @@ impl GameScreen {
     fn advance_highlights(&mut self, ctx: &mut Context) {
         let Some(showing) = &mut self.showing else { return };
         let live = self.membership.as_ref().map(|membership| &membership.replica);
-        let eye = self.view.eye(&self.controls, live);
+        let eye = self.view.eye(&self.input.controls, live);
         let begins = showing.advance(ctx, live, eye);
         if begins.is_none() {
             self.showing = None;
@@ -272,7 +277,7 @@ impl GameScreen {
         if self.connection.status.state != State::Playing {
             return;
         }
-        let eye = self.view.eye(&self.controls, self.replica());
+        let eye = self.view.eye(&self.input.controls, self.replica());
         if let Some(membership) = &mut self.membership {
             membership.move_display(now_ms, eye);
         }
@@ -284,11 +289,6 @@ impl GameScreen {
         if let Some(membership) = &mut self.membership {
             membership.set_prediction(on);
         }
-    }
-
-    /// Shows or hides the outlines of bodies.
-    pub fn toggle_bounds(&mut self) {
-        self.view.bounds_toggled = !self.view.bounds_toggled;
     }
 
     /// Brings everything to the present on a canvas: room in the page, display, camera, input.
@@ -308,10 +308,14 @@ impl GameScreen {
             self.advance_highlights(ctx);
         }
         if let Some(Canvas { pixels, top, bottom, .. }) = canvas {
-            self.choose_followed(pixels);
-            let followed = self.watches().then(|| self.followed_hero());
+            let watches = self.watches();
             let live = self.membership.as_ref().map(|membership| &membership.replica);
+            if let Some(live) = live.filter(|_| watches) {
+                self.followed.choose(live, pixels);
+            }
             let replica = self.showing.as_ref().map(|showing| &showing.player.replica).or(live);
+            let hero = || replica?.room.hero_of(self.followed.seat?);
+            let followed = watches.then(hero);
             self.view.aim(replica, followed, Target { pixels, hero: None, top, bottom, elapsed_s });
         }
         self.send_due(ctx);

@@ -1,8 +1,8 @@
-//! The actions of the page's buttons and links, by the names that their elements have.
+//! The actions of the page's buttons and links, by the names that their elements have, and of its keys.
 
 macro_rules! page_actions {
     ($($name:literal $action:ident)*) => {
-        /// The action of a click on an element with `data-action`. Some have a value, `data-value`.
+        /// The action of a click on an element with `data-action`, or of a key. Some have a value, `data-value`.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub enum PageAction {
             $($action),*
@@ -33,9 +33,11 @@ macro_rules! page_actions {
 
 page_actions! {
     "again" Again
+    "bounds" Bounds
     "cancel" Cancel
     "choose-button" ChooseButton
     "choose-key" ChooseKey
+    "clean" Clean
     "clip" Clip
     "close-room" CloseRoom
     "confirm" Confirm
@@ -55,6 +57,7 @@ page_actions! {
     "edit-toggle" EditToggle
     "edit-undo" EditUndo
     "emote" Emote
+    "figures" Figures
     "follow" Follow
     "full-screen" FullScreen
     "go" Go
@@ -62,6 +65,7 @@ page_actions! {
     "highlights" Highlights
     "kick" Kick
     "leave" Leave
+    "mute" Mute
     "network" Network
     "notice" Notice
     "notice-other" NoticeOther
@@ -77,6 +81,22 @@ page_actions! {
     "switch-team" SwitchTeam
     "watch" Watch
     "wheel" Wheel
+}
+
+/// The meaning of a key to a screen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum KeyUse {
+    /// The browser may act on it.
+    Unused,
+    Used,
+    /// The page does this.
+    Action(PageAction),
+}
+
+impl KeyUse {
+    pub fn when(used: bool) -> KeyUse {
+        if used { KeyUse::Used } else { KeyUse::Unused }
+    }
 }
 
 #[cfg(test)]
@@ -99,11 +119,13 @@ mod tests {
         }
     }
 
-    /// Those that the page does not name are made by code: of lists and of switches.
+    /// Those that the page does not name are made by code, of lists and of switches, or have keys alone.
     #[test]
     fn the_page_names_every_action() {
-        use PageAction::{ChooseButton, ChooseKey, EditPlace, FullScreen};
-        let made = [ChooseButton, ChooseKey, EditPlace, FullScreen];
+        use PageAction::{
+            Bounds, ChooseButton, ChooseKey, Clean, EditPlace, Figures, FullScreen, Mute,
+        };
+        let made = [Bounds, ChooseButton, ChooseKey, Clean, EditPlace, Figures, FullScreen, Mute];
         for action in PageAction::ALL {
             let name = format!("data-action=\"{}\"", action.name());
             assert_eq!(PAGE.contains(&name), !made.contains(action), "{action:?}");

@@ -4,7 +4,7 @@ use crate::editor::update::Deed;
 use crate::page::address::Awaited;
 use crate::page::context::Context;
 use crate::page::edit_screen::EditScreen;
-use crate::page::event::{Effect, Event, Pointer};
+use crate::page::event::{Effect, Event};
 use crate::page::game::GameScreen;
 use crate::page::page_action::PageAction;
 use crate::page::replay_screen::OpenReplay;
@@ -12,8 +12,8 @@ use crate::replay::player::ReplayPlayer;
 use crate::sound::cue::Cue;
 use crate::view::frame::{Frame, View};
 use crate::world::replica::Replica;
-use jostle_game::{Buttons, RoundPhase, Seat, Tools};
-use jostle_sim::{TICKS_PER_SECOND, Vec2};
+use jostle_game::Seat;
+use jostle_sim::TICKS_PER_SECOND;
 
 /// A wheel that turns so far doubles the picture of the editor, CSS pixels.
 const WHEEL_PIXELS: f32 = 300.0;
@@ -64,9 +64,7 @@ impl Screen {
     /// Handles an event that concerns the screen alone.
     pub fn update(&mut self, ctx: &mut Context, event: Event) {
         match (self, event) {
-            (screen @ Screen::Game(_), Event::ToolPressed(buttons, down)) => {
-                screen.press(ctx, buttons, down);
-            }
+            (Screen::Edit(screen), Event::Pointer(pointer)) => screen.point(ctx.now_ms, &pointer),
             (Screen::Edit(screen), Event::Wheel(at, by)) => {
                 screen.zoom(at, (-by / WHEEL_PIXELS).exp2());
                 ctx.request(Effect::PreventDefault);
@@ -87,13 +85,8 @@ impl Screen {
     pub fn click(&mut self, ctx: &mut Context, action: PageAction, value: &str) {
         let seat = value.parse().ok().map(Seat);
         match (self, action) {
-            (Screen::Game(game), PageAction::Clip) => game.connection.keep_clip(ctx),
-            (Screen::Game(game), PageAction::Highlights) => game.toggle_highlights(ctx),
-            (Screen::Game(game), PageAction::Follow) => game.follow_player(seat),
-            (screen @ Screen::Game(_), PageAction::SwitchTeam) => {
-                screen.press(ctx, Buttons::TEAM, true);
-                screen.press(ctx, Buttons::TEAM, false);
-            }
+            (Screen::Game(game), action) => game.click(ctx, action, value),
+            (Screen::Replay(replay), PageAction::Bounds) => replay.player.toggle_bounds(),
             (Screen::Replay(replay), PageAction::PlayPause) => replay.player.toggle(),
             (Screen::Replay(replay), PageAction::Step) => {
                 replay.player.step_by(value.parse().unwrap_or(0));
@@ -175,39 +168,11 @@ impl Screen {
         matches!(self, Screen::Game(_) | Screen::Replay(_))
     }
 
-    pub fn is_round_over(&self) -> bool {
-        let round = self.replica().and_then(|replica| replica.room.round());
-        round.is_some_and(|round| round.phase == RoundPhase::Over)
-    }
-
-    /// Whether M is free: where bodies are selected it selects a minion.
-    pub fn may_mute(&self) -> bool {
-        self.replica().is_none_or(|replica| !replica.room.scene.tools.contains(Tools::SELECT))
-    }
-
-    /// Presses or releases buttons that are not keys, and sends that at once.
-    pub fn press(&mut self, ctx: &mut Context, buttons: Buttons, down: bool) {
-        self.with_game(ctx, |game, ctx| {
-            game.controls.press(buttons, down);
-            game.send_due(ctx);
-        });
-    }
-
-    /// Steers by thumb.
-    pub fn steer(&mut self, ctx: &mut Context, directions: Buttons) {
-        self.with_game(ctx, |game, ctx| {
-            game.controls.steer(directions);
-            game.send_due(ctx);
-        });
-    }
-
-    pub fn point(&mut self, ctx: &mut Context, pointer: Option<&Pointer>) {
-        let share =
-            |pointer: &Pointer| pointer.at / pointer.canvas.max(Vec2::splat(f32::MIN_POSITIVE));
-        self.with_game(ctx, |game, ctx| {
-            game.controls.point(pointer.map(share));
-            game.send_due(ctx);
-        });
+    /// Releases everything: no key may stick when its release is never seen.
+    pub fn release_input(&mut self, ctx: &mut Context) {
+        if let Screen::Game(game) = self {
+            game.release_input(ctx);
+        }
     }
 
     /// A frame was drawn, or could not be.

@@ -2,7 +2,7 @@
 
 use crate::input::action::Action;
 use crate::input::bindings::{Bindings, KeyboardLayout};
-use crate::input::pad::{self, PadBindings, PadState};
+use crate::input::pad::{self, PadBindings, PadInput, PadState};
 use crate::language::{self, fill, say};
 use crate::page::context::Context;
 use crate::page::event::{Effect, Key, SettingsEvent};
@@ -198,6 +198,13 @@ impl Settings {
             self.keep_pad(ctx);
         }
         None
+    }
+
+    /// What the state of the gamepad means, and its actions in the last frame.
+    pub fn read_pad(&mut self, state: &PadState) -> (PadInput, u32) {
+        let input = pad::read(state, &self.pad);
+        let before = std::mem::replace(&mut self.pad_actions, input.actions);
+        (input, before)
     }
 
     /// Has the browser fetch the file of the chosen language, if it is not spoken.

@@ -2,20 +2,29 @@
 
 use super::App;
 use crate::input::action::Action;
+use crate::input::pad::PadState;
 use crate::net::api;
 use crate::page::dialogs::Layer;
 use crate::page::dialogs::Question;
 use crate::page::event::{Address, Effect};
+use crate::page::game::GameScreen;
 use crate::page::game::connection::State;
 use crate::page::page_action::PageAction;
+use crate::page::screen::Screen;
 use crate::page::settings::Choice;
 use crate::page::strings::{self, CardAction};
-use crate::page::wheel::WheelUse;
-use jostle_protocol::limits::EMOTES;
+
+/// The table of the gamepad's buttons that mean something to the page.
+const ON_PAD: [(Action, PageAction); 4] = [
+    (Action::Mute, PageAction::Mute),
+    (Action::FullScreen, PageAction::FullScreen),
+    (Action::Clip, PageAction::Clip),
+    (Action::Again, PageAction::Again),
+];
 
 impl App {
     /// Does what was clicked says.
-    pub(super) fn click(&mut self, action: PageAction, value: &str) {
+    pub(in crate::page) fn click(&mut self, action: PageAction, value: &str) {
         match action {
             PageAction::Leave => self.go_home(),
             PageAction::Go => self.go(&format!("/{value}")),
@@ -24,8 +33,12 @@ impl App {
             PageAction::QrCode => self.show_code(),
             PageAction::Help => self.toggle_help(),
             PageAction::Settings => self.toggle_settings(),
-            PageAction::Wheel => self.toggle_wheel(),
-            PageAction::Emote => value.parse().into_iter().for_each(|emote| self.emote(emote)),
+            PageAction::Wheel => {
+                let may_open = self.top() == Layer::Page;
+                if let Screen::Game(game) = &mut self.screen {
+                    game.input.toggle_wheel(may_open);
+                }
+            }
             PageAction::FullScreen => self.settings.toggle_full_screen(&mut self.ctx),
             PageAction::ChooseKey => {
                 self.settings.ask_choice(Action::of_id(value).map(Choice::Key))
@@ -34,6 +47,9 @@ impl App {
                 self.settings.ask_choice(Action::of_id(value).map(Choice::Button))
             }
             PageAction::ResetHands => self.settings.reset_hands(&mut self.ctx),
+            PageAction::Clean => self.panels.clean = !self.panels.clean,
+            PageAction::Figures => self.panels.figures = !self.panels.figures,
+            PageAction::Mute => self.sound.toggle_mute(&mut self.ctx),
             PageAction::Network => self.toggle_network(),
             PageAction::Sound => {
                 self.panels.sound = !self.panels.sound;
@@ -41,7 +57,7 @@ impl App {
             }
             PageAction::OpenFile => self.ctx.request(Effect::ChooseFile),
             PageAction::CloseRoom => {
-                self.release_input();
+                self.screen.release_input(&mut self.ctx);
                 self.visit.dialogs.question = Some(Question::CloseRoom);
             }
             PageAction::Kick => self.ask_to_kick(value),
@@ -53,13 +69,15 @@ impl App {
                 }
             }
             PageAction::Cancel => self.visit.dialogs.question = None,
-            PageAction::Again => self.go_on(),
             PageAction::Notice => self.act(self.notice().map(|card| card.action)),
             PageAction::NoticeOther => {
                 let other = self.notice().and_then(|card| card.other);
                 self.act(other.map(|(_, action)| action));
             }
-            PageAction::Clip
+            PageAction::Again
+            | PageAction::Bounds
+            | PageAction::Clip
+            | PageAction::Emote
             | PageAction::Highlights
             | PageAction::SwitchTeam
             | PageAction::PlayPause
@@ -100,30 +118,8 @@ impl App {
         }
     }
 
-    /// Opens the wheel of emotes, or closes it.
-    pub(in crate::page) fn toggle_wheel(&mut self) {
-        let may_open = self.screen.game().is_some() && self.top() == Layer::Page;
-        self.visit.toggle_wheel(may_open);
-    }
-
-    /// Shows an emote, and closes the wheel.
-    pub(in crate::page) fn emote(&mut self, emote: u8) {
-        self.visit.wheel = None;
-        if emote < EMOTES {
-            self.screen.with_game(&mut self.ctx, |game, ctx| game.connection.emote(ctx, emote));
-        }
-    }
-
-    /// Shows what was picked on the wheel; `false` if the wheel has no use for it.
-    pub(in crate::page) fn use_wheel(&mut self, used: WheelUse) -> bool {
-        if let WheelUse::Emote(emote) = used {
-            self.emote(emote);
-        }
-        used != WheelUse::Unused
-    }
-
     fn ask_to_kick(&mut self, seat: &str) {
-        self.release_input();
+        self.screen.release_input(&mut self.ctx);
         let Some(replica) = self.screen.replica() else { return };
         let player = replica.room.players().iter().find(|player| player.seat.0.to_string() == seat);
         let question = player.map(|p| Question::Kick(p.seat, p.appearance.clone()));
@@ -132,10 +128,28 @@ impl App {
 
     /// Shows the link of what is on as a QR code.
     fn show_code(&mut self) {
-        self.release_input();
+        self.screen.release_input(&mut self.ctx);
         let Address { path, query, hash } = &self.ctx.site.address;
         let link = self.edited_link().unwrap_or_else(|| format!("{path}{query}{hash}"));
         self.visit.dialogs.card =
             Some(strings::link_code(&format!("{}{link}", self.ctx.site.origin)));
+    }
+
+    pub(super) fn play_by_pad(&mut self, state: &PadState) {
+        let (input, before) = self.settings.read_pad(state);
+        let is_free = self.top() == Layer::Page;
+        if let Screen::Game(game) = &mut self.screen {
+            game.play_by_pad(&mut self.ctx, &input, before, is_free);
+        }
+        if !is_free {
+            return;
+        }
+        let pressed = input.actions & !before;
+        for (action, does) in ON_PAD {
+            let is_over = self.screen.game().is_some_and(GameScreen::is_round_over);
+            if pressed >> action as u32 & 1 == 1 && (action != Action::Again || is_over) {
+                self.click(does, "");
+            }
+        }
     }
 }

@@ -220,7 +220,7 @@ impl Browser {
     }
 
     fn held(&self) -> Buttons {
-        self.app.screen.game().expect("a game").controls.buttons()
+        self.app.screen.game().expect("a game").input.controls.buttons()
     }
 
     fn click(&mut self, action: &str) -> Vec<String> {

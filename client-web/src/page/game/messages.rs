@@ -148,7 +148,7 @@ impl GameScreen {
                     .snapshot(&Snapshot::section_names(coded).unwrap_or_default(), emitters);
                 let round = replica.room.round();
                 if round.is_none_or(|round| round.phase != RoundPhase::Over) {
-                    self.controls.press(Buttons::AGAIN, false);
+                    self.input.controls.press(Buttons::AGAIN, false);
                 }
                 self.connection.prove(ctx.now_ms);
             }
@@ -164,7 +164,7 @@ impl GameScreen {
         // A spectator only acknowledges.
         let input = match self.watches() {
             true => Input::default(),
-            false => self.controls.input(self.view()),
+            false => self.input.controls.input(self.view()),
         };
         if let Some(membership) = &mut self.membership {
             membership.sender.note(input);

@@ -24,8 +24,9 @@ const BUTTONS: [&str; strings::EMOTES.len()] = [
 ];
 
 pub fn wheel(app: &App) -> View {
-    let picked = app.visit.wheel.as_ref().and_then(|wheel| wheel.picked);
-    let view = View::panel("wheel").show("#wheel", app.visit.wheel.is_some());
+    let wheel = app.screen.game().and_then(|game| game.input.wheel.as_ref());
+    let picked = wheel.and_then(|wheel| wheel.picked);
+    let view = View::panel("wheel").show("#wheel", wheel.is_some());
     let buttons = (0..).zip(BUTTONS);
     buttons.fold(view, |view, (emote, button)| {
         view.with(button, "aria-pressed", word(picked == Some(emote)))
@@ -37,8 +38,8 @@ pub fn shown(app: &App, view: &frame::View, css_per_pixel: f32) -> View {
     let game = app.screen.game().and_then(|game| Some((game, game.pictured_replica()?)));
     let mut said = String::new();
     let mut items = Vec::new();
-    let emotes =
-        game.map(|(game, replica)| game.emotes.at(app.now_ms()).map(move |shown| (shown, replica)));
+    let emotes = game
+        .map(|(game, replica)| game.emotes.at(app.ctx.now_ms).map(move |shown| (shown, replica)));
     for (shown, replica) in emotes.into_iter().flatten() {
         let player = replica.room.players().iter().find(|player| player.seat == shown.seat);
         let Some(player) = player else { continue };

@@ -95,7 +95,7 @@ pub fn caps(app: &App) -> View {
     let small = joined_ms.is_some_and(|joined| app.now_ms() - joined > CAPS_LARGE_MS);
     let caps = game.and_then(|game| {
         let replica = game.replica()?;
-        let lit = (game.controls.buttons(), replica.room.selected_kind());
+        let lit = (game.input.controls.buttons(), replica.room.selected_kind());
         Some(
             tools::caps(&replica.room.scene)
                 .into_iter()

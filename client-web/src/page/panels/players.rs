@@ -24,7 +24,7 @@ enum Viewer {
 pub fn view(app: &App) -> View {
     let game = app.screen.game();
     let viewer = match game {
-        Some(game) if game.watches() => Viewer::Spectator(game.followed()),
+        Some(game) if game.watches() => Viewer::Spectator(game.followed.seat),
         Some(game) if game.connection.status.host => Viewer::Host,
         _ => Viewer::Player,
     };

@@ -11,14 +11,15 @@ use jostle_sim::Vec2;
 
 pub fn view(app: &App) -> View {
     let view = View::panel("touchpad");
-    let Some(replica) = app.screen.game().and_then(|game| game.replica()) else { return view };
-    let stick = app.visit.fingers.stick();
+    let game = app.screen.game().and_then(|game| Some((&game.input.fingers, game.replica()?)));
+    let Some((fingers, replica)) = game else { return view };
+    let stick = fingers.stick();
     let (left, top, bottom) = match stick {
         Some((at, _)) => (format!("{}px", at.x), format!("{}px", at.y - stick::RADIUS_PX), "auto"),
         None => (String::new(), String::new(), ""),
     };
     let offset = stick.map_or(Vec2::ZERO, |(_, offset)| stick::knob(offset));
-    view.list("#tools", tool_buttons(replica, app.visit.fingers.armed))
+    view.list("#tools", tool_buttons(replica, fingers.armed))
         .show("#stick", tools::fingers(&replica.room.scene).steers)
         .with("#stick", "class", if stick.is_some() { "stick held" } else { "stick" })
         .style("#stick", "left", left)

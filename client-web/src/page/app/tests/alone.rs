@@ -78,7 +78,7 @@ fn the_end_of_a_round_is_shown_once_more_and_the_game_goes_on_meanwhile() {
     browser.wait(4000);
     assert!(!browser.app.screen.game().is_some_and(GameScreen::has_highlights));
     browser.wait(2000);
-    assert!(browser.app.screen.is_round_over());
+    assert!(browser.app.screen.game().is_some_and(GameScreen::is_round_over));
     browser.say(clicked("highlights", ""));
     browser.wait(100);
     let displays = |browser: &Browser| {

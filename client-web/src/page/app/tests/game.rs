@@ -139,11 +139,11 @@ fn the_mouse_points_at_the_same_place_of_the_world() {
     browser.say(Event::Pointer(pointer(PointerChange::Moved, Vec2::new(200.0, 150.0))));
     let game = browser.app.screen.game().expect("a game");
     let View { center, .. } = *game.view();
-    let seen = game.controls.pointer(game.view()).expect("a pointer");
+    let seen = game.input.controls.pointer(game.view()).expect("a pointer");
     assert!((seen - center).length() < 1e-3, "{seen:?} is not the middle, {center:?}");
     browser.say(Event::Pointer(pointer(PointerChange::Left, Vec2::ZERO)));
     let game = browser.app.screen.game().expect("a game");
-    assert_eq!(game.controls.pointer(game.view()), None);
+    assert_eq!(game.input.controls.pointer(game.view()), None);
 }
 
 #[test]
@@ -152,14 +152,14 @@ fn a_thumb_steers_and_a_finger_uses_the_armed_tool() {
     let finger = |change, id, at| Pointer { touch: true, id, ..pointer(change, at) };
     let corner = Vec2::new(60.0, 250.0);
     browser.say(Event::Pointer(finger(PointerChange::Down, 1, corner)));
-    assert_eq!(browser.app.visit.fingers.stick(), Some((corner, Vec2::ZERO)));
+    assert_eq!(stick(&browser), Some((corner, Vec2::ZERO)));
     browser.say(Event::Pointer(finger(PointerChange::Moved, 1, corner + Vec2::X * 40.0)));
     assert_eq!(browser.held(), Buttons::RIGHT);
     browser.say(Event::ToolArmed(Buttons::MAKE));
     browser.say(Event::Pointer(finger(PointerChange::Down, 2, Vec2::new(300.0, 100.0))));
     assert_eq!(browser.held(), Buttons(Buttons::RIGHT.0 | Buttons::MAKE.0));
     browser.say(Event::Pointer(finger(PointerChange::Up, 1, corner)));
-    assert_eq!((browser.held(), browser.app.visit.fingers.stick()), (Buttons::MAKE, None));
+    assert_eq!((browser.held(), stick(&browser)), (Buttons::MAKE, None));
 }
 
 #[test]
@@ -481,4 +481,8 @@ fn prediction_and_simulated_networks_are_chosen_in_the_panel() {
 
     let asked = Browser::open("/", "?lag=300,100,stalls&predict=0");
     assert!(asked.app.conditions.stalls && !asked.app.predicts());
+}
+
+fn stick(browser: &Browser) -> Option<(Vec2, Vec2)> {
+    browser.app.screen.game().expect("a game").input.fingers.stick()
 }

@@ -1,9 +1,13 @@
-//! The wheel of emotes under keys, pointers and gamepads.
+//! The player's input in a game: keys, pointer, fingers and gamepad, and the wheel of emotes under them.
 
+use crate::input::keys::Controls;
 use crate::input::pad::PadInput;
-use crate::page::app::Visit;
+use crate::input::touch::{Fingers, Touched};
 use crate::page::emotes::{Wheel, sector};
 use crate::page::event::{Key, Pointer, PointerChange};
+use crate::page::tools;
+use crate::view::frame::View;
+use jostle_game::Scene;
 use jostle_protocol::limits::EMOTES;
 use jostle_sim::Vec2;
 
@@ -11,6 +15,11 @@ use jostle_sim::Vec2;
 const MIDDLE: f32 = 0.06;
 /// The same for a stick, which is at most 1 from its middle.
 const STICK_MIDDLE: f32 = 0.4;
+
+/// The right stick aims as far as this share of the picture's height from the hero.
+const AIM_REACH: f32 = 0.35;
+/// Without a hero it moves the pointer by at most this share of the picture's height a frame.
+const POINTER_STEP: f32 = 0.02;
 
 /// The meaning of a key or a pointer to the wheel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,7 +31,59 @@ pub enum WheelUse {
     Emote(u8),
 }
 
-impl Visit {
+/// What the player holds down and points at in one game.
+#[derive(Debug, Default)]
+pub struct GameInput {
+    /// Keys, pointer and thumbs.
+    pub controls: Controls,
+    pub fingers: Fingers,
+    /// Source of the scene that the fingers know.
+    touch_scene: Option<String>,
+    /// The wheel of emotes, while it is open.
+    pub wheel: Option<Wheel>,
+}
+
+impl GameInput {
+    /// Takes the tools of a scene, unless it is the one that is known.
+    pub fn adopt(&mut self, scene: &Scene) {
+        if self.touch_scene.as_ref() != Some(&scene.source) {
+            self.touch_scene = Some(scene.source.clone());
+            self.fingers = tools::fingers(scene);
+        }
+    }
+
+    /// Releases everything: no key may stick when its release is never seen.
+    pub fn release(&mut self) {
+        self.fingers.release();
+        self.controls.release();
+    }
+
+    /// What a finger does.
+    pub fn touch(&mut self, pointer: &Pointer) -> Touched {
+        match pointer.change {
+            PointerChange::Down => self.fingers.down(pointer.id, pointer.at, pointer.canvas),
+            PointerChange::Moved => self.fingers.moved(pointer.id, pointer.at),
+            PointerChange::Up => self.fingers.up(pointer.id),
+            PointerChange::Left => Touched::Nothing,
+        }
+    }
+
+    /// Moves the pointer to where the stick of the gamepad points from the hero, or by the stick where there is none.
+    pub fn aim(&mut self, view: &View, hero: Option<Vec2>, stick: Vec2) {
+        if stick == Vec2::ZERO {
+            return;
+        }
+        let pixels = Vec2::from(view.pixels.map(|pixels| pixels as f32)).max(Vec2::ONE);
+        let at = match hero {
+            Some(hero) => view.to_pixel(hero + stick * (AIM_REACH * view.height)) / pixels,
+            None => {
+                let step = stick * Vec2::new(pixels.y / pixels.x, -1.0) * POINTER_STEP;
+                self.controls.pointed_at().unwrap_or(Vec2::splat(0.5)) + step
+            }
+        };
+        self.controls.point(Some(at.clamp(Vec2::ZERO, Vec2::ONE)));
+    }
+
     /// Opens the wheel where that is possible, or closes it.
     pub fn toggle_wheel(&mut self, may_open: bool) {
         let opens = self.wheel.is_none() && may_open;
