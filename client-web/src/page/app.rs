@@ -539,7 +539,7 @@ impl App {
     }
 
     fn note_drawn(&mut self, drawn: bool) {
-        self.screen.note_drawn(self.ctx.now_ms, drawn);
+        self.screen.update(&mut self.ctx, Event::Drawn(drawn));
         if drawn {
             self.picture.world_shown = true;
             self.picture.drawn_frames += 1;

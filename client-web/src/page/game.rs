@@ -103,6 +103,7 @@ impl GameScreen {
                 }
                 self.connection.keep_connected(ctx);
             }
+            Event::Drawn(true) => self.connection.meter.drawn(ctx.now_ms),
             Event::Online => self.connection.hurry(),
             Event::Socket(session, event) => self.on_socket(ctx, session, event),
             Event::ConnectionCut | Event::Closing => self.connection.drop_socket(ctx),

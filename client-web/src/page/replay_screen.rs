@@ -2,8 +2,11 @@
 //! once its bytes are here.
 
 use crate::net::meter::Meter;
-use crate::page::event::Canvas;
+use crate::net::report::Fetched;
+use crate::page::dialogs::Layer;
+use crate::page::event::{Canvas, Event, Focus, Key};
 use crate::page::game::stalled;
+use crate::page::page_action::{KeyUse, PageAction};
 use crate::page::strings::{self, Card};
 use crate::replay::player::ReplayPlayer;
 use crate::sound::cue::Cue;
@@ -11,7 +14,7 @@ use crate::view::camera::Camera;
 use crate::view::frame::{Frame, View};
 use jostle_game::Seat;
 use jostle_protocol::replay::{Problem, ReplayReader};
-use jostle_sim::Vec2;
+use jostle_sim::TICKS_PER_SECOND;
 
 /// Time that a frame may take to read a file, milliseconds.
 const READ_MS: f64 = 8.0;
@@ -25,6 +28,20 @@ const AHEAD_MS: f64 = 3.0;
 const AHEAD_STILL_MS: f64 = 8.0;
 /// A frame that came later than this ended a pause in which the page was hidden, seconds.
 const FRAME_S_MAX: f64 = 0.25;
+
+/// An arrow key skips this many ticks.
+const SKIP_TICKS: i64 = TICKS_PER_SECOND as i64;
+
+/// The bytes of a replay that was asked for, or the card that says why there are none.
+pub fn bytes_of(file: &str, fetched: Fetched) -> Result<Vec<u8>, Card> {
+    let (card, detail) = match fetched {
+        Fetched::Bytes(bytes) => return Ok(bytes),
+        Fetched::Refused(404) => (strings::NO_SUCH_REPLAY, file.to_owned()),
+        Fetched::Refused(status) => (strings::REPLAY_REFUSED, format!("HTTP status {status}")),
+        Fetched::Nothing => (strings::REPLAY_REFUSED, String::new()),
+    };
+    Err(Card { detail, ..card })
+}
 
 /// A replay that is being read, a slice in each frame. What was on display before stays until then.
 pub struct Opening {
@@ -97,7 +114,7 @@ impl OpenReplay {
             name,
             file,
             meter: Meter::default(),
-            view: View { center: Vec2::ZERO, height: 1.0, pixels: [1, 1] },
+            view: View::UNSEEN,
             framed_ms: now_ms,
             stalled_ms: None,
             drawn: None,
@@ -105,6 +122,70 @@ impl OpenReplay {
             cue_jumps: 0,
             player,
         }
+    }
+
+    /// Handles an event that concerns the replay alone.
+    pub fn update(&mut self, now_ms: f64, event: Event) {
+        match event {
+            Event::Drawn(drawn) => self.note_drawn(drawn, now_ms),
+            Event::SeekChosen(tick) => self.player.aim(tick),
+            Event::SpeedChosen(speed) => self.player.set_speed(speed),
+            Event::ContextLost => self.drawn = None,
+            _ => {}
+        }
+    }
+
+    /// Does what a button says.
+    pub fn click(&mut self, action: PageAction, value: &str) {
+        let player = &mut self.player;
+        match action {
+            PageAction::PlayPause => player.toggle(),
+            PageAction::Step => player.step_by(value.parse().unwrap_or(0)),
+            PageAction::Follow => {
+                value.parse().into_iter().for_each(|seat| player.toggle_follow(Seat(seat)));
+            }
+            PageAction::Bounds => player.toggle_bounds(),
+            _ => {}
+        }
+    }
+
+    pub fn key_down(&mut self, top: Layer, key: &Key) -> KeyUse {
+        match (key.code.as_str(), key.letter.as_str()) {
+            ("F2", _) if !key.repeat => KeyUse::Action(PageAction::Bounds),
+            (_, "?") if !key.repeat => KeyUse::Action(PageAction::Help),
+            ("Escape", _) if top == Layer::Help => KeyUse::Action(PageAction::Help),
+            _ if key.modified || top != Layer::Page || is_used_by_focus(key) => KeyUse::Unused,
+            (_, " " | "m" | "M") if key.repeat => KeyUse::Used,
+            (_, "m" | "M") => KeyUse::Action(PageAction::Mute),
+            (_, letter) => KeyUse::when(self.control(letter)),
+        }
+    }
+
+    /// The table of keys that control the player; `false` if it has no such letter.
+    fn control(&mut self, letter: &str) -> bool {
+        let player = &mut self.player;
+        match letter {
+            " " => player.toggle(),
+            "," => player.step_by(-1),
+            "." => player.step_by(1),
+            "ArrowLeft" => player.skip(-SKIP_TICKS),
+            "ArrowRight" => player.skip(SKIP_TICKS),
+            "ArrowUp" => player.shift_speed(true),
+            "ArrowDown" => player.shift_speed(false),
+            "Home" => player.aim(player.first_tick()),
+            "End" => player.aim(player.last_tick()),
+            "g" => player.skip_to_goal(true),
+            "G" => player.skip_to_goal(false),
+            "0" => player.follow(None),
+            digit => match digit.parse::<usize>() {
+                Ok(number @ 1..) => {
+                    let seat = player.players().get(number - 1).map(|player| player.seat);
+                    seat.into_iter().for_each(|seat| player.toggle_follow(seat));
+                }
+                _ => return false,
+            },
+        }
+        true
     }
 
     /// Brings replay and camera to `now_ms`. The replay plays on if it may: no card is open that must be
@@ -166,7 +247,7 @@ impl OpenReplay {
     }
 
     /// The frame was drawn, or could not be.
-    pub fn note_drawn(&mut self, drawn: bool, now_ms: f64) {
+    fn note_drawn(&mut self, drawn: bool, now_ms: f64) {
         self.drawn = drawn.then(|| self.shown());
         if drawn {
             self.meter.drawn(now_ms);
@@ -195,5 +276,18 @@ impl OpenReplay {
         let error = self.player.ending().error()?;
         let ticks = self.player.last_tick() - self.player.first_tick();
         (error.problem != Problem::NoEnd).then(|| strings::cut_replay(ticks, &error))
+    }
+}
+
+/// Whether the element with the focus has a use for a key.
+fn is_used_by_focus(key: &Key) -> bool {
+    let letter = key.letter.as_str();
+    match key.focus {
+        Focus::Button => matches!(letter, " " | "Enter"),
+        Focus::Field => {
+            let moves = letter.starts_with("Arrow") || letter.starts_with("Page");
+            moves || matches!(letter, "Home" | "End")
+        }
+        Focus::Elsewhere => false,
     }
 }

@@ -2,9 +2,8 @@
 
 use crate::net::report::Fetched;
 use crate::page::app::App;
-use crate::page::dialogs::Card;
 use crate::page::event::Effect;
-use crate::page::replay_screen::{OpenReplay, Opening};
+use crate::page::replay_screen::{OpenReplay, Opening, bytes_of};
 use crate::page::screen::Screen;
 use crate::page::strings;
 use crate::replay::error::ReplayLoadError;
@@ -22,17 +21,16 @@ impl App {
         if file != from {
             return;
         }
-        let name = name.clone();
-        let (card, detail) = match fetched {
-            Fetched::Bytes(bytes) => {
-                return self.begin_replay(Some(name), String::new(), bytes);
+        match bytes_of(from, fetched) {
+            Ok(bytes) => {
+                let name = Some(name.clone());
+                self.begin_replay(name, String::new(), bytes);
             }
-            Fetched::Refused(404) => (strings::NO_SUCH_REPLAY, from.to_owned()),
-            Fetched::Refused(status) => (strings::REPLAY_REFUSED, format!("HTTP status {status}")),
-            Fetched::Nothing => (strings::REPLAY_REFUSED, String::new()),
-        };
-        self.screen = Screen::NoReplay;
-        self.visit.dialogs.card = Some(Card { detail, ..card });
+            Err(card) => {
+                self.screen = Screen::NoReplay;
+                self.visit.dialogs.card = Some(card);
+            }
+        }
     }
 
     /// Watches a file of this machine. A game that is on is not left for it.

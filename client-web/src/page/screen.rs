@@ -8,17 +8,12 @@ use crate::page::event::{Effect, Event};
 use crate::page::game::GameScreen;
 use crate::page::page_action::PageAction;
 use crate::page::replay_screen::OpenReplay;
-use crate::replay::player::ReplayPlayer;
 use crate::sound::cue::Cue;
 use crate::view::frame::{Frame, View};
 use crate::world::replica::Replica;
-use jostle_game::Seat;
-use jostle_sim::TICKS_PER_SECOND;
 
 /// A wheel that turns so far doubles the picture of the editor, CSS pixels.
 const WHEEL_PIXELS: f32 = 300.0;
-/// An arrow key skips this many ticks.
-const SKIP_TICKS: i64 = TICKS_PER_SECOND as i64;
 
 /// The screen that the page shows.
 pub enum Screen {
@@ -73,9 +68,7 @@ impl Screen {
             (Screen::Edit(screen), Event::FieldChanged(path, values)) => {
                 screen.editor.set_field(ctx.now_ms, &path, &values);
             }
-            (Screen::Replay(replay), Event::SeekChosen(tick)) => replay.player.aim(tick),
-            (Screen::Replay(replay), Event::SpeedChosen(speed)) => replay.player.set_speed(speed),
-            (Screen::Replay(replay), Event::ContextLost) => replay.drawn = None,
+            (Screen::Replay(replay), event) => replay.update(ctx.now_ms, event),
             (Screen::Game(game), event) => game.update(ctx, event),
             _ => {}
         }
@@ -83,17 +76,9 @@ impl Screen {
 
     /// Does what a button of a game or a replay says.
     pub fn click(&mut self, ctx: &mut Context, action: PageAction, value: &str) {
-        let seat = value.parse().ok().map(Seat);
-        match (self, action) {
-            (Screen::Game(game), action) => game.click(ctx, action, value),
-            (Screen::Replay(replay), PageAction::Bounds) => replay.player.toggle_bounds(),
-            (Screen::Replay(replay), PageAction::PlayPause) => replay.player.toggle(),
-            (Screen::Replay(replay), PageAction::Step) => {
-                replay.player.step_by(value.parse().unwrap_or(0));
-            }
-            (Screen::Replay(replay), PageAction::Follow) => {
-                seat.into_iter().for_each(|seat| replay.player.toggle_follow(seat));
-            }
+        match self {
+            Screen::Game(game) => game.click(ctx, action, value),
+            Screen::Replay(replay) => replay.click(action, value),
             _ => {}
         }
     }
@@ -106,13 +91,6 @@ impl Screen {
     ) {
         if let Screen::Game(game) = self {
             work(game, ctx);
-        }
-    }
-
-    /// Calls `work` with the player of the replay that is on, if one is.
-    pub fn with_replay(&mut self, work: impl FnOnce(&mut ReplayPlayer)) {
-        if let Screen::Replay(replay) = self {
-            work(&mut replay.player);
         }
     }
 
@@ -175,15 +153,6 @@ impl Screen {
         }
     }
 
-    /// A frame was drawn, or could not be.
-    pub fn note_drawn(&mut self, now_ms: f64, drawn: bool) {
-        match self {
-            Screen::Game(game) if drawn => game.connection.meter.drawn(now_ms),
-            Screen::Replay(replay) => replay.note_drawn(drawn, now_ms),
-            _ => {}
-        }
-    }
-
     /// Goes on with a game or a replay that stands still.
     pub fn resume(&mut self) {
         match self {
@@ -205,32 +174,5 @@ impl Screen {
         let deed = if at_end { Deed::Deselected } else { Deed::Next { back } };
         self.edit(ctx, deed);
         !at_end
-    }
-
-    /// Does what a letter means to the replay; `false` if that is nothing.
-    pub fn control_replay(&mut self, letter: &str) -> bool {
-        let mut known = true;
-        self.with_replay(|player| match letter {
-            " " => player.toggle(),
-            "," => player.step_by(-1),
-            "." => player.step_by(1),
-            "ArrowLeft" => player.skip(-SKIP_TICKS),
-            "ArrowRight" => player.skip(SKIP_TICKS),
-            "ArrowUp" => player.shift_speed(true),
-            "ArrowDown" => player.shift_speed(false),
-            "Home" => player.aim(player.first_tick()),
-            "End" => player.aim(player.last_tick()),
-            "g" => player.skip_to_goal(true),
-            "G" => player.skip_to_goal(false),
-            "0" => player.follow(None),
-            digit => match digit.parse::<usize>() {
-                Ok(number @ 1..) => {
-                    let seat = player.players().get(number - 1).map(|player| player.seat);
-                    seat.into_iter().for_each(|seat| player.toggle_follow(seat));
-                }
-                _ => known = false,
-            },
-        });
-        known
     }
 }
