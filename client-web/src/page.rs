@@ -3,9 +3,7 @@
 //! latter exist on wasm alone.
 
 mod address;
-mod alone;
 mod app;
-mod best_runs;
 mod captions;
 mod card;
 mod context;
@@ -14,13 +12,11 @@ mod dialogs;
 mod dom;
 mod drafts;
 mod edit_screen;
-mod editing;
 mod emotes;
 mod event;
 mod game;
 #[cfg(target_arch = "wasm32")]
 mod hooks;
-mod keyboard;
 mod lobby;
 mod name;
 mod page_action;
@@ -31,13 +27,11 @@ mod qr_code;
 mod queue;
 mod records;
 mod replay_screen;
-mod replays;
 mod round;
 mod screen;
 mod settings;
 #[cfg(target_arch = "wasm32")]
 mod shell;
-mod shown;
 mod sound_desk;
 mod storage;
 mod strings;

@@ -69,6 +69,12 @@ pub fn scene_error(refused: Posted, file: &str) -> Option<SceneError> {
     })
 }
 
+/// An error of a whole file, as the parser of scenes reports it.
+pub fn file_error(file: &str, found: &str, allowed: &str) -> SceneError {
+    let (file, found, allowed) = (file.to_owned(), found.to_owned(), allowed.to_owned());
+    SceneError { file, line: 1, field: "file".to_owned(), found, allowed }
+}
+
 /// Reads an answer with the browser's own parser; one of ours would add to the download.
 #[cfg(target_arch = "wasm32")]
 pub fn parse<T: DeserializeOwned>(answer: &str) -> Option<T> {

@@ -1,5 +1,5 @@
-//! What the page's address asks for: a room, a replay, the editor, or a game inside the page. Nothing of the part after
-//! `#` is ever sent.
+//! The page's address, and where it leads: to a room, a replay, the editor, or a game inside the page. Nothing of the part
+//! after `#` is ever sent.
 
 use crate::net::api::{self, query_value};
 use crate::net::scene_link;
@@ -43,7 +43,7 @@ impl Site {
     }
 }
 
-/// What an address leads to.
+/// The place that an address leads to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Destination<'a> {
     Lobby,

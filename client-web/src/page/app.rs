@@ -2,42 +2,38 @@
 //! effects go out, and everything else that the browser shows is read from here.
 
 mod clicks;
+mod screens;
 
-use crate::net::api::{self, Request, query_value};
-use crate::net::report::Fetched;
-use crate::net::scene_link;
+use crate::net::api::{Request, query_value};
 use crate::net::simulated_link::NetworkConditions;
-use crate::page::address::{Awaited, Destination, Site, Wish};
-use crate::page::best_runs::Records;
+use crate::page::address::{Site, Wish};
 use crate::page::context::Context;
-use crate::page::dialogs::Dialogs;
-use crate::page::dialogs::Layer;
-use crate::page::edit_screen::{self, EditScreen};
-use crate::page::event::{Address, Canvas, Effect, Event, Form, PointerChange};
+use crate::page::dialogs::{Card, Dialogs, Layer};
+use crate::page::event::{Address, Canvas, Effect, Event, PointerChange};
 use crate::page::game::GameScreen;
+use crate::page::game::connection::State;
 use crate::page::lobby::Lobby;
 use crate::page::name;
+use crate::page::records::Records;
 use crate::page::replay_screen::Opening;
 use crate::page::screen::Screen;
 use crate::page::settings::Settings;
-use crate::page::sound_desk::Gesture;
-use crate::page::sound_desk::SoundDesk;
+use crate::page::sound_desk::{Gesture, SoundDesk};
 use crate::page::storage::{self, Storage};
 use crate::page::strings;
 use crate::sound::task::SoundEvent;
-use crate::world::replica::News;
-use crate::world::room_in_page::{DemoRequest, RoomInPage};
+use crate::world::replica::{News, Replica};
 use jostle_game::Scene;
-use jostle_protocol::{Appearance, Role, limits};
+use jostle_protocol::{Appearance, limits};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// Lines of news on display.
-const NEWS_LINES_MAX: usize = 6;
-/// Name of a scene whose file is not known, only its text.
-const LINKED: &str = "scene.toml";
 /// The copy button says for this long what came of it, milliseconds.
 const COPIED_MS: i32 = 1500;
+/// Lines of news on display.
+const NEWS_LINES_MAX: usize = 6;
+/// A lost drawing context that is away for longer than this is spoken of, milliseconds.
+const CONTEXT_WAIT_MS: f64 = 5000.0;
 
 /// Panels that the player opens and closes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -49,6 +45,16 @@ pub struct Panels {
     pub sound: bool,
     /// A spectator hid everything but the picture.
     pub clean: bool,
+}
+
+impl Panels {
+    fn toggle_network(&mut self) {
+        (self.network, self.sound) = (!self.network, false);
+    }
+
+    fn toggle_sound(&mut self) {
+        (self.network, self.sound) = (false, !self.sound);
+    }
 }
 
 /// State of the drawing context. One that comes back is good until it is tried.
@@ -102,6 +108,25 @@ pub struct Visit {
     pub copied: Option<bool>,
 }
 
+impl Visit {
+    /// Takes what there is to say of the room. `wished` is the colour that the player chose.
+    fn note_room(&mut self, replica: &mut Replica, wished: u8, is_frozen: bool) {
+        while let Some(news) = replica.news.pop_front() {
+            self.news.push(news);
+        }
+        self.dialogs.withdraw_moot(replica.room.players());
+        let worn = self.own_color;
+        if let Some(color) = replica.room.own_color().filter(|color| *color != worn && !is_frozen) {
+            self.own_color = color;
+            let look = replica.room.own_look();
+            // A team's colour is no answer to the player's wish.
+            if let Some(look) = look.filter(|look| look.color == color && color != wished) {
+                self.news.push(News::Recolored(look.clone(), wished));
+            }
+        }
+    }
+}
+
 /// The newest news, the oldest first.
 #[derive(Debug, Default)]
 pub struct NewsLog {
@@ -132,15 +157,20 @@ pub struct CanvasPicture {
 }
 
 impl CanvasPicture {
-    /// Takes what happened to the drawing context.
+    /// Takes what happened to the drawing context, and that a frame was drawn.
     fn update(&mut self, ctx: &mut Context, event: &Event) {
         match event {
             Event::GraphicsFailed => self.graphics.failed = true,
             Event::ContextRestored => self.graphics = GraphicsStatus::default(),
-            _ => {
+            Event::ContextLost => {
                 self.graphics.lost_ms.get_or_insert(ctx.now_ms);
                 ctx.request(Effect::DropGraphics);
             }
+            Event::Drawn(true) => {
+                self.world_shown = true;
+                self.drawn_frames += 1;
+            }
+            _ => {}
         }
     }
 }
@@ -155,8 +185,6 @@ pub struct App {
     pub lobby: Lobby,
     pub records: Records,
     pub appearance: Appearance,
-    /// The editor whose scene is played now.
-    pub(super) edited: Option<Box<EditScreen>>,
     pub panels: Panels,
     pub sound: SoundDesk,
     pub conditions: NetworkConditions,
@@ -184,7 +212,6 @@ impl App {
             ctx,
             screen: Screen::Lobby,
             opening: None,
-            edited: None,
             visit: Visit { own_color: appearance.color, ..Visit::default() },
             lobby: Lobby::default(),
             records: Records::default(),
@@ -197,15 +224,13 @@ impl App {
         }
     }
 
-    /// Gives the page the browser's clock.
-    pub fn set_clock(&mut self, clock: fn() -> f64) {
-        self.ctx.clock = clock;
-    }
-
     /// Handles an event at `now_ms`, and returns the effects for the browser to carry out.
     pub fn update(&mut self, now_ms: f64, event: Event) -> Vec<Effect> {
         self.ctx.now_ms = now_ms;
         let gesture = Gesture::of(&event);
+        if let Event::FocusLost | Event::Closing | Event::Sound(SoundEvent::Hidden(_)) = event {
+            self.screen.release_input(&mut self.ctx);
+        }
         self.handle(event);
         self.sound.settle(&mut self.ctx, self.screen.has_sound(), gesture);
         self.ctx.take_effects()
@@ -214,23 +239,8 @@ impl App {
     fn handle(&mut self, event: Event) {
         match event {
             Event::Navigated(address) => self.route(address),
-            Event::Pulse { hidden } => self.pulse(hidden),
-            Event::Frame(canvas) => {
-                self.advance(canvas);
-                self.send_run();
-                if let Some((cues, view)) = self.screen.take_cues() {
-                    self.sound.play(&mut self.ctx, cues, &view);
-                }
-            }
-            Event::Drawn(drawn) => self.note_drawn(drawn),
-            Event::FocusLost => self.screen.release_input(&mut self.ctx),
-            Event::Closing => self.close_tab(),
+            Event::Frame(canvas) => self.advance(canvas),
             Event::KeyDown(key) => self.key_down(&key),
-            Event::Pointer(pointer) => {
-                // The first touch brings the stick and the tool buttons, also where a mouse is present.
-                self.settings.touched |= pointer.touch && pointer.change == PointerChange::Down;
-                self.screen.update(&mut self.ctx, Event::Pointer(pointer));
-            }
             Event::Clicked(action, value) => self.click(action, &value),
             Event::FormChanged(form) => _ = self.read_form(&form),
             Event::PlayClicked(form) => self.play(&form),
@@ -240,265 +250,62 @@ impl App {
                 }
             }
             Event::AloneClicked(scene, form) => self.play_scene_alone(&scene, &form),
-            Event::Answered(Request::OpenGuest(text), answer) => {
-                self.take_guest_room(&text, answer.as_deref());
-            }
-            Event::Answered(request, answer) => {
-                if !self.take_record(&request, answer.as_deref()) {
-                    let code = self.lobby.take(&mut self.ctx, &request, answer.as_deref());
-                    self.enter(code);
-                }
-            }
+            Event::Answered(request, answer) => self.take_answer(&request, answer.as_deref()),
             Event::SceneFetched(name, fetched) => self.take_scene(&name, fetched),
             Event::ReplayFetched(name, fetched) => self.take_fetched(&name, fetched),
-            Event::ReplayRead(file, contents) => self.take_file(file, contents),
+            Event::ReplayRead(file, contents) => {
+                // A game that is on is not left for it.
+                if self.screen.takes_files() {
+                    self.open_replay(None, file, contents);
+                }
+            }
             Event::SceneRead(file, contents) => self.take_scene_file(&file, contents),
-            Event::FileDragged => {
-                let takes = self.takes_files();
-                self.ctx.request(Effect::OfferDrop(takes));
+            Event::FileDragged => self.ctx.request(Effect::OfferDrop(self.screen.takes_files())),
+            Event::Copied(copied) => {
+                self.visit.copied = Some(copied);
+                self.ctx.request(Effect::After(COPIED_MS, Event::CopyShown));
             }
-            Event::Copied(copied) => self.note_copied(copied),
             Event::CopyShown => self.visit.copied = None,
-            Event::GraphicsFailed | Event::ContextLost | Event::ContextRestored => {
-                self.picture.update(&mut self.ctx, &event);
-                self.screen.update(&mut self.ctx, event);
-            }
-            Event::Online
-            | Event::KeyUp(_)
-            | Event::ToolArmed(_)
-            | Event::Socket(..)
-            | Event::ConnectionCut
-            | Event::ToolPressed(..)
-            | Event::Wheel(..)
-            | Event::Edited(_)
-            | Event::FieldChanged(..)
-            | Event::SeekChosen(_)
-            | Event::SpeedChosen(_) => self.screen.update(&mut self.ctx, event),
             Event::PredictionChosen(on) => {
                 self.ctx.storage.keep_flag(storage::PREDICT, on);
-                self.set_prediction(on);
+                self.screen.set_prediction(&mut self.ctx, on);
             }
             Event::ConditionsChosen(conditions) => {
                 self.conditions = conditions;
                 self.ctx.request(Effect::SetConditions(conditions));
             }
-            Event::Sound(event) => self.take_sound(event),
+            Event::Sound(event) => self.sound.update(&mut self.ctx, event),
             Event::Settings(event) => {
                 let played = self.settings.update(&mut self.ctx, event);
                 played.iter().for_each(|state| self.play_by_pad(state));
             }
             Event::StoredElsewhere(key, value) => self.take_stored(&key, value),
-            Event::DraftKept(draft, kept) => self.note_draft(draft, kept),
-        }
-    }
-
-    // Screens.
-
-    /// Shows what an address asks for.
-    pub(super) fn route(&mut self, address: Address) {
-        self.end_screen();
-        self.ctx.site.address = address.clone();
-        match Destination::of(&address, self.ctx.site.is_static) {
-            Destination::Lobby => self.lobby.show(&mut self.ctx),
-            Destination::Room { code, watches } => {
-                let role = if watches { Role::Spectator } else { Role::Player };
-                let game = GameScreen::join(&mut self.ctx, code, self.appearance.clone(), role);
-                self.screen = Screen::Game(Box::new(game));
+            Event::DraftKept(draft, kept) => {
+                let card = self.screen.note_draft(&mut self.ctx, draft, kept);
+                card.into_iter().for_each(|card| self.visit.dialogs.show(card));
             }
-            Destination::Replay(name, file) => {
-                self.screen = Screen::Fetching { name: name.to_owned(), file: file.clone() };
-                self.ctx.request(Effect::FetchReplay(file));
-            }
-            Destination::Linked(link, wish) => match scene_link::decode(link) {
-                Ok(source) => match Scene::parse(LINKED, &source) {
-                    Ok(scene) => self.play_foreign(Arc::new(scene), wish),
-                    Err(error) => self.visit.dialogs.card = Some(strings::bad_linked_scene(&error)),
-                },
-                Err(error) => self.visit.dialogs.card = Some(strings::bad_link(&error)),
-            },
-            Destination::Scene(awaited) => {
-                let has_records = matches!(awaited, Awaited::Alone(..)) && !self.ctx.site.is_static;
-                self.await_scene(awaited);
-                if has_records {
-                    self.ctx.request(Effect::Request(Request::Records));
-                }
-            }
-            // With the draft of it, if there is one.
-            Destination::Editor(origin) => match (self.ctx.storage.draft(origin), origin) {
-                (None, Some(name)) => self.await_scene(Awaited::Edit(name.to_owned())),
-                (draft, _) => {
-                    self.edit(draft.unwrap_or_default().to_owned(), origin, edit_screen::SEED)
-                }
-            },
-        }
-        if let Screen::Game(_) = self.screen {
-            self.ctx.request(Effect::FocusStage);
+            event => self.update_screen(event),
         }
     }
 
-    /// Whether a file that is dropped is opened: a game on a server is not left for it.
-    pub(super) fn takes_files(&self) -> bool {
-        self.screen.game().is_none_or(GameScreen::is_in_page)
-    }
-
-    fn go_home(&mut self) {
-        let home = self.ctx.site.home().to_owned();
-        self.go(&home);
-    }
-
-    /// Goes to a path of this server.
-    pub(super) fn go(&mut self, path: &str) {
-        self.ctx.request(Effect::PushAddress(path.to_owned()));
-        self.route(Address { path: path.to_owned(), ..Address::default() });
-    }
-
-    fn watch_room(&mut self, code: &str) {
-        let (path, query) = (format!("/{code}"), "?watch=1".to_owned());
-        self.ctx.request(Effect::PushAddress(path.clone() + &query));
-        self.route(Address { path, query, ..Address::default() });
-    }
-
-    pub(super) fn enter(&mut self, code: Option<String>) {
-        if let Some(code) = code {
-            self.go(&format!("/{code}"));
-        }
-    }
-
-    /// Leaves the seat to the next tab that opens the room's link, and closes the socket: a browser may
-    /// keep the page in its back/forward cache with the socket open, as an idle player in the room. When
-    /// the page is shown again, it reconnects.
-    fn close_tab(&mut self) {
-        self.screen.release_input(&mut self.ctx);
-        self.keep_draft();
-        if let Screen::Game(game) = &self.screen {
-            self.ctx.storage.leave_seat_behind(&game.connection.code);
-        }
-        self.screen.with_game(&mut self.ctx, |game, ctx| game.update(ctx, Event::Closing));
-    }
-
-    /// Leaves game or replay.
-    pub(super) fn end_screen(&mut self) {
-        self.keep_draft();
-        self.edited = None;
-        let ended = std::mem::replace(&mut self.screen, Screen::Lobby);
-        if let Screen::Game(game) = ended {
-            game.connection.leave(&mut self.ctx);
-        }
-        self.opening = None;
-        self.begin_screen();
-        self.picture.world_shown = false;
-    }
-
-    /// Forgets what belongs to one screen alone.
-    pub(super) fn begin_screen(&mut self) {
-        let number = self.visit.number + 1;
-        self.visit = Visit { number, own_color: self.appearance.color, ..Visit::default() };
-        self.panels.network = false;
-        self.panels.clean = false;
-        self.settings.choice = None;
-        self.sound.end();
-        self.panels.sound = false;
-        self.records.begin();
-    }
-
-    /// Starts the game in the page that waits for this scene.
-    pub(super) fn take_scene(&mut self, name: &str, fetched: Fetched) {
-        let Screen::FetchingScene(awaited) = &self.screen else { return };
-        if awaited.scene() != name {
-            return;
-        }
-        let awaited = awaited.clone();
-        let source = match fetched {
-            Fetched::Bytes(bytes) => String::from_utf8(bytes).unwrap_or_default(),
-            _ => String::new(),
-        };
-        if let Ok(scene) = Scene::parse(name, &source) {
-            match awaited {
-                Awaited::Demo(request) => self.start_demo(&request, Arc::new(scene)),
-                Awaited::Alone(_, wish) => self.play_alone(Arc::new(scene), wish),
-                Awaited::Edit(name) => self.edit(source, Some(&name), edit_screen::SEED),
-            }
-            self.ctx.request(Effect::FocusStage);
-        } else {
-            self.screen = Screen::Lobby;
-            self.visit.dialogs.card = Some(strings::NO_SCENE);
-        }
-    }
-
-    fn start_demo(&mut self, request: &DemoRequest, scene: Arc<Scene>) {
-        let frozen = request.ticks.is_some();
-        let room = RoomInPage::new(scene, request.seed, request.bots, frozen);
-        // A picture must not depend on the player.
-        let neutral = || Appearance { name: "Jo".into(), color: 0 };
-        let appearance = if frozen { neutral() } else { self.appearance.clone() };
-        let mut game = GameScreen::in_page(&mut self.ctx, "demo", room, appearance);
-        if let Some(ticks) = request.ticks {
-            game.freeze_at(&mut self.ctx, ticks);
-            self.visit.own_color = 0;
-            self.picture.frozen_hud = Some(request.hud);
-            self.picture.drawn_frames = 0;
-        }
-        self.screen = Screen::Game(Box::new(game));
-    }
-
-    /// Takes over what another tab has written.
-    pub(super) fn take_stored(&mut self, key: &str, value: Option<String>) {
-        self.ctx.storage.take(key, value);
-        let storage = &self.ctx.storage;
-        let (name, color) = storage.player();
-        let predicts = storage.predicts(None);
-        if let Ok(appearance) = Appearance::new(name, color.unwrap_or(self.appearance.color)) {
-            self.take_player(appearance);
-        }
-        self.sound.recall(&self.ctx.storage);
-        self.sound.set_gain(&mut self.ctx);
-        self.settings.recall(&self.ctx.storage);
-        self.settings.ask_language(&mut self.ctx);
-        if key == storage::PREDICT {
-            self.set_prediction(predicts);
-        }
-    }
-
-    /// Another tab has renamed the player: the next game here is begun as that one, and the form says so.
-    fn take_player(&mut self, appearance: Appearance) {
-        if self.appearance == appearance {
-            return;
-        }
-        self.appearance = appearance;
-        if let Screen::Lobby = self.screen {
-            self.visit.own_color = self.appearance.color;
-            self.visit.number += 1;
-        }
-    }
-
-    pub(super) fn set_prediction(&mut self, on: bool) {
-        self.ctx.predicts = on;
-        self.screen.with_game(&mut self.ctx, |game, _| game.set_prediction(on));
-    }
-
-    pub(super) fn toggle_settings(&mut self) {
-        self.screen.release_input(&mut self.ctx);
-        if let Screen::Game(game) = &mut self.screen {
-            game.input.wheel = None;
-        }
-        self.settings.choice = None;
-        self.settings.note.clear();
-        self.visit.dialogs.toggle_settings(self.top());
-    }
-
-    // Time.
-
-    fn pulse(&mut self, hidden: bool) {
-        match &mut self.screen {
-            Screen::Game(game) => game.update(&mut self.ctx, Event::Pulse { hidden }),
-            Screen::Edit(_) => self.keep_draft(),
-            Screen::Lobby if self.visit.dialogs.card.is_none() && !hidden => {
+    /// Handles an event that concerns the screen above all.
+    fn update_screen(&mut self, event: Event) {
+        match &event {
+            Event::Pulse { hidden: false }
+                if matches!(self.screen, Screen::Lobby) && self.visit.dialogs.card.is_none() =>
+            {
                 self.lobby.refresh(&mut self.ctx);
             }
-            _ => {}
+            // The first touch brings the stick and the tool buttons, also where a mouse is present.
+            Event::Pointer(pointer) => {
+                self.settings.touched |= pointer.touch && pointer.change == PointerChange::Down;
+            }
+            _ => self.picture.update(&mut self.ctx, &event),
         }
+        self.screen.update(&mut self.ctx, event);
     }
 
+    /// Brings everything to the present.
     fn advance(&mut self, canvas: Option<Canvas>) {
         self.read_on();
         let plays = self.top() == Layer::Page;
@@ -506,22 +313,12 @@ impl App {
             Screen::Game(game) => {
                 game.advance(&mut self.ctx, canvas);
                 let is_frozen = game.is_frozen();
-                let Some(membership) = &mut game.membership else { return };
-                while let Some(news) = membership.replica.news.pop_front() {
-                    self.visit.news.push(news);
+                if let Some(membership) = &mut game.membership {
+                    game.input.adopt(&membership.replica.room.scene);
+                    let wished = self.appearance.color;
+                    self.visit.note_room(&mut membership.replica, wished, is_frozen);
                 }
-                self.visit.dialogs.withdraw_moot(membership.replica.room.players());
-                let own_color = membership.replica.room.own_color();
-                let (wished, worn) = (self.appearance.color, self.visit.own_color);
-                if let Some(color) = own_color.filter(|color| *color != worn && !is_frozen) {
-                    self.visit.own_color = color;
-                    let look = membership.replica.room.own_look();
-                    // A team's colour is nobody's wish.
-                    if let Some(look) = look.filter(|look| look.color == color && color != wished) {
-                        self.visit.news.push(News::Recolored(look.clone(), wished));
-                    }
-                }
-                game.input.adopt(&membership.replica.room.scene);
+                self.records.send_run(&mut self.ctx, game);
             }
             Screen::Replay(replay) => {
                 replay.advance(self.ctx.now_ms, canvas, plays, self.ctx.clock);
@@ -536,56 +333,115 @@ impl App {
             Screen::Edit(screen) => screen.advance(canvas),
             _ => {}
         }
-    }
-
-    fn note_drawn(&mut self, drawn: bool) {
-        self.screen.update(&mut self.ctx, Event::Drawn(drawn));
-        if drawn {
-            self.picture.world_shown = true;
-            self.picture.drawn_frames += 1;
+        if let Some((cues, view)) = self.screen.take_cues() {
+            self.sound.play(&mut self.ctx, cues, &view);
         }
     }
 
-    fn take_sound(&mut self, event: SoundEvent) {
-        if let SoundEvent::Hidden(_) = event {
-            self.screen.release_input(&mut self.ctx);
-        }
-        self.sound.update(&mut self.ctx, event);
-    }
-
-    // The lobby's form.
-
-    /// Takes name and colour from the form; `false` if the name cannot be used.
-    pub(super) fn read_form(&mut self, form: &Form) -> bool {
-        self.visit.own_color = form.color;
-        let Some(appearance) = self.lobby.read(form) else { return false };
-        self.ctx.storage.keep_player(&appearance.name, appearance.color);
-        self.appearance = appearance;
-        true
-    }
-
-    fn play(&mut self, form: &Form) {
-        if self.ctx.site.is_static {
-            self.play_scene_alone(api::FIRST_SCENE, form);
-        } else if self.read_form(form) {
-            let code = self.lobby.play(&mut self.ctx, form.private);
+    fn take_answer(&mut self, request: &Request, answer: Option<&str>) {
+        if let Request::OpenGuest(text) = request {
+            self.take_guest_room(text, answer);
+        } else if !self.records.take(&mut self.ctx, request, answer) {
+            let code = self.lobby.take(&mut self.ctx, request, answer);
             self.enter(code);
         }
     }
 
-    pub(super) fn toggle_network(&mut self) {
-        self.panels.network = !self.panels.network;
-        self.panels.sound = false;
+    /// Takes over what another tab has written.
+    fn take_stored(&mut self, key: &str, value: Option<String>) {
+        self.ctx.storage.take(key, value);
+        let (name, color) = self.ctx.storage.player();
+        let known = Appearance::new(name, color.unwrap_or(self.appearance.color));
+        // The next game here is begun as the player with the new name, and the form says so.
+        if let Ok(appearance) = known
+            && self.appearance != appearance
+        {
+            self.appearance = appearance;
+            if let Screen::Lobby = self.screen {
+                self.visit.own_color = self.appearance.color;
+                self.visit.number += 1;
+            }
+        }
+        self.sound.recall(&self.ctx.storage);
+        self.sound.set_gain(&mut self.ctx);
+        self.settings.recall(&self.ctx.storage);
+        self.settings.ask_language(&mut self.ctx);
+        if key == storage::PREDICT {
+            let predicts = self.ctx.storage.predicts(None);
+            self.screen.set_prediction(&mut self.ctx, predicts);
+        }
     }
 
-    pub(super) fn toggle_help(&mut self) {
-        self.screen.release_input(&mut self.ctx);
-        self.visit.dialogs.toggle_help(self.top());
+    /// The value of `data-state`. A frozen picture counts once it is drawn.
+    pub fn state(&self) -> &'static str {
+        match &self.screen {
+            Screen::Game(_) | Screen::Replay(_) | Screen::Edit(_)
+                if self.picture.graphics.failed =>
+            {
+                "unsupported"
+            }
+            Screen::Edit(_) => "editing",
+            Screen::Replay(_) => "replay",
+            Screen::Fetching { .. } | Screen::FetchingScene(_) => "connecting",
+            _ if self.opening.is_some() => "connecting",
+            Screen::NoReplay => "refused",
+            Screen::Game(game) if game.is_frozen() && self.picture.drawn_frames == 0 => {
+                "connecting"
+            }
+            Screen::Game(game) => game.connection.status.state.name(),
+            Screen::Lobby if self.visit.dialogs.card.is_some() => "refused",
+            Screen::Lobby => "lobby",
+        }
     }
 
-    fn note_copied(&mut self, copied: bool) {
-        self.visit.copied = Some(copied);
-        self.ctx.request(Effect::After(COPIED_MS, Event::CopyShown));
+    /// The notice in the middle of the page.
+    pub fn notice(&self) -> Option<Card> {
+        let lost = self.picture.graphics.lost_ms;
+        let lost = lost.is_some_and(|since| self.ctx.now_ms - since >= CONTEXT_WAIT_MS);
+        if let Some(opening) = &self.opening {
+            return Some(strings::reading(opening.reader.progress()));
+        }
+        match &self.screen {
+            Screen::Fetching { .. } => Some(strings::FETCHING),
+            Screen::FetchingScene(_) => Some(strings::connecting(0)),
+            Screen::Game(_) | Screen::Replay(_) | Screen::Edit(_)
+                if self.picture.graphics.failed =>
+            {
+                Some(strings::NO_WEBGL2)
+            }
+            Screen::Edit(_) if lost => Some(strings::GRAPHICS_LOST),
+            Screen::Edit(screen) => {
+                let card = self.visit.dialogs.card.clone();
+                let other = screen.other_draft(&self.ctx.storage);
+                card.or_else(|| other.map(|_| strings::OTHER_DRAFT))
+            }
+            Screen::Game(game) => {
+                let card = game_notice(game, lost).or_else(|| self.visit.dialogs.card.clone());
+                let stalled_ms = game.connection.status.stalled_ms;
+                card.or_else(|| Some(strings::stalled(stalled_ms?, game.edited.is_some())))
+            }
+            Screen::Replay(_) if lost => Some(strings::GRAPHICS_LOST),
+            Screen::Replay(replay) => {
+                let card = self.visit.dialogs.card.clone();
+                card.or_else(|| Some(strings::stalled(replay.stalled_ms?, false)))
+            }
+            _ => self.visit.dialogs.card.clone(),
+        }
+    }
+
+    /// The layer that takes keys and clicks.
+    pub fn top(&self) -> Layer {
+        self.visit.dialogs.layers(self.notice().as_ref()).top()
+    }
+}
+
+fn game_notice(game: &GameScreen, context_lost: bool) -> Option<Card> {
+    match (game.connection.status.state, &game.connection.status.notice) {
+        (State::Refused, Some(notice)) => Some(notice.clone()),
+        _ if context_lost => Some(strings::GRAPHICS_LOST),
+        (State::Connecting, _) => Some(strings::connecting(game.connection.attempts())),
+        (State::Reconnecting, _) => Some(game.connection.loss()),
+        _ => None,
     }
 }
 

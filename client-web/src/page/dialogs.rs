@@ -54,6 +54,14 @@ pub enum Question {
     CloseRoom,
 }
 
+impl Question {
+    /// Asks whether the player of a seat, as a button names it, is to leave.
+    pub fn kick(players: &[PlayerState], seat: &str) -> Option<Question> {
+        let player = players.iter().find(|player| player.seat.0.to_string() == seat);
+        player.map(|player| Question::Kick(player.seat, player.appearance.clone()))
+    }
+}
+
 /// The cards that are open because someone opened them. Notices about the state of the page are not
 /// kept here: they follow from that state.
 #[derive(Debug, Default)]
@@ -74,6 +82,10 @@ impl Dialogs {
             ask: self.question.is_some(),
             notice: notice.is_some_and(|card| !card.passing),
         }
+    }
+
+    pub fn show(&mut self, card: Card) {
+        self.card = Some(card);
     }
 
     /// Opens the help, or closes it. Under a card that waits for an answer there is none.

@@ -1,16 +1,29 @@
-//! The editor on the page: the editor itself, and the picture of its scene before the first tick.
+//! The editor on the page: the editor itself, its draft, its keys, and the picture of its scene before the first tick.
 
 use crate::editor::hand::Hand;
+use crate::editor::palette::Make;
 use crate::editor::sketch;
 use crate::editor::state::Editor;
+use crate::editor::strings::NOT_KEPT;
 use crate::editor::update::Deed;
-use crate::page::event::{Canvas, Pointer, PointerChange};
+use crate::input::action::Action;
+use crate::input::bindings::Bindings;
+use crate::language::say;
+use crate::net::api::{Request, scene_error};
+use crate::page::context::Context;
+use crate::page::dialogs::Layer;
+use crate::page::drafts::Draft;
+use crate::page::event::{Canvas, Effect, Event, Focus, Key, Pointer, PointerChange};
+use crate::page::page_action::{KeyUse, PageAction};
+use crate::page::storage::Storage;
+use crate::page::strings::{self, Card};
 use crate::view::camera::{Camera, Target};
 use crate::view::frame::{Frame, FrameRoom, Sketch, View};
 use crate::world::replica::{Eye, Replica};
 use jostle_game::scene::Camera as CameraRule;
 use jostle_game::{Game, Scene, Seat};
 use jostle_protocol::Snapshot;
+use jostle_protocol::web::Posted;
 use jostle_sim::{Particles, Vec2};
 use std::sync::Arc;
 
@@ -23,16 +36,18 @@ const MOUSE_CSS: f32 = 12.0;
 const FINGER_CSS: f32 = 22.0;
 /// The scene is shown so much larger than as a whole, at most.
 const ZOOM_MAX: f32 = 16.0;
+/// A wheel that turns so far doubles the picture, CSS pixels.
+const WHEEL_PIXELS: f32 = 300.0;
 /// The browser's number of the middle button.
 const MIDDLE: i16 = 1;
 
 /// The editor of one scene.
 pub struct EditScreen {
     pub editor: Editor,
-    /// Name of the shipped scene that it began with.
-    pub origin: Option<String>,
     /// Seed of the games that are played of it.
     pub seed: u64,
+    view: EditView,
+    draft: DraftStatus,
     /// The scene at tick 0; of the last text that was a scene.
     picture: Option<Replica>,
     /// Number of the picture.
@@ -40,48 +55,41 @@ pub struct EditScreen {
     sketch: Sketch,
     /// A picture without a scene.
     empty: (FrameRoom, Particles),
-    pub view: View,
-    /// How much larger than as a whole the scene is shown, and how far from its middle, world units.
-    zoom: f32,
-    pan: Vec2,
-    /// Pointers that move the picture, not the scene, and where they are, CSS pixels: a middle button, or two fingers.
-    pinch: Vec<(i32, Vec2)>,
-    /// The finger that went down first, which becomes one of them.
-    first_touch: Option<(i32, Vec2)>,
-    /// CSS pixels a device pixel.
-    css_per_pixel: f32,
-    /// Revision of the text that was kept for the next visit.
-    pub kept: u32,
-    /// The browser did not take the last draft, and the visitor was told.
-    pub is_refused: bool,
-    /// The kept draft that the text was made from.
-    pub base: Option<String>,
     /// The player wants to play it although it may be too heavy for the page.
     pub may_be_heavy: bool,
     /// A room with it is being opened.
     pub opening: bool,
 }
 
+/// The draft of the scene in the browser's storage.
+struct DraftStatus {
+    /// Name of the shipped scene that it began with.
+    origin: Option<String>,
+    /// The kept draft that the text was made from.
+    base: Option<String>,
+    /// Revision of the text that was kept for the next visit.
+    kept: u32,
+    /// The browser did not take the last draft, and the visitor was told.
+    is_refused: bool,
+}
+
 impl EditScreen {
-    pub fn new(editor: Editor, origin: Option<String>, seed: u64) -> EditScreen {
-        let kept = editor.doc.revision;
+    /// Opens the editor with a text.
+    pub fn open(storage: &Storage, text: String, origin: Option<&str>, seed: u64) -> EditScreen {
+        let file = origin.map(|name| format!("{name}.toml"));
+        // A text from elsewhere was not made from the draft, and is not written over it.
+        let base = storage.draft(origin).filter(|draft| *draft == text).map(str::to_owned);
+        let editor = Editor::open(text, file.as_deref());
+        let (origin, kept) = (origin.map(str::to_owned), editor.doc.revision);
         let mut screen = EditScreen {
             editor,
-            origin,
             seed,
+            view: EditView::default(),
+            draft: DraftStatus { origin, base, kept, is_refused: false },
             picture: None,
             copy: 0,
             sketch: Sketch::default(),
             empty: (FrameRoom::default(), Particles::new(Vec::new(), 0)),
-            view: View::UNSEEN,
-            zoom: 1.0,
-            pan: Vec2::ZERO,
-            pinch: Vec::new(),
-            first_touch: None,
-            css_per_pixel: 1.0,
-            kept,
-            is_refused: false,
-            base: None,
             may_be_heavy: false,
             opening: false,
         };
@@ -91,41 +99,330 @@ impl EditScreen {
 
     /// The part of the address after `#` under which it is edited.
     pub fn hash(&self) -> String {
-        self.origin.as_ref().map_or("#edit".to_owned(), |origin| format!("#edit={origin}"))
+        self.draft.origin.as_ref().map_or("#edit".to_owned(), |origin| format!("#edit={origin}"))
     }
 
-    /// Does something to the scene.
-    pub fn update(&mut self, now_ms: f64, deed: Deed) {
-        self.editor.update(now_ms, deed);
+    /// Handles an event that concerns the editor alone.
+    pub fn update(&mut self, ctx: &mut Context, event: Event) {
+        match event {
+            Event::Edited(deed) => self.editor.update(ctx.now_ms, deed),
+            Event::FieldChanged(path, values) => {
+                self.editor.set_field(ctx.now_ms, &path, &values);
+            }
+            Event::Pointer(pointer) => self.point(ctx.now_ms, &pointer),
+            Event::Wheel(at, by) => {
+                self.view.zoom(at, (-by / WHEEL_PIXELS).exp2(), self.editor.doc.world());
+                ctx.request(Effect::PreventDefault);
+            }
+            Event::Pulse { .. } | Event::Closing => self.keep_draft(&mut ctx.storage),
+            _ => {}
+        }
     }
 
     /// Does what a pointer over the canvas means.
-    pub fn point(&mut self, now_ms: f64, pointer: &Pointer) {
-        if self.move_picture(now_ms, pointer) {
+    fn point(&mut self, now_ms: f64, pointer: &Pointer) {
+        let is_free = self.editor.holds_nothing();
+        if self.view.point(pointer, self.editor.doc.world(), is_free) {
+            // The second finger: the first one is no longer for the scene.
+            if pointer.touch && pointer.change == PointerChange::Down {
+                self.editor.update(now_ms, Deed::Cancelled);
+            }
             return;
         }
-        let hand = self.hand(pointer);
+        let hand = self.view.hand(pointer);
         let deed = match pointer.change {
             PointerChange::Down => Deed::Down(hand),
             PointerChange::Moved => Deed::Moved(hand),
             PointerChange::Up => Deed::Up(hand),
             PointerChange::Left => return,
         };
-        self.update(now_ms, deed);
+        self.editor.update(now_ms, deed);
     }
 
-    /// Moves the picture if a pointer is to; `false` if the pointer is for the scene.
-    fn move_picture(&mut self, now_ms: f64, pointer: &Pointer) -> bool {
+    /// Does what a button says.
+    pub fn click(&mut self, ctx: &mut Context, action: PageAction, value: &str) {
+        let deed = match action {
+            PageAction::EditUndo => Deed::Undone,
+            PageAction::EditRedo => Deed::Redone,
+            PageAction::EditDuplicate => Deed::Duplicated,
+            PageAction::EditPath => Deed::PathExtended,
+            PageAction::EditDelete => Deed::Deleted,
+            PageAction::EditPlace => match Make::named(value) {
+                Some(make) => Deed::Placed(make, self.view.view.center),
+                None => return,
+            },
+            PageAction::EditNew => return self.editor.replace(String::new(), None),
+            PageAction::EditSave => {
+                let (file, text) = (self.editor.doc.file.clone(), self.editor.text().to_owned());
+                return ctx.request(Effect::SaveFile(file, text));
+            }
+            PageAction::EditCopy => {
+                let link = ctx.site.scene_link(self.editor.text());
+                return ctx.request(Effect::CopyLink(format!("{}{link}", ctx.site.origin)));
+            }
+            PageAction::EditRoom => return self.open_room(ctx),
+            PageAction::EditError => return self.go_to_error(ctx),
+            _ => return,
+        };
+        self.editor.update(ctx.now_ms, deed);
+    }
+
+    /// The table of keys.
+    pub fn key_down(
+        &mut self,
+        ctx: &mut Context,
+        keys: &Bindings,
+        top: Layer,
+        key: &Key,
+    ) -> KeyUse {
+        if top != Layer::Page {
+            let is_help = key.code == "Escape" && top == Layer::Help || key.letter == "?";
+            return if is_help { KeyUse::Action(PageAction::Help) } else { KeyUse::Unused };
+        }
+        let letter = key.letter.to_lowercase();
+        let deed = match (letter.as_str(), key.command, key.shift) {
+            ("z", true, false) => Deed::Undone,
+            ("z", true, true) | ("y", true, _) => Deed::Redone,
+            ("s", true, _) => return KeyUse::Action(PageAction::EditSave),
+            ("escape", ..) if key.focus == Focus::Field => {
+                ctx.request(Effect::FocusStage);
+                return KeyUse::Used;
+            }
+            _ if key.focus == Focus::Field => return KeyUse::Unused,
+            ("d", true, _) => Deed::Duplicated,
+            ("a", true, _) => Deed::SelectedAll,
+            _ if key.modified => return KeyUse::Unused,
+            _ if keys.actions(&key.code, &key.letter).contains(&Action::Edit) => {
+                let toggles = KeyUse::Action(PageAction::EditToggle);
+                return if key.repeat { KeyUse::Used } else { toggles };
+            }
+            ("?", ..) => return KeyUse::Action(PageAction::Help),
+            ("delete" | "backspace", ..) => Deed::Deleted,
+            ("escape", ..) => Deed::Deselected,
+            ("tab", _, back) if key.focus == Focus::Elsewhere => {
+                return KeyUse::when(self.tab(ctx.now_ms, back));
+            }
+            ("arrowleft", _, far) => Deed::Nudged { way: -Vec2::X, far },
+            ("arrowright", _, far) => Deed::Nudged { way: Vec2::X, far },
+            ("arrowup", _, far) => Deed::Nudged { way: Vec2::Y, far },
+            ("arrowdown", _, far) => Deed::Nudged { way: -Vec2::Y, far },
+            _ => return KeyUse::Unused,
+        };
+        self.editor.update(ctx.now_ms, deed);
+        KeyUse::Used
+    }
+
+    /// Selects the next piece. After the last one the focus goes on to the buttons, so that it is never caught.
+    fn tab(&mut self, now_ms: f64, back: bool) -> bool {
+        let editor = &mut self.editor;
+        let ends = match back {
+            false => editor.doc.sheet.pieces.last(),
+            true => editor.doc.sheet.pieces.first(),
+        };
+        let at_end = ends.is_none_or(|piece| editor.selection.last() == Some(&piece.id));
+        editor.update(now_ms, if at_end { Deed::Deselected } else { Deed::Next { back } });
+        !at_end
+    }
+
+    /// Keeps the text for the next visit, if it changed.
+    pub fn keep_draft(&mut self, storage: &mut Storage) {
+        if self.editor.is_held() || self.draft.kept == self.editor.doc.revision {
+            return;
+        }
+        self.draft.kept = self.editor.doc.revision;
+        let (origin, base) = (self.draft.origin.as_deref(), self.draft.base.as_deref());
+        storage.keep_draft(origin, self.editor.text(), base);
+    }
+
+    /// A draft was kept. As that of another scene if there was one already that it was not made from: both are there then, and
+    /// the editor goes on with the new one, as the card says. One that the browser did not take is offered again, and the
+    /// visitor is told once.
+    pub fn note_draft(
+        &mut self,
+        ctx: &mut Context,
+        draft: Draft,
+        kept: Option<Option<String>>,
+    ) -> Option<Card> {
+        if self.draft.origin != draft.origin {
+            return None;
+        }
+        let Some(origin) = kept else {
+            // An empty draft is none: nothing is lost.
+            draft.text.as_ref()?;
+            self.draft.kept = self.editor.doc.revision.wrapping_sub(1);
+            if !std::mem::replace(&mut self.draft.is_refused, true) {
+                self.editor.said = say(NOT_KEPT).to_owned();
+            }
+            return None;
+        };
+        self.draft.is_refused = false;
+        self.draft.base = draft.text;
+        if self.draft.origin == origin {
+            return None;
+        }
+        let name = origin.clone().unwrap_or_default();
+        self.draft.origin = origin;
+        self.editor.doc.rename(&name);
+        ctx.show_hash(self.hash());
+        Some(strings::second_draft(&name))
+    }
+
+    /// The kept draft of the scene, if the text was not made from that.
+    pub fn other_draft<'a>(&self, storage: &'a Storage) -> Option<&'a str> {
+        let kept = storage.draft(self.draft.origin.as_deref())?;
+        let is_other = Some(kept) != self.draft.base.as_deref() && kept != self.editor.text();
+        is_other.then_some(kept)
+    }
+
+    /// Puts that draft in the place of the text, as a step that can be undone.
+    pub fn take_other_draft(&mut self, storage: &Storage) {
+        let Some(text) = self.other_draft(storage).map(str::to_owned) else { return };
+        self.draft.base = Some(text.clone());
+        let file = self.editor.doc.file.clone();
+        self.editor.replace(text, Some(&file));
+        self.draft.kept = self.editor.doc.revision;
+    }
+
+    /// Has the server open a private room with the text.
+    fn open_room(&mut self, ctx: &mut Context) {
+        if self.opening {
+            return;
+        }
+        if self.playable().is_none() {
+            return self.go_to_error(ctx);
+        }
+        self.opening = true;
+        let text = self.editor.text().to_owned();
+        ctx.request(Effect::Request(Request::OpenGuest(text)));
+    }
+
+    /// The server refused to open a room. The card says why, unless the text, where it is wrong, does.
+    pub fn take_refusal(&mut self, sent: &str, refused: Posted) -> Option<Card> {
+        let sentence = refused.error.clone().unwrap_or_else(|| strings::SILENCE.to_owned());
+        let error = scene_error(refused, &self.editor.doc.file);
+        let Some(error) = error.filter(|_| self.editor.text() == sent) else {
+            return Some(strings::no_room(&sentence));
+        };
+        self.editor.doc.refusal = Some(error);
+        None
+    }
+
+    /// Gives the keyboard focus to the error in the text.
+    pub fn go_to_error(&self, ctx: &mut Context) {
+        if let Some(at) = self.editor.doc.error_bytes() {
+            ctx.request(Effect::FocusText(at.start));
+        }
+    }
+
+    /// Checks what was typed or dragged, and brings the picture to the present.
+    pub fn advance(&mut self, canvas: Option<Canvas>) {
+        if self.editor.doc.check() && self.editor.doc.error.is_none() {
+            self.draw_scene();
+        }
+        let Some(canvas) = canvas else { return };
+        let pixel = self.view.advance(canvas, self.editor.doc.world());
+        sketch::draw(&self.editor, pixel, &mut self.sketch);
+    }
+
+    fn draw_scene(&mut self) {
+        let Some(scene) = &self.editor.doc.scene else { return };
+        let game = Game::new(Arc::clone(scene), self.seed);
+        let mut picture = Replica::without_particles(Arc::clone(scene), NO_PLAYER);
+        picture.file(Snapshot::capture(&game, Vec::new()), Vec::new());
+        picture.advance(0.0, Eye::default());
+        self.picture = Some(picture);
+        self.copy += 1;
+    }
+
+    /// The view of the last frame.
+    pub fn view(&self) -> &View {
+        &self.view.view
+    }
+
+    /// The scene before its first tick.
+    pub fn picture(&self) -> Option<&Replica> {
+        self.picture.as_ref()
+    }
+
+    /// The scene to play. Without one the error is shown.
+    pub fn scene_to_play(&mut self, ctx: &mut Context) -> Option<Arc<Scene>> {
+        self.keep_draft(&mut ctx.storage);
+        let scene = self.playable();
+        if scene.is_none() {
+            let error = self.editor.doc.error.as_ref();
+            self.editor.said = error.map_or(String::new(), |error| error.to_string());
+            self.go_to_error(ctx);
+        }
+        scene
+    }
+
+    /// The scene of the text, if it is one.
+    fn playable(&mut self) -> Option<Arc<Scene>> {
+        self.editor.update(0.0, Deed::Cancelled);
+        self.editor.doc.check();
+        self.editor.doc.scene.clone().filter(|_| self.editor.doc.error.is_none())
+    }
+
+    /// The frame to draw. `time` is the page's age in seconds.
+    pub fn frame(&self, time: f32) -> Frame<'_> {
+        let picture = self.picture.as_ref();
+        Frame {
+            view: self.view.view,
+            world_size: self.editor.doc.world(),
+            room: picture.map_or(&self.empty.0, |picture| &picture.picture.drawn),
+            particles: &self.empty.1,
+            particle_lead: 0.0,
+            time,
+            bounds: false,
+            calm: true,
+            copy: self.copy,
+            dimmed: false,
+            sketch: Some(&self.sketch),
+            ghost: None,
+        }
+    }
+}
+
+/// The view of the editor: it is zoomed and moved by wheel, middle button, or two fingers.
+#[derive(Debug)]
+struct EditView {
+    view: View,
+    /// How much larger than as a whole the scene is shown, and how far from its middle, world units.
+    zoom: f32,
+    pan: Vec2,
+    /// Pointers that move the picture, not the scene, and where they are, CSS pixels: a middle button, or two fingers.
+    pinch: Vec<(i32, Vec2)>,
+    /// The finger that went down first, which becomes one of them.
+    first_touch: Option<(i32, Vec2)>,
+    /// CSS pixels a device pixel.
+    css_per_pixel: f32,
+}
+
+impl Default for EditView {
+    fn default() -> EditView {
+        EditView {
+            view: View::UNSEEN,
+            zoom: 1.0,
+            pan: Vec2::ZERO,
+            pinch: Vec::new(),
+            first_touch: None,
+            css_per_pixel: 1.0,
+        }
+    }
+}
+
+impl EditView {
+    /// Moves the picture if a pointer is to; `false` if the pointer is for the scene, or for a piece that is held.
+    fn point(&mut self, pointer: &Pointer, world: Vec2, is_free: bool) -> bool {
         let here = (pointer.id, pointer.at);
         match pointer.change {
             PointerChange::Down if pointer.button == MIDDLE => self.pinch = vec![here],
             PointerChange::Down if pointer.touch => {
                 let first = self.first_touch.replace(here).filter(|first| first.0 != pointer.id);
                 // A finger that holds a piece keeps it.
-                let Some(first) = first.filter(|_| self.editor.holds_nothing()) else {
+                let Some(first) = first.filter(|_| is_free) else {
                     return false;
                 };
-                self.update(now_ms, Deed::Cancelled);
                 self.pinch = vec![first, here];
             }
             PointerChange::Moved => {
@@ -139,7 +436,7 @@ impl EditScreen {
                 let before = self.span();
                 self.pinch[at].1 = here.1;
                 let after = self.span();
-                self.show_at(before.0, after.0, after.1 / before.1);
+                self.show_at(before.0, after.0, after.1 / before.1, world);
             }
             PointerChange::Up => {
                 self.first_touch = None;
@@ -162,19 +459,19 @@ impl EditScreen {
     }
 
     /// Zooms at a point of the canvas, CSS pixels.
-    pub fn zoom(&mut self, at: Vec2, factor: f32) {
-        self.show_at(at, at, factor);
+    fn zoom(&mut self, at: Vec2, factor: f32, world: Vec2) {
+        self.show_at(at, at, factor, world);
     }
 
     /// Shows the world point that was at `from` at `to`, CSS pixels, and everything larger by a factor.
-    fn show_at(&mut self, from: Vec2, to: Vec2, factor: f32) {
+    fn show_at(&mut self, from: Vec2, to: Vec2, factor: f32, world: Vec2) {
         let point = self.view.to_world(from / self.css_per_pixel);
         let zoom = (self.zoom * factor).clamp(1.0, ZOOM_MAX);
         self.view.height *= self.zoom / zoom;
         self.zoom = zoom;
         let by = point - self.view.to_world(to / self.css_per_pixel);
         // As a whole it is in the middle, and its edges come no further than there.
-        let most = self.editor.doc.world() * (0.5 - 0.5 / zoom);
+        let most = world * (0.5 - 0.5 / zoom);
         let pan = (self.pan + by).clamp(-most, most);
         self.view.center += pan - self.pan;
         self.pan = pan;
@@ -196,59 +493,14 @@ impl EditScreen {
         }
     }
 
-    /// Checks what was typed or dragged, and brings the picture to the present.
-    pub fn advance(&mut self, canvas: Option<Canvas>) {
-        if self.editor.doc.check() && self.editor.doc.error.is_none() {
-            self.draw_scene();
-        }
-        let Some(Canvas { pixels, top, bottom, css_width }) = canvas else { return };
+    /// Brings the view to the present, and returns the size of a CSS pixel in world units.
+    fn advance(&mut self, canvas: Canvas, world: Vec2) -> f32 {
+        let Canvas { pixels, top, bottom, css_width } = canvas;
         self.css_per_pixel = css_width as f32 / pixels[0] as f32;
-        let mut camera = Camera::new(CameraRule::Fit, self.editor.doc.world());
+        let mut camera = Camera::new(CameraRule::Fit, world);
         self.view = camera.view(Target { pixels, hero: None, top, bottom, elapsed_s: 0.0 });
         self.view.height /= self.zoom;
         self.view.center += self.pan;
-        let pixel = self.view.unit_per_pixel() / self.css_per_pixel.max(f32::MIN_POSITIVE);
-        sketch::draw(&self.editor, pixel, &mut self.sketch);
-    }
-
-    fn draw_scene(&mut self) {
-        let Some(scene) = &self.editor.doc.scene else { return };
-        let game = Game::new(Arc::clone(scene), self.seed);
-        let mut picture = Replica::without_particles(Arc::clone(scene), NO_PLAYER);
-        picture.file(Snapshot::capture(&game, Vec::new()), Vec::new());
-        picture.advance(0.0, Eye::default());
-        self.picture = Some(picture);
-        self.copy += 1;
-    }
-
-    /// The scene before its first tick.
-    pub fn picture(&self) -> Option<&Replica> {
-        self.picture.as_ref()
-    }
-
-    /// The scene to play, if the text is one.
-    pub fn playable(&mut self) -> Option<Arc<Scene>> {
-        self.editor.update(0.0, Deed::Cancelled);
-        self.editor.doc.check();
-        self.editor.doc.scene.clone().filter(|_| self.editor.doc.error.is_none())
-    }
-
-    /// The frame to draw. `time` is the page's age in seconds.
-    pub fn frame(&self, time: f32) -> Frame<'_> {
-        let picture = self.picture.as_ref();
-        Frame {
-            view: self.view,
-            world_size: self.editor.doc.world(),
-            room: picture.map_or(&self.empty.0, |picture| &picture.picture.drawn),
-            particles: &self.empty.1,
-            particle_lead: 0.0,
-            time,
-            bounds: false,
-            calm: true,
-            copy: self.copy,
-            dimmed: false,
-            sketch: Some(&self.sketch),
-            ghost: None,
-        }
+        self.view.unit_per_pixel() / self.css_per_pixel.max(f32::MIN_POSITIVE)
     }
 }

@@ -1,4 +1,4 @@
-//! One game on the page: the link to its room, the copy of the room, time, input and view. It decides
+//! One game on the page: the connection to its room, the copy of the room, time, input and view. It decides
 //! nothing about the world; it turns messages into frames and input into messages.
 
 pub mod connection;
@@ -9,25 +9,29 @@ pub mod membership;
 mod messages;
 
 use crate::net::clock::TICK_MS;
+use crate::net::report::Fetched;
+use crate::page::address::Wish;
 use crate::page::context::Context;
+use crate::page::edit_screen::EditScreen;
 use crate::page::emotes::ShownEmotes;
-use crate::page::event::{Canvas, Event};
+use crate::page::event::{Canvas, Effect, Event};
 use crate::sound::cue::Cue;
 use crate::view::camera::{Target, begins_with_a_hero};
 use crate::view::frame::{Frame, FrameBody, View};
 use crate::world::ghost::{Ghost, GhostWish};
 use crate::world::replica::{Eye, Replica};
-use crate::world::room_in_page::RoomInPage;
+use crate::world::room_in_page::{DemoRequest, RoomInPage};
 use connection::{Connection, Link, RoomSocket, State};
 use highlights::Showing;
 use input::GameInput;
-use jostle_game::{RoundPhase, Seat};
+use jostle_game::{RoundPhase, Scene, Seat};
 use jostle_protocol::{Appearance, Role};
 use jostle_sim::TICKS_PER_SECOND;
 use membership::{GameView, RoomMembership};
+use std::sync::Arc;
 
 /// Code of a room in the page that is played alone; any other is a demo's.
-pub const ALONE: &str = "alone";
+const ALONE: &str = "alone";
 
 /// Time for the ticks of one frame past which a game in the page stands still until the player decides, milliseconds: a
 /// tab that stands still for much longer can hardly be closed.
@@ -36,16 +40,26 @@ const STALL_MS: f64 = 1000.0;
 /// Time that a frame may take to play a ghost, milliseconds.
 const GHOST_MS: f64 = 4.0;
 
+/// The time that a frame took for ticks, if that is too long for a page to go on without asking.
+pub fn stalled(taken_ms: f64) -> Option<f64> {
+    Some(taken_ms).filter(|taken_ms| *taken_ms > STALL_MS)
+}
+
 /// The ghost of a run beside the own hero.
-pub enum GhostSlot {
+enum GhostSlot {
     /// Its replay is awaited from this address.
     Awaited(GhostWish, String),
     Here(Box<Ghost>),
 }
 
-/// The time that a frame took for ticks, if that is too long for a page to go on without asking.
-pub fn stalled(taken_ms: f64) -> Option<f64> {
-    Some(taken_ms).filter(|taken_ms| *taken_ms > STALL_MS)
+impl GhostSlot {
+    /// Moves the ghost to the displayed moment.
+    fn advance(&mut self, replica: &Replica, clock: fn() -> f64) {
+        if let GhostSlot::Here(ghost) = self {
+            let until_ms = clock() + GHOST_MS;
+            ghost.advance(replica.room.round(), replica.room.display, || clock() < until_ms);
+        }
+    }
 }
 
 /// The player whom a spectator follows.
@@ -76,11 +90,13 @@ pub struct GameScreen {
     /// The seat, once there was a welcome.
     pub membership: Option<RoomMembership>,
     /// In a game that is played alone.
-    pub ghost: Option<GhostSlot>,
+    ghost: Option<GhostSlot>,
     /// Highlights in place of the room.
     pub showing: Option<Showing>,
     view: GameView,
     pub followed: Followed,
+    /// The editor whose scene is played.
+    pub edited: Option<Box<EditScreen>>,
 }
 
 impl GameScreen {
@@ -91,6 +107,61 @@ impl GameScreen {
         game.connection.role = role;
         game.connection.connect(ctx);
         game
+    }
+
+    /// A game that is played alone, in a room inside the page.
+    pub fn alone(
+        ctx: &mut Context,
+        scene: Arc<Scene>,
+        wish: Wish,
+        appearance: Appearance,
+    ) -> GameScreen {
+        let bots = wish.bots_in(&scene);
+        let ghost = wish.ghost.map(|ghost| (ghost, ghost.file(&scene.name)));
+        let room = RoomInPage::alone(scene, wish.seed.unwrap_or(1), bots);
+        let link = Link::InPage(Box::new(room));
+        let mut game = GameScreen::new(ctx, ALONE, appearance, link);
+        game.connection.hello(ctx);
+        if let Some((ghost, file)) = ghost.filter(|_| !ctx.site.is_static) {
+            ctx.request(Effect::FetchReplay(file.clone()));
+            game.ghost = Some(GhostSlot::Awaited(ghost, file));
+        }
+        game
+    }
+
+    /// A demo, which may stand still for a picture.
+    pub fn demo(
+        ctx: &mut Context,
+        scene: Arc<Scene>,
+        request: &DemoRequest,
+        appearance: Appearance,
+    ) -> GameScreen {
+        let frozen = request.ticks.is_some();
+        let room = RoomInPage::new(scene, request.seed, request.bots, frozen);
+        // A picture must not depend on the player.
+        let neutral = || Appearance { name: "Jo".into(), color: 0 };
+        let appearance = if frozen { neutral() } else { appearance };
+        let link = Link::InPage(Box::new(room));
+        let mut game = GameScreen::new(ctx, "demo", appearance, link);
+        game.connection.hello(ctx);
+        if let Some(ticks) = request.ticks {
+            game.freeze_at(ctx, ticks);
+        }
+        game
+    }
+
+    fn new(ctx: &Context, code: &str, appearance: Appearance, link: Link) -> GameScreen {
+        GameScreen {
+            connection: Connection::new(ctx, code, appearance, link),
+            input: GameInput::default(),
+            emotes: ShownEmotes::default(),
+            membership: None,
+            ghost: None,
+            showing: None,
+            view: GameView::new(ctx.now_ms),
+            followed: Followed::default(),
+            edited: None,
+        }
     }
 
     /// Handles an event that concerns the game alone.
@@ -106,7 +177,14 @@ impl GameScreen {
             Event::Drawn(true) => self.connection.meter.drawn(ctx.now_ms),
             Event::Online => self.connection.hurry(),
             Event::Socket(session, event) => self.on_socket(ctx, session, event),
-            Event::ConnectionCut | Event::Closing => self.connection.drop_socket(ctx),
+            Event::ConnectionCut => self.connection.drop_socket(ctx),
+            // The seat is left to the next tab that opens the room's link, and the socket is closed: a browser may keep
+            // the page in its back/forward cache with the socket open, as an idle player in the room. When the page is
+            // shown again, it reconnects.
+            Event::Closing => {
+                ctx.storage.leave_seat_behind(&self.connection.code);
+                self.connection.drop_socket(ctx);
+            }
             Event::KeyUp(key) => self.key_up(ctx, &key.code),
             Event::Pointer(pointer) => self.point(ctx, &pointer),
             Event::ToolArmed(buttons) => self.input.fingers.armed = buttons,
@@ -128,31 +206,6 @@ impl GameScreen {
             self.followed.seat = seat.filter(|_| self.followed.seat != seat);
             self.followed.has_chosen = true;
             self.view.follows = None;
-        }
-    }
-
-    /// A game in a room inside the page. `code` says what for.
-    pub fn in_page(
-        ctx: &mut Context,
-        code: &str,
-        room: RoomInPage,
-        appearance: Appearance,
-    ) -> GameScreen {
-        let mut game = GameScreen::new(ctx, code, appearance, Link::InPage(Box::new(room)));
-        game.connection.hello(ctx);
-        game
-    }
-
-    fn new(ctx: &Context, code: &str, appearance: Appearance, link: Link) -> GameScreen {
-        GameScreen {
-            connection: Connection::new(ctx, code, appearance, link),
-            input: GameInput::default(),
-            emotes: ShownEmotes::default(),
-            membership: None,
-            ghost: None,
-            showing: None,
-            view: GameView::new(ctx.now_ms),
-            followed: Followed::default(),
         }
     }
 
@@ -178,11 +231,6 @@ impl GameScreen {
         matches!(self.connection.link, Link::InPage(_))
     }
 
-    pub fn is_round_over(&self) -> bool {
-        let round = self.replica().and_then(|replica| replica.room.round());
-        round.is_some_and(|round| round.phase == RoundPhase::Over)
-    }
-
     /// Whether it stands still for a picture.
     pub fn is_frozen(&self) -> bool {
         self.connection.status.state == State::Frozen
@@ -193,29 +241,30 @@ impl GameScreen {
         self.is_in_page() && self.connection.code == ALONE
     }
 
-    /// Whether the replay at this address is that of the ghost.
-    pub fn awaits_ghost(&self, file: &str) -> bool {
-        matches!(&self.ghost, Some(GhostSlot::Awaited(_, awaited)) if awaited == file)
+    /// Name of the scene of the site that is played alone, if the server keeps its best runs.
+    pub fn ranked_scene<'a>(&self, ctx: &'a Context) -> Option<&'a str> {
+        let is_ranked = self.is_alone() && self.edited.is_none() && !ctx.site.is_static;
+        ctx.site.alone().0.filter(|_| is_ranked)
     }
 
-    /// Takes the replay of the ghost; `false` if it is none of this scene.
-    pub fn take_ghost(&mut self, bytes: Vec<u8>) -> bool {
-        let Some(GhostSlot::Awaited(wish, _)) = self.ghost.take() else { return false };
+    pub fn is_round_over(&self) -> bool {
+        let round = self.replica().and_then(|replica| replica.room.round());
+        round.is_some_and(|round| round.phase == RoundPhase::Over)
+    }
+
+    /// Takes a replay that was asked for; `false` if it is no ghost of this scene.
+    pub fn take_ghost(&mut self, file: &str, fetched: Fetched) -> bool {
+        let is_awaited =
+            |slot: &mut GhostSlot| matches!(slot, GhostSlot::Awaited(_, own) if own == file);
+        let Some(GhostSlot::Awaited(wish, _)) = self.ghost.take_if(is_awaited) else { return true };
+        let bytes = match fetched {
+            Fetched::Bytes(bytes) => bytes,
+            Fetched::Refused(_) | Fetched::Nothing => Vec::new(),
+        };
         let scene = self.connection.room_in_page().map(RoomInPage::scene);
         let ghost = scene.and_then(|scene| Ghost::new(bytes, wish, scene));
         self.ghost = ghost.map(|ghost| GhostSlot::Here(Box::new(ghost)));
         self.ghost.is_some()
-    }
-
-    /// Moves the ghost to the displayed moment.
-    fn move_ghost(&mut self, clock: fn() -> f64) {
-        let (Some(GhostSlot::Here(ghost)), Some(membership)) = (&mut self.ghost, &self.membership)
-        else {
-            return;
-        };
-        let replica = &membership.replica;
-        let until_ms = clock() + GHOST_MS;
-        ghost.advance(replica.room.round(), replica.room.display, || clock() < until_ms);
     }
 
     /// Where the ghost is, if one is on the stage.
@@ -305,7 +354,9 @@ impl GameScreen {
             }
             self.receive_in_page(ctx);
             self.move_display(now_ms);
-            self.move_ghost(ctx.clock);
+            if let (Some(ghost), Some(membership)) = (&mut self.ghost, &self.membership) {
+                ghost.advance(&membership.replica, ctx.clock);
+            }
             self.advance_highlights(ctx);
         }
         if let Some(Canvas { pixels, top, bottom, .. }) = canvas {
@@ -323,7 +374,7 @@ impl GameScreen {
     }
 
     /// Plays a scripted demo to its end as fast as possible, and stands still there.
-    pub fn freeze_at(&mut self, ctx: &mut Context, ticks: u32) {
+    fn freeze_at(&mut self, ctx: &mut Context, ticks: u32) {
         self.receive_in_page(ctx);
         for _ in 0..ticks.max(1) {
             let Link::InPage(room) = &mut self.connection.link else { return };

@@ -83,6 +83,14 @@ page_actions! {
     "wheel" Wheel
 }
 
+impl PageAction {
+    /// Whether it shows a card that takes the keys.
+    pub fn shows_card(self) -> bool {
+        use PageAction::{CloseRoom, Help, Kick, QrCode, Settings};
+        matches!(self, CloseRoom | Help | Kick | QrCode | Settings)
+    }
+}
+
 /// The meaning of a key to a screen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum KeyUse {

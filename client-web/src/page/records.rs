@@ -1,34 +1,42 @@
-//! Records: the own run that is sent to the server, its answers, and the ghost of a run.
+//! The best runs that the server keeps, as the page knows them, and the own run that is sent to it.
 
 use crate::net::api::{self, Request};
-use crate::net::report::Fetched;
-use crate::page::app::App;
+use crate::page::context::Context;
 use crate::page::event::Effect;
-use crate::page::screen::Screen;
+use crate::page::game::GameScreen;
 use crate::page::strings;
 use jostle_game::RoundPhase;
-use jostle_protocol::web::Posted;
+use jostle_protocol::web::{self, Posted, RecordCard, RecordTable};
 
-impl App {
-    /// Name of the scene of this site that is played alone now.
-    pub fn ranked_scene(&self) -> Option<&str> {
-        let is_played =
-            self.screen.game().is_some_and(|game| game.is_alone()) && self.edited.is_none();
-        self.ctx.site.alone().0.filter(|_| is_played && !self.ctx.site.is_static)
+/// Records, as far as the page knows them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Records {
+    /// The best run of each scene.
+    pub list: web::Records,
+    /// The sentence about the own run.
+    pub said: String,
+    /// The beginning of the result whose run was looked at.
+    pub result_since: Option<u32>,
+}
+
+impl Records {
+    /// Forgets the own run.
+    pub fn begin(&mut self) {
+        *self = Records { list: std::mem::take(&mut self.list), ..Records::default() };
     }
 
     /// Takes an answer about records; `false` if it is about something else.
-    pub(super) fn take_record(&mut self, request: &Request, answer: Option<&str>) -> bool {
+    pub fn take(&mut self, ctx: &mut Context, request: &Request, answer: Option<&str>) -> bool {
         match request {
             Request::Records => {
                 if let Some(list) = answer.and_then(api::parse) {
-                    self.records.list = list;
+                    self.list = list;
                 }
             }
             Request::Run(_) => {
                 let answer = answer.and_then(api::parse::<Posted>);
-                self.records.said = strings::run_said(answer.as_ref());
-                self.ctx.request(Effect::Request(Request::Records));
+                self.said = strings::run_said(answer.as_ref());
+                ctx.request(Effect::Request(Request::Records));
             }
             _ => return false,
         }
@@ -36,43 +44,35 @@ impl App {
     }
 
     /// Sends the run of a round that the player has just won alone, if the server keeps runs of the scene.
-    pub(super) fn send_run(&mut self) {
-        let is_kept = |scene| self.records.table(scene).is_some();
-        if !self.ranked_scene().is_some_and(is_kept) {
+    pub fn send_run(&mut self, ctx: &mut Context, game: &GameScreen) {
+        let is_kept = |scene| self.table(scene).is_some();
+        if !game.ranked_scene(ctx).is_some_and(is_kept) {
             return;
         }
-        let (Some(game), Some(replica)) = (self.screen.game(), self.screen.replica()) else {
-            return;
-        };
+        let Some(replica) = game.replica() else { return };
         let round = replica.room.round().filter(|round| round.phase == RoundPhase::Over);
-        let Some(round) = round.filter(|r| self.records.result_since != Some(r.since)) else {
-            return;
-        };
+        let Some(round) = round.filter(|r| self.result_since != Some(r.since)) else { return };
         let (since, won) = (round.since, round.winners.contains(&round.side_of(replica.room.seat)));
-        let run = game.connection.room_in_page().filter(|_| won).map(|room| room.run());
-        self.records.result_since = Some(since);
-        self.records.said = match run {
+        let room = game.connection.room_in_page().filter(|_| won);
+        self.result_since = Some(since);
+        self.said = match room.map(|room| room.run()) {
             None => String::new(),
             Some(None) => strings::RUN_TOO_LONG.to_owned(),
             Some(Some(bytes)) => {
-                self.ctx.request(Effect::Request(Request::Run(bytes)));
+                ctx.request(Effect::Request(Request::Run(bytes)));
                 strings::RUN_CHECKED.to_owned()
             }
         };
     }
 
-    /// Takes the replay of a ghost.
-    pub(super) fn take_ghost(&mut self, file: &str, fetched: Fetched) {
-        let Screen::Game(game) = &mut self.screen else { return };
-        if !game.awaits_ghost(file) {
-            return;
-        }
-        let bytes = match fetched {
-            Fetched::Bytes(bytes) => bytes,
-            Fetched::Refused(_) | Fetched::Nothing => Vec::new(),
-        };
-        if !game.take_ghost(bytes) {
-            self.visit.dialogs.card = Some(strings::NO_GHOST);
-        }
+    /// The table of a scene, if its runs are kept.
+    pub fn table(&self, scene: &str) -> Option<&RecordTable> {
+        self.list.scenes.iter().find(|table| table.scene == scene)
+    }
+
+    /// The best run of a scene, with its table.
+    pub fn best(&self, scene: &str) -> Option<(&RecordTable, &RecordCard)> {
+        let table = self.table(scene)?;
+        Some((table, table.records.first()?))
     }
 }

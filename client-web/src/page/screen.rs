@@ -1,19 +1,18 @@
-//! The screens of the page, and what each makes of buttons, pointers and time.
+//! The screens of the page: each handles its events, its buttons and its keys.
 
-use crate::editor::update::Deed;
+use crate::input::bindings::Bindings;
 use crate::page::address::Awaited;
 use crate::page::context::Context;
+use crate::page::dialogs::{Card, Layer};
+use crate::page::drafts::{self, Draft};
 use crate::page::edit_screen::EditScreen;
-use crate::page::event::{Effect, Event};
+use crate::page::event::{Event, Key};
 use crate::page::game::GameScreen;
-use crate::page::page_action::PageAction;
+use crate::page::page_action::{KeyUse, PageAction};
 use crate::page::replay_screen::OpenReplay;
 use crate::sound::cue::Cue;
 use crate::view::frame::{Frame, View};
 use crate::world::replica::Replica;
-
-/// A wheel that turns so far doubles the picture of the editor, CSS pixels.
-const WHEEL_PIXELS: f32 = 300.0;
 
 /// The screen that the page shows.
 pub enum Screen {
@@ -56,52 +55,104 @@ impl Screen {
         }
     }
 
+    /// The editor, also while its scene is played.
+    pub fn edited(&self) -> Option<&EditScreen> {
+        match self {
+            Screen::Edit(screen) => Some(screen),
+            Screen::Game(game) => game.edited.as_deref(),
+            _ => None,
+        }
+    }
+
+    pub fn edited_mut(&mut self) -> Option<&mut EditScreen> {
+        match self {
+            Screen::Edit(screen) => Some(screen),
+            Screen::Game(game) => game.edited.as_deref_mut(),
+            _ => None,
+        }
+    }
+
     /// Handles an event that concerns the screen alone.
     pub fn update(&mut self, ctx: &mut Context, event: Event) {
-        match (self, event) {
-            (Screen::Edit(screen), Event::Pointer(pointer)) => screen.point(ctx.now_ms, &pointer),
-            (Screen::Edit(screen), Event::Wheel(at, by)) => {
-                screen.zoom(at, (-by / WHEEL_PIXELS).exp2());
-                ctx.request(Effect::PreventDefault);
-            }
-            (Screen::Edit(screen), Event::Edited(deed)) => screen.update(ctx.now_ms, deed),
-            (Screen::Edit(screen), Event::FieldChanged(path, values)) => {
-                screen.editor.set_field(ctx.now_ms, &path, &values);
-            }
-            (Screen::Replay(replay), event) => replay.update(ctx.now_ms, event),
-            (Screen::Game(game), event) => game.update(ctx, event),
-            _ => {}
-        }
-    }
-
-    /// Does what a button of a game or a replay says.
-    pub fn click(&mut self, ctx: &mut Context, action: PageAction, value: &str) {
         match self {
-            Screen::Game(game) => game.click(ctx, action, value),
-            Screen::Replay(replay) => replay.click(action, value),
+            Screen::Game(game) => game.update(ctx, event),
+            Screen::Replay(replay) => replay.update(ctx.now_ms, event),
+            Screen::Edit(screen) => screen.update(ctx, event),
             _ => {}
         }
     }
 
-    /// Calls `work` with the game that is on, if one is.
-    pub fn with_game(
+    /// Does what a button or a key says.
+    pub fn click(&mut self, ctx: &mut Context, action: PageAction, value: &str) {
+        let keeps =
+            matches!(action, PageAction::EditSave | PageAction::EditCopy | PageAction::EditRoom);
+        match self {
+            Screen::Game(game) => match &mut game.edited {
+                Some(screen) if keeps => screen.click(ctx, action, value),
+                _ => game.click(ctx, action, value),
+            },
+            Screen::Replay(replay) => replay.click(action, value),
+            Screen::Edit(screen) => screen.click(ctx, action, value),
+            _ => {}
+        }
+    }
+
+    /// Does what a key means here, or says what the page is to do.
+    pub fn key_down(
         &mut self,
         ctx: &mut Context,
-        work: impl FnOnce(&mut GameScreen, &mut Context),
-    ) {
+        keys: &Bindings,
+        top: Layer,
+        key: &Key,
+    ) -> KeyUse {
+        match self {
+            Screen::Game(game) => game.key_down(ctx, keys, top, key),
+            Screen::Replay(replay) => replay.key_down(top, key),
+            Screen::Edit(screen) => screen.key_down(ctx, keys, top, key),
+            _ => KeyUse::Unused,
+        }
+    }
+
+    /// Releases everything: no key may stick when its release is never seen.
+    pub fn release_input(&mut self, ctx: &mut Context) {
         if let Screen::Game(game) = self {
-            work(game, ctx);
+            game.release_input(ctx);
         }
     }
 
-    pub fn with_editor(&mut self, ctx: &Context, work: impl FnOnce(&mut EditScreen, f64)) {
-        if let Screen::Edit(screen) = self {
-            work(screen, ctx.now_ms);
+    /// A draft was kept, or not; the card says what the editor makes of that.
+    pub fn note_draft(
+        &mut self,
+        ctx: &mut Context,
+        draft: Draft,
+        kept: Option<Option<String>>,
+    ) -> Option<Card> {
+        if let Some(origin) = &kept {
+            ctx.storage.take(&drafts::key(origin.as_deref()), draft.text.clone());
+        }
+        self.edited_mut()?.note_draft(ctx, draft, kept)
+    }
+
+    /// Leaves for another screen.
+    pub fn leave(self, ctx: &mut Context) {
+        match self {
+            Screen::Game(game) => game.connection.leave(ctx),
+            Screen::Edit(mut screen) => screen.keep_draft(&mut ctx.storage),
+            _ => {}
         }
     }
 
-    pub fn edit(&mut self, ctx: &Context, deed: Deed) {
-        self.with_editor(ctx, |screen, now_ms| screen.update(now_ms, deed));
+    /// Whether a file that is dropped is opened: a game on a server is not left for it.
+    pub fn takes_files(&self) -> bool {
+        self.game().is_none_or(GameScreen::is_in_page)
+    }
+
+    /// Shows the own hero ahead of the server, in this game and in the next ones, or no longer.
+    pub fn set_prediction(&mut self, ctx: &mut Context, on: bool) {
+        ctx.predicts = on;
+        if let Screen::Game(game) = self {
+            game.set_prediction(on);
+        }
     }
 
     /// The copy of the room on display.
@@ -146,13 +197,6 @@ impl Screen {
         matches!(self, Screen::Game(_) | Screen::Replay(_))
     }
 
-    /// Releases everything: no key may stick when its release is never seen.
-    pub fn release_input(&mut self, ctx: &mut Context) {
-        if let Screen::Game(game) = self {
-            game.release_input(ctx);
-        }
-    }
-
     /// Goes on with a game or a replay that stands still.
     pub fn resume(&mut self) {
         match self {
@@ -160,19 +204,5 @@ impl Screen {
             Screen::Replay(replay) => replay.stalled_ms = None,
             _ => {}
         }
-    }
-
-    /// Selects the next piece. After the last one the focus goes on to the buttons, so that it is never caught.
-    pub fn tab(&mut self, ctx: &Context, back: bool) -> bool {
-        let Screen::Edit(screen) = self else { return false };
-        let editor = &mut screen.editor;
-        let ends = match back {
-            false => editor.doc.sheet.pieces.last(),
-            true => editor.doc.sheet.pieces.first(),
-        };
-        let at_end = ends.is_none_or(|piece| editor.selection.last() == Some(&piece.id));
-        let deed = if at_end { Deed::Deselected } else { Deed::Next { back } };
-        self.edit(ctx, deed);
-        !at_end
     }
 }

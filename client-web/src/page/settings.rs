@@ -6,6 +6,7 @@ use crate::input::pad::{self, PadBindings, PadInput, PadState};
 use crate::language::{self, fill, say};
 use crate::page::context::Context;
 use crate::page::event::{Effect, Key, SettingsEvent};
+use crate::page::page_action::PageAction;
 use crate::page::storage::{self, Storage};
 use crate::page::strings;
 use crate::page::tools::Cap;
@@ -43,7 +44,7 @@ pub struct Settings {
     /// What came of the last choice.
     pub note: String,
     pad_state: PadState,
-    pub(super) pad_actions: u32,
+    pad_actions: u32,
 }
 
 impl Settings {
@@ -129,8 +130,19 @@ impl Settings {
         None
     }
 
+    /// Does what a button of the sheet says.
+    pub fn click(&mut self, ctx: &mut Context, action: PageAction, value: &str) {
+        match action {
+            PageAction::ChooseKey => self.ask_choice(Action::of_id(value).map(Choice::Key)),
+            PageAction::ChooseButton => self.ask_choice(Action::of_id(value).map(Choice::Button)),
+            PageAction::FullScreen => ctx.request(Effect::FullScreen(!self.is_full)),
+            PageAction::ResetHands => self.reset_hands(ctx),
+            _ => {}
+        }
+    }
+
     /// Asks for the key or the button of an action, or no longer.
-    pub fn ask_choice(&mut self, choice: Option<Choice>) {
+    fn ask_choice(&mut self, choice: Option<Choice>) {
         self.choice = choice.filter(|_| self.choice != choice);
         self.note = match self.choice {
             Some(Choice::Key(action)) => strings::press_key(action),
@@ -140,7 +152,7 @@ impl Settings {
     }
 
     /// Everything is as at first.
-    pub fn reset_hands(&mut self, ctx: &mut Context) {
+    fn reset_hands(&mut self, ctx: &mut Context) {
         self.keys = Bindings::default();
         self.pad = PadBindings::default();
         self.choice = None;
@@ -151,10 +163,6 @@ impl Settings {
 
     fn keep_pad(&mut self, ctx: &mut Context) {
         ctx.storage.keep(storage::PAD, &self.pad.text());
-    }
-
-    pub fn toggle_full_screen(&mut self, ctx: &mut Context) {
-        ctx.request(Effect::FullScreen(!self.is_full));
     }
 
     /// A key in the sheet: the one that is asked for, or the one that ends the question. `false` if it is neither.
@@ -200,7 +208,7 @@ impl Settings {
         None
     }
 
-    /// What the state of the gamepad means, and its actions in the last frame.
+    /// Reads the state of the gamepad; also returns its actions of the last frame.
     pub fn read_pad(&mut self, state: &PadState) -> (PadInput, u32) {
         let input = pad::read(state, &self.pad);
         let before = std::mem::replace(&mut self.pad_actions, input.actions);

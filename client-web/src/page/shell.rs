@@ -94,7 +94,7 @@ fn main() {
         query,
     };
     let mut app = App::new(startup);
-    app.set_clock(browser::now_ms);
+    app.ctx.clock = browser::now_ms;
     let events = Events::new(drain);
     let views = Views::new(events, &app);
     let (socket, conditions) = (None, Conditions::default());

@@ -197,7 +197,7 @@ impl View {
     }
 }
 
-/// What a frame shows of a room.
+/// The part of a frame that shows a room.
 #[derive(Debug, Default)]
 pub struct FrameRoom {
     /// Bodies in index order.

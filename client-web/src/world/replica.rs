@@ -50,7 +50,7 @@ pub enum News {
 pub struct Replica {
     /// The room at the displayed moment.
     pub room: RoomView,
-    /// What a frame shows of it.
+    /// The same as a frame shows it.
     pub picture: RoomPicture,
     /// Features of the scene, of which the page draws some.
     pub features: Features,

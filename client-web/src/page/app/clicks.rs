@@ -1,19 +1,19 @@
-//! What the buttons of the page and of its cards do.
+//! The buttons and keys of the page, of its cards, and of a gamepad.
 
 use super::App;
 use crate::input::action::Action;
 use crate::input::pad::PadState;
 use crate::net::api;
-use crate::page::dialogs::Layer;
-use crate::page::dialogs::Question;
-use crate::page::event::{Address, Effect};
+use crate::page::dialogs::{Layer, Question};
+use crate::page::event::{Address, Effect, Key};
 use crate::page::game::GameScreen;
 use crate::page::game::connection::State;
-use crate::page::page_action::PageAction;
+use crate::page::page_action::{KeyUse, PageAction};
 use crate::page::screen::Screen;
-use crate::page::settings::Choice;
 use crate::page::strings::{self, CardAction};
 
+/// The query of an address that leads into a room as a spectator.
+const WATCH: &str = "?watch=1";
 /// The table of the gamepad's buttons that mean something to the page.
 const ON_PAD: [(Action, PageAction); 4] = [
     (Action::Mute, PageAction::Mute),
@@ -24,14 +24,17 @@ const ON_PAD: [(Action, PageAction); 4] = [
 
 impl App {
     /// Does what was clicked says.
-    pub(in crate::page) fn click(&mut self, action: PageAction, value: &str) {
+    pub(super) fn click(&mut self, action: PageAction, value: &str) {
+        if action.shows_card() {
+            self.screen.release_input(&mut self.ctx);
+        }
         match action {
-            PageAction::Leave => self.go_home(),
-            PageAction::Go => self.go(&format!("/{value}")),
-            PageAction::Watch => self.watch_room(value),
+            PageAction::Leave => self.act(Some(CardAction::Lobby)),
+            PageAction::Go => self.go(format!("/{value}"), ""),
+            PageAction::Watch => self.go(format!("/{value}"), WATCH),
             PageAction::Copy => self.ctx.request(Effect::CopyAddress),
             PageAction::QrCode => self.show_code(),
-            PageAction::Help => self.toggle_help(),
+            PageAction::Help => self.visit.dialogs.toggle_help(self.top()),
             PageAction::Settings => self.toggle_settings(),
             PageAction::Wheel => {
                 let may_open = self.top() == Layer::Page;
@@ -39,100 +42,111 @@ impl App {
                     game.input.toggle_wheel(may_open);
                 }
             }
-            PageAction::FullScreen => self.settings.toggle_full_screen(&mut self.ctx),
-            PageAction::ChooseKey => {
-                self.settings.ask_choice(Action::of_id(value).map(Choice::Key))
-            }
-            PageAction::ChooseButton => {
-                self.settings.ask_choice(Action::of_id(value).map(Choice::Button))
-            }
-            PageAction::ResetHands => self.settings.reset_hands(&mut self.ctx),
+            PageAction::ChooseKey
+            | PageAction::ChooseButton
+            | PageAction::FullScreen
+            | PageAction::ResetHands => self.settings.click(&mut self.ctx, action, value),
             PageAction::Clean => self.panels.clean = !self.panels.clean,
             PageAction::Figures => self.panels.figures = !self.panels.figures,
+            PageAction::Network => self.panels.toggle_network(),
+            PageAction::Sound => self.panels.toggle_sound(),
             PageAction::Mute => self.sound.toggle_mute(&mut self.ctx),
-            PageAction::Network => self.toggle_network(),
-            PageAction::Sound => {
-                self.panels.sound = !self.panels.sound;
-                self.panels.network = false;
-            }
             PageAction::OpenFile => self.ctx.request(Effect::ChooseFile),
-            PageAction::CloseRoom => {
-                self.screen.release_input(&mut self.ctx);
-                self.visit.dialogs.question = Some(Question::CloseRoom);
+            PageAction::CloseRoom => self.visit.dialogs.question = Some(Question::CloseRoom),
+            PageAction::Kick => {
+                if let Some(replica) = self.screen.replica() {
+                    self.visit.dialogs.question = Question::kick(replica.room.players(), value);
+                }
             }
-            PageAction::Kick => self.ask_to_kick(value),
             PageAction::Confirm => {
-                if let Some(question) = self.visit.dialogs.question.take() {
-                    self.screen.with_game(&mut self.ctx, |game, ctx| {
-                        game.connection.carry_out(ctx, &question);
-                    });
+                let question = self.visit.dialogs.question.take();
+                if let (Some(question), Screen::Game(game)) = (question, &mut self.screen) {
+                    game.connection.carry_out(&mut self.ctx, &question);
                 }
             }
             PageAction::Cancel => self.visit.dialogs.question = None,
             PageAction::Notice => self.act(self.notice().map(|card| card.action)),
-            PageAction::NoticeOther => {
-                let other = self.notice().and_then(|card| card.other);
-                self.act(other.map(|(_, action)| action));
-            }
-            PageAction::Again
-            | PageAction::Bounds
-            | PageAction::Clip
-            | PageAction::Emote
-            | PageAction::Highlights
-            | PageAction::SwitchTeam
-            | PageAction::PlayPause
-            | PageAction::Step
-            | PageAction::Follow => self.screen.click(&mut self.ctx, action, value),
-            _ => self.click_editor(action, value),
+            PageAction::NoticeOther => self.act(self.notice().and_then(|card| Some(card.other?.1))),
+            PageAction::EditScene => self.go_to_hash(format!("#edit={value}")),
+            PageAction::EditNewScene => self.go_to_hash("#edit".to_owned()),
+            PageAction::EditToggle => self.toggle_edit(),
+            _ => self.screen.click(&mut self.ctx, action, value),
         }
     }
 
     /// Does what the button of a card says.
     fn act(&mut self, action: Option<CardAction>) {
         match action {
-            Some(CardAction::Lobby) => self.go_home(),
-            Some(CardAction::Play) => self.go(&format!("/{}", api::FIRST_SCENE)),
+            Some(CardAction::Lobby) => self.go(self.ctx.site.home().to_owned(), ""),
+            Some(CardAction::Play) => self.go(format!("/{}", api::FIRST_SCENE), ""),
             Some(CardAction::Watch) => {
-                if let Some(code) = self.screen.game().map(|game| game.connection.code.clone()) {
-                    self.watch_room(&code);
+                if let Some(game) = self.screen.game() {
+                    self.go(format!("/{}", game.connection.code), WATCH);
                 }
             }
             Some(CardAction::Reload) => self.ctx.request(Effect::Reload),
             Some(CardAction::File) => self.ctx.request(Effect::ChooseFile),
             Some(CardAction::Stay) => self.visit.dialogs.card = None,
             Some(CardAction::Edit) => self.edit_linked(),
-            Some(CardAction::Draft) => self.take_other_draft(),
+            Some(CardAction::Draft) => {
+                if let Screen::Edit(screen) = &mut self.screen {
+                    screen.take_other_draft(&self.ctx.storage);
+                }
+            }
             Some(CardAction::Unplay) => self.toggle_edit(),
             Some(CardAction::PlayHeavy) => self.play_heavy(),
             Some(CardAction::Resume) => self.screen.resume(),
             Some(CardAction::Refetch) => self.route(self.ctx.site.address.clone()),
             Some(CardAction::Again) => {
-                self.screen.with_game(&mut self.ctx, |game, ctx| {
+                if let Screen::Game(game) = &mut self.screen {
                     match game.connection.status.state {
-                        State::Refused => game.connection.connect(ctx),
+                        State::Refused => game.connection.connect(&mut self.ctx),
                         _ => game.connection.hurry(),
                     }
-                })
+                }
             }
             None => {}
         }
     }
 
-    fn ask_to_kick(&mut self, seat: &str) {
-        self.screen.release_input(&mut self.ctx);
-        let Some(replica) = self.screen.replica() else { return };
-        let player = replica.room.players().iter().find(|player| player.seat.0.to_string() == seat);
-        let question = player.map(|p| Question::Kick(p.seat, p.appearance.clone()));
-        self.visit.dialogs.question = question;
+    fn toggle_settings(&mut self) {
+        if let Screen::Game(game) = &mut self.screen {
+            game.input.wheel = None;
+        }
+        self.settings.choice = None;
+        self.settings.note.clear();
+        self.visit.dialogs.toggle_settings(self.top());
     }
 
     /// Shows the link of what is on as a QR code.
     fn show_code(&mut self) {
-        self.screen.release_input(&mut self.ctx);
-        let Address { path, query, hash } = &self.ctx.site.address;
-        let link = self.edited_link().unwrap_or_else(|| format!("{path}{query}{hash}"));
-        self.visit.dialogs.card =
-            Some(strings::link_code(&format!("{}{link}", self.ctx.site.origin)));
+        let site = &self.ctx.site;
+        let Address { path, query, hash } = &site.address;
+        let link = match self.screen.edited() {
+            Some(screen) => site.scene_link(screen.editor.text()),
+            None => format!("{path}{query}{hash}"),
+        };
+        self.visit.dialogs.show(strings::link_code(&format!("{}{link}", site.origin)));
+    }
+
+    pub(super) fn key_down(&mut self, key: &Key) {
+        let is_escape = key.code == "Escape";
+        if is_escape && self.notice().is_some_and(|card| card.code.is_some()) {
+            self.visit.dialogs.card = None;
+            return self.ctx.request(Effect::PreventDefault);
+        }
+        self.settings.note_cap(key);
+        let used = match self.top() {
+            Layer::Settings if self.settings.key_down(&mut self.ctx, key) => KeyUse::Used,
+            Layer::Settings if is_escape => KeyUse::Action(PageAction::Settings),
+            top => self.screen.key_down(&mut self.ctx, &self.settings.keys, top, key),
+        };
+        if used != KeyUse::Unused {
+            self.ctx.request(Effect::PreventDefault);
+        }
+        if let KeyUse::Action(action) = used {
+            self.click(action, "");
+        }
     }
 
     pub(super) fn play_by_pad(&mut self, state: &PadState) {

@@ -1,9 +1,10 @@
 use super::*;
-use crate::net::api::Request;
-use crate::net::report::SocketEvent;
+use crate::net::api::{self, Request};
+use crate::net::report::{Fetched, SocketEvent};
 use crate::page::drafts::DraftStore;
-use crate::page::event::{Focus, Key};
+use crate::page::event::{Focus, Form, Key};
 use crate::page::page_action::PageAction;
+use crate::world::room_in_page::RoomInPage;
 use jostle_game::Buttons;
 use jostle_protocol::{ClientMessage, ServerMessage};
 use litemap::LiteMap;

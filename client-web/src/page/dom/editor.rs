@@ -101,7 +101,7 @@ fn palette(events: Events) {
     });
 }
 
-/// What the controls of the form say.
+/// Listens to the controls of the form.
 fn form_fields(events: Events) {
     dom::listen(&dom::html("form-fields"), "change", move |event: web_sys::Event| {
         let Some(line) = dom::target_within(&event, "[data-path]") else { return };

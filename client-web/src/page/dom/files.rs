@@ -1,7 +1,7 @@
 //! Files of this machine, replays and scenes: dropped onto the page, or chosen.
 
 use crate::browser;
-use crate::page::alone::file_error;
+use crate::net::api::file_error;
 use crate::page::dom;
 use crate::page::event::Event;
 use crate::page::queue::Events;

@@ -178,7 +178,7 @@ fn change(event: &PointerEvent, change: PointerChange) -> Pointer {
     }
 }
 
-/// The switches of the network panel.
+/// Listens to the switches of the network panel.
 fn network(events: Events) {
     dom::listen(&dom::html("net-predict"), "change", move |_: web_sys::Event| {
         let on = dom::by_id::<HtmlInputElement>("net-predict").checked();
@@ -192,7 +192,7 @@ fn network(events: Events) {
     });
 }
 
-/// The volume and the switches of the panel of sound.
+/// Listens to the volume and the switches of the panel of sound.
 fn sound(events: Events) {
     dom::listen(&dom::html("volume"), "input", move |event: web_sys::Event| {
         if let Some(volume) = dom::value_of(&event) {

@@ -71,7 +71,7 @@ impl Stage {
 
     /// Draws what has changed: `None` if nothing has, `false` if there was nothing to draw on.
     pub fn draw(&mut self, app: &App) -> Option<bool> {
-        let frame = app.screen.frame(app.now_ms(), app.settings.calm)?;
+        let frame = app.screen.frame(app.ctx.now_ms, app.settings.calm)?;
         let particles = app.screen.replica().is_some_and(|replica| replica.features.particles);
         self.with_graphics(app, |graphics| {
             let Graphics { renderer, device, queue, .. } = graphics;

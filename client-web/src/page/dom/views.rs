@@ -10,6 +10,7 @@ use crate::page::dom::lobby;
 use crate::page::dom::patch::{Patch, rescue_focus};
 use crate::page::dom::stage::{self, Stage};
 use crate::page::dom::tags::Tags;
+use crate::page::edit_screen::EditScreen;
 use crate::page::event::Canvas;
 use crate::page::lobby::LobbyNote;
 use crate::page::panels::{self, dialogs, emotes, zones};
@@ -134,7 +135,7 @@ impl Views {
                 [0.0, (stage_css - covered.top()).max(0.0) as f32]
             }
             // What is edited and played is one picture.
-            None if app.edited().is_some() => [0.0; 2],
+            None if app.screen.edited().is_some() => [0.0; 2],
             // The style hides the controls only after the first picture.
             None if app.picture.frozen_hud == Some(false) => [0.0; 2],
             None => self.covered_css,
@@ -156,7 +157,7 @@ impl Views {
 
     /// Shows everything that may change with every frame.
     pub fn show_frame(&mut self, app: &App) {
-        let now_ms = app.now_ms();
+        let now_ms = app.ctx.now_ms;
         let tick = if let Some(game) = app.screen.game() {
             game.replica().map(|replica| format!("{:.0}", replica.room.display.floor()))
         } else if let Some(replay) = app.screen.replay() {
@@ -184,6 +185,6 @@ pub fn view(app: &App) -> Option<&View> {
     match (app.screen.game(), app.screen.replay()) {
         (Some(game), _) => Some(game.view()),
         (_, Some(replay)) => Some(&replay.view),
-        _ => app.screen.edit_screen().map(|screen| &screen.view),
+        _ => app.screen.edit_screen().map(EditScreen::view),
     }
 }

@@ -1,4 +1,4 @@
-//! What the player does in a game: keys, pointer, gamepad and buttons of the page.
+//! Keys, pointer, gamepad and buttons of the page in a game.
 
 use super::GameScreen;
 use super::input::WheelUse;

@@ -31,7 +31,7 @@ pub enum WheelUse {
     Emote(u8),
 }
 
-/// What the player holds down and points at in one game.
+/// Keys and buttons that are held in one game, and the place that is pointed at.
 #[derive(Debug, Default)]
 pub struct GameInput {
     /// Keys, pointer and thumbs.
@@ -58,7 +58,7 @@ impl GameInput {
         self.controls.release();
     }
 
-    /// What a finger does.
+    /// Takes a change of a finger.
     pub fn touch(&mut self, pointer: &Pointer) -> Touched {
         match pointer.change {
             PointerChange::Down => self.fingers.down(pointer.id, pointer.at, pointer.canvas),

@@ -12,7 +12,7 @@ use jostle_game::scene::FieldForm;
 const RESTING: [&str; 4] = ["#palette", "#edit-tabs", "#edit-form", "#edit-code"];
 
 pub fn view(app: &App) -> View {
-    let (edits, edited) = (app.screen.edit_screen().is_some(), app.edited());
+    let (edits, edited) = (app.screen.edit_screen().is_some(), app.screen.edited());
     let mode = edited.map(|_| if edits { "edit" } else { "play" });
     let view = View::panel("editor")
         .with_or_without("", "data-editor", mode)

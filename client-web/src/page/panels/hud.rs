@@ -92,7 +92,7 @@ pub fn length(player: &ReplayPlayer) -> String {
 pub fn caps(app: &App) -> View {
     let game = app.screen.game();
     let joined_ms = game.and_then(|game| game.connection.status.joined_ms);
-    let small = joined_ms.is_some_and(|joined| app.now_ms() - joined > CAPS_LARGE_MS);
+    let small = joined_ms.is_some_and(|joined| app.ctx.now_ms - joined > CAPS_LARGE_MS);
     let caps = game.and_then(|game| {
         let replica = game.replica()?;
         let lit = (game.input.controls.buttons(), replica.room.selected_kind());
@@ -125,7 +125,7 @@ fn cap_of(cap: &tools::Cap, lit: (Buttons, Option<Kind>), settings: &Settings) -
 
 /// Answers to what the player asked for.
 pub fn answers(app: &App) -> View {
-    let (game, now_ms) = (app.screen.game(), app.now_ms());
+    let (game, now_ms) = (app.screen.game(), app.ctx.now_ms);
     let denied_ms = game.and_then(|game| game.connection.status.denied_ms);
     let denied = denied_ms.is_some_and(|at| now_ms - at <= DENIED_MS);
     let answer = say("Only the host can do that, and a host can't be removed.");
@@ -183,7 +183,7 @@ pub fn status(app: &App) -> View {
     let game = app.screen.game();
     let closing_ms = game.and_then(|game| game.connection.status.closing_ms);
     let closing = closing_ms.map(|closing_ms| {
-        let seconds = ((closing_ms - app.now_ms()) / 1000.0).ceil().max(0.0);
+        let seconds = ((closing_ms - app.ctx.now_ms) / 1000.0).ceil().max(0.0);
         let sentence = match game.is_some_and(|game| game.connection.status.is_kept) {
             true => say("Server restarting in {count} s: the game goes on right after"),
             false => say("Server restarting in {count} s"),
@@ -201,7 +201,7 @@ pub fn status(app: &App) -> View {
         .text_or_hide("#banner", closing)
         .text_or_hide("#lag-badge", badge);
     match game {
-        Some(game) => signal(view, game, app.now_ms()),
+        Some(game) => signal(view, game, app.ctx.now_ms),
         None => view,
     }
 }

@@ -3,9 +3,9 @@
 use crate::language::{fill, say};
 use crate::net::api::{self, bots_alone};
 use crate::page::app::App;
-use crate::page::best_runs::Records;
 use crate::page::lobby::Lobby;
 use crate::page::panels::round::is_raced;
+use crate::page::records::Records;
 use crate::page::strings;
 use crate::page::view::View;
 use jostle_protocol::web::{ReplayCard, RoomCard, SceneCard};
@@ -23,7 +23,7 @@ pub fn view(app: &App, unix_s: f64) -> View {
     let (lobby, records) = (&app.lobby, &app.records);
     let view = CATEGORIES.into_iter().fold(View::panel("lobby"), |view, (category, list)| {
         let on_it = lobby.scenes.iter().filter(|scene| category_of(scene) == category);
-        view.list(list, on_it.map(|scene| scene_entry(scene, records, app.is_static())))
+        view.list(list, on_it.map(|scene| scene_entry(scene, records, app.ctx.site.is_static)))
     });
     view.list("#room-list", lobby.rooms.iter().map(|room| room_entry(lobby, room)))
         .list("#replay-list", lobby.replays.iter().map(|it| replay_entry(lobby, it, unix_s)))

@@ -31,7 +31,7 @@ pub fn view(app: &App) -> View {
     if !app.panels.network {
         return view;
     }
-    view.set("#net-predict", Set::Checked(app.predicts()))
+    view.set("#net-predict", Set::Checked(app.ctx.predicts))
         .set("#net-presets", Set::Choice(app.conditions.code().into()))
 }
 
@@ -59,7 +59,7 @@ pub fn connection(app: &App) -> View {
     let dash = || "\u{2013}".to_owned();
     let ms = |ms: f64| format!("{ms:.0} ms");
     let error = |error: f32| fill("{count} units", &[("count", &format!("{error:.2}"))]);
-    let (snapshots, _) = game.connection.meter.rate(Traffic::Snapshot, app.now_ms());
+    let (snapshots, _) = game.connection.meter.rate(Traffic::Snapshot, app.ctx.now_ms);
     let lead = predictor.map(|predictor| predictor.lead_ticks() * TICK_MS);
     let waiting = predictor.map(|predictor| predictor.unacknowledged().to_string());
     let [trips, delays] = &game.connection.plots;
@@ -72,7 +72,7 @@ pub fn connection(app: &App) -> View {
         ("#net-lead", lead.map_or_else(dash, ms)),
         ("#net-error", predictor.map_or_else(dash, |predictor| error(predictor.error))),
         ("#net-waiting", waiting.unwrap_or_else(dash)),
-        ("#net-frames", format!("{} /s", game.connection.meter.frames_a_second(app.now_ms()))),
+        ("#net-frames", format!("{} /s", game.connection.meter.frames_a_second(app.ctx.now_ms))),
         ("#net-scale", ms(highest)),
     ] {
         view = view.text(at, text);
@@ -82,13 +82,13 @@ pub fn connection(app: &App) -> View {
         "d",
         delays.path(PLOT_SIZE, highest),
     );
-    kinds(view, game, app.now_ms())
+    kinds(view, game, app.ctx.now_ms)
 }
 
 pub fn figures(app: &App) -> View {
     let view = View::panel("figures");
     let Some(game) = app.screen.game().filter(|_| app.panels.figures) else { return view };
-    let now_ms = app.now_ms();
+    let now_ms = app.ctx.now_ms;
     let clock = game.membership.as_ref().map(|membership| &membership.clock);
     let ticks = |figure: fn(&Clock) -> f64| {
         fill("{count} ticks", &[("count", &format!("{:.1}", clock.map_or(0.0, figure)))])

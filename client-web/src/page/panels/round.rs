@@ -66,7 +66,7 @@ pub fn highlights(app: &App) -> View {
 /// The best run, and what came of the own one.
 pub fn record(app: &App) -> View {
     let said = Some(&*app.records.said).filter(|said| !said.is_empty());
-    let scene = app.ranked_scene();
+    let scene = app.screen.game().and_then(|game| game.ranked_scene(&app.ctx));
     let best = scene.and_then(|scene| Some((scene, app.records.best(scene)?)));
     let view = View::panel("record")
         .text_or_hide("#result-said", said.map(|said| say(said).to_owned()))

@@ -1,4 +1,4 @@
-//! What belongs to a scene and is no body: zones, with a tint on the stage and a bright edge; marks on the wall, with
+//! Things of a scene that are no bodies: zones, with a tint on the stage and a bright edge; marks on the wall, with
 //! the lamps that shine on them; and the sling.
 
 use super::stage::DrawStage;

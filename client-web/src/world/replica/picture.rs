@@ -43,7 +43,7 @@ struct Flash {
 /// The picture of a room.
 #[derive(Default)]
 pub struct RoomPicture {
-    /// What a frame draws of it.
+    /// The picture as a frame has it.
     pub drawn: FrameRoom,
     flashes: VecDeque<Flash>,
 }
@@ -254,7 +254,7 @@ fn is_next(room: &RoomView, zone: u8, round: &RoundInfo) -> bool {
     )
 }
 
-/// Who is taking a zone, and how much of the time for that has passed.
+/// The colour of the side that is taking a zone, and the share of the time for that which has passed.
 fn taken(room: &RoomView, zone: u8, spec: &ZoneSpec, round: &RoundInfo) -> Option<(u8, f32)> {
     let taking = round.takings.iter().find(|taking| taking.zone == zone)?;
     let ticks = room.display - f64::from(taking.since);

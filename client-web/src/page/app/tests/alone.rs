@@ -91,7 +91,7 @@ fn the_end_of_a_round_is_shown_once_more_and_the_game_goes_on_meanwhile() {
         browser
             .app
             .screen
-            .frame(browser.app.now_ms(), browser.app.settings.calm)
+            .frame(browser.app.ctx.now_ms, browser.app.settings.calm)
             .map(|frame| frame.copy)
     };
     let shown_copy = copy(&browser);
@@ -233,14 +233,14 @@ fn a_tick_that_takes_seconds_pauses_the_game_until_the_player_decides() {
     let mut browser = Browser::open("/", "");
     browser.say(scene_file(YARD));
     browser.wait(200);
-    browser.app.set_clock(slow_clock);
+    browser.app.ctx.clock = slow_clock;
     browser.wait(40);
     let card = browser.app.notice().expect("a card");
     assert_eq!((card.title, card.button), ("Paused", "Back to the lobby"));
     let paused = hash(&browser);
     browser.wait(400);
     assert_eq!(hash(&browser), paused, "it stands still");
-    browser.app.set_clock(|| 0.0);
+    browser.app.ctx.clock = || 0.0;
     browser.click("notice-other");
     browser.wait(400);
     assert_eq!(browser.title(), "");
@@ -248,7 +248,7 @@ fn a_tick_that_takes_seconds_pauses_the_game_until_the_player_decides() {
     // While it is edited the way back leads there.
     browser.press("KeyE", "e");
     browser.press("KeyE", "e");
-    browser.app.set_clock(slow_clock);
+    browser.app.ctx.clock = slow_clock;
     browser.wait(40);
     browser.click("notice");
     assert_eq!((browser.app.state(), browser.title()), ("editing", ""));

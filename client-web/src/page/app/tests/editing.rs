@@ -20,7 +20,7 @@ fn browser_at(hash: &str, local: &[(&str, &str)]) -> Browser {
 }
 
 fn text(browser: &Browser) -> String {
-    browser.app.edited().expect("the editor").editor.text().to_owned()
+    browser.app.screen.edited().expect("the editor").editor.text().to_owned()
 }
 
 #[test]
@@ -33,7 +33,7 @@ fn a_shipped_scene_is_edited_played_and_edited_again() {
         browser
             .app
             .screen
-            .frame(browser.app.now_ms(), browser.app.settings.calm)
+            .frame(browser.app.ctx.now_ms, browser.app.settings.calm)
             .is_some_and(|frame| !frame.room.bodies.is_empty())
     );
     browser.press("KeyE", "e");
@@ -119,7 +119,7 @@ fn a_draft_that_the_browser_does_not_take_is_told_and_offered_again() {
         let (text, base) = (Some("size = 2".to_owned()), Some("size = 1".to_owned()));
         let draft = Draft { origin: None, text, base };
         browser.say(Event::DraftKept(draft, None));
-        std::mem::take(&mut browser.app.edited_mut().expect("the editor").editor.said)
+        std::mem::take(&mut browser.app.screen.edited_mut().expect("the editor").editor.said)
     };
     assert!(refuse(&mut browser).contains("save it as a file"));
     assert_eq!(refuse(&mut browser), "", "once");
@@ -166,7 +166,7 @@ fn a_text_with_an_error_is_not_played() {
     browser.wait(100);
     browser.press("KeyE", "e");
     assert_eq!(browser.app.state(), "editing");
-    let editor = &browser.app.edited().expect("the editor").editor;
+    let editor = &browser.app.screen.edited().expect("the editor").editor;
     assert!(editor.said.starts_with("my-scene.toml:1: title: found 3"), "{}", editor.said);
     assert_eq!(editor.doc.error_bytes(), Some(0..9));
 }
@@ -214,12 +214,14 @@ fn a_refusal_of_the_server_is_an_error_of_the_text_until_that_changes() {
     browser.press("KeyE", "e");
     browser.say(Event::Answered(request, Some(answer.to_owned())));
     assert_eq!(browser.app.state(), "editing", "the error is shown where it is");
-    let editor = &browser.app.edited().expect("the editor").editor;
+    let editor = &browser.app.screen.edited().expect("the editor").editor;
     let shown = editor.doc.problem().expect("an error").to_string();
     assert_eq!(shown, "my-scene.toml:2: size: found [100, 100]; allowed: less");
     assert_eq!(editor.doc.error_bytes().map(|at| &SCENE[at]), Some("size = [100, 100]"));
     browser.say(Event::Edited(Deed::Typed(format!("{SCENE}\n"))));
-    assert!(browser.app.edited().is_some_and(|screen| screen.editor.doc.problem().is_none()));
+    assert!(
+        browser.app.screen.edited().is_some_and(|screen| screen.editor.doc.problem().is_none())
+    );
 }
 
 #[test]
@@ -290,7 +292,8 @@ fn the_link_of_what_is_on_is_shown_as_a_code_until_escape() {
     // In the editor it is that of the scene, which is too long for one if the scene is.
     let mut browser = browser_at("#edit", &[("jostle.draft", SCENE)]);
     browser.click("qr-code");
-    let link = browser.app.edited_link().expect("a link");
+    let screen = browser.app.screen.edited().expect("the editor");
+    let link = browser.app.ctx.site.scene_link(screen.editor.text());
     assert!(link.starts_with("/#scene="), "{link}");
     assert_eq!(browser.app.notice().expect("a card").code, code_of(&link));
     let mut rng = jostle_sim::Rng::new(1, 0);
@@ -322,7 +325,7 @@ fn pointed(browser: &mut Browser, change: PointerChange, id: i32, touch: bool, a
 fn world_at(browser: &mut Browser, at: [f32; 2]) -> Vec2 {
     browser.wait(50);
     let screen = browser.app.screen.edit_screen().expect("the editor");
-    screen.view.to_world(Vec2::from(at))
+    screen.view().to_world(Vec2::from(at))
 }
 
 #[test]
@@ -333,14 +336,15 @@ fn the_wheel_zooms_at_the_pointer_and_back_to_the_whole_scene() {
     assert!(has(&effects, "PreventDefault"));
     assert!((world_at(&mut browser, [500.0, 200.0]) - before).length() < 0.01);
     let height =
-        |browser: &Browser| browser.app.screen.edit_screen().map(|screen| screen.view.height);
+        |browser: &Browser| browser.app.screen.edit_screen().map(|screen| screen.view().height);
     let near = height(&browser).expect("a view");
     // The middle button drags the point that it is on.
     pointed(&mut browser, PointerChange::Down, 1, false, [500.0, 200.0]);
     pointed(&mut browser, PointerChange::Moved, 1, false, [450.0, 260.0]);
     pointed(&mut browser, PointerChange::Up, 1, false, [450.0, 260.0]);
     assert!((world_at(&mut browser, [450.0, 260.0]) - before).length() < 0.01);
-    let selected = |browser: &Browser| browser.app.edited().map(|s| s.editor.selection.len());
+    let selected =
+        |browser: &Browser| browser.app.screen.edited().map(|s| s.editor.selection.len());
     assert_eq!(selected(&browser), Some(0));
     browser.say(Event::Wheel(Vec2::new(10.0, 10.0), 6000.0));
     assert!((world_at(&mut browser, [400.0, 300.0]) - whole).length() < 0.01);
@@ -374,7 +378,7 @@ fn two_fingers_zoom_and_one_on_a_piece_drags_it() {
         pointed(&mut browser, change, id, true, at);
     }
     assert!((world_at(&mut browser, [400.0, 300.0]) - place).length() < 0.01);
-    let editor = &browser.app.edited().expect("the editor").editor;
+    let editor = &browser.app.screen.edited().expect("the editor").editor;
     let at = editor.selected().next().and_then(|piece| piece.center()).expect("a piece");
     assert!(at.x > place.x + 1.0, "{at}");
 }

@@ -1,10 +1,12 @@
 //! Games: joining, input, lost connections, refusals, hosts, dialogs, addresses.
 
 use super::*;
+use crate::page::address::Awaited;
 use crate::page::event::{Pointer, PointerChange};
 use crate::page::storage::Secret;
 use crate::view::frame::View;
 use crate::world::replica::News;
+use crate::world::room_in_page::DemoRequest;
 use jostle_protocol::{Refusal, Token};
 use jostle_sim::Vec2;
 use litemap::LiteMap;
@@ -191,7 +193,7 @@ fn a_lost_connection_is_retried_until_it_is_back() {
         browser
             .app
             .screen
-            .frame(browser.app.now_ms(), browser.app.settings.calm)
+            .frame(browser.app.ctx.now_ms, browser.app.settings.calm)
             .is_some_and(|frame| frame.dimmed),
         "still on view"
     );
@@ -480,7 +482,7 @@ fn prediction_and_simulated_networks_are_chosen_in_the_panel() {
     assert_eq!(browser.app.conditions, bad, "the network does not");
 
     let asked = Browser::open("/", "?lag=300,100,stalls&predict=0");
-    assert!(asked.app.conditions.stalls && !asked.app.predicts());
+    assert!(asked.app.conditions.stalls && !asked.app.ctx.predicts);
 }
 
 fn stick(browser: &Browser) -> Option<(Vec2, Vec2)> {

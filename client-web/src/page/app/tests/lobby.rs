@@ -115,7 +115,7 @@ fn settings_of_one_tab_reach_the_others_and_are_not_undone_by_them() {
     for key in ["volume", "calm", "predict", "name", "color"] {
         a.hear(&format!("jostle.{key}"));
     }
-    assert_eq!((a.app.sound.volume, a.app.settings.calm, a.app.predicts()), (90, true, false));
+    assert_eq!((a.app.sound.volume, a.app.settings.calm, a.app.ctx.predicts), (90, true, false));
     assert_eq!((&*a.app.appearance.name, a.app.visit.own_color), ("Bea", 5));
     assert!(a.app.visit.number > screen, "the form is filled again");
     assert_eq!(a.app.settings.pad.dead_zone, 30, "its own choice stays");

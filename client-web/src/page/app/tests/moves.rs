@@ -117,7 +117,7 @@ fn the_picture_goes_on_where_it_was_when_the_room_moved() {
         browser
             .app
             .screen
-            .frame(browser.app.now_ms(), browser.app.settings.calm)
+            .frame(browser.app.ctx.now_ms, browser.app.settings.calm)
             .is_some_and(|frame| !frame.dimmed)
     );
     assert_eq!(browser.held(), Buttons::RIGHT, "the key is still down");

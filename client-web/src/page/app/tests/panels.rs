@@ -26,7 +26,7 @@ impl Browser {
         views.push(panels::lobby::view(app, 1e9));
         views.push(panels::emotes::shown(app, &pixels, 1.0));
         views.push(panels::zones::view(app, &pixels, 1.0));
-        views.extend(app.edited().map(|screen| panels::editor::form(&screen.editor)));
+        views.extend(app.screen.edited().map(|screen| panels::editor::form(&screen.editor)));
         views
     }
 

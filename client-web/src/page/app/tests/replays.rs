@@ -144,7 +144,7 @@ fn hasty_clock() -> f64 {
 fn a_long_replay_is_read_in_slices_and_the_page_says_how_far_it_is() {
     for watched in [false, true] {
         let mut browser = if watched { watching() } else { Browser::open("/", "") };
-        browser.app.set_clock(hasty_clock);
+        browser.app.ctx.clock = hasty_clock;
         browser.say(Event::ReplayRead("long.jostle".into(), Ok(long_replay())));
         let mut seen = vec![String::new()];
         while let Some(card) = browser.app.notice() {
@@ -165,7 +165,7 @@ fn a_long_replay_is_read_in_slices_and_the_page_says_how_far_it_is() {
 #[test]
 fn leaving_ends_the_reading_of_a_replay() {
     let mut browser = Browser::open("/", "");
-    browser.app.set_clock(hasty_clock);
+    browser.app.ctx.clock = hasty_clock;
     browser.say(Event::ReplayRead("long.jostle".into(), Ok(long_replay())));
     assert_eq!(browser.app.state(), "connecting");
     browser.click("notice");
@@ -204,13 +204,13 @@ fn a_replay_of_a_scene_that_takes_seconds_a_tick_is_paused() {
     }
     let mut browser = watching();
     browser.wait(100);
-    browser.app.set_clock(slow_clock);
+    browser.app.ctx.clock = slow_clock;
     browser.wait(40);
     assert_eq!(browser.title(), "Paused");
     let paused = player(&browser).tick();
     browser.wait(400);
     assert_eq!(player(&browser).tick(), paused);
-    browser.app.set_clock(|| 0.0);
+    browser.app.ctx.clock = || 0.0;
     browser.click("notice-other");
     browser.wait(400);
     assert!(browser.title().is_empty() && player(&browser).tick() > paused);
