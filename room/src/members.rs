@@ -167,7 +167,6 @@ impl Members {
         Members { count, seats, bots, serial: 0, changes, revision: 0 }
     }
 
-    /// See [`crate::Room::join`].
     pub fn join(
         &mut self,
         appearance: Appearance,
@@ -234,7 +233,6 @@ impl Members {
         self.seats.get(&claim.seat).is_some_and(|member| member.answers_to(claim.serial))
     }
 
-    /// See [`crate::Room::disconnect`].
     pub fn disconnect(&mut self, seat: Seat, tick: u32) {
         let Some(member) = self.seats.get_mut(&seat) else { return };
         if !member.played {
@@ -245,14 +243,12 @@ impl Members {
         member.inputs.rest();
     }
 
-    /// See [`crate::Room::leave`].
     pub fn leave(&mut self, seat: Seat) {
         if !self.is_bot(seat) {
             self.remove(seat);
         }
     }
 
-    /// See [`crate::Room::dismiss_bot`].
     pub fn dismiss_bot(&mut self, seat: Seat) -> bool {
         let people = self.people();
         let is_gone = self.bots.as_mut().is_some_and(|bots| bots.dismiss(seat, people));
@@ -275,7 +271,6 @@ impl Members {
         }
     }
 
-    /// See [`crate::Room::input`].
     pub fn input(&mut self, seat: Seat, seq: u32, input: Input, tick: u32) -> bool {
         let member = self.seats.get_mut(&seat).filter(|member| member.lost_tick.is_none());
         member.is_some_and(|member| {

@@ -50,9 +50,9 @@ pub struct ServerState {
 
 /// Limits on what each address may do, so that none takes what all share.
 pub struct AddressShares {
-    /// TCP connections.
+    /// TCP connections at a time.
     pub connections: Arc<ConnectionLimits>,
-    /// Game sockets.
+    /// Game sockets at a time.
     pub sessions: Arc<ConnectionLimits>,
     /// Long bodies that are being received.
     pub long_bodies: Arc<ConnectionLimits>,

@@ -33,7 +33,6 @@ pub enum RoomOrigin {
     Saved(Box<SavedRoom>),
 }
 
-/// An open room.
 pub struct OpenRoom {
     pub host: Arc<Host>,
     pub info: Arc<RoomInfo>,

@@ -35,7 +35,7 @@ pub enum RoomEnd {
     Elsewhere,
     /// The thread did not answer, and the room was closed without it.
     GivenUp,
-    /// It panicked.
+    /// Its thread panicked, in a tick or before.
     Failed,
 }
 
