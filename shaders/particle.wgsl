@@ -30,6 +30,6 @@ fn vertex(in: Vertex) -> Varying {
 @fragment
 fn fragment(in: Varying) -> @location(0) vec4f {
     let texel = textureSampleLevel(sprite, sprite_sampler, in.uv, 0.0);
-    // The blend state leaves the target's alpha alone: the canvas stays opaque.
+    // The blend state leaves the target's alpha unchanged, so the canvas stays opaque.
     return vec4f(texel.rgb * texel.a * in.tint, 0.0);
 }

@@ -1,14 +1,14 @@
-// Everything that is not a particle: one quad each, shaped by a signed distance. Colours come out
-// premultiplied; additive light is a colour with alpha 0.
+// Everything except particles: one quad each, shaped by a signed distance field. Output colours are premultiplied;
+// additive light has alpha 0.
 
 struct Vertex {
     @builtin(vertex_index) index: u32,
     // Centre and half extent of the shape, world units.
     @location(0) center: vec2f,
     @location(1) half: vec2f,
-    // Cosine and sine of its turn.
+    // Cosine and sine of the rotation.
     @location(2) axis: vec2f,
-    // Corner radius; width of a soft or drawn edge; world units.
+    // Corner radius, and width of the soft or drawn edge; world units.
     @location(3) rounding: vec2f,
     @location(4) fill: vec4f,
     @location(5) edge: vec4f,
@@ -25,11 +25,11 @@ struct Varying {
     @location(5) @interpolate(flat, either) edge: vec4f,
     @location(6) @interpolate(flat, either) kind: u32,
     @location(7) world: vec2f,
-    // Direction to the light from glowing things, shorter where it comes from everywhere.
+    // Direction towards the light of glowing things; shorter if the light is diffuse.
     @location(8) toward: vec2f,
 }
 
-// The same numbers as `draw::vertex::SolidKind`: first flat shapes, then matte ones.
+// The numbers match `draw::vertex::SolidKind`: flat shapes first, then matte ones.
 const BOX = 0u;
 const OVAL = 1u;
 const SHADOW_BOX = 2u;
@@ -80,7 +80,7 @@ fn box_distance(p: vec2f, half: vec2f, radius: f32) -> f32 {
     return length(max(q, vec2f(0.0))) + min(max(q.x, q.y), 0.0) - radius;
 }
 
-// Outward direction of the box's distance.
+// Outward direction of the box's distance function.
 fn box_outward(p: vec2f, half: vec2f, radius: f32) -> vec2f {
     let q = abs(p) - half + radius;
     let side = select(vec2f(0.0, 1.0), vec2f(1.0, 0.0), q.x > q.y);
@@ -89,18 +89,18 @@ fn box_outward(p: vec2f, half: vec2f, radius: f32) -> vec2f {
     return out * sign(p);
 }
 
-// First-order distance to an ellipse: exact for a circle, and on the rim of any.
+// First-order distance to an ellipse, exact for circles and on the boundary.
 fn oval_distance(p: vec2f, half: vec2f) -> f32 {
     let k = length(p / half);
     return k * (k - 1.0) / max(length(p / (half * half)), 1e-6);
 }
 
-// A disc with a point behind it, at -x: the hull of the disc and the tip.
+// A disc with a tip behind it at -x: the convex hull of the disc and the tip.
 fn drop_distance(p: vec2f, radius: f32, tip: f32) -> f32 {
     let q = vec2f(p.x, abs(p.y));
     let slope = radius / tip;
     let along = sqrt(max(1.0 - slope * slope, 0.0));
-    // Beyond the tangent point the disc is nearest, before it the straight side.
+    // Beyond the tangent point the disc is nearest; before it, the straight side is.
     if q.x * along + q.y * slope > 0.0 {
         return length(q) - radius;
     }
@@ -148,8 +148,7 @@ fn crate_shade(local: vec2f, half: vec2f) -> f32 {
     return (1.0 - 0.16 * recess) * (1.0 - 0.30 * max(groove, plank));
 }
 
-// Matte clay under a lamp. Software GL runs every branch for every fragment: what the kinds share
-// is written once.
+// Matte clay under a lamp. Software GL runs every branch for every fragment, so shared code appears only once.
 fn matte(in: Varying, d: f32) -> vec3f {
     let least = min(in.half.x, in.half.y);
     var bevel = clamp(0.35 * least, 0.5, 2.6);
@@ -166,7 +165,7 @@ fn matte(in: Varying, d: f32) -> vec3f {
     let outward = select(
         box_outward(in.local, in.half, radius), from_middle / length(from_middle), round,
     );
-    // Walls have sharp corners and no bevel: they join without a seam.
+    // Walls have sharp corners and no bevel, so that they join without a seam.
     let wall = in.kind == SLAB && in.rounding.x == 0.0;
     let rim = select(1.0 - clamp(-d / bevel, 0.0, 1.0), 0.0, wall);
     let slope = turn(outward, in.axis) * rim * rim;
@@ -183,7 +182,7 @@ fn matte(in: Varying, d: f32) -> vec3f {
         color *= crate_shade(in.local, in.half);
     }
     if in.kind == SLAB {
-        // One lighter edge on top; walls run on into the dark outside of the world.
+        // One lighter edge on top. Walls continue into the dark outside the world.
         let unit = globals.unit_per_pixel;
         let top = clamp((in.local.y - in.half.y + 0.55) / max(unit, 0.1) + 0.5, 0.0, 1.0);
         color = mix(color, in.edge.rgb * (0.55 + color), 0.85 * top * in.edge.a);
@@ -198,11 +197,11 @@ fn fragment(in: Varying) -> @location(0) vec4f {
     let unit = globals.unit_per_pixel;
     let soft = in.rounding.y;
     var d = signed_distance(in);
-    // Covered up to `low`, clear from `high` on.
+    // Fully covered below `low`, fully clear above `high`.
     var low = -0.5 * unit;
     var high = 0.5 * unit;
     var alpha = in.fill.a;
-    // Of light that is added instead of covering.
+    // The share of light that is added instead of covering the background.
     var additive = 0.0;
     switch in.kind {
         case SHADOW_BOX, SHADOW_OVAL: {
@@ -210,7 +209,7 @@ fn fragment(in: Varying) -> @location(0) vec4f {
             high = soft;
         }
         case RING_BOX, RING_OVAL: {
-            // A line with its middle on the outline; the part past its width fades.
+            // A line centred on the outline; the part beyond its width fades out.
             d = abs(d);
             low = max(0.5 * in.edge.a * soft, 0.5 * unit);
             high = low + max(soft - low, unit);
@@ -221,7 +220,7 @@ fn fragment(in: Varying) -> @location(0) vec4f {
             additive = 1.0;
         }
         case TRAIL: {
-            // Wide and opaque with a round head at +x, thin and clear at -x.
+            // Wide and opaque with a round head at +x, thin and transparent at -x.
             let along = clamp(in.local.x / in.half.x * 0.5 + 0.5, 0.0, 1.0);
             let head = min((1.0 - along) * 2.0 * in.half.x / in.half.y, 1.0);
             d = abs(in.local.y) - in.half.y * along * sqrt(head * (2.0 - head));

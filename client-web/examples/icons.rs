@@ -1,12 +1,12 @@
-//! Paints the page's icons in `assets/sprites`, a hero who looks at you:
-//! `cargo run -p jostle-client-web --example icons`. Only + - * / and sqrt, so that every machine
-//! paints the same pixels.
+//! Paints the page's icons, a hero facing the viewer, into `assets/sprites`:
+//! `cargo run -p jostle-client-web --example icons`.
+//! It uses only + - * / and sqrt, so every machine paints the same pixels.
 
 use jostle_client_web::view::palette::{self, INK, PAPER, PLAYERS, Rgb};
 use jostle_sim::Vec2;
 
-/// File names, sides in pixels, and whether the system cuts the corners: browser tab, touch screen, installed page,
-/// splash screen.
+/// File names, side lengths in pixels, and whether the system may crop the corners. In order: browser tab, touch
+/// screen, installed page, splash screen.
 const ICONS: [(&str, u32, bool); 5] = [
     ("favicon.png", 64, false),
     ("icon-180.png", 180, false),
@@ -14,10 +14,10 @@ const ICONS: [(&str, u32, bool); 5] = [
     ("icon-512.png", 512, false),
     ("icon-full-512.png", 512, true),
 ];
-/// Of an icon that is cut only this share of each side is sure to be seen.
+/// Share of each side of a cropped icon that is guaranteed to be visible.
 const SURE: f32 = 0.8;
 
-/// Samples a pixel on each axis.
+/// Samples per pixel on each axis.
 const SAMPLES: u32 = 4;
 
 fn main() -> std::io::Result<()> {
@@ -74,7 +74,7 @@ fn pixel([column, row]: [u32; 2], side: u32, is_cut: bool) -> [u8; 4] {
     [mean[0], mean[1], mean[2], alpha as u8]
 }
 
-/// Colour of a point, `None` outside of the ground's round corners.
+/// The colour at a point; `None` outside the ground's rounded corners.
 fn paint(point: Vec2) -> Option<Rgb> {
     if rounded_box(point, Vec2::ONE, 0.44) > 0.0 {
         return None;
@@ -95,7 +95,7 @@ fn paint(point: Vec2) -> Option<Rgb> {
     }))
 }
 
-/// The ground behind the hero, which goes on beyond the corners.
+/// The ground behind the hero. It continues beyond the corners.
 fn ground(point: Vec2) -> Rgb {
     let height = (point.y.clamp(-1.0, 1.0) + 1.0) * 0.5;
     palette::mix(INK[0], INK[2], height * height)

@@ -1,5 +1,5 @@
-//! Writes `web/palette.css` from the palette: `cargo run -p jostle-client-web --example palette`. A test
-//! fails while the two differ.
+//! Writes `web/palette.css` from the palette: `cargo run -p jostle-client-web --example palette`. A test fails if the
+//! file differs from the palette.
 
 fn main() -> std::io::Result<()> {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/web/palette.css");

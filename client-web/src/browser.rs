@@ -1,4 +1,4 @@
-//! The browser outside of the document: window, timers, storage, console.
+//! Browser APIs other than the document: window, timers, storage, console.
 
 use litemap::LiteMap;
 use std::cell::Cell;
@@ -16,12 +16,12 @@ pub fn now_ms() -> f64 {
     window().performance().map_or(0.0, |performance| performance.now())
 }
 
-/// Whether a media query holds.
+/// Whether a media query matches.
 pub fn media(query: &str) -> bool {
     window().match_media(query).ok().flatten().is_some_and(|list| list.matches())
 }
 
-/// Calls `react` at this interval, for as long as the page lives.
+/// Calls `react` at this interval for as long as the page is open.
 pub fn every(interval_ms: i32, react: impl Fn() + 'static) {
     let closure = Closure::<dyn Fn()>::new(react);
     window()
@@ -41,12 +41,12 @@ pub fn after(delay_ms: i32, react: impl FnOnce() + 'static) {
         .expect("a window has timers");
 }
 
-/// Storage of the browser for this site, if it is allowed.
+/// The browser's storage for this site, if allowed.
 pub fn local_storage() -> Option<Storage> {
     window().local_storage().ok().flatten()
 }
 
-/// Storage of this tab, if it is allowed.
+/// The storage of this tab, if allowed.
 pub fn session_storage() -> Option<Storage> {
     window().session_storage().ok().flatten()
 }
@@ -60,7 +60,7 @@ pub fn stored(storage: Option<&Storage>) -> LiteMap<String, String> {
         .collect()
 }
 
-/// Writes a line for developers.
+/// Writes a warning to the developer console.
 pub fn warn(text: &str) {
     web_sys::console::warn_1(&JsValue::from_str(text));
 }
@@ -79,8 +79,9 @@ extern "C" {
     ) -> Result<(), JsValue>;
 }
 
-/// Does work that may panic by no mistake of the page; `None` if it did. A panic is a trap, which ends the calls up to
-/// the nearest JavaScript: here that is within. What the work owned is leaked, as it may be half changed.
+/// Runs work that may panic through no fault of the page; returns `None` if it does. A panic is a WebAssembly trap,
+/// which unwinds to the nearest JavaScript frame; the call through `Reflect.apply` provides one. Values owned by the
+/// work are leaked, since they may be half changed.
 pub fn attempt<R>(work: impl FnOnce() -> R) -> Option<R> {
     let (mut work, mut result) = (Some(work), None);
     ends_well(&mut || result = work.take().map(|work| work())).then_some(result)?
@@ -93,7 +94,7 @@ fn ends_well(work: &mut dyn FnMut()) -> bool {
     ended.is_ok()
 }
 
-/// Whether a panic now would end an [`attempt`] alone.
+/// Whether a panic now would end only the current [`attempt`].
 pub fn is_in_attempt() -> bool {
     IN_ATTEMPT.get()
 }

@@ -1,4 +1,4 @@
-//! The scene editor: pieces of a scene in the picture beside its text, of which the text is the truth.
+//! The scene editor: shows the pieces of a scene in the picture next to the scene's text. The text is authoritative.
 //!
 //! All of it is plain Rust without a browser. [`text`] finds the pieces in the text of a [`document`], [`edit`] changes
 //! bytes of it, [`history`] undoes that, [`snap`] aligns, and [`update`] takes what the pointer, the keys

@@ -1,4 +1,4 @@
-//! Keys, pointer, gamepads and thumbs become inputs, and inputs leave for the server.
+//! Turns keys, pointers, gamepads and touches into inputs and sends them to the server.
 
 pub mod action;
 pub mod bindings;

@@ -1,22 +1,22 @@
-//! The page's languages. English stands in the program and in `index.html`, and is the key of every other
-//! language: a file of `web` that holds each sentence in both, and is fetched when it is first used.
+//! The languages of the page. English texts are in the code and in `index.html` and serve as keys. Every other language
+//! is a file in `web` with each sentence in both languages, fetched when first used.
 //!
-//! A sentence of the program goes through [`say`], or through [`fill`] if it has placeholders. A test finds those
-//! that a language lacks.
+//! Sentences in the code go through [`say`], or through [`fill`] if they have placeholders. A test finds sentences that
+//! lack a translation.
 
 use std::cell::RefCell;
 
 thread_local! {
-    /// The sentences of the language; a few hundred, and some tens are said in a frame.
+    /// The sentences of the current language. A frame looks up some tens of a few hundred.
     static TABLE: RefCell<Vec<(&'static str, &'static str)>> = const { RefCell::new(Vec::new()) };
 }
 
-/// Takes over the sentences of a language's file; without any the page speaks English.
+/// Loads the sentences of a language file. With an empty file, the page is in English.
 pub fn speak(file: &'static str) {
     TABLE.with_borrow_mut(|table| *table = pairs(file).collect());
 }
 
-/// An English sentence in the page's language; a sentence that is not known stays as it is.
+/// Translates an English sentence; unknown sentences are returned unchanged.
 #[inline(never)]
 pub fn say(english: &str) -> &str {
     let known = |table: &Vec<(&str, &'static str)>| {
@@ -25,7 +25,7 @@ pub fn say(english: &str) -> &str {
     TABLE.with_borrow(known).unwrap_or(english)
 }
 
-/// An English sentence in the page's language, with its `{placeholders}` replaced by what they stand for.
+/// Translates an English sentence and replaces its `{placeholders}`.
 #[inline(never)]
 pub fn fill(english: &str, parts: &[(&str, &str)]) -> String {
     let mut rest = say(english);
@@ -38,7 +38,7 @@ pub fn fill(english: &str, parts: &[(&str, &str)]) -> String {
     filled + rest
 }
 
-/// The parts of an English sentence before and after its placeholder, in the page's language.
+/// Translates an English sentence and splits it at its placeholder.
 pub fn around(english: &str) -> (&str, &str) {
     let sentence = say(english);
     placeholder(sentence).map_or((sentence, ""), |(before, _, after)| (before, after))
@@ -51,7 +51,7 @@ fn placeholder(text: &str) -> Option<(&str, &str, &str)> {
     Some((before, name, after))
 }
 
-/// The entries of a file: a line of English, and below it the other language after a tab. Lines that begin with
+/// The entries of a language file: a line of English, and below it the translation after a tab. Lines that begin with
 /// `#` are comments.
 fn pairs(file: &str) -> impl Iterator<Item = (&str, &str)> {
     let mut lines = file.lines().filter(|line| !line.is_empty() && !line.starts_with('#'));

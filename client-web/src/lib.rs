@@ -1,8 +1,8 @@
-//! The web client: a thin client of a room, replays, and rooms inside the page.
+//! The web client: a thin client for rooms on a server, a replay player, and rooms that run inside the page.
 //!
-//! Everything that needs no browser (time, snapshots, camera, input, texts, and every change of the
-//! page's state) is plain Rust with tests; only the modules that touch the browser are for wasm alone.
-//! Other programs use what draws, replays and rooms in the page.
+//! Everything that does not need a browser (time, snapshots, camera, input, texts, and every change of the page's
+//! state) is plain Rust with tests. Only the modules that call browser APIs are limited to wasm. Other programs use the
+//! drawing, the replays and the in-page rooms.
 
 #[cfg(target_arch = "wasm32")]
 mod browser;

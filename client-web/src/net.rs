@@ -1,4 +1,4 @@
-//! The way to the server: sockets and HTTP answers, when to reconnect, and time as the snapshots tell it.
+//! The connection to the server: sockets, HTTP calls, reconnecting, and the clock derived from snapshots.
 
 pub mod api;
 pub mod clock;

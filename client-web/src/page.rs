@@ -1,6 +1,6 @@
-//! The page: [`app::App`] is its state and [`event`] its vocabulary, both plain Rust; `dom` draws the
-//! state into the document, and `shell` moves events and effects between the two. Only the
-//! latter exist on wasm alone.
+//! The page: [`app::App`] is its state and [`event`] defines its events and effects, both plain Rust. `dom` renders the
+//! state into the document, and `shell` carries events and effects between the two. Only `dom` and `shell` require
+//! wasm.
 
 mod address;
 mod app;

@@ -1,5 +1,5 @@
-//! Sound without recordings. The copy of the room reports [`cue::Cue`]s, the [`mixer::Mixer`] decides which of
-//! them become voices, and the player makes these of tones and noise, as [`patch`] says. Mixer and patches are
+//! Sound without recordings. The room's replica reports [`cue::Cue`]s, the [`mixer::Mixer`] decides which of them
+//! become voices, and the player synthesises these from tones and noise as defined in [`patch`]. Mixer and patches are
 //! plain data and functions of events and time; only the player needs a browser.
 
 pub mod cue;

@@ -1,4 +1,4 @@
-//! Drawing: what one frame shows, where the camera is, the vertices of a frame, and the GPU.
+//! Drawing: the contents of a frame, the camera, vertices, and the GPU.
 
 pub mod camera;
 pub mod draw;

@@ -1,4 +1,4 @@
-//! The page's copy of a room, the prediction of the own hero, and rooms that run inside the page.
+//! The page's replica of a room, prediction of the player's hero, and rooms that run inside the page.
 
 pub mod ghost;
 pub mod highlight_player;

@@ -1,6 +1,6 @@
-// Loads the client and hands its test hooks to the window. Everything else is in the wasm.
+// Loads the client and exposes its test hooks on the window. Everything else is in the wasm module.
 const play = document.getElementById("play");
-// Before the client listens, the form would load the page again.
+// Until the client listens, submitting the form would reload the page.
 play.disabled = true;
 
 try {
@@ -9,7 +9,7 @@ try {
   window.jostle = { drop_socket, own_place, particle_digests, rendered_sound, state, to_page };
   play.disabled = false;
 } catch (error) {
-  // No WebAssembly, or the download failed: say so instead of showing an empty page.
+  // WebAssembly is missing or the download failed: show an error instead of an empty page.
   const root = document.documentElement;
   root.dataset.state = "unsupported";
   document.getElementById("notice-title").textContent = "Couldn't start";

@@ -1,5 +1,5 @@
-//! Drawing without a window, for pictures and tests: a software or hardware adapter, a target in
-//! memory, and its pixels. It asks for the limits of WebGL2, so that what works here works in the page.
+//! Rendering without a window, for pictures and tests: a software or hardware adapter, an offscreen target, and its
+//! pixels. It requests the limits of WebGL 2, so whatever works here works in the page.
 //!
 //! ```no_run
 //! # use jostle_client_web::{replay::player::ReplayPlayer, view::draw::DrawList};
@@ -19,7 +19,7 @@ use jostle_client_web::view::render::Renderer;
 use std::pin::pin;
 use std::task::{Context, Poll, Waker};
 
-/// The one target format, as in the page.
+/// The target format, the same as in the page.
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 
 /// Why a picture could not be drawn.
@@ -28,10 +28,10 @@ pub enum HeadlessError {
     /// Neither Vulkan nor GL offers an adapter.
     #[error("found no Vulkan or GL adapter (Mesa's software drivers will do): {0}")]
     NoAdapter(wgpu::RequestAdapterError),
-    /// The adapter gives no device with WebGL2's limits.
+    /// The adapter provides no device with WebGL 2's limits.
     #[error("the adapter gives no device: {0}")]
     NoDevice(wgpu::RequestDeviceError),
-    /// The adapter has no targets as large as the picture.
+    /// The adapter does not support targets as large as the picture.
     #[error("the adapter draws pictures of at most {side_max} x {side_max} pixels")]
     TooLarge {
         /// Largest width and height, pixels.
@@ -42,7 +42,7 @@ pub enum HeadlessError {
     ReadBack(String),
 }
 
-/// A picture: RGBA, four bytes a pixel, top row first.
+/// A picture in RGBA, four bytes per pixel, top row first.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Picture {
     /// Width and height in pixels.
@@ -58,7 +58,7 @@ impl Picture {
         [self.rgba[at], self.rgba[at + 1], self.rgba[at + 2], self.rgba[at + 3]]
     }
 
-    /// The picture as a PNG file, without its alpha.
+    /// Encodes the picture as a PNG file without alpha.
     pub fn png(&self) -> Result<Vec<u8>, png::EncodingError> {
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, self.size[0], self.size[1]);
@@ -76,14 +76,14 @@ impl Picture {
 pub struct Headless {
     device: wgpu::Device,
     queue: wgpu::Queue,
-    /// The pipelines, to see what was made.
+    /// The renderer; its pipelines show which resources were created.
     pub renderer: Renderer,
     /// Name of the adapter and its backend.
     pub adapter: String,
 }
 
 impl Headless {
-    /// Opens the first adapter that Vulkan or GL offers.
+    /// Opens the first adapter offered by Vulkan or GL.
     pub fn open() -> Result<Headless, HeadlessError> {
         let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
         descriptor.backends = wgpu::Backends::VULKAN | wgpu::Backends::GL;
@@ -103,7 +103,7 @@ impl Headless {
         Ok(Headless { device, queue, renderer, adapter })
     }
 
-    /// Draws a list into a new target and reads it back.
+    /// Draws a list into a new target and reads back the pixels.
     pub fn picture(&mut self, size: [u32; 2], list: &DrawList) -> Result<Picture, HeadlessError> {
         let side_max = self.device.limits().max_texture_dimension_2d;
         if size[0] > side_max || size[1] > side_max {
@@ -126,7 +126,7 @@ impl Headless {
 
     fn read_back(&self, target: &wgpu::Texture) -> Result<Picture, HeadlessError> {
         let (width, height) = (target.width(), target.height());
-        // Rows of a copy are padded to multiples of 256 bytes.
+        // Copied rows are padded to multiples of 256 bytes.
         let row = (width * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
         let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("read back"),
@@ -162,7 +162,7 @@ impl Headless {
     }
 }
 
-/// Waits for a future of wgpu: natively they are ready at once.
+/// Waits for a wgpu future. Native ones are ready immediately.
 fn wait<F: Future>(future: F) -> F::Output {
     let mut future = pin!(future);
     let mut context = Context::from_waker(Waker::noop());

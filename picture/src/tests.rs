@@ -1,4 +1,4 @@
-//! Drawing without a window on whatever adapter there is.
+//! Tests rendering without a window on any available adapter.
 
 use super::{Headless, Picture};
 use jostle_client_web::replay::player::ReplayPlayer;
@@ -11,7 +11,7 @@ use std::fs;
 use std::io::BufReader;
 use std::path::Path;
 
-/// Far outside of the world, where the ground is one dark colour.
+/// A point far outside the world, where the ground has a uniform dark colour.
 const DARK: Vec2 = Vec2::new(-9000.0, -9000.0);
 const SIZE: [u32; 2] = [64, 64];
 
@@ -46,7 +46,7 @@ fn draw(headless: &mut Headless, frame: &Frame) -> Picture {
     headless.picture(SIZE, &list).expect("the picture can be read back")
 }
 
-/// Motionless particles of one tint, all at one point.
+/// Motionless particles with one tint at a single point.
 fn heap(count: u16, tint: [f32; 3], at: Vec2) -> Particles {
     let [r, g, b] = tint;
     let recipe = Recipe {
@@ -99,7 +99,7 @@ fn drawing_after_particles_has_normal_alpha() {
     }
     let bounds = Frame { bounds: true, ..frame(DARK, &square, &particles) };
     let picture = draw(&mut headless, &bounds);
-    // The left side of the box, 10 units from the middle, is a line over saturated particles.
+    // The left side of the box, 10 units from the centre, is drawn over saturated particles.
     let red = (14..18).any(|x| picture.pixel(x, 32)[0] > 150 && picture.pixel(x, 32)[1] < 60);
     assert!(red, "{:?}", [14, 15, 16, 17].map(|x| picture.pixel(x, 32)));
 }
@@ -156,7 +156,7 @@ fn body(kind: Kind, shape: Shape) -> FrameBody {
     }
 }
 
-/// The page draws the same tick in the same view, and is compared with the same file by the browser tests.
+/// The browser tests compare the page's drawing of the same tick in the same view with the same file.
 #[test]
 fn a_tick_of_a_golden_replay_looks_as_it_does_in_the_page() {
     let goldens = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/goldens");

@@ -12,28 +12,28 @@ use jostle_sim::{Shape, Vec2};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// File name of a scene without a title.
+/// The file name of a scene without a title.
 pub const FILE: &str = "my-scene.toml";
 
-/// A leg of a piece's path: the piece, and the number of the leg's first point.
+/// A leg of a piece's path: the piece and the index of the leg's first point.
 pub type Leg = (PieceId, usize);
 
 /// The text of a scene, and its steps.
 pub struct SceneDocument {
     text: String,
-    /// Name of the file that the text would be saved in.
+    /// The name of the file to which the text would be saved.
     pub file: String,
-    /// The pieces of the text, or of the last that was TOML.
+    /// The pieces of the text, or of its last version that was valid TOML.
     pub sheet: Sheet,
     /// The text is TOML.
     pub is_toml: bool,
-    /// The last text that was a scene.
+    /// The last version of the text that was a valid scene.
     pub scene: Option<Arc<Scene>>,
-    /// Why the text is no scene, if it is none.
+    /// Why the text is not a valid scene.
     pub error: Option<SceneError>,
-    /// Why a server opened no room with this text.
+    /// Why a server refused to open a room with this text.
     pub refusal: Option<SceneError>,
-    /// The text changed since it was checked.
+    /// Whether the text changed since it was last checked.
     unchecked: bool,
     history: History,
     /// Counts changes of the text.
@@ -69,13 +69,13 @@ impl SceneDocument {
         self.history.can()
     }
 
-    /// The error that is shown: of the text, or of a server about it.
+    /// The error to show: one in the text, or one that a server reported.
     pub fn problem(&self) -> Option<&SceneError> {
         let error = self.error.as_ref().or(self.refusal.as_ref());
         error.filter(|_| !self.text.is_empty())
     }
 
-    /// Checks the text if it changed; whether it did.
+    /// Checks the text if it changed; returns whether it did.
     pub fn check(&mut self) -> bool {
         if !std::mem::take(&mut self.unchecked) {
             return false;
@@ -87,7 +87,7 @@ impl SceneDocument {
         true
     }
 
-    /// Gives the file another name, if it is one that a scene may have.
+    /// Renames the file if the name is valid for a scene.
     pub fn rename(&mut self, file: &str) {
         if is_name(file.trim_end_matches(".toml")) {
             self.file = format!("{}.toml", file.trim_end_matches(".toml"));
@@ -95,7 +95,8 @@ impl SceneDocument {
         }
     }
 
-    /// The bytes that the error is about: the value of its field on its line, or what else is on that line.
+    /// The bytes that the error is about: the field's value if it is on the error's line, otherwise the rest of that
+    /// line.
     pub fn error_bytes(&self) -> Option<Range<usize>> {
         let error = self.problem()?;
         if let Some(at) = self
@@ -118,7 +119,7 @@ impl SceneDocument {
         Some(start + from..start + from + rest.len())
     }
 
-    /// The bytes of a field that is there, from its name on.
+    /// The bytes of an existing field, starting at its name.
     fn field_bytes(&self, path: &str) -> Option<Range<usize>> {
         let Spot::There { value, whole } = field::find(&self.text, path)? else { return None };
         let blanks = self.text[whole.start..].len() - self.text[whole.start..].trim_start().len();
@@ -166,7 +167,7 @@ impl SceneDocument {
         }
     }
 
-    /// Ends a gesture that began with `base`.
+    /// Records a gesture that began with the text `base` in the history.
     pub fn note(&mut self, base: &str) {
         self.history.note(base, &self.text);
     }
@@ -185,7 +186,7 @@ impl SceneDocument {
         changed
     }
 
-    /// The name of a piece, and where it is.
+    /// The name and position of a piece.
     pub fn name_of(&self, piece: &Piece) -> String {
         let place = piece
             .center()
@@ -195,7 +196,7 @@ impl SceneDocument {
         format!("{name}{}{}", place.unwrap_or_default(), stuck.unwrap_or_default())
     }
 
-    /// The name of a piece: its kind, and its name or number.
+    /// The short name of a piece: its kind, and its name or number.
     pub fn short_name(&self, piece: &Piece) -> String {
         let kind = if piece.kind == "dumb" { say("marble") } else { say(&piece.kind) };
         match &piece.name {
@@ -209,7 +210,7 @@ impl SceneDocument {
         unit_of(self.world())
     }
 
-    /// Width and height of the world.
+    /// The width and height of the world.
     pub fn world(&self) -> Vec2 {
         let known = self.scene.as_ref().map(|scene| scene.size);
         self.sheet.world.or(known).unwrap_or(Vec2::new(320.0, 180.0))
@@ -220,7 +221,7 @@ impl SceneDocument {
         (at / unit).round() * unit
     }
 
-    /// The shape of a piece: that of its text, or of the last scene.
+    /// The shape of a piece, from its text or from the last valid scene.
     pub fn shape(&self, piece: &Piece) -> Option<Shape> {
         if piece.shape().is_some() {
             return piece.shape();
@@ -236,7 +237,7 @@ impl SceneDocument {
         }
     }
 
-    /// The rectangle around a piece.
+    /// The bounding rectangle of a piece.
     pub fn extents(&self, piece: &Piece) -> Option<Extents> {
         let half = self.shape(piece).map_or(Vec2::ZERO, |shape| shape.half_extent());
         Some(Extents::around(piece.center()?, half))
@@ -254,7 +255,7 @@ impl SceneDocument {
         hits.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, id)| id)
     }
 
-    /// The leg of a path at a point.
+    /// The path leg at a point.
     pub fn leg_at(&self, at: Vec2, reach: f32) -> Option<Leg> {
         let legs = self.sheet.pieces.iter().flat_map(|piece| {
             let ends = path_of(piece).windows(2).enumerate();
@@ -270,7 +271,7 @@ impl SceneDocument {
         near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, leg)| leg)
     }
 
-    /// Whether the picture, which is that of the last scene, has a body as the text says.
+    /// Whether the last valid scene, which the picture shows, has this body as the text describes it.
     pub fn is_shown(&self, piece: &Piece, shape: Shape) -> bool {
         let body = self.scene.as_ref().and_then(|scene| scene.bodies.get(piece.id.index));
         let same = body.is_some_and(|body| {
@@ -282,7 +283,7 @@ impl SceneDocument {
     }
 }
 
-/// Where a line sets a field.
+/// The offset in a line at which a field is set.
 fn key_in(line: &str, field: &str) -> Option<usize> {
     let is_key = |(at, _): &(usize, &str)| {
         let before = line[..*at].trim_end();
@@ -295,7 +296,7 @@ fn key_in(line: &str, field: &str) -> Option<usize> {
     line.match_indices(field).find(is_key).map(|(at, _)| at)
 }
 
-/// A line without what a comment says, and without blanks at its end.
+/// A line without its comment and trailing whitespace.
 fn uncommented(line: &str) -> &str {
     let mut quote = None;
     for (at, letter) in line.char_indices() {
@@ -313,7 +314,7 @@ fn short(value: f32) -> String {
     rounded(value, 2)
 }
 
-/// The points that a piece's path goes through.
+/// The points of a piece's path.
 pub fn path_of(piece: &Piece) -> &[Point] {
     match &piece.place {
         Some(Place::Path(points)) => points,

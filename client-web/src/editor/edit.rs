@@ -1,4 +1,4 @@
-//! Changes of a text: bytes that are replaced by others. Everything else stays as it is.
+//! Text edits that replace ranges of bytes and leave everything else unchanged.
 
 use super::number::written;
 use super::text::{Extent, Number, Piece, Place, Point, Sheet, line_end, line_start};
@@ -6,7 +6,7 @@ use jostle_sim::Vec2;
 use jostle_sim::short_sort::sort_few;
 use std::ops::Range;
 
-/// Bytes of a text, and what comes in their place.
+/// A range of bytes and the text that replaces it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Splice {
     pub at: Range<usize>,
@@ -14,7 +14,7 @@ pub struct Splice {
 }
 
 impl Splice {
-    /// Puts something at a byte.
+    /// Inserts text at a byte offset.
     pub fn insert(at: usize, with: impl Into<String>) -> Splice {
         Splice { at: at..at, with: with.into() }
     }
@@ -24,14 +24,14 @@ impl Splice {
     }
 }
 
-/// The text after some splices, in any order. Of two that overlap the first takes the bytes of both.
+/// Applies splices in any order. If two overlap, the first one replaces the bytes of both.
 pub fn apply(text: &str, mut splices: Vec<Splice>) -> String {
     let place = |splice: &Splice| (splice.at.start, splice.at.end);
     sort_few(&mut splices, |one, other| place(one) < place(other));
     let mut new = String::with_capacity(text.len() + 64);
     let mut from = 0;
     for Splice { at, with } in splices {
-        // One that lies within another, as a table of a table does, went with it.
+        // A splice inside an earlier one, such as a table within a removed table, is already covered.
         if at.start < from && at.end <= from {
             continue;
         }
@@ -43,14 +43,14 @@ pub fn apply(text: &str, mut splices: Vec<Splice>) -> String {
     new
 }
 
-/// Gives a number of the text another value, with at most `decimals` digits after the point.
+/// Sets a number in the text to another value, with at most `decimals` digits after the point.
 pub fn set_number(text: &str, number: &Number, value: f32, decimals: u32) -> Option<Splice> {
     let before = &text[number.at.clone()];
     let with = written(value, decimals, before);
     (with != before).then(|| Splice { at: number.at.clone(), with })
 }
 
-/// Gives two numbers other values.
+/// Sets the two numbers of a point.
 pub fn set_point(text: &str, point: &Point, value: Vec2, decimals: u32) -> Vec<Splice> {
     let pairs = point.iter().zip(value.to_array());
     pairs.filter_map(|(number, value)| set_number(text, number, value, decimals)).collect()
@@ -64,7 +64,7 @@ pub fn moved(text: &str, piece: &Piece, by: Vec2, decimals: u32) -> Vec<Splice> 
         None => return Vec::new(),
     };
     let shift = |point: &Point| {
-        // A coordinate that does not change keeps its bytes, however many digits it has.
+        // A coordinate that does not change keeps its exact digits.
         let pairs = point.iter().zip(by.to_array()).filter(|(_, by)| *by != 0.0);
         let new = pairs.filter_map(|(n, by)| set_number(text, n, n.value + by, decimals));
         new.collect::<Vec<_>>()
@@ -72,8 +72,8 @@ pub fn moved(text: &str, piece: &Piece, by: Vec2, decimals: u32) -> Vec<Splice> 
     points.iter().flat_map(shift).collect()
 }
 
-/// Takes pieces out of the text: exactly their bytes, and the empty line above a table. Comments right above
-/// a header go with it, others stay.
+/// Removes pieces from the text: exactly their bytes, plus the empty line above a table. Comments right above a header
+/// are removed with it; other comments stay.
 pub fn removed<'a>(text: &str, pieces: impl IntoIterator<Item = &'a Piece>) -> Vec<Splice> {
     let whole = pieces.into_iter().filter(|piece| !piece.scattered);
     whole.map(|piece| Splice::remove(own_bytes(text, piece))).collect()
@@ -90,7 +90,7 @@ fn own_bytes(text: &str, piece: &Piece) -> Range<usize> {
     start..end
 }
 
-/// The bytes of an entry between brackets, with its comma and the blanks before it.
+/// The bytes of an entry between brackets, including its comma and the whitespace before it.
 pub(super) fn item_bytes(text: &str, bytes: &Range<usize>) -> Range<usize> {
     let blanks = |text: &str| text.len() - text.trim_start_matches([' ', '\t', '\r', '\n']).len();
     let mut end = bytes.end;
@@ -105,7 +105,7 @@ pub(super) fn item_bytes(text: &str, bytes: &Range<usize>) -> Range<usize> {
     if alone && rest.trim().is_empty() {
         return start..line_end(text, end);
     }
-    // The first of a list leaves the blank before it to the next.
+    // Removing the first entry of a list keeps the whitespace before it for the next entry.
     if text[..start].ends_with('[') {
         bytes.start..end + blanks_on_line(&text[end..])
     } else {
@@ -117,7 +117,7 @@ fn blanks_on_line(text: &str) -> usize {
     text.len() - text.trim_start_matches([' ', '\t']).len()
 }
 
-/// Copies a piece: its bytes again, right after it.
+/// Duplicates a piece by repeating its bytes right after it.
 pub fn copied(text: &str, piece: &Piece) -> Option<Splice> {
     if piece.scattered {
         return None;
@@ -130,7 +130,7 @@ pub fn copied(text: &str, piece: &Piece) -> Option<Splice> {
     Some(Splice::insert(piece.bytes.end, format!("{ended}\n{copy}")))
 }
 
-/// Appends a table's text after the last of its list, or at the end.
+/// Appends a table's text after the last table of its list, or at the end of the text.
 pub fn appended(text: &str, sheet: &Sheet, list: super::text::List, table: &str) -> Splice {
     let last = sheet.pieces.iter().rfind(|piece| piece.id.list == list && !piece.inline);
     let at = last.map_or(text.len(), |piece| piece.bytes.end);
@@ -139,7 +139,7 @@ pub fn appended(text: &str, sheet: &Sheet, list: super::text::List, table: &str)
     Splice::insert(at, format!("{ended}{gap}{table}"))
 }
 
-/// Gives a piece a size: the numbers of its text, or a new field where it has none.
+/// Sets the size of a piece: changes its existing numbers, or adds a field where it has none.
 pub fn sized(text: &str, piece: &Piece, size: Vec2, decimals: u32) -> Vec<Splice> {
     match &piece.extent {
         Extent::Radius(radius) => {

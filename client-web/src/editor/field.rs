@@ -1,4 +1,4 @@
-//! Fields by their paths, like `bodies[3].mass`: where their values stand, or where they would.
+//! Finds fields by path, such as `bodies[3].mass`: where a value is, or where it would be inserted.
 
 use super::edit::{Splice, apply};
 use super::text::{last_byte, line_end, line_start};
@@ -6,37 +6,37 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// A field of a text.
+/// The location of a field in a text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Spot {
     There {
         /// The bytes of its value.
         value: Range<usize>,
-        /// Those that go when it is removed.
+        /// The bytes that are removed with the field.
         whole: Range<usize>,
     },
-    /// It is not there; with what would add it around a value.
+    /// The field is missing: where to insert it, and the text around its value.
     Missing {
         at: usize,
         /// The text before the value.
         before: String,
-        /// The text after it.
+        /// The text after the value.
         after: String,
     },
 }
 
-/// One step of a path.
+/// One component of a path.
 enum PathPart<'a> {
     Name(&'a str),
     Index(usize),
 }
 
-/// Finds a field; `None` if the text is no TOML, or lacks the entry that would have it.
+/// Finds a field. `None` if the text is not valid TOML or lacks the list entry that would contain the field.
 pub fn find(text: &str, path: &str) -> Option<Spot> {
     let root = DeTable::parse(text).ok()?;
     let parts = parts(path)?;
     let mut table = root.get_ref();
-    // Header of the table, if it has one; whether it has braces; names before its fields.
+    // The table's header and braces, if it has them, and the dotted names before its fields.
     let mut notation = TableNotation { header: None, braces: None, prefix: String::new() };
     let mut value: Option<&Spanned<DeValue>> = None;
     let last = parts.len() - 1;
@@ -58,7 +58,7 @@ pub fn find(text: &str, path: &str) -> Option<Spot> {
                 let is_dotted = found.get_ref().as_table().is_some()
                     && !text[found.span()].starts_with(['[', '{']);
                 if is_dotted {
-                    // `walk.speed = 3`: the names before it are part of each line.
+                    // `walk.speed = 3`: every line repeats the dotted names before the field.
                     notation.prefix = format!("{}{name}.", notation.prefix);
                 }
                 value = Some(found);
@@ -84,7 +84,7 @@ struct TableNotation {
 }
 
 impl TableNotation {
-    /// How those of a table within it are written.
+    /// How the fields of a nested table are written.
     fn within(self, text: &str, table: &Spanned<DeValue>) -> TableNotation {
         let at = table.span();
         match text[at.clone()].chars().next() {
@@ -162,7 +162,7 @@ fn missing(
     }
     let own = last_own_byte(text, table).or(notation.header);
     if names.len() > 1 && notation.header.is_none() && notation.prefix.is_empty() {
-        // A table of the top level that is not there: it gets a header, at the end.
+        // A missing top-level table is added at the end, with a header.
         let (name, tables) = names.split_last()?;
         let gap = if text.is_empty() { "" } else { "\n" };
         let before =
@@ -174,12 +174,12 @@ fn missing(
     Some(Spot::Missing { at, before, after: "\n".to_owned() })
 }
 
-/// A newline, if the text before a byte lacks one.
+/// A newline if the text before this byte does not end with one.
 fn newline_at(text: &str, at: usize) -> &'static str {
     if at == 0 || text[..at].ends_with('\n') { "" } else { "\n" }
 }
 
-/// The furthest byte of the fields that stand under a table's own header.
+/// The last byte of the fields directly under a table's header.
 fn last_own_byte(text: &str, table: &DeTable) -> Option<usize> {
     let under = |value: &Spanned<DeValue>| match value.get_ref() {
         DeValue::Table(inner) => match text[value.span()].chars().next() {
@@ -188,7 +188,7 @@ fn last_own_byte(text: &str, table: &DeTable) -> Option<usize> {
             _ => last_own_byte(text, inner),
         },
         DeValue::Array(_) if text[value.span()].starts_with("[[") => {
-            // A list of tables with headers, or one of lists: only the latter ends with a bracket of its own.
+            // This is an array of tables with headers, or an array of arrays. Only the latter ends with a bracket.
             let header = value.get_ref().as_array()?.iter().any(|item| {
                 item.get_ref().as_table().is_some() && text[item.span()].starts_with('[')
             });
@@ -199,7 +199,7 @@ fn last_own_byte(text: &str, table: &DeTable) -> Option<usize> {
     table.values().filter_map(under).max()
 }
 
-/// Gives a field a value, or adds it after the last field of its table.
+/// Sets a field to a value, or adds it after the last field of its table.
 pub fn set(text: &str, path: &str, value: &str) -> Option<Splice> {
     Some(match find(text, path)? {
         Spot::There { value: at, .. } => Splice { at, with: value.to_owned() },
@@ -209,7 +209,7 @@ pub fn set(text: &str, path: &str, value: &str) -> Option<Splice> {
     })
 }
 
-/// Removes a field, so that its default holds again.
+/// Removes a field, so that its default applies again.
 pub fn unset(text: &str, path: &str) -> Option<Splice> {
     match find(text, path)? {
         Spot::There { whole, .. } => Some(Splice::remove(whole)),
@@ -217,12 +217,12 @@ pub fn unset(text: &str, path: &str) -> Option<Splice> {
     }
 }
 
-/// Whether a text that is TOML lacks a field.
+/// Whether a field is absent from a text that is valid TOML.
 pub fn is_missing(text: &str, path: &str) -> bool {
     matches!(find(text, path), Some(Spot::Missing { .. }))
 }
 
-/// Appends an entry to a list that is there.
+/// Appends an entry to an existing list.
 pub fn push(text: &str, path: &str, value: &str) -> Option<Splice> {
     let Spot::There { value: at, .. } = find(text, path)? else { return None };
     let list = &text[at.clone()];
@@ -232,7 +232,8 @@ pub fn push(text: &str, path: &str, value: &str) -> Option<Splice> {
     if ended.is_empty() {
         return Some(Splice::insert(spot, value));
     }
-    // The last entry has a comma or none, and a comment may end its line: only one of these is TOML.
+    // The last entry may or may not have a trailing comma, and a comment may end its line. Exactly one of these
+    // candidates is valid TOML.
     let lead = lead(inner, ended);
     let made = [
         format!("{lead}{value},"),
@@ -244,7 +245,8 @@ pub fn push(text: &str, path: &str, value: &str) -> Option<Splice> {
     made.map(|with| Splice::insert(spot, with)).into_iter().find(is_toml)
 }
 
-/// The separator of entries of a list: a new line like the last, if each has its own.
+/// The separator between entries of a list: a line break with the last entry's indent if entries have separate lines,
+/// otherwise a space.
 fn lead(inner: &str, ended: &str) -> String {
     let last = ended.rfind('\n').map(|newline| &ended[newline..]);
     let indent = last.map(|line| &line[..line.len() - line.trim_start().len()]);

@@ -1,4 +1,4 @@
-//! The form of a piece or of the scene: the fields whose values the reader of scenes knows.
+//! The form of a piece or of the scene, with the fields whose values the scene parser knows.
 
 use super::number::rounded;
 use super::state::Editor;
@@ -11,25 +11,25 @@ use jostle_game::scene::{FieldForm, FieldInfo};
 /// A field in a form.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// Its path in the file.
+    /// The field's path in the file.
     pub path: String,
     pub name: String,
-    /// The values that it may have.
+    /// The values that the field may have.
     pub form: FieldForm,
-    /// The words of the text, one value for each control; `None` where it says nothing.
+    /// The values given in the text, one for each control; `None` if the field is not set.
     pub values: Option<Vec<String>>,
-    /// The values that hold then.
+    /// The values that apply if the field is not set.
     pub default: Vec<String>,
 }
 
-/// The fields of the selected piece; without one, those of the scene.
+/// The fields of the selected piece, or of the scene if no piece is selected.
 pub fn rows(editor: &Editor) -> Vec<Row> {
     let prefix = prefix(editor);
     let fields = Scene::fields(editor.text());
     fields.into_iter().filter_map(|field| row(editor.text(), &prefix, field)).collect()
 }
 
-/// Paths of the form's fields begin with this.
+/// The common path prefix of the form's fields.
 fn prefix(editor: &Editor) -> String {
     match editor.selection[..] {
         [id] if id.list == List::Spawns => "hero.".to_owned(),
@@ -40,7 +40,7 @@ fn prefix(editor: &Editor) -> String {
 
 fn row(text: &str, prefix: &str, field: FieldInfo) -> Option<Row> {
     let name = field.path.strip_prefix(prefix)?;
-    // The scene's own fields are those of no list and no table, but for its limits.
+    // The scene's own fields are those outside lists and tables, plus its limits.
     if prefix.is_empty() && name.contains(['.', '[']) && !name.starts_with("limits.") {
         return None;
     }
@@ -68,8 +68,8 @@ fn row(text: &str, prefix: &str, field: FieldInfo) -> Option<Row> {
     Some(Row { name: name.to_owned(), path: field.path, form: field.form, values, default })
 }
 
-/// The TOML of what the controls of a field hold; `None` where they are empty, so that the default holds. Numbers in
-/// no range are for the reader to refuse.
+/// The TOML value for the contents of a field's controls; `None` if they are empty, so that the default applies. Range
+/// checks are left to the scene parser.
 pub fn value(form: &FieldForm, values: &[String], default: &[String]) -> Option<String> {
     if values.iter().all(|value| value.trim().is_empty()) {
         return None;
@@ -88,7 +88,7 @@ pub fn value(form: &FieldForm, values: &[String], default: &[String]) -> Option<
     })
 }
 
-/// A text as TOML writes it.
+/// Quotes a string for TOML.
 pub fn quoted(text: &str) -> String {
     let mut out = String::from("\"");
     for letter in text.chars() {
@@ -102,7 +102,7 @@ pub fn quoted(text: &str) -> String {
     out
 }
 
-/// The subject of the form.
+/// The title of the form.
 pub fn title(editor: &Editor) -> String {
     let (doc, selection) = (&editor.doc, &editor.selection);
     match selection[..] {

@@ -1,5 +1,5 @@
-//! Pointers in the picture: one selects, moves, sizes and drops pieces. A gesture begins with the
-//! text as it was, and each move makes the new text from that one.
+//! Pointer gestures in the picture: selecting, moving, resizing and dropping pieces. A gesture keeps the text from its
+//! start, and every move derives the new text from that.
 
 use super::document::{SceneDocument, path_of};
 use super::edit::{self, Splice, apply};
@@ -12,13 +12,13 @@ use super::text::{Extent, List, Piece, PieceId, Place, Sheet, vector};
 use super::{field, number};
 use jostle_sim::{Shape, Vec2};
 
-/// Two presses within this time are a double one, milliseconds.
+/// Two presses within this time count as a double press, milliseconds.
 const DOUBLE_MS: f64 = 400.0;
-/// Share of a hand's reach within which it has not moved yet.
+/// Share of the pointer's reach within which it counts as not moved.
 const STILL: f32 = 0.25;
-/// Handles lie so far outside of a piece, CSS pixels.
+/// Distance of handles from the edge of a piece, CSS pixels.
 const GRIP_CSS: f32 = 8.0;
-/// Edges of which half is shorter have no handle of their own, CSS pixels.
+/// Edges whose half length is below this have no handle, CSS pixels.
 const EDGE_CSS: f32 = 24.0;
 
 impl Editor {
@@ -85,12 +85,12 @@ impl Editor {
         self.select(ids);
     }
 
-    /// A handle of the selected piece that is in reach.
+    /// The handle of the selected piece within reach.
     fn grip_at(&self, hand: &Hand) -> Option<Grip> {
         let [id] = self.selection[..] else { return None };
         let piece = self.doc.sheet.piece(id).filter(|piece| piece.place.is_some())?;
         let away = |at: Vec2| (at - hand.at).abs().max_element();
-        // The inside of a small piece is there to move it.
+        // The inner part of a small piece is reserved for moving it.
         let extents = self.doc.extents(piece)?;
         let deep = (hand.at - extents.center()).abs().cmplt((extents.high - extents.low) * 0.3);
         let is_on_path = |grip: &Grip| matches!(grip, Grip::Point(_));
@@ -118,7 +118,7 @@ impl Editor {
         let splices = match gesture.grip {
             Grip::Box => return self.select_within(gesture),
             Grip::New(make) => return self.carry(gesture, make, hand),
-            // A text that is no TOML has to be mended before its pieces move.
+            // Pieces cannot be moved until the text is valid TOML again.
             _ if !self.doc.is_toml => return,
             Grip::Move => self.move_selection(gesture, hand),
             Grip::Size(way) => self.size_selected(gesture, way, hand),
@@ -142,14 +142,14 @@ impl Editor {
         }
     }
 
-    /// A new piece hangs on the hand as long as that is over the picture.
+    /// While the pointer is over the picture, the new piece follows it.
     fn carry(&mut self, gesture: &EditGesture, make: Make, hand: &Hand) {
         self.selection.clear();
         if !hand.inside {
             return self.show(gesture.base.clone());
         }
         let Some((text, id)) = palette::added(&gesture.base, make, hand.at) else { return };
-        // Its own size decides what its edges meet.
+        // Snapping needs the size of the new piece.
         let Some(sheet) = Sheet::read(&text) else { return };
         self.selection = vec![id];
         let snapping = self.snapping(&sheet, hand);
@@ -203,7 +203,7 @@ impl Editor {
         splices
     }
 
-    /// Moves an edge or a corner; the opposite one stays.
+    /// Moves an edge or a corner; the opposite one stays in place.
     fn size_selected(&mut self, gesture: &EditGesture, way: Vec2, hand: &Hand) -> Vec<Splice> {
         let piece = self.selection.first().and_then(|id| gesture.sheet.piece(*id));
         let Some(piece) = piece else { return Vec::new() };
@@ -226,7 +226,7 @@ impl Editor {
             edge[axis] = at;
             self.guides[axis] = guide;
         }
-        // An edge goes no further than to the other one.
+        // An edge cannot be moved past the opposite one.
         let size = (high - low).max(Vec2::splat(least));
         let low = Vec2::select(way.cmplt(Vec2::ZERO), high - size, low);
         let decimals = decimals(hand);
@@ -291,7 +291,7 @@ impl Editor {
         self.tap = (!gesture.moving).then_some((now_ms, hand.at));
         match gesture.grip {
             Grip::Move if !gesture.moving && !hand.adds => {
-                // A press on one of many, without a move, selects that one.
+                // A press without a move on one of several selected pieces selects only that piece.
                 if let Some(id) = self.doc.piece_at(hand.at, hand.reach) {
                     self.select(vec![id]);
                 }
@@ -305,7 +305,7 @@ impl Editor {
         }
     }
 
-    /// Ends a gesture as if it had never begun.
+    /// Cancels a gesture and restores the state from before it.
     pub(super) fn cancel(&mut self) {
         let Some(gesture) = self.gesture.take() else { return };
         self.guides = Guides::default();
@@ -314,12 +314,12 @@ impl Editor {
     }
 }
 
-/// Digits after the point for a number that a hand decides.
+/// The number of decimals for values set with the pointer.
 fn decimals(hand: &Hand) -> u32 {
     if hand.free { decimals_of(hand.step) } else { DECIMALS_MAX - 1 }
 }
 
-/// The numbers of a piece that are to be round.
+/// The point of a piece that snaps to the unit.
 fn anchor(piece: &Piece) -> Option<Vec2> {
     match piece.place.as_ref()? {
         Place::Center(point) => Some(vector(point)),
@@ -328,7 +328,7 @@ fn anchor(piece: &Piece) -> Option<Vec2> {
     }
 }
 
-/// The parts of a piece that a hand can hold, and where. `pixel` is the width of a CSS pixel, world units.
+/// The handles of a piece and their positions. `pixel` is the width of a CSS pixel in world units.
 pub(super) fn grips(doc: &SceneDocument, piece: &Piece, pixel: f32) -> Vec<(Grip, Vec2)> {
     let points = path_of(piece).iter().enumerate();
     let mut grips: Vec<_> = points.map(|(at, point)| (Grip::Point(at), vector(point))).collect();
@@ -340,7 +340,7 @@ pub(super) fn grips(doc: &SceneDocument, piece: &Piece, pixel: f32) -> Vec<(Grip
     let half = (extents.high - extents.low) * 0.5;
     let away = half + Vec2::splat(GRIP_CSS * pixel);
     for (x, y) in [(-1, -1), (1, -1), (-1, 1), (1, 1), (0, -1), (0, 1), (-1, 0), (1, 0)] {
-        // In the middle of a short edge one would be in the way of those at its ends.
+        // A handle in the middle of a short edge would overlap those at its ends.
         let along = if x == 0 { half.x } else { half.y };
         if (x == 0 || y == 0) && along < EDGE_CSS * pixel {
             continue;

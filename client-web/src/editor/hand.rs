@@ -1,4 +1,4 @@
-//! A pointer over the picture, and what it holds.
+//! A pointer over the picture and the thing it holds.
 
 use super::palette::Make;
 use super::text::{PieceId, Sheet};
@@ -7,55 +7,55 @@ use jostle_sim::Vec2;
 /// A pointer in the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hand {
-    /// The browser's number of the pointer.
+    /// The browser's id of the pointer.
     pub id: i32,
-    /// Its place, world units.
+    /// The pointer's position, world units.
     pub at: Vec2,
-    /// It is over the picture.
+    /// Whether the pointer is over the picture.
     pub inside: bool,
-    /// A thing that is no further than this is meant, world units.
+    /// Distance within which a thing can be grabbed, world units.
     pub reach: f32,
-    /// A step of the pointer, which is a CSS pixel, world units.
+    /// The width of a CSS pixel, the smallest step of the pointer, world units.
     pub step: f32,
-    /// It adds to the selection.
+    /// Whether a press adds to the selection.
     pub adds: bool,
-    /// It goes where it goes, without snapping.
+    /// Whether the pointer moves freely, without snapping.
     pub free: bool,
 }
 
-/// The thing that a hand holds.
+/// The thing that a pointer holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Grip {
     Move,
-    /// An edge or a corner of the selected piece: which way it lies from the centre.
+    /// An edge or a corner of the selected piece, as its direction from the centre.
     Size(Vec2),
     /// A point of the selected piece's path.
     Point(usize),
-    /// A corner of a box that selects.
+    /// A corner of the selection box.
     Box,
     New(Make),
 }
 
-/// A gesture that is on.
+/// A gesture in progress.
 #[derive(Clone, Debug)]
 pub struct EditGesture {
     pub(super) id: i32,
-    /// The thing that is held.
+    /// The thing being held.
     pub(super) grip: Grip,
     pub(super) from: Vec2,
     pub at: Vec2,
-    /// The text at its beginning, and its pieces.
+    /// The text when the gesture began; `sheet` holds its pieces.
     pub(super) base: String,
     pub(super) sheet: Sheet,
-    /// The selection at that time.
+    /// The selection when the gesture began.
     pub(super) selection: Vec<PieceId>,
     pub moving: bool,
-    /// Another finger switches snapping off.
+    /// Snapping is off because a second finger is down.
     pub(super) free: bool,
 }
 
 impl EditGesture {
-    /// The corners of the box that selects.
+    /// The corners of the selection box.
     pub fn frame(&self) -> Option<[Vec2; 2]> {
         let selects = self.grip == Grip::Box && self.moving;
         selects.then(|| [self.from.min(self.at), self.from.max(self.at)])

@@ -1,11 +1,11 @@
-//! The steps of a text, to be undone and done again without end.
+//! The edit history of a text, with unlimited undo and redo.
 
 use std::ops::Range;
 
-/// Typing after a longer pause begins another entry, milliseconds.
+/// Typing after a longer pause starts a new entry, milliseconds.
 const PAUSE_MS: f64 = 1000.0;
 
-/// One step: what stood at a byte, and what stands there now.
+/// One step: the text before and after at a byte offset.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct EditStep {
     at: usize,
@@ -13,17 +13,17 @@ struct EditStep {
     after: String,
 }
 
-/// Steps back and forth between all texts that there were.
+/// The steps that undo and redo every change.
 #[derive(Clone, Debug, Default)]
 pub struct History {
     done: Vec<EditStep>,
     undone: Vec<EditStep>,
-    /// When the last step was typed, if it was.
+    /// The time of the last step, if it was typed.
     typed_ms: Option<f64>,
 }
 
 impl EditStep {
-    /// The difference of two texts; `None` if nothing does.
+    /// The difference between two texts; `None` if they are equal.
     fn between(before: &str, after: &str) -> Option<EditStep> {
         if before == after {
             return None;
@@ -56,7 +56,7 @@ impl EditStep {
     }
 }
 
-/// The last place up to `same` at which both texts may be cut.
+/// The last offset up to `same` that is a character boundary in both texts.
 fn floor(before: &str, after: &str, mut same: usize) -> usize {
     while !before.is_char_boundary(same) || !after.is_char_boundary(same) {
         same -= 1;
@@ -65,7 +65,7 @@ fn floor(before: &str, after: &str, mut same: usize) -> usize {
 }
 
 impl History {
-    /// Notes that `before` became `after` in one step.
+    /// Records that `before` became `after` in one step.
     pub fn note(&mut self, before: &str, after: &str) {
         if let Some(step) = EditStep::between(before, after) {
             self.done.push(step);
@@ -74,13 +74,13 @@ impl History {
         }
     }
 
-    /// Makes the last step one that leads from `before` to `after`.
+    /// Replaces the last step by one from `before` to `after`.
     pub fn note_again(&mut self, before: &str, after: &str) {
         self.done.pop();
         self.note(before, after);
     }
 
-    /// Notes that it became so by typing: letters of one word, typed without a pause, are one step.
+    /// Records a change made by typing. Letters of one word typed without a pause form one step.
     pub fn note_typed(&mut self, before: &str, after: &str, now_ms: f64) {
         let Some(step) = EditStep::between(before, after) else { return };
         self.undone.clear();
@@ -106,7 +106,7 @@ impl History {
         self.done.push(step);
     }
 
-    /// Takes the last step back; the bytes that changed.
+    /// Undoes the last step and returns the changed bytes.
     pub fn undo(&mut self, text: &mut String) -> Option<Range<usize>> {
         let step = self.done.pop()?;
         let changed = step.undo(text);
@@ -115,7 +115,7 @@ impl History {
         Some(changed)
     }
 
-    /// Does the last undone step again; the bytes that changed.
+    /// Redoes the last undone step and returns the changed bytes.
     pub fn redo(&mut self, text: &mut String) -> Option<Range<usize>> {
         let step = self.undone.pop()?;
         let changed = step.redo(text);
@@ -124,13 +124,13 @@ impl History {
         Some(changed)
     }
 
-    /// Whether there is a step to take back, and one to do again.
+    /// Whether undo and redo are possible, in this order.
     pub fn can(&self) -> [bool; 2] {
         [!self.done.is_empty(), !self.undone.is_empty()]
     }
 }
 
-/// Whether what is typed now begins a word after what was typed before.
+/// Whether the text typed now starts a new word after the text typed before.
 fn begins_word(before: &str, now: &str) -> bool {
     let blank = |letter: Option<char>| letter.is_some_and(char::is_whitespace);
     blank(before.chars().next_back()) && !blank(now.chars().next())

@@ -1,10 +1,10 @@
-//! Numbers as scene files write them: no needless digits.
+//! Formats numbers as scene files write them, without needless digits.
 
-/// Digits after the point that any number gets at most.
+/// The maximum number of digits after the point for any number.
 pub const DECIMALS_MAX: u32 = 4;
 
-/// A number with at most `decimals` digits after the point, written like the text that it replaces: that
-/// text itself where it says the same, and with a point where whole numbers have one there.
+/// Formats a number with at most `decimals` digits after the point, in the style of the text that it replaces. If the
+/// value is unchanged, that text is kept. Whole numbers keep a decimal point if the old text has one.
 pub fn written(value: f32, decimals: u32, before: &str) -> String {
     let new = rounded(value, decimals);
     if before.replace('_', "").parse::<f64>().is_ok_and(|old| rounded(old as f32, decimals) == new)
@@ -14,7 +14,7 @@ pub fn written(value: f32, decimals: u32, before: &str) -> String {
     if before.ends_with(".0") && !new.contains('.') { format!("{new}.0") } else { new }
 }
 
-/// A number with at most `decimals` digits after the point.
+/// Formats a number with at most `decimals` digits after the point.
 pub fn rounded(value: f32, decimals: u32) -> String {
     let text = format!("{value:.*}", decimals.min(DECIMALS_MAX) as usize);
     let text = match text.contains('.') {
@@ -24,7 +24,7 @@ pub fn rounded(value: f32, decimals: u32) -> String {
     if text == "-0" { "0".to_owned() } else { text.to_owned() }
 }
 
-/// Digits after the point that tell steps of this size apart.
+/// The digits after the point needed to distinguish steps of this size.
 pub fn decimals_of(step: f32) -> u32 {
     (0..DECIMALS_MAX)
         .find(|digits| step >= 0.999 * 0.1_f32.powi(*digits as i32))

@@ -1,4 +1,4 @@
-//! Things that can be added to a scene: the pieces of the palette, as text.
+//! The pieces of the palette, which can be added to a scene as text.
 
 use super::edit::{Splice, appended, apply};
 use super::field;
@@ -7,7 +7,7 @@ use super::snap::unit_of;
 use super::text::{List, PieceId, Sheet};
 use jostle_sim::Vec2;
 
-/// A piece of the palette.
+/// The kind of a palette piece.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Make {
     /// A slab to stand on.
@@ -16,18 +16,18 @@ pub enum Make {
     Block,
     Ball,
     Minion,
-    /// A place where heroes appear.
+    /// A spawn point of heroes.
     Spawn,
     Zone,
     /// An emitter of particles.
     Emitter,
     /// A launcher of dye packs.
     Launcher,
-    /// A platform that moves to and fro.
+    /// A platform that moves back and forth.
     Path,
 }
 
-/// The scene that an empty text becomes with its first piece.
+/// The scene that an empty text becomes when its first piece is added.
 pub const BLANK: &str = r#"title = "My scene"
 size = [320, 180]
 tools = ["hold"]
@@ -41,7 +41,7 @@ pairs = [
 particles_meet = ["hero", "platform", "block"]
 "#;
 
-/// Groups that meet by default, each pair once.
+/// Pairs of groups that collide by default.
 const PAIRS: [[&str; 2]; 12] = [
     ["hero", "platform"],
     ["hero", "hero"],
@@ -56,14 +56,14 @@ const PAIRS: [[&str; 2]; 12] = [
     ["pack", "block"],
     ["pack", "minion"],
 ];
-/// Height of the world for which the pieces' sizes are, units.
+/// The world height that the pieces' default sizes are made for, units.
 const WORLD_HEIGHT: f32 = 180.0;
-/// Width and height of the heroes of a new `[hero]`, and how they walk.
+/// Width and height of heroes in a newly added `[hero]`; [`HERO_WALK`] is how they walk.
 const HERO: Vec2 = Vec2::new(9.0, 12.0);
 const HERO_WALK: &str = "{ speed = 40, jump = 50 }";
 
 impl Make {
-    /// Every piece, in the palette's order, with the name by which the page's buttons call it.
+    /// Every piece in the palette's order, with the name that the page's buttons use for it.
     pub const ALL: [(Make, &str); 10] = [
         (Make::Platform, "platform"),
         (Make::Wall, "wall"),
@@ -77,12 +77,12 @@ impl Make {
         (Make::Path, "path"),
     ];
 
-    /// The piece of a name.
+    /// The piece with this name.
     pub fn named(name: &str) -> Option<Make> {
         Make::ALL.iter().find(|(_, known)| *known == name).map(|(make, _)| *make)
     }
 
-    /// The list that it is added to.
+    /// The list to which the piece is added.
     pub fn list(self) -> List {
         match self {
             Make::Spawn => List::Spawns,
@@ -93,7 +93,7 @@ impl Make {
         }
     }
 
-    /// The collision group that it needs.
+    /// The collision group that the piece needs.
     fn group(self) -> Option<&'static str> {
         match self {
             Make::Platform | Make::Wall | Make::Path => Some("platform"),
@@ -105,7 +105,7 @@ impl Make {
         }
     }
 
-    /// Its width and height in a world of [`WORLD_HEIGHT`].
+    /// The piece's width and height in a world of height [`WORLD_HEIGHT`].
     fn size(self) -> Vec2 {
         match self {
             Make::Platform | Make::Path => Vec2::new(40.0, 4.0),
@@ -117,7 +117,7 @@ impl Make {
     }
 }
 
-/// The text with another piece at a point, and the new piece; `None` if the text is no TOML.
+/// Adds a piece at a point; returns the new text and the piece's id. `None` if the text is not valid TOML.
 pub fn added(text: &str, make: Make, at: Vec2) -> Option<(String, PieceId)> {
     let text = match is_bare(text) {
         true => format!("{text}{BLANK}"),
@@ -143,7 +143,7 @@ pub fn added(text: &str, make: Make, at: Vec2) -> Option<(String, PieceId)> {
     Some((new, id))
 }
 
-/// Whether a text has nothing but comments and empty lines.
+/// Whether a text contains only comments and empty lines.
 fn is_bare(text: &str) -> bool {
     text.lines().all(|line| line.trim().is_empty() || line.trim_start().starts_with('#'))
 }
@@ -163,7 +163,7 @@ impl PieceDraft<'_> {
         format!("[{}, {}]", self.number(at.x), self.number(at.y))
     }
 
-    /// A size that suits the world, at least a unit.
+    /// Scales a size to suit the world, to at least one unit.
     fn scaled(&self, size: Vec2) -> Vec2 {
         let unit = unit_of(self.world);
         let scale = self.world.y / WORLD_HEIGHT;
@@ -206,7 +206,8 @@ impl PieceDraft<'_> {
     }
 }
 
-/// A spawn point joins those of `[hero]`. Where that is missing it is added, with the keys that steer it.
+/// Adds a spawn point to `[hero]`. If that table is missing, it is added with a size and a walk, and the `steer` tool
+/// is enabled.
 fn spawned(draft: &PieceDraft) -> Option<String> {
     let point = draft.point(draft.at);
     if let Some(splice) = field::push(draft.text, "hero.spawns", &point) {
@@ -232,7 +233,7 @@ fn spawned(draft: &PieceDraft) -> Option<String> {
     Some(text)
 }
 
-/// The text with a collision group, which meets those that it usually meets.
+/// Adds a collision group to the text, with the pairs in which it collides by default.
 fn with_group(text: &str, group: &str) -> String {
     let Some(groups) = words(text, "groups") else { return text.to_owned() };
     if groups.iter().any(|known| known == group) {
@@ -260,7 +261,7 @@ fn words(text: &str, path: &str) -> Option<Vec<String>> {
     Some(items.iter().filter_map(|item| item.get_ref().as_str().map(str::to_owned)).collect())
 }
 
-/// A name that no piece of the text has, like `zone-2`.
+/// A name that no piece uses yet, such as `zone-2`.
 pub fn free_name(text: &str, base: &str) -> String {
     let sheet = Sheet::read(text).unwrap_or_default();
     let taken = |name: &str| sheet.pieces.iter().any(|piece| piece.name.as_deref() == Some(name));

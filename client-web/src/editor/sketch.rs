@@ -1,4 +1,4 @@
-//! The editor's drawing over and under a scene.
+//! The editor's drawing above and below the scene.
 
 use super::document::{SceneDocument, path_of};
 use super::gesture::grips;
@@ -9,12 +9,12 @@ use super::text::{List, Piece, vector};
 use crate::view::frame::{Sketch, Stroke, Tone};
 use jostle_sim::{Shape, Vec2};
 
-/// Lines of the grid are at least so far apart, CSS pixels.
+/// Minimum distance between grid lines, CSS pixels.
 const GRID_CSS: f32 = 9.0;
-/// Half the extent of a hero whose size is not known, world units.
+/// Half the size of a hero whose size is unknown, world units.
 const HERO_HALF: Vec2 = Vec2::new(8.0, 11.0);
 
-/// Draws the editor's part of the picture. `pixel` is the width of a CSS pixel, world units.
+/// Draws the editor's overlay. `pixel` is the width of a CSS pixel in world units.
 pub fn draw(editor: &Editor, pixel: f32, sketch: &mut Sketch) {
     let doc = &editor.doc;
     sketch.pixel = pixel;
@@ -42,7 +42,7 @@ pub fn draw(editor: &Editor, pixel: f32, sketch: &mut Sketch) {
     }
 }
 
-/// Draws the parts of a piece that the game itself does not show.
+/// Draws the parts of a piece that the game does not show.
 fn draw_piece(doc: &SceneDocument, piece: &Piece, strokes: &mut Vec<Stroke>) {
     let Some(center) = piece.center() else { return };
     match piece.id.list {
@@ -64,7 +64,8 @@ fn draw_piece(doc: &SceneDocument, piece: &Piece, strokes: &mut Vec<Stroke>) {
             for leg in legs.filter_map(|leg| leg.first_chunk()) {
                 strokes.push(Stroke::Line(ends(leg), Tone::Quiet));
             }
-            // A text that is no scene may have bodies that the picture has not, or has elsewhere.
+            // The picture shows the last valid scene; an invalid text may have bodies that are missing there or are
+            // elsewhere.
             if let Some(shape) = doc.shape(piece).filter(|shape| !doc.is_shown(piece, *shape)) {
                 strokes.push(Stroke::Outline { shape, center, tone: Tone::Quiet });
             }
@@ -93,10 +94,10 @@ fn mark(doc: &SceneDocument, piece: &Piece, is_alone: bool, pixel: f32, strokes:
     }
 }
 
-/// Half the width of a sign and a bit, CSS pixels.
+/// Half the width of a sign plus a margin, CSS pixels.
 const SIGN_CSS: f32 = 13.0;
 
-/// The finest grid of units, fives or tens whose lines are not too near to each other.
+/// The finest grid of 1, 5, 10, 50 and so on units whose lines are far enough apart.
 fn grid(unit: f32, pixel: f32) -> f32 {
     let mut step = unit;
     for factor in [5.0, 2.0].into_iter().cycle().take(24) {

@@ -1,11 +1,11 @@
-//! Alignment: to the unit of a world, and to edges and middles of what is near.
+//! Snapping to the unit of a world and to edges and centres of nearby pieces.
 
 use jostle_sim::Vec2;
 
-/// Worlds of less than this many units in height have a finer unit than 1.
+/// Worlds lower than this many units have a unit smaller than 1.
 const UNITS_MIN: f32 = 20.0;
 
-/// The unit of a world: 1, or less in a small one.
+/// The unit of a world: 1, or less in a small world.
 pub fn unit_of(world: Vec2) -> f32 {
     let mut unit = 1.0;
     while world.y < UNITS_MIN * unit && unit > 0.001 {
@@ -35,15 +35,15 @@ impl Extents {
     }
 }
 
-/// Lines along which something was aligned: x of upright ones, y of level ones.
+/// Lines to which something was aligned: the x of a vertical one and the y of a horizontal one.
 pub type Guides = [Option<f32>; 2];
 
-/// The facts that snapping needs.
+/// The settings and neighbours that snapping uses.
 #[derive(Clone, Debug, Default)]
 pub struct Snapping {
-    /// Coordinates in use are multiples of this; 0 switches all snapping off.
+    /// Coordinates snap to multiples of this; 0 disables snapping.
     pub unit: f32,
-    /// Edges of others that are not further than this are met, world units.
+    /// Maximum distance at which edges of other pieces attract, world units.
     pub reach: f32,
     pub others: Vec<Extents>,
 }
@@ -53,8 +53,8 @@ impl Snapping {
         Snapping::default()
     }
 
-    /// Where a rectangle goes that is moved by `by`: that way changed so that an edge or its middle meets one
-    /// of the others, or so that its anchor is on the unit.
+    /// The displacement of a rectangle moved by `by`, adjusted so that an edge or its centre aligns with another piece,
+    /// or its anchor with the unit.
     pub fn moved(&self, moving: Extents, anchor: Vec2, by: Vec2) -> (Vec2, Guides) {
         let mut guides = Guides::default();
         let way = std::array::from_fn(|axis| {
@@ -71,7 +71,7 @@ impl Snapping {
         (Vec2::from_array(way), guides)
     }
 
-    /// Where a single coordinate goes.
+    /// Snaps a single coordinate.
     pub fn line(&self, axis: usize, at: f32) -> (f32, Option<f32>) {
         match self.nearest(axis, &[at]) {
             Some((shift, line)) => (at + shift, Some(line)),
@@ -79,12 +79,12 @@ impl Snapping {
         }
     }
 
-    /// The multiple of the unit next to a coordinate.
+    /// The multiple of the unit nearest to a coordinate.
     pub fn on_unit(&self, at: f32) -> f32 {
         if self.unit > 0.0 { (at / self.unit).round() * self.unit } else { at }
     }
 
-    /// The least shift that brings one of some marks onto a line of the others, and that line.
+    /// The smallest shift that brings one of the marks onto a line of another piece, and that line.
     fn nearest(&self, axis: usize, marks: &[f32]) -> Option<(f32, f32)> {
         if self.unit <= 0.0 {
             return None;

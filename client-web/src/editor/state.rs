@@ -16,18 +16,18 @@ pub struct Editor {
     pub doc: SceneDocument,
     pub selection: Vec<PieceId>,
     pub(super) gesture: Option<EditGesture>,
-    /// Lines along which something is aligned now.
+    /// Lines to which something is aligned now.
     pub guides: Guides,
-    /// The words for a screen reader.
+    /// The announcement for screen readers.
     pub said: String,
-    /// Text and time of the first and the last of some nudges.
+    /// The text before a series of nudges, and the time of the last nudge.
     pub(super) nudges: Option<(String, f64)>,
-    /// Time and place of a press that moved nothing.
+    /// Time and position of a press without a move.
     pub(super) tap: Option<(f64, Vec2)>,
 }
 
 impl Editor {
-    /// An editor of a text. `file` is its name, if it has one.
+    /// Creates an editor for a text. `file` is the file's name, if it has one.
     pub fn open(text: String, file: Option<&str>) -> Editor {
         Editor {
             doc: SceneDocument::open(text, file.unwrap_or(FILE)),
@@ -44,22 +44,22 @@ impl Editor {
         self.doc.text()
     }
 
-    /// Whether something can be undone, and done again.
+    /// Whether undo and redo are possible, in this order.
     pub fn can(&self) -> [bool; 2] {
         self.doc.can()
     }
 
-    /// Whether a hand holds something.
+    /// Whether a gesture is in progress.
     pub fn is_held(&self) -> bool {
         self.gesture.is_some()
     }
 
-    /// Whether a hand is there, and holds no piece and no handle.
+    /// Whether a gesture is in progress that holds no piece and no handle.
     pub fn holds_nothing(&self) -> bool {
         self.gesture.as_ref().is_some_and(|gesture| gesture.grip == Grip::Box)
     }
 
-    /// Puts another text in the place of this one, as one step.
+    /// Replaces the text as one step of the history.
     pub fn replace(&mut self, text: String, file: Option<&str>) {
         self.cancel();
         self.nudges = None;
@@ -84,7 +84,7 @@ impl Editor {
         self.commit(apply(self.text(), splices));
     }
 
-    /// Takes a text with new pieces, which are selected.
+    /// Commits a text with new pieces and selects them.
     pub(super) fn adopt(&mut self, made: Option<(String, Vec<PieceId>)>) {
         let Some((text, ids)) = made else { return self.wait() };
         self.commit(text);
@@ -95,7 +95,7 @@ impl Editor {
         self.said = say(strings::BROKEN).to_owned();
     }
 
-    /// Shows a text in the middle of a gesture.
+    /// Shows a text during a gesture.
     pub(super) fn show(&mut self, text: String) {
         self.doc.show(text);
         self.prune();
@@ -141,7 +141,7 @@ impl Editor {
         self.select(vec![ids[next]]);
     }
 
-    /// Snapping to everything but the selection.
+    /// Snapping to everything except the selection.
     pub(super) fn snapping(&self, sheet: &Sheet, hand: &Hand) -> Snapping {
         if hand.free {
             return Snapping::off();

@@ -66,7 +66,7 @@ fn drag(editor: &mut Editor, from: Hand, to: Hand) {
     act(editor, [Deed::Down(from), Deed::Moved(to), Deed::Up(to)]);
 }
 
-/// The lines in which two texts of as many lines differ.
+/// The lines in which two texts with equal line counts differ.
 fn differing(before: &str, after: &str) -> Vec<(String, String)> {
     assert_eq!(before.lines().count(), after.lines().count());
     let pairs = before.lines().zip(after.lines()).filter(|(a, b)| a != b);
@@ -93,7 +93,7 @@ fn pieces_are_found_with_their_bytes() {
 #[test]
 fn a_drag_replaces_the_bytes_of_a_position() {
     let mut editor = yard();
-    // 40 to 61 is free of edges of others: it goes to the unit.
+    // No edges of other pieces are near 40 to 61, so the piece snaps to the unit.
     drag(&mut editor, hand(40.0, 15.0), hand(101.3, 60.4));
     let changed = differing(YARD, editor.text());
     assert_eq!(changed, [("position = [40, 15]".into(), "position = [101, 60]".into())]);
@@ -110,7 +110,7 @@ fn edges_meet_those_of_others_unless_snapping_is_off() {
     assert_eq!(editor.text(), YARD, "it stands on the floor again: 5 and 10 up");
     drag(&mut editor, hand(40.0, 15.0), Hand { free: true, ..hand(40.0, 17.3) });
     assert!(editor.text().contains("position = [40, 17.3]"), "{}", editor.text());
-    // A second finger does what Alt does.
+    // A second finger has the same effect as Alt.
     let second = Hand { id: 2, ..hand(0.0, 0.0) };
     let mut editor = yard();
     act(&mut editor, [Deed::Down(hand(40.0, 15.0)), Deed::Down(second)]);
@@ -191,7 +191,7 @@ fn an_empty_text_becomes_a_scene_with_each_piece_of_the_palette() {
         act(&mut editor, [Deed::Undone]);
         assert_eq!(editor.text(), "", "{name}");
     }
-    // All of them one after the other, too.
+    // Add all pieces one after the other, too.
     let mut editor = Editor::open(String::new(), None);
     for (index, (make, _)) in Make::ALL.into_iter().enumerate() {
         act(&mut editor, [Deed::Placed(make, Vec2::new(25.0 + 28.0 * index as f32, 90.0))]);
@@ -209,7 +209,7 @@ fn every_shipped_scene_takes_every_piece_of_the_palette() {
             let sheet = Sheet::read(&text).expect("it still is");
             assert!(sheet.piece(id).is_some_and(|piece| piece.place.is_some()), "{}", scene.name);
             let Err(error) = Scene::parse("scene.toml", &text) else { continue };
-            // It may stand inside of another, or be one too many; but nothing is missing.
+            // A piece may overlap another or exceed a limit, but nothing required may be missing.
             let told = error.to_string();
             let known = ["inside", "entries", "round", "walk", "found 2 zones", "limits"];
             assert!(known.iter().any(|word| told.contains(word)), "{} {name}: {told}", scene.name);
@@ -244,7 +244,7 @@ fn a_text_with_an_error_keeps_the_last_pieces_and_is_not_dragged() {
     assert_eq!(editor.text(), broken);
 }
 
-/// How the reader begins to say which values a field may have, each alone.
+/// How the scene parser's messages about allowed values begin.
 const RANGES: [&str; 6] =
     ["a number ", "a whole number ", "[x, y], each ", "true or false", "one of ", "a text of "];
 
@@ -253,7 +253,7 @@ fn every_field_of_a_form_is_accepted_at_both_ends_of_its_range() {
     let mut tried = BTreeSet::new();
     for scene in Scene::built_in() {
         for field in Scene::fields(&scene.source) {
-            // One entry of a list stands for all of them.
+            // Test one entry of each list.
             let kind = field.path.replace(|c: char| c.is_ascii_digit(), "");
             if !tried.insert((kind, field.given.is_some())) {
                 continue;
@@ -263,7 +263,7 @@ fn every_field_of_a_form_is_accepted_at_both_ends_of_its_range() {
                 let splice = splice.unwrap_or_else(|| panic!("no place for {}", field.path));
                 let text = edit::apply(&scene.source, vec![splice]);
                 let Err(error) = Scene::parse("scene.toml", &text) else { continue };
-                // Two fields may not go together; but each is in its range, known and of the right type.
+                // Two fields may conflict, but each must be known, of the right type and in range.
                 let told = error.to_string();
                 let is_own = error.field.starts_with(&field.path);
                 let is_out = RANGES.iter().any(|words| error.allowed.starts_with(words));
@@ -276,7 +276,7 @@ fn every_field_of_a_form_is_accepted_at_both_ends_of_its_range() {
     assert!(tried.len() > 150, "{}", tried.len());
 }
 
-/// Values at the ends of a field's range.
+/// Values at both ends of a field's range.
 fn ends(form: &FieldForm) -> Vec<String> {
     match form {
         FieldForm::Number { range: [low, high], above, .. } => {
@@ -359,7 +359,7 @@ fn a_box_and_shift_select_many_and_tab_goes_through_all() {
     );
 }
 
-/// A yard in which the crate has a path with these points.
+/// A yard whose crate has a path with these points.
 fn with_path(points: &str) -> Editor {
     let text =
         YARD.replace("position = [40, 15]", &format!("path = {points} # its way\nperiod = 4"));
@@ -368,7 +368,7 @@ fn with_path(points: &str) -> Editor {
     editor
 }
 
-/// A press without a move, twice.
+/// Presses twice without moving.
 fn double(editor: &mut Editor, x: f32, y: f32) {
     for ms in [0.0, 90.0, 200.0, 290.0] {
         let deed = if ms % 20.0 == 0.0 { Deed::Down } else { Deed::Up };
@@ -391,7 +391,7 @@ fn a_body_gets_a_path_where_it_stands_and_the_path_more_points() {
     assert_eq!(editor.text(), wanted.replace("[10, 15], [", "[10, 15], [40, 15], ["));
     act(&mut editor, [Deed::Undone, Deed::Undone]);
     assert_eq!(editor.text(), YARD);
-    // What moved by itself moves on its path alone.
+    // A body that moved by itself now moves only on its path.
     let text = YARD.replace("[40, 15]", "[40, 15]\nvelocity = [3, 0]\nmotion = \"dynamic\"");
     let mut editor = Editor::open(text, None);
     editor.select(vec![PieceId { list: List::Bodies, index: 1 }]);
@@ -409,7 +409,7 @@ fn two_presses_add_a_point_to_a_path_and_remove_one() {
     assert!(editor.path_offer().is_some(), "it is selected");
     double(&mut editor, 70.0, 15.0);
     assert_eq!(editor.text(), before);
-    // The last two stay.
+    // The last two points stay.
     double(&mut editor, 100.0, 15.0);
     assert_eq!(editor.text(), before);
     act(&mut editor, [Deed::Undone, Deed::Undone]);

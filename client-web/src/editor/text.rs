@@ -1,5 +1,5 @@
-//! The text of a scene, and the pieces that are found in it: a view of the text, made again after every
-//! change. Each piece knows the bytes of its table and of its numbers; nothing is ever written from it.
+//! The text of a scene and the pieces found in it. The pieces are a view of the text and are rebuilt after every
+//! change. Each piece knows the byte ranges of its table and its numbers; the text is never regenerated from them.
 
 use super::strings;
 use jostle_sim::{Shape, Vec2};
@@ -7,7 +7,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// A list of a scene file whose entries have a place in the picture.
+/// A list of a scene file whose entries have a position in the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum List {
     /// `[[bodies]]`.
@@ -29,7 +29,7 @@ impl List {
     pub const ALL: [List; 6] =
         [List::Zones, List::Layouts, List::Bodies, List::Emitters, List::Launchers, List::Spawns];
 
-    /// Its path in the file.
+    /// The list's path in the file.
     pub fn path(self) -> &'static str {
         match self {
             List::Bodies => "bodies",
@@ -42,30 +42,30 @@ impl List {
     }
 }
 
-/// A piece by its place in the file.
+/// Identifies a piece by its place in the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct PieceId {
-    /// The list that it is in.
+    /// The list that contains the piece.
     pub list: List,
-    /// Its number in that list, from 0.
+    /// The piece's index in the list.
     pub index: usize,
 }
 
 impl PieceId {
-    /// Its path in the file, like `bodies[3]`.
+    /// The piece's path in the file, such as `bodies[3]`.
     pub fn path(self) -> String {
         format!("{}[{}]", self.list.path(), self.index)
     }
 }
 
-/// A number of the text.
+/// A number in the text.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Number {
     pub at: Range<usize>,
     pub value: f32,
 }
 
-/// Two numbers of the text, `[x, y]`.
+/// Two numbers in the text, `[x, y]`.
 pub type Point = [Number; 2];
 
 /// The value of a point.
@@ -73,53 +73,53 @@ pub fn vector(point: &Point) -> Vec2 {
     Vec2::new(point[0].value, point[1].value)
 }
 
-/// Where a piece is.
+/// The position of a piece.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Place {
     Center(Point),
-    /// Between two corners, the low one first.
+    /// An area given by two corners, the lower one first.
     Area([Point; 2]),
-    /// On its way along these points.
+    /// A path along these points.
     Path(Vec<Point>),
 }
 
-/// How large a piece is.
+/// The size of a piece.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Extent {
     /// `radius`.
     Radius(Number),
-    /// `size`, the whole width and height.
+    /// `size`, the full width and height.
     Size(Point),
-    /// The text does not say; its kind decides.
+    /// The text gives no size; it follows from the kind.
     Unsaid,
 }
 
-/// An entry of the text that has a place.
+/// An entry of the text that has a position.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Piece {
-    /// Its place in the file.
+    /// The piece's place in the file.
     pub id: PieceId,
-    /// The word of its `kind`, or what else it is.
+    /// The value of `kind`, or a name for the kind of list entry.
     pub kind: String,
-    /// Its `name`, if it has one.
+    /// The value of `name`.
     pub name: Option<String>,
-    /// Its bytes: comments right above the header, the header, and all fields up to the end of the last
-    /// one's line. Of an entry within a list, those between its brackets, which included.
+    /// The piece's bytes. For a table these are the comments right above the header, the header, and all fields to the
+    /// end of the last line; for an entry within a list, its brackets and everything between them.
     pub bytes: Range<usize>,
-    /// It stands within the brackets of a list, and has no header of its own.
+    /// Whether the piece is within the brackets of a list and has no header.
     pub inline: bool,
-    /// Where it is; `None` where only the text says.
+    /// The position; `None` if it is not given or is relative to another body.
     pub place: Option<Place>,
-    /// How large it is.
+    /// The size.
     pub extent: Extent,
-    /// Why it cannot be dragged, if it cannot.
+    /// Why the piece cannot be dragged; `None` if it can.
     pub stuck: Option<&'static str>,
-    /// Other tables stand between its own ones: it is neither removed nor copied as a whole.
+    /// Whether other tables lie between this piece's tables; it is then neither removed nor copied as a whole.
     pub scattered: bool,
 }
 
 impl Piece {
-    /// The shape that its text gives it.
+    /// The shape given by the text.
     pub fn shape(&self) -> Option<Shape> {
         match (&self.place, &self.extent) {
             (Some(Place::Area([low, high])), _) => {
@@ -135,7 +135,7 @@ impl Piece {
         }
     }
 
-    /// Its centre, or the first point of its path.
+    /// The centre, or the first point of the path.
     pub fn center(&self) -> Option<Vec2> {
         Some(match self.place.as_ref()? {
             Place::Center(point) => vector(point),
@@ -148,14 +148,14 @@ impl Piece {
 /// The pieces of a text.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sheet {
-    /// In the order of [`List::ALL`] and of the file.
+    /// The pieces in the order of [`List::ALL`] and, within a list, of the file.
     pub pieces: Vec<Piece>,
-    /// `size`, if it can be read.
+    /// The value of `size`, if valid.
     pub world: Option<Vec2>,
 }
 
 impl Sheet {
-    /// Reads a text; `None` if it is no TOML.
+    /// Parses a text; `None` if it is not valid TOML.
     pub fn read(text: &str) -> Option<Sheet> {
         let root = DeTable::parse(text).ok()?;
         let root = root.get_ref();
@@ -180,7 +180,7 @@ impl Sheet {
     }
 }
 
-/// The value at a path of names, like `hero.spawns`.
+/// The value at a dotted path, such as `hero.spawns`.
 pub fn value_at<'a, 'b>(root: &'b DeTable<'a>, path: &str) -> Option<&'b Spanned<DeValue<'a>>> {
     let (first, rest) = path.split_once('.').map_or((path, None), |(a, b)| (a, Some(b)));
     let value = root.get(first)?;
@@ -253,13 +253,13 @@ fn extent(table: &DeTable) -> Extent {
     radius.or_else(size).unwrap_or(Extent::Unsaid)
 }
 
-/// The two numbers of a value, if it has the form.
+/// Reads a value of the form `[x, y]`.
 pub fn point(value: &Spanned<DeValue>) -> Option<Point> {
     let [x, y] = value.get_ref().as_array()?.get(..)? else { return None };
     Some([number(x)?, number(y)?])
 }
 
-/// The number of a value, if it is a finite one.
+/// Reads a finite number.
 pub fn number(value: &Spanned<DeValue>) -> Option<Number> {
     let parsed = match value.get_ref() {
         DeValue::Float(float) => float.as_str().parse::<f64>().ok()?,
@@ -270,13 +270,13 @@ pub fn number(value: &Spanned<DeValue>) -> Option<Number> {
     number.value.is_finite().then_some(number)
 }
 
-/// The bytes of a table with a header at `start`, and of the comments right above it.
+/// The bytes of a table whose header is at `header`, including the comments right above it.
 fn table_bytes(text: &str, header: usize, table: &DeTable) -> Range<usize> {
     let start = with_comments(text, line_start(text, header));
     start..line_end(text, last_byte(table).max(header))
 }
 
-/// Whether a header that is not the table's own stands within its bytes.
+/// Whether the bytes of a table contain a header of another table.
 fn is_scattered(
     text: &str,
     all: &[usize],
@@ -289,7 +289,7 @@ fn is_scattered(
     all.iter().filter(|at| bytes.contains(at)).any(|at| foreign(&at))
 }
 
-/// Where the headers of a table's tables begin.
+/// The offsets of the headers of all tables within a table.
 fn headers(text: &str, table: &DeTable) -> Vec<usize> {
     let mut found = Vec::new();
     let mut look = |value: &Spanned<DeValue>| {
@@ -308,7 +308,7 @@ fn headers(text: &str, table: &DeTable) -> Vec<usize> {
     found
 }
 
-/// The furthest byte of anything in a table.
+/// The last byte of anything in a table.
 pub fn last_byte(table: &DeTable) -> usize {
     let ends = table.iter().map(|(key, value)| {
         let inner = value.get_ref().as_table().map_or(0, last_byte);
@@ -324,17 +324,17 @@ pub fn last_byte(table: &DeTable) -> usize {
     ends.max().unwrap_or(0)
 }
 
-/// The start of the line that a byte is on.
+/// The start of the line that contains a byte.
 pub fn line_start(text: &str, at: usize) -> usize {
     text[..at].rfind('\n').map_or(0, |newline| newline + 1)
 }
 
-/// The end of the line that a byte is on, its newline included.
+/// The end of the line that contains a byte, including the newline.
 pub fn line_end(text: &str, at: usize) -> usize {
     text[at..].find('\n').map_or(text.len(), |newline| at + newline + 1)
 }
 
-/// The start of the first of the comments that stand without a gap above the line that begins at `start`.
+/// The start of the comments directly above the line that begins at `start`.
 fn with_comments(text: &str, mut start: usize) -> usize {
     while start > 0 {
         let above = line_start(text, start - 1);

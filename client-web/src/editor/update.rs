@@ -1,4 +1,4 @@
-//! The one place where the editor changes: [`Editor::update`].
+//! [`Editor::update`], the only function that changes the editor.
 
 use super::document::{Leg, path_of};
 use super::edit::{self, Splice, apply, item_bytes};
@@ -14,68 +14,68 @@ use super::text::{List, Piece, PieceId, Place, Sheet, vector};
 use jostle_sim::Vec2;
 use jostle_sim::short_sort::sort_few;
 
-/// Nudges with a shorter pause between them are one step of the history, milliseconds.
+/// Nudges with shorter pauses between them form one history step, milliseconds.
 const NUDGE_MS: f64 = 700.0;
-/// Steps of a nudge with Shift.
+/// Distance of a nudge with Shift, steps.
 const NUDGE_FAR: f32 = 10.0;
-/// Half the length of a new path, steps of the world.
+/// Half the length of a new path, in the world's smallest steps.
 const PATH_REACH: f32 = 30.0;
-/// Seconds there and back.
+/// The period of a new path, seconds.
 const PATH_PERIOD: &str = "4";
 
-/// Distance of a copy from its original on each axis, units.
+/// Offset of a copy from its original on each axis, units.
 const COPY_UNITS: f32 = 4.0;
 
-/// Anything that is done to the editor.
+/// An action on the editor.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Deed {
     /// The text was changed by typing.
     Typed(String),
-    /// A hand went down.
+    /// A pointer was pressed.
     Down(Hand),
     Moved(Hand),
     Up(Hand),
-    /// It was taken away.
+    /// The gesture was cancelled.
     Cancelled,
-    /// A piece of the palette was taken by a hand.
+    /// A pointer took a piece from the palette.
     Taken(Make, i32),
-    /// One is to be added here.
+    /// A piece is added at this point.
     Placed(Make, Vec2),
-    /// The selection is to move.
+    /// The selection moves by a step.
     Nudged {
         way: Vec2,
         /// By ten units instead of one.
         far: bool,
     },
-    /// The selection is copied.
+    /// The selection is duplicated.
     Duplicated,
-    /// The selected body gets a path, or its path a point.
+    /// The selected body gets a path, or its path gets another point.
     PathExtended,
     /// The selection is removed.
     Deleted,
-    /// The last step is taken back.
+    /// The last step is undone.
     Undone,
-    /// It is done again.
+    /// The last undone step is redone.
     Redone,
-    /// The next piece is selected.
+    /// Selects the next piece.
     Next {
-        /// The one before instead.
+        /// Selects the previous piece instead.
         back: bool,
     },
-    /// Nothing is selected any more.
+    /// The selection is cleared.
     Deselected,
     SelectedAll,
-    /// A field gets this value, as TOML, or goes.
+    /// A field is set to this TOML value, or removed.
     FieldSet(String, Option<String>),
 }
 
 impl Editor {
-    /// Handles what was done at a time.
+    /// Applies an action at the given time.
     pub fn update(&mut self, now_ms: f64, deed: Deed) {
         if !matches!(deed, Deed::Nudged { .. }) {
             self.nudges = None;
         }
-        // What is done by other means ends what a hand began.
+        // Any action other than the pointer's cancels the current gesture.
         let held = self.is_held();
         if !matches!(deed, Deed::Down(_) | Deed::Moved(_) | Deed::Up(_)) {
             self.cancel();
@@ -142,7 +142,7 @@ impl Editor {
                 first
             }
         };
-        // Back where they began, nudges are no step.
+        // Nudges that return to the start are not a step.
         self.nudges = (first != self.text()).then_some((first, now_ms));
         self.select(self.selection.clone());
     }
@@ -191,14 +191,14 @@ impl Editor {
         self.adopt(Some((text, copies)));
     }
 
-    /// Gives a field of the form the values of its controls.
+    /// Sets a field of the form to the values of its controls.
     pub fn set_field(&mut self, now_ms: f64, path: &str, values: &[String]) {
         let Some(row) = rows(self).into_iter().find(|row| row.path == path) else { return };
         let value = value(&row.form, values, &row.default);
         self.update(now_ms, Deed::FieldSet(row.path, value));
     }
 
-    /// The selected body, if it is one alone and may have a path.
+    /// The selected body, if it is the only selected piece and may have a path.
     fn path_body(&self) -> Option<&Piece> {
         let [id] = self.selection[..] else { return None };
         let piece =
@@ -207,13 +207,13 @@ impl Editor {
         (id.list == List::Bodies && has_place).then_some(piece)
     }
 
-    /// The words of the button that makes a path, or adds a point to it.
+    /// The label of the button that creates a path or adds a point to it.
     pub fn path_offer(&self) -> Option<&'static str> {
         let piece = self.path_body()?;
         Some(if path_of(piece).is_empty() { strings::ADD_PATH } else { strings::ADD_POINT })
     }
 
-    /// Gives the selected body a path, or a further point in the middle of the longest leg.
+    /// Gives the selected body a path, or adds a point in the middle of the longest leg.
     pub(super) fn extend_path(&mut self) {
         let Some(piece) = self.path_body() else { return };
         let points: Vec<Vec2> = path_of(piece).iter().map(vector).collect();
@@ -240,7 +240,7 @@ impl Editor {
         self.change(vec![Splice::insert(value.end, format!(", [{x}, {y}]"))]);
     }
 
-    /// Removes a point of the selected body's path; the last two stay.
+    /// Removes a point of the selected body's path. At least two points remain.
     pub(super) fn remove_point(&mut self, index: usize) {
         let piece = self.path_body().filter(|piece| path_of(piece).len() > 2);
         let Some(piece) = piece else { return };
@@ -250,7 +250,7 @@ impl Editor {
     }
 }
 
-/// The text in which a body goes to and fro where it stood. Fields that a path decides go.
+/// The text in which a body moves back and forth around its old position. Fields that the path determines are removed.
 fn with_path(text: &str, piece: &Piece, reach: f32) -> Option<String> {
     let Some(Place::Center([x, y])) = &piece.place else { return None };
     let id = piece.id.path();

@@ -1,8 +1,8 @@
-//! Everything that a key or a button of a gamepad can do, and which one does it at first.
+//! Everything that a key or a gamepad button can do, and the default keys and buttons.
 
 use jostle_game::Buttons;
 
-/// Something that a key or a button of a gamepad does.
+/// An action bound to a key or a gamepad button.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Action {
     Up,
@@ -18,20 +18,20 @@ pub enum Action {
     Minion,
     Platform,
     Team,
-    /// Opens the wheel of emotes.
+    /// Opens the emote wheel.
     Emote,
     /// Asks for the next round.
     Again,
     Mute,
     FullScreen,
-    /// Changes between playing and editing a scene.
+    /// Switches between playing and editing a scene.
     Edit,
-    /// Keeps the last seconds as a replay.
+    /// Saves the last seconds as a replay.
     Clip,
 }
 
 impl Action {
-    /// In the order of the settings.
+    /// All actions, in the order of the settings.
     pub const ALL: [Action; 19] = [
         Action::Up,
         Action::Left,
@@ -54,7 +54,7 @@ impl Action {
         Action::Clip,
     ];
 
-    /// The word under which its key or button is remembered.
+    /// The name under which the action's key or button is stored.
     pub fn id(self) -> &'static str {
         const IDS: [&str; 19] = [
             "up", "left", "down", "right", "fire", "make", "hold", "agitate", "clear", "hero",
@@ -67,7 +67,7 @@ impl Action {
         Action::ALL.into_iter().find(|action| action.id() == id)
     }
 
-    /// What it presses; nothing for what concerns the page alone.
+    /// The game buttons that the action presses; none for actions of the page.
     pub fn buttons(self) -> Buttons {
         match self {
             Action::Up => Buttons::UP,
@@ -92,13 +92,13 @@ impl Action {
         }
     }
 
-    /// The action that presses a button.
+    /// The action that presses a game button.
     pub fn that_presses(buttons: Buttons) -> Option<Action> {
         Action::ALL.into_iter().find(|action| action.buttons() == buttons && buttons.0 != 0)
     }
 }
 
-/// Keys by their position on the keyboard (`KeyboardEvent.code`), the same on every layout.
+/// Default keys by position (`KeyboardEvent.code`), the same on every layout.
 pub const PLACES: [(&str, Action); 10] = [
     ("KeyW", Action::Up),
     ("ArrowUp", Action::Up),
@@ -111,8 +111,8 @@ pub const PLACES: [(&str, Action); 10] = [
     ("ArrowRight", Action::Right),
     ("Enter", Action::Again),
 ];
-/// Keys by their letter (`KeyboardEvent.key`), as the page prints it. Each with its position on the
-/// keyboard of the United States, for keyboards that lack the letter.
+/// Default keys by letter (`KeyboardEvent.key`), as the page shows them. Each has a fallback position from the US
+/// layout, for keyboards without that letter.
 pub const LETTERS: [(&str, &str, Action); 13] = [
     ("z", "KeyZ", Action::Make),
     ("x", "KeyX", Action::Hold),
@@ -128,7 +128,7 @@ pub const LETTERS: [(&str, &str, Action); 13] = [
     ("e", "KeyE", Action::Edit),
     ("k", "KeyK", Action::Clip),
 ];
-/// Buttons of a gamepad in the standard mapping.
+/// Default buttons of a gamepad in the standard mapping.
 pub const PAD: [(u8, Action); 10] = [
     (0, Action::Up),
     (1, Action::Hold),
@@ -142,8 +142,8 @@ pub const PAD: [(u8, Action); 10] = [
     (9, Action::Again),
 ];
 
-/// The actions of the key at a place with a letter on it. Where they disagree the places to steer win, then
-/// letters: a French keyboard has Z where the hand steers up, and its W makes instead.
+/// The default actions of a key, given its position and letter. Steering positions take precedence over letters: on a
+/// French keyboard, Z is in the position of W and steers up, while the W key makes.
 pub fn usual(place: &str, letter: &str) -> Vec<Action> {
     let letter = letter.to_lowercase();
     let steers = PLACES.iter().filter(|(code, _)| *code == place).map(|(_, action)| *action);

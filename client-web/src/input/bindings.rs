@@ -1,18 +1,18 @@
-//! Keys that the player chose, and what their caps read.
+//! The keys that the player chose, and the labels on their caps.
 
 use crate::input::action::{Action, LETTERS, PLACES, usual};
 use jostle_game::Buttons;
 use litemap::LiteMap;
 
-/// Keys of the player's own. An action with one has no other key; the rest have their usual ones.
+/// Keys chosen by the player. An action with a chosen key has no other key; the rest keep their defaults.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Bindings {
-    /// Actions and the places of their keys (`KeyboardEvent.code`); empty for none.
+    /// Actions and the codes of their keys (`KeyboardEvent.code`); an empty code means no key.
     own: Vec<(Action, String)>,
 }
 
 impl Bindings {
-    /// Reads what [`Bindings::text`] has written; what cannot be read is left out.
+    /// Parses the output of [`Bindings::text`] and skips invalid entries.
     pub fn parse(text: &str) -> Bindings {
         let entry = |entry: &str| {
             let (id, code) = entry.split_once('=')?;
@@ -21,13 +21,13 @@ impl Bindings {
         Bindings { own: text.split(',').filter_map(entry).collect() }
     }
 
-    /// A line that can be remembered.
+    /// Formats the bindings as a line for storage.
     pub fn text(&self) -> String {
         let entries = self.own.iter().map(|(action, code)| format!("{}={code}", action.id()));
         entries.collect::<Vec<_>>().join(",")
     }
 
-    /// Everything that a key does.
+    /// All actions of a key.
     pub fn actions(&self, place: &str, letter: &str) -> Vec<Action> {
         let own = self.own.iter().filter(|(_, code)| code == place).map(|(action, _)| *action);
         let own: Vec<Action> = own.collect();
@@ -38,13 +38,13 @@ impl Bindings {
         usual.filter(|action| self.own_key(*action).is_none()).collect()
     }
 
-    /// Everything that a key presses in the world.
+    /// All game buttons that a key presses.
     pub fn buttons(&self, place: &str, letter: &str) -> Buttons {
         let actions = self.actions(place, letter).into_iter();
         Buttons(actions.fold(0, |all, action| all | action.buttons().0))
     }
 
-    /// The place of the key of an action, if it has one.
+    /// The code of the action's key, if it has one.
     pub fn place(&self, action: Action) -> Option<&str> {
         match self.own_key(action) {
             Some(own) => Some(own).filter(|own| !own.is_empty()),
@@ -56,7 +56,7 @@ impl Bindings {
         self.own.iter().find(|(owner, _)| *owner == action).map(|(_, code)| code.as_str())
     }
 
-    /// The usual places of an action that are not taken.
+    /// The default keys of an action that are not assigned to others.
     fn usual_places(&self, action: Action) -> impl Iterator<Item = &'static str> {
         let steering =
             PLACES.iter().filter(move |(_, does)| *does == action).map(|(code, _)| *code);
@@ -65,8 +65,8 @@ impl Bindings {
         steering.chain(named).filter(|code| !self.own.iter().any(|(_, own)| own == code))
     }
 
-    /// Gives an action this key alone. An action that loses its only key gets the one that this one had; returns
-    /// the last of them.
+    /// Gives an action this key and no other. Actions that thereby lose their only key get the former key of this
+    /// action; returns the last one that changed.
     pub fn assign(&mut self, action: Action, place: &str, letter: &str) -> Option<Action> {
         let displaced = self.actions(place, letter);
         let former = self.place(action).unwrap_or_default().to_owned();
@@ -88,21 +88,21 @@ impl Bindings {
     }
 }
 
-/// What the caps of the keyboard read, as far as that is known.
+/// The labels on the keyboard's caps, as far as known.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct KeyboardLayout {
     labels: LiteMap<String, String>,
 }
 
 impl KeyboardLayout {
-    /// The key at a place has this letter; other words name no cap.
+    /// Records the letter of a key. Longer key names are ignored.
     pub fn note(&mut self, place: &str, letter: &str) {
         if letter.chars().count() == 1 && letter != " " {
             self.labels.insert(place.to_owned(), letter.to_uppercase());
         }
     }
 
-    /// The label of the key at a place.
+    /// The label of the key with this code.
     pub fn label(&self, place: &str) -> String {
         if let Some(label) = self.labels.get(place) {
             return label.clone();
@@ -119,7 +119,7 @@ impl KeyboardLayout {
         }
     }
 
-    /// The label of the key of an action, or `None` if it has none.
+    /// The label of an action's key; `None` if it has no key.
     pub fn cap(&self, bindings: &Bindings, action: Action) -> Option<String> {
         let place = bindings.place(action)?;
         let named = LETTERS.iter().find(|(.., does)| *does == action);
@@ -129,7 +129,7 @@ impl KeyboardLayout {
         }
     }
 
-    /// Whether the key with a letter does this, or no such key is known of.
+    /// Whether the key with this letter triggers the action, or no key with the letter is known.
     fn has(&self, letter: &str, bindings: &Bindings, action: Action) -> bool {
         let upper = letter.to_uppercase();
         match self.labels.iter().find(|(_, label)| **label == upper) {

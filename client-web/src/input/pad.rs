@@ -1,48 +1,49 @@
-//! Gamepads in the browser's standard mapping: the state of a pad becomes what it presses and where it aims.
+//! Gamepads in the browser's standard mapping: turns the state of a pad into pressed buttons and an aim.
 
 use crate::input::action::{Action, PAD};
 use crate::input::stick;
 use jostle_game::Buttons;
 use jostle_sim::Vec2;
 
-/// Buttons in the standard mapping.
+/// The number of buttons in the standard mapping.
 pub const BUTTONS: u8 = 17;
-/// The cross steers, whatever is chosen.
+/// The d-pad always steers, regardless of bindings.
 const CROSS: [(u8, Buttons); 4] =
     [(12, Buttons::UP), (13, Buttons::DOWN), (14, Buttons::LEFT), (15, Buttons::RIGHT)];
-/// The sticks themselves: a hand that steers hard presses them by mistake. And the button of the system.
+/// Buttons that cannot be bound: the two stick buttons, which are easily pressed by mistake while steering, and the
+/// system button.
 const DEAD: [u8; 3] = [10, 11, 16];
-/// Share of a stick's way within which it rests, percent.
+/// The default dead zone, percent of a stick's range.
 pub const DEAD_ZONE: u8 = 25;
-/// Range of the choice.
+/// The range of dead zones that can be chosen.
 pub const DEAD_ZONES: [u8; 2] = [5, 60];
 
-/// Everything that is down on a pad, and where its sticks are.
+/// The raw state of a gamepad.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PadState {
-    /// A bit each button.
+    /// One bit per button.
     pub buttons: u32,
     /// Left and right stick, from -1 to 1, y down.
     pub sticks: [Vec2; 2],
 }
 
-/// What a pad means.
+/// The actions, buttons and aim that result from the state of a pad.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PadInput {
-    /// A bit each [`Action`].
+    /// One bit per [`Action`].
     pub actions: u32,
-    /// Everything that it presses in the world.
+    /// All game buttons that are pressed.
     pub buttons: Buttons,
-    /// Where the right stick points, y up; at most 1 long, zero while it rests.
+    /// Direction of the right stick, y up, with a length of at most 1; zero while it rests.
     pub aim: Vec2,
 }
 
-/// Buttons of the player's choice.
+/// The gamepad buttons that the player chose.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PadBindings {
     /// The action of each button.
     actions: [Option<Action>; BUTTONS as usize],
-    /// Percent of a stick's way.
+    /// The dead zone, percent of a stick's range.
     pub dead_zone: u8,
 }
 
@@ -57,7 +58,7 @@ impl Default for PadBindings {
 }
 
 impl PadBindings {
-    /// Reads what [`PadBindings::text`] has written; anything else is the usual choice.
+    /// Parses the output of [`PadBindings::text`]; anything invalid falls back to the defaults.
     pub fn parse(text: &str) -> PadBindings {
         let mut bindings = PadBindings::default();
         let Some((zone, entries)) = text.split_once(';') else { return bindings };
@@ -70,7 +71,7 @@ impl PadBindings {
         bindings
     }
 
-    /// A line that can be remembered.
+    /// Formats the bindings as a line for storage.
     pub fn text(&self) -> String {
         let ids = self.actions.iter().map(|action| action.map_or("", Action::id));
         format!("{};{}", self.dead_zone, ids.collect::<Vec<_>>().join(","))
@@ -81,7 +82,7 @@ impl PadBindings {
         (0..BUTTONS).find(|button| self.actions[usize::from(*button)] == Some(action))
     }
 
-    /// Gives an action this button; the button's action gets the former one, and is returned if there is any.
+    /// Gives an action this button. If another action had the button, the two swap and that action is returned.
     pub fn assign(&mut self, action: Action, button: u8) -> Option<Action> {
         if !is_free(button) {
             return None;
@@ -91,7 +92,7 @@ impl PadBindings {
         if let Some(former) = former {
             self.actions[usize::from(former)] = other;
         }
-        // A button for what it did before stays that.
+        // Assigning an action its current button changes nothing.
         if former == Some(button) {
             self.actions[usize::from(button)] = Some(action);
         }
@@ -99,14 +100,14 @@ impl PadBindings {
     }
 }
 
-/// Whether a button may be chosen.
+/// Whether a button can be bound.
 pub fn is_free(button: u8) -> bool {
     button < BUTTONS
         && !DEAD.contains(&button)
         && !CROSS.iter().any(|(crossed, _)| *crossed == button)
 }
 
-/// What the state of a pad means.
+/// Interprets the state of a pad.
 pub fn read(state: &PadState, bindings: &PadBindings) -> PadInput {
     let is_down = |button: u8| state.buttons >> button & 1 == 1;
     let zone = f32::from(bindings.dead_zone) / 100.0;
@@ -126,7 +127,7 @@ pub fn read(state: &PadState, bindings: &PadBindings) -> PadInput {
     input
 }
 
-/// A stick's offset, which begins at the edge of the dead zone; at most 1 long.
+/// A stick's offset measured from the edge of the dead zone, with a length of at most 1.
 fn beyond(offset: Vec2, zone: f32) -> Vec2 {
     let length = offset.length();
     if !length.is_finite() || length <= zone {

@@ -1,27 +1,27 @@
-//! Inputs on their way to the server: every change of the buttons is sent once and at once; moves and
-//! repeats wait for a tick in which no other input is played, so that none queues up at the server.
+//! Sends inputs to the server. Every change of buttons is sent once, immediately. Moves and repeats wait for a tick in
+//! which no other input is played, so that no queue builds up at the server.
 
 use jostle_game::{Buttons, Input};
 use std::collections::VecDeque;
 
-/// Inputs a second, the server plays one a tick.
+/// Inputs per second; the server plays one per tick.
 const RATE_HZ: f64 = 60.0;
-/// Inputs that may leave at once after a pause: a press, its release and a move.
+/// Inputs that may be sent at once after a pause: a press, its release and a move.
 const BURST: f64 = 3.0;
-/// Inputs that wait when changes come faster than ticks; the oldest moves go first.
+/// Maximum queued inputs when changes come faster than ticks; the oldest moves are dropped first.
 const WAITING_MAX: usize = 8;
-/// Interval at which an unchanged input is repeated, so that the server knows that it still holds.
+/// Interval at which an unchanged input is repeated as a heartbeat.
 const REPEAT_MS: f64 = 80.0;
 
-/// After this time an input is sent whatever is booked: the server would release all keys.
+/// After this time an input is sent regardless of booked ticks; otherwise the server would release all keys.
 const OVERDUE_MS: f64 = 160.0;
-/// A move leaves in this share of a tick or later if another input is played in the tick before:
-/// one that arrives a little sooner than expected is not to meet that.
+/// If another input is played in the tick before, a move is sent only after this share of a tick. If sent sooner, it
+/// could arrive a little early and collide with that input.
 const PHASE_MIN: f64 = 0.25;
-/// Ticks that may be booked ahead; more is an error.
+/// Maximum ticks booked ahead; more indicates an error.
 const BOOKED_AHEAD_MAX: u32 = 90;
 
-/// Inputs on their way out.
+/// The queue of outgoing inputs.
 #[derive(Debug)]
 pub struct InputSender {
     waiting: VecDeque<Input>,
@@ -30,7 +30,7 @@ pub struct InputSender {
     allowance: f64,
     refilled_ms: f64,
     seq: u32,
-    /// The last tick in which something is played that was sent.
+    /// The last tick in which a sent input is played.
     booked: u32,
 }
 
@@ -49,9 +49,9 @@ impl Default for InputSender {
 }
 
 impl InputSender {
-    /// Notes the intent of this moment. A change of buttons is kept with its pointer, so that a tap
-    /// shorter than a tick still counts and a press acts where it was made. A mere move gives way to
-    /// whatever comes after it, except that the last one of a drag is played before the button goes up.
+    /// Records the current input. A change of buttons is kept with its pointer, so that a tap shorter than a tick still
+    /// counts and a press acts where it was made. A mere move is replaced by the next input, except that the last move
+    /// of a drag is played before the button is released.
     pub fn note(&mut self, input: Input) {
         if self.ends_in_a_move() && !self.ends_a_drag(input) {
             self.waiting.pop_back();
@@ -65,7 +65,7 @@ impl InputSender {
         self.waiting.push_back(input);
     }
 
-    /// Whether an input lets go of what the newest one that waits drags elsewhere.
+    /// Whether an input releases a button that the newest queued input is dragging with.
     fn ends_a_drag(&self, input: Input) -> bool {
         const DRAGS: u16 = Buttons::FIRE.0 | Buttons::HOLD.0;
         self.waiting
@@ -73,7 +73,7 @@ impl InputSender {
             .is_some_and(|newest| newest.buttons().0 & !input.buttons().0 & DRAGS != 0)
     }
 
-    /// Whether the newest input that waits changes no button.
+    /// Whether the newest queued input changes no button.
     fn ends_in_a_move(&self) -> bool {
         let before = match self.waiting.len() {
             0 => return false,
@@ -84,20 +84,22 @@ impl InputSender {
         before.zip(newest).is_some_and(|(before, newest)| before.buttons() == newest.buttons())
     }
 
-    /// The next input to send at `now_ms` with its sequence number, if one is due. It would be played
-    /// in the first tick after `moment`. Call until `None`.
+    /// The next input to send at `now_ms` with its sequence number, if one is due. It would be played in the first tick
+    /// after `moment`. Call repeatedly until it returns `None`.
     pub fn due(&mut self, now_ms: f64, moment: f64) -> Option<(u32, Input)> {
         self.refill(now_ms);
         let tick = moment.max(0.0) as u32 + 1;
         if self.booked > tick + BOOKED_AHEAD_MAX {
-            // The ticks are others: another session, or a guess before the first snapshot.
+            // The tick numbering changed: this is another session, or the ticks were a guess made before the first
+            // snapshot.
             self.booked = 0;
         }
         let repeat = self.last.filter(|_| now_ms - self.sent_ms >= REPEAT_MS);
         let input = self.waiting.front().copied().or(repeat)?;
         let urgent = self.last.is_none_or(|last| last.buttons() != input.buttons());
         let overdue = now_ms - self.sent_ms >= OVERDUE_MS;
-        // Frames may keep one phase for seconds: where the tick before is free too, it may be met.
+        // Frames may stay at one phase of the tick for seconds. If the previous tick is free too, the move may arrive
+        // in it.
         let ahead = tick.saturating_sub(self.booked);
         let fits = overdue || ahead > 1 || ahead == 1 && moment.rem_euclid(1.0) >= PHASE_MIN;
         if self.allowance < 1.0 || !(urgent || fits) {
@@ -112,7 +114,7 @@ impl InputSender {
         Some((self.seq, input))
     }
 
-    /// Inputs that were sent are played later than expected: up to this tick.
+    /// Sent inputs are played later than expected, up to this tick.
     pub fn book_until(&mut self, tick: u32) {
         self.booked = self.booked.max(tick);
     }

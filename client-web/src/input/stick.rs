@@ -1,16 +1,16 @@
-//! The thumb stick: where the thumb is, relative to where it came down, as four directions.
+//! The thumb stick: turns the thumb's offset from where it touched down into four directions.
 
 use jostle_game::Buttons;
 use jostle_sim::Vec2;
 
 /// Radius of the stick's ring, CSS pixels.
 pub const RADIUS_PX: f32 = 56.0;
-/// Share of the radius within which the thumb rests.
+/// Dead zone as a fraction of the radius.
 const DEAD_ZONE: f32 = 0.28;
-/// Sine of the angle from an axis beyond which the other direction is added: 30 degrees.
+/// Sine of the angle from an axis above which the second direction is added: 30 degrees.
 const SECTOR: f32 = 0.5;
 
-/// Directions for a thumb `offset` pixels from the middle (y down).
+/// The directions for a thumb `offset` pixels from the centre (y down).
 pub fn directions(offset: Vec2) -> Buttons {
     if offset.length() < DEAD_ZONE * RADIUS_PX {
         return Buttons::default();
@@ -18,7 +18,7 @@ pub fn directions(offset: Vec2) -> Buttons {
     sectors(offset)
 }
 
-/// Directions for an offset of any length (y down), none for zero.
+/// The directions for an offset of any length (y down); none for zero.
 pub fn sectors(offset: Vec2) -> Buttons {
     let unit = offset.normalize_or_zero();
     let mut bits = 0;
@@ -37,7 +37,7 @@ pub fn sectors(offset: Vec2) -> Buttons {
     Buttons(bits)
 }
 
-/// The knob's offset: the thumb's, kept on the ring.
+/// The offset of the knob: that of the thumb, limited to the ring.
 pub fn knob(offset: Vec2) -> Vec2 {
     let length = offset.length();
     if length > RADIUS_PX { offset * (RADIUS_PX / length) } else { offset }

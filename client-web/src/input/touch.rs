@@ -1,12 +1,12 @@
-//! Fingers on the canvas: the first one in the corner of the stick steers, another one aims with the tool
-//! that was armed when it came down.
+//! Touches on the canvas: the first finger in the stick's corner steers; another one aims with the tool that was armed
+//! when it touched down.
 
 use jostle_game::Buttons;
 use jostle_sim::Vec2;
 
-/// Share of the canvas's width that belongs to the stick.
+/// Fraction of the canvas's width used by the stick.
 const STICK_WIDTH: f32 = 0.45;
-/// Share of the canvas's height, from the bottom, that belongs to the stick.
+/// Fraction of the canvas's height, from the bottom, used by the stick.
 const STICK_HEIGHT: f32 = 0.6;
 
 /// The role of a finger on the canvas.
@@ -18,36 +18,36 @@ enum Finger {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Touched {
-    /// The stick is taken at this place, CSS pixels.
+    /// The thumb touched the stick at this position, CSS pixels.
     Grip(Vec2),
-    /// The thumb on the stick moved; its offset from where it came down, CSS pixels.
+    /// The thumb on the stick moved to this offset from where it touched down, CSS pixels.
     Lean(Vec2),
-    /// The stick is let go.
+    /// The stick was released.
     Loose,
-    /// A tool goes down or up at the finger.
+    /// A tool is pressed or released at the finger.
     Aim(Buttons, bool),
-    /// The finger that aims moved.
+    /// The aiming finger moved.
     Move,
     Nothing,
 }
 
-/// Fingers on the canvas: at most one steers, at most one aims.
+/// The fingers on the canvas: at most one steers and at most one aims.
 #[derive(Debug, Default)]
 pub struct Fingers {
-    /// The tool of the next finger that aims.
+    /// The tool that the next aiming finger uses.
     pub armed: Buttons,
-    /// There is a stick.
+    /// Whether the scene has a stick.
     pub steers: bool,
     down: Vec<Finger>,
 }
 
 impl Fingers {
-    /// No fingers yet, with or without a stick, and the tool of the first one that aims.
+    /// Creates a state without fingers, with or without a stick, and with the tool of the first aiming finger.
     pub fn new(steers: bool, armed: Buttons) -> Fingers {
         Fingers { armed, steers, down: Vec::new() }
     }
 
-    /// A finger came down at a place on the canvas of a size (CSS pixels).
+    /// A finger touched down at a point on a canvas of this size (CSS pixels).
     pub fn down(&mut self, pointer: i32, at: Vec2, size: Vec2) -> Touched {
         let steering = self.down.iter().any(|f| matches!(f, Finger::Steers { .. }));
         let on_stick = at.x < size.x * STICK_WIDTH && at.y > size.y * (1.0 - STICK_HEIGHT);
@@ -77,7 +77,7 @@ impl Fingers {
         Touched::Nothing
     }
 
-    /// Where the thumb on the stick came down, and its offset from there, CSS pixels.
+    /// Where the thumb on the stick touched down, and its offset from there, CSS pixels.
     pub fn stick(&self) -> Option<(Vec2, Vec2)> {
         self.down.iter().find_map(|finger| match *finger {
             Finger::Steers { from, at, .. } => Some((from, at - from)),
@@ -85,7 +85,7 @@ impl Fingers {
         })
     }
 
-    /// A finger was lifted. The tool that it pressed goes up, whatever is armed by now.
+    /// A finger was lifted. The tool that it pressed is released, even if another tool is armed by now.
     pub fn up(&mut self, pointer: i32) -> Touched {
         let finger = self.finger(pointer);
         self.down.retain(|f| Some(*f) != finger);

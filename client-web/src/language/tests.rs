@@ -1,4 +1,4 @@
-//! Finds every sentence of the page, and compares each language with them.
+//! Finds every sentence of the page and checks that each language has it.
 
 use super::*;
 use jostle_game::Scene;
@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 /// The languages, by the names of their files in `web`.
 const LANGUAGES: [(&str, &str); 1] = [("de", include_str!("../../web/de.txt"))];
-/// Files of which every literal is a sentence.
+/// Files in which every literal is shown to the user.
 const ALL_SENTENCES: [&str; 5] = [
     "page/strings.rs",
     "page/strings/scenes.rs",
@@ -18,7 +18,7 @@ const ALL_SENTENCES: [&str; 5] = [
     "editor/strings.rs",
     "replay/error.rs",
 ];
-/// Attributes of the document that are read out or shown, the last three by the style sheet.
+/// Attributes of the document that are read out or shown; the style sheet shows the last three.
 const ATTRIBUTES: [&str; 7] =
     ["aria-label", "title", "placeholder", "alt", "data-more", "data-first", "data-last"];
 
@@ -93,7 +93,7 @@ fn sentences() -> BTreeSet<String> {
     found
 }
 
-/// Numbers, signs and names of keys read the same in every language.
+/// Numbers, symbols and key names are the same in every language.
 fn is_sentence(text: &str) -> bool {
     let letters = |word: &str| word.chars().filter(|letter| letter.is_alphabetic()).count();
     let bare = std::iter::successors(Some(("", "", text)), |part| placeholder(part.2));
@@ -127,7 +127,7 @@ fn read(path: &Path) -> String {
     fs::read_to_string(path).expect("a text")
 }
 
-/// Adds the literals that `say` or `fill` is called with, or all. Attributes and tests have none.
+/// Collects the literals passed to `say`, `fill` or `around`, or all literals. Attributes and tests are skipped.
 fn literals(tokens: TokenStream, all: bool, found: &mut BTreeSet<String>) {
     let mut before: [String; 2] = Default::default();
     for token in tokens {
@@ -139,7 +139,7 @@ fn literals(tokens: TokenStream, all: bool, found: &mut BTreeSet<String>) {
             }
             let is_attribute = before[1] == "#" || before == ["#", "!"];
             if !is_attribute && before != ["mod", "tests"] {
-                // The other arguments are names of placeholders.
+                // The other arguments of `fill` are placeholder names.
                 literals(group.stream(), all && before[1] != "fill", found);
             }
         } else if all {
@@ -158,9 +158,9 @@ fn document() -> &'static str {
     include_str!("../../web/index.html")
 }
 
-/// Adds the texts and attributes of the document as `dom/language.rs` finds them in the browser.
+/// Collects texts and attributes of the document in the way that `dom/language.rs` finds them in the browser.
 fn in_document(document: &str, found: &mut BTreeSet<String>) {
-    // Without JavaScript there is no other language.
+    // Without JavaScript the page is always in English.
     let document = document.split("<noscript>").next().expect("a first part");
     for part in document.split('<').skip(1) {
         let (tag, text) = part.split_once('>').expect("a tag ends");

@@ -1,64 +1,64 @@
-//! Calls to the server's HTTP API, and the room that "Play" joins.
+//! Calls to the server's HTTP API, and the choice of the room that "Play" joins.
 
 use jostle_game::scene::SceneError;
 use jostle_protocol::web::{Posted, RecordCard, RecordTable, RoomCard, SceneCard};
 use serde::de::DeserializeOwned;
 
-/// Bots beside a player who plays a scene alone.
+/// The number of bots when a player plays a scene alone.
 pub fn bots_alone(card: &SceneCard) -> u32 {
     bots_beside_one(card.heroes, [card.fill, card.players_min, card.players_max])
 }
 
-/// Bots beside a player who plays alone, by the numbers of a scene: as many as would fill a room of the server, and
-/// at least as many as a round needs to begin. None where players have no heroes.
+/// The number of bots for a player alone, from a scene's settings: enough to fill a room as on the server, and at least
+/// enough for a round to begin. Zero in scenes without heroes.
 pub fn bots_beside_one(heroes: bool, [fill, players_min, players_max]: [u32; 3]) -> u32 {
     let seats = if heroes { fill.max(players_min).min(players_max) } else { 1 };
     seats.saturating_sub(1)
 }
 
-/// Whether the fastest of these runs is the best.
+/// Whether the best run is the fastest one.
 pub fn is_timed(table: &RecordTable) -> bool {
     table.measure == "time"
 }
 
-/// The link that plays the replay of a run.
+/// A link that plays the replay of a run.
 pub fn watch(run: &RecordCard) -> String {
     format!("#replay=/records/{}.jostle", run.name)
 }
 
-/// The link that plays the scene of a run alone, beside its ghost.
+/// A link that plays the scene of a run alone, against the run's ghost.
 pub fn race(run: &RecordCard, scene: &str) -> String {
     let number = run.name.rsplit('-').next().unwrap_or_default();
     format!("#alone={scene}&bots=0&ghost={number}.{}.{}", run.begin, run.seat)
 }
 
-/// Folder of the server's files.
+/// Path of the server's static files.
 pub const FILES: &str = "/assets";
 
-/// Address of a scene's file in the folder of all files.
+/// The address of a scene file below the path of all files.
 pub fn scene_file(files: &str, name: &str) -> String {
     format!("{files}/scenes/{name}.toml")
 }
 
-/// Address of a replay's file.
+/// The address of a replay file.
 pub fn replay_file(name: &str) -> String {
     format!("/replays/{name}.jostle")
 }
 
-/// The replay that a path of the page names.
+/// The name of the replay in a path of the page.
 pub fn replay_name(path: &str) -> Option<&str> {
     let name = path.strip_prefix("/replay/")?.trim_end_matches('/');
     let name = name.strip_suffix(".jostle").unwrap_or(name);
     (!name.is_empty()).then_some(name)
 }
 
-/// The value of a name in the part of an address after `?`.
+/// The value of a parameter in a query string.
 pub fn query_value<'a>(query: &'a str, name: &str) -> Option<&'a str> {
     let pairs = query.trim_start_matches('?').split('&').filter_map(|pair| pair.split_once('='));
     pairs.filter(|(key, _)| *key == name).map(|(_, value)| value).next()
 }
 
-/// The error of a scene that was refused, for its file of this name.
+/// The error of a rejected scene, reported for a file of this name.
 pub fn scene_error(refused: Posted, file: &str) -> Option<SceneError> {
     Some(SceneError {
         file: file.to_owned(),
@@ -69,13 +69,13 @@ pub fn scene_error(refused: Posted, file: &str) -> Option<SceneError> {
     })
 }
 
-/// An error of a whole file, as the parser of scenes reports it.
+/// An error about a whole file, in the form that the scene parser reports.
 pub fn file_error(file: &str, found: &str, allowed: &str) -> SceneError {
     let (file, found, allowed) = (file.to_owned(), found.to_owned(), allowed.to_owned());
     SceneError { file, line: 1, field: "file".to_owned(), found, allowed }
 }
 
-/// Reads an answer with the browser's own parser; one of ours would add to the download.
+/// Parses an answer with the browser's JSON parser, since one in Rust would add to the download.
 #[cfg(target_arch = "wasm32")]
 pub fn parse<T: DeserializeOwned>(answer: &str) -> Option<T> {
     serde_wasm_bindgen::from_value(js_sys::JSON::parse(answer).ok()?).ok()
@@ -94,23 +94,23 @@ pub enum Request {
     Scenes,
     Replays,
     Records,
-    /// Sends the replay of a run.
+    /// Submits the replay of a run.
     Run(Vec<u8>),
-    /// Opens a room with a scene; a private one is not listed.
+    /// Opens a room with a scene. A private room is not listed.
     Open {
         /// Name of the scene.
         scene: String,
         private: bool,
     },
-    /// Opens a private room with the scene of this text.
+    /// Opens a private room with a scene given as text.
     OpenGuest(String),
 }
 
-/// Time after which a call counts as unanswered, milliseconds.
+/// Timeout of a call, milliseconds.
 const TIMEOUT_MS: u32 = 8000;
-/// The same where a scene is tried first, after those of others.
+/// Timeout of a call for which the server first tests a scene, after those in its queue.
 const TRIAL_TIMEOUT_MS: u32 = 40_000;
-/// The same where a run is played again, after those of others.
+/// Timeout of a call for which the server replays a run, after those in its queue.
 const RUN_TIMEOUT_MS: u32 = 90_000;
 
 impl Request {
@@ -127,7 +127,7 @@ impl Request {
         }
     }
 
-    /// Body and its media type, if it has one. Names of scenes hold nothing that would need an escape.
+    /// The body and its media type, if the request has one. Scene names contain nothing that JSON would escape.
     pub fn body(&self) -> Option<(Vec<u8>, &'static str)> {
         match self {
             Request::Open { scene, private } => {
@@ -140,7 +140,7 @@ impl Request {
         }
     }
 
-    /// Time after which it counts as unanswered, milliseconds.
+    /// Timeout of this call, milliseconds.
     pub fn timeout_ms(&self) -> u32 {
         match self {
             Request::OpenGuest(_) => TRIAL_TIMEOUT_MS,
@@ -150,11 +150,11 @@ impl Request {
     }
 }
 
-/// The scene that "Play" prefers, and opens when no room has players.
+/// The scene that "Play" prefers, and opens if no room has players.
 pub const FIRST_SCENE: &str = "splash";
 
-/// The liveliest room with a free seat and somebody in it now, in which a newcomer plays against others at
-/// once: not a scene of the book, nor one that a crew is in the middle of.
+/// The room with the most connected players and a free seat in which a newcomer can play against others immediately.
+/// Excludes the book's scenes and cooperative ones, in which a crew may be in the middle of its task.
 pub fn liveliest<'a>(rooms: &'a [RoomCard], scenes: &[SceneCard]) -> Option<&'a RoomCard> {
     let is_open = |s: &SceneCard| s.heroes && s.teams != 1 && s.category != "book";
     let has_heroes = |room: &RoomCard| scenes.iter().all(|s| s.name != room.scene || is_open(s));
@@ -227,7 +227,7 @@ mod tests {
         assert_eq!(chosen(&[elsewhere("a", 4), room("b", 3)]).as_deref(), Some("a"));
     }
 
-    /// Seats of closed tabs are no company, and a newcomer wants a hero.
+    /// Seats of closed tabs do not count, and newcomers need a scene with heroes.
     #[test]
     fn play_joins_neither_absent_players_nor_a_scene_without_heroes() {
         let absent = RoomCard { connected: 0, ..room("a", 3) };

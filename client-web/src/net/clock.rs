@@ -1,34 +1,34 @@
-//! Clock synchronisation: the server's tick as estimated from the arrival of snapshots, and the tick on
-//! display, which trails it by the interpolation delay. Time is an argument.
+//! Clock synchronisation: estimates the server's tick from the arrival of snapshots, and paces the displayed tick,
+//! which trails it by the interpolation delay. The current time is passed in as an argument.
 
 use std::collections::VecDeque;
 
-/// Milliseconds of one tick.
+/// Duration of a tick, milliseconds.
 pub const TICK_MS: f64 = 1000.0 / jostle_sim::TICKS_PER_SECOND as f64;
-/// The delay on a perfect connection, ticks: between the newest snapshot and the one before it.
+/// The delay on a perfect connection, ticks: the interval between two snapshots.
 pub const DELAY_TICKS_MIN: f64 = 1.0;
-/// The delay past which a bad connection is shown as it is, ticks.
+/// Maximum delay, ticks. Worse connections show their stalls.
 pub const DELAY_TICKS_MAX: f64 = 30.0;
-/// The display never runs further past the tick up to which all is known, ticks.
+/// Maximum ticks that the display runs past the newest known tick.
 pub const AHEAD_TICKS_MAX: f64 = 2.0;
-/// Arrivals older than this say nothing about the connection any more.
+/// Arrivals older than this no longer describe the connection.
 const WINDOW_MS: f64 = 1000.0;
-/// A late snapshot lengthens the delay at once; a third of that is left after this time without another,
-/// milliseconds.
+/// A late snapshot lengthens the delay immediately. Without further late ones, the excess falls to about a third (1/e)
+/// in this time, milliseconds.
 const JITTER_DECAY_MS: f64 = 4000.0;
-/// A display that is further off than this jumps instead of hurrying.
+/// If the display is off by more than this, it jumps instead of catching up.
 const JUMP_TICKS: f64 = 30.0;
-/// How far the display's speed may differ from one tick a tick.
+/// Maximum deviation of the display's speed from real time.
 const RATE_DEVIATION_MAX: f64 = 0.15;
 
 /// Estimates the server's tick and paces the display.
 #[derive(Debug, Default)]
 pub struct Clock {
     arrivals: VecDeque<Transit>,
-    /// Ticks by which snapshots are late at worst: the jitter.
+    /// Worst lateness of recent snapshots, ticks: the jitter.
     pub lateness_ticks: f64,
     measured_ms: f64,
-    /// The newest tick that is known.
+    /// The newest known tick.
     known: Option<u32>,
     display: Option<f64>,
     updated_ms: f64,
@@ -37,9 +37,9 @@ pub struct Clock {
 /// The timing of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Arrival {
-    /// Tick of its snapshot.
+    /// The tick of the snapshot.
     pub tick: u32,
-    /// The first tick that nothing was known of before.
+    /// The first tick about which the message brings new information.
     pub first: u32,
     /// Ticks until the next message is due, at least 1; more while nothing moves.
     pub ticks_until_next: u32,
@@ -48,15 +48,15 @@ pub struct Arrival {
 #[derive(Clone, Copy, Debug)]
 struct Transit {
     at_ms: f64,
-    /// Local time at which tick 0 would have arrived with this one's transit time.
+    /// The local time at which tick 0 would have arrived with the same transit time.
     origin_ms: f64,
 }
 
 impl Clock {
-    /// Notes what arrived at `now_ms`.
+    /// Records a message that arrived at `now_ms`.
     pub fn arrived(&mut self, arrival: Arrival, now_ms: f64) {
         if self.arrivals.back().is_some_and(|last| last.at_ms > now_ms) {
-            // The clock was set back: earlier measurements are worthless.
+            // The clock was set back, so earlier measurements are invalid.
             self.arrivals.clear();
             self.measured_ms = now_ms;
         }
@@ -69,16 +69,16 @@ impl Clock {
         self.known = Some(arrival.tick + arrival.ticks_until_next - 1);
     }
 
-    /// Snapshots come another way from now on: earlier transit times say nothing about it. The display waits for the
-    /// first one where it is.
+    /// From now on snapshots take another route, so earlier transit times no longer apply. The display waits at its
+    /// current position for the first one.
     pub fn restart(&mut self, now_ms: f64) {
         self.arrivals.clear();
         self.updated_ms = now_ms;
     }
 
-    /// Peak lateness of recent snapshots (jitter), which decays exponentially. A snapshot that skips ticks
-    /// counts as late by the first tick that it skipped: until it came, nothing after its
-    /// predecessor was known.
+    /// Updates the peak lateness of recent snapshots (jitter), which decays exponentially. The lateness of a snapshot
+    /// that skips ticks is measured from the first skipped tick, since nothing after the previous snapshot was known
+    /// until it arrived.
     fn measure_lateness(&mut self, first: u32, now_ms: f64) {
         let Some(due_ms) = self.origin_ms().map(|origin| origin + f64::from(first) * TICK_MS)
         else {
@@ -90,7 +90,7 @@ impl Clock {
         self.lateness_ticks = late.max(late + (self.lateness_ticks - late) * left);
     }
 
-    /// Local time of tick 0 on the fastest path seen in the window.
+    /// The local time of tick 0 on the fastest path seen in the window.
     fn origin_ms(&self) -> Option<f64> {
         self.arrivals.iter().map(|a| a.origin_ms).reduce(f64::min)
     }
@@ -124,7 +124,7 @@ impl Clock {
     }
 }
 
-/// The step that brings a moment on display towards `error` ticks ahead without a visible change of speed.
+/// The step that moves the displayed time towards `error` ticks ahead without a visible change of speed.
 pub(crate) fn paced(elapsed: f64, error: f64) -> f64 {
     let correction = (error - elapsed) * 0.1;
     let limit = elapsed * RATE_DEVIATION_MAX;

@@ -1,4 +1,4 @@
-//! Small HTTP calls to the own server.
+//! Small HTTP calls to the page's server.
 
 use crate::net::api::Request;
 use crate::net::report::Fetched;
@@ -6,7 +6,7 @@ use wasm_bindgen::JsCast;
 use wasm_bindgen::closure::Closure;
 use web_sys::{XmlHttpRequest, XmlHttpRequestResponseType};
 
-/// Time after which a file counts as unanswered, milliseconds.
+/// Timeout for fetching a file, milliseconds.
 const FILE_TIMEOUT_MS: u32 = 60_000;
 
 pub fn fetch(path: &str, done: impl FnOnce(Fetched) + 'static) {
@@ -33,8 +33,8 @@ pub fn fetch(path: &str, done: impl FnOnce(Fetched) + 'static) {
     request.set_onloadend(Some(closure.unchecked_ref()));
 }
 
-/// Makes a call to an address, and calls `done` with the answer's text, or with `None` if none came. An
-/// answer that refuses is an answer.
+/// Makes a call to an address, then calls `done` with the answer's text, or with `None` if no answer came. A refusal by
+/// the server counts as an answer.
 pub fn call(
     call: &Request,
     (method, path): (&str, &str),
@@ -51,7 +51,7 @@ pub fn call(
         return done(None);
     }
     let answered = request.clone();
-    // `loadend` comes once, whatever happened.
+    // `loadend` fires exactly once, whatever the outcome.
     let closure = Closure::once_into_js(move || {
         let text = answered.response_text().ok().flatten();
         done(text.filter(|_| answered.status().is_ok_and(|status| status != 0)));

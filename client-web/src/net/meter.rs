@@ -4,29 +4,29 @@ use std::collections::VecDeque;
 
 /// Time over which rates are measured, milliseconds.
 const WINDOW_MS: f64 = 1000.0;
-/// Weight of a new round trip in the shown one.
+/// Weight of a new round trip in the displayed average.
 const PING_SHARE: f64 = 0.3;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Traffic {
-    /// A snapshot that leads on from the one before.
+    /// A delta snapshot.
     Snapshot,
-    /// A snapshot that starts from nothing.
+    /// A snapshot without a baseline.
     Keyframe,
-    /// All other messages of the server.
+    /// Any other message from the server.
     Answer,
-    /// An input on its way out.
+    /// An input sent to the server.
     Input,
-    /// All other messages of the page.
+    /// Any other message from the page.
     Question,
 }
 
 impl Traffic {
-    /// All of them, what comes in first.
+    /// All kinds, incoming ones first.
     pub const ALL: [Traffic; 5] =
         [Traffic::Snapshot, Traffic::Keyframe, Traffic::Answer, Traffic::Input, Traffic::Question];
 
-    /// Whether the server sends it.
+    /// Whether the server sends this kind.
     pub fn comes_in(self) -> bool {
         !matches!(self, Traffic::Input | Traffic::Question)
     }
@@ -39,14 +39,14 @@ pub struct Meter {
     frames: VecDeque<f64>,
     /// Smoothed round trip, milliseconds.
     pub ping_ms: Option<f64>,
-    /// Sections received so far, with the number of snapshots that had each.
+    /// Sections received so far, and in how many snapshots each occurred.
     pub sections: Vec<(&'static str, u64)>,
     /// Events that started emitters.
     pub emitters: u64,
 }
 
 impl Meter {
-    /// Counts a message that came or went.
+    /// Counts a message sent or received.
     pub fn carried(&mut self, now_ms: f64, traffic: Traffic, bytes: usize) {
         self.carried.push_back((now_ms, traffic, bytes));
         while self.carried.front().is_some_and(|(at, ..)| *at < now_ms - WINDOW_MS) {
@@ -54,7 +54,7 @@ impl Meter {
         }
     }
 
-    /// Counts a snapshot by its sections, and how many of its events started an emitter.
+    /// Counts a snapshot by its sections, and the events in it that started an emitter.
     pub fn snapshot(&mut self, sections: &[&'static str], emitters: usize) {
         for &section in sections {
             match self.sections.iter_mut().find(|(name, _)| *name == section) {
@@ -72,7 +72,7 @@ impl Meter {
         }
     }
 
-    /// Notes that a ping sent at `sent_ms` came back.
+    /// Records the answer to a ping sent at `sent_ms`.
     pub fn ponged(&mut self, sent_ms: f64, now_ms: f64) {
         let trip = (now_ms - sent_ms).max(0.0);
         self.ping_ms = Some(self.ping_ms.map_or(trip, |old| old + (trip - old) * PING_SHARE));
@@ -84,7 +84,7 @@ impl Meter {
         incoming.map(|traffic| self.rate(traffic, now_ms).1).sum()
     }
 
-    /// Messages of a kind in the last second, and their bytes.
+    /// The count and bytes of messages of a kind in the last second.
     pub fn rate(&self, traffic: Traffic, now_ms: f64) -> (usize, usize) {
         let recent = self.carried.iter().filter(|(at, ..)| *at >= now_ms - WINDOW_MS);
         let alike = recent.filter(|(_, kind, _)| *kind == traffic);
@@ -96,7 +96,7 @@ impl Meter {
         self.frames.iter().filter(|at| **at >= now_ms - WINDOW_MS).count()
     }
 
-    /// Bars of the signal mark, 0..=4, for a connection that was last heard `silence_ms` ago.
+    /// Signal bars, 0..=4, for a connection whose last message came `silence_ms` ago.
     pub fn bars(&self, silence_ms: f64) -> u8 {
         match self.ping_ms {
             _ if silence_ms > 1500.0 => 0,

@@ -1,14 +1,14 @@
-//! When to try again: exponential backoff with jitter, so that clients do not
-//! all reach a restarted server in the same instant.
+//! Reconnection timing: exponential backoff with jitter, so that clients do not all reach a restarted server at the
+//! same instant.
 
-/// Wait before the first new attempt, milliseconds.
+/// Delay before the first attempt, milliseconds.
 const FIRST_MS: f64 = 250.0;
-/// Longest wait, milliseconds.
+/// Maximum delay, milliseconds.
 pub const LONGEST_MS: f64 = 8000.0;
-/// Longest wait while another server was not asked yet, milliseconds.
+/// Maximum delay while another server has not been tried yet, milliseconds.
 pub const UNTRIED_MS: f64 = 2000.0;
 
-/// Counts attempts and says when the next one is due.
+/// Counts attempts and determines when the next one is due.
 #[derive(Debug, Default)]
 pub struct Backoff {
     /// Attempts since the last good connection.
@@ -17,7 +17,7 @@ pub struct Backoff {
 }
 
 impl Backoff {
-    /// The connection was lost (or an attempt failed) at `now_ms`; `random` is uniform in [0, 1). The next attempt is
+    /// The connection was lost, or an attempt failed, at `now_ms`. `random` is uniform in [0, 1). The next attempt is
     /// due after at most `longest_ms`.
     pub fn lost(&mut self, now_ms: f64, random: f64, longest_ms: f64) {
         let ceiling = (FIRST_MS * 2f64.powi(self.attempts.min(16) as i32)).min(longest_ms);
@@ -25,12 +25,12 @@ impl Backoff {
         self.due_ms = Some(now_ms + ceiling * (0.5 + 0.5 * random));
     }
 
-    /// Whether to try now; says so once.
+    /// Whether an attempt is due; returns `true` once per attempt.
     pub fn due(&mut self, now_ms: f64) -> bool {
         self.due_ms.take_if(|due| now_ms >= *due).is_some()
     }
 
-    /// The network is back: no need to wait.
+    /// The network is back, so the next attempt is due immediately.
     pub fn hurry(&mut self) {
         if let Some(due) = &mut self.due_ms {
             *due = 0.0;

@@ -1,18 +1,18 @@
 //! Results that sockets and HTTP calls report to the page.
 
-/// A change of the WebSocket.
+/// A change of the WebSocket's state.
 #[derive(Debug, PartialEq)]
 pub enum SocketEvent {
-    /// It is open: the hello may be sent.
+    /// The socket is open, so the hello can be sent.
     Opened,
     Message(Vec<u8>),
-    /// It is closed, or never opened.
+    /// The socket closed, or never opened.
     Closed {
         code: u16,
     },
 }
 
-/// Result of fetching a file.
+/// The result of fetching a file.
 #[derive(Debug, PartialEq)]
 pub enum Fetched {
     Bytes(Vec<u8>),

@@ -1,33 +1,33 @@
-//! Scene links: the whole text of a scene file behind the `#` of an address, which browsers keep to themselves.
-//! The text is deflated (RFC 1951) and written in base64url (RFC 4648) without padding.
+//! Scene links: the whole text of a scene file in the fragment of an address, which browsers do not send to servers.
+//! The text is deflated (RFC 1951) and encoded in base64url (RFC 4648) without padding.
 
 use base64ct::{Base64UrlUnpadded, Encoding};
 use jostle_protocol::limits::SCENE_BYTES_MAX;
 use miniz_oxide::deflate::compress_to_vec;
 use miniz_oxide::inflate::{TINFLStatus, decompress_to_vec_with_limit};
 
-/// The part of an address after which a link stands.
+/// The prefix of a fragment that holds a scene.
 pub const HASH: &str = "#scene=";
-/// Characters of a link, at most: those of the longest text that a scene may have, if it cannot be compressed.
+/// Maximum length of a link in characters: enough for an incompressible scene of the maximum size.
 pub const SCENE_LINK_CHARS_MAX: usize = (SCENE_BYTES_MAX + 64) / 3 * 4;
-/// Deflate level: higher ones shorten a scene by less than a percent.
+/// Deflate level. Higher ones shorten a scene by less than one percent.
 const LEVEL: u8 = 6;
 
-/// Why a link holds no text.
+/// Why a link cannot be decoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SceneLinkError {
-    /// It has this many characters.
+    /// The link has this many characters.
     #[error("found {0} characters; allowed: at most {SCENE_LINK_CHARS_MAX}")]
     TooLong(usize),
-    /// It unfolds to more text than a scene may have.
+    /// The link decompresses to more text than a scene may have.
     #[error("found more than {SCENE_BYTES_MAX} bytes of text; allowed: at most that many")]
     TooMuchText,
-    /// It was cut or changed on its way.
+    /// The link was truncated or altered.
     #[error("found a link that is cut or changed; allowed: deflated text in base64url")]
     Damaged,
 }
 
-/// The text of a link; padding after it is allowed.
+/// Decodes the text of a link; trailing padding is allowed.
 pub fn decode(link: &str) -> Result<String, SceneLinkError> {
     if link.len() > SCENE_LINK_CHARS_MAX {
         return Err(SceneLinkError::TooLong(link.len()));
@@ -44,13 +44,13 @@ pub fn decode(link: &str) -> Result<String, SceneLinkError> {
     String::from_utf8(text).map_err(|_| SceneLinkError::Damaged)
 }
 
-/// The link in the part of an address from `#` on, and how its scene is to be played.
+/// Splits a fragment into the encoded scene and the options for playing it.
 pub fn in_hash(hash: &str) -> Option<(&str, &str)> {
     let rest = hash.strip_prefix(HASH)?;
     Some(rest.split_once('&').unwrap_or((rest, "")))
 }
 
-/// The link of a scene's text.
+/// Encodes a scene's text as a link.
 pub fn encode(text: &str) -> String {
     Base64UrlUnpadded::encode_string(&compress_to_vec(text.as_bytes(), LEVEL))
 }
@@ -70,14 +70,14 @@ mod tests {
         }
     }
 
-    /// Made by another program: `zlib.compressobj(9, zlib.DEFLATED, -15)` and `base64.urlsafe_b64encode`.
+    /// This link was made with Python: `zlib.compressobj(9, zlib.DEFLATED, -15)` and `base64.urlsafe_b64encode`.
     #[test]
     fn a_link_of_another_program_is_read() {
         let link = "K8ksyUlVsFVQCskvSMxT4ipOBfGiDQ0MDHQUgGQsFwA=";
         assert_eq!(decode(link).as_deref(), Ok("title = \"Topan\"\nsee = [1000, 100]\n"));
     }
 
-    /// Noise has no shorter form.
+    /// Random text cannot be compressed.
     #[test]
     fn the_longest_text_fits_and_a_longer_one_is_refused() {
         let mut rng = jostle_sim::Rng::new(1, 0);
@@ -106,7 +106,7 @@ mod tests {
         }
     }
 
-    /// The deflated texts of all shipped scenes.
+    /// The deflated texts of all built-in scenes.
     fn packed() -> Vec<Vec<u8>> {
         let scenes = Scene::built_in().into_iter();
         scenes.map(|scene| compress_to_vec(scene.source.as_bytes(), LEVEL)).collect()

@@ -1,32 +1,32 @@
-//! A bad network, simulated: delay, jitter and stalls of one direction. Messages stay in order, as
-//! on a socket. The same seed gives the same network.
+//! Simulates delay, jitter and stalls of one direction of a bad network. Messages stay in order, as on a socket. The
+//! same seed produces the same network.
 
 use jostle_sim::Rng;
 
-/// Longest round trip that is simulated, milliseconds.
+/// Maximum simulated round trip, milliseconds.
 pub const TRIP_MS_MAX: f64 = 2000.0;
-/// Mean time between two stalls, milliseconds.
+/// Mean time between stalls, milliseconds.
 const STALL_EVERY_MS: f64 = 4000.0;
 /// Duration of a stall, milliseconds.
 const STALL_MS: std::ops::Range<f64> = 200.0..600.0;
 
-/// Conditions of a simulated network.
+/// The conditions of a simulated network.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct NetworkConditions {
     /// Added to the round trip, milliseconds.
     pub trip_ms: f64,
-    /// By how much that varies either way, milliseconds.
+    /// Maximum variation of the added time in either direction, milliseconds.
     pub jitter_ms: f64,
-    /// Whether now and then nothing comes through for a while.
+    /// Whether the network occasionally delivers nothing for a while.
     pub stalls: bool,
 }
 
 impl NetworkConditions {
-    /// The network as it is.
+    /// No simulation.
     pub const OFF: NetworkConditions =
         NetworkConditions { trip_ms: 0.0, jitter_ms: 0.0, stalls: false };
 
-    /// Reads `150`, `150,30` or `300,100,stalls`; `None` if it is none of these.
+    /// Parses `150`, `150,30` or `300,100,stalls`; `None` if the text has another form.
     pub fn parse(text: &str) -> Option<NetworkConditions> {
         let mut parts = text.split(',');
         let number = |part: Option<&str>| part.map_or(Some(0.0), |part| part.parse::<f64>().ok());
@@ -45,19 +45,19 @@ impl NetworkConditions {
         })
     }
 
-    /// The conditions in words.
+    /// A description of the conditions.
     pub fn words(&self) -> String {
         let stalls = if self.stalls { ", stalls" } else { "" };
         format!("{:.0} \u{b1} {:.0} ms{stalls}", self.trip_ms, self.jitter_ms)
     }
 
-    /// The conditions as [`NetworkConditions::parse`] reads them.
+    /// The conditions in the format that [`NetworkConditions::parse`] reads.
     pub fn code(&self) -> String {
         let stalls = if self.stalls { ",stalls" } else { "" };
         format!("{},{}{stalls}", self.trip_ms, self.jitter_ms)
     }
 
-    /// Whether it does anything.
+    /// Whether the simulation has any effect.
     pub fn is_on(&self) -> bool {
         *self != NetworkConditions::OFF
     }
@@ -72,13 +72,12 @@ pub struct SimulatedLink {
 }
 
 impl SimulatedLink {
-    /// A link whose randomness comes from a seed.
+    /// Creates a link with this random seed.
     pub fn new(seed: u64) -> SimulatedLink {
         SimulatedLink { rng: Rng::new(seed, 0), last_ms: 0.0, stall: 0.0..0.0 }
     }
 
-    /// When a message that is sent at `now_ms` arrives: half of the round trip later, and never
-    /// before one that was sent earlier.
+    /// The arrival time of a message sent at `now_ms`: half a round trip later, and never before an earlier message.
     pub fn arrival_ms(&mut self, conditions: &NetworkConditions, now_ms: f64) -> f64 {
         let vary = f64::from(self.rng.range(-1.0, 1.0));
         let mut due = now_ms + 0.5 * (conditions.trip_ms + conditions.jitter_ms * vary);
@@ -89,12 +88,12 @@ impl SimulatedLink {
         self.last_ms
     }
 
-    /// The end of the stall that is on at `now_ms`, or that moment.
+    /// The end of the stall in progress at `now_ms`, or `now_ms` if there is no stall.
     fn stalled_until(&mut self, now_ms: f64) -> f64 {
         while self.stall.end <= now_ms {
             let pause = STALL_EVERY_MS * f64::from(self.rng.range(0.5, 1.5));
             let (short, long) = (STALL_MS.start as f32, STALL_MS.end as f32);
-            // After an absence the next one is not one of long ago.
+            // After a pause in the traffic, skip stalls that lie in the past.
             let start = (self.stall.end + pause).max(now_ms - STALL_MS.end);
             self.stall = start..start + f64::from(self.rng.range(short, long));
         }

@@ -1,7 +1,7 @@
-//! One WebSocket: opens, reports what arrives, closes. When to open another is decided elsewhere.
+//! A WebSocket: opens, reports incoming messages, and closes. Reconnecting is decided elsewhere.
 //!
-//! Both directions may pass a simulated network, which the player chooses (F4): messages then wait their
-//! time, in order.
+//! Both directions may pass through a simulated network, which the player chooses (F4). Messages then wait for their
+//! delay and stay in order.
 
 use crate::browser;
 use crate::net::report::SocketEvent;
@@ -13,16 +13,16 @@ use wasm_bindgen::JsCast;
 use wasm_bindgen::closure::Closure;
 use web_sys::{BinaryType, CloseEvent, Event, MessageEvent, WebSocket};
 
-/// Close code of a player who leaves (RFC 6455: a normal closure).
+/// Close code when a player leaves (RFC 6455: normal closure).
 const LEAVE_CODE: u16 = 1000;
-/// A timer may end this much early, milliseconds.
+/// Timers may fire this much early, milliseconds.
 const TIMER_SLACK_MS: f64 = 1.0;
 
 /// The simulated network, shared by all sockets of the page.
 pub type Conditions = Rc<Cell<NetworkConditions>>;
 
-/// One direction: messages come out in the order in which they went in, at once or when the simulated
-/// network lets them.
+/// One direction of the socket: messages come out in the order in which they went in, immediately or when the simulated
+/// network delivers them.
 struct OrderedChannel<T> {
     conditions: Conditions,
     link: RefCell<SimulatedLink>,
@@ -48,7 +48,7 @@ impl<T: 'static> OrderedChannel<T> {
         let now = browser::now_ms();
         let due = self.link.borrow_mut().arrival_ms(&conditions, now);
         self.waiting.borrow_mut().push_back((due, what));
-        // A channel that is gone by then delivers nothing.
+        // A channel dropped in the meantime delivers nothing.
         let channel = Rc::downgrade(self);
         browser::after((due - now).ceil() as i32, move || {
             if let Some(channel) = channel.upgrade() {
@@ -68,7 +68,7 @@ impl<T: 'static> OrderedChannel<T> {
     }
 }
 
-/// An open or opening WebSocket. Dropping it closes it and silences it.
+/// An open or opening WebSocket. Dropping it closes it and stops its reports.
 pub struct Socket {
     inner: WebSocket,
     inward: Rc<OrderedChannel<SocketEvent>>,
@@ -79,7 +79,8 @@ pub struct Socket {
 }
 
 impl Socket {
-    /// Opens a socket to a path of the server with this origin, or of the page's own if it is empty. `None` if the browser refuses to try.
+    /// Opens a socket to a path on the server with this origin, or on the page's server if the origin is empty. `None`
+    /// if the browser refuses to try.
     pub fn open(
         mut origin: String,
         path: &str,
@@ -112,7 +113,7 @@ impl Socket {
         let socket = inner.clone();
         let outward = OrderedChannel::new(2, conditions, move |bytes: Vec<u8>| {
             if socket.ready_state() == WebSocket::OPEN {
-                // Fails only while connecting, which was just ruled out.
+                // This fails only while connecting, which was just ruled out.
                 let _ = socket.send_with_u8_array(&bytes);
             }
         });
@@ -125,7 +126,7 @@ impl Socket {
         self.outward.pass(bytes.to_vec());
     }
 
-    /// Closes it on purpose, which the server can tell from a connection that broke.
+    /// Closes the socket on purpose, so that the server can tell this from a broken connection.
     pub fn leave(self) {
         let _ = self.inner.close_with_code(LEAVE_CODE);
     }
@@ -136,10 +137,10 @@ impl Drop for Socket {
         self.inner.set_onopen(None);
         self.inner.set_onmessage(None);
         self.inner.set_onclose(None);
-        // The message that is being delivered may cause this drop: nothing is to follow it.
+        // Delivering a message may have caused this drop; later messages must not follow it.
         self.inward.waiting.borrow_mut().clear();
         self.outward.waiting.borrow_mut().clear();
-        // Of no use, and harmless, if it was closed with a reason before.
+        // Redundant but harmless if the socket was already closed.
         let _ = self.inner.close();
     }
 }

@@ -1,6 +1,5 @@
-//! Snapshots filed by tick, and the bodies at any moment between them. Positions are interpolated
-//! only between two snapshots that both know the body; a body is never shown before its birth, and
-//! a jump is shown as a jump.
+//! Snapshots stored by tick, and the bodies at any moment between them. Positions are interpolated only between two
+//! snapshots that both contain the body. A body is never shown before its birth, and jumps are not smoothed.
 
 use jostle_game::{Kind, Seat};
 use jostle_protocol::{Snapshot, SnapshotBody};
@@ -9,29 +8,30 @@ use jostle_sim::{BodyId, Shape, TICKS_PER_SECOND, Vec2};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// Snapshots kept; the oldest go first. Half a minute would be 1800: this only bridges the delay.
+/// Maximum stored snapshots; the oldest are dropped first. Half a minute would be 1800; this only has to cover the
+/// delay.
 pub const SNAPSHOTS_MAX: usize = 240;
-/// A body is extrapolated by its last velocity for at most this many ticks past the newest snapshot.
+/// Maximum ticks past the newest snapshot for which a body is extrapolated with its last velocity.
 pub const EXTRAPOLATION_TICKS_MAX: f64 = 2.0;
-/// A body that covered more than this in one tick was placed, not moved, unless the scene's bodies may
-/// be that fast; world units.
+/// A body that moved further than this in one tick was teleported, world units. The threshold is higher in scenes whose
+/// bodies may be that fast.
 const JUMP_UNITS_A_TICK_MIN: f32 = 12.0;
-/// A jump is this many times as long as the step of the fastest body: contacts may push it further.
+/// The jump threshold relative to the fastest body's step; contacts may push a body further than that.
 const JUMP_FACTOR: f32 = 2.0;
 
-/// A body at the sampled moment.
+/// The state of a body at the sampled moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
     pub id: BodyId,
     pub kind: Kind,
-    /// Seat of its owner.
+    /// The seat that owns the body.
     pub owner: Option<Seat>,
     /// Collision group, below [`jostle_sim::GROUPS_MAX`].
     pub group: u8,
     pub shape: Shape,
     /// Interpolated centre, world units.
     pub center: Vec2,
-    /// Units/s between the two snapshots; zero in a jump.
+    /// Velocity between the two snapshots, units/s; zero in a jump.
     pub velocity: Vec2,
 }
 
@@ -40,20 +40,20 @@ pub struct Sample {
 pub struct Timeline {
     snapshots: VecDeque<Arc<Snapshot>>,
     quantum: f32,
-    /// Distance beyond which a step is a jump, world units a tick.
+    /// Distance per tick above which a step counts as a jump, world units.
     jump: f32,
 }
 
 impl Timeline {
-    /// No snapshots; positions are multiples of `quantum` world units, no body is faster than
-    /// `speed_max` units/s.
+    /// An empty timeline. Positions are multiples of `quantum` world units, and no body is faster than `speed_max`
+    /// units/s.
     pub fn new(quantum: f32, speed_max: f32) -> Timeline {
         let fastest = speed_max / TICKS_PER_SECOND as f32;
         let jump = (fastest * JUMP_FACTOR).max(JUMP_UNITS_A_TICK_MIN);
         Timeline { snapshots: VecDeque::new(), quantum, jump }
     }
 
-    /// Files a snapshot. One that is not newer than the newest is dropped.
+    /// Stores a snapshot. Snapshots that are not newer than the newest are dropped.
     pub fn file(&mut self, snapshot: impl Into<Arc<Snapshot>>) {
         let snapshot = snapshot.into();
         if self.newest().is_some_and(|newest| newest.tick >= snapshot.tick) {
@@ -65,7 +65,7 @@ impl Timeline {
         self.snapshots.push_back(snapshot);
     }
 
-    /// Forgets snapshots that no moment from `tick` on needs.
+    /// Drops snapshots that are not needed for any moment from `tick` on.
     pub fn forget_before(&mut self, tick: f64) {
         while self.snapshots.get(1).is_some_and(|second| f64::from(second.tick) <= tick) {
             self.snapshots.pop_front();
@@ -83,13 +83,13 @@ impl Timeline {
         (newest.next(), newest.next())
     }
 
-    /// The newest snapshot that is not past `tick`, or the oldest.
+    /// The newest snapshot at or before `tick`, or the oldest one.
     pub fn at_or_before(&self, tick: f64) -> Option<&Snapshot> {
         let after = self.snapshots.partition_point(|s| f64::from(s.tick) <= tick);
         self.snapshots.get(after.saturating_sub(1)).map(|snapshot| &**snapshot)
     }
 
-    /// The bodies at fractional `tick` in index order, into `out`, which is cleared first.
+    /// Writes the bodies at fractional `tick` in index order into `out`, which is cleared first.
     pub fn sample(&self, tick: f64, out: &mut Vec<Sample>) {
         out.clear();
         let after = self.snapshots.partition_point(|s| f64::from(s.tick) <= tick);
@@ -112,7 +112,7 @@ impl Timeline {
         });
     }
 
-    /// The bodies of `b`, carried on from their way since `a`.
+    /// Extrapolates the bodies of `b` along their motion since `a`.
     fn extrapolate(&self, a: &Snapshot, b: &Snapshot, tick: f64, out: &mut Vec<Sample>) {
         let span = b.tick.saturating_sub(a.tick).max(1);
         let ahead = (tick - f64::from(b.tick)).clamp(0.0, EXTRAPOLATION_TICKS_MAX) as f32;
@@ -128,7 +128,7 @@ impl Timeline {
         dequantise(body.quanta, self.quantum)
     }
 
-    /// The way between two known places, or none if it was a jump.
+    /// The displacement between two known positions; zero if it was a jump.
     fn step(&self, from: Vec2, to: Vec2, span: u32) -> Vec2 {
         let step = to - from;
         if step.length() > self.jump * span as f32 { Vec2::ZERO } else { step }
@@ -144,7 +144,7 @@ fn velocity(step: Vec2, span: u32) -> Vec2 {
     step * (TICKS_PER_SECOND as f32 / span as f32)
 }
 
-/// Calls `visit` with each body of `main` and the same body of `other`, if it is there.
+/// Calls `visit` with each body of `main` and its counterpart in `other`, if there is one.
 fn for_each_of(
     main: &Snapshot,
     other: &Snapshot,

@@ -9,10 +9,10 @@ use crate::world::room_in_page::DemoRequest;
 use jostle_game::Scene;
 use jostle_game::scene::{WorstTick, is_name};
 
-/// The address of a replay in the page's own.
+/// The fragment prefix that names a replay.
 const REPLAY: &str = "#replay=";
-/// Milliseconds that a tick of a scene may take by its limits before the player is asked: past a tenth of a second a
-/// page is felt to hang. The largest shipped scene, `hall`, stays within.
+/// Estimated cost of a scene's worst tick above which the player is asked first, milliseconds. Beyond a tenth of a
+/// second the page would appear to hang. The largest built-in scene, `hall`, stays below.
 const HEAVY_TICK_MS: f32 = 100.0;
 
 /// The page's address, and whether a server is there.
@@ -21,7 +21,7 @@ pub struct Site {
     pub address: Address,
     /// The part of the page's addresses before the path.
     pub origin: String,
-    /// The page has no server.
+    /// Whether the page has no server.
     pub is_static: bool,
 }
 
@@ -36,7 +36,7 @@ impl Site {
         format!("{}{}{}", self.home(), scene_link::HASH, scene_link::encode(text))
     }
 
-    /// Name of the scene of the site that is played alone, and the seed of its game.
+    /// The name of the site's scene that is played alone, and the seed of its game.
     pub fn alone(&self) -> (Option<&str>, u64) {
         let hash = &self.address.hash;
         (query_value(hash.trim_start_matches('#'), "alone"), Wish::of(hash).seed.unwrap_or(1))
@@ -65,7 +65,7 @@ pub enum Destination<'a> {
 impl<'a> Destination<'a> {
     pub fn of(address: &'a Address, is_static: bool) -> Destination<'a> {
         let Address { path, query, hash } = address;
-        // The path of a page without a server is that of its folder.
+        // Without a server, the path is just the page's folder.
         let path = if is_static { "/" } else { path };
         if let Some(origin) = edited(hash) {
             Destination::Editor(origin)
@@ -88,7 +88,7 @@ impl<'a> Destination<'a> {
     }
 }
 
-/// The wish of `#edit` in an address: the name of a shipped scene, or a scene of one's own.
+/// Parses an `#edit` fragment: the name of a built-in scene, or none for a new scene.
 fn edited(hash: &str) -> Option<Option<&str>> {
     match hash.strip_prefix("#edit")? {
         "" => Some(None),
@@ -96,13 +96,13 @@ fn edited(hash: &str) -> Option<Option<&str>> {
     }
 }
 
-/// A game in the page that waits for its scene.
+/// An in-page game that waits for its scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Awaited {
     Demo(DemoRequest),
-    /// A scene to play alone, by its name.
+    /// A scene to play alone, by name.
     Alone(String, Wish),
-    /// A scene to edit, by its name.
+    /// A scene to edit, by name.
     Edit(String),
 }
 
@@ -116,19 +116,19 @@ impl Awaited {
     }
 }
 
-/// How a scene is played alone. The same request begins the same game.
+/// Options for playing a scene alone. The same options start the same game.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Wish {
-    /// Bots; as the scene wants them if not given.
+    /// The number of bots; if not given, the scene's default.
     pub bots: Option<u16>,
     /// Seed of the game; 1 if not given.
     pub seed: Option<u64>,
-    /// The run whose ghost goes along.
+    /// The run whose ghost is shown.
     pub ghost: Option<GhostWish>,
 }
 
 impl Wish {
-    /// Reads the part of an address after `#`.
+    /// Parses the options in an address fragment.
     pub fn of(hash: &str) -> Wish {
         let number = |name| query_value(hash, name);
         Wish {
@@ -138,7 +138,8 @@ impl Wish {
         }
     }
 
-    /// Bots in a game of this scene: those that a round needs to begin, and those that are wished for, or that the scene wants.
+    /// The number of bots in a game of this scene: as requested or as the scene wants, but at least as many as a round
+    /// needs.
     pub fn bots_in(&self, scene: &Scene) -> u16 {
         let round = scene.rules.round.as_ref();
         let (fill, players_min) = round.map_or((0, 1), |round| (round.fill, round.players_min));
@@ -149,7 +150,7 @@ impl Wish {
         self.bots.unwrap_or(wanted).max(needed)
     }
 
-    /// The worst tick of a scene, if it may be too heavy for the page.
+    /// The worst tick of a scene that may be too heavy for the page.
     pub fn heavy_tick(scene: &Scene) -> Option<WorstTick> {
         Some(WorstTick::of(scene)).filter(|worst| worst.ms > HEAVY_TICK_MS)
     }

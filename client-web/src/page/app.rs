@@ -1,5 +1,5 @@
-//! The page's state, and the one place where it changes: [`App::update`]. Plain Rust: events come in,
-//! effects go out, and everything else that the browser shows is read from here.
+//! The page's state and [`App::update`], the only function that changes it. This is plain Rust: events come in, effects
+//! go out, and everything else that the browser shows is read from here.
 
 mod clicks;
 mod screens;
@@ -28,22 +28,22 @@ use jostle_protocol::{Appearance, limits};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// The copy button says for this long what came of it, milliseconds.
+/// Duration for which the copy button shows the result, milliseconds.
 const COPIED_MS: i32 = 1500;
 /// Lines of news on display.
 const NEWS_LINES_MAX: usize = 6;
-/// A lost drawing context that is away for longer than this is spoken of, milliseconds.
+/// Time after which a lost drawing context is reported, milliseconds.
 const CONTEXT_WAIT_MS: f64 = 5000.0;
 
 /// Panels that the player opens and closes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Panels {
-    /// Figures (F3).
+    /// Statistics (F3).
     pub figures: bool,
-    /// The network (F4).
+    /// Network conditions (F4).
     pub network: bool,
     pub sound: bool,
-    /// A spectator hid everything but the picture.
+    /// Whether a spectator has hidden everything but the picture.
     pub clean: bool,
 }
 
@@ -57,54 +57,54 @@ impl Panels {
     }
 }
 
-/// State of the drawing context. One that comes back is good until it is tried.
+/// The state of the drawing context. A restored context counts as good until drawing fails.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct GraphicsStatus {
-    /// The browser offers none, or none that works.
+    /// The browser has no drawing context, or none that works.
     pub failed: bool,
-    /// When the browser took it, until it gives it back.
+    /// The time at which the browser took the context away; `None` while it is available.
     pub lost_ms: Option<f64>,
 }
 
 impl GraphicsStatus {
-    /// Whether drawing may be tried.
+    /// Whether drawing can be attempted.
     pub fn is_good(&self) -> bool {
         !self.failed && self.lost_ms.is_none()
     }
 }
 
-/// Facts about the browser when the page is opened.
+/// Facts about the browser when the page opens.
 #[derive(Debug, Default)]
 pub struct Startup {
-    /// Values of earlier visits, and of other tabs.
+    /// Values stored by earlier visits and by other tabs.
     pub storage: Storage,
     pub query: String,
-    /// Seed of everything that is left to chance.
+    /// Seed of all random choices.
     pub seed: u64,
-    /// The page has no server.
+    /// Whether the page has no server.
     pub is_static: bool,
-    /// The part of all its addresses before the path.
+    /// The part of the page's addresses before the path.
     pub origin: String,
     /// The player prefers less motion.
     pub calm: bool,
-    /// Fingers are the pointer of this machine.
+    /// Whether the machine's main pointer is touch.
     pub touched: bool,
-    /// The language that the browser is set to, like `de-AT`.
+    /// The browser's language, such as `de-AT`.
     pub language: String,
 }
 
-/// Everything that begins anew with each screen.
+/// State that is reset with each screen.
 #[derive(Debug, Default)]
 pub struct Visit {
-    /// Number of the screen: games and replays that were begun or ended.
+    /// The number of the screen: counts games and replays that began or ended.
     pub number: u32,
-    /// The colour that the page wears.
+    /// The colour that the page uses for the player.
     pub own_color: u8,
-    /// A scene that may be too heavy, while the player is asked.
+    /// A scene that may be too heavy, while the player is being asked about it.
     pub(super) heavy: Option<(Arc<Scene>, Wish)>,
     pub dialogs: Dialogs,
     pub news: NewsLog,
-    /// Whether the link was copied, for a moment after it was asked for.
+    /// Whether the link was copied; set briefly after the attempt.
     pub copied: Option<bool>,
 }
 
@@ -127,7 +127,7 @@ impl Visit {
     }
 }
 
-/// The newest news, the oldest first.
+/// The latest news, oldest first.
 #[derive(Debug, Default)]
 pub struct NewsLog {
     /// The lines, numbered from 1.
@@ -148,11 +148,11 @@ impl NewsLog {
 #[derive(Debug, Default)]
 pub struct CanvasPicture {
     pub graphics: GraphicsStatus,
-    /// Frames drawn since the page was opened or a demo or replay began.
+    /// Frames drawn since the page opened, or since a demo or replay began.
     pub drawn_frames: u64,
-    /// A frame of this screen was drawn.
+    /// Whether a frame of this screen was drawn.
     pub world_shown: bool,
-    /// Whether the controls are shown over a frozen demo, if one is on.
+    /// Whether a frozen demo shows the controls; `None` without one.
     pub frozen_hud: Option<bool>,
 }
 
@@ -176,10 +176,10 @@ impl CanvasPicture {
 }
 
 pub struct App {
-    /// The context of every handler.
+    /// The context passed to every handler.
     pub(super) ctx: Context,
     pub screen: Screen,
-    /// A replay that takes the place of the screen once it is read.
+    /// A replay that replaces the screen once it has been read.
     pub opening: Option<Opening>,
     pub visit: Visit,
     pub lobby: Lobby,
@@ -193,7 +193,7 @@ pub struct App {
 }
 
 impl App {
-    /// A page that shows nothing yet: the first event says where it is.
+    /// A page that shows nothing yet; the first event tells it its address.
     pub fn new(startup: Startup) -> App {
         let Startup { storage, query, seed, calm, touched, is_static, origin, language } = startup;
         let predicts = storage.predicts(query_value(&query, "predict"));
@@ -204,7 +204,7 @@ impl App {
         settings.ask_language(&mut ctx);
         let appearance = recall(&mut ctx);
         let sound = SoundDesk::new(&ctx.storage);
-        // For tests, and for links to a bad network: `?lag=150,30` or `?lag=300,100,stalls`.
+        // Used by tests and by links that simulate a bad network: `?lag=150,30` or `?lag=300,100,stalls`.
         let conditions = query_value(&query, "lag").and_then(NetworkConditions::parse);
         let conditions = conditions.unwrap_or(NetworkConditions::OFF);
         ctx.request(Effect::SetConditions(conditions));
@@ -224,7 +224,7 @@ impl App {
         }
     }
 
-    /// Handles an event at `now_ms`, and returns the effects for the browser to carry out.
+    /// Handles an event at `now_ms` and returns the effects for the browser to perform.
     pub fn update(&mut self, now_ms: f64, event: Event) -> Vec<Effect> {
         self.ctx.now_ms = now_ms;
         let gesture = Gesture::of(&event);
@@ -296,7 +296,7 @@ impl App {
             {
                 self.lobby.refresh(&mut self.ctx);
             }
-            // The first touch brings the stick and the tool buttons, also where a mouse is present.
+            // The first touch shows the stick and the tool buttons, even if a mouse is present.
             Event::Pointer(pointer) => {
                 self.settings.touched |= pointer.touch && pointer.change == PointerChange::Down;
             }
@@ -322,7 +322,7 @@ impl App {
             }
             Screen::Replay(replay) => {
                 replay.advance(self.ctx.now_ms, canvas, plays, self.ctx.clock);
-                // Events that were skipped are no news.
+                // Skipped events are not reported as news.
                 let jumped = replay.has_jumped();
                 while let Some(news) = replay.player.next_news() {
                     if !jumped {
@@ -347,7 +347,7 @@ impl App {
         }
     }
 
-    /// Takes over what another tab has written.
+    /// Adopts a value written by another tab.
     fn take_stored(&mut self, key: &str, value: Option<String>) {
         self.ctx.storage.take(key, value);
         let (name, color) = self.ctx.storage.player();
@@ -372,7 +372,7 @@ impl App {
         }
     }
 
-    /// The value of `data-state`. A frozen picture counts once it is drawn.
+    /// The value of `data-state`. A frozen picture is reported only after it was drawn.
     pub fn state(&self) -> &'static str {
         match &self.screen {
             Screen::Game(_) | Screen::Replay(_) | Screen::Edit(_)
@@ -445,7 +445,7 @@ fn game_notice(game: &GameScreen, context_lost: bool) -> Option<Card> {
     }
 }
 
-/// The remembered player, or a random name and colour that are remembered from now on.
+/// The stored player, or a random name and colour that are stored for the future.
 fn recall(ctx: &mut Context) -> Appearance {
     let (name, color) = ctx.storage.player();
     let name = name.to_owned();

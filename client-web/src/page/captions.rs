@@ -1,27 +1,27 @@
-//! Captions: a word or two for each sound, for players who do not hear them. A pile of marbles must not bury the
-//! rest, so that they are limited.
+//! Captions: a word or two for each sound, for players who cannot hear it. Their rate is limited so that a pile of
+//! marbles does not drown out the rest.
 
 use crate::page::strings;
 use crate::sound::mixer::Voice;
 use std::collections::VecDeque;
 
-/// Captions at a time; the oldest go first.
+/// Maximum captions at a time; the oldest are removed first.
 const LINES_MAX: usize = 3;
-/// A caption stays for this long, milliseconds.
+/// Duration of a caption, milliseconds.
 const SHOWN_MS: f64 = 1800.0;
-/// The same words are not repeated within this time, milliseconds.
+/// Time within which the same words are not repeated, milliseconds.
 const REPEAT_MS: f64 = 1200.0;
-/// Time between two captions, except for what concerns the whole room, milliseconds.
+/// Minimum time between two captions, except for sounds that concern the whole room, milliseconds.
 const APART_MS: f64 = 350.0;
-/// Strikes that are softer than this have none.
+/// Minimum gain of impact sounds that get a caption.
 const GAIN_MIN: f32 = 0.12;
-/// Sounds further from the middle than this have a side.
+/// Minimum pan of sounds whose caption names a side.
 const SIDE_PAN: f32 = 0.3;
 
 /// The newest captions.
 #[derive(Debug, Default)]
 pub struct Captions {
-    /// The oldest first, with numbers from 1.
+    /// The captions on display, oldest first, numbered from 1.
     pub lines: VecDeque<Caption>,
     count: usize,
     newest_ms: Option<f64>,
@@ -35,7 +35,7 @@ pub struct Caption {
 }
 
 impl Captions {
-    /// Adds captions of voices that begin now, and forgets old ones.
+    /// Adds captions for voices that start now, and removes expired ones.
     pub fn note(&mut self, now_ms: f64, voices: &[Voice]) {
         self.lines.retain(|line| now_ms - line.since_ms < SHOWN_MS);
         for voice in voices {

@@ -10,43 +10,43 @@ pub enum CardAction {
     Lobby,
     Watch,
     Again,
-    /// Loads the page again.
+    /// Reloads the page.
     Reload,
     Play,
-    /// Takes the card away.
+    /// Closes the card.
     Stay,
-    /// Asks for a replay file.
+    /// Opens a file chooser for a replay.
     File,
-    /// Asks the server again.
+    /// Repeats the request to the server.
     Refetch,
-    /// Edits the scene of the link.
+    /// Edits the scene in the link.
     Edit,
-    /// Edits the draft that is kept.
+    /// Edits the stored draft.
     Draft,
-    /// Edits what is played.
+    /// Edits the scene being played.
     Unplay,
     /// Plays a scene that may be too heavy.
     PlayHeavy,
-    /// Goes on with a game or a replay that stands still.
+    /// Continues a paused game or replay.
     Resume,
 }
 
-/// A card in the middle of the page that says what happened and what to do.
+/// A card in the middle of the page that says what happened and offers a next step.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Card {
-    /// Two or three words.
+    /// A title of two or three words.
     pub title: &'static str,
-    /// One sentence or two.
+    /// One or two sentences.
     pub text: Cow<'static, str>,
-    /// A line about exactly what was found, or empty.
+    /// A line with the exact details, or empty.
     pub detail: String,
     pub button: &'static str,
     pub action: CardAction,
-    /// A second, less inviting button and its action.
+    /// A second, less prominent button and its action.
     pub other: Option<(&'static str, CardAction)>,
-    /// Goes away by itself; the button need not have the focus.
+    /// Whether the card closes by itself, so that its button does not need the focus.
     pub passing: bool,
-    /// A link as a QR code.
+    /// A link shown as a QR code.
     pub code: Option<Arc<Drawing>>,
 }
 
@@ -62,13 +62,13 @@ pub const fn card(
     Card { title, text, detail, button, action, other: None, passing: false, code: None }
 }
 
-/// A card that goes away by itself.
+/// Makes a card close by itself.
 pub const fn passing(mut card: Card) -> Card {
     card.passing = true;
     card
 }
 
-/// With a second button.
+/// A card with a second button.
 pub const fn card_or(mut card: Card, label: &'static str, action: CardAction) -> Card {
     card.other = Some((label, action));
     card

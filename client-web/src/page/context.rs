@@ -8,14 +8,14 @@ use jostle_sim::Rng;
 
 /// The context in which an event is handled.
 pub struct Context {
-    /// Time of the event, milliseconds since the page was opened.
+    /// Time of the event, milliseconds since the page opened.
     pub now_ms: f64,
     /// Effects requested so far.
     pub effects: Vec<Effect>,
-    /// The own hero is shown ahead of the server.
+    /// Whether prediction shows the player's hero ahead of the server.
     pub predicts: bool,
     pub site: Site,
-    /// The clock itself, for work that is to end in time.
+    /// The clock, for work with a time limit.
     pub clock: fn() -> f64,
     pub storage: Storage,
     rng: Rng,
@@ -41,13 +41,13 @@ impl Context {
         self.effects.push(effect);
     }
 
-    /// All effects requested, and all values to be written.
+    /// Takes all requested effects and pending storage writes.
     pub fn take_effects(&mut self) -> Vec<Effect> {
         self.effects.append(&mut self.storage.writes);
         std::mem::take(&mut self.effects)
     }
 
-    /// Has the address name what is shown, unless it does already. Going back leads to where the player was.
+    /// Changes the address to the current content, if necessary. The back button then returns to the previous screen.
     pub fn show_hash(&mut self, hash: String) {
         if self.site.address.hash != hash {
             let path = self.site.home().to_owned();
@@ -56,7 +56,7 @@ impl Context {
         }
     }
 
-    /// A number of its own, from 1 on.
+    /// A unique number, starting from 1.
     pub fn next_number(&mut self) -> u32 {
         self.last_number += 1;
         self.last_number

@@ -5,14 +5,14 @@ pub use crate::page::strings::Card;
 use jostle_game::Seat;
 use jostle_protocol::{Appearance, PlayerState};
 
-/// Layers, from the bottom.
+/// Layers, from bottom to top.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Layer {
     Page,
     Help,
-    /// Keys, gamepad, language.
+    /// The settings dialog: keys, gamepad, language.
     Settings,
-    /// A question before something is done.
+    /// A question before an action.
     Ask,
     Notice,
 }
@@ -23,7 +23,7 @@ pub struct Layers {
     pub settings: bool,
     /// A question is open.
     pub ask: bool,
-    /// A notice is open that does not go away by itself; one that does leaves the page alone.
+    /// Whether a notice is open that does not close by itself. One that does leaves the page usable.
     pub notice: bool,
 }
 
@@ -39,17 +39,18 @@ impl Layers {
         }
     }
 
-    /// Whether a layer is out of reach. A notice that goes away by itself is, under the help.
+    /// Whether a layer is inert. A notice that closes by itself is inert only under another dialog.
     pub fn is_inert(self, layer: Layer) -> bool {
         let top = self.top();
         top != layer && !(top == Layer::Page && layer == Layer::Notice)
     }
 }
 
-/// A question to a host before something that cannot be undone.
+/// A question to the host before an action that cannot be undone.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Question {
-    /// Remove this player? The seat alone could be another player's by the time of the answer.
+    /// Remove this player? The appearance identifies the player, since the seat may belong to someone else by the time
+    /// of the answer.
     Kick(Seat, Appearance),
     CloseRoom,
 }
@@ -62,8 +63,8 @@ impl Question {
     }
 }
 
-/// The cards that are open because someone opened them. Notices about the state of the page are not
-/// kept here: they follow from that state.
+/// The dialogs that were opened explicitly. Notices about the state of the page are not stored here, since they follow
+/// from that state.
 #[derive(Debug, Default)]
 pub struct Dialogs {
     pub help: bool,
@@ -74,7 +75,7 @@ pub struct Dialogs {
 }
 
 impl Dialogs {
-    /// The open layers, together with the notice that is shown.
+    /// The open layers, including the notice on display.
     pub fn layers(&self, notice: Option<&Card>) -> Layers {
         Layers {
             help: self.help,
@@ -88,7 +89,7 @@ impl Dialogs {
         self.card = Some(card);
     }
 
-    /// Opens the help, or closes it. Under a card that waits for an answer there is none.
+    /// Opens or closes the help. It cannot be opened over a dialog that waits for an answer.
     pub fn toggle_help(&mut self, top: Layer) {
         match top {
             Layer::Page => self.help = true,
@@ -97,7 +98,7 @@ impl Dialogs {
         }
     }
 
-    /// Opens the settings, or closes them.
+    /// Opens or closes the settings.
     pub fn toggle_settings(&mut self, top: Layer) {
         match top {
             Layer::Page | Layer::Help => self.settings = true,
@@ -106,7 +107,7 @@ impl Dialogs {
         }
     }
 
-    /// Withdraws a question about a player after they left.
+    /// Withdraws a question about a player who has left.
     pub fn withdraw_moot(&mut self, players: &[PlayerState]) {
         self.question.take_if(|question| match question {
             Question::Kick(seat, who) => {

@@ -1,5 +1,5 @@
-//! Short forms of the DOM calls that the page makes all the time. Ids are those of `index.html`;
-//! a missing one is a bug and ends in a panic that names it.
+//! Short helpers for common DOM calls. Ids are those of `index.html`; a missing element is a bug and causes a panic
+//! that names the id.
 
 pub mod crash;
 pub mod editor;
@@ -24,7 +24,7 @@ pub fn document() -> Document {
     browser::window().document().expect("a page has a document")
 }
 
-/// The root element, whose data attributes say what state the page is in.
+/// The root element. Its data attributes describe the state of the page.
 pub fn root() -> Element {
     document().document_element().expect("a document has a root")
 }
@@ -44,7 +44,7 @@ pub fn query<T: JsCast>(selector: &str) -> Option<T> {
     document().query_selector(selector).ok().flatten()?.dyn_into().ok()
 }
 
-/// Sets an attribute where it differs, or removes it.
+/// Sets or removes an attribute if it differs.
 pub fn set(element: &Element, name: &str, value: Option<&str>) {
     if element.get_attribute(name).as_deref() != value {
         let done = match value {
@@ -55,7 +55,7 @@ pub fn set(element: &Element, name: &str, value: Option<&str>) {
     }
 }
 
-/// Sets a style property where it differs.
+/// Sets a style property if it differs.
 pub fn style(element: &Element, name: &str, value: &str) {
     let style = element.unchecked_ref::<HtmlElement>().style();
     if style.get_property_value(name).as_deref() != Ok(value) {
@@ -63,24 +63,24 @@ pub fn style(element: &Element, name: &str, value: &str) {
     }
 }
 
-/// Sets text where it differs: text that stays is not laid out again.
+/// Sets an element's text if it differs. Unchanged text then needs no new layout.
 pub fn set_text(element: &Element, text: &str) {
     if element.text_content().as_deref() != Some(text) {
         element.set_text_content(Some(text));
     }
 }
 
-/// Sets the text of the element with an id.
+/// Sets the text of the element with this id.
 pub fn text(id: &str, text: &str) {
     set_text(&html(id), text);
 }
 
-/// Shows or hides the element with an id.
+/// Shows or hides the element with this id.
 pub fn show(id: &str, shown: bool) {
     set(&html(id), "hidden", (!shown).then_some(""));
 }
 
-/// Adds or removes a mark on the root element, for the styles.
+/// Sets or removes an attribute on the root element for the style sheet.
 pub fn mark(name: &str, on: bool) {
     set(&root(), name, on.then_some("yes"));
 }
@@ -90,24 +90,25 @@ pub fn is_static() -> bool {
     root().has_attribute("data-static")
 }
 
-/// Whether the page has no room for panels beside the picture.
+/// Whether the page is too narrow for panels beside the picture.
 pub fn is_narrow() -> bool {
     browser::media("(max-width: 60rem)")
 }
 
-/// Gives the keyboard focus to the canvas: keys belong to the game.
+/// Gives the keyboard focus to the canvas, so that keys control the game.
 pub fn focus_stage() {
     let _ = html("stage").focus();
 }
 
-/// After a click (not after a key on a focused button) keys belong to the game again.
+/// Returns the focus to the game after a mouse click, but not after a key on a focused button.
 pub fn back_to_stage(event: &MouseEvent) {
     if event.detail() > 0 {
         focus_stage();
     }
 }
 
-/// Calls `react` for every event of a kind, for as long as the page lives. Its default may be prevented.
+/// Calls `react` for every event of a kind for as long as the page is open. The callback may prevent the default
+/// action.
 pub fn listen<E: JsCast>(target: &EventTarget, kind: &str, react: impl Fn(E) + 'static) {
     let closure = Closure::<dyn Fn(Event)>::new(move |event: Event| react(event.unchecked_into()));
     let options = web_sys::AddEventListenerOptions::new();
@@ -128,12 +129,12 @@ pub fn target_within(event: &Event, selector: &str) -> Option<Element> {
     target.closest(selector).ok().flatten()
 }
 
-/// The value of the field that an event came from.
+/// The value of the input field that an event came from.
 pub fn value_of<T: std::str::FromStr>(event: &Event) -> Option<T> {
     event.target()?.dyn_into::<HtmlInputElement>().ok()?.value().parse().ok()
 }
 
-/// A time in milliseconds since 1970 as people here write it.
+/// Formats a time in milliseconds since 1970 in the local style.
 pub fn date_and_time(unix_ms: f64) -> String {
     let date = js_sys::Date::new(&unix_ms.into());
     let options = js_sys::Object::new();
@@ -143,7 +144,7 @@ pub fn date_and_time(unix_ms: f64) -> String {
     String::from(date.to_locale_string("default", &options))
 }
 
-/// Puts the page's address into the clipboard and says whether the browser let it.
+/// Copies the page's address to the clipboard and reports whether that succeeded.
 pub fn copy_address(done: impl Fn(bool) + Clone + 'static) {
     match browser::window().location().href() {
         Ok(address) => copy(&address, done),
@@ -151,9 +152,9 @@ pub fn copy_address(done: impl Fn(bool) + Clone + 'static) {
     }
 }
 
-/// Puts a text into the clipboard and says whether the browser let it.
+/// Copies a text to the clipboard and reports whether that succeeded.
 pub fn copy(text: &str, done: impl Fn(bool) + Clone + 'static) {
-    // Outside of a secure context (a plain http address in a LAN) there is no clipboard object.
+    // The clipboard object exists only in secure contexts, not for example on a plain http address in a LAN.
     let navigator = browser::window().navigator();
     if !js_sys::Reflect::get(&navigator, &"clipboard".into()).is_ok_and(|c| c.is_object()) {
         return done(copy_by_selection(text).unwrap_or(false));
@@ -162,12 +163,12 @@ pub fn copy(text: &str, done: impl Fn(bool) + Clone + 'static) {
     let copied = Closure::<dyn FnMut(JsValue)>::new(move |_| done(true));
     let refused = Closure::<dyn FnMut(JsValue)>::new(move |_| denied(false));
     let _ = navigator.clipboard().write_text(text).then2(&copied, &refused);
-    // The promise decides which of them is called and when: a few bytes a click.
+    // The promise calls one of the two closures at some later time. Leaking them costs a few bytes per click.
     copied.forget();
     refused.forget();
 }
 
-/// The old way: a field whose text is selected, and the command of the edit menu.
+/// The legacy method: selects the text in a temporary field and executes the browser's copy command.
 fn copy_by_selection(text: &str) -> Option<bool> {
     let area: web_sys::HtmlTextAreaElement =
         document().create_element("textarea").ok()?.dyn_into().ok()?;

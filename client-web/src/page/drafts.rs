@@ -1,31 +1,31 @@
-//! Drafts of scenes in the browser, by one rule: a text is written over the text that it was made from, and over no
-//! other. Another tab may have changed that; then this one's text becomes a further draft, and both are there.
+//! Drafts of scenes in the browser's storage. A text may replace only the draft that it was derived from. If another
+//! tab has changed that draft in the meantime, the text is stored as an additional draft and both remain.
 
 use jostle_game::scene::SCENE_NAME_BYTES_MAX;
 
-/// The draft of a scene of one's own; that of a scene with a name has a dot and the name behind it.
+/// The key of the draft of a new scene. For a named scene, a dot and the name follow.
 const KEY: &str = "jostle.draft";
-/// Name that the further drafts of a scene of one's own begin with.
+/// The start of the names of additional drafts of a new scene.
 const OWN: &str = "my-scene";
-/// The number behind the name of a further draft; past it no more are kept.
+/// Highest number in the name of an additional draft; no more are stored.
 const NUMBER_MAX: u32 = 99;
 
-/// A storage of the browser, or of a test.
+/// A storage of the browser or of a test.
 pub trait DraftStore {
     /// The value under a key.
     fn read(&self, key: &str) -> Option<String>;
-    /// Keeps a value, or forgets it; `false` if the storage is full or forbidden.
+    /// Stores or removes a value; `false` if the storage is full or not allowed.
     fn write(&mut self, key: &str, value: Option<&str>) -> bool;
 }
 
-/// A text to be kept for later visits.
+/// A text to store for later visits.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Draft {
-    /// Name of the scene; none for one of one's own.
+    /// The name of the scene; `None` for a new one.
     pub origin: Option<String>,
-    /// Without any the draft is forgotten.
+    /// The text; `None` removes the draft.
     pub text: Option<String>,
-    /// The kept text that it was made from.
+    /// The stored text from which this one was derived.
     pub base: Option<String>,
 }
 
@@ -35,22 +35,22 @@ pub fn key(origin: Option<&str>) -> String {
 }
 
 impl Draft {
-    /// Keeps the text. Returns the name of the scene as whose draft it is there: another one than wanted if that draft is
-    /// not the known one. `None` if the storage does not take it.
+    /// Stores the text. Returns the name of the scene under which it was stored, which differs if the draft there is
+    /// not the one it was derived from. `None` if the text could not be stored.
     pub fn keep(&self, store: &mut impl DraftStore) -> Option<Option<String>> {
         let wanted = key(self.origin.as_deref());
         let there = store.read(&wanted);
         let is_known = there.is_none() || there == self.base || there == self.text;
         let origin = match is_known {
             true => self.origin.clone(),
-            // Nothing is no draft.
+            // Without a text there is nothing to store under another name.
             false if self.text.is_none() => return None,
             false => Some(self.free_name(store)?),
         };
         store.write(&key(origin.as_deref()), self.text.as_deref()).then_some(origin)
     }
 
-    /// A name like that of the scene under which no draft is kept.
+    /// A name derived from the scene's under which no draft is stored.
     fn free_name(&self, store: &impl DraftStore) -> Option<String> {
         let name = self.origin.as_deref().unwrap_or(OWN);
         let name = &name[..name.len().min(SCENE_NAME_BYTES_MAX - 3)];

@@ -27,49 +27,49 @@ use jostle_protocol::web::Posted;
 use jostle_sim::{Particles, Vec2};
 use std::sync::Arc;
 
-/// Seed of the games that are played of a scene that is edited: the same each time.
+/// The constant seed of games played from an edited scene.
 pub const SEED: u64 = 1;
-/// A seat without a player.
+/// A seat that no player has.
 const NO_PLAYER: Seat = Seat(u16::MAX);
-/// Reach of a mouse and of a finger, CSS pixels.
+/// Reach of a mouse pointer and of a finger, CSS pixels.
 const MOUSE_CSS: f32 = 12.0;
 const FINGER_CSS: f32 = 22.0;
-/// The scene is shown so much larger than as a whole, at most.
+/// Maximum zoom; at 1 the whole scene is visible.
 const ZOOM_MAX: f32 = 16.0;
 /// A wheel that turns so far doubles the picture, CSS pixels.
 const WHEEL_PIXELS: f32 = 300.0;
-/// The browser's number of the middle button.
+/// The number of the middle mouse button in pointer events.
 const MIDDLE: i16 = 1;
 
-/// The editor of one scene.
+/// The screen that edits one scene.
 pub struct EditScreen {
     pub editor: Editor,
-    /// Seed of the games that are played of it.
+    /// The seed of games played from it.
     pub seed: u64,
     view: EditView,
     draft: DraftStatus,
-    /// The scene at tick 0; of the last text that was a scene.
+    /// The last valid scene at tick 0.
     picture: Option<Replica>,
-    /// Number of the picture.
+    /// The number of the picture.
     copy: u32,
     sketch: Sketch,
     /// A picture without a scene.
     empty: (FrameRoom, Particles),
-    /// The player wants to play it although it may be too heavy for the page.
+    /// Whether the player agreed to play the scene although it may be too heavy for the page.
     pub may_be_heavy: bool,
-    /// A room with it is being opened.
+    /// Whether a room with the scene is being opened.
     pub opening: bool,
 }
 
 /// The draft of the scene in the browser's storage.
 struct DraftStatus {
-    /// Name of the shipped scene that it began with.
+    /// The name of the built-in scene that editing started from.
     origin: Option<String>,
-    /// The kept draft that the text was made from.
+    /// The stored draft from which the text was derived.
     base: Option<String>,
-    /// Revision of the text that was kept for the next visit.
+    /// Revision of the text that was last stored as a draft.
     kept: u32,
-    /// The browser did not take the last draft, and the visitor was told.
+    /// Whether the last draft could not be stored and the player was informed.
     is_refused: bool,
 }
 
@@ -77,7 +77,7 @@ impl EditScreen {
     /// Opens the editor with a text.
     pub fn open(storage: &Storage, text: String, origin: Option<&str>, seed: u64) -> EditScreen {
         let file = origin.map(|name| format!("{name}.toml"));
-        // A text from elsewhere was not made from the draft, and is not written over it.
+        // A text from another source was not derived from the draft and must not overwrite it.
         let base = storage.draft(origin).filter(|draft| *draft == text).map(str::to_owned);
         let editor = Editor::open(text, file.as_deref());
         let (origin, kept) = (origin.map(str::to_owned), editor.doc.revision);
@@ -97,7 +97,7 @@ impl EditScreen {
         screen
     }
 
-    /// The part of the address after `#` under which it is edited.
+    /// The address fragment of this editor.
     pub fn hash(&self) -> String {
         self.draft.origin.as_ref().map_or("#edit".to_owned(), |origin| format!("#edit={origin}"))
     }
@@ -119,7 +119,7 @@ impl EditScreen {
         }
     }
 
-    /// Does what a pointer over the canvas means.
+    /// Handles a pointer over the canvas.
     fn point(&mut self, now_ms: f64, pointer: &Pointer) {
         let is_free = self.editor.holds_nothing();
         if self.view.point(pointer, self.editor.doc.world(), is_free) {
@@ -212,7 +212,8 @@ impl EditScreen {
         KeyUse::Used
     }
 
-    /// Selects the next piece. After the last one the focus goes on to the buttons, so that it is never caught.
+    /// Selects the next piece; `false` at the end, so that the Tab key moves the focus to the buttons and is never
+    /// trapped.
     fn tab(&mut self, now_ms: f64, back: bool) -> bool {
         let editor = &mut self.editor;
         let ends = match back {
@@ -224,7 +225,7 @@ impl EditScreen {
         !at_end
     }
 
-    /// Keeps the text for the next visit, if it changed.
+    /// Stores the text as a draft if it changed.
     pub fn keep_draft(&mut self, storage: &mut Storage) {
         if self.editor.is_held() || self.draft.kept == self.editor.doc.revision {
             return;
@@ -247,7 +248,7 @@ impl EditScreen {
             return None;
         }
         let Some(origin) = kept else {
-            // An empty draft is none: nothing is lost.
+            // Nothing is lost with an empty draft.
             draft.text.as_ref()?;
             self.draft.kept = self.editor.doc.revision.wrapping_sub(1);
             if !std::mem::replace(&mut self.draft.is_refused, true) {
@@ -274,7 +275,7 @@ impl EditScreen {
         is_other.then_some(kept)
     }
 
-    /// Puts that draft in the place of the text, as a step that can be undone.
+    /// Replaces the text by the other draft, in a step that can be undone.
     pub fn take_other_draft(&mut self, storage: &Storage) {
         let Some(text) = self.other_draft(storage).map(str::to_owned) else { return };
         self.draft.base = Some(text.clone());
@@ -283,7 +284,7 @@ impl EditScreen {
         self.draft.kept = self.editor.doc.revision;
     }
 
-    /// Has the server open a private room with the text.
+    /// Asks the server to open a private room with the text.
     fn open_room(&mut self, ctx: &mut Context) {
         if self.opening {
             return;
@@ -314,7 +315,7 @@ impl EditScreen {
         }
     }
 
-    /// Checks what was typed or dragged, and brings the picture to the present.
+    /// Checks changes of the text and updates the picture.
     pub fn advance(&mut self, canvas: Option<Canvas>) {
         if self.editor.doc.check() && self.editor.doc.error.is_none() {
             self.draw_scene();
@@ -339,7 +340,7 @@ impl EditScreen {
         &self.view.view
     }
 
-    /// The scene before its first tick.
+    /// The scene as it is before its first tick.
     pub fn picture(&self) -> Option<&Replica> {
         self.picture.as_ref()
     }
@@ -363,7 +364,7 @@ impl EditScreen {
         self.editor.doc.scene.clone().filter(|_| self.editor.doc.error.is_none())
     }
 
-    /// The frame to draw. `time` is the page's age in seconds.
+    /// The frame to draw. `time` is the time since the page opened, seconds.
     pub fn frame(&self, time: f32) -> Frame<'_> {
         let picture = self.picture.as_ref();
         Frame {
@@ -387,14 +388,15 @@ impl EditScreen {
 #[derive(Debug)]
 struct EditView {
     view: View,
-    /// How much larger than as a whole the scene is shown, and how far from its middle, world units.
+    /// The zoom, where 1 shows the whole scene, and `pan`, the offset from its centre, world units.
     zoom: f32,
     pan: Vec2,
-    /// Pointers that move the picture, not the scene, and where they are, CSS pixels: a middle button, or two fingers.
+    /// The pointers that move the view instead of the scene, with their positions in CSS pixels: a middle button or two
+    /// fingers.
     pinch: Vec<(i32, Vec2)>,
-    /// The finger that went down first, which becomes one of them.
+    /// The first finger, which joins `pinch` when a second one touches.
     first_touch: Option<(i32, Vec2)>,
-    /// CSS pixels a device pixel.
+    /// CSS pixels per device pixel.
     css_per_pixel: f32,
 }
 
@@ -449,7 +451,7 @@ impl EditView {
         true
     }
 
-    /// The middle of the pointers that move the picture, and their distance, CSS pixels.
+    /// The midpoint of the pointers that move the view, and their distance, CSS pixels.
     fn span(&self) -> (Vec2, f32) {
         match self.pinch[..] {
             [(_, one), (_, other)] => ((one + other) * 0.5, (one - other).length().max(1.0)),
@@ -458,19 +460,19 @@ impl EditView {
         }
     }
 
-    /// Zooms at a point of the canvas, CSS pixels.
+    /// Zooms around a point of the canvas, CSS pixels.
     fn zoom(&mut self, at: Vec2, factor: f32, world: Vec2) {
         self.show_at(at, at, factor, world);
     }
 
-    /// Shows the world point that was at `from` at `to`, CSS pixels, and everything larger by a factor.
+    /// Zooms by a factor and moves the world point at `from` to `to`, CSS pixels.
     fn show_at(&mut self, from: Vec2, to: Vec2, factor: f32, world: Vec2) {
         let point = self.view.to_world(from / self.css_per_pixel);
         let zoom = (self.zoom * factor).clamp(1.0, ZOOM_MAX);
         self.view.height *= self.zoom / zoom;
         self.zoom = zoom;
         let by = point - self.view.to_world(to / self.css_per_pixel);
-        // As a whole it is in the middle, and its edges come no further than there.
+        // The whole scene is centred; when zoomed in, the view stays within its edges.
         let most = world * (0.5 - 0.5 / zoom);
         let pan = (self.pan + by).clamp(-most, most);
         self.view.center += pan - self.pan;

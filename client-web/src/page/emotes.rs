@@ -1,10 +1,10 @@
-//! Emotes: the wheel they are picked from, and those that players show.
+//! Emotes: the wheel for choosing them, and the ones on display.
 
 use jostle_game::Seat;
 use jostle_protocol::limits::EMOTES;
 use jostle_sim::Vec2;
 
-/// An emote is shown for this long, milliseconds.
+/// Duration of an emote on display, milliseconds.
 pub const SHOWN_MS: f64 = 2000.0;
 
 /// An emote over a hero.
@@ -16,18 +16,18 @@ pub struct ShownEmote {
     pub since_ms: f64,
 }
 
-/// Emotes on display, at most one a seat.
+/// The emotes on display, at most one per seat.
 #[derive(Debug, Default)]
 pub struct ShownEmotes(Vec<ShownEmote>);
 
 impl ShownEmotes {
-    /// A player shows an emote, in place of any earlier one.
+    /// Shows a player's emote, replacing an earlier one.
     pub fn show(&mut self, now_ms: f64, seat: Seat, emote: u8) {
         self.0.retain(|shown| shown.seat != seat);
         self.0.push(ShownEmote { seat, emote, since_ms: now_ms });
     }
 
-    /// Those that are on display now, the newest last.
+    /// The emotes on display now, the newest last.
     pub fn at(&self, now_ms: f64) -> impl Iterator<Item = &ShownEmote> {
         self.0.iter().filter(move |shown| now_ms - shown.since_ms < SHOWN_MS)
     }
@@ -35,14 +35,15 @@ impl ShownEmotes {
 
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Wheel {
-    /// The emote under the pointer or the stick.
+    /// The emote that the pointer or the stick points at.
     pub picked: Option<u8>,
-    /// The place of the key that is held for it, and whether a button of the gamepad is.
+    /// The code of the key held to open the wheel, if any; `pad` is set if a gamepad button is held.
     pub key: Option<String>,
     pub pad: bool,
 }
 
-/// The emote in a direction from the middle, y down; the first is at the top, the others follow clockwise.
+/// The emote in a direction from the centre, y down. The first is at the top and the others follow clockwise. `None`
+/// within the radius `middle`.
 pub fn sector(offset: Vec2, middle: f32) -> Option<u8> {
     if offset.length() <= middle {
         return None;

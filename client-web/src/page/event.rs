@@ -1,5 +1,5 @@
-//! The page's two vocabularies: an [`Event`] is anything the browser, the network or the player does;
-//! an [`Effect`] is anything the page asks of the browser. Between them stands `App::update`.
+//! The page's events and effects. An [`Event`] is anything that the browser, the network or the player does; an
+//! [`Effect`] is anything that the page asks of the browser. `App::update` turns one into the other.
 
 use crate::editor::update::Deed;
 use crate::input::pad::PadState;
@@ -17,20 +17,20 @@ use jostle_sim::Vec2;
 /// The part of the page's address that selects a screen.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Address {
-    /// From the first slash on.
+    /// The path, from the first slash on.
     pub path: String,
-    /// From `?` on, or empty.
+    /// The query, from `?` on, or empty.
     pub query: String,
-    /// From `#` on, or empty.
+    /// The fragment, from `#` on, or empty.
     pub hash: String,
 }
 
-/// The canvas of a frame, in device pixels.
+/// The canvas for a frame, in device pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Canvas {
     /// Width and height, neither zero.
     pub pixels: [u32; 2],
-    /// The parts at the top and at the bottom that the hud covers.
+    /// The heights that the HUD covers at the top and at the bottom.
     pub top: u32,
     pub bottom: u32,
     /// Width in CSS pixels.
@@ -40,13 +40,13 @@ pub struct Canvas {
 /// A key that went down or up.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Key {
-    /// Its place on the keyboard (`KeyboardEvent.code`).
+    /// The key's position on the keyboard (`KeyboardEvent.code`).
     pub code: String,
     pub letter: String,
     pub repeat: bool,
-    /// Ctrl, Meta or Alt is held: the system may take the release.
+    /// Whether Ctrl, Meta or Alt is held; the system may then swallow the release.
     pub modified: bool,
-    /// Ctrl or Meta is.
+    /// Whether Ctrl or Meta is held.
     pub command: bool,
     pub shift: bool,
     /// The kind of element that has the focus.
@@ -68,17 +68,17 @@ pub enum Focus {
 pub struct Pointer {
     /// The kind of change.
     pub change: PointerChange,
-    /// The browser's number of the pointer.
+    /// The browser's id of the pointer.
     pub id: i32,
-    /// It is a finger.
+    /// Whether the pointer is a finger.
     pub touch: bool,
     /// Position on the canvas, CSS pixels.
     pub at: Vec2,
     /// Size of the canvas, CSS pixels.
     pub canvas: Vec2,
-    /// The primary or secondary button changed (0, 2), another did, or none (-1).
+    /// The changed button: primary (0), secondary (2), another one, or none (-1).
     pub button: i16,
-    /// The primary or secondary button is down.
+    /// Whether the primary or secondary button is down.
     pub pressed: bool,
     pub shift: bool,
     pub alt: bool,
@@ -88,7 +88,7 @@ pub struct Pointer {
 pub enum PointerChange {
     /// A finger or the first button went down.
     Down,
-    /// It moved, or a further button changed.
+    /// The pointer moved, or another button changed.
     Moved,
     /// A finger or the last button went up.
     Up,
@@ -102,73 +102,73 @@ pub struct Form {
     pub name: String,
     pub color: u8,
     pub private: bool,
-    /// Bots play too where the game is played alone.
+    /// Whether bots take part in games played alone.
     pub bots: bool,
 }
 
 /// Anything that happens to the page.
 #[derive(Debug, PartialEq)]
 pub enum Event {
-    /// The address changed by the browser's buttons, or the page was opened.
+    /// The page was opened, or its address changed through the browser's history.
     Navigated(Address),
-    /// A fifth of a second passed.
+    /// The periodic pulse, every fifth of a second.
     Pulse {
         hidden: bool,
     },
-    /// The browser wants a frame; no canvas while nothing can be drawn.
+    /// The browser requests a frame. `None` while drawing is not possible.
     Frame(Option<Canvas>),
     /// The frame was drawn, or could not be.
     Drawn(bool),
     /// The network is back.
     Online,
-    /// The page lost the focus: releases of keys and buttons may not arrive.
+    /// The page lost focus, so releases of keys and buttons may not arrive.
     FocusLost,
-    /// The tab is closed, or loaded again.
+    /// The tab is closing or reloading.
     Closing,
     KeyDown(Key),
     KeyUp(Key),
     /// A pointer over the canvas changed.
     Pointer(Pointer),
-    /// The wheel turned over the canvas: at this point, CSS pixels, by this many pixels.
+    /// The wheel turned at this point over the canvas, by this many CSS pixels.
     Wheel(Vec2, f32),
     /// A tool button of the touch screen was chosen for the next touch.
     ToolArmed(Buttons),
     /// A tool button of the touch screen went down or up.
     ToolPressed(Buttons, bool),
-    /// Something with an action (`data-action`) was clicked, and its value (`data-value`).
+    /// An element with an action (`data-action`) was clicked; the string is its `data-value`.
     Clicked(PageAction, String),
     /// Name or colour changed.
     FormChanged(Form),
     PlayClicked(Form),
-    /// A scene's card was pressed.
+    /// A scene's card was clicked.
     SceneClicked(String, Form),
-    /// A scene is to be played alone.
+    /// A scene should be played alone.
     AloneClicked(String, Form),
     /// The socket of a session changed.
     Socket(u32, SocketEvent),
-    /// The connection is to be closed as a broken network would.
+    /// A test asks to break the connection as a network failure would.
     ConnectionCut,
     /// The server answered a request, or did not.
     Answered(Request, Option<String>),
-    /// The file of a scene came, by the scene's name, or did not.
+    /// Fetching a scene file by the scene's name succeeded or failed.
     SceneFetched(String, Fetched),
-    /// A replay came, by the address of its file, or did not.
+    /// Fetching a replay by its file address succeeded or failed.
     ReplayFetched(String, Fetched),
-    /// A scene file of this machine was read, by the file's name, or could not be.
+    /// Reading a local scene file with this name succeeded or failed.
     SceneRead(String, Result<Vec<u8>, SceneError>),
-    /// A replay file of this machine was read, or could not be.
+    /// Reading a local replay file succeeded or failed.
     ReplayRead(String, Result<Vec<u8>, ReplayError>),
     /// A file is dragged over the page.
     FileDragged,
-    /// The link was copied, or could not be.
+    /// Copying the link succeeded or failed.
     Copied(bool),
-    /// The copy button shows its own label again.
+    /// The copy button should show its normal label again.
     CopyShown,
-    /// Nothing can be drawn: drawing could not be set up, or failed.
+    /// Drawing is not possible: setting it up failed, or drawing itself did.
     GraphicsFailed,
-    /// The browser took the drawing context.
+    /// The browser took the drawing context away.
     ContextLost,
-    /// The browser gave the drawing context back.
+    /// The browser restored the drawing context.
     ContextRestored,
     /// A tick was chosen on the timeline of the replay.
     SeekChosen(u32),
@@ -179,13 +179,14 @@ pub enum Event {
     ConditionsChosen(NetworkConditions),
     Sound(SoundEvent),
     Settings(SettingsEvent),
-    /// Another tab wrote a value into the browser's storage, or forgot it: the key, and what is there now.
+    /// Another tab wrote or removed a value in the browser's storage: the key and its current value.
     StoredElsewhere(String, Option<String>),
-    /// A draft was kept as that of the scene with this name, or of one's own; not at all if the storage is full or forbidden.
+    /// A draft was stored under this scene name, or under none for a new scene. The outer `None` means that the storage
+    /// is full or not allowed.
     DraftKept(Draft, Option<Option<String>>),
-    /// Something was done to the scene that is edited.
+    /// An action on the edited scene.
     Edited(Deed),
-    /// The controls of a field of the editor's form changed: its path, and their values.
+    /// The controls of a field in the editor's form changed: the field's path and their values.
     FieldChanged(String, Vec<String>),
 }
 
@@ -193,16 +194,16 @@ pub enum Event {
 #[derive(Clone, Debug, PartialEq)]
 pub enum SettingsEvent {
     Language(String),
-    /// The file of a language came, or did not.
+    /// The request for a language file succeeded or failed.
     LanguageCame(String, Option<String>),
     Calm(bool),
-    /// The page got the whole screen, or gave it back.
+    /// The page entered or left full-screen mode.
     FullScreen(bool),
-    /// The browser knows the letters of keys, by their places.
+    /// The browser reported the letters of the keys, by key code.
     Layout(Vec<(String, String)>),
-    /// A gamepad was connected, or the last one is gone.
+    /// The first gamepad was connected, or the last one disconnected.
     PadConnected(bool),
-    /// Once a frame while one is connected.
+    /// The gamepad's state, sent every frame while one is connected.
     Pad(PadState),
     DeadZone(u8),
 }
@@ -210,20 +211,20 @@ pub enum SettingsEvent {
 /// Anything the page asks of the browser.
 #[derive(Debug, PartialEq)]
 pub enum Effect {
-    /// The browser is not to act on the DOM event that caused this.
+    /// Prevents the default action of the DOM event that caused this.
     PreventDefault,
-    /// A dragged file would be taken, or would not.
+    /// Indicates whether a dragged file would be accepted.
     OfferDrop(bool),
-    /// The address becomes this path.
+    /// Adds this path to the browser's history.
     PushAddress(String),
-    /// Loads the page again.
+    /// Reloads the page.
     Reload,
-    /// Lets the player choose a file: a replay or a scene.
+    /// Opens a file chooser for a replay or a scene.
     ChooseFile,
     CopyAddress,
     /// Gives the keyboard focus to the canvas.
     FocusStage,
-    /// Opens the socket of a session in place of any other.
+    /// Opens the socket of a session, replacing any other.
     Connect {
         path: String,
         session: u32,
@@ -233,38 +234,38 @@ pub enum Effect {
     /// Sends a message if the socket is open.
     Send(Vec<u8>),
     Disconnect {
-        /// The player leaves on purpose, which the server can tell from a broken connection.
+        /// Whether the player leaves on purpose, so that the server can tell this from a broken connection.
         leaving: bool,
     },
     SetConditions(NetworkConditions),
     Request(Request),
-    /// Fetches the file of a scene by the scene's name.
+    /// Fetches a scene file by the scene's name.
     FetchScene(String),
-    /// Fetches a replay by the address of its file.
+    /// Fetches a replay by its file address.
     FetchReplay(String),
-    /// Remembers a value for later visits, or forgets it.
+    /// Stores or removes a value for later visits.
     StoreLocal(String, Option<String>),
-    /// Remembers a value for this tab, or forgets it.
+    /// Stores or removes a value for this tab.
     StoreSession(String, Option<String>),
-    /// Keeps the draft of a scene.
+    /// Stores the draft of a scene.
     StoreDraft(Draft),
-    /// Drops everything that was made with the lost drawing context.
+    /// Drops everything created with the lost drawing context.
     DropGraphics,
     Sound(SoundTask),
     /// Fetches the file of a language.
     FetchLanguage(String),
-    /// Asks for the whole screen, or gives it back.
+    /// Enters or leaves full-screen mode.
     FullScreen(bool),
     /// Saves a text as a file of this name.
     SaveFile(String, String),
     /// Saves a clip as a file.
     SaveClip(Vec<u8>),
-    /// Puts a link into the clipboard.
+    /// Copies a link to the clipboard.
     CopyLink(String),
-    /// Gives the keyboard focus to the text that is edited, at this byte.
+    /// Focuses the edited text at this byte.
     FocusText(usize),
-    /// Delivers an event later.
+    /// Delivers an event after a delay in milliseconds.
     After(i32, Event),
-    /// Writes a line for developers.
+    /// Writes a warning to the developer console.
     Warn(String),
 }

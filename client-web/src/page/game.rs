@@ -30,30 +30,30 @@ use jostle_sim::TICKS_PER_SECOND;
 use membership::{GameView, RoomMembership};
 use std::sync::Arc;
 
-/// Code of a room in the page that is played alone; any other is a demo's.
+/// The code of an in-page room that is played alone; any other in-page room is a demo.
 const ALONE: &str = "alone";
 
-/// Time for the ticks of one frame past which a game in the page stands still until the player decides, milliseconds: a
-/// tab that stands still for much longer can hardly be closed.
+/// If the ticks of one frame take longer than this, an in-page game pauses and asks the player, milliseconds. A tab
+/// that is blocked for much longer can hardly be closed.
 const STALL_MS: f64 = 1000.0;
 
-/// Time that a frame may take to play a ghost, milliseconds.
+/// Maximum time per frame for playing a ghost, milliseconds.
 const GHOST_MS: f64 = 4.0;
 
-/// The time that a frame took for ticks, if that is too long for a page to go on without asking.
+/// The time spent on a frame's ticks, if it is too long to continue without asking.
 pub fn stalled(taken_ms: f64) -> Option<f64> {
     Some(taken_ms).filter(|taken_ms| *taken_ms > STALL_MS)
 }
 
-/// The ghost of a run beside the own hero.
+/// The ghost of a run next to the player's hero.
 enum GhostSlot {
-    /// Its replay is awaited from this address.
+    /// The ghost's replay is being fetched from this address.
     Awaited(GhostWish, String),
     Here(Box<Ghost>),
 }
 
 impl GhostSlot {
-    /// Moves the ghost to the displayed moment.
+    /// Advances the ghost to the displayed moment.
     fn advance(&mut self, replica: &Replica, clock: fn() -> f64) {
         if let GhostSlot::Here(ghost) = self {
             let until_ms = clock() + GHOST_MS;
@@ -66,7 +66,7 @@ impl GhostSlot {
 #[derive(Default)]
 pub struct Followed {
     pub seat: Option<Seat>,
-    /// It was chosen, by the spectator or for the size of the screen.
+    /// Whether `followed` was chosen, by the spectator or because of the screen size.
     has_chosen: bool,
 }
 
@@ -87,11 +87,11 @@ pub struct GameScreen {
     pub connection: Connection,
     pub input: GameInput,
     pub emotes: ShownEmotes,
-    /// The seat, once there was a welcome.
+    /// The seat and the room's state, once the welcome has arrived.
     pub membership: Option<RoomMembership>,
-    /// In a game that is played alone.
+    /// The ghost in a game played alone.
     ghost: Option<GhostSlot>,
-    /// Highlights in place of the room.
+    /// The highlights, while they are shown instead of the room.
     pub showing: Option<Showing>,
     view: GameView,
     pub followed: Followed,
@@ -138,7 +138,7 @@ impl GameScreen {
     ) -> GameScreen {
         let frozen = request.ticks.is_some();
         let room = RoomInPage::new(scene, request.seed, request.bots, frozen);
-        // A picture must not depend on the player.
+        // A frozen picture must not depend on the player.
         let neutral = || Appearance { name: "Jo".into(), color: 0 };
         let appearance = if frozen { neutral() } else { appearance };
         let link = Link::InPage(Box::new(room));
@@ -200,7 +200,7 @@ impl GameScreen {
         self.connection.watches()
     }
 
-    /// Has a spectator follow a player, or see the whole again.
+    /// Makes a spectator follow a player. The same player again, or `None`, shows the whole scene.
     pub fn follow_player(&mut self, seat: Option<Seat>) {
         if self.watches() {
             self.followed.seat = seat.filter(|_| self.followed.seat != seat);
@@ -209,16 +209,16 @@ impl GameScreen {
         }
     }
 
-    /// The copy of the room, once there is one.
+    /// The replica of the room, once it exists.
     pub fn replica(&self) -> Option<&Replica> {
         self.membership.as_ref().map(|membership| &membership.replica)
     }
 
-    /// Takes what can be heard since the last call.
+    /// Takes the sound cues since the last call.
     pub fn take_cues(&mut self) -> Vec<Cue> {
         let take = |replica: &mut Replica| std::iter::from_fn(|| replica.next_cue()).collect();
         let live = self.membership.as_mut().map_or(Vec::new(), |live| take(&mut live.replica));
-        // What is not in the picture is not heard.
+        // While highlights are shown, the live room is silent.
         self.showing.as_mut().map_or(live, |showing| take(&mut showing.player.replica))
     }
 
@@ -231,12 +231,12 @@ impl GameScreen {
         matches!(self.connection.link, Link::InPage(_))
     }
 
-    /// Whether it stands still for a picture.
+    /// Whether the game is frozen for a screenshot.
     pub fn is_frozen(&self) -> bool {
         self.connection.status.state == State::Frozen
     }
 
-    /// Whether it is played alone.
+    /// Whether the game is played alone.
     pub fn is_alone(&self) -> bool {
         self.is_in_page() && self.connection.code == ALONE
     }
@@ -267,7 +267,7 @@ impl GameScreen {
         self.ghost.is_some()
     }
 
-    /// Where the ghost is, if one is on the stage.
+    /// The body of the ghost, if it is visible.
     pub fn ghost_body(&self) -> Option<&FrameBody> {
         match &self.ghost {
             Some(GhostSlot::Here(ghost)) => ghost.shown.as_ref(),
@@ -275,13 +275,13 @@ impl GameScreen {
         }
     }
 
-    /// Whether there are highlights to show.
+    /// Whether highlights are available.
     pub fn has_highlights(&self) -> bool {
         let highlights = self.replica().and_then(|replica| replica.highlights.as_ref());
         highlights.is_some_and(|highlights| !highlights.is_empty())
     }
 
-    /// Shows as many highlights as there is time for before the next round, the newest; or ends them.
+    /// Shows the newest highlights that fit in the time before the next round, or ends them.
     pub fn toggle_highlights(&mut self, ctx: &mut Context) {
         if self.showing.take().is_some() {
             return self.view.cut();
@@ -294,7 +294,7 @@ impl GameScreen {
         self.view.cut();
     }
 
-    /// Moves the highlights to the present. They end when all were shown, or when the next round runs.
+    /// Advances the highlights. They end after the last one, or when the next round runs.
     fn advance_highlights(&mut self, ctx: &mut Context) {
         let Some(showing) = &mut self.showing else { return };
         let live = self.membership.as_ref().map(|membership| &membership.replica);
@@ -308,7 +308,7 @@ impl GameScreen {
         }
     }
 
-    /// The copy of the room in the picture, and its number: that of a highlight, while one is on.
+    /// The replica in the picture and its number: that of the current highlight, or of the room.
     fn pictured(&self) -> Option<(&Replica, u32)> {
         match (&self.showing, &self.membership) {
             (Some(showing), _) => Some((&showing.player.replica, showing.copy.1)),
@@ -317,12 +317,12 @@ impl GameScreen {
         }
     }
 
-    /// The copy of the room in the picture.
+    /// The replica in the picture.
     pub fn pictured_replica(&self) -> Option<&Replica> {
         self.pictured().map(|(replica, _)| replica)
     }
 
-    /// Without a seat the display stands still.
+    /// Advances the display, but only while playing.
     fn move_display(&mut self, now_ms: f64) {
         if self.connection.status.state != State::Playing {
             return;
@@ -333,7 +333,7 @@ impl GameScreen {
         }
     }
 
-    /// Switches prediction on or off. A room in the page needs none.
+    /// Switches prediction on or off. It is never used in an in-page room.
     pub fn set_prediction(&mut self, on: bool) {
         let on = on && !self.is_in_page() && !self.watches();
         if let Some(membership) = &mut self.membership {
@@ -341,7 +341,7 @@ impl GameScreen {
         }
     }
 
-    /// Brings everything to the present on a canvas: room in the page, display, camera, input.
+    /// Advances everything to the current time: in-page room, display, input, and the camera on a canvas.
     pub fn advance(&mut self, ctx: &mut Context, canvas: Option<Canvas>) {
         let now_ms = ctx.now_ms;
         let elapsed_s = ((now_ms - self.view.framed_ms) / 1000.0).clamp(0.0, 0.25) as f32;
@@ -373,7 +373,7 @@ impl GameScreen {
         self.send_due(ctx);
     }
 
-    /// Plays a scripted demo to its end as fast as possible, and stands still there.
+    /// Runs a scripted demo to its end as fast as possible and freezes it there.
     fn freeze_at(&mut self, ctx: &mut Context, ticks: u32) {
         self.receive_in_page(ctx);
         for _ in 0..ticks.max(1) {
@@ -390,7 +390,7 @@ impl GameScreen {
         self.connection.status.state = State::Frozen;
     }
 
-    /// The frame to draw now, or `None` before the first snapshot. `time` is the page's age in seconds.
+    /// The frame to draw now; `None` before the first snapshot. `time` is the time since the page opened, seconds.
     pub fn frame(&self, time: f32, calm: bool) -> Option<Frame<'_>> {
         let (replica, copy) = self.pictured()?;
         replica.room.newest()?;

@@ -1,4 +1,4 @@
-//! Functions for tests: `window.jostle` is made of these.
+//! Functions for tests, exposed as `window.jostle`.
 
 use crate::net::meter::Meter;
 use crate::net::timeline::Sample;
@@ -84,8 +84,8 @@ fn sound(page: &Page) -> JsValue {
     ])
 }
 
-/// The sound of the first seconds of a replay, computed and not played, at the volume of a first visit: a promise
-/// of an `AudioBuffer`.
+/// Renders the sound of the first seconds of a replay at the default volume, without playing it. Returns a promise of
+/// an `AudioBuffer`.
 #[wasm_bindgen]
 pub fn rendered_sound(replay: Vec<u8>, seconds: u32) -> Result<js_sys::Promise, JsValue> {
     let player = ReplayPlayer::open(replay).map_err(|error| error.to_string())?;
@@ -93,7 +93,7 @@ pub fn rendered_sound(replay: Vec<u8>, seconds: u32) -> Result<js_sys::Promise, 
     player::rendered(&voices_of(player, seconds), seconds, gain)
 }
 
-/// An object of JavaScript; fields without a value are left out of its JSON.
+/// Creates a JavaScript object; undefined fields are omitted from its JSON.
 fn object<const FIELDS: usize>(fields: [(&str, JsValue); FIELDS]) -> JsValue {
     let object = js_sys::Object::new();
     for (name, value) in fields {
@@ -114,7 +114,8 @@ fn point(at: Vec2) -> JsValue {
     array([at.x, at.y].into_iter().map(JsValue::from))
 }
 
-/// A number of JavaScript, which counts exactly up to 2^53; `u64` would become a `BigInt`, which JSON lacks.
+/// Converts a count to a JavaScript number, which is exact up to 2^53. A `u64` would become a `BigInt`, which JSON does
+/// not support.
 fn count(count: u64) -> JsValue {
     (count as f64).into()
 }
@@ -133,7 +134,7 @@ fn body(body: &Sample) -> JsValue {
     ])
 }
 
-/// Sections received so far, with the number of snapshots that had each.
+/// Sections received so far, and in how many snapshots each occurred.
 fn sections(meter: &Meter) -> JsValue {
     let sections = js_sys::Object::new();
     for &(name, snapshots) in &meter.sections {
@@ -184,7 +185,7 @@ fn shown_replay(replay: &OpenReplay) -> JsValue {
     ])
 }
 
-/// Position at which the last frame drew the player's hero, world units: `[x, y]`, or nothing.
+/// The position at which the last frame drew the player's hero, `[x, y]` in world units; `None` without a hero.
 #[wasm_bindgen]
 pub fn own_place() -> Option<js_sys::Array> {
     let center = |app: &App| Some(app.screen.game()?.replica()?.own_hero()?.center);
@@ -192,7 +193,7 @@ pub fn own_place() -> Option<js_sys::Array> {
     Some(js_sys::Array::of2(&at.x.into(), &at.y.into()))
 }
 
-/// Plays a recording, see [`witness`]: `[[tick, digits], ...]` as JSON, or what is wrong with it.
+/// Plays a recording, see [`witness`]. Returns `[[tick, digits], ...]` as JSON, or an error message.
 #[wasm_bindgen]
 pub fn particle_digests(scene: &str, recording: &[u8]) -> String {
     match witness::particle_digests(scene, recording) {
@@ -206,7 +207,7 @@ pub fn particle_digests(scene: &str, recording: &[u8]) -> String {
     }
 }
 
-/// 16 digits: numbers of JavaScript do not hold 64 bits.
+/// Formats a hash with 16 hexadecimal digits, since JavaScript numbers cannot hold 64 bits.
 fn hex(digest: u64) -> String {
     format!("{digest:016x}")
 }
@@ -221,13 +222,13 @@ fn player(player: &PlayerState) -> JsValue {
     ])
 }
 
-/// Closes the socket as a broken network would; the page reconnects by itself.
+/// Closes the socket as a network failure would; the page then reconnects.
 #[wasm_bindgen]
 pub fn drop_socket() {
     shell::push(Event::ConnectionCut);
 }
 
-/// The place of a world point on the page: `[x, y]` in CSS pixels.
+/// The position of a world point on the page, `[x, y]` in CSS pixels.
 #[wasm_bindgen]
 pub fn to_page(x: f32, y: f32) -> js_sys::Array {
     let at = shell::with(|page| {

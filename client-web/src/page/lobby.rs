@@ -9,39 +9,39 @@ use jostle_protocol::web::{Posted, ReplayCard, Replays, RoomCard, Rooms, SceneCa
 use jostle_protocol::{Appearance, Token};
 use serde::de::DeserializeOwned;
 
-/// Time between two requests for the rooms, milliseconds.
+/// Interval between requests for the rooms, milliseconds.
 const REFRESH_MS: f64 = 3000.0;
-/// Time between two requests for the replays, milliseconds: each answer may be long.
+/// Interval between requests for the replays, milliseconds. It is longer because answers may be long.
 const REPLAYS_MS: f64 = 15_000.0;
 
 /// A line under the form.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LobbyNote {
     pub text: String,
-    /// It reports a problem.
+    /// Whether the note reports a problem.
     pub bad: bool,
 }
 
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Lobby {
     pub rooms: Vec<RoomCard>,
-    /// Whether the server has told of them.
+    /// Whether the server has sent the list of rooms.
     pub rooms_known: bool,
     pub scenes: Vec<SceneCard>,
     /// Replays, the newest first.
     pub replays: Vec<ReplayCard>,
     /// The line under the form.
     pub note: LobbyNote,
-    /// The typed name cannot be used.
+    /// Whether the typed name is invalid.
     pub name_invalid: bool,
-    /// A room is being opened.
+    /// Whether a room is being opened.
     pub busy: bool,
     asked_ms: f64,
     replays_asked_ms: Option<f64>,
 }
 
 impl Lobby {
-    /// Starts over, and asks the server for its lists.
+    /// Resets the lobby and requests the server's lists.
     pub fn show(&mut self, ctx: &mut Context) {
         self.busy = false;
         self.note = LobbyNote::default();
@@ -50,14 +50,14 @@ impl Lobby {
         self.ask(ctx);
     }
 
-    /// Asks for the rooms again if it is time.
+    /// Requests the rooms again when that is due.
     pub fn refresh(&mut self, ctx: &mut Context) {
         if ctx.now_ms - self.asked_ms >= REFRESH_MS {
             self.ask(ctx);
         }
     }
 
-    /// Asks for the rooms, and for the scenes until they are known.
+    /// Requests the rooms, and the scenes until they are known.
     fn ask(&mut self, ctx: &mut Context) {
         self.asked_ms = ctx.now_ms;
         if self.scenes.is_empty() {
@@ -74,7 +74,7 @@ impl Lobby {
         }
     }
 
-    /// Reads name and colour from the form; `None` if the name cannot be used, which the note says.
+    /// Reads name and colour from the form; `None` if the name is invalid, which the note then explains.
     pub fn read(&mut self, form: &Form) -> Option<Appearance> {
         match Appearance::new(name::finished(&form.name), form.color) {
             Ok(appearance) => {
@@ -90,8 +90,8 @@ impl Lobby {
         }
     }
 
-    /// Joins the liveliest room, or opens one with the first scene; a private one is always opened. Returns
-    /// the code of a room to enter.
+    /// Joins the room with the most players, or opens one with the first scene. A private room is always a new one.
+    /// Returns the code of a room to enter.
     pub fn play(&mut self, ctx: &mut Context, private: bool) -> Option<String> {
         let room = api::liveliest(&self.rooms, &self.scenes).filter(|_| !private);
         let room = room.map(|room| room.code.clone());
@@ -101,7 +101,7 @@ impl Lobby {
         room
     }
 
-    /// Opens a room with a scene, which the player will host.
+    /// Opens a room with a scene, hosted by the player.
     pub fn open(&mut self, ctx: &mut Context, scene: &str, private: bool) {
         if self.busy {
             return;
@@ -111,7 +111,7 @@ impl Lobby {
         ctx.request(Effect::Request(Request::Open { scene: scene.to_owned(), private }));
     }
 
-    /// Takes an answer of the server. Returns the code of a room to enter.
+    /// Handles an answer from the server. Returns the code of a room to enter.
     pub fn take(
         &mut self,
         ctx: &mut Context,
@@ -165,7 +165,7 @@ impl Lobby {
     }
 }
 
-/// The code of a room that the server opened, of which the player is the host from now on; or why it opened none.
+/// The code of a room that the server opened with the player as host, or the reason why it opened none.
 pub fn take_room(ctx: &mut Context, answer: Option<&str>) -> Result<String, Box<Posted>> {
     let opened = parse(answer).unwrap_or_default();
     if let Posted { code: Some(code), host_key: Some(host_key), .. } = opened {

@@ -1,5 +1,5 @@
-//! Names as they are typed: cut to the length that the protocol allows, but never inside a character
-//! as people see it; and names for strangers. `Appearance::new` alone judges the content of a name.
+//! Typed names, limited to the length that the protocol allows without splitting a user-perceived character, and random
+//! names for new players. Only `Appearance::new` validates the content of a name.
 
 use jostle_protocol::limits::{NAME_BYTES_MAX, NAME_CHARS_MAX};
 
@@ -12,8 +12,8 @@ const ANIMALS: [&str; 16] = [
     "Mole", "Newt", "Otter", "Owl", "Panda", "Puffin",
 ];
 
-/// The beginning of `text` that fits a name, for the field while it is typed in. Text that is short
-/// enough stays as it is: a joiner at its end may be waiting for the next letter.
+/// The prefix of `text` that fits the limits of a name, for a field that is being typed in. Text that is short enough
+/// is not changed, since a joiner at its end may be waiting for the next letter.
 pub fn fit(text: &str) -> &str {
     let fits = |(count, (at, c)): &(usize, (usize, char))| {
         *count < NAME_CHARS_MAX && at + c.len_utf8() <= NAME_BYTES_MAX
@@ -24,19 +24,19 @@ pub fn fit(text: &str) -> &str {
     if rest.is_empty() {
         return text;
     }
-    // Two regional indicators are one flag.
+    // Two regional indicators form one flag.
     let indicators = kept.chars().rev().take_while(|&c| is_regional(c)).count();
     let half_flag = indicators % 2 == 1 && rest.starts_with(is_regional);
     let kept = kept.strip_suffix(is_regional).filter(|_| half_flag).unwrap_or(kept);
     kept.trim_end_matches(is_dangling)
 }
 
-/// The name that a field holds: [`fit`], without joiners and halves of characters at its end.
+/// The name in a field: [`fit`] without trailing joiners and incomplete characters.
 pub fn finished(text: &str) -> &str {
     fit(text).trim_end_matches(|c: char| c.is_whitespace() || is_dangling(c))
 }
 
-/// A friendly name for a player who gave none.
+/// A friendly random name for a player without one.
 pub fn friendly_name(random: u32) -> String {
     let adjective = ADJECTIVES[random as usize % ADJECTIVES.len()];
     let animal = ANIMALS[(random >> 8) as usize % ANIMALS.len()];
@@ -47,8 +47,8 @@ fn is_regional(character: char) -> bool {
     matches!(character, '\u{1f1e6}'..='\u{1f1ff}')
 }
 
-/// Says something about the character that comes next only, or is a tag of a flag whose last tag
-/// (U+E007F) is missing, or was half of a character already when it got here.
+/// Whether a character is meaningless at the end of a name: it only modifies the next character, is a flag tag without
+/// the final tag (U+E007F), or is the replacement character left by half a character.
 fn is_dangling(character: char) -> bool {
     matches!(character, '\u{200c}' | '\u{200d}' | '\u{e0020}'..='\u{e007e}' | '\u{fffd}')
 }

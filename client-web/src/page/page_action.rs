@@ -9,11 +9,11 @@ macro_rules! page_actions {
         }
 
         impl PageAction {
-            /// All of them.
+            /// All actions.
             #[cfg(test)]
             pub const ALL: &[PageAction] = &[$(PageAction::$action),*];
 
-            /// The action that an element names.
+            /// The action with this name.
             pub fn named(name: &str) -> Option<PageAction> {
                 Some(match name {
                     $($name => PageAction::$action,)*
@@ -21,7 +21,7 @@ macro_rules! page_actions {
                 })
             }
 
-            /// Its name in `data-action`.
+            /// The action's name in `data-action`.
             pub fn name(self) -> &'static str {
                 match self {
                     $(PageAction::$action => $name),*

@@ -1,4 +1,4 @@
-//! The panels of the page: pure functions from the state of the app to a [`View`](crate::page::view::View) each.
+//! The panels of the page. Each is a pure function from the app's state to a [`View`](crate::page::view::View).
 
 pub mod dialogs;
 pub mod editor;
@@ -19,7 +19,7 @@ pub mod zones;
 use crate::page::app::App;
 use crate::page::view::View;
 
-/// Those that follow whatever happens to the page.
+/// Panels that are updated after every event.
 pub const ALL: [fn(&App) -> View; 8] = [
     page::view,
     sound::view,
@@ -31,7 +31,7 @@ pub const ALL: [fn(&App) -> View; 8] = [
     editor::view,
 ];
 
-/// Those that may change with every frame of a game, a replay or the editor.
+/// Panels that may change with every frame of a game, a replay or the editor.
 pub const OF_FRAMES: [fn(&App) -> View; 10] = [
     hud::title,
     hud::caps,
@@ -45,6 +45,6 @@ pub const OF_FRAMES: [fn(&App) -> View; 10] = [
     editor::error,
 ];
 
-/// Those with numbers, which would be unreadable if they changed with every frame.
+/// Panels with numbers, which would be unreadable if they changed with every frame.
 pub const OF_NUMBERS: [fn(&App) -> View; 5] =
     [players::view, hud::status, network::connection, network::figures, replay::marks];

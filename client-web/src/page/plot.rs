@@ -1,9 +1,9 @@
-//! A line of the newest values, as the path of an SVG.
+//! A line plot of recent values, as an SVG path.
 
 use std::collections::VecDeque;
 use std::fmt::Write;
 
-/// The newest values, the oldest first.
+/// Recent values, oldest first.
 #[derive(Debug)]
 pub struct Plot {
     values: VecDeque<f64>,
@@ -11,12 +11,12 @@ pub struct Plot {
 }
 
 impl Plot {
-    /// A line of at most this many values, at least two.
+    /// Creates a plot of at most this many values, and at least two.
     pub fn new(moments: usize) -> Plot {
         Plot { values: VecDeque::with_capacity(moments), moments: moments.max(2) }
     }
 
-    /// Adds a value; the oldest goes when the line is full.
+    /// Adds a value, dropping the oldest when the plot is full.
     pub fn push(&mut self, value: f64) {
         if self.values.len() == self.moments {
             self.values.pop_front();
@@ -24,12 +24,12 @@ impl Plot {
         self.values.push_back(value);
     }
 
-    /// The largest value, 0 without any.
+    /// The largest value; 0 if empty.
     pub fn highest(&self) -> f64 {
         self.values.iter().copied().fold(0.0, f64::max)
     }
 
-    /// The line in a box of this size, the newest value at its right, `highest` at its top.
+    /// The path in a box of this size, with the newest value at its right edge and `highest` at its top.
     pub fn path(&self, [width, height]: [f64; 2], highest: f64) -> String {
         let mut path = String::new();
         let step = width / (self.moments - 1) as f64;

@@ -1,22 +1,22 @@
-//! QR codes of links: a phone's camera reads them from the screen.
+//! QR codes of links, for phone cameras to read from the screen.
 
 use qrcodegen::{QrCode, QrCodeEcc, QrSegment, Version};
 use std::fmt::Write;
 
-/// Version of the largest code: 137 squares a side, which are about a millimetre wide on a laptop, and 1732 bytes.
+/// Version of the largest code. It has 137 squares per side, about a millimetre each on a laptop, and holds 1732 bytes.
 const VERSION_MAX: u8 = 30;
-/// Light squares around a code, without which readers do not find it.
+/// Width of the light margin that readers need to find a code, squares.
 const QUIET: i32 = 4;
 
-/// A code as a path of SVG.
+/// A QR code as an SVG path.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Drawing {
-    /// Squares of a side, those around it included.
+    /// Squares per side, including the margin.
     pub side: i32,
     pub path: String,
 }
 
-/// Draws the code of a link; `None` if the link is too long for one.
+/// Draws the QR code of a link; `None` if the link is too long.
 pub fn draw(link: &str) -> Option<Drawing> {
     let segments = [QrSegment::make_bytes(link.as_bytes())];
     let code = QrCode::encode_segments_advanced(
@@ -47,7 +47,7 @@ mod tests {
     use super::*;
     use rqrr::PreparedImage;
 
-    /// The text that a reader finds in a drawing, of which each square is some pixels wide.
+    /// Reads the text from a drawing scaled to several pixels per square.
     fn read(drawing: &Drawing) -> String {
         const PIXELS: usize = 4;
         let side = drawing.side as usize;

@@ -1,29 +1,29 @@
-//! The queue between the browser and the page. Listeners push events; the shell drains the queue and
-//! handles them in order. An event that occurs while another is handled waits its turn: none is dropped.
+//! The event queue between the browser and the page. Listeners push events; the shell drains the queue and handles them
+//! in order. Events that occur while another is being handled wait; none are dropped.
 
 use crate::page::event::Event;
 use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 
-/// An event, and the DOM event that caused it.
+/// An event and the DOM event that caused it.
 pub struct QueuedEvent {
     pub event: Event,
-    /// The DOM event, whose default may be prevented.
+    /// The DOM event, so that its default action can be prevented.
     pub source: Option<web_sys::Event>,
 }
 
 struct EventQueue {
     waiting: RefCell<VecDeque<QueuedEvent>>,
-    /// Empties the queue, unless that is going on already.
+    /// Drains the queue, unless that is already in progress.
     drain: fn(),
 }
 
-/// A handle on the queue. There is one queue, which lives as long as the page.
+/// A handle to the queue. There is only one queue, which lives as long as the page.
 #[derive(Clone, Copy)]
 pub struct Events(&'static EventQueue);
 
 thread_local! {
-    /// The program has ended by a mistake of its own: nothing is handled any more.
+    /// Whether the program has crashed, so that no more events are handled.
     static CRASHED: Cell<bool> = const { Cell::new(false) };
 }
 
@@ -36,17 +36,17 @@ pub fn has_crashed() -> bool {
 }
 
 impl Events {
-    /// A queue that is emptied by `drain`.
+    /// Creates a queue that is drained by `drain`.
     pub fn new(drain: fn()) -> Events {
         Events(Box::leak(Box::new(EventQueue { waiting: RefCell::default(), drain })))
     }
 
-    /// Adds an event and has the queue emptied.
+    /// Adds an event and drains the queue.
     pub fn push(self, event: Event) {
         self.add(QueuedEvent { event, source: None });
     }
 
-    /// The same for an event that came with a DOM event.
+    /// Like [`Events::push`], for an event caused by a DOM event.
     pub fn push_from(self, event: Event, source: &web_sys::Event) {
         self.add(QueuedEvent { event, source: Some(source.clone()) });
     }

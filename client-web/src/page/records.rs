@@ -8,14 +8,14 @@ use crate::page::strings;
 use jostle_game::RoundPhase;
 use jostle_protocol::web::{self, Posted, RecordCard, RecordTable};
 
-/// Records, as far as the page knows them.
+/// The records known to the page.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Records {
     /// The best run of each scene.
     pub list: web::Records,
-    /// The sentence about the own run.
+    /// The message about the player's last run.
     pub said: String,
-    /// The beginning of the result whose run was looked at.
+    /// The start tick of the last result whose run was examined.
     pub result_since: Option<u32>,
 }
 
@@ -25,7 +25,7 @@ impl Records {
         *self = Records { list: std::mem::take(&mut self.list), ..Records::default() };
     }
 
-    /// Takes an answer about records; `false` if it is about something else.
+    /// Handles an answer about records; `false` if it is about something else.
     pub fn take(&mut self, ctx: &mut Context, request: &Request, answer: Option<&str>) -> bool {
         match request {
             Request::Records => {
@@ -43,7 +43,7 @@ impl Records {
         true
     }
 
-    /// Sends the run of a round that the player has just won alone, if the server keeps runs of the scene.
+    /// Submits the run of a round that the player just won alone, if the server stores runs of the scene.
     pub fn send_run(&mut self, ctx: &mut Context, game: &GameScreen) {
         let is_kept = |scene| self.table(scene).is_some();
         if !game.ranked_scene(ctx).is_some_and(is_kept) {
@@ -65,7 +65,7 @@ impl Records {
         };
     }
 
-    /// The table of a scene, if its runs are kept.
+    /// The record table of a scene, if the server stores its runs.
     pub fn table(&self, scene: &str) -> Option<&RecordTable> {
         self.list.scenes.iter().find(|table| table.scene == scene)
     }

@@ -1,5 +1,5 @@
-//! A replay on the page: fetched or dropped, then played with a camera of its own. No server is needed
-//! once its bytes are here.
+//! A replay on the page: fetched or dropped, then played with a separate camera. Once its bytes are loaded it needs no
+//! server.
 
 use crate::net::meter::Meter;
 use crate::net::report::Fetched;
@@ -16,20 +16,20 @@ use jostle_game::Seat;
 use jostle_protocol::replay::{Problem, ReplayReader};
 use jostle_sim::TICKS_PER_SECOND;
 
-/// Time that a frame may take to read a file, milliseconds.
+/// Maximum time per frame for reading a file, milliseconds.
 const READ_MS: f64 = 8.0;
-/// Time that a frame may take to continue a seek, milliseconds.
+/// Maximum time per frame for seeking, milliseconds.
 const SEEK_MS: f64 = 11.0;
-/// Time that a frame may take to play, milliseconds; past it the replay runs slower.
+/// Maximum time per frame for playing, milliseconds. Beyond it the replay runs slower.
 const PLAY_MS: f64 = 12.0;
-/// Time that a frame may take to compare hashes ahead of the playhead, milliseconds.
+/// Maximum time per frame for comparing hashes ahead of the playhead, milliseconds.
 const AHEAD_MS: f64 = 3.0;
-/// The same while the replay stands still.
+/// Like [`AHEAD_MS`], while the replay is paused.
 const AHEAD_STILL_MS: f64 = 8.0;
-/// A frame that came later than this ended a pause in which the page was hidden, seconds.
+/// Maximum time between frames that is played, seconds. A longer gap means that the page was hidden.
 const FRAME_S_MAX: f64 = 0.25;
 
-/// An arrow key skips this many ticks.
+/// Ticks skipped by an arrow key.
 const SKIP_TICKS: i64 = TICKS_PER_SECOND as i64;
 
 /// The bytes of a replay that was asked for, or the card that says why there are none.
@@ -43,7 +43,7 @@ pub fn bytes_of(file: &str, fetched: Fetched) -> Result<Vec<u8>, Card> {
     Err(Card { detail, ..card })
 }
 
-/// A replay that is being read, a slice in each frame. What was on display before stays until then.
+/// A replay that is being read in slices, one per frame. The previous picture stays until it is ready.
 pub struct Opening {
     pub reader: ReplayReader,
     /// As in [`OpenReplay`].
@@ -52,7 +52,7 @@ pub struct Opening {
 }
 
 impl Opening {
-    /// Reads on for as long as a frame may take; returns whether all was read.
+    /// Continues reading within the time of a frame; returns whether reading is complete.
     pub fn read_on(&mut self, clock: fn() -> f64) -> bool {
         let mut more = within(clock, READ_MS);
         while self.reader.step() {
@@ -67,24 +67,24 @@ impl Opening {
 /// A replay that is being watched.
 pub struct OpenReplay {
     pub player: ReplayPlayer,
-    /// Its name, if the page's address leads to it.
+    /// The replay's name, if the page's address refers to it.
     pub name: Option<String>,
-    /// The name of its file, if it came from this machine.
+    /// The name of the replay's file, if it is a local one.
     pub file: String,
     pub meter: Meter,
     camera: Camera,
-    /// The subject of the camera, and the last jump that it saw.
+    /// The camera's subject and the last jump that it followed.
     aimed: (Option<Seat>, bool, u32),
     /// The view of the last frame.
     pub view: View,
     framed_ms: f64,
-    /// A frame took this long to play, and the replay stands still since then, milliseconds.
+    /// The duration of a frame that was too long, milliseconds. The replay is paused since then.
     pub stalled_ms: Option<f64>,
     /// The frame on the canvas.
     pub drawn: Option<Drawn>,
-    /// Jumps after which the news was read.
+    /// The number of jumps when news was last read.
     news_jumps: u32,
-    /// The last jump after which cues were taken.
+    /// The number of jumps when cues were last taken.
     cue_jumps: u32,
 }
 
@@ -98,14 +98,14 @@ pub struct Drawn {
     followed: Option<Seat>,
 }
 
-/// A function that is `true` for this many milliseconds.
+/// A function that returns `true` for this many milliseconds.
 fn within(clock: fn() -> f64, milliseconds: f64) -> impl FnMut() -> bool {
     let end = clock() + milliseconds;
     move || clock() < end
 }
 
 impl OpenReplay {
-    /// Starts to play a replay.
+    /// Starts playing a replay.
     pub fn new(mut player: ReplayPlayer, name: Option<String>, file: String, now_ms: f64) -> Self {
         player.play();
         OpenReplay {
@@ -188,8 +188,8 @@ impl OpenReplay {
         true
     }
 
-    /// Brings replay and camera to `now_ms`. The replay plays on if it may: no card is open that must be
-    /// read first.
+    /// Advances the replay and its camera to `now_ms`. `plays` is false while a dialog is open that must be answered
+    /// first.
     pub fn advance(
         &mut self,
         now_ms: f64,
@@ -201,7 +201,7 @@ impl OpenReplay {
         self.framed_ms = now_ms;
         let began_ms = clock();
         if self.stalled_ms.is_some() {
-            // The player decides whether it goes on.
+            // The player decides whether it continues.
         } else if self.player.is_seeking() {
             self.player.work(within(clock, SEEK_MS));
         } else {
@@ -225,12 +225,12 @@ impl OpenReplay {
             self.camera = self.player.camera();
         }
         let Canvas { pixels, bottom, .. } = canvas;
-        // The camera keeps up with the replay's speed.
+        // The camera adapts to the replay's speed.
         let elapsed_s = elapsed_s * self.player.speed.max(1.0) as f32;
         self.view = self.player.view(&mut self.camera, pixels, bottom, elapsed_s);
     }
 
-    /// The frame to draw, unless it is the one drawn last.
+    /// The frame to draw; `None` if it is already on the canvas.
     pub fn frame(&self, calm: bool) -> Option<Frame<'_>> {
         let changed = self.drawn != Some(self.shown());
         changed.then(|| Frame { calm, ..self.player.frame(self.view) })
@@ -246,7 +246,7 @@ impl OpenReplay {
         }
     }
 
-    /// The frame was drawn, or could not be.
+    /// Records whether the frame was drawn.
     fn note_drawn(&mut self, drawn: bool, now_ms: f64) {
         self.drawn = drawn.then(|| self.shown());
         if drawn {
@@ -254,14 +254,14 @@ impl OpenReplay {
         }
     }
 
-    /// Whether the playhead jumped since the last call: news from before is of no interest then.
+    /// Whether the playhead jumped since the last call, which makes earlier news irrelevant.
     pub fn has_jumped(&mut self) -> bool {
         std::mem::replace(&mut self.news_jumps, self.player.jumps) != self.player.jumps
     }
 
-    /// Takes what can be heard since the last call. Only a replay that plays in real time is heard: faster, a
-    /// second would have the sounds of eight, and slower, tones would fall apart from what is seen. Single
-    /// steps and seeks show moments, which have no sound.
+    /// Takes the sound cues since the last call. Only a replay in real time has sound: when faster, a second would
+    /// contain the sounds of eight, and when slower, tones would not match the picture. Single steps and seeks show
+    /// moments, which have no sound.
     pub fn take_cues(&mut self) -> Vec<Cue> {
         let player = &mut self.player;
         let cues = std::iter::from_fn(|| player.next_cue()).collect();
@@ -270,8 +270,8 @@ impl OpenReplay {
         if is_heard && !has_jumped { cues } else { Vec::new() }
     }
 
-    /// The card for a replay whose end is missing. One that was merely not ended may still be recorded:
-    /// a hint says so instead.
+    /// The card for a truncated replay. A replay that merely lacks an end record may still be in progress; a hint says
+    /// so instead.
     pub fn cut(&self) -> Option<Card> {
         let error = self.player.ending().error()?;
         let ticks = self.player.last_tick() - self.player.first_tick();
@@ -279,7 +279,7 @@ impl OpenReplay {
     }
 }
 
-/// Whether the element with the focus has a use for a key.
+/// Whether the focused element uses a key itself.
 fn is_used_by_focus(key: &Key) -> bool {
     let letter = key.letter.as_str();
     match key.focus {

@@ -1,4 +1,4 @@
-//! What the page says of a round, as it follows from a snapshot.
+//! The page's view of a round, derived from a snapshot.
 
 use crate::language::{fill, say};
 use jostle_game::scene::{AtTime, Each, RoundSpec};
@@ -7,55 +7,55 @@ use jostle_protocol::PlayerState;
 use jostle_sim::TICKS_PER_SECOND;
 use jostle_sim::short_sort::sort_few;
 
-/// Ticks for which the page says that a round has begun.
+/// Ticks for which the page announces that a round has begun.
 const GO_TICKS: f64 = TICKS_PER_SECOND as f64;
-/// Ticks for which the task stays large.
+/// Ticks for which the task is shown large.
 const TASK_TICKS: f64 = 8.0 * TICKS_PER_SECOND as f64;
-/// Lives shown one by one; more are counted.
+/// Maximum lives shown as single hearts; more are shown as a count.
 pub const LIVES_SHOWN_MAX: i32 = 5;
 
-/// What the page says of a round.
+/// Everything that the page shows about a round.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RoundView {
-    /// Minutes and seconds left; empty where no time runs.
+    /// Minutes and seconds left; empty without a time limit.
     pub clock: String,
-    /// Whether it is the last ten seconds.
+    /// Whether the last ten seconds are running.
     pub is_late: bool,
-    /// The task, or what is waited for.
+    /// The current task, or what the round is waiting for.
     pub task: String,
     /// Whether the task is new.
     pub is_task_new: bool,
-    /// Steps that all together have taken of an order, and of how many.
+    /// Completed and total steps of an order that all players share.
     pub progress: Option<(usize, usize)>,
-    /// Sides with their points.
+    /// The sides on the scoreboard with their points.
     pub sides: Vec<SideView>,
-    /// Whether the player may change over to another team.
+    /// Whether the player can change teams.
     pub switches: bool,
-    /// The countdown, in the middle of the picture.
+    /// The countdown in the middle of the picture.
     pub large: String,
-    /// Once the round is over.
+    /// The result, once the round is over.
     pub result: Option<ResultView>,
-    /// For screen readers: it changes when something happens.
+    /// Announcement for screen readers; changes only when something happens.
     pub spoken: String,
 }
 
-/// A side on the score board.
+/// A side on the scoreboard.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SideView {
     pub side: Side,
     pub name: String,
-    /// Colour of the players' palette.
+    /// Colour index in the players' palette.
     pub color: u8,
-    /// Points, where the scene counts any.
+    /// Points, if the scene counts them.
     pub score: Option<i32>,
     pub goal: Option<i32>,
-    /// Lives, where the scene counts them.
+    /// Lives, if the scene counts them.
     pub lives: Option<i32>,
-    /// Steps that it, or the player of a team, has taken of an order, and of how many.
+    /// Completed and total steps of an order, for this side or for the player on a team.
     pub progress: Option<(usize, usize)>,
-    /// Whether the player belongs to it.
+    /// Whether the player belongs to this side.
     pub is_own: bool,
-    /// Whether it can still win.
+    /// Whether the side can still win.
     pub is_in: bool,
 }
 
@@ -63,17 +63,17 @@ pub struct SideView {
 #[derive(Clone, Debug, PartialEq)]
 pub struct ResultView {
     pub title: String,
-    /// Stars of three, where the scene gives stars.
+    /// Stars out of three, if the scene awards them.
     pub stars: Option<usize>,
-    /// All sides, the best first.
+    /// All sides, best first.
     pub sides: Vec<SideView>,
-    /// Seconds to the next round.
+    /// Seconds until the next round.
     pub next_s: u32,
-    /// Whether the player is done with the result, and waits for others.
+    /// Whether the player wants to continue and is waiting for others.
     pub goes_on: bool,
 }
 
-/// What is looked at.
+/// The inputs of a [`RoundView`].
 #[derive(Clone, Copy)]
 pub struct Looked<'a> {
     pub scene: &'a Scene,
@@ -85,7 +85,7 @@ pub struct Looked<'a> {
 }
 
 impl Looked<'_> {
-    /// What the page says of it; nothing in a scene without rounds.
+    /// Derives the view; `None` in a scene without rounds.
     pub fn view(&self) -> Option<RoundView> {
         let spec = self.scene.rules.round.as_ref()?;
         let ticks = (self.tick - f64::from(self.round.since)).max(0.0);
@@ -140,7 +140,8 @@ impl Looked<'_> {
         }
     }
 
-    /// Teams, or without any the player alone: the list of players has the others.
+    /// The sides on the scoreboard: the teams, or only the player in a scene without teams, because the list of players
+    /// shows the others.
     fn board(&self) -> Vec<SideView> {
         let teams = (0..).zip(&self.round.teams);
         let has_players = |team| self.round.players.iter().any(|player| player.team == Some(team));
@@ -180,7 +181,8 @@ impl Looked<'_> {
         }
     }
 
-    /// Steps of the first order that this side makes progress in, all together for `None`, and of how many.
+    /// Completed and total steps of the first order in which this side makes progress. `None` stands for all players
+    /// together.
     fn progress(&self, side: Option<Side>) -> Option<(usize, usize)> {
         let own = Side::Player(self.own);
         let signals = (0..).zip(&self.scene.rules.signals);
@@ -189,7 +191,7 @@ impl Looked<'_> {
             let walker = match (order.each, side) {
                 (Each::All, None) => None,
                 (Each::Side, Some(_)) => side,
-                // The board of a team shows how far the player is, no other.
+                // On a team's entry, only the player's progress is shown.
                 (Each::Player, Some(_)) if self.round.side_of(self.own) == side? => Some(own),
                 (Each::Player, Some(Side::Player(_))) => side,
                 _ => return None,
@@ -274,12 +276,12 @@ impl Looked<'_> {
     }
 }
 
-/// Whole seconds that are not yet over.
+/// The remaining seconds, rounded up.
 fn seconds_of(ticks: f64) -> u32 {
     (ticks / f64::from(TICKS_PER_SECOND)).ceil().max(0.0) as u32
 }
 
-/// A name with a capital.
+/// A name with its first letter capitalised.
 fn capital(name: &str) -> String {
     let mut letters = name.chars();
     let first = letters.next().map(|letter| letter.to_ascii_uppercase());

@@ -18,16 +18,16 @@ use crate::world::replica::Replica;
 pub enum Screen {
     Lobby,
     Game(Box<GameScreen>),
-    /// Waiting for a scene to play it in the page.
+    /// Waiting for the scene of an in-page game.
     FetchingScene(Awaited),
     /// Waiting for a replay.
     Fetching {
-        /// Its name, for people.
+        /// The replay's name as shown to the player.
         name: String,
-        /// The address of its file.
+        /// The address of the replay's file.
         file: String,
     },
-    /// It did not come, or cannot be watched; a card says why.
+    /// The replay could not be fetched or watched; a card says why.
     NoReplay,
     Replay(Box<OpenReplay>),
     Edit(Box<EditScreen>),
@@ -55,7 +55,7 @@ impl Screen {
         }
     }
 
-    /// The editor, also while its scene is played.
+    /// The editor, even while its scene is being played.
     pub fn edited(&self) -> Option<&EditScreen> {
         match self {
             Screen::Edit(screen) => Some(screen),
@@ -72,7 +72,7 @@ impl Screen {
         }
     }
 
-    /// Handles an event that concerns the screen alone.
+    /// Handles an event that concerns only the screen.
     pub fn update(&mut self, ctx: &mut Context, event: Event) {
         match self {
             Screen::Game(game) => game.update(ctx, event),
@@ -142,7 +142,7 @@ impl Screen {
         }
     }
 
-    /// Whether a file that is dropped is opened: a game on a server is not left for it.
+    /// Whether a dropped file is opened. A game on a server is not abandoned for it.
     pub fn takes_files(&self) -> bool {
         self.game().is_none_or(GameScreen::is_in_page)
     }
@@ -155,7 +155,7 @@ impl Screen {
         }
     }
 
-    /// The copy of the room on display.
+    /// The replica of the room on display.
     pub fn replica(&self) -> Option<&Replica> {
         match self {
             Screen::Game(game) => game.replica(),
@@ -165,7 +165,7 @@ impl Screen {
         }
     }
 
-    /// The copy of the room in the picture: that of a highlight, while one is shown.
+    /// The replica in the picture: that of a highlight while one is shown.
     pub fn pictured_replica(&self) -> Option<&Replica> {
         match self {
             Screen::Game(game) => game.pictured_replica(),
@@ -173,7 +173,7 @@ impl Screen {
         }
     }
 
-    /// The frame to draw now, or `None` if the one on the canvas is still right.
+    /// The frame to draw now; `None` if the canvas is up to date.
     pub fn frame(&self, now_ms: f64, calm: bool) -> Option<Frame<'_>> {
         let seconds = (now_ms / 1000.0) as f32;
         match self {
@@ -184,7 +184,7 @@ impl Screen {
         }
     }
 
-    /// What was heard since the last frame, and where the camera was.
+    /// The sound cues since the last frame, and the view for which they are mixed.
     pub fn take_cues(&mut self) -> Option<(Vec<Cue>, View)> {
         match self {
             Screen::Game(game) if !game.is_frozen() => Some((game.take_cues(), *game.view())),
@@ -197,7 +197,7 @@ impl Screen {
         matches!(self, Screen::Game(_) | Screen::Replay(_))
     }
 
-    /// Goes on with a game or a replay that stands still.
+    /// Resumes a paused game or replay.
     pub fn resume(&mut self) {
         match self {
             Screen::Game(game) => game.connection.status.stalled_ms = None,

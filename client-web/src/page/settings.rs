@@ -1,4 +1,4 @@
-//! The settings: keys, gamepad, calm, full screen and language. What is chosen is remembered.
+//! The settings: keys, gamepad, reduced motion, full screen and language. Choices are stored.
 
 use crate::input::action::Action;
 use crate::input::bindings::{Bindings, KeyboardLayout};
@@ -11,44 +11,44 @@ use crate::page::storage::{self, Storage};
 use crate::page::strings;
 use crate::page::tools::Cap;
 
-/// Languages of the page: English, and those with a file.
+/// Languages of the page: English, and those with a translation file.
 pub const LANGUAGES: [&str; 2] = ["en", "de"];
 
-/// A choice that waits for the player to press something.
+/// A choice that waits for the player to press a key or button.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Choice {
-    /// The next key gets this action.
+    /// The action gets the next key.
     Key(Action),
-    /// The next button of the gamepad does.
+    /// The action gets the next gamepad button.
     Button(Action),
 }
 
-/// The settings, and what the sheet says of them.
+/// The settings and the state of their dialog.
 #[derive(Debug)]
 pub struct Settings {
     pub keys: Bindings,
     pub layout: KeyboardLayout,
     pub pad: PadBindings,
-    /// No particles to speak of, no flashes, nothing that shakes.
+    /// Whether motion is reduced: few particles, no flashes, no shaking.
     pub calm: bool,
     pub is_full: bool,
-    /// The page is played with fingers.
+    /// Whether the page is used by touch.
     pub touched: bool,
-    /// The chosen language, and the one that the page speaks: the file of another may be on its way.
+    /// The chosen language. `spoken` is the current one until the file of the chosen one is loaded.
     pub language: String,
     pub spoken: String,
-    /// A gamepad is connected.
+    /// Whether a gamepad is connected.
     pub has_pad: bool,
-    /// The key or button that is asked for.
+    /// The action that waits for a key or button.
     pub choice: Option<Choice>,
-    /// What came of the last choice.
+    /// The result of the last choice.
     pub note: String,
     pad_state: PadState,
     pad_actions: u32,
 }
 
 impl Settings {
-    /// As they were left, or as the browser is set up: it prefers a language, and less motion or not.
+    /// The settings as stored, or by default from the browser's preferred language and reduced-motion preference.
     pub fn new(storage: &Storage, preferred: &str, calm: bool) -> Settings {
         let mut settings = Settings {
             keys: Bindings::default(),
@@ -69,7 +69,7 @@ impl Settings {
         settings
     }
 
-    /// Takes what is kept.
+    /// Applies the stored values.
     pub fn recall(&mut self, storage: &Storage) {
         let kept = |key| storage.get(key);
         self.keys = kept(storage::KEYS).map_or(self.keys.clone(), Bindings::parse);
@@ -80,7 +80,7 @@ impl Settings {
         }
     }
 
-    /// The label of the key of an action; a dash without one.
+    /// The label of an action's key; a dash if it has none.
     pub fn cap(&self, action: Action) -> String {
         self.layout.cap(&self.keys, action).map_or("\u{2013}".to_owned(), |cap| match &*cap {
             "Space" => say("Space").to_owned(),
@@ -89,7 +89,7 @@ impl Settings {
         })
     }
 
-    /// The label of what a cap of the game stands for.
+    /// The label of the key for a cap of the game.
     pub fn key_of(&self, cap: &Cap) -> String {
         match Action::that_presses(cap.buttons).filter(|action| *action != Action::Fire) {
             Some(action) => self.cap(action),
@@ -141,7 +141,7 @@ impl Settings {
         }
     }
 
-    /// Asks for the key or the button of an action, or no longer.
+    /// Waits for the key or button of an action. Choosing the same action again cancels this.
     fn ask_choice(&mut self, choice: Option<Choice>) {
         self.choice = choice.filter(|_| self.choice != choice);
         self.note = match self.choice {
@@ -151,7 +151,7 @@ impl Settings {
         };
     }
 
-    /// Everything is as at first.
+    /// Restores the default keys and buttons.
     fn reset_hands(&mut self, ctx: &mut Context) {
         self.keys = Bindings::default();
         self.pad = PadBindings::default();
@@ -165,12 +165,12 @@ impl Settings {
         ctx.storage.keep(storage::PAD, &self.pad.text());
     }
 
-    /// A key in the sheet: the one that is asked for, or the one that ends the question. `false` if it is neither.
+    /// Handles a key in the settings dialog: the one to assign, or Escape to cancel. `false` if the key is neither.
     pub fn key_down(&mut self, ctx: &mut Context, key: &Key) -> bool {
         match self.choice {
             Some(_) if key.code == "Escape" => self.ask_choice(None),
             Some(Choice::Key(action)) => {
-                // Tab leads on, and these have a use of their own.
+                // Tab moves the focus, and modified keys have other uses.
                 if key.code == "Tab" || key.modified || is_modifier(&key.letter) {
                     return false;
                 }
@@ -187,14 +187,14 @@ impl Settings {
         true
     }
 
-    /// Learns what the cap of a key reads.
+    /// Records the label of a key's cap.
     pub fn note_cap(&mut self, key: &Key) {
         if !key.modified && !key.shift {
             self.layout.note(&key.code, &key.letter);
         }
     }
 
-    /// Takes the state of the gamepad; returns it unless a button was asked for.
+    /// Stores the state of the gamepad; returns it unless a button is being assigned.
     fn take_pad(&mut self, ctx: &mut Context, state: PadState) -> Option<PadState> {
         let pressed = state.buttons & !self.pad_state.buttons;
         self.pad_state = state;
@@ -215,7 +215,7 @@ impl Settings {
         (input, before)
     }
 
-    /// Has the browser fetch the file of the chosen language, if it is not spoken.
+    /// Requests the file of the chosen language if it is not the current one.
     pub fn ask_language(&mut self, ctx: &mut Context) {
         if self.language == self.spoken {
             return;
@@ -238,7 +238,8 @@ impl Settings {
             return;
         }
         match file {
-            // Sentences are borrowed for as long as the page lives; languages are changed by hand.
+            // Sentences are borrowed for the lifetime of the page. The leak is small because languages are changed by
+            // hand.
             Some(file) => self.speak(String::leak(file)),
             None => {
                 self.language.clone_from(&self.spoken);
@@ -247,7 +248,7 @@ impl Settings {
         }
     }
 
-    /// Gives the action that waits this key.
+    /// Assigns this key to the waiting action.
     fn choose_key(&mut self, action: Action, key: &Key) {
         let moved = self.keys.assign(action, &key.code, &key.letter);
         let label = self.cap(action);
@@ -271,18 +272,18 @@ fn is_modifier(letter: &str) -> bool {
     matches!(letter, "Shift" | "Control" | "Alt" | "Meta" | "AltGraph" | "CapsLock" | "Dead")
 }
 
-/// Keys that the page or the browser needs.
+/// Whether a key is a function key, which the page or the browser needs.
 fn is_function(code: &str) -> bool {
     let number = code.strip_prefix('F').and_then(|number| number.parse::<u8>().ok());
     number.is_some()
 }
 
-/// The language of the page for a tag.
+/// The page language for a language tag.
 fn language_of(tag: &str) -> &'static str {
     LANGUAGES.into_iter().find(|known| is_of(tag, known)).unwrap_or("en")
 }
 
-/// Whether a tag of the browser (`de-AT`) is of a language.
+/// Whether a browser's language tag (`de-AT`) belongs to a language.
 fn is_of(tag: &str, language: &str) -> bool {
     tag.split('-').next().is_some_and(|first| first.eq_ignore_ascii_case(language))
 }

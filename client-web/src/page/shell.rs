@@ -1,5 +1,4 @@
-//! The root of the page: empties the queue of events into the app, carries out the effects, and has the
-//! views show the result.
+//! The root of the page: passes queued events to the app, performs the effects, and lets the views show the result.
 
 use crate::browser;
 use crate::net::api::{FILES, Request, scene_file};
@@ -25,7 +24,7 @@ use wasm_bindgen::prelude::wasm_bindgen;
 use wasm_bindgen::{JsCast, JsValue};
 use web_sys::{DragEvent, HtmlInputElement};
 
-/// Time between two pulses, which reconnect and refresh, milliseconds.
+/// Interval of the pulse that reconnects and refreshes, milliseconds.
 const PULSE_MS: i32 = 200;
 /// Close code for a socket that the browser refused to open (RFC 6455: no close frame).
 const NOT_OPENED: u16 = 1006;
@@ -40,7 +39,7 @@ pub struct Page {
     files: Files,
 }
 
-/// The folder of all files: the one that the document names if there is no server.
+/// The folder of all files. Without a server, the document gives its location.
 #[derive(Clone)]
 struct Files(Option<String>);
 
@@ -49,7 +48,7 @@ impl Files {
         self.0.as_deref().unwrap_or(FILES)
     }
 
-    /// HTTP method and address of a request. Without a server the list of scenes is a file.
+    /// The HTTP method and address of a request. Without a server, the list of scenes is a file.
     fn target(&self, request: &Request) -> (&'static str, String) {
         match (request, &self.0) {
             (Request::Scenes, Some(folder)) => ("GET", format!("{folder}/scenes.json")),
@@ -65,11 +64,11 @@ thread_local! {
     static PAGE: RefCell<Option<Page>> = const { RefCell::new(None) };
 }
 
-/// Called once, when the wasm is loaded.
+/// Called once when the wasm module is loaded.
 #[wasm_bindgen(start)]
 fn main() {
-    // A panic ends this instance; otherwise it would only say "unreachable". The page may be borrowed for
-    // good: only what needs no page works from here on.
+    // A panic ends this instance, and without this hook would be reported only as "unreachable". The page may stay
+    // borrowed forever, so from here on only code that does not need it works.
     std::panic::set_hook(Box::new(|info| {
         web_sys::console::error_1(&JsValue::from_str(&info.to_string()));
         if !browser::is_in_attempt() {
@@ -120,7 +119,7 @@ fn address() -> Address {
     }
 }
 
-/// Draws every frame of the browser.
+/// Handles every animation frame of the browser.
 fn run_frames() {
     thread_local! {
         static FRAME: Closure<dyn FnMut(f64)> = Closure::new(|_: f64| {
@@ -138,7 +137,7 @@ fn run_frames() {
     });
 }
 
-/// Calls `work` with the page, unless it is at work already.
+/// Calls `work` with the page, unless the page is already borrowed.
 pub fn with<R>(work: impl FnOnce(&mut Page) -> R) -> Option<R> {
     PAGE.with(|cell| cell.try_borrow_mut().ok()?.as_mut().map(work))
 }
@@ -151,7 +150,7 @@ pub fn push(event: Event) {
     }
 }
 
-/// Handles all events that wait, and then shows what came of them.
+/// Handles all queued events, then shows the result.
 fn drain() {
     with(|page| {
         let mut had_events = false;
@@ -160,7 +159,7 @@ fn drain() {
             had_events = true;
         }
         page.views.show(&page.app, had_events);
-        // Showing may move the focus, and listeners hear of that.
+        // Showing may move the focus, which can trigger more events.
         while let Some(arrival) = page.events.pop() {
             page.handle(arrival);
             page.views.show(&page.app, true);
@@ -299,7 +298,7 @@ fn call(events: Events, files: &Files, request: Request) {
     });
 }
 
-/// Writes a value. A full or forbidden storage only means that the next visit does not know it.
+/// Writes a value. If storage is full or not allowed, the value is simply missing on the next visit.
 fn store(storage: Option<web_sys::Storage>, key: &str, value: Option<&str>) {
     storage.into_iter().for_each(|mut storage| _ = storage.write(key, value));
 }
@@ -318,7 +317,7 @@ impl DraftStore for web_sys::Storage {
     }
 }
 
-/// Shows whether a dragged file would be taken.
+/// Indicates whether a dragged file would be accepted.
 fn offer_drop(source: Option<&web_sys::Event>, takes: bool) {
     let data = source.and_then(|source| source.dyn_ref::<DragEvent>()?.data_transfer());
     if let Some(data) = data {

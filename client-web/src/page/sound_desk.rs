@@ -11,22 +11,22 @@ use crate::sound::mixer::{Ear, Mixer, Voice};
 use crate::sound::task::{SoundEvent, SoundTask};
 use crate::view::frame::View;
 
-/// Volume of the first visit, percent.
+/// Default volume, percent.
 const VOLUME: u8 = 40;
 
 pub struct SoundDesk {
     pub volume: u8,
     pub muted: bool,
     pub captioned: bool,
-    /// The browser has no sound for pages.
+    /// Whether the browser does not support sound.
     pub missing: bool,
     pub captions: Captions,
     pub mixer: Mixer,
-    /// The page is hidden.
+    /// Whether the page is hidden.
     pub hidden: bool,
-    /// The player made sound before, which a click allowed.
+    /// Whether a click or key has already allowed sound in this page.
     pub allowed: bool,
-    /// It is to sound now.
+    /// Whether sound should play now.
     pub awake: bool,
 }
 
@@ -34,20 +34,20 @@ pub struct SoundDesk {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Gesture {
     None,
-    /// It leads from the lobby into a game.
+    /// A gesture that leads from the lobby into a game.
     IntoGame,
-    /// Any other. In the lobby it makes no sound.
+    /// Any other gesture. In the lobby it makes no sound.
     Other,
 }
 
 impl Gesture {
-    /// How an event counts for a browser that waits for one.
+    /// Whether an event counts as a user gesture, which browsers require before sound.
     pub fn of(event: &Event) -> Gesture {
         let is_one = match event {
             Event::PlayClicked(_) | Event::SceneClicked(..) => return Gesture::IntoGame,
             Event::Clicked(PageAction::Go, _) => return Gesture::IntoGame,
             Event::Clicked(..) | Event::KeyDown(_) | Event::ToolPressed(..) => true,
-            // Browsers count the end of a touch, not its beginning.
+            // Browsers count the end of a touch as a gesture, not its beginning.
             Event::Pointer(pointer) => {
                 matches!(pointer.change, PointerChange::Down | PointerChange::Up)
             }
@@ -59,7 +59,7 @@ impl Gesture {
 }
 
 impl SoundDesk {
-    /// As it was left at the last visit.
+    /// The settings from the last visit.
     pub fn new(storage: &Storage) -> SoundDesk {
         let mut desk = SoundDesk {
             volume: VOLUME,
@@ -76,25 +76,25 @@ impl SoundDesk {
         desk
     }
 
-    /// Takes what is kept.
+    /// Applies the stored values.
     pub fn recall(&mut self, storage: &Storage) {
         let (volume, muted, captioned) = storage.sound();
         self.volume = volume.filter(|volume| *volume <= 100).unwrap_or(self.volume);
         (self.muted, self.captioned) = (muted, captioned);
     }
 
-    /// Amplitude of the volume. Loudness is heard in ratios, so that an even scale needs the square.
+    /// The gain for the volume. Loudness is perceived in ratios, so a linear scale is squared.
     pub fn gain(&self) -> f32 {
         let share = f32::from(self.volume) / 100.0;
         share * share
     }
 
-    /// Whether anything is to be heard, as far as the player decides it.
+    /// Whether the player's settings allow sound.
     pub fn is_on(&self) -> bool {
         !self.muted && self.volume > 0 && !self.missing
     }
 
-    /// The voices of a frame. Their captions are kept.
+    /// The voices of a frame. Their captions are recorded.
     pub fn mix(&mut self, now_ms: f64, cues: Vec<Cue>, ear: &Ear) -> Vec<Voice> {
         cues.into_iter().for_each(|cue| self.mixer.hear(cue));
         let voices = self.mixer.frame(now_ms / 1000.0, ear);
@@ -129,7 +129,7 @@ impl SoundDesk {
         self.set_gain(ctx);
     }
 
-    /// Plays as loudly as is chosen.
+    /// Applies the chosen volume.
     pub fn set_gain(&self, ctx: &mut Context) {
         if self.awake && self.is_on() {
             ctx.request(Effect::Sound(SoundTask::Gain(self.gain())));
@@ -140,7 +140,7 @@ impl SoundDesk {
         self.update(ctx, SoundEvent::MuteChosen(!self.muted));
     }
 
-    /// Wakes the player, or lets it rest, as the present screen asks for.
+    /// Starts or stops the sound player as the current screen requires.
     pub fn settle(&mut self, ctx: &mut Context, has_sound: bool, gesture: Gesture) {
         let may_sound = has_sound || gesture == Gesture::IntoGame;
         let wanted = may_sound && self.is_on() && !self.hidden;
@@ -156,7 +156,7 @@ impl SoundDesk {
         }
     }
 
-    /// Plays what was heard since the last frame.
+    /// Plays the sound cues since the last frame.
     pub fn play(&mut self, ctx: &mut Context, cues: Vec<Cue>, view: &View) {
         let voices = self.mix(ctx.now_ms, cues, &Ear::of(view));
         if self.awake && !voices.is_empty() {
@@ -164,7 +164,7 @@ impl SoundDesk {
         }
     }
 
-    /// Forgets the sounds of the last screen.
+    /// Discards the sounds of the last screen.
     pub fn end(&mut self) {
         self.mixer = Mixer::default();
         self.captions = Captions::default();

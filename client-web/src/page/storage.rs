@@ -1,6 +1,6 @@
-//! Everything that the browser keeps for the page. Tabs share it, by one rule: a value is written when this tab changes
-//! it, so that one with old values overwrites nothing; what another tab writes is taken over; and a text is only
-//! written over the one that it was made from ([`Draft`]).
+//! The page's values in the browser's storage, shared by all tabs. A value is written only when this tab changes it, so
+//! a tab with old values overwrites nothing; values written by other tabs are adopted. A draft may replace only the
+//! text from which it was derived ([`Draft`]).
 
 use crate::page::drafts::{self, Draft};
 use crate::page::event::Effect;
@@ -8,7 +8,7 @@ use jostle_game::scene::SCENE_BYTES_MAX;
 use jostle_protocol::Token;
 use litemap::LiteMap;
 
-/// Keys of settings and of the player.
+/// Storage keys of settings and of the player.
 pub const LANGUAGE: &str = "jostle.language";
 pub const CALM: &str = "jostle.calm";
 pub const KEYS: &str = "jostle.keys";
@@ -20,32 +20,32 @@ pub const CAPTIONS: &str = "jostle.captions";
 const NAME: &str = "jostle.name";
 const COLOR: &str = "jostle.color";
 
-/// The kinds of secrets that a tab keeps for a room.
+/// The kinds of secrets that a tab stores for a room.
 #[derive(Clone, Copy, Debug)]
 pub enum Secret {
-    /// Gives a seat back.
+    /// Reclaims a seat.
     Seat,
-    /// Makes its holder the host.
+    /// Proves that the holder is the host.
     Host,
 }
 
-/// Values that the browser keeps, as this tab last read or wrote them.
+/// Stored values as this tab last read or wrote them.
 #[derive(Debug, Default)]
 pub struct Storage {
-    /// Of all tabs and visits.
+    /// Values shared by all tabs and visits.
     pub local: LiteMap<String, String>,
     pub session: LiteMap<String, String>,
-    /// Values to be written.
+    /// Pending writes.
     pub writes: Vec<Effect>,
 }
 
 impl Storage {
-    /// The value under a key.
+    /// The value of a key.
     pub fn get(&self, key: &str) -> Option<&str> {
         self.local.get(key).map(String::as_str)
     }
 
-    /// Keeps a value for all visits, if it is another one.
+    /// Stores a value for all visits if it differs.
     pub fn keep(&mut self, key: &str, value: &str) {
         if self.get(key) != Some(value) {
             self.local.insert(key.to_owned(), value.to_owned());
@@ -53,12 +53,12 @@ impl Storage {
         }
     }
 
-    /// Keeps whether something is on.
+    /// Stores a flag.
     pub fn keep_flag(&mut self, key: &str, on: bool) {
         self.keep(key, if on { "1" } else { "0" });
     }
 
-    /// Another tab wrote or forgot a value.
+    /// Adopts a value that another tab wrote or removed.
     pub fn take(&mut self, key: &str, value: Option<String>) {
         match value {
             Some(value) => self.local.insert(key.to_owned(), value),
@@ -66,7 +66,7 @@ impl Storage {
         };
     }
 
-    /// The name and the colour of the player.
+    /// The player's name and colour.
     pub fn player(&self) -> (&str, Option<u8>) {
         (self.get(NAME).unwrap_or_default(), self.get(COLOR).and_then(|color| color.parse().ok()))
     }
@@ -76,24 +76,24 @@ impl Storage {
         self.keep(COLOR, &color.to_string());
     }
 
-    /// Whether prediction is on, by the address or by an earlier choice; on by default.
+    /// Whether prediction is on, according to the address or an earlier choice. It is on by default.
     pub fn predicts(&self, asked: Option<&str>) -> bool {
         asked.or_else(|| self.get(PREDICT)).is_none_or(|word| word != "0")
     }
 
-    /// The volume in percent, whether sound is off, and whether captions are on.
+    /// The volume in percent, whether sound is muted, and whether captions are on.
     pub fn sound(&self) -> (Option<u8>, bool, bool) {
         let is_on = |key| self.get(key) == Some("1");
         (self.get(VOLUME).and_then(|volume| volume.parse().ok()), is_on(MUTED), is_on(CAPTIONS))
     }
 
-    /// The draft of a shipped scene, or of a scene of one's own (`None`).
+    /// The draft of a built-in scene, or of a new scene (`None`).
     pub fn draft(&self, origin: Option<&str>) -> Option<&str> {
         self.get(&drafts::key(origin))
     }
 
-    /// Keeps a draft that was made from `base`. An empty text is forgotten, so that the shipped scene is edited again;
-    /// one that can be no scene, because it is too long, is not kept.
+    /// Stores a draft that was derived from `base`. An empty text removes the draft, so that the built-in scene is
+    /// edited again. A text that is too long for a scene is not stored.
     pub fn keep_draft(&mut self, origin: Option<&str>, text: &str, base: Option<&str>) {
         if text.len() <= SCENE_BYTES_MAX {
             let text = Some(text).filter(|text| !text.is_empty());
@@ -102,13 +102,13 @@ impl Storage {
         }
     }
 
-    /// A secret of this tab for a room, or of one that was closed.
+    /// This tab's secret for a room, or one that a closed tab left behind.
     pub fn secret(&self, kind: Secret, room: &str) -> Option<Token> {
         let key = kind.key(room);
         Token::parse(self.session.get(&key).or_else(|| self.local.get(&key))?)
     }
 
-    /// Leaves the seat in a room behind for the next tab that comes to it.
+    /// Leaves the seat in a room to the next tab that opens the room.
     pub fn leave_seat_behind(&mut self, room: &str) {
         let key = Secret::Seat.key(room);
         if let Some(token) = self.session.get(&key).cloned() {
@@ -116,14 +116,14 @@ impl Storage {
         }
     }
 
-    /// Remembers a secret of this tab for a room, or forgets it.
+    /// Stores or removes this tab's secret for a room.
     pub fn set_secret(&mut self, kind: Secret, room: &str, token: Option<Token>) {
         let (key, text) = (kind.key(room), token.map(|token| token.text()));
         match &text {
             Some(text) => self.session.insert(key.clone(), text.clone()),
             None => self.session.remove(&key),
         };
-        // Once it is taken, or given up, no other tab may come with it.
+        // Once the seat is taken or given up, no other tab may claim it with this secret.
         if self.local.remove(&key).is_some() {
             self.writes.push(Effect::StoreLocal(key.clone(), None));
         }

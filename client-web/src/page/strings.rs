@@ -1,5 +1,5 @@
-//! The texts of the page, in English. Every literal here is a sentence that each file of another language has
-//! too (`web/de.txt`); a test names those that are missing.
+//! The page's texts in English. Every literal in this file is shown to the user and must be translated in each language
+//! file (`web/de.txt`); a test lists missing ones.
 
 mod scenes;
 
@@ -24,13 +24,13 @@ const fn elsewhere(title: &'static str, text: &'static str) -> Card {
 /// Shown while the lists of the lobby cannot be refreshed.
 pub const UNANSWERED: &str = "Can't reach the server; this list may be out of date.";
 
-/// A room is being opened.
+/// Shown while a room is being opened.
 pub const STARTING: &str = "Starting a room\u{2026}";
 
-/// Shown while the list of scenes of a page without a server did not come.
+/// Shown if the list of scenes cannot be loaded on a page without a server.
 pub const NO_SCENES: &str = "Can't load the scenes. Check your connection; we'll keep trying.";
 
-/// The server did not answer a player who asked for a room.
+/// The server did not answer a request for a room.
 pub const SILENCE: &str = "Can't reach the server. Check your connection.";
 
 /// The browser cannot draw the game.
@@ -40,7 +40,7 @@ pub const NO_WEBGL2: Card = card(
     "Try again",
     CardAction::Reload,
 );
-/// The scene of a demo does not exist, or did not come.
+/// The scene of a demo does not exist or could not be fetched.
 pub const NO_SCENE: Card = card_or(
     card(
         "Couldn't load the scene",
@@ -51,21 +51,21 @@ pub const NO_SCENE: Card = card_or(
     "Browse scenes",
     CardAction::Lobby,
 );
-/// A bug ended the page's program.
+/// The program crashed because of a bug.
 pub const CRASHED: Card = card(
     "Something broke",
     "The game hit a bug and stopped. Reload the page to continue.",
     "Reload",
     CardAction::Reload,
 );
-/// The browser took the drawing context and did not give it back.
+/// The browser took the drawing context away and has not restored it.
 pub const GRAPHICS_LOST: Card = card(
     "Graphics lost",
     "Your browser stopped drawing the game. Reload if it doesn't come back.",
     "Reload",
     CardAction::Reload,
 );
-/// The player's room is gone: the server was restarted, or the player was away for too long.
+/// The player's room no longer exists, because the server restarted or the player was away too long.
 pub const ROOM_GONE: Card = elsewhere("Room closed", "The room closed while you were away.");
 /// The socket was lost.
 pub const RECONNECTING: Card = passing(card(
@@ -74,14 +74,14 @@ pub const RECONNECTING: Card = passing(card(
     "Try now",
     CardAction::Again,
 ));
-/// The server closed, most likely to be restarted.
+/// The server shut down, most likely to be restarted.
 pub const RESTARTING: Card = passing(card(
     "Server restarting",
     "It should be back soon; we'll reconnect automatically.",
     "Try now",
     CardAction::Again,
 ));
-/// The server restarts, and the room goes on.
+/// The server is restarting and the room will continue.
 pub const BACK_SOON: Card = passing(card(
     "Back in a moment",
     "The server is restarting. The game goes on where it was, and we hold your spot.",
@@ -95,14 +95,14 @@ pub const CLOSED_BY_YOU: Card = card(
     "See the rooms",
     CardAction::Lobby,
 );
-/// A replay is on its way.
+/// A replay is being fetched.
 pub const FETCHING: Card = passing(card(
     "Loading the replay",
     "Fetching the file.",
     "Back to the lobby",
     CardAction::Lobby,
 ));
-/// A replay is here, and is being read: this share of it was, 0..=1.
+/// The card while a replay is being read, with the share that has been read, 0..=1.
 pub fn reading(progress: f64) -> Card {
     Card { detail: percent((progress * 100.0) as u8), ..READING }
 }
@@ -123,7 +123,7 @@ pub const NO_SUCH_REPLAY: Card = card_or(
     "Open a file",
     CardAction::File,
 );
-/// The server gave no replay, for now.
+/// The server refused to send the replay, possibly only for now.
 pub const REPLAY_REFUSED: Card = card_or(
     card(
         "Couldn't load the replay",
@@ -135,7 +135,7 @@ pub const REPLAY_REFUSED: Card = card_or(
     CardAction::Lobby,
 );
 
-/// The card for a file that cannot be watched, while nothing or another one is being watched.
+/// The card for a file that cannot be watched. `watching` says whether something else is on display.
 pub fn bad_replay(error: &ReplayLoadError, watching: bool) -> Card {
     let (label, action) = match watching {
         true => ("Keep watching", CardAction::Stay),
@@ -146,7 +146,7 @@ pub fn bad_replay(error: &ReplayLoadError, watching: bool) -> Card {
     Card { detail: error.to_string(), ..card_or(card, label, action) }
 }
 
-/// Words for the bots of a game that is played alone.
+/// The number of bots in a game played alone, in words.
 pub fn bots(count: u32) -> String {
     match count {
         0 => String::new(),
@@ -155,12 +155,12 @@ pub fn bots(count: u32) -> String {
     }
 }
 
-/// The own run is on its way to the server.
+/// The player's run has been submitted.
 pub const RUN_CHECKED: &str = "The server is checking your run\u{2026}";
-/// The game is too long for a run of it to be kept.
+/// The game is too long for its run to be stored.
 pub const RUN_TOO_LONG: &str =
     "This game is older than half an hour: load the page again to set records.";
-/// The replay of a ghost did not come, or is none of the scene.
+/// The ghost's replay could not be fetched or does not belong to the scene.
 pub const NO_GHOST: Card = card(
     "No ghost",
     "The record couldn't be loaded, or it is of another version of this scene.",
@@ -188,7 +188,7 @@ pub fn best_run(table: &RecordTable, run: &RecordCard) -> String {
     }
 }
 
-/// The answer about the own run, as a sentence.
+/// The server's answer about the player's run, as a sentence.
 pub fn run_said(answer: Option<&Posted>) -> String {
     match answer {
         Some(Posted { rank: Some(1), .. }) => "A new record! The server has checked it.".into(),
@@ -203,7 +203,7 @@ pub fn run_said(answer: Option<&Posted>) -> String {
     }
 }
 
-/// The card for a replay that is shorter than it was, by how many ticks it still has.
+/// The card for a truncated replay with this many ticks left.
 pub fn cut_replay(ticks: u32, error: &ReplayError) -> Card {
     let text = match ticks {
         0 => {
@@ -219,7 +219,7 @@ pub fn cut_replay(ticks: u32, error: &ReplayError) -> Card {
     Card { text: text.into(), detail: error.to_string(), ..card }
 }
 
-/// A number of ticks as minutes and seconds, with tenths if wanted.
+/// Formats ticks as minutes and seconds, optionally with tenths.
 pub fn clock(ticks: f64, tenths: bool) -> String {
     let seconds = ticks / f64::from(TICKS_PER_SECOND);
     let (minutes, seconds) = ((seconds / 60.0).floor(), seconds % 60.0);
@@ -229,7 +229,7 @@ pub fn clock(ticks: f64, tenths: bool) -> String {
     }
 }
 
-/// A number of ticks in words, with its verb.
+/// A duration in words, including the verb.
 fn span(ticks: u32) -> String {
     match ticks / TICKS_PER_SECOND {
         0 => say("moments are").to_owned(),
@@ -239,14 +239,14 @@ fn span(ticks: u32) -> String {
     }
 }
 
-/// The file of a language did not come.
+/// The file of a language could not be fetched.
 pub const NO_LANGUAGE: &str = "Can't load the language. Check your connection.";
-/// Keys and buttons are as at first.
+/// Keys and buttons were reset to their defaults.
 pub const RESET: &str = "All keys and buttons are as they were at first.";
-/// A key that cannot be chosen.
+/// The key cannot be assigned.
 pub const TAKEN_KEY: &str = "{key} belongs to the page. Press another key, or Escape to cancel.";
 
-/// An action in the settings.
+/// The name of an action in the settings.
 pub fn action(action: Action) -> &'static str {
     say(match action {
         Action::Up => "Up, jump",
@@ -280,7 +280,7 @@ pub fn emote(emote: u8) -> &'static str {
     say(EMOTES.get(usize::from(emote)).copied().unwrap_or_default())
 }
 
-/// The name of a button of a gamepad: what is printed on the most common ones.
+/// The name of a gamepad button, as printed on the most common gamepads.
 pub fn pad_button(button: u8) -> &'static str {
     const NAMES: [&str; 10] = ["A", "B", "X", "Y", "LB", "RB", "LT", "RT", "Back", "Start"];
     NAMES.get(usize::from(button)).copied().unwrap_or("\u{2013}")
@@ -299,20 +299,20 @@ pub fn press_button(asked: Action) -> String {
     fill(say(sentence), &[("action", action(asked))])
 }
 
-/// The key or button of an action after a choice.
+/// Reports the key or button assigned to an action.
 pub fn now_does(key: &str, chosen: Action) -> String {
     fill("{key}: {action}.", &[("key", key), ("action", action(chosen))])
 }
 
-/// An action had to take another key or button.
+/// Reports that an action moved to another key or button.
 pub fn swapped(moved: Action, key: &str) -> String {
     fill(" {action} is now on {key}.", &[("action", action(moved)), ("key", key)])
 }
 
-/// Shown in the panel of sound.
+/// Shown in the sound panel.
 pub const NO_SOUND: &str = "This browser can't play sound here. Captions still work.";
 
-/// The name of the speaker's button, for screen readers.
+/// The label of the speaker button for screen readers.
 pub fn speaker(on: bool, volume: u8) -> String {
     match on {
         true => fill("Sound, volume {volume} %", &[("volume", &volume.to_string())]),
@@ -324,7 +324,7 @@ pub fn percent(share: u8) -> String {
     format!("{share} %")
 }
 
-/// The caption of a sound at a multiple of its middle pitch.
+/// The caption of a sound at this multiple of its default pitch.
 pub fn caption(sound: Sound, pitch: f32) -> &'static str {
     say(match sound {
         Sound::Wood | Sound::Rubber if pitch < 0.75 => "thump",
@@ -343,7 +343,7 @@ pub fn caption(sound: Sound, pitch: f32) -> &'static str {
     })
 }
 
-/// How long ago something was.
+/// A time span before now, in words.
 pub fn ago(seconds: f64) -> String {
     let (count, one, many) = match seconds {
         s if s < 60.0 => return say("just now").to_owned(),
@@ -365,7 +365,7 @@ pub fn size(bytes: u64) -> String {
     }
 }
 
-/// The card while joining, by the number of attempts so far.
+/// The card while joining, depending on the number of attempts so far.
 pub fn connecting(attempts: u32) -> Card {
     let text = match attempts {
         0..=1 => "Joining the room\u{2026}",
@@ -374,8 +374,8 @@ pub fn connecting(attempts: u32) -> Card {
     passing(card("Joining", text, "Back to the lobby", CardAction::Lobby))
 }
 
-/// The card for a session that was refused or ended; `None` if that passes by itself, and the page
-/// is to try again until it does.
+/// The card for a session that was refused or ended; `None` if the cause will pass and the page should retry until
+/// then.
 pub fn refused(refusal: Refusal) -> Option<Card> {
     use CardAction::{Again, Lobby, Reload};
     let (title, button, action) = match refusal {
@@ -401,12 +401,12 @@ pub fn refused(refusal: Refusal) -> Option<Card> {
     Some(card(title, refusal.message(), button, action))
 }
 
-/// A clip that was kept under a name, or as a file.
+/// Reports that a clip was stored under a name, or saved as a file.
 pub fn clip(name: &str) -> &'static str {
     if name.is_empty() { "Clip saved as a file." } else { "Clip kept." }
 }
 
-/// Why there is no clip.
+/// Explains why there is no clip.
 pub fn no_clip(refusal: ClipRefusal) -> &'static str {
     match refusal {
         ClipRefusal::Off => "This server keeps no clips.",
@@ -417,7 +417,7 @@ pub fn no_clip(refusal: ClipRefusal) -> &'static str {
 
 pub const CLIP_OF_SPECTATOR: &str = "Only players can keep clips.";
 
-/// People who watch a room, for the lobby.
+/// The number of a room's spectators, for the lobby.
 pub fn watching(spectators: u32) -> String {
     match spectators {
         0 => String::new(),
@@ -425,12 +425,12 @@ pub fn watching(spectators: u32) -> String {
     }
 }
 
-/// The refusal that a close code stands for, if its message was lost.
+/// The refusal for a close code, used if the refusal's message was lost.
 pub fn refusal_of_close(code: u16) -> Option<Refusal> {
     match code {
-        // Several stand for these.
+        // Several refusals share these codes.
         1001 | 1008 => None,
-        // These pass by themselves.
+        // These conditions pass by themselves.
         4010 | 4011 => None,
         code if BAD_MESSAGE_CODES.contains(&code) => Some(Refusal::BadMessage),
         code => Refusal::ALL.into_iter().find(|refusal| refusal.close_code() == code),

@@ -1,4 +1,4 @@
-//! The tools of a scene as the page offers them: key caps, and buttons for fingers.
+//! The tools of a scene as shown on the page: key caps, and touch buttons.
 
 use crate::input::action::Action;
 use crate::input::touch::Fingers;
@@ -9,10 +9,10 @@ use jostle_game::{Buttons, Kind, Scene, Tools};
 pub struct Cap {
     /// The label of the key.
     pub key: &'static str,
-    /// Its action here; empty where the next cap names it for both.
+    /// The action of the key in this scene; empty if the next cap describes both keys.
     pub does: &'static str,
     pub buttons: Buttons,
-    /// On a touch screen it is armed first and then used where the world is touched.
+    /// Whether the tool is first armed on a touch screen and then used where the world is touched.
     pub aimed: bool,
 }
 
@@ -22,10 +22,10 @@ const fn cap(key: &'static str, does: &'static str, buttons: Buttons, aimed: boo
 
 pub const TOUCH_HELP: [(&str, &str); 2] =
     [("Drag on the left", "move"), ("Tap", "use the selected tool")];
-/// Help for the keys of the page itself.
+/// Help for the page's fixed keys.
 pub const PAGE_HELP: [(&str, &str); 4] =
     [("?", "this help"), ("F2", "collision outlines"), ("F3", "stats"), ("F4", "network details")];
-/// Help for keys of the page that the player may choose. The sound has one where no scene needs it.
+/// Help for the page's configurable keys. The mute key is omitted in scenes that use it.
 pub const CHOSEN_HELP: [(Action, &str); 4] = [
     (Action::Mute, "sound off / on"),
     (Action::Emote, "emotes"),
@@ -47,7 +47,7 @@ pub const REPLAY_HELP: [(&str, &str); 12] = [
     ("Drop a .jostle file", "watch it"),
 ];
 
-/// The caps that steer: what they do depends on how heroes move.
+/// The caps of the steering keys, which depend on how heroes move.
 fn steering(scene: &Scene) -> Vec<Cap> {
     let Some(hero) = scene.hero.as_ref().filter(|_| scene.tools.contains(Tools::STEER)) else {
         return Vec::new();
@@ -94,7 +94,7 @@ pub fn caps(scene: &Scene) -> Vec<Cap> {
     steering(scene).into_iter().chain(tools.map(|(_, cap)| cap)).collect()
 }
 
-/// A line that explains a scene's picture; most scenes explain themselves. Fingers have no key caps.
+/// A line that explains the scene; most scenes need none. On touch screens it mentions no keys.
 pub fn hint(scene: &Scene, by_touch: bool) -> Option<&'static str> {
     let has = |tool| scene.tools.contains(tool);
     match by_touch {
@@ -121,13 +121,13 @@ pub fn picks(buttons: Buttons) -> Option<Kind> {
     }
 }
 
-/// The caps of a scene that are buttons on a touch screen: all but the directions.
+/// The caps of a scene that become touch buttons: all except the directions.
 pub fn touch_tools(scene: &Scene) -> Vec<Cap> {
     let directions = [Buttons::UP, Buttons::LEFT, Buttons::DOWN, Buttons::RIGHT];
     caps(scene).into_iter().filter(|cap| !directions.contains(&cap.buttons)).collect()
 }
 
-/// Fingers for a scene: they steer where there is something to steer, and the first aimed tool is armed.
+/// The touch state for a scene, with a stick if something can be steered and with the first aimed tool armed.
 pub fn fingers(scene: &Scene) -> Fingers {
     let armed = touch_tools(scene).into_iter().find(|cap| cap.aimed);
     let armed = armed.map_or(Buttons::default(), |cap| cap.buttons);

@@ -1,26 +1,27 @@
-//! Panels as values: a pure function makes the [`View`] of a panel from the state of the app, and `dom::patch` applies
-//! what differs from the one before. What a panel says can thus be tested without a browser.
+//! Panels as values. A pure function creates the [`View`] of a panel from the app's state, and `dom::patch` applies the
+//! differences from the previous one, so the content of panels can be tested without a browser.
 
 use std::borrow::Cow;
 
-/// A text of the page: most are sentences of the program.
+/// A text of the page; most are constants.
 pub type Text = Cow<'static, str>;
 
 /// A panel of the page, or an entry of a list.
 #[derive(Clone, Debug, PartialEq)]
 pub struct View {
-    /// Name of the panel, or id of the entry's template.
+    /// The name of a panel, or the id of an entry's template.
     pub name: &'static str,
-    /// What tells the entry from the others of its list; empty for a panel.
+    /// Identifies an entry within its list; empty for a panel.
     pub key: Text,
-    /// In this order they are applied. What is left out stays as it is.
+    /// Changes, applied in this order. Everything else stays as it is.
     pub parts: Vec<Part>,
-    /// Selector of the element that has the focus while the view is so; without one the focus goes back to where it was.
+    /// Selector of the element that has the focus while the view is shown. `None` returns the focus to its previous
+    /// element.
     pub focus: Option<&'static str>,
 }
 
-/// Selector of an element, in the document or in the entry, and what is set there. An empty one is the root or the entry
-/// itself.
+/// A selector within the document or the entry, and the change applied there. An empty selector means the root or the
+/// entry itself.
 pub type Part = (&'static str, Set);
 
 /// Something that can be set on an element.
@@ -29,25 +30,25 @@ pub enum Set {
     Text(Text),
     Attribute(&'static str, Option<Text>),
     Style(&'static str, Text),
-    /// The value of a field. The player may have changed it since it was set; so it is with the next two.
+    /// The value of a field. The user may have changed it since it was set, as with the next two.
     Value(Text),
-    /// The value of a field that is typed into; it stays while the field has the focus.
+    /// The value of a text field; it is not changed while the field has the focus.
     Typed(Text),
     Checked(bool),
-    /// The value of the radio button that is chosen in a group.
+    /// The value of the selected radio button in a group.
     Choice(Text),
-    /// A time in milliseconds since 1970, as text.
+    /// A time in milliseconds since 1970, shown as text.
     Moment(f64),
     List(Vec<View>),
 }
 
 impl View {
-    /// A panel about which nothing is said yet.
+    /// An empty panel.
     pub fn panel(name: &'static str) -> View {
         View { name, key: Text::default(), parts: Vec::new(), focus: None }
     }
 
-    /// An entry as its template has it.
+    /// An unchanged instance of a template.
     pub fn item(template: &'static str, key: impl ToString) -> View {
         View { key: Text::Owned(key.to_string()), ..View::panel(template) }
     }
@@ -61,7 +62,7 @@ impl View {
         self.set(at, Set::Text(text.into()))
     }
 
-    /// Sets a text, and hides the element without any.
+    /// Sets a text; `None` hides the element.
     pub fn text_or_hide(self, at: &'static str, text: Option<impl Into<Text>>) -> View {
         let shown = text.is_some();
         self.text(at, text.map_or(Text::default(), Into::into)).show(at, shown)
@@ -71,7 +72,7 @@ impl View {
         self.set(at, Set::Attribute(name, Some(value.into())))
     }
 
-    /// Sets an attribute, or removes it.
+    /// Sets or removes an attribute.
     pub fn with_or_without(
         self,
         at: &'static str,
@@ -81,12 +82,12 @@ impl View {
         self.set(at, Set::Attribute(name, value.map(Into::into)))
     }
 
-    /// Sets an attribute that says something by being there.
+    /// Sets or removes a boolean attribute.
     pub fn flag(self, at: &'static str, name: &'static str, on: bool) -> View {
         self.set(at, Set::Attribute(name, on.then_some(Text::Borrowed(""))))
     }
 
-    /// Sets a mark for the style sheet, "yes", or removes it.
+    /// Sets an attribute for the style sheet to "yes", or removes it.
     pub fn yes(self, at: &'static str, name: &'static str, on: bool) -> View {
         self.with_or_without(at, name, on.then_some("yes"))
     }
@@ -104,7 +105,7 @@ impl View {
     }
 }
 
-/// "true" or "false", as attributes of accessibility have them.
+/// "true" or "false", as in ARIA attributes.
 pub fn word(on: bool) -> &'static str {
     if on { "true" } else { "false" }
 }
@@ -118,7 +119,7 @@ impl View {
         })
     }
 
-    /// The value of an attribute that is set or, in `Some(None)`, removed.
+    /// The value to which an attribute is set; `Some(None)` if it is removed.
     pub fn attribute_of(&self, at: &str, name: &str) -> Option<Option<&str>> {
         self.parts.iter().find_map(|part| match part {
             (found, Set::Attribute(set, value)) if *found == at && *set == name => {

@@ -3,44 +3,44 @@
 use jostle_game::{Event, Game, RoundInfo, RoundPhase, Side};
 use jostle_protocol::replay::{Block, Change};
 
-/// Marks kept of what happens in a game, and as many of everything else; what comes later has none.
+/// Maximum marks for game events, and separately for all other events; later ones are omitted.
 const CHAPTERS_MAX: usize = 4096;
 
-/// Points that follow each other within this many ticks share a mark, such as those for holding a hill.
+/// Goals that follow each other within this many ticks share a mark, such as points for holding a hill.
 const GOALS_APART_TICKS: u32 = 90;
 
-/// Something that happens at a tick.
+/// An event at a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Chapter {
     Join,
     Leave,
     Burst,
     Round,
-    /// A side gets points, or loses some or a life.
+    /// A side gains points, or loses points or a life.
     Goal,
-    /// A round is over.
+    /// A round ends.
     Result,
 }
 
 impl Chapter {
-    /// Whether it is one of the moments that matter in a game.
+    /// Whether this is an important moment of the game.
     pub fn is_of_game(self) -> bool {
         matches!(self, Chapter::Round | Chapter::Goal | Chapter::Result)
     }
 }
 
-/// Chapters found so far, in the order in which they were found.
+/// The chapters found so far, in the order in which they were found.
 #[derive(Clone, Debug, Default)]
 pub struct Chapters {
     pub known: Vec<(u32, Chapter)>,
-    /// As it was in the last tick that was looked at.
+    /// The round in the last tick that was examined.
     round: Option<RoundInfo>,
-    /// The newest goal, marked or not.
+    /// The tick of the newest goal, marked or not.
     goal_tick: Option<u32>,
 }
 
 impl Chapters {
-    /// Finds joins and leaves.
+    /// Records joins and leaves.
     pub(super) fn scan(&mut self, block: &Block) {
         for (tick, given) in (block.first..).zip(&block.ticks) {
             for change in &given.changes {
@@ -53,7 +53,7 @@ impl Chapters {
         }
     }
 
-    /// Finds bursts, goals, and beginnings and ends of rounds in a tick. Ticks come in order.
+    /// Finds bursts, goals, and beginnings and ends of rounds in a tick. Must be called in tick order.
     pub(super) fn note(&mut self, tick: u32, game: &Game) {
         if game.events().iter().any(|event| matches!(event, Event::PackHit { .. })) {
             self.add(tick, Chapter::Burst);
@@ -83,7 +83,7 @@ impl Chapters {
     }
 }
 
-/// What happened from one tick to the next.
+/// The round event between two consecutive ticks.
 fn between(before: &RoundInfo, now: &RoundInfo) -> Option<Chapter> {
     if before.phase != now.phase {
         return match now.phase {

@@ -1,5 +1,5 @@
-//! Which ticks were compared with their recorded hashes, and the first that differed. Besides what
-//! is watched, a second game runs through the whole replay in the time that is left over.
+//! The ticks compared with their recorded hashes, and the first one that differed. In spare time, a second game runs
+//! through the whole replay ahead of the displayed one.
 
 use super::chapters::Chapters;
 use jostle_protocol::replay::{Block, Replay};
@@ -11,11 +11,11 @@ use std::sync::Arc;
 pub struct Checks {
     first: u32,
     last: u32,
-    /// Ticks compared so far, as ascending ranges that do not touch, both ends included.
+    /// Ticks compared so far, as ascending inclusive ranges that do not touch.
     pub ranges: Vec<[u32; 2]>,
-    /// The first tick known whose hash is not the recorded one.
+    /// The first known tick whose hash differs from the recorded one.
     pub differs_at: Option<u32>,
-    /// The second game, until it is through.
+    /// The second game, until it reaches the end.
     ahead: Option<Box<Ahead>>,
 }
 
@@ -25,7 +25,7 @@ struct Ahead {
 }
 
 impl Checks {
-    /// No results yet. The playback is at its beginning.
+    /// Creates empty results for a playback at its beginning.
     pub fn new(playback: &Playback) -> Checks {
         let replay = playback.replay();
         let ahead = Ahead { moment: playback.moment().clone(), block: None };
@@ -38,13 +38,13 @@ impl Checks {
         }
     }
 
-    /// A tick was played and compared.
+    /// Records a tick that was played and compared.
     pub fn note(&mut self, played: Played) {
         let Played { tick, agrees } = played;
         if !agrees && self.differs_at.is_none_or(|known| tick < known) {
             self.differs_at = Some(tick);
         }
-        // The first range that could hold the tick or grow by it.
+        // The first range that could contain the tick or be extended by it.
         let at = self.ranges.partition_point(|range| range[1] + 1 < tick);
         match self.ranges.get_mut(at) {
             Some(range) if range[0] <= tick + 1 => {
@@ -60,7 +60,7 @@ impl Checks {
         }
     }
 
-    /// Runs on through the replay for as long as `more` says so.
+    /// Continues through the replay as long as `more` returns `true`.
     pub(super) fn run(
         &mut self,
         playback: &mut Playback,
@@ -80,26 +80,26 @@ impl Checks {
         }
     }
 
-    /// All ticks up to this one were compared, and equal.
+    /// The last tick up to which all hashes were compared and equal.
     pub fn agrees_until(&self) -> u32 {
         let compared = self.ranges.first().filter(|range| range[0] <= self.first + 1);
         let until = compared.map_or(self.first, |range| range[1]);
         self.differs_at.map_or(until, |tick| until.min(tick - 1))
     }
 
-    /// Ticks compared so far.
+    /// The number of ticks compared so far.
     pub fn count(&self) -> u32 {
         self.ranges.iter().map(|[from, to]| to - from + 1).sum()
     }
 
-    /// Whether every tick of the replay was compared, and equal.
+    /// Whether all ticks of the replay were compared and equal.
     pub fn all_equal(&self) -> bool {
         self.agrees_until() == self.last && self.last > self.first
     }
 }
 
 impl Ahead {
-    /// Plays the next tick; `None` at the end or where the replay cannot go on.
+    /// Plays the next tick; `None` at the end or if the replay cannot continue.
     fn step(&mut self, replay: &Replay, chapters: &mut Chapters) -> Option<Played> {
         let next = self.moment.game.tick_count() + 1;
         if self.block.as_ref().is_none_or(|block| block.last() < next) {

@@ -1,4 +1,4 @@
-//! The display of ticks that were played in a row: bodies with their springs, flashes, news.
+//! The display of consecutively played ticks: bodies with their springs, flashes, news.
 
 use crate::view::draw::motion::SquashSpring;
 use crate::world::replica::{Eye, Replica};
@@ -8,15 +8,15 @@ use jostle_room::Playback;
 use jostle_sim::{BodyId, DT};
 use std::sync::Arc;
 
-/// Older bodies are all as old as this, seconds: nothing about them is drawn otherwise.
+/// Maximum age of a body, seconds; drawing does not depend on higher ages.
 const AGE_MAX_S: f32 = 1.0;
-/// Springs are shown in steps of one part in this many. The traces of how they moved before the lead
-/// are far smaller, so that they cannot be seen.
+/// Springs are rounded to multiples of one part in this many. Residues of motion before the lead are far smaller, so
+/// they are invisible.
 const SQUASH_STEPS: f32 = 1024.0;
-/// A seat without a player.
+/// A seat that no player has.
 const NO_PLAYER: Seat = Seat(u16::MAX);
 
-/// Ticks played in a row, as they are drawn.
+/// Consecutively played ticks, as drawn.
 pub struct ReplayDisplay {
     pub replica: Replica,
     springs: Vec<Option<Sprung>>,
@@ -28,12 +28,12 @@ pub struct ReplayDisplay {
 struct Sprung {
     id: BodyId,
     spring: SquashSpring,
-    /// Its squash a tick before.
+    /// The squash one tick earlier.
     before: f32,
 }
 
 impl ReplayDisplay {
-    /// Begins with the tick at which a playback is.
+    /// Starts at the current tick of a playback.
     pub fn begin(playback: &Playback) -> ReplayDisplay {
         let scene = Arc::clone(playback.game().scene());
         let replica = Replica::without_particles(scene, NO_PLAYER);
@@ -44,9 +44,9 @@ impl ReplayDisplay {
         display
     }
 
-    /// Takes in the tick that a playback has just played.
+    /// Adds the tick that a playback has just played.
     pub fn step(&mut self, playback: &Playback) {
-        // Events concern the bodies that were last on display: those of a whole tick.
+        // Events refer to the bodies on display, which must be those of a whole tick.
         if self.replica.room.display != f64::from(self.tick) {
             self.replica.show(f64::from(self.tick), Eye::default());
         }
@@ -59,7 +59,7 @@ impl ReplayDisplay {
         self.spring();
     }
 
-    /// Moves the springs to the newest tick.
+    /// Advances the springs to the newest tick.
     fn spring(&mut self) {
         for body in self.replica.bodies() {
             let slot = body.id.index as usize;
@@ -75,7 +75,7 @@ impl ReplayDisplay {
         }
     }
 
-    /// Shows a moment of the newest tick or of the way to it, with the eyes of a player.
+    /// Shows a moment at or just before the newest tick, from the view of a player.
     pub fn show(&mut self, playhead: f64, eye_of: Option<Seat>, bounds: bool) {
         self.replica.room.seat = eye_of.unwrap_or(NO_PLAYER);
         self.replica.show(playhead, Eye { pointer: None, bounds });

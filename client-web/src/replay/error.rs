@@ -1,21 +1,21 @@
-//! Why a file cannot be watched, in sentences.
+//! The reasons why a file cannot be watched, with explanations.
 
 use jostle_protocol::replay::{Problem, ReplayError};
 use jostle_room::PlaybackError;
 
-/// Why a file cannot be watched: the flaw, with its place in the file.
+/// Why a file cannot be watched: the error and its position in the file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ReplayLoadError {
-    /// Not even its start can be read.
+    /// The start of the file cannot be read.
     #[error(transparent)]
     Unreadable(#[from] ReplayError),
-    /// Its start can be read, but not played.
+    /// The start of the file can be read but not played.
     #[error(transparent)]
     Unplayable(#[from] PlaybackError),
 }
 
 impl ReplayLoadError {
-    /// Two or three words, and a sentence or two about what it means and what to do.
+    /// A title of two or three words, and one or two sentences of explanation and advice.
     pub fn title_and_advice(&self) -> (&'static str, &'static str) {
         match self {
             ReplayLoadError::Unreadable(error) => match error.problem {

@@ -1,8 +1,8 @@
-//! A replay that is watched: it is simulated again, tick by tick, can be paused, sped up and sought, and is
-//! drawn like a live game.
+//! A replay that is being watched: it is simulated again tick by tick, can be paused, sped up and sought, and is drawn
+//! like a live game.
 //!
-//! The picture at a tick depends on the replay and that tick alone, however it was reached: flashes and
-//! springs are rebuilt by playing the [`LEAD_TICKS`] before it unseen.
+//! The picture at a tick depends only on the replay and that tick, not on how it was reached. Flashes and springs are
+//! rebuilt by playing the preceding [`LEAD_TICKS`] without showing them.
 
 use super::chapters::Chapters;
 use super::checks::Checks;
@@ -19,73 +19,72 @@ use jostle_room::{Playback, PlaybackError};
 use jostle_sim::{Particles, TICKS_PER_SECOND, Vec2};
 use std::sync::Arc;
 
-/// Ticks that are played unseen before a tick that was jumped to: twice as long as anything that
-/// is drawn remembers.
+/// Ticks played without showing them before the target of a jump: twice the duration for which any drawn effect lasts.
 pub const LEAD_TICKS: u32 = 120;
-/// Speeds to choose from, as multiples of real time.
+/// Selectable speeds, as multiples of real time.
 pub const SPEEDS: [f64; 7] = [0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0];
 
 /// A replay that is being watched.
 pub struct ReplayPlayer {
     pub(super) playback: Playback,
     pub(super) display: ReplayDisplay,
-    /// Results of comparing the recorded hashes.
+    /// The results of comparing the recorded hashes.
     pub checks: Checks,
-    /// Joins, leaves and bursts, as far as they are known.
+    /// Joins, leaves, bursts and round events found so far.
     pub chapters: Chapters,
-    /// The tick on display; between two ticks while it plays. The game is at the next whole one.
+    /// The tick on display, fractional while playing. The game is at the next whole tick.
     pub playhead: f64,
     pub playing: bool,
-    /// Multiple of real time, one of [`SPEEDS`].
+    /// The speed as a multiple of real time, one of [`SPEEDS`].
     pub speed: f64,
     pub(super) seek: Option<Seek>,
-    /// Where to go when the present seek is done.
+    /// The target of the next seek, when the current one is done.
     pub(super) wish: Option<u32>,
-    /// How often something else than the next moment came on display: a camera is to cut then.
+    /// The number of times the displayed moment jumped; cameras cut on a change.
     pub jumps: u32,
-    /// The player whom the view follows.
+    /// The player that the view follows.
     pub followed: Option<Seat>,
     pub(super) bounds_toggled: bool,
-    /// Why it ends before the last recorded tick, and at which.
+    /// Why the replay ends before the last recorded tick, and at which tick.
     pub(super) trouble: Option<(u32, PlaybackError)>,
 }
 
-/// A seek on its way.
+/// A seek in progress.
 pub(super) struct Seek {
     pub goal: u32,
-    /// The tick at which playing began.
+    /// The tick at which the seek started playing.
     pub begin: u32,
-    /// The display that the last seconds before the goal are played into, unless the present one just goes on.
+    /// The display rebuilt for the goal; `None` if the seek merely continues the current one.
     pub rebuilt: Option<Rebuilt>,
 }
 
-/// The moments before a goal, as they come into being.
+/// The display being rebuilt for the goal of a seek.
 pub(super) struct Rebuilt {
     /// The tick at which the lead begins.
     pub lead: u32,
-    /// From the lead on.
+    /// The new display, from the lead on.
     pub display: Option<ReplayDisplay>,
-    /// Particles on display meanwhile.
+    /// The particles shown in the meantime.
     pub particles: Particles,
-    /// Its [`crate::view::frame::Frame::particle_lead`].
+    /// The matching [`crate::view::frame::Frame::particle_lead`].
     pub particle_lead: f32,
 }
 
 impl Seek {
-    /// Ticks that are left to play.
+    /// The number of ticks left to play.
     pub(super) fn left(&self, playback: &Playback) -> u32 {
         self.goal.saturating_sub(playback.tick())
     }
 }
 
 impl ReplayPlayer {
-    /// Reads a replay and stands at its beginning. What a cut file still has is shown, see
+    /// Opens a replay at its beginning. The readable part of a truncated file can be watched, see
     /// [`ReplayPlayer::ending`].
     pub fn open(bytes: Vec<u8>) -> Result<ReplayPlayer, ReplayLoadError> {
         ReplayPlayer::new(Replay::read(bytes)?)
     }
 
-    /// The same for a replay that was read before.
+    /// Opens a replay that has already been read.
     pub fn new(replay: Replay) -> Result<ReplayPlayer, ReplayLoadError> {
         let playback = Playback::new(Arc::new(replay))?;
         let checks = Checks::new(&playback);
@@ -116,7 +115,7 @@ impl ReplayPlayer {
         self.playback.game().scene()
     }
 
-    /// The room on display.
+    /// The replica of the room on display.
     pub fn replica(&self) -> &Replica {
         &self.display.replica
     }
@@ -126,7 +125,7 @@ impl ReplayPlayer {
         self.display.replica.news.pop_front()
     }
 
-    /// The next cue that was not taken yet.
+    /// Takes the next sound cue.
     pub fn next_cue(&mut self) -> Option<Cue> {
         self.display.replica.next_cue()
     }
@@ -136,7 +135,7 @@ impl ReplayPlayer {
         self.replay().ending()
     }
 
-    /// Why it cannot be played to its last recorded tick, once that is known.
+    /// Why the replay cannot be played to its last recorded tick, once that is known.
     pub fn trouble(&self) -> Option<&PlaybackError> {
         self.trouble.as_ref().map(|(_, error)| error)
     }
@@ -151,22 +150,22 @@ impl ReplayPlayer {
         self.trouble.as_ref().map_or(self.replay().last_tick(), |&(tick, _)| tick)
     }
 
-    /// The whole tick on display, to which [`ReplayPlayer::hash`] belongs.
+    /// The whole tick on display, which [`ReplayPlayer::hash`] refers to.
     pub fn tick(&self) -> u32 {
         self.playhead.ceil() as u32
     }
 
-    /// The state hash of [`ReplayPlayer::tick`]; `None` while a seek is on its way.
+    /// The state hash at [`ReplayPlayer::tick`]; `None` during a seek.
     pub fn hash(&self) -> Option<u64> {
         (!self.is_seeking()).then(|| self.playback.game().hash())
     }
 
-    /// Whether it stands at its last tick.
+    /// Whether the replay is at its last tick.
     pub fn is_at_end(&self) -> bool {
         !self.is_seeking() && self.tick() >= self.last_tick()
     }
 
-    /// Plays, from the start if it is at the end.
+    /// Plays, restarting from the beginning if at the end.
     pub fn play(&mut self) {
         if self.is_at_end() {
             self.aim(self.first_tick());
@@ -178,7 +177,7 @@ impl ReplayPlayer {
         if self.playing { self.pause() } else { self.play() }
     }
 
-    /// Stands still at the next whole tick.
+    /// Pauses at the next whole tick.
     pub fn pause(&mut self) {
         self.playing = false;
         if !self.is_seeking() {
@@ -187,21 +186,21 @@ impl ReplayPlayer {
         }
     }
 
-    /// Chooses the nearest of [`SPEEDS`].
+    /// Sets the speed to the nearest of [`SPEEDS`].
     pub fn set_speed(&mut self, speed: f64) {
         let apart = |offered: &f64| (offered - speed).abs();
         let nearest = SPEEDS.into_iter().min_by(|a, b| apart(a).total_cmp(&apart(b)));
         self.speed = nearest.unwrap_or(1.0);
     }
 
-    /// Chooses the next higher or lower of [`SPEEDS`].
+    /// Sets the speed to the next higher or lower of [`SPEEDS`].
     pub fn shift_speed(&mut self, faster: bool) {
         let now = SPEEDS.iter().position(|&speed| speed == self.speed).unwrap_or(3);
         let next = if faster { now + 1 } else { now.saturating_sub(1) };
         self.speed = SPEEDS[next.min(SPEEDS.len() - 1)];
     }
 
-    /// Follows a player; the same one again shows the whole world.
+    /// Follows a player, or shows the whole world if that player is already followed.
     pub fn toggle_follow(&mut self, seat: Seat) {
         self.follow(Some(seat).filter(|_| self.followed != Some(seat)));
     }
@@ -212,18 +211,18 @@ impl ReplayPlayer {
         self.show();
     }
 
-    /// Whether bounds are drawn: where bodies are selected by them, else on demand.
+    /// Whether outlines are drawn. They are on by default in scenes in which the player selects bodies.
     pub fn bounds(&self) -> bool {
         self.scene().tools.contains(Tools::SELECT) != self.bounds_toggled
     }
 
-    /// Shows or hides the bounds.
+    /// Shows or hides the outlines.
     pub fn toggle_bounds(&mut self) {
         self.bounds_toggled = !self.bounds_toggled;
         self.show();
     }
 
-    /// Plays one tick into what is being shown or rebuilt; `false` at the end.
+    /// Plays one tick into the current or rebuilt display; `false` at the end.
     pub(super) fn step(&mut self) -> bool {
         let played = match self.playback.step() {
             Ok(Some(played)) => played,
@@ -242,13 +241,13 @@ impl ReplayPlayer {
         true
     }
 
-    /// The replay does not go on past the present tick.
+    /// Records that the replay cannot continue past the current tick.
     pub(super) fn fail(&mut self, error: PlaybackError) {
         self.trouble = Some((self.playback.tick(), error));
         self.playing = false;
     }
 
-    /// Plays for this many seconds of real time, as far as `more` gives time for it.
+    /// Plays this many seconds of real time, as long as `more` returns `true`.
     pub fn advance(&mut self, elapsed_s: f64, mut more: impl FnMut() -> bool) {
         if !self.playing || self.is_seeking() {
             return;
@@ -269,13 +268,13 @@ impl ReplayPlayer {
         self.show();
     }
 
-    /// Uses time to compare further hashes and to find chapters, wherever the film stands. Seeking
-    /// to what was looked at is quick from then on.
+    /// Uses spare time to compare more hashes and to find chapters, wherever the playhead is. Seeking within the
+    /// examined part is then quick.
     pub fn look_ahead(&mut self, more: impl FnMut() -> bool) {
         self.checks.run(&mut self.playback, &mut self.chapters, more);
     }
 
-    /// Brings what is drawn to the playhead.
+    /// Updates the display to the playhead.
     pub(super) fn show(&mut self) {
         let bounds = self.bounds();
         // The eyes of the player who is followed, or of the first one where something is selected.
@@ -285,7 +284,7 @@ impl ReplayPlayer {
         self.display.show(self.playhead, eyes, bounds);
     }
 
-    /// Players of the displayed moment in seat order.
+    /// The players at the displayed moment, in seat order.
     pub fn players(&self) -> &[PlayerState] {
         self.replica().room.players()
     }
@@ -311,19 +310,19 @@ impl ReplayPlayer {
         ticks.clamp(-1.0, 0.0) as f32 / TICKS_PER_SECOND as f32
     }
 
-    /// A camera for the whole world, or for the hero that is followed, if there is one now.
+    /// A camera for the whole world, or for the followed hero if there is one now.
     pub fn camera(&self) -> Camera {
         let scene = self.scene();
         watching_camera(scene, self.followed_hero().is_some())
     }
 
-    /// The view in which a camera comes to rest while the film stands still. `bottom` are pixels
-    /// that something else covers: what is to be seen is above them.
+    /// The view in which the camera comes to rest while the replay is paused. The bottom `bottom` pixels are covered by
+    /// controls, so the picture is centred above them.
     pub fn still_view(&self, pixels: [u32; 2], bottom: u32) -> View {
         self.view(&mut self.camera(), pixels, bottom, 0.0)
     }
 
-    /// The view of a camera of this replay, this many seconds after its last one.
+    /// The camera's view, this many seconds after its last one.
     pub fn view(&self, camera: &mut Camera, pixels: [u32; 2], bottom: u32, elapsed_s: f32) -> View {
         let [width, height] = pixels;
         let free = height - bottom.min(height / 2);
@@ -335,7 +334,7 @@ impl ReplayPlayer {
         View { center: above.center - down, height: unit * height as f32, pixels }
     }
 
-    /// The frame that a camera shows now.
+    /// The frame for a view.
     pub fn frame(&self, view: View) -> Frame<'_> {
         let (particles, particle_lead) = self.particles();
         Frame {

@@ -1,16 +1,16 @@
-//! Going to another tick: from the nearest known state the ticks before the goal are played, first
-//! unseen, then into a display of their own, in slices, while the present display stays on view.
+//! Seeking: the ticks from the nearest known state to the goal are played in slices, first without display and then
+//! into a new display, while the current display stays visible.
 
 use super::display::ReplayDisplay;
 use super::player::{LEAD_TICKS, Rebuilt, ReplayPlayer, Seek};
 use jostle_sim::TICKS_PER_SECOND;
 
-/// A seek with more than this left to play is given up for a new one; a shorter one is finished
-/// first, so that something is seen while the slider is dragged.
+/// If more ticks than this are left, a new seek replaces the current one. A shorter seek is completed first, so that
+/// something is shown while the slider is dragged.
 const FINISHED_TICKS_MAX: u32 = 1500;
 
 impl ReplayPlayer {
-    /// Goes to a tick at once, however long that takes. It stands still there.
+    /// Seeks to a tick immediately, however long that takes, and pauses there.
     pub fn seek(&mut self, tick: u32) {
         self.playing = false;
         self.wish = None;
@@ -18,7 +18,7 @@ impl ReplayPlayer {
         self.work(|| true);
     }
 
-    /// Sets out for a tick; [`ReplayPlayer::work`] gets there.
+    /// Starts seeking to a tick; [`ReplayPlayer::work`] does the work.
     pub fn aim(&mut self, tick: u32) {
         match &self.seek {
             Some(seek) if seek.left(&self.playback) <= FINISHED_TICKS_MAX => self.wish = Some(tick),
@@ -29,47 +29,46 @@ impl ReplayPlayer {
         }
     }
 
-    /// Pauses this many ticks from here.
+    /// Moves by this many ticks and pauses.
     pub fn step_by(&mut self, ticks: i64) {
         self.pause();
         self.skip(ticks);
     }
 
-    /// Sets out for the tick this many from here.
+    /// Starts seeking to the tick this many ticks away.
     pub fn skip(&mut self, ticks: i64) {
         let goal = i64::from(self.goal()) + ticks;
         let (first, last) = (i64::from(self.first_tick()), i64::from(self.last_tick()));
         self.aim(goal.clamp(first, last) as u32);
     }
 
-    /// Goes to shortly before the next goal, or beginning or end of a round, that is known; or to the one
-    /// before.
+    /// Seeks to shortly before the next known goal, beginning or end of a round, or the previous one.
     pub fn skip_to_goal(&mut self, forward: bool) {
-        /// From where a goal can be seen to come.
+        /// Time before a goal at which its build-up is visible.
         const BEFORE: u32 = 2 * TICKS_PER_SECOND;
         let (here, first) = (self.goal(), self.first_tick());
         let known = self.chapters.known.iter().filter(|(_, chapter)| chapter.is_of_game());
         let mut ticks = known.map(|&(tick, _)| tick.saturating_sub(BEFORE).max(first));
         let found = match forward {
             true => ticks.filter(|&tick| tick > here).min(),
-            // Who plays on has passed the last one by a moment.
+            // While playing, the playhead is already slightly past the last target.
             false => ticks.rfind(|&tick| tick + TICKS_PER_SECOND / 2 < here),
         };
         found.into_iter().for_each(|tick| self.aim(tick));
     }
 
-    /// Whether it is on its way to a tick.
+    /// Whether a seek is in progress.
     pub fn is_seeking(&self) -> bool {
         self.seek.is_some()
     }
 
-    /// The tick that it is on its way to, else the one on display.
+    /// The goal of the current seek, or the tick on display.
     pub fn goal(&self) -> u32 {
         let goal = self.seek.as_ref().map(|seek| seek.goal);
         self.wish.or(goal).unwrap_or(self.tick())
     }
 
-    /// Share of the way to the goal, 0..=1.
+    /// Progress of the current seek, 0..=1.
     pub fn progress(&self) -> f64 {
         self.seek.as_ref().map_or(1.0, |seek| {
             let way = f64::from(seek.goal - seek.begin).max(1.0);
@@ -91,7 +90,7 @@ impl ReplayPlayer {
         };
         let lead = goal.saturating_sub(LEAD_TICKS).max(self.first_tick());
         if let Err(error) = self.playback.jump(lead) {
-            // Nothing but the game as it is can be shown now.
+            // Only the current state of the game can still be shown.
             self.fail(error);
             return self.stand_here();
         }
@@ -106,7 +105,7 @@ impl ReplayPlayer {
         self.show();
     }
 
-    /// Plays on towards the goal of a seek for as long as `more` says so.
+    /// Continues a seek as long as `more` returns `true`.
     pub fn work(&mut self, mut more: impl FnMut() -> bool) {
         while self.seek.is_some() {
             let moved = self.seek_on(&mut more);
@@ -117,7 +116,7 @@ impl ReplayPlayer {
         }
     }
 
-    /// Plays up to the goal; `false` if there was no time for it.
+    /// Plays up to the goal; `false` if time ran out.
     fn seek_on(&mut self, more: &mut impl FnMut() -> bool) -> bool {
         while let Some(seek) = &mut self.seek {
             let tick = self.playback.tick();
@@ -138,7 +137,7 @@ impl ReplayPlayer {
         true
     }
 
-    /// The goal was reached, or nothing past this tick can be.
+    /// Completes a seek at its goal, or at the last tick that can be reached.
     fn arrive(&mut self) {
         let rebuilt = self.seek.take().and_then(|seek| seek.rebuilt);
         if let Some(rebuilt) = rebuilt {

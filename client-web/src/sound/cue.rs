@@ -1,26 +1,26 @@
-//! Cues: moments of the world that can be heard.
+//! Cues: audible moments of the world.
 
 use jostle_sim::{BodyId, Vec2};
 
 /// The kinds of sounds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Sound {
-    /// A struck body of wood: blocks, platforms and walls.
+    /// An impact of a wooden body: blocks, platforms and walls.
     Wood,
-    /// A struck body of rubber: heroes, minions, packs, and blocks that bounce.
+    /// An impact of a rubber body: heroes, minions, packs, and bouncy blocks.
     Rubber,
     Glass,
-    /// A pack flies off.
+    /// A pack is thrown.
     Throw,
     Burst,
     Spawn,
     Break,
-    /// A side gets points.
+    /// A side scores points.
     Goal,
     /// A second of the countdown.
     Count,
     Go,
-    /// A round was won: by the player, or by anybody while the player only watches.
+    /// A round was won by the player, or by any side if the page only watches.
     Won,
     /// The player lost a round.
     Lost,
@@ -42,12 +42,12 @@ impl Sound {
         Sound::Lost,
     ];
 
-    /// Whether a body was struck.
+    /// Whether the sound is an impact.
     pub fn is_strike(self) -> bool {
         matches!(self, Sound::Wood | Sound::Rubber | Sound::Glass)
     }
 
-    /// Importance: a sound never takes the place of a more important one.
+    /// The importance of a sound. A sound never replaces a more important one.
     pub fn rank(self) -> u8 {
         match self {
             Sound::Wood | Sound::Rubber | Sound::Glass | Sound::Spawn => 0,
@@ -57,17 +57,17 @@ impl Sound {
     }
 }
 
-/// Something that can be heard.
+/// An audible event.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cue {
     pub sound: Sound,
-    /// Its position, world units; `None` for what concerns the whole room.
+    /// The position, world units; `None` for sounds that concern the whole room.
     pub at: Option<Vec2>,
     /// Width of the body, world units.
     pub size: f32,
-    /// Closing speed of a strike, units/s.
+    /// Closing speed of an impact, units/s.
     pub speed: f32,
-    /// Movable bodies that take part.
+    /// The movable bodies involved.
     pub bodies: [Option<BodyId>; 2],
 }
 
@@ -77,7 +77,7 @@ impl Cue {
         Cue { sound, at: None, size: 0.0, speed: 0.0, bodies: [None; 2] }
     }
 
-    /// A cue of a body with this size.
+    /// A cue for a body of this size.
     pub fn of_body(sound: Sound, at: Vec2, size: f32, body: BodyId) -> Cue {
         Cue { at: Some(at), size, bodies: [Some(body), None], ..Cue::of_room(sound) }
     }

@@ -1,5 +1,5 @@
-//! The mixer decides which cues become voices. It is a function of cues and time alone: it reads no clock, and
-//! makes no sound itself.
+//! Decides which cues become voices. The mixer is a pure function of cues and time: it reads no clock and produces no
+//! sound.
 
 use super::cue::{Cue, Sound};
 use super::patch;
@@ -7,54 +7,53 @@ use crate::view::frame::View;
 use jostle_sim::math::ordered_bits;
 use jostle_sim::{BodyId, Vec2};
 
-/// Voices that sound at a time.
+/// Maximum simultaneous voices.
 pub const VOICES_MAX: usize = 24;
-/// Voices of one sound at a time.
+/// Maximum simultaneous voices of one sound.
 pub const VOICES_OF_SOUND_MAX: usize = 6;
-/// Voices that begin in one frame.
+/// Maximum voices that start in one frame.
 pub const STARTS_A_FRAME_MAX: usize = 4;
-/// A body sounds again after this time at the earliest, seconds.
+/// Minimum time between two sounds of a body, seconds.
 pub const BODY_REST_S: f64 = 0.08;
-/// Cues that wait for a frame; further ones are not heard.
+/// Maximum cues queued for a frame; further ones are dropped.
 pub const WAITING_MAX: usize = 128;
 
-/// Width of a body that sounds at its middle pitch, world units.
+/// Width of a body that sounds at the default pitch, world units.
 const SIZE_MIDDLE: f32 = 14.0;
-/// How much lower larger bodies sound.
+/// Exponent by which pitch falls with size.
 const SIZE_EXPONENT: f32 = 0.6;
-/// Lowest and highest pitch, as multiples of the middle one.
+/// The lowest and highest pitch, as multiples of the default.
 const PITCHES: [f32; 2] = [0.45, 2.2];
-/// Bodies of one size differ in pitch by at most this share.
+/// Maximum relative pitch difference between bodies of one size.
 const DETUNE: f32 = 0.05;
-/// Closing speed at which a strike has half of its loudness, units/s.
+/// Closing speed at which an impact has half its maximum loudness, units/s.
 const SPEED_KNEE: f32 = 40.0;
-/// A voice gives way to one of the same importance once it has faded to this share of it. Voices that cut each
-/// other off would be a roar.
+/// A voice may be replaced by one of equal importance once it has faded to this share of the new one's gain. Voices
+/// that cut each other off would be a roar.
 const GIVES_WAY: f32 = 0.5;
-/// Voices with less gain are not started.
+/// Minimum gain of a voice.
 const GAIN_MIN: f32 = 0.01;
-/// Share of the loudspeakers' width that is used: nothing is heard on one side alone.
+/// Share of the stereo width that is used, so that no sound comes from one side only.
 const PAN_MAX: f32 = 0.75;
 
-/// Where one listens from.
+/// The listener's position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ear {
-    /// Centre of what is seen, world units.
+    /// Centre of the view, world units.
     pub center: Vec2,
-    /// Half of its width and height, world units.
+    /// Half the width and height of the view, world units.
     pub half: Vec2,
 }
 
 impl Ear {
-    /// In front of a view.
+    /// A listener in front of a view.
     pub fn of(view: &View) -> Ear {
         let [width, height] = view.pixels.map(|pixels| pixels as f32);
         let half = Vec2::new(width, height) * (0.5 * view.unit_per_pixel());
         Ear { center: view.center, half }
     }
 
-    /// Pan of a place, -1 (left) to 1 (right), and how much of a sound there is heard, 0..=1: all of it within
-    /// the view.
+    /// The pan of a position, -1 (left) to 1 (right), and its attenuation, 0..=1, which is 1 within the view.
     fn hear(&self, at: Vec2) -> (f32, f32) {
         let share = (at - self.center) / self.half.max(Vec2::splat(f32::MIN_POSITIVE));
         let beyond = (share.abs().max_element() - 1.0).max(0.0);
@@ -62,25 +61,25 @@ impl Ear {
     }
 }
 
-/// A sound that begins.
+/// A sound that starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Voice {
-    /// Its number, below [`VOICES_MAX`]. A voice that still has this number ends at once.
+    /// The slot, below [`VOICES_MAX`]. A voice that still occupies this slot ends immediately.
     pub slot: usize,
     /// The kind of sound.
     pub sound: Sound,
-    /// Multiple of the middle pitch.
+    /// Multiple of the default pitch.
     pub pitch: f32,
-    /// Multiple of the middle length.
+    /// Multiple of the default length.
     pub stretch: f32,
-    /// Amplitude, 0..=1.
+    /// Gain, 0..=1.
     pub gain: f32,
     /// -1 (left) to 1 (right).
     pub pan: f32,
 }
 
 impl Voice {
-    /// Seconds until it has faded.
+    /// Seconds until the voice has faded.
     pub fn length_s(&self) -> f32 {
         patch::length_s(self.sound) * self.stretch
     }
@@ -95,7 +94,7 @@ struct Running {
 }
 
 impl Running {
-    /// About how loud it still is.
+    /// The approximate current loudness.
     fn level(&self, now_s: f64) -> f32 {
         let left = (self.until_s - now_s) / (self.until_s - self.since_s);
         self.gain * left.clamp(0.0, 1.0) as f32
@@ -107,27 +106,27 @@ impl Running {
 pub struct Mixer {
     running: [Option<Running>; VOICES_MAX],
     waiting: Vec<Cue>,
-    /// Bodies that sounded within [`BODY_REST_S`], and when they may again.
+    /// Bodies that sounded within [`BODY_REST_S`], and when they may sound again.
     resting: Vec<(BodyId, f64)>,
 }
 
 impl Mixer {
-    /// Takes a cue for the next frame.
+    /// Queues a cue for the next frame.
     pub fn hear(&mut self, cue: Cue) {
         if self.waiting.len() < WAITING_MAX {
             self.waiting.push(cue);
         }
     }
 
-    /// The voices that begin at `now_s`: of the cues since the last frame the most important, and of these the
-    /// loudest. The rest is never heard: late would be worse.
+    /// The voices that start at `now_s`, chosen from the cues since the last frame by importance, then by loudness. The
+    /// rest are dropped, since playing them late would be worse.
     pub fn frame(&mut self, now_s: f64, ear: &Ear) -> Vec<Voice> {
         for slot in &mut self.running {
             slot.take_if(|running| running.until_s <= now_s);
         }
         self.resting.retain(|&(_, until_s)| until_s > now_s);
         let mut waiting = std::mem::take(&mut self.waiting);
-        // Rank and loudness take 40 bits, and few wait.
+        // Rank and loudness take 40 bits, and the queue is short.
         let keys = waiting.iter().zip(0u64..).map(|(cue, index)| {
             let gain = u64::from(ordered_bits(loudness(cue, ear)));
             let weight = u64::from(cue.sound.rank()) << 32 | gain;
@@ -142,13 +141,13 @@ impl Mixer {
             }
             voices.extend(self.start(&waiting[(key & 0xFF_FFFF) as usize], now_s, ear));
         }
-        // Its memory serves the next frame.
+        // Keeps the memory for the next frame.
         waiting.clear();
         self.waiting = waiting;
         voices
     }
 
-    /// Number of voices at a time.
+    /// The number of voices sounding at a time.
     pub fn running(&self, now_s: f64) -> usize {
         self.running.iter().flatten().filter(|running| running.until_s > now_s).count()
     }
@@ -159,7 +158,7 @@ impl Mixer {
             return None;
         }
         let alike = self.running.iter().flatten().filter(|running| running.sound == cue.sound);
-        // Together they grow louder much more slowly than their number: a pile patters.
+        // The total loudness of equal sounds grows much more slowly than their number, so a pile patters.
         let crowd = 1.0 + 0.8 * alike.count() as f32;
         let gain = loudness(cue, ear) / crowd.sqrt();
         if gain < GAIN_MIN {
@@ -168,7 +167,7 @@ impl Mixer {
         let slot = self.slot(cue.sound, gain, now_s)?;
         let pitch = pitch(cue);
         let pan = cue.at.map_or(0.0, |at| ear.hear(at).0);
-        // Large bodies ring for longer.
+        // Large bodies ring longer.
         let stretch = (1.0 / pitch).sqrt();
         let voice = Voice { slot, sound: cue.sound, pitch, stretch, gain, pan };
         let until_s = now_s + f64::from(voice.length_s());
@@ -177,7 +176,7 @@ impl Mixer {
         Some(voice)
     }
 
-    /// The slot for a new voice: a free one, or that of the quietest voice which may give way to it.
+    /// The slot for a new voice: a free one, or that of the quietest voice that it may replace.
     fn slot(&self, sound: Sound, gain: f32, now_s: f64) -> Option<usize> {
         let alike = |running: &Running| running.sound == sound;
         if self.running.iter().flatten().filter(|running| alike(running)).count()
@@ -192,7 +191,7 @@ impl Mixer {
         .or_else(|| self.quietest(|running| running.sound.rank() == sound.rank(), gain, now_s))
     }
 
-    /// The slot of the quietest voice that passes `may_end`, if it gives way to one with this gain.
+    /// The slot of the quietest voice that passes `may_end`, if a voice with this gain may replace it.
     fn quietest(&self, may_end: impl Fn(&Running) -> bool, gain: f32, now_s: f64) -> Option<usize> {
         let slots = self.running.iter().enumerate();
         let levels = slots.filter_map(|(slot, running)| {
@@ -204,7 +203,7 @@ impl Mixer {
     }
 }
 
-/// Amplitude of a cue that sounds alone. That of strikes grows with their speed, ever more slowly.
+/// The gain of a cue on its own. For impacts it rises with speed and levels off.
 fn loudness(cue: &Cue, ear: &Ear) -> f32 {
     let heard = cue.at.map_or(1.0, |at| ear.hear(at).1);
     let size = (cue.size / SIZE_MIDDLE).clamp(0.1, 10.0);
@@ -222,12 +221,12 @@ fn loudness(cue: &Cue, ear: &Ear) -> f32 {
         }
 }
 
-/// Multiple of the middle pitch: large bodies are low, small ones high.
+/// The multiple of the default pitch: large bodies sound low, small ones high.
 fn pitch(cue: &Cue) -> f32 {
     let [low, high] = PITCHES;
     let Some(body) = cue.bodies[0].filter(|_| cue.size > 0.0) else { return 1.0 };
     let sized = (SIZE_MIDDLE / cue.size).powf(SIZE_EXPONENT).clamp(low, high);
-    // Knuth's multiplicative hash spreads neighbours.
+    // Knuth's multiplicative hash gives neighbouring indices different pitches.
     let spread = body.index.wrapping_mul(0x9E37_79B1) >> 16;
     sized * (1.0 + DETUNE * (spread as f32 / 32_768.0 - 1.0))
 }

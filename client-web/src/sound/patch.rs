@@ -2,29 +2,29 @@
 
 use super::cue::Sound;
 
-/// The material of a layer.
+/// The waveform of a layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SoundSource {
     Sine,
-    /// A tone with a few soft overtones.
+    /// A tone with soft overtones.
     Triangle,
     /// Noise in a band around a frequency.
     Noise,
 }
 
-/// A tone or a band of noise that glides from one frequency to another while it fades.
+/// A tone or a noise band that glides between two frequencies while it fades.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SoundLayer {
     pub source: SoundSource,
-    /// Frequency at its beginning, Hz.
+    /// Frequency at the start, Hz.
     pub from_hz: f32,
-    /// Frequency at its end, Hz.
+    /// Frequency at the end, Hz.
     pub to_hz: f32,
-    /// Amplitude at its loudest, 0..=1.
+    /// Peak gain, 0..=1.
     pub gain: f32,
-    /// Seconds from the beginning of the sound.
+    /// Start relative to the sound, seconds.
     pub start_s: f32,
-    /// Seconds until it has faded.
+    /// Time until it has faded, seconds.
     pub length_s: f32,
 }
 
@@ -50,18 +50,18 @@ const fn later(start_s: f32, layer: SoundLayer) -> SoundLayer {
     SoundLayer { start_s, ..layer }
 }
 
-/// A struck bar of wood, as of a marimba.
+/// A struck wooden bar, as on a marimba.
 const fn bar(start_s: f32, hz: f32, gain: f32, length_s: f32) -> SoundLayer {
     SoundLayer { start_s, ..layer(SoundSource::Triangle, hz, hz, gain, length_s) }
 }
 
-/// A soft tock: a short tone that sinks a little, a dull overtone, and the knock itself.
+/// A soft tock: a short tone that falls slightly, a dull overtone, and the knock itself.
 const WOOD: [SoundLayer; 3] = [
     sine(345.0, 310.0, 0.62, 0.16),
     sine(880.0, 860.0, 0.16, 0.06),
     noise(1500.0, 900.0, 0.5, 0.025),
 ];
-/// A bounce: a low tone that sinks by half an octave.
+/// A bounce: a low tone that falls by more than half an octave.
 const RUBBER: [SoundLayer; 2] = [sine(235.0, 150.0, 0.75, 0.18), noise(520.0, 300.0, 0.4, 0.03)];
 /// A click of two high tones.
 const GLASS: [SoundLayer; 2] = [sine(1050.0, 1040.0, 0.32, 0.1), sine(2470.0, 2460.0, 0.1, 0.045)];
@@ -78,7 +78,7 @@ const BREAK: [SoundLayer; 4] = [
     later(0.05, sine(530.0, 480.0, 0.32, 0.1)),
     later(0.11, sine(300.0, 270.0, 0.34, 0.14)),
 ];
-/// A chord of C upwards.
+/// A rising C major chord.
 const GOAL: [SoundLayer; 4] = [
     bar(0.0, 523.25, 0.3, 0.35),
     bar(0.09, 659.25, 0.3, 0.35),
@@ -87,7 +87,7 @@ const GOAL: [SoundLayer; 4] = [
 ];
 const COUNT: [SoundLayer; 2] = [bar(0.0, 392.0, 0.36, 0.22), noise(1200.0, 900.0, 0.2, 0.02)];
 const GO: [SoundLayer; 2] = [bar(0.0, 784.0, 0.34, 0.5), bar(0.0, 587.33, 0.2, 0.5)];
-/// The same chord from its fifth to the fifth above, which stays.
+/// The same chord from the fifth below to the fifth above, which rings on.
 const WON: [SoundLayer; 4] = [
     bar(0.0, 392.0, 0.3, 0.4),
     bar(0.13, 523.25, 0.3, 0.4),
@@ -97,7 +97,7 @@ const WON: [SoundLayer; 4] = [
 const LOST: [SoundLayer; 3] =
     [bar(0.0, 329.63, 0.3, 0.4), bar(0.18, 293.66, 0.3, 0.4), bar(0.36, 261.63, 0.34, 0.8)];
 
-/// The layers of a sound, at its middle pitch.
+/// The layers of a sound at its default pitch.
 pub fn layers(sound: Sound) -> &'static [SoundLayer] {
     match sound {
         Sound::Wood => &WOOD,
@@ -115,7 +115,7 @@ pub fn layers(sound: Sound) -> &'static [SoundLayer] {
     }
 }
 
-/// Seconds until all layers of a sound have faded, at its middle pitch.
+/// The length of a sound at its default pitch, seconds.
 pub fn length_s(sound: Sound) -> f32 {
     layers(sound).iter().map(|layer| layer.start_s + layer.length_s).fold(0.0, f32::max)
 }

@@ -1,5 +1,5 @@
-//! The player makes voices of the browser's audio nodes. The nodes are the same in a context that is heard and in
-//! one that is only computed ([`rendered`]), which tests use.
+//! Synthesises voices with the browser's audio nodes. The same nodes are used for playback and for offline rendering
+//! ([`rendered`]), which tests use.
 
 use super::mixer::{STARTS_A_FRAME_MAX, VOICES_MAX, Voice};
 use super::patch::{SoundLayer, SoundSource, layers};
@@ -18,22 +18,22 @@ use web_sys::{
     OscillatorType,
 };
 
-/// Seconds in which a layer gets to its loudest, and in which a voice that is replaced goes silent. Shorter ones
-/// would click.
+/// Attack time of a layer, and release time of a replaced voice, seconds. Shorter ones would click.
 const ATTACK_S: f64 = 0.003;
 const RELEASE_S: f64 = 0.012;
-/// Share of its loudest that is left at the end of a layer.
+/// Share of the peak gain that is left at the end of a layer.
 const FADED: f32 = 0.002;
-/// Seconds of noise, which is repeated.
+/// Length of the repeated noise, seconds.
 const NOISE_S: f32 = 1.0;
-/// Bands of noise are about as wide as their frequency is high.
+/// The bandwidth of noise is about as large as its frequency.
 const NOISE_Q: f32 = 1.1;
-/// A context that does not run this long after it was woken waits for a click or key, milliseconds.
+/// Time after which a context that was resumed but does not run is considered blocked until a click or key,
+/// milliseconds.
 const WAKE_MS: f64 = 1000.0;
-/// Sample rate of what is computed only.
+/// Sample rate of offline rendering.
 const RENDERED_HZ: u32 = 44_100;
 
-/// All nodes of a context.
+/// All audio nodes of a context.
 struct Graph {
     context: BaseAudioContext,
     noise: AudioBuffer,
@@ -42,14 +42,14 @@ struct Graph {
     slots: [Option<Playing>; VOICES_MAX],
 }
 
-/// The nodes of a voice that must be reached before it ends.
+/// The nodes of a voice that are needed to end it early.
 struct Playing {
     level: GainNode,
     sources: Vec<AudioScheduledSourceNode>,
 }
 
 impl Graph {
-    /// Voices go through a compressor, which catches what many of them add up to, and then the volume.
+    /// Voices pass through a compressor, which limits the sum of many, and then the volume.
     fn build(context: &BaseAudioContext, gain: f32) -> Result<Graph, JsValue> {
         let compressor = context.create_dynamics_compressor()?;
         compressor.threshold().set_value(-20.0);
@@ -132,7 +132,7 @@ impl Graph {
 
 impl Playing {
     fn end(self, at_s: f64) {
-        // Neither fails for a time that is not negative.
+        // These calls fail only for a negative time.
         let _ = self.level.gain().set_target_at_time(0.0, at_s, RELEASE_S / 4.0);
         for source in self.sources {
             let _ = source.stop_with_when(at_s + RELEASE_S);
@@ -140,7 +140,7 @@ impl Playing {
     }
 }
 
-/// The same noise in every browser.
+/// White noise that is identical in every browser.
 fn noise(context: &BaseAudioContext) -> Result<AudioBuffer, JsValue> {
     let rate = context.sample_rate();
     let mut rng = Rng::new(1, 0);
@@ -150,7 +150,7 @@ fn noise(context: &BaseAudioContext) -> Result<AudioBuffer, JsValue> {
     Ok(buffer)
 }
 
-/// The sound that is heard.
+/// The audible output.
 #[derive(Default)]
 pub struct Player {
     heard: Option<(AudioContext, Graph)>,
@@ -159,11 +159,11 @@ pub struct Player {
     woken_ms: f64,
 }
 
-/// Why there is no sound.
+/// Why sound cannot be played.
 pub enum Silence {
-    /// The browser has no sound for pages.
+    /// The browser does not support sound.
     Missing,
-    /// The browser waits for a click or key.
+    /// The browser blocks sound until a click or key press.
     Blocked,
 }
 
@@ -177,7 +177,7 @@ impl Player {
         }
     }
 
-    /// Does what the page asks for.
+    /// Performs a task of the page.
     pub fn carry_out(&mut self, task: &SoundTask) -> Result<(), Silence> {
         match task {
             SoundTask::Wake(gain) => self.wake(*gain).map_err(|_| Silence::Missing),
@@ -188,7 +188,7 @@ impl Player {
             SoundTask::Gain(gain) => {
                 if let Some((context, graph)) = &self.heard {
                     let now_s = context.current_time();
-                    // Fails only for a negative time.
+                    // This fails only for a negative time.
                     let _ = graph.volume.gain().set_target_at_time(*gain, now_s, RELEASE_S);
                 }
                 Ok(())
@@ -208,7 +208,7 @@ impl Player {
             }
         };
         graph.volume.gain().set_target_at_time(gain, context.current_time(), RELEASE_S)?;
-        // If the browser does not allow it yet, the promise waits until it does.
+        // If the browser does not allow sound yet, the promise waits until it does.
         context.resume().map(drop)
     }
 
@@ -220,14 +220,14 @@ impl Player {
                 playing.end(now_s);
             }
         }
-        // A context that cannot rest is silent all the same.
+        // A context that cannot be suspended is silent anyway.
         let _ = context.suspend();
     }
 
     fn start(&mut self, voices: &[Voice]) -> Result<(), Silence> {
         debug_assert!(voices.len() <= STARTS_A_FRAME_MAX);
         let Some((context, graph)) = &mut self.heard else { return Err(Silence::Blocked) };
-        // Its time stands still: all voices would come at once later.
+        // The context's time is stopped, so all voices would sound at once later.
         if context.state() != AudioContextState::Running {
             let waits = browser::now_ms() - self.woken_ms > WAKE_MS;
             return if waits { Err(Silence::Blocked) } else { Ok(()) };
@@ -242,15 +242,15 @@ impl Player {
 
 #[wasm_bindgen]
 extern "C" {
-    /// An `OfflineAudioContext` with the method that `web-sys` lacks.
+    /// An `OfflineAudioContext` with a method missing from `web-sys`.
     #[wasm_bindgen(js_name = OfflineAudioContext)]
     type Interruptible;
-    /// Interrupts the computation at a time.
+    /// Suspends rendering at a time.
     #[wasm_bindgen(method, catch)]
     fn suspend(this: &Interruptible, at_s: f64) -> Result<Promise, JsValue>;
 }
 
-/// Computes the sound of voices with their times in seconds, in order: a promise of an `AudioBuffer`.
+/// Renders voices, sorted by their start times in seconds, offline. Returns a promise of an `AudioBuffer`.
 pub fn rendered(voices: &[(f64, Voice)], seconds: u32, gain: f32) -> Result<Promise, JsValue> {
     let context = OfflineAudioContext::new_with_number_of_channels_and_length_and_sample_rate(
         2,
@@ -258,7 +258,7 @@ pub fn rendered(voices: &[(f64, Voice)], seconds: u32, gain: f32) -> Result<Prom
         RENDERED_HZ as f32,
     )?;
     let graph = Rc::new(RefCell::new(Graph::build(&context, gain)?));
-    // Nodes that wait for their time cost some too: each second is scheduled when the computation gets there.
+    // Waiting nodes also cost time, so each second is scheduled only when rendering reaches it.
     for second in voices.chunk_by(|one, other| one.0.floor() == other.0.floor()) {
         let (second, graph) = (second.to_vec(), Rc::clone(&graph));
         let begin_s = second[0].0.floor();
@@ -272,7 +272,7 @@ pub fn rendered(voices: &[(f64, Voice)], seconds: u32, gain: f32) -> Result<Prom
         }
         let going_on = context.clone();
         let go_on = Closure::<dyn FnMut(JsValue)>::new(move |_| {
-            // A voice that fails is missing in the result, which tests find.
+            // A voice that fails is missing in the result, which tests detect.
             let _ = start();
             let _ = going_on.resume();
         });

@@ -1,33 +1,32 @@
-//! Tasks that the page has for the player of sounds, and events about sound.
+//! Tasks for the sound player, and events about sound.
 
 use super::mixer::Voice;
 
 /// A task for the player.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SoundTask {
-    /// Sound is wanted from now on, at this gain. The first time this must come from a click or key: browsers
-    /// let no page sound before.
+    /// Start playing sound at this gain. The first time, this must follow a click or key, since browsers require that.
     Wake(f32),
-    /// Nothing is to be heard from now on.
+    /// Stop all sound.
     Rest,
-    /// Sounds at this gain.
+    /// Change the gain.
     Gain(f32),
     Start(Vec<Voice>),
 }
 
-/// Anything that happens to sound.
+/// An event about sound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SoundEvent {
     /// A volume was chosen, percent.
     VolumeChosen(u8),
-    /// Sound was switched off, or on again.
+    /// Sound was muted or unmuted.
     MuteChosen(bool),
     /// Captions were switched on or off.
     CaptionsChosen(bool),
-    /// The page was hidden, or is seen again.
+    /// The page was hidden or shown.
     Hidden(bool),
-    /// The browser has no sound for pages.
+    /// The browser does not support sound.
     Missing,
-    /// The browser waits for a click or key.
+    /// The browser blocks sound until a click or key press.
     Blocked,
 }

@@ -1,13 +1,13 @@
-//! The voices of a replay, for tests: natively and in the page the same.
+//! The voices of a replay, for tests. They are the same natively and in the page.
 
 use super::mixer::{Ear, Mixer, Voice};
 use crate::replay::player::ReplayPlayer;
 use jostle_sim::TICKS_PER_SECOND;
 
-/// Size of the picture in front of which one listens, pixels.
+/// Size of the listener's picture, pixels.
 const PIXELS: [u32; 2] = [1280, 720];
 
-/// The voices of the first seconds of a replay, and when they begin, seconds. A frame for each tick.
+/// The voices of the first seconds of a replay with their start times in seconds, at one frame per tick.
 pub fn voices_of(mut player: ReplayPlayer, seconds: u32) -> Vec<(f64, Voice)> {
     let ear = Ear::of(&player.still_view(PIXELS, 0));
     let mut mixer = Mixer::default();

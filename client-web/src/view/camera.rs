@@ -1,5 +1,5 @@
-//! Position of the view: the whole world letterboxed, or a smooth follow of the player's hero that never
-//! looks past the world's edge without need.
+//! The camera: shows the whole world letterboxed, or smoothly follows the player's hero and stays within the world's
+//! edges where possible.
 
 use crate::view::frame::View;
 use jostle_game::Scene;
@@ -7,18 +7,18 @@ use jostle_game::scene::Camera as CameraRule;
 use jostle_room::{CAMERA_AHEAD_TICKS, CAMERA_CATCH_UP_TICKS};
 use jostle_sim::{TICKS_PER_SECOND, Vec2};
 
-/// Share of the world added on each side when all of it is shown.
+/// Margin on each side when the whole world is shown, as a share of its size.
 const MARGIN: f32 = 0.01;
-/// Seconds of the hero's motion that the view looks ahead.
+/// Seconds of the hero's motion by which the view looks ahead.
 const LOOK_AHEAD_S: f32 = CAMERA_AHEAD_TICKS as f32 / TICKS_PER_SECOND as f32;
-/// A following view is at least this many times its nominal height wide.
+/// Minimum width of a following view, as a multiple of its nominal height.
 const FOLLOW_WIDTH_MIN: f32 = 0.9;
-/// A screen that is higher than wide, and on which the whole world leaves more than this much of the height free,
-/// is upright.
+/// Threshold for portrait screens: the screen is higher than wide, and the view of the whole world would be more than
+/// this many times as high as the world.
 const UPRIGHT: f32 = 1.5;
-/// Height of an upright view that walks behind a hero, as a multiple of the world's.
+/// Height of a portrait view that follows a hero, as a multiple of the world's height.
 const UPRIGHT_HEIGHT: f32 = 1.32;
-/// Height of the world's middle on an upright screen, from the top: the thumbs are below.
+/// Position of the world's centre on a portrait screen, as a share of the height from the top. The thumbs are below.
 const UPRIGHT_MIDDLE: f32 = 0.42;
 
 /// The moving camera of one game.
@@ -27,33 +27,32 @@ pub struct Camera {
     rule: CameraRule,
     world: Vec2,
     center: Option<Vec2>,
-    /// The next walk behind a hero begins with a jump.
+    /// The next view that follows a hero jumps there.
     cut: bool,
 }
 
-/// The subject of the camera in one frame.
+/// The input of the camera for one frame.
 #[derive(Clone, Copy, Debug)]
 pub struct Target {
     /// Canvas size in device pixels, neither zero.
     pub pixels: [u32; 2],
     /// Centre and velocity of the hero to follow.
     pub hero: Option<(Vec2, Vec2)>,
-    /// Device pixels at the top that belong to the hud when the whole world is shown.
+    /// Device pixels at the top covered by the HUD when the whole world is shown.
     pub top: u32,
-    /// Device pixels at the bottom that belong to the hud when the whole world is shown.
+    /// Device pixels at the bottom covered by the HUD when the whole world is shown.
     pub bottom: u32,
     /// Seconds since the last frame.
     pub elapsed_s: f32,
 }
 
-/// Height of the view around a followed player, where the scene does not say, as a share of
-/// the world's.
+/// Default height of the view around a followed player, as a share of the world's height.
 const FOLLOW_SHARE: f32 = 0.6;
 
-/// A view this many times as high as the world makes everything tiny.
+/// In a view this many times as high as the world, everything is tiny.
 const TINY: f32 = 2.5;
 
-/// The camera of somebody who watches: for the whole world, or for a hero.
+/// A spectator's camera, for the whole world or a hero.
 pub fn watching_camera(scene: &Scene, follows: bool) -> Camera {
     let rule = match (follows, scene.camera) {
         (false, _) => CameraRule::Fit,
@@ -65,13 +64,13 @@ pub fn watching_camera(scene: &Scene, follows: bool) -> Camera {
     Camera::new(rule, scene.size)
 }
 
-/// Whether a spectator begins with a hero, since the whole world would be tiny on such a screen.
+/// Whether a spectator initially follows a hero because the whole world would be tiny on this screen.
 pub fn begins_with_a_hero(scene: &Scene, pixels: [u32; 2]) -> bool {
     let is_tiny = height_of_all(scene.size, pixels) > TINY * scene.size.y;
     is_tiny && scene.camera != CameraRule::Whole && scene.hero.is_some()
 }
 
-/// Height of a view of the whole world, world units.
+/// The height of a view of the whole world, world units.
 fn height_of_all(world: Vec2, pixels: [u32; 2]) -> f32 {
     world.y.max(world.x * pixels[1] as f32 / pixels[0].max(1) as f32)
 }
@@ -82,7 +81,7 @@ impl Camera {
         Camera { rule, world, center: None, cut: true }
     }
 
-    /// Goes to the hero at once when there is one again: the way there was not seen.
+    /// Makes the view jump to the hero as soon as there is one, because its path there was not shown.
     pub fn cut(&mut self) {
         self.cut = true;
     }
@@ -106,8 +105,8 @@ impl Camera {
             let center = self.world * 0.5 + Vec2::new(0.0, 0.5 * (top - bottom) * height);
             return View { center, height, pixels: target.pixels };
         }
-        // On an upright phone the whole width would make everything tiny: with a hero to walk
-        // behind, the world is as high as it can be above the thumbs.
+        // On a portrait phone, fitting the whole width would make everything tiny. With a hero to follow, the world is
+        // as high as possible above the thumbs.
         let mut view = match target.hero {
             Some(_) => self.walk(target, aspect, height.min(needed.y * UPRIGHT_HEIGHT)),
             None => View { center: self.world * 0.5, height, pixels: target.pixels },
@@ -122,7 +121,7 @@ impl Camera {
         self.walk(target, aspect, height)
     }
 
-    /// A view of this height that walks behind the hero.
+    /// A view of this height that follows the hero.
     fn walk(&mut self, target: Target, aspect: f32, height: f32) -> View {
         let half = Vec2::new(height * aspect, height) * 0.5;
         let last = self.center.unwrap_or(self.world * 0.5);
@@ -139,15 +138,15 @@ impl Camera {
     }
 }
 
-/// The share of the distance to the hero that the view covers in this many seconds: each tick covers the
-/// same share of the rest.
+/// The share of the distance to the hero that the view covers in this many seconds. Each tick covers the same share of
+/// the remaining distance.
 fn caught_up(elapsed_s: f32) -> f32 {
     let left_a_tick = 1.0 - 1.0 / CAMERA_CATCH_UP_TICKS as f32;
     1.0 - left_a_tick.powf(elapsed_s * TICKS_PER_SECOND as f32)
 }
 
-/// `center` moved so that a view of this half size stays inside the world, or in the world's
-/// middle on an axis where the view is the larger one.
+/// Moves `center` so that a view of this half size stays inside the world. On an axis on which the view is larger than
+/// the world, it is centred.
 fn within(center: Vec2, half: Vec2, world: Vec2) -> Vec2 {
     let axis = |center: f32, half: f32, world: f32| {
         if half * 2.0 >= world { world * 0.5 } else { center.clamp(half, world - half) }

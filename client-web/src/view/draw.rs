@@ -1,7 +1,7 @@
-//! From a [`Frame`] to vertices: pure code without a GPU, the same for the page and for pictures.
+//! Converts a [`Frame`] to vertices. This is pure code without a GPU, used both by the page and for rendered pictures.
 //!
-//! Order of drawing is order in the list: zones, slabs, shadows, bodies with faces and effects; then all
-//! particles; then what lies over them (bounds, the veil of a lost connection).
+//! The list is in drawing order: zones, slabs, shadows, bodies with faces and effects; then all particles; then
+//! overlays (outlines, the veil of a lost connection).
 
 mod bodies;
 mod effects;
@@ -25,27 +25,27 @@ use motion::{BodySprings, Pose};
 use stage::{DrawStage, Quads};
 use vertex::rgba;
 
-/// Particles drawn at a time; further ones are left out.
+/// Maximum particles drawn at a time; further ones are omitted.
 pub const PARTICLES_MAX: usize = 65_536;
 
-/// In a calm picture one particle of this many is drawn, this bright.
+/// With reduced motion, one in this many particles is drawn, at this share of its brightness.
 const CALM_STEP: usize = 4;
 const CALM_SHARE: f32 = 0.5;
 
-/// Everything the renderer needs for one frame. Kept between frames: it reuses its memory, and
-/// remembers how bodies moved, for squash and stretch.
+/// Everything the renderer needs for one frame. It is kept between frames to reuse its memory and to remember how
+/// bodies moved, for squash and stretch.
 #[derive(Default)]
 pub struct DrawList {
     pub globals: Globals,
     quads: Quads,
-    /// The first of [`DrawList::solids`] that lies over the particles.
+    /// Index of the first vertex in [`DrawList::solids`] that is drawn over the particles.
     pub overlay_start: usize,
     /// Particles, four vertices each.
     pub particles: Vec<ParticleVertex>,
-    /// The light that glowing things throw.
+    /// The light emitted by glowing things.
     pub light: LightField,
     motion: BodySprings,
-    /// The copy of the room that moved.
+    /// The number of the replica for which motion was tracked.
     copy: u32,
     posed: Vec<(u32, Pose)>,
 }
@@ -55,7 +55,7 @@ impl DrawList {
         DrawList::default()
     }
 
-    /// Replaces the contents by what `frame` shows.
+    /// Replaces the contents by those of `frame`.
     pub fn fill(&mut self, frame: &Frame) {
         let half = view_half(&frame.view);
         self.quads.begin(frame.view.center, half, frame.view.unit_per_pixel());
@@ -102,14 +102,14 @@ impl DrawList {
         }
     }
 
-    /// Adds one particle: centre and width in world units, tint factors that may exceed 1.
+    /// Adds one particle: centre and width in world units, and a tint whose factors may exceed 1.
     fn push_particle(&mut self, center: Vec2, size: f32, tint: [f32; 3]) {
         let hidden = !self.quads.sees(center, Vec2::splat(0.5 * size));
         if hidden || self.particles.len() >= PARTICLES_MAX * 4 {
             return;
         }
         // A flame particle is about 5.5 units wide at birth (A3.18).
-        // The light of a fire is warmer than its gas: some of the red counts as orange.
+        // The light of a fire is warmer than its gas, so some of the red is added as orange.
         let warm = [tint[0], tint[1] + 0.22 * tint[0], tint[2]];
         self.light.add(center, warm, size * size * (1.0 / 30.0));
         let vertex = ParticleVertex { center: center.into(), size, tint };
@@ -122,7 +122,7 @@ impl DrawList {
     }
 }
 
-/// Half of what a view shows, world units.
+/// Half the width and height of a view, world units.
 fn view_half(view: &View) -> Vec2 {
     let aspect = view.pixels[0] as f32 / view.pixels[1].max(1) as f32;
     Vec2::new(aspect, 1.0) * (0.5 * view.height)

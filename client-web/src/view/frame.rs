@@ -1,36 +1,35 @@
-//! The contents of one drawn frame: plain data, filled by the app from snapshots, read by the renderer.
+//! The contents of a drawn frame: plain data that the app fills from snapshots and the renderer reads.
 
 use jostle_game::Kind;
 use jostle_sim::{BodyId, Particles, Shape, Vec2};
 
-/// A body at the sampled moment.
+/// The state of a body at the sampled moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrameBody {
     pub id: BodyId,
     pub kind: Kind,
-    /// Palette index of its player, for heroes and packs.
+    /// Palette index of the owning player, for heroes and packs.
     pub color: Option<u8>,
     pub shape: Shape,
     /// Interpolated centre, world units.
     pub center: Vec2,
     /// Velocity between the two snapshots, units/s.
     pub velocity: Vec2,
-    /// Seconds since it was first drawn.
+    /// Seconds since the body was first drawn.
     pub age: f32,
-    /// Point that its eyes look at, world units; heroes only.
+    /// The point at which its eyes look, world units; heroes only.
     pub gaze: Option<Vec2>,
-    /// Overlaps another body now (bounds are red then).
+    /// Whether it overlaps another body now; its outline is then red.
     pub touching: bool,
-    /// Its picture is hidden, its bounds are filled (the selected body of the bounds scene).
+    /// Whether its drawing is replaced by a filled outline: the selected body of the bounds scene.
     pub hidden: bool,
-    /// Under the pointer and can be dragged, or is held.
+    /// Whether it is held, or is under the pointer and can be dragged.
     pub hot: bool,
-    /// A blow has cracked it.
+    /// Whether a hit has cracked it.
     pub cracked: bool,
-    /// Palette index of the ring around what a game is about: a ball, a robot, a pot.
+    /// Palette index of the ring around an important object of the game, such as a ball, a robot or a pot.
     pub ring: Option<u8>,
-    /// By what share it is flatter than its outline, or `None` to have the drawing find that out
-    /// from how it moves from frame to frame.
+    /// The share by which it is flattened. `None` derives this from its motion between frames.
     pub squash: Option<f32>,
 }
 
@@ -42,11 +41,11 @@ pub struct FrameZone {
     pub shape: Shape,
     /// Centre, world units.
     pub center: Vec2,
-    /// Palette index of who holds it, or of the zone itself.
+    /// Palette index of the holder, or of the zone itself.
     pub color: Option<u8>,
-    /// Whether it is on.
+    /// Whether the zone is active.
     pub on: bool,
-    /// Palette index of who is taking it, and how much of the time for that has passed, 0..=1.
+    /// Palette index of the player or team capturing the zone, and the progress, 0..=1.
     pub taken: Option<(u8, f32)>,
 }
 
@@ -61,48 +60,48 @@ pub struct ZoneLabel {
     pub color: Option<u8>,
 }
 
-/// Dots on the wall.
+/// A mark of dots on the wall.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrameMark {
-    /// Its centre, world units.
+    /// The centre, world units.
     pub center: Vec2,
-    /// How many, 1 to 6.
+    /// The number of dots, 1 to 6.
     pub dots: u8,
     /// Width and height, world units.
     pub size: f32,
-    /// How well it is lit, 0..=1.
+    /// The brightness, 0..=1.
     pub light: f32,
 }
 
-/// A body that shines on marks.
+/// A body that illuminates marks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrameLamp {
-    /// Its centre, world units.
+    /// The centre, world units.
     pub center: Vec2,
-    /// How far it shines, world units.
+    /// The reach of its light, world units.
     pub reach: f32,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameSling {
-    /// Where its ball starts, world units.
+    /// The starting position of the ball, world units.
     pub start: Vec2,
     /// The ball, while it is in the sling.
     pub ball: Option<Vec2>,
     pub shots: u8,
-    /// The way that the ball would take, dot by dot.
+    /// The predicted path of the ball, as dots.
     pub path: Vec<Vec2>,
 }
 
-/// Something that flares up and fades.
+/// An effect that flares up and fades.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Effect {
     pub kind: EffectKind,
-    /// Its position, world units.
+    /// The position, world units.
     pub point: Vec2,
-    /// Seconds since it happened.
+    /// Seconds since the effect began.
     pub age: f32,
-    /// Palette index of the player behind it.
+    /// Palette index of the player who caused it.
     pub color: Option<u8>,
     /// Strength: closing speed in units/s for sparks.
     pub strength: f32,
@@ -119,55 +118,55 @@ pub enum EffectKind {
     Gone,
 }
 
-/// The editor's drawing over and under a scene.
+/// The editor's overlay above and below a scene.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sketch {
-    /// Distance between lines of the grid, world units.
+    /// Distance between grid lines, world units.
     pub grid: f32,
     /// Width of a CSS pixel, world units.
     pub pixel: f32,
-    /// In drawing order.
+    /// The strokes in drawing order.
     pub strokes: Vec<Stroke>,
 }
 
-/// A mark of the editor. Points are in world units, widths follow from [`Sketch::pixel`].
+/// A stroke of the editor. Points are in world units; widths follow from [`Sketch::pixel`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Stroke {
     /// The outline of a piece.
     Outline {
         shape: Shape,
         center: Vec2,
-        /// How it is drawn.
+        /// The style of the outline.
         tone: Tone,
     },
     /// A line between two points.
     Line([Vec2; 2], Tone),
-    /// A part to take hold of: a square one sizes, a round one is a point of a path.
+    /// A handle: a square one resizes, a round one is a point of a path.
     Handle { at: Vec2, round: bool },
-    /// The sign of an emitter.
+    /// The symbol of an emitter.
     Flame(Vec2),
-    /// The sign of a launcher.
+    /// The symbol of a launcher.
     Target(Vec2),
-    /// A place where heroes appear, with half their extent.
+    /// A spawn point, with half the size of a hero.
     Spawn(Vec2, Vec2),
 }
 
-/// How a mark of the editor is drawn.
+/// The style of an editor stroke.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tone {
-    /// A piece that the game draws faintly, or not at all.
+    /// A piece that the game draws faintly or not at all.
     Quiet,
     Chosen,
-    /// A line that something is aligned to.
+    /// A line to which something is aligned.
     Guide,
 }
 
 /// The part of the world that the camera shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
-    /// World point in the middle of the canvas.
+    /// The world point at the centre of the canvas.
     pub center: Vec2,
-    /// World units from the bottom to the top of the canvas.
+    /// The height of the view, world units.
     pub height: f32,
     /// Canvas size in device pixels.
     pub pixels: [u32; 2],
@@ -177,7 +176,7 @@ impl View {
     /// The view before the first frame.
     pub const UNSEEN: View = View { center: Vec2::ZERO, height: 1.0, pixels: [1, 1] };
 
-    /// World units a device pixel.
+    /// World units per device pixel.
     pub fn unit_per_pixel(&self) -> f32 {
         self.height / self.pixels[1] as f32
     }
@@ -204,17 +203,17 @@ pub struct FrameRoom {
     pub bodies: Vec<FrameBody>,
     /// Zones, drawn below everything else.
     pub zones: Vec<FrameZone>,
-    /// Marks on the wall that are to be seen.
+    /// The visible marks on the wall.
     pub marks: Vec<FrameMark>,
-    /// Lamps that shine on some.
+    /// The lamps that illuminate marks.
     pub lamps: Vec<FrameLamp>,
-    /// The sling, where there is one.
+    /// The sling, if the scene has one.
     pub sling: Option<FrameSling>,
     /// Flashes of the last second.
     pub effects: Vec<Effect>,
 }
 
-/// Everything that one frame shows.
+/// Everything that a frame shows.
 pub struct Frame<'a> {
     pub view: View,
     /// The world spans (0, 0) to this.
@@ -222,20 +221,19 @@ pub struct Frame<'a> {
     pub room: &'a FrameRoom,
     /// Particles as of the last applied tick.
     pub particles: &'a Particles,
-    /// Seconds since that tick, at most 1/60 either way, to draw particles where they are by now.
+    /// Seconds since that tick, at most 1/60 in either direction, for drawing particles at their current positions.
     pub particle_lead: f32,
-    /// Seconds since the page began to draw; drives blinking and bobbing only.
+    /// Seconds since the page started drawing; drives only blinking and bobbing.
     pub time: f32,
-    /// Draw bounds, centre marks and contacts (F2).
+    /// Whether outlines, centre marks and contacts are drawn (F2).
     pub bounds: bool,
-    /// Nothing bobs, flashes or sparks, and particles are few and dim.
+    /// Whether motion is reduced: no bobbing, flashes or sparks, and few, dim particles.
     pub calm: bool,
-    /// Number of the copy of the room; each connection gets a new one, and nothing that moved in
-    /// the last moves on.
+    /// The number of the replica. Each connection gets a new one, and motion is not carried over between them.
     pub copy: u32,
-    /// The world is dimmed while the connection is lost.
+    /// Whether the world is dimmed because the connection is lost.
     pub dimmed: bool,
     pub sketch: Option<&'a Sketch>,
-    /// The hero of a run that goes along, drawn through.
+    /// The ghost of a recorded run, drawn translucent.
     pub ghost: Option<&'a FrameBody>,
 }

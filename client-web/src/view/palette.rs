@@ -1,27 +1,27 @@
-//! The one palette: ink for the stage, slate and wood for the things on it, paper for text, eight
-//! player colours and an ember ramp. The canvas reads the constants, the page the CSS that
-//! [`css`] writes; `web/palette.css` is that text, and a test keeps the two equal.
+//! The shared palette: ink for the stage, slate and wood for the things on it, paper for text, eight player colours and
+//! an ember ramp. The canvas reads these constants; the page uses the CSS that [`css`] generates as `web/palette.css`,
+//! and a test keeps the two in sync.
 
 use std::fmt::Write;
 
 /// Red, green and blue as displayed, 0..=255.
 pub type Rgb = [u8; 3];
 
-/// Background, from the dark outside of the world to the lit stage.
+/// Background colours, from the dark outside of the world to the lit stage.
 pub const INK: [Rgb; 3] = [[0x09, 0x0c, 0x1a], [0x10, 0x16, 0x2b], [0x1c, 0x26, 0x46]];
-/// Slabs and walls, from their shaded side to their lit edge.
+/// Slabs and walls, from shaded side to lit edge.
 pub const SLATE: [Rgb; 4] =
     [[0x2b, 0x35, 0x55], [0x3b, 0x48, 0x6d], [0x56, 0x66, 0x8f], [0x8b, 0x9c, 0xc4]];
-/// Crates, from the shaded plank to the lit edge.
+/// Crates, from shaded plank to lit edge.
 pub const WOOD: [Rgb; 3] = [[0x7a, 0x55, 0x3f], [0xa8, 0x7c, 0x58], [0xd9, 0xb1, 0x83]];
-/// Painted balls: quieter than any player.
+/// Painted balls, less vivid than any player.
 pub const TOYS: [Rgb; 3] = [[0x3f, 0x7d, 0x86], [0x9c, 0x55, 0x4b], [0xa3, 0x8a, 0x4c]];
 /// Wandering minions, body and lit edge.
 pub const MINION: [Rgb; 2] = [[0x6f, 0x63, 0xa8], [0xa9, 0x9d, 0xe0]];
-/// Text on ink: first for reading, second for what may recede. Also eyes and marbles.
+/// Text on ink: the first for normal text, the second for secondary text. Also eyes and marbles.
 pub const PAPER: [Rgb; 2] = [[0xf4, 0xf1, 0xe8], [0xb4, 0xbb, 0xcf]];
-/// Player colours, starting from Okabe and Ito's and moved until every two stay apart under
-/// protanopia, deuteranopia and tritanopia, and each is readable on ink; `palette/tests.rs` measures it.
+/// Player colours, based on those of Okabe and Ito and adjusted until every pair is distinguishable under protanopia,
+/// deuteranopia and tritanopia and each is readable on ink; `palette/tests.rs` verifies this.
 pub const PLAYERS: [Rgb; 8] = [
     [0xff, 0x8a, 0x08],
     [0x40, 0xd5, 0xff],
@@ -32,21 +32,21 @@ pub const PLAYERS: [Rgb; 8] = [
     [0xfc, 0xa2, 0xc1],
     [0xe8, 0xff, 0xef],
 ];
-/// Their names, as in `index.html`.
+/// The names of the player colours, as in `index.html`.
 pub const NAMES: [&str; 8] =
     ["orange", "sky", "green", "sand", "blue", "vermilion", "pink", "mint"];
 /// A hero or a pack without an owner.
 pub const NOBODY: Rgb = [0xd8, 0x8f, 0x6c];
-/// A fire that cools: white, yellow, orange, red, as a black body does.
+/// A cooling fire: white, yellow, orange, red, like a black body.
 pub const EMBER: [Rgb; 4] =
     [[0xff, 0xf3, 0xd6], [0xff, 0xc2, 0x5c], [0xff, 0x7a, 0x1f], [0xc4, 0x2a, 0x0e]];
 
-/// The colour of a player by index; any index is allowed and wraps around.
+/// The colour of a player; the index wraps around.
 pub fn player(index: u8) -> Rgb {
     PLAYERS[usize::from(index) % PLAYERS.len()]
 }
 
-/// `a` at `share` 0, `b` at 1.
+/// Interpolates from `a` at `share` 0 to `b` at 1.
 pub fn mix(a: Rgb, b: Rgb, share: f32) -> Rgb {
     let part = |i: usize| {
         let (from, to) = (f32::from(a[i]), f32::from(b[i]));

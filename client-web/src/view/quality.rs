@@ -1,18 +1,18 @@
-//! How sharp to draw: fewer pixels where the machine cannot draw all of them in time. A step down
-//! that did not help is taken back, because then something else is slow.
+//! Adaptive resolution: draws fewer pixels if the machine cannot draw all of them in time. A reduction that did not
+//! help is reverted, because the bottleneck is then elsewhere.
 
-/// Shares of the full resolution, from sharp to fast.
+/// Shares of the full resolution, from sharpest to fastest.
 const STEPS: [f64; 3] = [1.0, 0.75, 0.5];
-/// Frames that take longer on average are too slow, milliseconds.
+/// Average frame time above which drawing is too slow, milliseconds.
 const SLOW_MS: f64 = 34.0;
 /// Time over which frames are averaged, milliseconds.
 const WINDOW_MS: f64 = 1500.0;
-/// A longer pause between two frames is a hidden page or a hiccup and says nothing.
+/// Maximum time between frames that counts, milliseconds. Longer gaps come from a hidden page or a hiccup.
 const PAUSE_MS: f64 = 250.0;
-/// A step down has to shorten the frames to this share to be kept.
+/// A reduction is kept only if it shortens the frame time to this share.
 const GAIN: f64 = 0.85;
 
-/// Chooses the resolution from the pace of the frames.
+/// Chooses the resolution from the measured frame times.
 #[derive(Debug, Default)]
 pub struct Quality {
     step: usize,
@@ -20,12 +20,12 @@ pub struct Quality {
     last_ms: Option<f64>,
     total_ms: f64,
     frames: u32,
-    /// Mean frame before the last step down.
+    /// Mean frame time before the last reduction.
     before_ms: Option<f64>,
 }
 
 impl Quality {
-    /// A frame begins at `now_ms`; returns the share of the full resolution to draw it with.
+    /// Records that a frame begins at `now_ms`; returns the share of the full resolution for it.
     pub fn frame(&mut self, now_ms: f64) -> f64 {
         let pause = self.last_ms.replace(now_ms).map(|last| now_ms - last);
         if let Some(elapsed) = pause.filter(|elapsed| *elapsed < PAUSE_MS) {
@@ -57,7 +57,7 @@ impl Quality {
 mod tests {
     use super::*;
 
-    /// Draws for ten seconds on a machine whose frames take `frame_ms(share)`.
+    /// Draws for ten seconds on a machine with frame times given by `frame_ms(share)`.
     fn settle(frame_ms: impl Fn(f64) -> f64) -> f64 {
         let mut quality = Quality::default();
         let (mut now, mut share) = (0.0, 1.0);

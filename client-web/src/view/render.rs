@@ -1,8 +1,8 @@
-//! Draws a [`DrawList`] with wgpu: WebGL2 in the page, Vulkan or GL natively. One struct holds one
-//! pipeline with its buffers; a pipeline is only made when a scene needs it.
+//! Draws a [`DrawList`] with wgpu: WebGL 2 in the page, Vulkan or GL natively. Each pipeline has a struct with its
+//! buffers and is created only when a scene needs it.
 //!
-//! The target is expected to be `Rgba8Unorm`: blending then adds displayed values, so that particles
-//! saturate (A3.5) in the page as in pictures. Destination alpha stays 1.
+//! The target should be `Rgba8Unorm`: blending then adds displayed values, so particles saturate (A3.5) both in the
+//! page and in rendered pictures. Destination alpha stays 1.
 
 mod buffers;
 mod quads;
@@ -13,12 +13,12 @@ use buffers::QuadIndices;
 use quads::QuadPass;
 use shared::SharedBindings;
 
-/// Everything that a renderer has made on its device: the cost of a scene there.
+/// The resources that a renderer has created on its device, as a measure of a scene's cost.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Made {
     /// Names of the pipelines.
     pub pipelines: Vec<&'static str>,
-    /// Names of the textures, and bytes of their texels.
+    /// Names of the textures, and their sizes in bytes.
     pub textures: Vec<(&'static str, u64)>,
 }
 
@@ -33,7 +33,7 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    /// A renderer into targets of `format`, without particles until they are needed.
+    /// Creates a renderer for targets of `format`. Particle resources are created when needed.
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -50,14 +50,14 @@ impl Renderer {
         }
     }
 
-    /// Makes what a scene with particles needs ahead of time, so that the first explosion does not stutter.
+    /// Creates the resources for particles ahead of time, so that the first explosion does not stutter.
     pub fn prepare(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, particles: bool) {
         if particles && self.particles.is_none() {
             self.particles = Some(QuadPass::particles(device, queue, &self.shared, self.format));
         }
     }
 
-    /// All pipelines and textures so far.
+    /// All pipelines and textures created so far.
     pub fn made(&self) -> Made {
         let mut made = Made {
             pipelines: vec!["ground", "solids"],
@@ -70,7 +70,7 @@ impl Renderer {
         made
     }
 
-    /// Draws one frame into `target`, which is `size` pixels large, and submits it.
+    /// Draws and submits one frame into `target`, which has `size` pixels.
     pub fn draw(
         &mut self,
         device: &wgpu::Device,
@@ -132,7 +132,7 @@ impl Renderer {
     }
 }
 
-/// Four bytes a texel, as all of them have.
+/// The size of a texture with four bytes per texel.
 fn texel_bytes(texture: &wgpu::Texture) -> u64 {
     u64::from(texture.width()) * u64::from(texture.height()) * 4
 }

@@ -1,5 +1,5 @@
-//! A ghost: the hero of a run that was recorded, in step with the round that is played now. It is played again in the
-//! page from its replay, beside the game, and meets nothing.
+//! A ghost: the hero of a recorded run, synchronised with the current round. The page re-simulates it from the run's
+//! replay next to the game; it collides with nothing.
 
 use crate::view::frame::FrameBody;
 use jostle_game::{Kind, RoundInfo, RoundPhase, Scene, Seat, SnapshotBody};
@@ -8,18 +8,18 @@ use jostle_room::Playback;
 use jostle_sim::Vec2;
 use std::sync::Arc;
 
-/// Which run, and where in its replay the round began.
+/// Identifies a run, and where in its replay the round began.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GhostWish {
-    /// The number in the name of the record.
+    /// The number in the record's name.
     pub number: u64,
-    /// Ticks of the replay before the round.
+    /// The tick of the replay at which the round begins.
     pub begin: u32,
     pub seat: Seat,
 }
 
 impl GhostWish {
-    /// Reads the value of `ghost` in an address: number, begin and seat, with dots between.
+    /// Parses the value of `ghost` in an address: number, start tick and seat, separated by dots.
     pub fn parse(text: &str) -> Option<GhostWish> {
         let mut parts = text.split('.');
         let number = u64::from_str_radix(parts.next()?, 16).ok()?;
@@ -38,16 +38,16 @@ pub struct Ghost {
     playback: Playback,
     begin: u32,
     seat: Seat,
-    /// The display's tick at which the round began that runs, or ran last.
+    /// The displayed tick at which the current or last round began.
     origin: Option<f64>,
-    /// The hero after the last two ticks that were played.
+    /// The hero after the last two ticks played.
     trail: [Option<FrameBody>; 2],
     /// The hero to draw.
     pub shown: Option<FrameBody>,
 }
 
 impl Ghost {
-    /// The ghost of a replay, if that is of this scene.
+    /// Creates a ghost from a replay; `None` if the replay is not of this scene.
     pub fn new(bytes: Vec<u8>, wish: GhostWish, scene: &Scene) -> Option<Ghost> {
         let replay = Arc::new(Replay::read(bytes).ok()?);
         let GhostWish { begin, seat, .. } = wish;
@@ -56,7 +56,8 @@ impl Ghost {
         Some(Ghost { playback, begin, seat, origin: None, trail: [None; 2], shown: None })
     }
 
-    /// Moves on to the moment of the run that belongs to the displayed one, as far as `may_go_on` lets it play.
+    /// Advances the ghost to the moment of its run that corresponds to the displayed one, as long as `may_go_on`
+    /// returns `true`.
     pub fn advance(
         &mut self,
         round: Option<&RoundInfo>,
@@ -73,7 +74,7 @@ impl Ghost {
         let goal = (moment.ceil() as u32).min(self.playback.replay().last_tick());
         if self.playback.tick() > goal {
             self.trail = [None; 2];
-            // What cannot be played ends there, and the ghost with it.
+            // If the replay cannot be played further, the ghost ends there.
             let _ = self.playback.jump(goal.saturating_sub(1));
         }
         while self.playback.tick() < goal && may_go_on() {
@@ -82,7 +83,7 @@ impl Ghost {
             }
             self.trail = [self.trail[1], self.hero()];
         }
-        // On its way to the beginning it is not to be seen.
+        // The ghost is hidden until it has reached the right moment.
         let is_there = self.playback.tick() + 1 >= goal.max(self.begin);
         let late = (f64::from(self.playback.tick()) - moment).clamp(0.0, 1.0) as f32;
         self.shown = self.trail[1].filter(|_| is_there).map(|now| {
@@ -91,7 +92,7 @@ impl Ghost {
         });
     }
 
-    /// The hero as it is now.
+    /// The current state of the hero.
     fn hero(&self) -> Option<FrameBody> {
         let (game, members) = (self.playback.game(), &self.playback.moment().members);
         let is_own = |body: &SnapshotBody| body.kind == Kind::Hero && body.owner == Some(self.seat);

@@ -1,4 +1,4 @@
-//! Highlights, shown once more: a second copy of the room that hears again what the first one heard.
+//! Plays highlights: a second replica receives again the snapshots that the first one received.
 
 use crate::world::replica::highlights::{Highlight, length};
 use crate::world::replica::{Eye, Replica};
@@ -7,23 +7,23 @@ use jostle_sim::TICKS_PER_SECOND;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// Highlights that are on display one after the other.
+/// Plays highlights one after the other.
 pub struct HighlightPlayer {
-    /// The copy of the room in the highlight on display.
+    /// The replica for the current highlight.
     pub replica: Replica,
-    /// Number of the highlight on display, from 1.
+    /// The number of the current highlight, from 1.
     pub number: usize,
-    /// Number of all highlights.
+    /// The total number of highlights.
     pub count: usize,
     waiting: VecDeque<Highlight>,
-    /// The first tick of the highlight on display, how many ticks it has, and when it began.
+    /// The current highlight's first tick, its length in ticks, and its start time.
     first: u32,
     ticks: u32,
     began_ms: f64,
 }
 
 impl HighlightPlayer {
-    /// A player that begins at `now_ms`; `None` without highlights.
+    /// Creates a player that starts at `now_ms`; `None` without highlights.
     pub fn new(
         scene: &Arc<Scene>,
         seat: Seat,
@@ -59,7 +59,7 @@ impl HighlightPlayer {
         }
     }
 
-    /// Moves the display to `now_ms`; `false` when all was shown.
+    /// Advances the display to `now_ms`; `false` after the last highlight.
     pub fn advance(&mut self, now_ms: f64, eye: Eye) -> bool {
         let ticks = |since_ms: f64| (now_ms - since_ms) / 1000.0 * f64::from(TICKS_PER_SECOND);
         if ticks(self.began_ms) > f64::from(self.ticks) {

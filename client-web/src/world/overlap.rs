@@ -1,11 +1,11 @@
-//! Which of the displayed bodies overlap: the simulation's own narrow phase over a sweep along x.
-//! Only the bounds view asks.
+//! Determines which displayed bodies overlap, using the simulation's narrow phase after a sweep along x. Only the
+//! bounds view needs this.
 
 use crate::net::timeline::Sample;
 use jostle_sim::math::ordered_bits;
 use jostle_sim::{Aabb, collide};
 
-/// Calls `report(i, j)` for each pair of bodies that overlap and for which `meets(i, j)` holds.
+/// Calls `report(i, j)` for each pair of overlapping bodies for which `meets(i, j)` holds.
 pub fn pairs(
     bodies: &[Sample],
     meets: impl Fn(usize, usize) -> bool,
@@ -30,7 +30,7 @@ pub fn pairs(
     }
 }
 
-/// Whether two bodies overlap; touching is not enough.
+/// Whether two bodies overlap; mere contact does not count.
 pub fn touching(a: &Sample, b: &Sample) -> bool {
     collide(a.shape, a.center, b.shape, b.center, (a.id.index, b.id.index)).is_some()
 }

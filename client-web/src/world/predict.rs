@@ -1,10 +1,10 @@
-//! Prediction of the own hero: the same rules and the same step as the server's, in a small world around
-//! the hero, from the newest snapshot on through the inputs that are still on their way. The server
-//! always wins: reconciliation moves the hero to where the server has it, and the correction fades.
+//! Prediction of the player's hero: simulates a small world around the hero with the server's rules and time step, from
+//! the newest snapshot through the inputs still in flight. The server is authoritative: reconciliation moves the hero
+//! to the server's position, and the visible correction fades out.
 //!
-//! Two states are kept. [`AuthoritativeSim`] follows the snapshots: it steps from one to the next with the
-//! inputs that the server says it played, so that it knows what snapshots lack, velocities and positions
-//! finer than the quantum. [`PredictedSim`] goes on from there.
+//! Two states are kept. [`AuthoritativeSim`] follows the snapshots: it steps from one to the next with the inputs that
+//! the server reports as played, and thereby knows velocities and positions more finely than snapshots contain.
+//! [`PredictedSim`] continues from there.
 
 mod authoritative;
 mod near;
@@ -22,50 +22,50 @@ use schedule::{InputSchedule, next_tick};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// Ticks past the newest snapshot after which the hero waits for the server.
+/// Maximum ticks that the hero is predicted past the newest snapshot; then it waits for the server.
 pub const LEAD_TICKS_MAX: u32 = 60;
-/// After this time a third of a correction is left, milliseconds; after three times that it is gone.
+/// Time constant of the fading of corrections, milliseconds. After this time about a third (1/e) is left.
 const FADE_MS: f64 = 40.0;
-/// A correction longer than this many times the hero's longer side is shown as a jump.
+/// Corrections longer than this many times the hero's longer side are shown as a jump.
 const JUMP_SIDES: f32 = 3.0;
-/// A moment further off than this is jumped to, ticks.
+/// If the displayed moment is off by more than this, it jumps, ticks.
 const JUMP_TICKS: f64 = 20.0;
-/// How fast the hero is taken to the frame of what carries it, and back, milliseconds.
+/// Time constant of the hero's transition into and out of the reference frame of a body that carries it, milliseconds.
 const RIDE_MS: f64 = 60.0;
-/// Weight of a new error in the shown one.
+/// Weight of a new error in the displayed average.
 const ERROR_SHARE: f32 = 0.1;
 
-/// The own hero as it is drawn.
+/// The player's hero as drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Predicted {
     pub id: BodyId,
     /// Centre, world units.
     pub center: Vec2,
-    /// Units/s.
+    /// Velocity, units/s.
     pub velocity: Vec2,
 }
 
-/// Predicts the own hero of one session.
+/// Predicts the player's hero in one session.
 pub struct Predictor {
     scene: Arc<Scene>,
     seat: Seat,
     schedule: InputSchedule,
     authoritative: Option<AuthoritativeSim>,
     predicted: Option<PredictedSim>,
-    /// The moment that is drawn, as the tick whose snapshot will show it.
+    /// The drawn moment, as the tick whose snapshot will show it.
     moment: Option<f64>,
     updated_ms: f64,
-    /// Corrections that are still fading.
+    /// The sum of corrections that are still fading.
     fading: Vec2,
     riding: Vec2,
-    /// Places as they were predicted when they were drawn, by tick.
+    /// Predicted positions at the time they were drawn, by tick.
     drawn: VecDeque<(u32, Vec2)>,
-    /// Smoothed distance of the server's position from the one drawn for its tick, world units.
+    /// Smoothed distance between the server's position and the one drawn for the same tick, world units.
     pub error: f32,
 }
 
 impl Predictor {
-    /// A predictor for a player of a scene, or none where there is no hero to steer.
+    /// Creates a predictor for a player of a scene; `None` if the scene has no hero to steer.
     pub fn new(scene: &Arc<Scene>, seat: Seat) -> Option<Predictor> {
         let steers = scene.tools.contains(Tools::STEER) && scene.world.solver.is_some();
         (steers && scene.hero.is_some()).then(|| Predictor {
@@ -83,25 +83,25 @@ impl Predictor {
         })
     }
 
-    /// The room goes on at `now_ms` with another socket, which knows of none of the inputs that were sent.
+    /// The room continues at `now_ms` on another socket, which has received none of the sent inputs.
     pub fn restart(&mut self, now_ms: f64) {
         self.schedule.restart();
         self.updated_ms = now_ms;
     }
 
-    /// An input was sent at `now_ms`, when the server's tick was this one, as the clock estimates it.
+    /// Records that an input was sent at `now_ms`, with the clock's estimate of the server's tick.
     pub fn sent(&mut self, seq: u32, input: Input, server_tick: f64, now_ms: f64) {
         let buttons = input.buttons();
         let moment = self.moment_at(server_tick, now_ms);
         if self.schedule.send(seq, buttons, server_tick, moment)
             && let Some(authoritative) = &self.authoritative
         {
-            // It changes what was to come: nothing to fade, this is the answer to the key.
+            // The input changes the prediction. The change is the response to the key, so it must not fade in.
             self.predicted = Some(self.predict_to(authoritative, self.moment.unwrap_or(moment)));
         }
     }
 
-    /// Takes the newest snapshot, and the one before it.
+    /// Handles the newest snapshot and the one before it.
     pub fn heard(&mut self, newest: &Snapshot, before: Option<&Snapshot>) {
         let Some(own) = newest.players.iter().find(|player| player.seat == self.seat) else {
             return self.lose();
@@ -128,7 +128,7 @@ impl Predictor {
         self.predict_again();
     }
 
-    /// There is no hero: the next one starts over.
+    /// The hero is gone, so prediction for the next one starts from scratch.
     fn lose(&mut self) {
         self.authoritative = None;
         self.predicted = None;
@@ -136,7 +136,7 @@ impl Predictor {
         self.drawn.clear();
     }
 
-    /// Measures the distance of the server's position from the one drawn for its tick.
+    /// Measures the distance between the server's position and the one drawn for the same tick.
     fn measure(&mut self, own: &PlayerState, newest: &Snapshot) {
         while self.drawn.front().is_some_and(|(tick, _)| *tick < newest.tick) {
             self.drawn.pop_front();
@@ -149,12 +149,12 @@ impl Predictor {
         }
     }
 
-    /// Predicts again from the newest snapshot; the correction at the drawn moment fades.
+    /// Predicts again from the newest snapshot; the correction at the drawn moment fades out.
     fn predict_again(&mut self) {
         let (Some(authoritative), Some(moment)) = (&self.authoritative, self.moment) else {
             return;
         };
-        // Nothing is known from before the newest snapshot.
+        // Nothing before the newest snapshot can be predicted.
         let moment = moment.max(f64::from(authoritative.tick));
         let predicted = self.predict_to(authoritative, moment);
         if let Some(mut old) = self.predicted.take() {
@@ -174,8 +174,8 @@ impl Predictor {
         predicted
     }
 
-    /// Brings the hero to `now_ms`, when the server's tick is this one. `shown` is where bodies are
-    /// on display.
+    /// Advances the hero to `now_ms`, given the server's current tick. `shown` returns the displayed position of a
+    /// body.
     pub fn advance(
         &mut self,
         server_tick: f64,
@@ -208,7 +208,7 @@ impl Predictor {
         })
     }
 
-    /// The moment runs with the time, and closes in on the one that is wanted.
+    /// Advances the moment with time and brings it towards the wanted one.
     fn pace(&mut self, wanted: f64, elapsed_ms: f64) -> f64 {
         let elapsed = elapsed_ms / TICK_MS;
         let next = match self.moment {
@@ -221,18 +221,18 @@ impl Predictor {
         next
     }
 
-    /// Inputs that the server has not played yet, as far as is known.
+    /// The number of inputs that the server has not yet acknowledged.
     pub fn unacknowledged(&self) -> usize {
         self.schedule.waiting()
     }
 
-    /// Ticks from an input's leaving to the news of its being played.
+    /// Ticks from sending an input until a snapshot that includes it.
     pub fn lead_ticks(&self) -> f64 {
         self.schedule.lead
     }
 
-    /// When an input would be played that leaves at `now_ms`, when the server's tick is this one: in the
-    /// first tick after this moment.
+    /// The moment at which an input sent at `now_ms` would be played, given the server's current tick: in the first
+    /// tick after this moment.
     pub fn moment_at(&self, server_tick: f64, now_ms: f64) -> f64 {
         match self.moment {
             Some(moment) => moment + ((now_ms - self.updated_ms) / TICK_MS).max(0.0),
@@ -240,7 +240,7 @@ impl Predictor {
         }
     }
 
-    /// The last tick in which something is played that was sent, as far as is known.
+    /// The last tick in which a sent input is expected to be played.
     pub fn booked(&self) -> u32 {
         self.schedule.booked()
     }
@@ -250,7 +250,7 @@ fn longer_side(body: &BodyDef) -> f32 {
     2.0 * body.shape.half_extent().max_element()
 }
 
-/// The tick at whose end the hero is drawn next.
+/// The tick whose end state is needed to draw this moment.
 fn last_tick(authoritative: &AuthoritativeSim, moment: f64) -> u32 {
     next_tick(moment).clamp(authoritative.tick, authoritative.tick + LEAD_TICKS_MAX)
 }

@@ -1,5 +1,5 @@
-//! The client's copy of a room: snapshots by tick, the particles that it simulates itself from emitter
-//! events, flashes, news, and from all of these the contents of a frame.
+//! The client's replica of a room: snapshots by tick, particles simulated locally from emitter events, flashes and
+//! news, and the frame contents derived from them.
 
 mod ears;
 pub mod highlights;
@@ -26,51 +26,51 @@ use room::{KNOWN_TICKS, RoomView};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// Ticks that are caught up at once after an absence; particles of longer ago are gone anyway.
+/// Maximum ticks caught up at once after an absence. Older particles have expired anyway.
 const CATCH_UP_TICKS_MAX: u32 = 600;
-/// Unread news; the oldest go first.
+/// Maximum unread news; the oldest are dropped first.
 const NEWS_MAX: usize = 32;
 
-/// Something that happened, worth a line.
+/// An event worth a line of text.
 #[derive(Clone, Debug, PartialEq)]
 pub enum News {
     Joined(Appearance),
     Left(Appearance),
-    /// One player's pack burst on another's hero, or on a hero without a player.
+    /// A player's pack burst on another player's hero, or on a hero without a player.
     Hit(Appearance, Option<Appearance>),
     /// A player's hero left the world.
     Fell(Appearance),
-    /// A rule of the scene says this between the names of two players.
+    /// A message from a rule of the scene, between the names of two players.
     Said(Option<Appearance>, String, Option<Appearance>),
-    /// The own player looks like this, because somebody has the colour with this number.
+    /// The player was given this appearance because another one already has the colour with this number.
     Recolored(Appearance, u8),
 }
 
-/// A copy of a room.
+/// A replica of a room.
 pub struct Replica {
     /// The room at the displayed moment.
     pub room: RoomView,
     /// The same as a frame shows it.
     pub picture: RoomPicture,
-    /// Features of the scene, of which the page draws some.
+    /// The features of the scene.
     pub features: Features,
     stream: SnapshotStream,
     particles: Particles,
-    /// Particles of a keyframe whose tick was not shown yet.
+    /// Particles from a keyframe whose tick has not been displayed yet.
     told: Option<(u32, Particles)>,
     /// The last tick whose events and particles were played.
     applied: Option<u32>,
     waiting: VecDeque<TimedEvent>,
-    /// Unread news, the oldest first.
+    /// Unread news, oldest first.
     pub news: VecDeque<News>,
     names: Vec<Option<Appearance>>,
     ears: Ears,
-    /// In a game of rounds.
+    /// Highlights, in a game with rounds.
     pub highlights: Option<Highlights>,
 }
 
 impl Replica {
-    /// An empty copy of a room that plays `scene`.
+    /// Creates an empty replica of a room that plays `scene`.
     pub fn new(scene: Arc<Scene>, seat: Seat) -> Replica {
         Replica {
             features: scene.features(),
@@ -88,23 +88,23 @@ impl Replica {
         }
     }
 
-    /// A copy that keeps no highlights.
+    /// Creates a replica that records no highlights.
     pub fn without_highlights(scene: Arc<Scene>, seat: Seat) -> Replica {
         Replica { highlights: None, ..Replica::new(scene, seat) }
     }
 
-    /// A copy that grows no particles of its own: they are drawn from the game itself.
+    /// Creates a replica without particles, for use where those of the game itself are drawn.
     pub fn without_particles(scene: Arc<Scene>, seat: Seat) -> Replica {
         let none = Particles::new(scene.world.recipes.clone(), 0);
         Replica { particles: none, ..Replica::without_highlights(scene, seat) }
     }
 
-    /// Snapshots come from another socket from now on, which begins with a keyframe.
+    /// From now on snapshots come from another socket, starting with a keyframe.
     pub fn begin_stream(&mut self) {
         self.stream = SnapshotStream::default();
     }
 
-    /// Reads a coded snapshot and files it: what it says about time, and how many emitters it starts.
+    /// Decodes and stores a snapshot. Returns its timing and the number of emitters that it starts.
     pub fn hear(&mut self, coded: &[u8]) -> Result<(Arrival, usize), DecodeError> {
         let before = self.stream.newest().map(Arc::clone);
         let Decoded { events, unchanged_until, particles } = self.stream.decode(coded)?;
@@ -112,7 +112,7 @@ impl Replica {
         if !particles.is_empty() {
             self.told = Some((newest.tick, self.read_particles(&particles)?));
         }
-        // Nothing changed in the omitted snapshots: nothing glides into the next one.
+        // Nothing changed in the omitted snapshots, so motion must not be interpolated across them.
         let still = before.as_ref().zip(unchanged_until);
         if let Some((before, tick)) = still {
             self.file(Snapshot { tick, ..Snapshot::clone(before) }, Vec::new());
@@ -140,7 +140,7 @@ impl Replica {
         told.map_err(|error| DecodeError::OutOfRange { field: error.field })
     }
 
-    /// Files a snapshot and the events that led to it.
+    /// Stores a snapshot and the events since the last one.
     pub fn file(&mut self, snapshot: impl Into<Arc<Snapshot>>, events: Vec<TimedEvent>) {
         let snapshot = snapshot.into();
         for player in &snapshot.players {
@@ -155,8 +155,8 @@ impl Replica {
         self.room.timeline.file(snapshot);
     }
 
-    /// Moves the display to fractional `tick`: plays the events and particles of each tick that
-    /// passes, then samples bodies and flashes.
+    /// Moves the display to fractional `tick`: plays the events and particles of each tick passed, then samples bodies
+    /// and flashes.
     pub fn advance(&mut self, tick: f64, eye: Eye) {
         let Some(newest) = self.room.newest().map(|s| s.tick) else { return };
         let until = (tick.max(0.0) as u32).min(newest);
@@ -176,7 +176,7 @@ impl Replica {
         self.room.timeline.forget_before(tick - 1.0);
     }
 
-    /// Moves the display to fractional `tick` without playing anything.
+    /// Moves the display to fractional `tick` without playing events or particles.
     pub fn show(&mut self, tick: f64, eye: Eye) {
         self.room.sample(tick);
         self.present(tick, eye);
@@ -188,8 +188,8 @@ impl Replica {
         self.picture.lay_out(&self.room, eye);
     }
 
-    /// Events first, then particles: the order of the server's tick. At a whole tick the samples are the
-    /// places of its snapshot, to the last bit.
+    /// Plays events first, then particles, in the order of the server's tick. At a whole tick the samples are
+    /// bit-identical to the positions in its snapshot.
     fn play_tick(&mut self, tick: u32) {
         while let Some(timed) = self.waiting.pop_front_if(|timed| timed.tick <= tick) {
             self.play_event(timed);
@@ -233,7 +233,7 @@ impl Replica {
                 self.picture.flash(timed.tick, EffectKind::Splash, point, color, 0.0, Some(hero));
                 let burst = Cue { at: Some(point), ..Cue::of_room(Sound::Burst) };
                 self.ears.push(f64::from(timed.tick), burst);
-                // What others do to each other is seen, and too much to be read.
+                // Hits between other players are visible, but too frequent to report as text.
                 let is_own = owner == Some(self.room.seat) || victim == Some(self.room.seat);
                 if let Some(by) = by.filter(|_| is_own || self.room.scene.rules.round.is_none()) {
                     let whom = victim.and_then(|seat| self.name(seat));
@@ -262,7 +262,7 @@ impl Replica {
         }
     }
 
-    /// A rule says its line, unless a player whom it names is not known.
+    /// Reports a rule's message, unless it names an unknown player.
     fn say(&mut self, rule: u8, it: Option<Seat>, by: Option<Seat>) {
         let rule = self.room.scene.rules.rules.get(usize::from(rule));
         let Some(line) = rule.and_then(|rule| rule.effects.say.clone()) else { return };
@@ -276,7 +276,8 @@ impl Replica {
         }
     }
 
-    /// The room reports only those that found a place, and this copy has as many.
+    /// Starts an emitter. The room reports only emitters for which it had capacity, and the replica has the same
+    /// capacity.
     fn start(&mut self, emitter: EmitterDef) {
         if usize::from(emitter.recipe) < self.room.scene.world.recipes.len() {
             self.particles.start(emitter);
@@ -290,13 +291,13 @@ impl Replica {
         self.news.push_back(news);
     }
 
-    /// Name of a player who is here or was, in the colour of the team.
+    /// The appearance of a current or former player, in the colour of the team.
     fn name(&self, seat: Seat) -> Option<Appearance> {
         let name = self.names.get(usize::from(seat.0)).cloned().flatten()?;
         Some(Appearance { color: self.room.team_color(seat).unwrap_or(name.color), ..name })
     }
 
-    /// Bodies of the displayed moment, in index order.
+    /// Bodies at the displayed moment, in index order.
     pub fn bodies(&self) -> &[FrameBody] {
         &self.picture.drawn.bodies
     }
@@ -306,19 +307,19 @@ impl Replica {
         &self.particles
     }
 
-    /// Seconds since the tick that the particles are at, at most one tick.
+    /// Seconds since the tick of the particles, at most one tick.
     pub fn particle_lead(&self) -> f32 {
         let ticks = self.applied.map_or(0.0, |tick| self.room.display - f64::from(tick));
         ticks.clamp(0.0, 1.0) as f32 / TICKS_PER_SECOND as f32
     }
 
-    /// The own hero on display.
+    /// The player's hero on display.
     pub fn own_hero(&self) -> Option<&FrameBody> {
         let hero = self.room.own()?.hero?;
         self.picture.drawn.bodies.iter().find(|b| b.id == hero)
     }
 
-    /// Shows a body elsewhere than the snapshots do: the own hero, as predicted.
+    /// Shows the player's hero at its predicted position instead of the one in the snapshots.
     pub fn lead(&mut self, own: Predicted) {
         let Some(place) = self.room.samples.iter().position(|sample| sample.id == own.id) else {
             return;
@@ -331,25 +332,25 @@ impl Replica {
         (body.center, body.velocity) = (center, velocity);
     }
 
-    /// Centre and velocity of the own hero as the snapshots have it at the displayed moment, also
-    /// while it is shown elsewhere.
+    /// Centre and velocity of the player's hero at the displayed moment according to the snapshots, even if it is shown
+    /// elsewhere.
     pub fn own_hero_as_told(&self) -> Option<(Vec2, Vec2)> {
         self.room.led_from.or_else(|| self.own_hero().map(|hero| (hero.center, hero.velocity)))
     }
 
-    /// The middle of a hero's upper edge, at the displayed moment.
+    /// The centre of a hero's upper edge at the displayed moment.
     pub fn top_of_hero(&self, player: &PlayerState) -> Option<Vec2> {
         let hero = player.hero.and_then(|id| self.bodies().iter().find(|body| body.id == id))?;
         Some(hero.center + Vec2::new(0.0, hero.shape.half_extent().y))
     }
 
-    /// The next cue that was not taken yet.
+    /// The next queued cue.
     pub fn next_cue(&mut self) -> Option<Cue> {
         self.ears.pop(self.room.display)
     }
 }
 
-/// Bodies that particles are pushed out of, in index order and where clients see them.
+/// The bodies that push particles away, in index order and at the positions that clients see.
 fn obstacles(scene: &Scene, samples: &[Sample]) -> Vec<Obstacle> {
     samples
         .iter()
@@ -360,7 +361,7 @@ fn obstacles(scene: &Scene, samples: &[Sample]) -> Vec<Obstacle> {
         .collect()
 }
 
-/// A point rounded to the quantum. Centres that come from a snapshot stay as they are.
+/// Rounds a point to the quantum. Centres taken from a snapshot are unchanged.
 fn on_grid(point: Vec2, quantum: f32) -> Vec2 {
     dequantise(quantise(point, quantum), quantum)
 }

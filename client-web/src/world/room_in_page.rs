@@ -1,5 +1,5 @@
-//! A room inside the page, for playing alone and for demos. It speaks the same bytes as a server, so everything
-//! past the socket is the code that plays online. A scripted demo gives the same picture every time.
+//! A room inside the page, for playing alone and for demos. It exchanges the same bytes as a server, so everything
+//! above the socket is the code used online. A scripted demo always produces the same picture.
 
 use crate::net::api::query_value;
 use jostle_game::{Buttons, Input, Scene, Seat, Tools};
@@ -12,30 +12,31 @@ use jostle_room::{Claim, Measure, Rate, Room, Subscriber, Welcome};
 use jostle_sim::{TICKS_PER_SECOND, Vec2};
 use std::sync::Arc;
 
-/// Ticks that a late page plays at once; the rest is skipped, as on the server.
+/// Maximum ticks caught up at once if the page is late; the rest are skipped, as on the server.
 const CATCH_UP_TICKS_MAX: f64 = 5.0;
-/// Time that the ticks of a frame may take, milliseconds: past it the next frame goes on, so that the page answers.
+/// Time limit for the ticks of a frame, milliseconds. The remaining ticks are left to the next frame, so that the page
+/// stays responsive.
 const FRAME_MS: f64 = 100.0;
 /// Milliseconds of one tick.
 const TICK_MS: f64 = 1000.0 / TICKS_PER_SECOND as f64;
 
-/// A demo as the address requests it.
+/// A demo requested by the address.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DemoRequest {
-    /// Name of a shipped scene.
+    /// The name of a built-in scene.
     pub scene: String,
     /// Seed of the game.
     pub seed: u64,
-    /// Plays this many scripted ticks, then stands still.
+    /// Plays this many scripted ticks, then freezes.
     pub ticks: Option<u32>,
-    /// Scripted players besides the own one.
+    /// The number of scripted players besides the page's own.
     pub bots: u8,
-    /// Show the hud over a frozen picture too.
+    /// Whether the HUD is shown over a frozen picture.
     pub hud: bool,
 }
 
 impl DemoRequest {
-    /// Reads the part of an address after `?`; `None` if it asks for no demo.
+    /// Parses a query string; `None` if it requests no demo.
     pub fn parse(query: &str) -> Option<DemoRequest> {
         let value = |name: &str| query_value(query, name);
         Some(DemoRequest {
@@ -48,7 +49,7 @@ impl DemoRequest {
     }
 }
 
-/// A room in the page and its one real player.
+/// A room in the page and its only real player.
 pub struct RoomInPage {
     room: Room,
     scene: Arc<Scene>,
@@ -60,12 +61,12 @@ pub struct RoomInPage {
     started_ms: Option<f64>,
     played: f64,
     tick: u32,
-    /// The records of the game so far, where it may be a run.
+    /// The records of the game so far, if it may count as a run.
     recorded: Option<Vec<u8>>,
 }
 
 impl RoomInPage {
-    /// A room at tick 0. `scripted`: inputs of the own player come from the script too.
+    /// Creates a room at tick 0. With `scripted`, the inputs of the page's player come from the script too.
     pub fn new(scene: Arc<Scene>, seed: u64, bots: u8, scripted: bool) -> RoomInPage {
         let room = Room::new("demo", Arc::clone(&scene), seed);
         let mut demo = RoomInPage { scripted, ..RoomInPage::around(room, Arc::clone(&scene)) };
@@ -81,13 +82,13 @@ impl RoomInPage {
         demo
     }
 
-    /// A room at tick 0 for one player, who plays against this many of the server's bots.
+    /// Creates a room at tick 0 for one player with this many of the server's bots.
     pub fn alone(scene: Arc<Scene>, seed: u64, bots: u16) -> RoomInPage {
         let mut room = Room::filled("alone", Arc::clone(&scene), seed, bots.saturating_add(1));
         room.keep_clips(env!("CARGO_PKG_VERSION"));
         let recorded = Measure::of(&scene).map(|_| header());
         if recorded.is_some() {
-            // The server knows the time better.
+            // The time is recorded as unknown, because the server's clock is more reliable.
             room.record(env!("CARGO_PKG_VERSION"), 0);
         }
         RoomInPage { recorded, ..RoomInPage::around(room, scene) }
@@ -109,15 +110,15 @@ impl RoomInPage {
         }
     }
 
-    /// Handles a message of the page, as the server would.
+    /// Handles a message from the page as the server would.
     pub fn receive(&mut self, bytes: &[u8]) {
         match ClientMessage::decode(bytes) {
             Ok(ClientMessage::Hello { appearance, .. }) => {
-                // The player of another hello comes back on another socket.
+                // A further hello means that the same player reconnects.
                 match self.room.join(appearance, self.own) {
                     Ok(Welcome { claim, .. }) => {
                         (self.own, self.reader) = (Some(claim), None);
-                        // The room ends with its page, and there is one player to give the seat to.
+                        // A real token is not needed, since the room ends with its page and has only one player.
                         let token = Token([0; TOKEN_BYTES]);
                         let seat = WelcomeSeat { seat: claim.seat, host: false, token };
                         self.outbox.push(self.room.welcome(Some(seat)));
@@ -145,7 +146,7 @@ impl RoomInPage {
         }
     }
 
-    /// Plays the ticks that are due at `now_ms`, and returns how long that took, milliseconds.
+    /// Plays the ticks due at `now_ms`; returns the time spent, milliseconds.
     pub fn advance(&mut self, now_ms: f64, clock: fn() -> f64) -> f64 {
         let began_ms = clock();
         let started = *self.started_ms.get_or_insert(now_ms);
@@ -161,7 +162,7 @@ impl RoomInPage {
         clock() - began_ms
     }
 
-    /// Plays one tick and leaves its snapshot in the outbox.
+    /// Plays one tick and puts its snapshot into the outbox.
     pub fn tick(&mut self) {
         let own = self.seat().filter(|_| self.scripted);
         for seat in own.into_iter().chain(self.bots.iter().copied()) {
@@ -184,7 +185,7 @@ impl RoomInPage {
         }
     }
 
-    /// Appends what was recorded. Past the longest run nothing more is.
+    /// Stores new records, unless the game is already longer than the longest allowed run.
     fn keep_records(&mut self) {
         let records = self.room.take_records();
         if self.tick > RUN_TICKS_MAX {
@@ -195,7 +196,7 @@ impl RoomInPage {
         records.iter().for_each(|record| recorded.extend(record.seal()));
     }
 
-    /// The replay of the game so far, unless it is too long for a run, or of a scene without any.
+    /// The replay of the game so far. `None` if the game is too long for a run or the scene has no records.
     pub fn run(&self) -> Option<Vec<u8>> {
         let mut bytes = self.recorded.clone()?;
         self.room.recording_end().iter().for_each(|record| bytes.extend(record.seal()));
@@ -215,12 +216,12 @@ impl RoomInPage {
         self.own.map(|claim| claim.seat)
     }
 
-    /// Digest of the room's whole state.
+    /// A hash of the room's whole state.
     pub fn state_hash(&self) -> u64 {
         self.room.game().hash()
     }
 
-    /// The last seconds as the bytes of a replay.
+    /// The last seconds as a replay file.
     pub fn clip(&self) -> Option<Vec<u8>> {
         let records = self.room.clip(0)?;
         let bytes =
@@ -234,8 +235,8 @@ impl RoomInPage {
     }
 }
 
-/// The input of a scripted player at a tick: it runs to and fro, hops, and uses each tool of the scene
-/// now and then, at places that wander over the world. No two seats do the same.
+/// The input of a scripted player at a tick: it runs back and forth, hops, and occasionally uses each tool of the scene
+/// at positions that wander across the world. Every seat acts differently.
 pub fn scripted_input(scene: &Scene, seat: Seat, tick: u32) -> Input {
     let phase = tick + u32::from(seat.0) * 37;
     let mut bits = 0;
@@ -257,7 +258,7 @@ pub fn scripted_input(scene: &Scene, seat: Seat, tick: u32) -> Input {
     Input::new(Buttons(bits), Some(wander(scene.size, phase)))
 }
 
-/// A place that crosses the world on two zigzags of different periods.
+/// A position that crosses the world on two zigzags with different periods.
 fn wander(size: Vec2, phase: u32) -> Vec2 {
     let zigzag = |period: u32| {
         let at = phase % (2 * period);

@@ -1,19 +1,19 @@
-//! The particles of a page's copy of a room, from a recorded stream: their digest at every tick.
-//! Tests compare these with those of the game that was streamed, natively and in a browser.
+//! The particles of a page's replica for a recorded stream: their digest at every tick. Tests compare these with the
+//! digests of the streamed game, natively and in a browser.
 
 use crate::world::replica::{Eye, Replica};
 use jostle_game::{Scene, Seat};
 use std::sync::Arc;
 
-/// Appends a coded snapshot to a recording: its length in four bytes, little-endian, and its bytes.
+/// Appends an encoded snapshot to a recording: its length in four bytes, little-endian, and its bytes.
 pub fn record(message: &[u8], recording: &mut Vec<u8>) {
     let length = u32::try_from(message.len()).expect("messages are limited far below 4 GiB");
     recording.extend(length.to_le_bytes());
     recording.extend(message);
 }
 
-/// Plays a recording of a room with this scene source. Returns each tick with the digest of its
-/// particles, or the flaw of the recording.
+/// Plays a recording of a room with this scene source. Returns each tick with the digest of its particles, or an error
+/// message.
 pub fn particle_digests(scene: &str, mut recording: &[u8]) -> Result<Vec<(u32, u64)>, String> {
     let scene = Scene::parse("witness.toml", scene).map_err(|error| error.to_string())?;
     let mut replica = Replica::new(Arc::new(scene), Seat(0));

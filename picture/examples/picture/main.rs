@@ -1,8 +1,7 @@
-//! Draws the lobby's pictures, of every scene, into `assets/pictures`, without a window:
+//! Renders the lobby's pictures of all scenes into `assets/pictures` without a window:
 //! `cargo run -p jostle-picture --example picture`.
 //!
-//! Players are scripted: they fly about and shoot, or are the bots of the room. The pictures are the same each
-//! time.
+//! The players are scripted: they fly around and shoot, or are the room's bots. The pictures are identical every time.
 
 mod cast;
 
@@ -26,7 +25,7 @@ const SEED: u64 = 7;
 
 const SIZE: [u32; 2] = [640, 360];
 
-/// The lobby's pictures: a moment and a place in which something happens.
+/// The lobby's pictures: for each scene, a moment and optionally a view in which something happens.
 const LOBBY: [(&str, u32, Option<[f32; 3]>); 24] = [
     ("arena", 480, Some([178.0, 98.0, 100.0])),
     ("splash", 300, Some([160.0, 80.0, 130.0])),
@@ -79,10 +78,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Bytes of a picture: a first visit downloads several.
+/// Maximum bytes of a picture, since a first visit downloads several.
 const PICTURE_BYTES_MAX: u64 = 12_000;
 
-/// Packs a PNG by Google's own encoder, as well as [`PICTURE_BYTES_MAX`] allows; returns the bytes that it wrote.
+/// Compresses a PNG with Google's encoder, with the best quality within [`PICTURE_BYTES_MAX`]; returns the size.
 fn webp(png: &[u8], path: &Path) -> Result<u64, Box<dyn Error>> {
     let bytes = webp_of(&["-q", "70"], png, path)?;
     if bytes <= PICTURE_BYTES_MAX {
@@ -103,8 +102,7 @@ fn webp_of(quality: &[&str], png: &[u8], path: &Path) -> Result<u64, Box<dyn Err
     Ok(std::fs::metadata(path)?.len())
 }
 
-/// A replay of a room with the players of [`cast`], and with the room's own bots where the scene asks for
-/// them.
+/// A replay of a room with the players from [`cast`], plus the room's own bots if the scene uses them.
 fn played(scene: Scene, ticks: u32) -> Result<Vec<u8>, Box<dyn Error>> {
     let players = cast::players(&scene);
     let mut room = Room::new("picture", Arc::new(scene), SEED);

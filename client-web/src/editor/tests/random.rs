@@ -1,4 +1,4 @@
-//! Random sequences of edits on every shipped scene.
+//! Random sequences of edits on every built-in scene.
 
 use super::*;
 
@@ -31,7 +31,7 @@ fn comments(text: &str) -> Vec<&str> {
     text.lines().filter_map(|line| line.split_once('#').map(|(_, comment)| comment)).collect()
 }
 
-/// Whether all of `few` are in `many`, in this order.
+/// Whether `few` is a subsequence of `many`.
 fn are_kept(few: &[&str], many: &[&str]) -> bool {
     let mut rest = many.iter();
     few.iter().all(|one| rest.any(|other| other == one))

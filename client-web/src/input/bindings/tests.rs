@@ -40,7 +40,7 @@ fn both_actions_of_one_key_are_moved() {
     assert_eq!(bindings.place(Action::Mute), None, "to throw had no key to give");
 }
 
-/// Whatever is chosen, no key does two things that it did not do at first.
+/// Whatever the player chooses, no key gets two actions that it did not have by default.
 #[test]
 fn no_choice_makes_a_key_ambiguous() {
     let codes = ["KeyW", "KeyZ", "KeyM", "Space", "KeyI", "Enter", "KeyT", "KeyA"];

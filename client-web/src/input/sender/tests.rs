@@ -54,12 +54,12 @@ fn the_last_move_of_a_drag_is_played_before_the_button_goes_up() {
     let none = Buttons::default();
     sender.note(moved(0.0, Buttons::FIRE));
     assert_eq!(sender.due(1000.0, 60.0), Some((1, moved(0.0, Buttons::FIRE))));
-    // The page draws so slowly that nothing leaves before the release.
+    // The page draws so slowly that nothing is sent before the release.
     let drag = [moved(40.0, Buttons::FIRE), moved(80.0, Buttons::FIRE), moved(80.0, none)];
     drag.into_iter().for_each(|input| sender.note(input));
     let left = sent(&mut sender, 1100.0);
     assert_eq!(left, [(2, drag[1]), (3, drag[2])]);
-    // A key that goes up needs no move before it.
+    // Releasing a key does not require the preceding move to be sent.
     sender.note(moved(90.0, Buttons::RIGHT));
     assert_eq!(sent(&mut sender, 1200.0).len(), 1);
     sender.note(moved(95.0, Buttons::RIGHT));
@@ -99,7 +99,7 @@ fn mouse_moves_are_sent_once_a_tick_and_keys_at_once() {
     assert!(at(moved(7.0, Buttons::RIGHT), 63.5).is_some());
 }
 
-/// Frames in which something left that a screen of 60 Hz shows in a second, always at one phase.
+/// The frames of one second at 60 Hz and a constant phase in which an input was sent.
 fn frames_that_sent(phase: f64, mut intent: impl FnMut(u32) -> Input) -> Vec<u32> {
     let mut sender = InputSender::default();
     let frames = (0..60).filter(|&frame| {
@@ -130,7 +130,7 @@ fn a_held_key_is_repeated_though_the_server_is_booked() {
     sender.note(pressed(Buttons::LEFT));
     let mut count = 0;
     for ms in 0..1000 {
-        // The server never says that it played anything.
+        // The server never confirms that it played anything.
         sender.book_until(50);
         count += sent(&mut sender, f64::from(ms) / 2.0).len();
     }

@@ -1,17 +1,17 @@
 use super::*;
 use crate::net::simulated_link::{NetworkConditions, SimulatedLink};
 
-/// A message of a room in which something moves.
+/// A message from a room in which something moves.
 fn busy(first: u32, tick: u32) -> Arrival {
     Arrival { tick, first, ticks_until_next: 1 }
 }
 
-/// Plays `ticks` ticks whose snapshots arrive `late_ms(tick)` late, with a frame every tick;
-/// returns the clock and the displayed ticks.
+/// Plays `ticks` ticks whose snapshots are late by `late_ms(tick)`, with one frame per tick. Returns the displayed
+/// ticks.
 fn play(clock: &mut Clock, ticks: std::ops::Range<u32>, late_ms: impl Fn(u32) -> f64) -> Vec<f64> {
     let mut arrivals: Vec<(f64, u32)> =
         ticks.clone().map(|t| (f64::from(t) * TICK_MS + late_ms(t), t)).collect();
-    // A socket keeps the order: nothing overtakes.
+    // Sockets preserve order, so no message overtakes another.
     for i in 1..arrivals.len() {
         arrivals[i].0 = arrivals[i].0.max(arrivals[i - 1].0);
     }
@@ -43,7 +43,7 @@ fn another_way_of_the_snapshots_neither_stops_nor_hurries_the_display() {
     let mut clock = Clock::default();
     let shown = play(&mut clock, 0..600, |t| f64::from(t % 7) * 4.0);
     let delay = clock.delay_ticks();
-    // The room stood still for 300 ms, and everything takes 80 ms longer from now on.
+    // The room paused for 300 ms, and everything takes 80 ms longer from now on.
     let away_ms = 599.0 * TICK_MS + 300.0;
     clock.restart(away_ms);
     assert_eq!(clock.display(away_ms), None, "it waits");
@@ -53,7 +53,7 @@ fn another_way_of_the_snapshots_neither_stops_nor_hurries_the_display() {
         let now_ms = first_ms + f64::from(tick - 600) * TICK_MS;
         clock.arrived(busy(tick, tick), now_ms);
         let next = clock.display(now_ms).expect("snapshots came");
-        // With the first one, the 80 ms of waiting pass too.
+        // The first frame also covers the 80 ms of waiting.
         let most = if tick == 600 { 5.6 } else { 1.16 };
         assert!((0.84..most).contains(&(next - before)), "{} ticks at {tick}", next - before);
         before = next;
@@ -136,8 +136,8 @@ fn nothing_is_shown_before_the_first_snapshot() {
     assert_eq!(Clock::default().display(100.0), None);
 }
 
-/// Plays snapshots of every `every`th tick over a simulated network, a frame every tick. How many
-/// of the frames of the second half showed a tick past all that was known, and the mean delay.
+/// Plays every `every`th snapshot over a simulated network with one frame per tick. Returns how many frames of the
+/// second half ran past the newest known tick, and the mean delay.
 fn play_over(lag: NetworkConditions, every: u32, seed: u64) -> (usize, f64) {
     let mut clock = Clock::default();
     let mut lane = SimulatedLink::new(seed);
@@ -148,7 +148,7 @@ fn play_over(lag: NetworkConditions, every: u32, seed: u64) -> (usize, f64) {
         if tick % every == 0 {
             waiting.push_back((lane.arrival_ms(&lag, now), tick));
         }
-        // A frame comes at another moment of the tick than the snapshot.
+        // Frames come at another phase of the tick than snapshots.
         let frame_ms = now + 7.0;
         while let Some((at, tick)) = waiting.pop_front_if(|(at, _)| *at <= frame_ms) {
             clock.arrived(Arrival { tick, first: tick - every + 1, ticks_until_next: every }, at);
@@ -168,12 +168,12 @@ fn the_delay_is_as_long_as_the_network_needs() {
     let jitter = NetworkConditions { trip_ms: 150.0, jitter_ms: 60.0, stalls: false };
     for seed in 1..=8 {
         for every in [1, 3, 12] {
-            // One tick, and the ticks that each message skips.
+            // One tick, plus the ticks that each message skips.
             let least = f64::from(every);
             let (unknown, delay) = play_over(NetworkConditions::OFF, every, seed);
             assert_eq!(unknown, 0, "quiet, {every}");
             assert!((delay - least).abs() < 0.05, "quiet, {every}: {delay} ticks");
-            // Transit times differ by 60 ms: 3.6 ticks.
+            // Transit times vary by 60 ms, which is 3.6 ticks.
             let (unknown, delay) = play_over(jitter, every, seed);
             assert!(unknown < 40, "jitter, {every}: {unknown} of 1800 frames");
             assert!((least + 1.5..least + 3.8).contains(&delay), "jitter, {every}: {delay} ticks");
@@ -189,7 +189,7 @@ fn after_a_stall_the_delay_is_long_and_falls() {
         let (_, quiet) = play_over(NetworkConditions { stalls: false, ..stalls }, 1, seed);
         assert!((quiet - 1.0).abs() < 0.05, "quiet: {quiet} ticks");
         assert!((4.0..DELAY_TICKS_MAX).contains(&delay), "{delay} ticks");
-        // Stalls of 200 to 600 ms take a tenth of the time; shown is less of them.
+        // Stalls of 200 to 600 ms take up a tenth of the time; fewer frames than that may be affected.
         assert!(unknown < 300, "{unknown} of 1800 frames");
     }
 }

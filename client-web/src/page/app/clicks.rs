@@ -23,7 +23,7 @@ const ON_PAD: [(Action, PageAction); 4] = [
 ];
 
 impl App {
-    /// Does what was clicked says.
+    /// Performs the action of a clicked element.
     pub(super) fn click(&mut self, action: PageAction, value: &str) {
         if action.shows_card() {
             self.screen.release_input(&mut self.ctx);
@@ -74,7 +74,7 @@ impl App {
         }
     }
 
-    /// Does what the button of a card says.
+    /// Performs the action of a card's button.
     fn act(&mut self, action: Option<CardAction>) {
         match action {
             Some(CardAction::Lobby) => self.go(self.ctx.site.home().to_owned(), ""),
@@ -118,7 +118,7 @@ impl App {
         self.visit.dialogs.toggle_settings(self.top());
     }
 
-    /// Shows the link of what is on as a QR code.
+    /// Shows the current link as a QR code.
     fn show_code(&mut self) {
         let site = &self.ctx.site;
         let Address { path, query, hash } = &site.address;

@@ -21,13 +21,13 @@ use jostle_protocol::Role;
 use jostle_protocol::replay::{ReplayError, ReplayReader};
 use std::sync::Arc;
 
-/// Name of a scene whose file is not known, only its text.
+/// File name for a scene that came as text without a name.
 const LINKED: &str = "scene.toml";
-/// In the address while a file of this machine is watched.
+/// The address fragment while a local file is watched.
 const FILE_HASH: &str = "#file";
 
 impl App {
-    /// Shows what an address asks for.
+    /// Shows the screen for an address.
     pub(super) fn route(&mut self, address: Address) {
         self.end_screen();
         self.ctx.site.address = address.clone();
@@ -67,7 +67,7 @@ impl App {
         }
     }
 
-    /// Goes to a path of this server.
+    /// Navigates to a path on this server.
     pub(super) fn go(&mut self, path: String, query: &str) {
         self.ctx.request(Effect::PushAddress(format!("{path}{query}")));
         self.route(Address { path, query: query.to_owned(), hash: String::new() });
@@ -92,7 +92,7 @@ impl App {
         self.picture.world_shown = false;
     }
 
-    /// Forgets what belongs to one screen alone.
+    /// Resets the state that belongs to a single screen.
     fn begin_screen(&mut self) {
         let number = self.visit.number + 1;
         self.visit = Visit { number, own_color: self.appearance.color, ..Visit::default() };
@@ -104,11 +104,11 @@ impl App {
         self.records.begin();
     }
 
-    /// Asks for the file of a scene.
+    /// Requests the file of a scene.
     fn await_scene(&mut self, awaited: Awaited) {
         let name = awaited.scene().to_owned();
         self.screen = Screen::FetchingScene(awaited);
-        // Anything else would be a path to some other file.
+        // An invalid name could form a path to some other file.
         if is_name(&name) {
             self.ctx.request(Effect::FetchScene(name));
         } else {
@@ -116,7 +116,7 @@ impl App {
         }
     }
 
-    /// Starts the game in the page that waits for this scene.
+    /// Starts the in-page game or editor that waits for this scene.
     pub(super) fn take_scene(&mut self, name: &str, fetched: Fetched) {
         let Screen::FetchingScene(awaited) = &self.screen else { return };
         if awaited.scene() != name {
@@ -148,7 +148,7 @@ impl App {
         self.ctx.request(Effect::FocusStage);
     }
 
-    /// Takes name and colour from the form; `false` if the name cannot be used.
+    /// Reads name and colour from the form; `false` if the name is not valid.
     pub(super) fn read_form(&mut self, form: &Form) -> bool {
         self.visit.own_color = form.color;
         let Some(appearance) = self.lobby.read(form) else { return false };
@@ -166,8 +166,8 @@ impl App {
         }
     }
 
-    /// Plays a scene of the lobby alone. The seed is in the address, so that the page begins the same game again when
-    /// it is loaded again.
+    /// Plays a scene of the lobby alone. The address contains the seed, so that reloading the page starts the same game
+    /// again.
     pub(super) fn play_scene_alone(&mut self, scene: &str, form: &Form) {
         if self.read_form(form) {
             let card = self.lobby.scenes.iter().find(|card| card.name == scene);
@@ -178,8 +178,8 @@ impl App {
         }
     }
 
-    /// Plays a scene file of this machine alone, or says what is wrong with it. The address becomes its link, so that
-    /// the page begins the same game again when it is loaded again.
+    /// Plays a local scene file alone, or shows its error. The address becomes the scene's link, so that reloading the
+    /// page starts the same game again.
     pub(super) fn take_scene_file(&mut self, file: &str, contents: Result<Vec<u8>, SceneError>) {
         if !self.screen.takes_files() {
             return;
@@ -205,7 +205,7 @@ impl App {
         }
     }
 
-    /// Plays a scene that is not of the site alone. The player is asked first if it may be too heavy for the page.
+    /// Plays a scene that is not from the site alone. Asks first if it may be too heavy for the page.
     fn play_foreign(&mut self, scene: Arc<Scene>, wish: Wish) {
         match Wish::heavy_tick(&scene) {
             None => self.play_alone(scene, wish),
@@ -216,7 +216,7 @@ impl App {
         }
     }
 
-    /// Plays the scene that the player was asked about.
+    /// Plays the heavy scene that the player confirmed.
     pub(super) fn play_heavy(&mut self) {
         self.visit.dialogs.card = None;
         match self.visit.heavy.take() {
@@ -245,7 +245,7 @@ impl App {
         self.ctx.request(Effect::FocusStage);
     }
 
-    /// From playing to editing and back, in the same picture.
+    /// Switches between playing and editing while keeping the picture.
     pub(super) fn toggle_edit(&mut self) {
         match &mut self.screen {
             Screen::Edit(_) => return self.play_edited(),
@@ -279,7 +279,7 @@ impl App {
         }
         let wish = Wish { seed: Some(screen.seed), ..Wish::default() };
         let mut game = GameScreen::alone(&mut self.ctx, scene, wish, self.appearance.clone());
-        // It takes its seat at once: nothing is to be waited for.
+        // The room is in the page, so the player gets a seat without waiting.
         game.advance(&mut self.ctx, None);
         let edits = std::mem::replace(&mut self.screen, Screen::Lobby);
         if let Screen::Edit(screen) = edits {
@@ -290,7 +290,7 @@ impl App {
         self.ctx.request(Effect::FocusStage);
     }
 
-    /// Edits the scene of the address, which has an error, there.
+    /// Opens the invalid scene of the address in the editor, at its error.
     pub(super) fn edit_linked(&mut self) {
         let link = scene_link::in_hash(&self.ctx.site.address.hash);
         let Some(text) = link.and_then(|(link, _)| scene_link::decode(link).ok()) else { return };
@@ -341,7 +341,7 @@ impl App {
         }
     }
 
-    /// Begins to read a replay; one that is short is on at once.
+    /// Starts reading a replay; a short one opens immediately.
     pub(super) fn open_replay(
         &mut self,
         name: Option<String>,
@@ -355,7 +355,7 @@ impl App {
         self.read_on();
     }
 
-    /// Reads on in the replay that is being read, if one is, and watches it once it was read.
+    /// Continues reading the replay being opened, if any, and starts it when complete.
     pub(super) fn read_on(&mut self) {
         let Some(opening) = &mut self.opening else { return };
         if !opening.read_on(self.ctx.clock) {
@@ -367,7 +367,7 @@ impl App {
             Err(error) => return self.refuse_replay(&error),
         };
         self.end_screen();
-        // Going back leads to where the player was.
+        // The back button then returns to the previous screen.
         if name.is_none() {
             self.ctx.show_hash(FILE_HASH.to_owned());
         }
@@ -378,7 +378,7 @@ impl App {
         self.ctx.request(Effect::FocusStage);
     }
 
-    /// Says why a file cannot be watched. What is being watched stays.
+    /// Shows why a file cannot be watched. The current replay or game stays open.
     fn refuse_replay(&mut self, error: &ReplayLoadError) {
         let watching = self.screen.replay().is_some() || self.screen.game().is_some();
         if let Screen::Fetching { .. } = self.screen {
@@ -388,7 +388,7 @@ impl App {
     }
 }
 
-/// The text of a scene file; the error names the line that holds something else.
+/// The text of a scene file; the error names the first line that is not valid UTF-8.
 fn text_of(file: &str, bytes: Vec<u8>) -> Result<String, SceneError> {
     String::from_utf8(bytes).map_err(|error| {
         let line = line_at(error.as_bytes(), error.utf8_error().valid_up_to());

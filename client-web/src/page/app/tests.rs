@@ -20,19 +20,19 @@ mod panels;
 mod replays;
 mod sound;
 
-/// A page without a browser, and a room that answers its socket.
+/// A page without a browser, and a room at the other end of its socket.
 struct Browser {
     app: App,
     now_ms: f64,
     effects: Vec<Effect>,
-    /// The newest session, and its room while the socket is open.
+    /// The newest session; `room` is its room while the socket is open.
     session: u32,
     room: Option<RoomInPage>,
     /// Messages to the server, decoded.
     sent: Vec<ClientMessage>,
-    /// The address as the page set it.
+    /// The address that the page set.
     address: String,
-    /// The browser's storage, which tabs share.
+    /// The browser's storage, shared by its tabs.
     store: Shared,
 }
 
@@ -54,7 +54,7 @@ impl DraftStore for LiteMap<String, String> {
 
 const CANVAS: Canvas = Canvas { pixels: [800, 600], top: 0, bottom: 0, css_width: 800 };
 
-/// The server's answer to a request for a scene's file.
+/// The server's response to a request for a scene file.
 fn scene_fetched(name: &str) -> Event {
     let scene = Scene::built_in().into_iter().find(|scene| scene.name == name);
     let fetched = scene.map_or(Fetched::Refused(404), |scene| Fetched::Bytes(scene.source.into()));
@@ -95,7 +95,7 @@ impl Browser {
         browser
     }
 
-    /// Tells the page of an event, and does what it asks for as far as the tests need that.
+    /// Sends an event to the page and performs those of its effects that the tests need.
     fn say(&mut self, event: Event) -> Vec<String> {
         let effects = self.app.update(self.now_ms, event);
         let names = effects.iter().map(|effect| format!("{effect:?}")).collect();
@@ -143,7 +143,7 @@ impl Browser {
         self.accept_beside(0, scene);
     }
 
-    /// Accepts the socket of a game with so many others in it, who have the colours from 1 on.
+    /// Accepts the socket of a game with this many other players, who have the colours from 1 on.
     fn accept_beside(&mut self, others: u8, scene: &str) {
         let scene = Scene::built_in().into_iter().find(|known| known.name == scene);
         self.room = Some(RoomInPage::new(Arc::new(scene.expect("a scene")), 1, others, false));
@@ -151,7 +151,7 @@ impl Browser {
         self.deliver();
     }
 
-    /// Delivers what the room has sent.
+    /// Delivers the messages that the room has sent.
     fn deliver(&mut self) {
         let messages = self.room.as_mut().map_or(Vec::new(), RoomInPage::take);
         for message in messages {
@@ -163,7 +163,7 @@ impl Browser {
         self.socket(SocketEvent::Message(message.encode()))
     }
 
-    /// Another tab of the same browser, at a part of the address after `#`.
+    /// Opens another tab of the same browser at an address fragment.
     fn beside(&self, hash: &str) -> Browser {
         let local = self.store.borrow().clone();
         let mut tab = Browser::open_with("/", "", Storage { local, ..Default::default() });
@@ -176,18 +176,18 @@ impl Browser {
         tab
     }
 
-    /// Hears what another tab has written.
+    /// Notifies the page of a value that another tab has written.
     fn hear(&mut self, key: &str) -> Vec<String> {
         let value = self.store.borrow().get(key).cloned();
         self.say(Event::StoredElsewhere(key.to_owned(), value))
     }
 
-    /// What is kept under a key for all tabs.
+    /// The value that is stored for all tabs under a key.
     fn stored(&self, key: &str) -> Option<String> {
         self.store.borrow().get(key).cloned()
     }
 
-    /// Lets time pass, with ticks, frames and pulses.
+    /// Advances time, with ticks, frames and pulses.
     fn wait(&mut self, milliseconds: u32) {
         for step in 1..=milliseconds / 20 {
             self.now_ms += 20.0;
@@ -203,7 +203,7 @@ impl Browser {
         }
     }
 
-    /// In the arena, playing.
+    /// A page that plays in the arena.
     fn playing() -> Browser {
         let mut browser = Browser::open("/arena", "");
         browser.accept("arena");

@@ -1,4 +1,4 @@
-//! The card of a program that ended by a mistake of its own.
+//! The card shown after the program crashed.
 
 use crate::browser;
 use crate::page::dom;
@@ -9,7 +9,7 @@ use crate::page::view::View;
 use wasm_bindgen::JsCast;
 use wasm_bindgen::closure::Closure;
 
-/// The last card there is: the program ended by a mistake of its own. Needs nothing but the document.
+/// Shows a card after a crash. Uses only the document, since the program's state is lost.
 pub fn show() {
     let view = View::panel("crash").with("", "data-state", "refused").show("#notice", true);
     Patch::default().show(dialogs::notice(view, &strings::CRASHED));

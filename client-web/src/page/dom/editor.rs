@@ -1,4 +1,4 @@
-//! The panels around the picture that is edited: bar, palette, form and text.
+//! The panels around the edited picture: bar, palette, form and text.
 
 mod text;
 
@@ -19,32 +19,32 @@ use web_sys::{
     Element, HtmlElement, HtmlInputElement, HtmlSelectElement, MouseEvent, PointerEvent,
 };
 
-/// The text and the form as they were shown last.
+/// The text and the form as last shown.
 #[derive(Default)]
 pub struct EditorView {
     pub text: TextView,
-    /// Revision of the text and title of the form.
+    /// The text revision and title for which the form was last shown.
     form: Option<(u32, String)>,
 }
 
 impl EditorView {
-    /// Has the form shown again.
+    /// Forces the form to be shown again.
     pub fn retell(&mut self) {
         self.form = None;
     }
 
-    /// Shows what follows from the checked text.
+    /// Updates everything that follows from the checked text.
     pub fn show_frame(&mut self, editor: &Editor, patch: &mut Patch) {
         self.text.underline(editor);
         let shown = Some((editor.doc.revision, form::title(editor)));
-        // While something is dragged its numbers change all the time.
+        // During a drag the numbers change all the time, so the form waits for its end.
         if self.form != shown && !editor.is_held() && !is_tab("text") {
             self.form = shown;
             patch.show(panels::editor::form(editor));
         }
     }
 
-    /// Brings a byte of the text into view, with the focus there.
+    /// Moves the focus to a byte of the text and scrolls it into view.
     pub fn focus_text(&self, at: usize) {
         choose_tab("text");
         self.text.focus(at);
@@ -76,8 +76,8 @@ fn choose_tab(name: &str) {
     }
 }
 
-/// A piece is dragged into the picture by the pointer that takes it; a click without a drag, or a key, puts it in
-/// the middle.
+/// A piece is dragged into the picture by the pointer that takes it. A click without a drag, or a key, places it in the
+/// centre.
 fn palette(events: Events) {
     let palette = dom::html("palette");
     let piece = |event: &web_sys::Event| {
@@ -89,7 +89,7 @@ fn palette(events: Events) {
             return;
         }
         event.prevent_default();
-        // From here on the picture hears of this pointer, wherever it is.
+        // From here on the canvas receives this pointer's events wherever it is.
         let _ = dom::html("stage").set_pointer_capture(event.pointer_id());
         dom::focus_stage();
         events.push(Event::Edited(Deed::Taken(make, event.pointer_id())));
@@ -123,7 +123,7 @@ fn controls(line: &Element) -> Vec<Element> {
     (0..found.length()).filter_map(|at| found.item(at)?.dyn_into().ok()).collect()
 }
 
-/// Has the browser save a text as a file.
+/// Makes the browser save a text as a file.
 pub fn save(name: &str, text: &str) {
     let encoded = String::from(js_sys::encode_uri_component(text));
     save_data(name, &format!("data:application/toml;charset=utf-8,{encoded}"));

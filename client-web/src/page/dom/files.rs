@@ -1,4 +1,4 @@
-//! Files of this machine, replays and scenes: dropped onto the page, or chosen.
+//! Local files, replays and scenes, that are dropped onto the page or chosen.
 
 use crate::browser;
 use crate::net::api::file_error;
@@ -18,7 +18,8 @@ pub fn listen(events: Events) {
         events.push_from(Event::FileDragged, &event);
     });
     dom::listen(&browser::window(), "dragleave", |event: DragEvent| {
-        // It leaves every element on its way; the window itself it leaves for nothing else.
+        // The event fires for every element that the drag leaves. Only when it leaves the window is there no related
+        // target.
         if event.related_target().is_none() {
             dom::mark("data-dropping", false);
         }
@@ -36,12 +37,12 @@ pub fn listen(events: Events) {
         if let Some(file) = input.files().and_then(|files| files.get(0)) {
             read(events, &file);
         }
-        // The same file can be chosen again.
+        // Clearing the value allows the same file to be chosen again.
         input.set_value("");
     });
 }
 
-/// The two kinds of files, by the ending of the name.
+/// The two kinds of files, distinguished by file name extension.
 #[derive(Clone, Copy)]
 enum FileKind {
     Replay,
@@ -67,7 +68,7 @@ impl FileKind {
         }
     }
 
-    /// A file of this many bytes is too long.
+    /// The error for a file of this length, which is too long.
     fn too_long(self, name: String, bytes: f64) -> Event {
         match self {
             FileKind::Replay => {
@@ -115,7 +116,7 @@ fn read(events: Events, file: &File) {
         events.push(kind.unreadable(unread.clone()));
     });
     let _ = file.array_buffer().unchecked_into::<js_sys::Promise>().then2(&taken, &failed);
-    // The promise decides which of them is called and when: a few bytes a file.
+    // The promise calls one of the two closures at some later time. Leaking them costs a few bytes per file.
     taken.forget();
     failed.forget();
 }

@@ -1,12 +1,12 @@
-//! The document's own texts in another language. Each is found once, before the program writes any, and is kept in
-//! English beside its place.
+//! Translates the document's texts. They are collected once, before the program writes any text, and the English
+//! original of each is kept with its location.
 
 use crate::language::say;
 use crate::page::dom;
 use wasm_bindgen::JsCast;
 use web_sys::{Element, HtmlTemplateElement, Node};
 
-/// Attributes that are read out or shown, the last three by the style sheet.
+/// Attributes that are read out or shown; the style sheet shows the last three.
 const ATTRIBUTES: [&str; 7] =
     ["aria-label", "title", "placeholder", "alt", "data-more", "data-first", "data-last"];
 
@@ -18,7 +18,7 @@ pub struct Translated {
 }
 
 impl Translated {
-    /// Finds all texts of the document, which are in English.
+    /// Collects all texts of the document, which are in English.
     pub fn collect() -> Translated {
         let mut found =
             Translated { texts: Vec::new(), attributes: Vec::new(), language: "en".to_owned() };
@@ -47,7 +47,7 @@ impl Translated {
         }
     }
 
-    /// Shows the document in the language that is spoken now; whether that is another than before.
+    /// Shows the document in the current language; returns whether the language changed.
     pub fn show(&mut self, language: &str) -> bool {
         if self.language == language {
             return false;

@@ -1,4 +1,4 @@
-//! Listeners to keys, pointers and the buttons of the page: each only says what happened.
+//! Listeners for keys, pointers and the page's buttons. Each only reports an event.
 
 use crate::browser;
 use crate::net::simulated_link::NetworkConditions;
@@ -46,7 +46,7 @@ fn window(events: Events) {
     dom::listen(&browser::window(), "online", move |_: web_sys::Event| events.push(Event::Online));
     let stage = dom::html("stage");
     dom::listen(&stage, "webglcontextlost", move |event: web_sys::Event| {
-        // Without this the browser would not give it back.
+        // The browser restores a lost context only if the default action is prevented.
         event.prevent_default();
         events.push(Event::ContextLost);
     });
@@ -65,13 +65,13 @@ fn keys(events: Events) {
     });
 }
 
-/// A panel is closed by Escape if it names the action that does so (`data-escape`). After a click in it keys belong to the
-/// game again; the focus of the keyboard stays there.
+/// Escape closes a panel that names an action for this (`data-escape`). After a mouse click in such a panel, keys
+/// control the game again; keyboard focus stays in the panel.
 fn panels(events: Events) {
     let document = dom::document();
     dom::listen(&document, "click", |event: MouseEvent| {
         if event.detail() > 0 && dom::target_within(&event, "[data-escape]").is_some() {
-            // A clicked label first hands the focus to its box.
+            // A click on a label first moves the focus to its checkbox.
             browser::after(0, dom::focus_stage);
         }
     });
@@ -106,12 +106,12 @@ fn key(event: &KeyboardEvent) -> Key {
     }
 }
 
-/// A click on anything that has an action (`data-action`), which may have a value. Where the element has
-/// `data-stage`, keys belong to the game again.
+/// A click on an element with an action (`data-action`) and optionally a value. If the element has `data-stage`, keys
+/// control the game again.
 fn click(events: Events, event: &MouseEvent) {
     let Some(element) = dom::target_within(event, "[data-action]") else { return };
     if element.has_attribute("href") {
-        // The browser opens links elsewhere with these.
+        // With these keys the browser opens the link in a new tab or window.
         if event.ctrl_key() || event.meta_key() || event.shift_key() {
             return;
         }
@@ -135,7 +135,7 @@ fn pointer(events: Events) {
     dom::listen(&stage, "contextmenu", |event: MouseEvent| event.prevent_default());
     dom::listen(&stage, "wheel", move |event: WheelEvent| {
         let at = Vec2::new(event.offset_x() as f32, event.offset_y() as f32);
-        // Lines and pages count as pixels of a usual size.
+        // Converts lines and pages to a typical number of pixels.
         let unit = [1.0, 20.0, 400.0][event.delta_mode().min(2) as usize];
         events.push_from(Event::Wheel(at, event.delta_y() as f32 * unit), &event);
     });
@@ -143,7 +143,7 @@ fn pointer(events: Events) {
         event.prevent_default();
         dom::mark("data-tabbing", false);
         dom::focus_stage();
-        // Fails for a pointer that is gone again already.
+        // Fails if the pointer is already gone.
         let _ = dom::html("stage").set_pointer_capture(event.pointer_id());
         events.push(Event::Pointer(change(&event, PointerChange::Down)));
     });

@@ -1,4 +1,4 @@
-//! The browser's side of the lobby: its form, pictures that load when they are seen, and the hero of the wordmark.
+//! The DOM side of the lobby: its form, pictures that load when visible, and the hero in the wordmark.
 
 use crate::page::dom;
 use crate::page::event::{Event, Form};
@@ -19,7 +19,7 @@ pub fn fill_form(player: &Appearance) {
     }
 }
 
-/// Brings a new note that says what went wrong into view, wherever the page was scrolled to.
+/// Scrolls a new error note into view.
 pub fn reveal_note(lobby: &Lobby) {
     dom::html("lobby-note").scroll_into_view_with_bool(false);
     if lobby.name_invalid {
@@ -27,8 +27,8 @@ pub fn reveal_note(lobby: &Lobby) {
     }
 }
 
-/// Loads the pictures of scenes that are in view. Browsers load lazy ones from far below, and few visits get that
-/// far. The page pulses, so that this follows what is scrolled.
+/// Loads the pictures of visible scenes. The browser's lazy loading would fetch those far below too, and few visitors
+/// scroll that far. This runs with every pulse, so it follows scrolling.
 pub fn load_visible() {
     let height = f64::from(dom::root().client_height());
     let waiting = dom::document().query_selector_all("img[data-src]").expect("a valid selector");
@@ -61,7 +61,7 @@ pub fn listen(events: Events) {
         events.push(Event::PlayClicked(form()));
     });
     dom::listen(&join, "input", move |event: web_sys::Event| {
-        // Text that is still being composed belongs to the input method until it is done.
+        // Text that is still being composed belongs to the input method.
         if !event.dyn_ref::<InputEvent>().is_some_and(InputEvent::is_composing) {
             fit_name();
         }
@@ -77,7 +77,7 @@ pub fn listen(events: Events) {
     dom::listen(&dom::html("lobby"), "pointermove", |event: PointerEvent| follow(&event));
 }
 
-/// The wordmark's hero looks at the pointer.
+/// Makes the wordmark's hero look at the pointer.
 fn follow(event: &PointerEvent) {
     let Some(hero) = dom::query::<Element>(".block.hero") else { return };
     let bounds = hero.get_bounding_client_rect();
@@ -88,7 +88,7 @@ fn follow(event: &PointerEvent) {
     dom::style(&hero, "--gaze-y", &format!("{:.2}", dy / length));
 }
 
-/// Cuts what is in the field to a name's length; the browser would count halves of characters.
+/// Truncates the field to a valid name length. The browser's own limit counts UTF-16 units.
 fn fit_name() {
     let input: HtmlInputElement = dom::by_id("name");
     let typed = input.value();

@@ -1,5 +1,5 @@
-//! Applies views to the document: what differs from the view before is touched, and nothing else. An entry of a list
-//! that stays keeps its element: a click takes its time, and the focus stays where it was.
+//! Applies views to the document and changes only what differs from the previous view. List entries that remain keep
+//! their elements, so that clicks complete and the focus stays in place.
 
 use crate::page::app::App;
 use crate::page::dom;
@@ -7,7 +7,7 @@ use crate::page::view::{Set, View};
 use wasm_bindgen::JsCast;
 use web_sys::{Element, HtmlElement, HtmlInputElement, HtmlSelectElement, HtmlTemplateElement};
 
-/// The panels as they were shown last.
+/// The panels as last shown.
 #[derive(Default)]
 pub struct Patch {
     shown: Vec<View>,
@@ -36,7 +36,7 @@ impl Patch {
         panels.iter().for_each(|panel| self.show(panel(app)));
     }
 
-    /// Forgets everything, and takes the entries of all lists away: the document has changed.
+    /// Discards all state and removes the entries of all lists, because the document has changed.
     pub fn forget(&mut self) {
         for view in &mut self.shown {
             for (at, set) in view.parts.drain(..) {
@@ -62,7 +62,7 @@ impl Patch {
     }
 }
 
-/// Gives the focus to the canvas if nothing visible has it.
+/// Gives the focus to the canvas if no visible element has it.
 pub fn rescue_focus() {
     let lost = focused().is_none_or(|element| {
         let gone = element.closest("[hidden], [inert]").ok().flatten();
@@ -88,7 +88,7 @@ fn found(root: &Element, at: &str) -> Element {
 fn fill(root: &Element, before: &View, view: &View) {
     for (index, (at, set)) in view.parts.iter().enumerate() {
         let shown = before.parts.get(index).filter(|part| part.0 == *at).map(|part| &part.1);
-        // What a player can change is compared with the element.
+        // Values that the user can change are compared with the element.
         let is_field = matches!(set, Set::Value(_) | Set::Checked(_) | Set::Choice(_));
         if is_field || shown != Some(set) {
             apply(&found(root, at), shown, set);
@@ -126,7 +126,7 @@ fn apply(element: &Element, shown: Option<&Set>, set: &Set) {
     }
 }
 
-/// Setting what is there already would move the cursor.
+/// Setting the value that is already there would move the cursor.
 fn set_value(element: &Element, value: &str) {
     if let Some(select) = element.dyn_ref::<HtmlSelectElement>() {
         select.set_value(value);
@@ -168,7 +168,7 @@ fn fill_list(list: &Element, shown: Option<&Set>, items: &[View]) {
             let _ = list.insert_before(element, there.as_ref().map(AsRef::as_ref));
         }
     }
-    // An entry that moves loses it.
+    // Moving an element removes its focus.
     if focused != self::focused()
         && let Some(element) = focused
     {

@@ -1,4 +1,4 @@
-//! The browser's side of the settings: language, full screen, the letters of the keys, and gamepads.
+//! The DOM side of the settings: language, full screen, key letters and gamepads.
 
 use crate::browser;
 use crate::input::pad::PadState;
@@ -39,7 +39,7 @@ pub fn listen(events: Events) {
     read_layout(events);
 }
 
-/// Asks the browser for the letters of the keys, if it tells them.
+/// Asks the browser for the letters of the keys, where supported.
 fn read_layout(events: Events) -> Option<()> {
     let get = |object: &JsValue, name: &str| js_sys::Reflect::get(object, &name.into()).ok();
     let keyboard = get(&browser::window().navigator(), "keyboard").filter(JsValue::is_object)?;
@@ -53,16 +53,16 @@ fn read_layout(events: Events) -> Option<()> {
         });
         events.push(Event::Settings(SettingsEvent::Layout(labels.collect())));
     });
-    // A page in a frame may not know them.
+    // A page in a frame may not be allowed to read the layout.
     let ignored = Closure::<dyn FnMut(JsValue)>::new(|_| {});
     let _ = promise.then2(&taken, &ignored);
-    // The promise calls one of them once.
+    // The promise calls exactly one of them, once.
     taken.forget();
     ignored.forget();
     Some(())
 }
 
-/// Connected gamepads of the standard mapping.
+/// Connected gamepads with the standard mapping.
 fn pads() -> impl Iterator<Item = Gamepad> {
     let pads = browser::window().navigator().get_gamepads().unwrap_or_default();
     (0..pads.length())
@@ -72,7 +72,7 @@ fn pads() -> impl Iterator<Item = Gamepad> {
         .filter(|pad| pad.connected() && pad.mapping() == GamepadMappingType::Standard)
 }
 
-/// The state of the connected gamepads, as if they were one.
+/// The combined state of all connected gamepads.
 pub fn pad_state() -> PadState {
     let mut state = PadState::default();
     for pad in pads() {
@@ -92,16 +92,16 @@ pub fn pad_state() -> PadState {
     state
 }
 
-/// Asks for the whole screen, or gives it back.
+/// Enters or leaves full-screen mode.
 pub fn full_screen(wanted: bool) {
     match wanted {
-        // What the browser refuses leaves everything as it is.
+        // If the browser refuses, nothing changes.
         true => drop(dom::root().request_fullscreen()),
         false => dom::document().exit_fullscreen(),
     }
 }
 
-/// The address of the file of a language, as the document names it.
+/// The address of a language file, as given in the document.
 pub fn language_file(language: &str) -> Option<String> {
     dom::query::<web_sys::Element>(&format!("#language [value={language:?}]"))?
         .get_attribute("data-file")

@@ -1,5 +1,5 @@
-//! The canvas and what draws on it. The context is made before wgpu asks for one, because only then
-//! can it be opaque; after a lost context everything is built again.
+//! The canvas and its graphics. The WebGL context is created before wgpu asks for one, since only then can it be
+//! opaque. After a lost context everything is rebuilt.
 
 use crate::browser;
 use crate::page::app::App;
@@ -18,34 +18,34 @@ use web_sys::{HtmlCanvasElement, WebGl2RenderingContext};
 
 /// Blending is specified on encoded values, so the format must not convert.
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
-/// Device pixels a CSS pixel beyond which sharper drawing is not seen.
+/// Maximum device pixels per CSS pixel; higher resolutions make no visible difference.
 const PIXEL_RATIO_MAX: f64 = 3.0;
 
 /// The canvas of the page.
 pub struct Stage {
     events: Events,
-    /// Dropped with a lost context; the next frame makes them again.
+    /// Dropped when the context is lost; the next frame recreates it.
     pub graphics: Option<Box<Graphics>>,
     quality: Quality,
-    /// All pixels are drawn, however long they take (`?sharp=1`).
+    /// Whether to draw at full resolution however long it takes (`?sharp=1`).
     sharp: bool,
-    /// Pictures are taken of what was drawn.
+    /// Whether the drawn pixels are kept for screenshots.
     keep_pixels: bool,
 }
 
 impl Stage {
-    /// A canvas that nothing was drawn on.
+    /// Creates a canvas without graphics.
     pub fn new(events: Events, sharp: bool) -> Stage {
         Stage { events, graphics: None, quality: Quality::default(), sharp, keep_pixels: false }
     }
 
-    /// Forgets how fast the last screen was drawn.
+    /// Forgets the frame rate of the last screen.
     pub fn reset(&mut self) {
         self.quality = Quality::default();
     }
 
-    /// The canvas of the next frame; `None` while nothing can be drawn. `covered_css` are the CSS pixels that the
-    /// hud covers at the top and at the bottom.
+    /// The canvas of the next frame; `None` while drawing is not possible. `covered_css` gives the heights that the HUD
+    /// covers at the top and bottom, CSS pixels.
     pub fn canvas(&mut self, app: &App, covered_css: [f32; 2]) -> Option<Canvas> {
         if app.screen.game().is_none()
             && app.screen.replay().is_none()
@@ -60,7 +60,7 @@ impl Stage {
             (_, Some(replay)) => !replay.player.playing,
             _ => true,
         };
-        // A still picture has the time to be sharp.
+        // There is enough time to draw a still picture at full resolution.
         let full = still || self.sharp;
         let share = if full { 1.0 } else { self.quality.frame(browser::now_ms()) };
         let pixels = self.with_graphics(app, |graphics| graphics.fit(share))??;
@@ -69,7 +69,8 @@ impl Stage {
         Some(Canvas { pixels, top, bottom, css_width })
     }
 
-    /// Draws what has changed: `None` if nothing has, `false` if there was nothing to draw on.
+    /// Draws the current frame. `None` if there is no frame or drawing is not possible, `false` if the surface had no
+    /// texture to draw on.
     pub fn draw(&mut self, app: &App) -> Option<bool> {
         let frame = app.screen.frame(app.ctx.now_ms, app.settings.calm)?;
         let particles = app.screen.replica().is_some_and(|replica| replica.features.particles);
@@ -81,9 +82,9 @@ impl Stage {
         })
     }
 
-    /// Does something with what draws, which is set up for it if need be; `None` if nothing can be drawn. A context can be lost
-    /// at any moment, also while it is set up, and then answers nothing that wgpu asks for, which panics. Neither that nor
-    /// anything else that a graphics card does ends more than the drawing.
+    /// Runs work with the graphics, which are created first if necessary; `None` if drawing is not possible. A context
+    /// can be lost at any moment, even during setup. wgpu's calls then return nothing usable, and wgpu panics. This and
+    /// other graphics failures end only the drawing.
     fn with_graphics<R>(&mut self, app: &App, work: impl FnOnce(&mut Graphics) -> R) -> Option<R> {
         if !app.picture.graphics.is_good() {
             return None;
@@ -106,14 +107,14 @@ impl Stage {
         Some(result)
     }
 
-    /// The context is lost: everything that was made with it is worthless.
+    /// Drops everything created with the lost context.
     pub fn drop_graphics(&mut self) {
         let graphics = self.graphics.take();
         browser::attempt(|| drop(graphics));
     }
 }
 
-/// CSS pixels a device pixel.
+/// CSS pixels per device pixel.
 pub fn css_per_pixel(pixels: [u32; 2]) -> f32 {
     dom::html("stage").client_width() as f32 / pixels[0].max(1) as f32
 }
@@ -129,7 +130,7 @@ pub struct Graphics {
 }
 
 impl Graphics {
-    /// Sets up drawing on the page's canvas; `None` without WebGL 2, or while its context is lost.
+    /// Sets up drawing on the page's canvas. `None` without WebGL 2 or while its context is lost.
     fn new(keep_pixels: bool) -> Option<Graphics> {
         let canvas: HtmlCanvasElement = dom::by_id("stage");
         claim_context(&canvas, keep_pixels)?;
@@ -164,8 +165,8 @@ impl Graphics {
         })
     }
 
-    /// Fits the drawing to the canvas's place on the page, with a share of its device pixels; the
-    /// size in pixels, or `None` while it has none.
+    /// Resizes the drawing surface to the canvas, at a share of its device pixels. Returns the size in pixels, or
+    /// `None` while the canvas has no area.
     fn fit(&mut self, share: f64) -> Option<[u32; 2]> {
         let ratio = browser::window().device_pixel_ratio().clamp(0.5, PIXEL_RATIO_MAX) * share;
         let side_max = f64::from(self.device.limits().max_texture_dimension_2d);
@@ -181,7 +182,7 @@ impl Graphics {
         Some(size)
     }
 
-    /// Draws one frame of the size that `fit` gave; `false` if there was nothing to draw on.
+    /// Draws one frame of the size set by `fit`; `false` if the surface had no texture to draw on.
     fn draw(&mut self, frame: &Frame) -> bool {
         use wgpu::CurrentSurfaceTexture::{Suboptimal, Success};
         let (Success(texture) | Suboptimal(texture)) = self.surface.get_current_texture() else {
@@ -196,7 +197,7 @@ impl Graphics {
     }
 }
 
-/// Makes the canvas's context with the attributes that wgpu does not ask for: it gets this one.
+/// Creates the canvas's context with attributes that wgpu would not set; wgpu then reuses this context.
 fn claim_context(canvas: &HtmlCanvasElement, keep_pixels: bool) -> Option<()> {
     let attributes = js_sys::Object::new();
     let wanted = [
@@ -213,14 +214,14 @@ fn claim_context(canvas: &HtmlCanvasElement, keep_pixels: bool) -> Option<()> {
     (!context.is_context_lost()).then_some(())
 }
 
-/// Whether the canvas has a context that was lost.
+/// Whether the canvas's context was lost.
 fn is_context_lost() -> bool {
     let context = dom::by_id::<HtmlCanvasElement>("stage").get_context("webgl2").ok().flatten();
     let context = context.and_then(|context| context.dyn_into::<WebGl2RenderingContext>().ok());
     context.is_some_and(|context| context.is_context_lost())
 }
 
-/// The result of a future that is ready at once, as wgpu's are on WebGL.
+/// Polls a future that is ready immediately, as wgpu's are on WebGL.
 fn now<F: Future>(future: F) -> Option<F::Output> {
     match pin!(future).poll(&mut Context::from_waker(Waker::noop())) {
         Poll::Ready(output) => Some(output),

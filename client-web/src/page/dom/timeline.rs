@@ -1,4 +1,4 @@
-//! The timeline of a replay under the pointer, and its speeds.
+//! The pointer over a replay's timeline, and the choice of speeds.
 
 use crate::page::dom;
 use crate::page::event::Event;
@@ -7,7 +7,7 @@ use crate::page::queue::Events;
 use crate::page::strings;
 use web_sys::{Element, PointerEvent};
 
-/// Listens to speeds and timeline.
+/// Adds listeners to the speeds and the timeline.
 pub fn listen(events: Events) {
     dom::listen(&dom::html("speeds"), "change", move |event: web_sys::Event| {
         if let Some(speed) = dom::value_of(&event) {
@@ -24,7 +24,7 @@ pub fn listen(events: Events) {
     dom::listen(&slider, "pointermove", |event: PointerEvent| {
         let slider = dom::html("seek");
         let [first, last] = limits();
-        // The ends of the way of the thumb's middle.
+        // The centre of the thumb moves between these ends.
         let (thumb, width) = (f64::from(slider.client_height()), f64::from(slider.client_width()));
         let share = (f64::from(event.offset_x()) - thumb / 2.0) / (width - thumb).max(1.0);
         show_bubble(Some((first + share.clamp(0.0, 1.0) * (last - first)).round() as u32));
@@ -41,7 +41,7 @@ fn limits() -> [f64; 2] {
     ["min", "max"].map(|name| limit(name).unwrap_or(0.0))
 }
 
-/// Shows the time and tick that the pointer is at on the timeline.
+/// Shows the time and tick under the pointer on the timeline.
 fn show_bubble(tick: Option<u32>) {
     dom::show("bubble", tick.is_some());
     let Some(tick) = tick else { return };

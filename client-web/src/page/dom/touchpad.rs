@@ -1,4 +1,4 @@
-//! Fingers: tools that need a place are armed by their button and used where the world is touched.
+//! Touch buttons for tools. A tool that needs a position is armed by its button and used where the world is touched.
 
 use crate::browser;
 use crate::page::dom;
@@ -7,11 +7,11 @@ use crate::page::queue::Events;
 use jostle_game::Buttons;
 use web_sys::{Element, MouseEvent, PointerEvent};
 
-/// A button that is clicked without a pointer (by a key, by a screen reader) is down for this long, milliseconds: some
-/// ticks.
+/// Duration of a press when a button is clicked without a pointer (by a key or a screen reader), milliseconds. It spans
+/// several ticks.
 const CLICK_MS: i32 = 120;
 
-/// Listens to the tool buttons: those with `data-arms` arm a tool, the others are keys.
+/// Adds listeners to the tool buttons. Those with `data-arms` arm a tool; the others act like keys.
 pub fn listen(events: Events) {
     let tool = |event: &web_sys::Event| -> Option<(Element, Buttons)> {
         let button = dom::target_within(event, "[data-buttons]")?;

@@ -1,4 +1,4 @@
-//! All views of the page. Everything that they show follows from the app alone.
+//! All views of the page. They depend only on the state of the app.
 
 use crate::browser;
 use crate::net::api::query_value;
@@ -18,33 +18,33 @@ use crate::page::queue::Events;
 use crate::page::screen::Screen;
 use crate::view::frame::View;
 
-/// Time between two updates of the numbers, milliseconds.
+/// Interval between updates of the numbers, milliseconds.
 const NUMBERS_MS: f64 = 200.0;
 
-/// The page as it was shown last.
+/// The page as last shown.
 pub struct Views {
     pub stage: Stage,
     patch: Patch,
-    /// The note in the lobby.
+    /// The lobby's note as last shown.
     note: LobbyNote,
     translated: Translated,
     tags: Tags,
     pub editor: EditorView,
-    /// Number of the screen.
+    /// The number of the screen as last shown.
     screen: u32,
     opened: Panels,
     world_shown: bool,
     numbers_ms: f64,
-    /// CSS pixels of the canvas that the score board covers at the top, and the key caps at the bottom.
+    /// The heights of the canvas that the scoreboard covers at the top and the key caps at the bottom, CSS pixels.
     covered_css: [f32; 2],
-    /// The canvas is to get the focus as soon as it is visible.
+    /// Whether to focus the canvas as soon as it is visible.
     pub focus_stage: bool,
-    /// The text that is edited is to get it, at this byte.
+    /// The byte of the edited text to focus, if requested.
     pub focus_text: Option<usize>,
 }
 
 impl Views {
-    /// Views of a page that shows nothing yet.
+    /// Creates the views of a page that shows nothing yet.
     pub fn new(events: Events, app: &App) -> Views {
         let query = browser::window().location().search().unwrap_or_default();
         Views {
@@ -64,7 +64,7 @@ impl Views {
         }
     }
 
-    /// Shows everything that may have changed. The lobby does so with events alone.
+    /// Shows everything that may have changed. The lobby is updated only after events.
     pub fn show(&mut self, app: &App, had_events: bool) {
         let is_told = self.translated.show(&app.settings.spoken);
         if is_told {
@@ -82,7 +82,7 @@ impl Views {
             rescue_focus();
         }
         if std::mem::replace(&mut self.opened, app.panels) != app.panels {
-            // Their numbers follow with the next frame.
+            // Update the numbers of newly opened panels with the next frame.
             self.numbers_ms = 0.0;
         }
         if let Screen::Lobby = app.screen {
@@ -126,7 +126,7 @@ impl Views {
         lobby::fill_form(&app.appearance);
     }
 
-    /// The canvas of the next frame; `None` while nothing can be drawn.
+    /// The canvas of the next frame; `None` while drawing is not possible.
     pub fn canvas(&mut self, app: &App) -> Option<Canvas> {
         let covered_css = match app.screen.replay() {
             Some(_) => {
@@ -134,16 +134,16 @@ impl Views {
                 let stage_css = f64::from(dom::html("stage").client_height());
                 [0.0, (stage_css - covered.top()).max(0.0) as f32]
             }
-            // What is edited and played is one picture.
+            // Editing and playing use the same picture.
             None if app.screen.edited().is_some() => [0.0; 2],
-            // The style hides the controls only after the first picture.
+            // The style sheet hides the controls only after the first frame.
             None if app.picture.frozen_hud == Some(false) => [0.0; 2],
             None => self.covered_css,
         };
         self.stage.canvas(app, covered_css)
     }
 
-    /// Draws the picture if it has changed: `None` if not, `false` if there was nothing to draw on.
+    /// Draws the picture. `None` if there is no frame, `false` if the surface had no texture to draw on.
     pub fn draw(&mut self, app: &App) -> Option<bool> {
         let drawn = self.stage.draw(app)?;
         if let (Some(replica), Some(view)) = (app.screen.pictured_replica(), view(app)) {
@@ -155,7 +155,7 @@ impl Views {
         Some(drawn)
     }
 
-    /// Shows everything that may change with every frame.
+    /// Updates everything that may change with every frame.
     pub fn show_frame(&mut self, app: &App) {
         let now_ms = app.ctx.now_ms;
         let tick = if let Some(game) = app.screen.game() {

@@ -14,33 +14,32 @@ use jostle_protocol::{
     Appearance, ClientMessage, ClipRefusal, DecodeError, Refusal, Role, Servers, VERSION,
 };
 
-/// A move to another server that takes longer than this is shown, milliseconds.
+/// Duration of a move to another server after which it is shown as a lost connection, milliseconds.
 const MOVE_MS: f64 = 1000.0;
-/// Time after the welcome for which snapshots must be read before the connection counts as good,
-/// milliseconds. A good one is retried at once after its next loss, one that fails sooner ever
-/// more slowly.
+/// Time after the welcome during which snapshots must be received before the connection counts as good, milliseconds.
+/// Losing a good connection leads to an immediate retry; one that fails sooner is retried with growing delays.
 const PROVEN_MS: f64 = 5000.0;
 /// Silence after which a socket is given up, milliseconds.
 const SILENCE_MS: f64 = 6000.0;
-/// Milliseconds between two pings.
+/// Interval between pings, milliseconds.
 const PING_MS: f64 = 1000.0;
-/// Close code of a connection that broke (RFC 6455).
+/// Close code of a broken connection (RFC 6455).
 const BROKEN: u16 = 1006;
-/// Pulses in the plots of the connection.
+/// The number of pulses in the connection plots.
 const PULSES: usize = 60;
 
 /// The connection of a game to its room.
 pub struct Connection {
-    /// Code of the room, as in its link.
+    /// The code of the room, as in its link.
     pub code: String,
-    /// Whether the page plays or watches.
+    /// Whether the page plays or only watches.
     pub role: Role,
     pub link: Link,
-    /// The stage that it is at.
+    /// The current stage of the game.
     pub status: Status,
     /// Measurements of the connection and of drawing.
     pub meter: Meter,
-    /// Round trip and delay of the newest pulses, milliseconds.
+    /// Round trip and interpolation delay of the last pulses, milliseconds.
     pub plots: [Plot; 2],
     appearance: Appearance,
     pinged_ms: f64,
@@ -68,7 +67,7 @@ impl Connection {
         delays.push(delay_ms);
     }
 
-    /// Origin of the server that plays the room; empty for the page's own.
+    /// The origin of the server that runs the room; empty for the page's own.
     pub fn server(&self) -> &str {
         match &self.link {
             Link::Server(socket) => socket.servers.current(),
@@ -76,7 +75,7 @@ impl Connection {
         }
     }
 
-    /// The room, if it is in the page.
+    /// The room, if it is inside the page.
     pub fn room_in_page(&self) -> Option<&RoomInPage> {
         match &self.link {
             Link::Server(_) => None,
@@ -88,7 +87,7 @@ impl Connection {
         self.role == Role::Spectator
     }
 
-    /// Bars of the signal mark, 0..=4.
+    /// Signal bars, 0..=4.
     pub fn bars(&self, now_ms: f64) -> u8 {
         match (&self.link, self.status.state) {
             (Link::Server(socket), State::Playing | State::Moving) => {
@@ -99,7 +98,7 @@ impl Connection {
         }
     }
 
-    /// Opens a new socket in place of the old one.
+    /// Opens a new socket, replacing the old one.
     pub fn connect(&mut self, ctx: &mut Context) {
         let Link::Server(socket) = &mut self.link else { return };
         socket.session = ctx.next_number();
@@ -119,7 +118,7 @@ impl Connection {
         matches!(&self.link, Link::Server(socket) if socket.session == session && socket.open)
     }
 
-    /// Closes the socket as a broken network would; the page then reconnects.
+    /// Closes the socket as a network failure would; the page then reconnects.
     pub fn drop_socket(&mut self, ctx: &mut Context) {
         let Link::Server(socket) = &mut self.link else { return };
         if std::mem::take(&mut socket.open) {
@@ -128,13 +127,13 @@ impl Connection {
         }
     }
 
-    /// Nothing can be built on an unreadable message: a new socket starts with a keyframe.
+    /// Later messages depend on the unreadable one, so a new socket starts with a keyframe.
     pub fn misunderstood(&mut self, ctx: &mut Context, why: &DecodeError) {
         ctx.request(Effect::Warn(format!("a message of the server cannot be read: {why}")));
         self.drop_socket(ctx);
     }
 
-    /// Gives the seat up: the player left on purpose.
+    /// Gives up the seat because the player left on purpose.
     pub fn leave(self, ctx: &mut Context) {
         if let Link::Server(_) = self.link {
             if !self.watches() {
@@ -144,7 +143,7 @@ impl Connection {
         }
     }
 
-    /// Ends the session as the server demands: for good, or until the cause has passed.
+    /// Ends the session as the server demands, for good or until the cause has passed.
     pub fn end(&mut self, ctx: &mut Context, refusal: Refusal) {
         if refusal == Refusal::BadToken {
             return self.join_again(ctx);
@@ -170,7 +169,7 @@ impl Connection {
         self.status.closing_ms = None;
     }
 
-    /// Follows the room to another server: at once, unless that did not help the last time.
+    /// Follows the room to another server, immediately unless that failed the last time.
     pub fn follow(&mut self, ctx: &mut Context, url: String) {
         self.begin_to_move(ctx.now_ms);
         let Link::Server(socket) = &mut self.link else { return };
@@ -182,7 +181,7 @@ impl Connection {
         ctx.request(Effect::Disconnect { leaving: false });
     }
 
-    /// The server does not play the room any more, and another one soon will.
+    /// The server no longer runs the room; another one soon will.
     fn begin_to_move(&mut self, now_ms: f64) {
         if self.status.state == State::Playing {
             (self.status.state, self.status.moved_ms) = (State::Moving, now_ms);
@@ -190,7 +189,7 @@ impl Connection {
         self.status.closing_ms = None;
     }
 
-    /// Forgets the secrets that a refusal makes worthless.
+    /// Removes stored secrets that a refusal makes invalid.
     fn forget(&self, ctx: &mut Context, refusal: Refusal) {
         let closed = matches!(refusal, Refusal::RoomClosed | Refusal::TooCostly);
         if closed || matches!(refusal, Refusal::Kicked | Refusal::GaveWay) {
@@ -201,7 +200,7 @@ impl Connection {
         }
     }
 
-    /// The seat is lost to this page: it silently asks for another at once.
+    /// This page lost its seat and immediately requests another one.
     fn join_again(&mut self, ctx: &mut Context) {
         ctx.storage.set_secret(Secret::Seat, &self.code, None);
         if let Link::Server(socket) = &mut self.link {
@@ -227,7 +226,7 @@ impl Connection {
         if self.status.state == State::Playing {
             self.status.state = State::Reconnecting;
         }
-        // A server that announced it did close, even if its last message was lost.
+        // A server that announced its shutdown did close, even if its last message was lost.
         self.status.restarting |= self.status.closing_ms.take().is_some();
         if let Link::Server(socket) = &mut self.link {
             socket.servers.lost();
@@ -252,7 +251,7 @@ impl Connection {
         }
     }
 
-    /// Gives up a silent socket, and opens a new one when that is due.
+    /// Gives up a silent socket and opens a new one when an attempt is due.
     pub fn keep_connected(&mut self, ctx: &mut Context) {
         match self.status.state {
             State::Refused => return,
@@ -261,8 +260,8 @@ impl Connection {
             }
             _ => {}
         }
-        // A link that died silently never reports its end. It is given up at the second check in a row: a page
-        // that stood still itself gets what was sent meanwhile only after the first.
+        // A connection that died silently never reports its end. It is given up only at the second silent check in a
+        // row, because a page that was suspended receives pending messages only after the first check.
         if let Link::Server(socket) = &mut self.link {
             let silent = socket.is_silent(ctx.now_ms);
             if std::mem::replace(&mut socket.silent, silent) && silent {
@@ -276,7 +275,7 @@ impl Connection {
         }
     }
 
-    /// Stops waiting for the next attempt: the network is back, or the player asked.
+    /// Skips the wait for the next attempt, because the network is back or the player asked for it.
     pub fn hurry(&mut self) {
         if let Link::Server(socket) = &mut self.link {
             socket.backoff.hurry();
@@ -317,7 +316,7 @@ impl Connection {
         self.send(ctx, &ClientMessage::Emote { emote });
     }
 
-    /// Has the last seconds kept: by the server, or as a file if the room is in the page.
+    /// Saves the last seconds: on the server, or as a file if the room is in the page.
     pub fn keep_clip(&mut self, ctx: &mut Context) {
         match &self.link {
             Link::Server(_) if self.status.state != State::Playing => {}
@@ -350,7 +349,7 @@ impl Connection {
         }
     }
 
-    /// A snapshot was read: after some time of that the connection is good.
+    /// Called for every snapshot. After enough time the connection counts as good.
     pub fn prove(&mut self, now_ms: f64) {
         let Link::Server(socket) = &mut self.link else { return };
         if socket.unproven_ms.take_if(|since| now_ms - *since >= PROVEN_MS).is_some() {
@@ -377,17 +376,17 @@ pub enum Link {
 /// The socket to a room on the server, and the way to the next one.
 #[derive(Debug)]
 pub struct RoomSocket {
-    /// Origins of the servers that may play the room; an empty one is the page's own.
+    /// The origins of servers that may run the room; an empty origin is the page's own server.
     pub servers: Servers,
-    /// Number of the newest session.
+    /// The number of the newest session.
     pub session: u32,
     pub open: bool,
     pub opened_ms: f64,
-    /// When the server was last heard.
+    /// The time of the last message from the server.
     pub heard_ms: f64,
-    /// Whether it was silent for too long when that was last checked.
+    /// Whether the last check found that the server had been silent for too long.
     pub silent: bool,
-    /// When the welcome came, while the connection is not known to be good.
+    /// The time of the welcome, until the connection is known to be good.
     pub unproven_ms: Option<f64>,
     /// When to try again.
     pub backoff: Backoff,
@@ -408,39 +407,39 @@ impl RoomSocket {
         }
     }
 
-    /// Silence after which the socket is given up, milliseconds: less for one that does not open, while another
-    /// server was not asked yet.
+    /// Silence after which the socket is given up, milliseconds. The limit is shorter for a socket that does not open
+    /// while another server has not been tried.
     fn silence_ms_max(&self) -> f64 {
         let opens = self.opened_ms > self.heard_ms;
         if opens && self.servers.has_untried() { UNTRIED_MS } else { SILENCE_MS }
     }
 
-    /// Whether the other end was not heard for too long since the socket was opened.
+    /// Whether the server has been silent for too long since the socket was opened.
     pub fn is_silent(&self, now_ms: f64) -> bool {
         now_ms - self.heard_ms.max(self.opened_ms) > self.silence_ms_max()
     }
 
-    /// The socket was lost, or none came about: another attempt follows. `random` is uniform in [0, 1).
+    /// The socket was lost or could not be opened, so another attempt follows. `random` is uniform in [0, 1).
     pub fn lost(&mut self, now_ms: f64, random: f64) {
         let longest_ms = if self.servers.has_untried() { UNTRIED_MS } else { LONGEST_MS };
         self.backoff.lost(now_ms, random, longest_ms);
     }
 }
 
-/// The stage that a game is at, as `data-state` names it.
+/// The stage of a game, as given in `data-state`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum State {
     /// Waiting for the first seat.
     #[default]
     Connecting,
     Playing,
-    /// Another server goes on with the room: the picture stays as it is for a moment.
+    /// Another server continues the room; the picture freezes for a moment.
     Moving,
-    /// The socket was lost; the world stays on view.
+    /// The socket was lost; the world remains visible.
     Reconnecting,
     /// The session ended; a notice says why.
     Refused,
-    /// A scripted demo stands still.
+    /// A scripted demo is frozen at its end.
     Frozen,
 }
 
@@ -463,25 +462,25 @@ pub struct Status {
     pub state: State,
     /// Why the session ended, if it did.
     pub notice: Option<Card>,
-    /// When the first seat was taken.
+    /// The time at which the first seat was taken.
     pub joined_ms: Option<f64>,
-    /// When the room began to move to another server, if it does.
+    /// The time at which the room started to move to another server.
     pub moved_ms: f64,
-    /// A tick in the page took this long, and the game stands still since then, milliseconds.
+    /// The duration of a tick that was too long, milliseconds. The game is paused since then.
     pub stalled_ms: Option<f64>,
-    /// When the server will close.
+    /// The time at which the server will shut down.
     pub closing_ms: Option<f64>,
-    /// The server closed, and is tried until it is back.
+    /// The server shut down; the page retries until it is back.
     pub restarting: bool,
-    /// Whether the room goes on after the restart where it was.
+    /// Whether the room continues after the restart.
     pub is_kept: bool,
-    /// The server took this page for the room's host.
+    /// Whether the server accepted this page as the room's host.
     pub host: bool,
-    /// The player closed the room.
+    /// Whether the player closed the room.
     pub closes: bool,
-    /// When the room last denied what only a host may ask for.
+    /// The time at which the room last denied a request that only a host may make.
     pub denied_ms: Option<f64>,
-    /// The answer to the last request for a clip, and when it came: its name, empty for a file of this machine, or a
-    /// sentence that says why there is none.
+    /// The time and result of the last clip request: the clip's name, empty for a local file, or a sentence that
+    /// explains the failure.
     pub clip: Option<(f64, Result<String, &'static str>)>,
 }

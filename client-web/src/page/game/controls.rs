@@ -42,12 +42,12 @@ impl GameScreen {
         top: Layer,
         key: &Key,
     ) -> KeyUse {
-        // No field of the page has a use for function keys.
+        // Input fields have no use for function keys.
         let is_function = matches!(key.code.as_str(), "F2" | "F3" | "F4");
         if key.focus == Focus::Field && !is_function {
             return KeyUse::Unused;
         }
-        // With these held, the system takes keys whose release never comes.
+        // While these are held, the system may swallow the release of other keys.
         if key.modified {
             self.release_input(ctx);
             return KeyUse::Unused;
@@ -98,8 +98,8 @@ impl GameScreen {
         })
     }
 
-    /// Presses what a key means to the world; `false` if that is nothing. A spectator follows a player with a digit, in
-    /// the order of the list.
+    /// Presses the game buttons of a key; `false` if it has none. For a spectator, a digit follows the player with that
+    /// rank in the list.
     fn world_key_down(&mut self, ctx: &mut Context, keys: &Bindings, key: &Key) -> bool {
         if self.watches() {
             let Ok(number) = key.letter.parse::<usize>() else { return false };
@@ -147,7 +147,7 @@ impl GameScreen {
             }
             PointerChange::Moved => {
                 self.point_at(ctx, Some(pointer));
-                // A second button that goes down or up while one is held only shows up as a move.
+                // If another button changes while one is held, the browser reports only a move.
                 if pointer.button >= 0 {
                     self.press(ctx, Buttons::FIRE, pointer.pressed);
                 }
@@ -186,7 +186,7 @@ impl GameScreen {
         self.send_due(ctx);
     }
 
-    /// Presses or releases buttons that are not keys, and sends that at once.
+    /// Presses or releases buttons other than keys, and sends the change immediately.
     pub(super) fn press(&mut self, ctx: &mut Context, buttons: Buttons, down: bool) {
         self.input.controls.press(buttons, down);
         self.send_due(ctx);
@@ -230,7 +230,7 @@ impl GameScreen {
         }
     }
 
-    /// Shows what was picked on the wheel; `false` if the wheel has no use for it.
+    /// Shows the emote picked on the wheel; `false` if the wheel does not handle the input.
     fn use_wheel(&mut self, ctx: &mut Context, used: WheelUse) -> bool {
         if let WheelUse::Emote(emote) = used {
             self.emote(ctx, emote);

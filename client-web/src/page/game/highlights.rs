@@ -1,4 +1,4 @@
-//! Highlights of a round that is over, in place of the room until the next one runs.
+//! Highlights of a finished round, shown instead of the room until the next round runs.
 
 use crate::page::context::Context;
 use crate::world::highlight_player::HighlightPlayer;
@@ -8,7 +8,7 @@ use jostle_game::RoundPhase;
 /// Highlights that are on display in place of the room.
 pub struct Showing {
     pub player: HighlightPlayer,
-    /// Number of a highlight, and of the copy that draws it.
+    /// The number of the current highlight, and of the replica that draws it.
     pub copy: (usize, u32),
 }
 
@@ -37,7 +37,7 @@ impl Showing {
     }
 }
 
-/// Ticks until the next round runs, as far as is known; `None` while one does.
+/// Ticks until the next round runs, as far as known; `None` while a round is running.
 fn ticks_left(replica: &Replica) -> Option<u32> {
     let spec = replica.room.scene.rules.round.as_ref()?;
     let round = replica.room.round()?;

@@ -11,35 +11,35 @@ use jostle_game::Scene;
 use jostle_protocol::limits::EMOTES;
 use jostle_sim::Vec2;
 
-/// Share of the picture's smaller side around the middle of the wheel within which nothing is picked.
+/// Radius of the neutral area at the wheel's centre, as a share of the picture's smaller side.
 const MIDDLE: f32 = 0.06;
-/// The same for a stick, which is at most 1 from its middle.
+/// Radius of the neutral area for a stick, whose range is 1.
 const STICK_MIDDLE: f32 = 0.4;
 
-/// The right stick aims as far as this share of the picture's height from the hero.
+/// Distance from the hero at full deflection of the right stick, as a share of the picture's height.
 const AIM_REACH: f32 = 0.35;
-/// Without a hero it moves the pointer by at most this share of the picture's height a frame.
+/// Without a hero, the stick moves the pointer by at most this share of the picture's height per frame.
 const POINTER_STEP: f32 = 0.02;
 
-/// The meaning of a key or a pointer to the wheel.
+/// The effect of a key or a pointer on the wheel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WheelUse {
-    /// Nothing: there is none, or it has no use for it.
+    /// The wheel is closed or does not react.
     Unused,
     Used,
-    /// It shows an emote; the wheel is closed.
+    /// The wheel was closed and this emote is shown.
     Emote(u8),
 }
 
 /// Keys and buttons that are held in one game, and the place that is pointed at.
 #[derive(Debug, Default)]
 pub struct GameInput {
-    /// Keys, pointer and thumbs.
+    /// Keys, pointer and touch controls.
     pub controls: Controls,
     pub fingers: Fingers,
-    /// Source of the scene that the fingers know.
+    /// Source of the scene for which `fingers` was set up.
     touch_scene: Option<String>,
-    /// The wheel of emotes, while it is open.
+    /// The emote wheel while it is open.
     pub wheel: Option<Wheel>,
 }
 
@@ -84,13 +84,13 @@ impl GameInput {
         self.controls.point(Some(at.clamp(Vec2::ZERO, Vec2::ONE)));
     }
 
-    /// Opens the wheel where that is possible, or closes it.
+    /// Opens the wheel if possible, or closes it.
     pub fn toggle_wheel(&mut self, may_open: bool) {
         let opens = self.wheel.is_none() && may_open;
         self.wheel = opens.then(Wheel::default);
     }
 
-    /// A key went down while the wheel is open: a number picks, Escape closes.
+    /// Handles a key while the wheel is open: a digit picks an emote, Escape closes the wheel.
     pub fn wheel_key_down(&mut self, key: &Key) -> WheelUse {
         if self.wheel.is_none() || key.modified {
             return WheelUse::Unused;
@@ -104,14 +104,15 @@ impl GameInput {
         self.close_wheel(emote)
     }
 
-    /// The key of the wheel was let go: with something picked that is shown; after a tap the wheel stays open.
+    /// Handles the release of the key that opened the wheel: returns a picked emote to show. After a mere tap the wheel
+    /// stays open.
     pub fn wheel_key_up(&mut self, code: &str) -> Option<u8> {
         let wheel = self.wheel.as_mut().filter(|wheel| wheel.key.as_deref() == Some(code))?;
         wheel.key = None;
         wheel.picked
     }
 
-    /// A pointer picks while the wheel is open, and shows what it is pressed on.
+    /// Handles a pointer while the wheel is open: moving picks an emote and pressing shows it.
     pub fn wheel_pointer(&mut self, pointer: &Pointer) -> WheelUse {
         let Some(wheel) = &mut self.wheel else { return WheelUse::Unused };
         let offset = pointer.at - 0.5 * pointer.canvas;
@@ -121,13 +122,13 @@ impl GameInput {
                 let picked = wheel.picked;
                 self.close_wheel(picked)
             }
-            // A button or finger that was down before comes up.
+            // A button or finger that was down before the wheel opened is released.
             PointerChange::Up => WheelUse::Unused,
             PointerChange::Moved | PointerChange::Left => WheelUse::Used,
         }
     }
 
-    /// The gamepad picks with the right stick while it holds the wheel, and shows that when its button is let go.
+    /// While the gamepad holds the wheel open, the right stick picks an emote; releasing the button shows it.
     pub fn wheel_pad(&mut self, input: &PadInput, released: bool) -> WheelUse {
         let Some(wheel) = self.wheel.as_mut().filter(|wheel| wheel.pad) else {
             return WheelUse::Unused;

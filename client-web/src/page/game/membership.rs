@@ -1,4 +1,4 @@
-//! Everything that a seat in a room brings. The next welcome replaces it, or goes on with it on another socket.
+//! The state that comes with a seat in a room. The next welcome replaces it, or continues it on another socket.
 
 use crate::input::keys::Controls;
 use crate::input::sender::InputSender;
@@ -11,23 +11,23 @@ use jostle_game::scene::Camera as CameraRule;
 use jostle_game::{Input, Seat, Tools};
 use jostle_sim::Vec2;
 
-/// Ticks that may be missing between two sockets of the same seat. Over a longer gap, which the display would jump
-/// across anyway, the picture starts over.
+/// Maximum gap in ticks between two sockets of the same seat. After a longer gap, which the display would jump across
+/// anyway, the state is rebuilt.
 const GAP_TICKS_MAX: u32 = 30;
 
-/// A seat in a room: the copy of the room, its time, and the inputs on their way.
+/// A seat in a room: the room's replica, its clock, and outgoing inputs.
 pub struct RoomMembership {
-    /// The copy of the room.
+    /// The replica of the room.
     pub replica: Replica,
-    /// Number of the copy: drawing carries nothing over from one to the next.
+    /// The number of the replica. Rendering keeps no state across replicas.
     pub copy: u32,
-    /// Time as the snapshots tell it.
+    /// The clock derived from snapshots.
     pub clock: Clock,
-    /// Inputs on their way to the server.
+    /// Outgoing inputs.
     pub sender: InputSender,
-    /// Shows the own hero ahead of the server, where the player steers one and wants that.
+    /// Predicts the player's hero ahead of the server, if the player steers one and prediction is on.
     pub predictor: Option<Predictor>,
-    /// Width and height of the view that the room knows.
+    /// The view size last sent to the room.
     pub sent_view: Option<Vec2>,
     pub welcomed_tick: u32,
 }
@@ -45,17 +45,17 @@ impl RoomMembership {
         }
     }
 
-    /// Whether a welcome to a seat goes on with this one in the same scene: not after a long gap, and not if the room
-    /// is older there than what was shown.
+    /// Whether a welcome continues this seat in the same scene. It does not after a long gap, or if the room there is
+    /// older than the displayed state.
     pub fn continues(&self, seat: Seat, welcomed_tick: u32) -> bool {
         let newest = self.replica.room.newest().map_or(0, |newest| newest.tick);
         seat == self.replica.room.seat
             && welcomed_tick.checked_sub(newest).is_some_and(|gap| gap <= GAP_TICKS_MAX)
     }
 
-    /// Goes on with the same seat on another socket. What only the socket's two ends know starts over: the stream of
-    /// snapshots, the numbers of inputs, the view, and the time that messages take. The world stays, with what was
-    /// not shown of it yet, and so do the measured jitter and lead.
+    /// Continues the same seat on another socket. State shared by the two ends of a socket is reset: the snapshot
+    /// stream, input sequence numbers, the view, and the measured transit times. The world is kept with its undisplayed
+    /// part, as are the measured jitter and lead.
     pub fn go_on(&mut self, welcomed_tick: u32, now_ms: f64) {
         self.replica.begin_stream();
         self.clock.restart(now_ms);
@@ -77,24 +77,24 @@ impl RoomMembership {
             if on { Predictor::new(&replica.room.scene, replica.room.seat) } else { None };
     }
 
-    /// Low bits of the newest tick of which a snapshot was read on this socket; before the first, of the welcome's.
+    /// The low bits of the newest tick received on this socket; before the first snapshot, of the welcome's tick.
     pub fn ack_tick(&self) -> u16 {
         let newest = self.replica.room.newest().map_or(0, |newest| newest.tick);
         newest.max(self.welcomed_tick) as u16
     }
 
-    /// The next input to send, if one is due; none before the first snapshot on this socket, which tells the time.
+    /// The next input to send, if one is due. `None` before the first snapshot on this socket, which sets the clock.
     pub fn next_input(&mut self, now_ms: f64) -> Option<(u32, Input)> {
         let tick = self.clock.server_tick(now_ms)?;
         let Some(predictor) = &mut self.predictor else { return self.sender.due(now_ms, tick) };
         self.sender.book_until(predictor.booked());
-        // It is played in the first tick after this moment.
+        // The input is played in the first tick after this moment.
         let (seq, input) = self.sender.due(now_ms, predictor.moment_at(tick, now_ms))?;
         predictor.sent(seq, input, tick, now_ms);
         Some((seq, input))
     }
 
-    /// Moves the display, and the predicted hero with it, to `now_ms`.
+    /// Advances the display and the predicted hero to `now_ms`.
     pub fn move_display(&mut self, now_ms: f64, eye: Eye) {
         if let Some(tick) = self.clock.display(now_ms) {
             self.replica.advance(tick, eye);
@@ -108,21 +108,21 @@ impl RoomMembership {
     }
 }
 
-/// The camera of a game and what it shows.
+/// The camera of a game and its view.
 pub struct GameView {
     /// The camera, once the scene is known.
     pub camera: Option<Camera>,
     /// The view of the last frame.
     pub view: View,
     pub framed_ms: f64,
-    /// Whether the camera of a spectator is that of a hero; `None` before it was chosen.
+    /// Whether a spectator's camera follows a hero; `None` until that is decided.
     pub follows: Option<bool>,
-    /// The player switched outlines away from the scene's own choice.
+    /// Whether the player toggled outlines from the scene's default.
     pub bounds_toggled: bool,
 }
 
 impl GameView {
-    /// A view that nothing was drawn in.
+    /// A view before the first frame.
     pub fn new(now_ms: f64) -> GameView {
         GameView {
             camera: None,
@@ -133,21 +133,21 @@ impl GameView {
         }
     }
 
-    /// Whether outlines are drawn: always where bodies are selected by them, else on demand.
+    /// Whether outlines are drawn. They are on by default in scenes in which the player selects bodies.
     pub fn bounds(&self, replica: Option<&Replica>) -> bool {
         let own = replica.is_some_and(|replica| replica.room.scene.tools.contains(Tools::SELECT));
         own != self.bounds_toggled
     }
 
-    /// The player's part in a frame.
+    /// The parts of a frame that depend on the player.
     pub fn eye(&self, controls: &Controls, replica: Option<&Replica>) -> Eye {
         Eye { pointer: controls.pointer(&self.view), bounds: self.bounds(replica) }
     }
 
-    /// Takes the camera of a new welcome.
+    /// Sets up the camera for a new welcome.
     pub fn adopt(&mut self, replica: &Replica, same_scene: bool) {
         match &mut self.camera {
-            // The view stays, for the pointer's sake, and jumps with the first snapshot.
+            // The view is kept, so that the pointer's world position is defined, and jumps with the first snapshot.
             Some(camera) if same_scene => camera.cut(),
             camera => {
                 let scene = &replica.room.scene;
@@ -157,14 +157,14 @@ impl GameView {
         }
     }
 
-    /// The next picture shows another moment: the camera jumps.
+    /// Makes the camera jump, because the next picture shows another moment.
     pub fn cut(&mut self) {
         if let Some(camera) = &mut self.camera {
             camera.cut();
         }
     }
 
-    /// Moves the camera. That of a spectator shows the whole, or the hero who is `followed`.
+    /// Moves the camera. A spectator's camera shows the whole scene, or the `followed` hero.
     pub fn aim(
         &mut self,
         replica: Option<&Replica>,
@@ -183,7 +183,7 @@ impl GameView {
         }
         let Some(camera) = &mut self.camera else { return };
         let hero = replica.and_then(|replica| match replica.room.scene.camera {
-            // No more than what is around the server's hero is sent.
+            // The server sends only the surroundings of the hero's authoritative position.
             CameraRule::Follow { .. } => replica.own_hero_as_told(),
             CameraRule::Fit | CameraRule::Whole => {
                 replica.own_hero().map(|hero| (hero.center, hero.velocity))

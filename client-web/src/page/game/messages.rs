@@ -17,9 +17,9 @@ use jostle_protocol::{ClientMessage, DecodeError, Refusal, ServerMessage, Snapsh
 use jostle_sim::Vec2;
 use std::sync::Arc;
 
-/// Without a frame for this long the page is hidden: messages move the display then.
+/// Time without a frame after which the page counts as hidden and messages advance the display instead, milliseconds.
 const UNSEEN_MS: f64 = 500.0;
-/// A seat without a player: that of a spectator.
+/// The seat of a spectator, which no player has.
 const NO_PLAYER: Seat = Seat(u16::MAX);
 
 impl GameScreen {
@@ -38,8 +38,8 @@ impl GameScreen {
         }
     }
 
-    /// Browsers stop the frames of a hidden page but not its messages: these keep the copy new, the
-    /// pings going, and the way back short.
+    /// Browsers stop the frames of a hidden page but not its messages. These keep the replica up to date and the pings
+    /// going, so that returning to the page is quick.
     fn keep_up_unseen(&mut self, ctx: &mut Context) {
         if ctx.now_ms - self.view.framed_ms < UNSEEN_MS {
             return;
@@ -156,12 +156,12 @@ impl GameScreen {
         }
     }
 
-    /// Sends everything that is due: inputs, the size of the view, a ping.
+    /// Sends everything that is due: inputs, the view size, a ping.
     pub fn send_due(&mut self, ctx: &mut Context) {
         if self.connection.status.state != State::Playing {
             return;
         }
-        // A spectator only acknowledges.
+        // A spectator sends empty inputs, only to acknowledge snapshots.
         let input = match self.watches() {
             true => Input::default(),
             false => self.input.controls.input(self.view()),
@@ -182,7 +182,7 @@ impl GameScreen {
         }
     }
 
-    /// Says how much of the world is shown, if that depends on the screen.
+    /// Reports the visible part of the world if it depends on the screen.
     fn send_view(&mut self, ctx: &mut Context) {
         let view = *self.view();
         let Some(membership) = &mut self.membership else { return };

@@ -1,4 +1,4 @@
-//! The panels around the picture that is edited: bar, form and error.
+//! The panels around the edited picture: bar, form and error.
 
 use crate::editor::form::{self, Row, rows};
 use crate::editor::state::Editor;
@@ -8,7 +8,7 @@ use crate::page::edit_screen::EditScreen;
 use crate::page::view::{Set, Text, View};
 use jostle_game::scene::FieldForm;
 
-/// The panels that rest while the scene is played.
+/// The panels that are inactive while the scene is played.
 const RESTING: [&str; 4] = ["#palette", "#edit-tabs", "#edit-form", "#edit-code"];
 
 pub fn view(app: &App) -> View {
@@ -54,7 +54,7 @@ pub fn error(app: &App) -> View {
     }
 }
 
-/// The fields of the selected piece, or those of the scene: a control for each whose range the reader of scenes knows.
+/// The fields of the selected piece or of the scene, with a control for each field whose range the scene parser knows.
 pub fn form(editor: &Editor) -> View {
     View::panel("form")
         .list("#form-fields", rows(editor).iter().map(line))

@@ -1,4 +1,4 @@
-//! The wheel of emotes, and emotes over heroes. The pictures are symbols of `index.html`.
+//! The emote wheel, and emotes over heroes. The pictures are symbols in `index.html`.
 
 use crate::language::fill;
 use crate::page::app::App;
@@ -7,9 +7,9 @@ use crate::page::strings;
 use crate::page::view::{View, word};
 use crate::view::frame;
 
-/// CSS pixels between a hero and its emote: the name is there.
+/// Distance between a hero and its emote, CSS pixels. The name tag is in between.
 const ABOVE_CSS: f32 = 30.0;
-/// An emote is at least this far below the upper edge, CSS pixels.
+/// Minimum distance of an emote from the upper edge, CSS pixels.
 const TOP_CSS: f32 = 64.0;
 /// The buttons of the wheel.
 const BUTTONS: [&str; strings::EMOTES.len()] = [
@@ -33,7 +33,7 @@ pub fn wheel(app: &App) -> View {
     })
 }
 
-/// The emotes of this moment over their heroes, in a picture of so many CSS pixels a pixel. The newest is read out.
+/// The emotes currently shown over heroes, for a picture of this scale. The newest is announced to screen readers.
 pub fn shown(app: &App, view: &frame::View, css_per_pixel: f32) -> View {
     let game = app.screen.game().and_then(|game| Some((game, game.pictured_replica()?)));
     let mut said = String::new();

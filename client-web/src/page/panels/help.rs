@@ -1,4 +1,4 @@
-//! The help: keys and what they do.
+//! The help dialog: keys and their actions.
 
 use crate::input::action::Action;
 use crate::language::{fill, say};
@@ -27,7 +27,7 @@ pub fn view(app: &App) -> View {
         }
         _ => return view,
     };
-    // A key without a meaning of its own joins the next.
+    // A key without a description is joined with the next key.
     let mut joined = String::new();
     let entries = keys.into_iter().filter_map(|(key, does)| {
         joined = if joined.is_empty() { key } else { format!("{joined} {key}") };
@@ -41,7 +41,7 @@ pub fn view(app: &App) -> View {
         .text("#help-close", close)
 }
 
-/// A line that explains the picture of a scene.
+/// A line that explains the scene.
 pub fn hint(scene: &Scene, settings: &Settings) -> Option<Text> {
     let picks = [Action::Hero, Action::Minion, Action::Platform].map(|action| settings.cap(action));
     let [hero, minion, platform] = picks.each_ref().map(String::as_str);
@@ -50,7 +50,7 @@ pub fn hint(scene: &Scene, settings: &Settings) -> Option<Text> {
 }
 
 fn of_game(scene: &Scene, settings: &Settings) -> Vec<(String, &'static str)> {
-    // Who has no keys is told of none.
+    // On touch screens the help does not mention keys.
     let told = |(key, does): (&'static str, _)| (say(key).to_owned(), does);
     if settings.touched {
         return tools::TOUCH_HELP.map(told).to_vec();

@@ -1,4 +1,4 @@
-//! The controls over the canvas: what is on, key caps, news, answers.
+//! The controls over the canvas: title, key caps, news, answers.
 
 use crate::language::{around, fill, say};
 use crate::page::app::App;
@@ -15,14 +15,14 @@ use crate::world::replica::News;
 use jostle_game::{Buttons, Kind, Scene, Tools};
 use jostle_protocol::replay::Ending;
 
-/// Key caps are large for this long after joining, milliseconds.
+/// Time after joining during which key caps are large, milliseconds.
 const CAPS_LARGE_MS: f64 = 10_000.0;
-/// The answer to a request for a clip is shown for this long, milliseconds.
+/// Duration for which the answer to a clip request is shown, milliseconds.
 const CLIP_MS: f64 = 8000.0;
-/// The answer to a denied request is shown for this long, milliseconds.
+/// Duration for which the answer to a denied request is shown, milliseconds.
 const DENIED_MS: f64 = 5000.0;
 
-/// What is on, and what can be done with its link.
+/// The title of the current game or replay, and the buttons for its link.
 pub fn title(app: &App) -> View {
     let view = View::panel("title");
     let (game, replay) = (app.screen.game(), app.screen.replay());
@@ -41,7 +41,7 @@ pub fn title(app: &App) -> View {
     view.show("#turn", !steers)
         .show("#copy", has_link)
         .show("#qr-code", has_link)
-        // A game that is played alone has no connection to show.
+        // A game played alone has no connection quality to show.
         .show("#signal", !(replica.is_some() && game.is_some_and(GameScreen::is_alone)))
 }
 
@@ -88,7 +88,7 @@ pub fn length(player: &ReplayPlayer) -> String {
     strings::clock(f64::from(player.last_tick() - player.first_tick()), false)
 }
 
-/// The key caps of a game; those whose buttons are down or whose body is picked are lit.
+/// The key caps of a game. Those of pressed buttons or of the selected body are highlighted.
 pub fn caps(app: &App) -> View {
     let game = app.screen.game();
     let joined_ms = game.and_then(|game| game.connection.status.joined_ms);
@@ -123,7 +123,7 @@ fn cap_of(cap: &tools::Cap, lit: (Buttons, Option<Kind>), settings: &Settings) -
         .text(".does", say(cap.does))
 }
 
-/// Answers to what the player asked for.
+/// Answers to the player's requests.
 pub fn answers(app: &App) -> View {
     let (game, now_ms) = (app.screen.game(), app.ctx.now_ms);
     let denied_ms = game.and_then(|game| game.connection.status.denied_ms);
@@ -144,7 +144,7 @@ pub fn answers(app: &App) -> View {
     )
 }
 
-/// The newest news.
+/// The latest news.
 pub fn news(app: &App) -> View {
     let lines = app.visit.news.lines.iter().map(|(number, news)| line(*number, news));
     View::panel("news").list("#feed", lines)
@@ -178,7 +178,7 @@ fn line(number: usize, news: &News) -> View {
     item
 }
 
-/// What need not change with every frame: the buttons of a host, and what the network does.
+/// Things that need not change with every frame: the host's buttons and the network status.
 pub fn status(app: &App) -> View {
     let game = app.screen.game();
     let closing_ms = game.and_then(|game| game.connection.status.closing_ms);
@@ -190,7 +190,7 @@ pub fn status(app: &App) -> View {
         };
         fill(sentence, &[("count", &format!("{seconds:.0}"))])
     });
-    // A simulated network is never mistaken for the real one.
+    // A simulated network must never be mistaken for the real one.
     let simulated = app.conditions.is_on() && game.is_some_and(|game| !game.is_in_page());
     let badge = simulated.then(|| {
         fill("Simulated bad connection: {conditions}", &[("conditions", &app.conditions.words())])

@@ -1,4 +1,4 @@
-//! The lobby: the note under the form, open rooms, scenes, replays.
+//! The lobby: open rooms, scenes, replays, and the note under the form.
 
 use crate::language::{fill, say};
 use crate::net::api::{self, bots_alone};
@@ -11,14 +11,14 @@ use crate::page::view::View;
 use jostle_protocol::web::{ReplayCard, RoomCard, SceneCard};
 use jostle_sim::TICKS_PER_SECOND;
 
-/// Categories and the lists that show them.
+/// Categories and the lists that show their scenes.
 const CATEGORIES: [(&str, &str); 3] =
     [("games", "#game-list"), ("playgrounds", "#playground-list"), ("book", "#book-list")];
 
-/// Replays that a folded list shows: the style sheet hides the others.
+/// The number of replays in a folded list; the style sheet hides the others.
 pub const FOLDED: usize = 6;
 
-/// The lobby at a time in seconds since 1970.
+/// The lobby at a time given in seconds since 1970.
 pub fn view(app: &App, unix_s: f64) -> View {
     let (lobby, records) = (&app.lobby, &app.records);
     let view = CATEGORIES.into_iter().fold(View::panel("lobby"), |view, (category, list)| {
@@ -78,7 +78,7 @@ fn room_entry(lobby: &Lobby, room: &RoomCard) -> View {
         .style(".bar", "--share", format!("{share:.0}%"))
 }
 
-/// With a link to a word of this server, and the picture of a scene.
+/// Adds a link to a path of this server, and the picture of a scene.
 fn link(item: View, word: &str, scene: Option<&SceneCard>) -> View {
     let picture = scene.and_then(|scene| scene.picture.as_ref());
     let picture = picture.map_or_else(String::new, |picture| format!("url({picture:?})"));
@@ -89,14 +89,14 @@ fn link(item: View, word: &str, scene: Option<&SceneCard>) -> View {
     )
 }
 
-/// The category that a scene is shown on; a server may know more of them.
+/// The category under which a scene is shown. The server may have categories unknown to this page.
 fn category_of(scene: &SceneCard) -> &'static str {
     let mut known = CATEGORIES.iter().map(|(category, _)| *category);
     known.find(|category| *category == scene.category).unwrap_or("playgrounds")
 }
 
-/// How a scene is played, in a few words: by how many, in teams, for how long. A page without a server has rooms for
-/// nobody else.
+/// A short description of how a scene is played: player count, teams, duration. Without a server there is no
+/// multiplayer, so the count is omitted.
 fn manner(scene: &SceneCard, is_static: bool) -> String {
     let seats = match (scene.players_min, scene.players_max) {
         _ if is_static => String::new(),
@@ -140,7 +140,7 @@ fn scene_entry(scene: &SceneCard, records: &Records, is_static: bool) -> View {
     best(item, records, name, scene.heroes)
 }
 
-/// With the best run of the scene.
+/// Adds the best run of the scene.
 fn best(item: View, records: &Records, scene: &str, heroes: bool) -> View {
     let best = records.best(scene);
     let raced = best.filter(|(table, _)| is_raced(table, heroes));

@@ -1,5 +1,5 @@
-//! The network: figures (F3), and a panel (F4) with the connection in numbers and as a plot, whether the own hero is
-//! predicted, and simulated networks to choose from.
+//! Network panels: statistics (F3), and a panel (F4) that shows the connection in numbers and as a plot, switches
+//! prediction of the player's hero, and simulates bad networks.
 
 use crate::language::fill;
 use crate::net::clock::{Clock, TICK_MS};
@@ -9,11 +9,11 @@ use crate::page::game::GameScreen;
 use crate::page::view::{Set, View, word};
 use crate::world::replica::Replica;
 
-/// Width and height of the plot, in its own units.
+/// Width and height of the plot in SVG units.
 const PLOT_SIZE: [f64; 2] = [240.0, 56.0];
-/// The plot shows at least this many milliseconds.
+/// Minimum range of the plot, milliseconds.
 const PLOT_MS_MIN: f64 = 50.0;
-/// The bar and the number of each kind of traffic.
+/// The bar and the number for each kind of traffic.
 const KINDS: [[&str; 2]; Traffic::ALL.len()] = [
     ["#net-kinds > :nth-child(1) i", "#net-kinds > :nth-child(1) b"],
     ["#net-kinds > :nth-child(2) i", "#net-kinds > :nth-child(2) b"],
@@ -22,7 +22,7 @@ const KINDS: [[&str; 2]; Traffic::ALL.len()] = [
     ["#net-kinds > :nth-child(5) i", "#net-kinds > :nth-child(5) b"],
 ];
 
-/// The panel, without what changes with time.
+/// The panel without its changing values.
 pub fn view(app: &App) -> View {
     let view = View::panel("network")
         .show("#network", app.panels.network)
@@ -35,7 +35,7 @@ pub fn view(app: &App) -> View {
         .set("#net-presets", Set::Choice(app.conditions.code().into()))
 }
 
-/// Bytes a second by kind, with bars on a scale of their own.
+/// Bytes per second by kind, with bars relative to the largest.
 fn kinds(mut view: View, game: &GameScreen, now_ms: f64) -> View {
     let rates = Traffic::ALL.map(|traffic| game.connection.meter.rate(traffic, now_ms).1);
     let most = rates.iter().copied().max().unwrap_or(0).max(1);
@@ -47,7 +47,7 @@ fn kinds(mut view: View, game: &GameScreen, now_ms: f64) -> View {
     view
 }
 
-/// The numbers and the plot of the panel, both lines in one scale.
+/// The panel's numbers and plot; both lines share one scale.
 pub fn connection(app: &App) -> View {
     let mut view = View::panel("connection");
     let game = app.screen.game().filter(|_| app.panels.network);

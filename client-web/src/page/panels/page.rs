@@ -1,4 +1,4 @@
-//! Marks on the root element, for the style sheet, and the buttons that copy the link.
+//! Attributes of the root element for the style sheet, and the buttons that copy the link.
 
 use crate::language::say;
 use crate::page::app::App;
@@ -15,7 +15,7 @@ pub fn view(app: &App) -> View {
     let hud = app.picture.frozen_hud.map(|hud| if hud { "yes" } else { "no" });
     let view = View::panel("page")
         .with("", "data-state", app.state())
-        // The page takes the player's colour.
+        // The page uses the player's colour.
         .style("", "--own", color_var(app.visit.own_color))
         .yes("", "data-calm", app.settings.calm)
         .yes("", "data-clean", app.panels.clean)

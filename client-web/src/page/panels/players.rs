@@ -1,6 +1,6 @@
-//! The list of players: in the order of their scores, the own one, or the one that a spectator follows,
-//! always in it. A host has a button beside each other player that removes them; for a spectator each entry is a button
-//! that follows them.
+//! The list of players, ordered by score. It always includes the player, or the one that a spectator follows. For a
+//! host, each other player has a button that removes them; for a spectator, each entry is a button that follows the
+//! player.
 
 use crate::language::fill;
 use crate::page::app::App;
@@ -9,15 +9,15 @@ use crate::world::replica::Replica;
 use jostle_game::Seat;
 use jostle_protocol::{Appearance, PlayerState};
 
-/// Players in the list; the rest is counted. A host has to reach all of them.
+/// Maximum players in the list; the rest are only counted. For a host the list is complete.
 const LISTED_MAX: usize = 10;
 
-/// Who looks at the list.
+/// The role of the viewer.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Viewer {
     Player,
     Host,
-    /// A spectator, and the player whom they follow.
+    /// A spectator, with the player that they follow.
     Spectator(Option<Seat>),
 }
 
@@ -78,7 +78,7 @@ fn entry(replica: &Replica, player: &PlayerState, viewer: Viewer) -> View {
         .style("", "--color", color_var(replica.room.color_of(player)))
         .with_or_without("i", "data-emblem", team.map(|team| team.to_string()))
         .text("bdi", player.appearance.name.to_string())
-        // The score of a team stands on the board.
+        // A team's score is on the scoreboard.
         .text(".score", team.map_or_else(|| player.score.to_string(), |_| String::new()));
     let item = match viewer {
         Viewer::Host if !own => {

@@ -1,5 +1,4 @@
-//! The controls under a replay: timeline, transport, speeds, players to follow, and the mark that says whether the
-//! hashes are equal.
+//! The controls of a replay: timeline, transport, speeds, players to follow, and the result of comparing hashes.
 
 use crate::language::{fill, say};
 use crate::page::app::App;
@@ -66,7 +65,7 @@ fn verdict(view: View, player: &ReplayPlayer) -> View {
             ("whole", say("Fully verified").into())
         }
         (None, Some(_)) if compared() => ("equal", say("Verified").into()),
-        // Nothing was compared at the start.
+        // There is nothing to compare at the start.
         (None, Some(_)) => ("none", say("Start").into()),
         (None, None) => ("none", say("Seeking\u{2026}").into()),
     };
@@ -77,7 +76,7 @@ fn verdict(view: View, player: &ReplayPlayer) -> View {
     )
 }
 
-/// Details for comparisons: the tick, its hash, the first tick that differs.
+/// Details of the comparison: the tick, its hash, and the first tick that differs.
 fn details(player: &ReplayPlayer) -> String {
     let checks = &player.checks;
     let hash = player.hash().map_or(String::new(), |hash| {
@@ -110,7 +109,7 @@ fn chip(place: usize, player: &PlayerState, followed: bool) -> View {
         .text("bdi", appearance.name.to_string())
 }
 
-/// Marks on the timeline: what was compared, and what happened.
+/// Marks on the timeline for compared ranges and for events.
 pub fn marks(app: &App) -> View {
     let view = View::panel("marks");
     let Some(replay) = app.screen.replay() else { return view };

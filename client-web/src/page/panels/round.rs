@@ -1,4 +1,4 @@
-//! The round over the canvas: score board, clock, task, countdown and result.
+//! The round over the canvas: scoreboard, clock, task, countdown and result.
 
 use crate::language::{fill, say};
 use crate::net::api;
@@ -12,7 +12,7 @@ use crate::world::replica::Replica;
 use jostle_game::Side;
 use jostle_protocol::web::RecordTable;
 
-/// The round of the displayed moment; nothing where there is none.
+/// The round at the displayed moment; empty in a scene without rounds.
 pub fn view(app: &App) -> View {
     let round = app.screen.replica().and_then(round_of);
     let is_on = round.is_some();
@@ -48,7 +48,7 @@ fn result(view: View, result: Option<&ResultView>) -> View {
         .flag("#again", "disabled", result.goes_on)
 }
 
-/// The tick that the highlights are at, in place of the result.
+/// The number of the current highlight, shown instead of the result.
 pub fn highlights(app: &App) -> View {
     let game = app.screen.game();
     let showing = game.and_then(|game| game.showing.as_ref());
@@ -63,7 +63,7 @@ pub fn highlights(app: &App) -> View {
         .text("#highlight", text.unwrap_or_default())
 }
 
-/// The best run, and what came of the own one.
+/// The best run, and the outcome of the player's run.
 pub fn record(app: &App) -> View {
     let said = Some(&*app.records.said).filter(|said| !said.is_empty());
     let scene = app.screen.game().and_then(|game| game.ranked_scene(&app.ctx));
@@ -80,7 +80,7 @@ pub fn record(app: &App) -> View {
         .with_or_without("#best-race", "href", race)
 }
 
-/// A scene without heroes has no ghosts.
+/// Whether a scene's best run can be raced. Scenes without heroes have no ghosts.
 pub fn is_raced(table: &RecordTable, heroes: bool) -> bool {
     heroes && api::is_timed(table)
 }
@@ -117,12 +117,12 @@ fn entry(template: &'static str, side: &SideView) -> View {
         .text(".lives", side.lives.map_or_else(String::new, lives))
 }
 
-/// A full dot for each step that was taken, and an empty one for each that is left.
+/// A filled dot for each completed step and an empty one for each remaining step.
 fn steps((done, all): (usize, usize)) -> String {
     "\u{25cf}".repeat(done.min(all)) + &"\u{25cb}".repeat(all.saturating_sub(done))
 }
 
-/// A heart for each life, as long as they can be seen at a glance.
+/// A heart for each life, or a count if there are many.
 fn lives(lives: i32) -> String {
     match lives {
         ..=0 => String::new(),

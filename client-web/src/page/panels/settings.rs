@@ -1,4 +1,4 @@
-//! The sheet of settings: language, calm, full screen, keys, gamepad.
+//! The settings dialog: language, reduced motion, full screen, keys, gamepad.
 
 use crate::input::action::Action;
 use crate::page::app::App;

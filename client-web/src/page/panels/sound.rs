@@ -1,4 +1,4 @@
-//! The speaker in the hud, its panel with the volume, and captions.
+//! The speaker button in the HUD, its panel with the volume, and captions.
 
 use crate::language::say;
 use crate::page::app::App;

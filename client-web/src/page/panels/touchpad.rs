@@ -1,4 +1,4 @@
-//! Fingers: a stick that appears under the left thumb, and a button for each tool under the right one.
+//! Touch controls: a stick that appears under the left thumb, and a button for each tool on the right.
 
 use crate::input::stick;
 use crate::language::say;
@@ -28,8 +28,8 @@ pub fn view(app: &App) -> View {
         .style("#knob", "transform", format!("translate({}px, {}px)", offset.x, offset.y))
 }
 
-/// The buttons of a scene, with the tool that is armed and the kind of body that is selected. A lone aimed tool needs
-/// none: touching the world is it.
+/// The tool buttons of a scene, with the armed tool and the selected kind of body. A single aimed tool needs no button,
+/// since touching the world uses it.
 fn tool_buttons(replica: &Replica, armed: Buttons) -> Vec<View> {
     let selected = replica.room.selected_kind();
     let tools = tools::touch_tools(&replica.room.scene);

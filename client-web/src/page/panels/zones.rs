@@ -1,4 +1,4 @@
-//! Labels of zones, over the canvas.
+//! Labels of zones over the canvas.
 
 use crate::language::say;
 use crate::page::app::App;
@@ -7,10 +7,10 @@ use crate::page::view::View;
 use crate::view::frame::{self, ZoneLabel};
 use jostle_sim::Vec2;
 
-/// A zone that is at least so high, CSS pixels, has its label inside, under the upper edge.
+/// Minimum height of a zone whose label is at its upper edge instead of its centre, CSS pixels.
 const ROOMY_CSS: f32 = 56.0;
 
-/// A label on every zone that has one, in a picture of so many CSS pixels a pixel.
+/// The labels of all labelled zones, for a picture of this scale.
 pub fn view(app: &App, view: &frame::View, css_per_pixel: f32) -> View {
     let labels =
         app.screen.pictured_replica().map(|replica| replica.picture.zone_labels(&replica.room));

@@ -1,4 +1,4 @@
-//! Cards about scenes: those that cannot be played, links, drafts, and scenes that are too heavy.
+//! Cards about scenes: invalid ones, links, drafts, and scenes that are too heavy.
 
 use crate::language::fill;
 use crate::net::scene_link::SceneLinkError;
@@ -7,7 +7,7 @@ use crate::page::qr_code;
 use jostle_game::scene::{SceneError, WorstTick};
 use std::sync::Arc;
 
-/// The card for a scene that cannot be played, while a game or a replay is on or not.
+/// The card for an invalid scene. `playing` says whether a game or replay is on display.
 pub fn bad_scene(error: &SceneError, playing: bool) -> Card {
     let (label, action) = match playing {
         true => ("Keep going", CardAction::Stay),
@@ -18,7 +18,7 @@ pub fn bad_scene(error: &SceneError, playing: bool) -> Card {
     Card { detail: error.to_string(), ..card_or(card, label, action) }
 }
 
-/// The card for a scene link whose scene cannot be played.
+/// The card for a link to an invalid scene.
 pub fn bad_linked_scene(error: &SceneError) -> Card {
     let card = Card { button: "Edit", action: CardAction::Edit, ..bad_scene(error, false) };
     Card { text: "It can be played once this is corrected.".into(), ..card }
@@ -35,21 +35,21 @@ pub fn link_code(link: &str) -> Card {
 }
 const LONG_LINK: &str = "This scene is too long for a QR code. Copy its link instead.";
 
-/// The card for a scene link that cannot be read.
+/// The card for a scene link that cannot be decoded.
 pub fn bad_link(error: &SceneLinkError) -> Card {
     let text = "This link holds no scene that can be played. Ask for the link again, or for the scene's file.";
     let card = card("Broken scene link", text, "Back to the lobby", CardAction::Lobby);
     Card { detail: error.to_string(), ..card }
 }
 
-/// The card for a scene of which no room was opened, for a reason that is not its text's.
+/// The card shown if no room could be opened, for a reason other than an error in the scene's text.
 pub fn no_room(reason: &str) -> Card {
     let text = "You can go on editing, and nothing is lost.";
     let card = card("No room was opened", text, "Keep going", CardAction::Stay);
     Card { detail: reason.to_owned(), ..card }
 }
 
-/// The draft that is kept is not what is edited: another tab changed it, or it is of an earlier visit.
+/// The stored draft differs from the edited text. Another tab changed it, or it is from an earlier visit.
 pub const OTHER_DRAFT: Card = passing(card(
     "There is another draft",
     "A draft of this scene with other changes was saved in another tab or earlier.",
@@ -57,14 +57,14 @@ pub const OTHER_DRAFT: Card = passing(card(
     CardAction::Draft,
 ));
 
-/// The card for a draft that was kept beside another one of the same scene, under this name.
+/// The card for a draft that was stored under this name next to another draft of the same scene.
 pub fn second_draft(name: &str) -> Card {
     let text = "This scene had another draft, saved in another tab or earlier. Yours is now \u{201c}{name}\u{201d}; go back to see the other one.";
     let card = card("Saved as a second draft", "", "Keep editing", CardAction::Stay);
     Card { text: fill(text, &[("name", name)]).into(), ..card }
 }
 
-/// The card for a scene that may be too heavy for the page, while it is edited or not.
+/// The card for a scene that may be too heavy for the page. `edits` says whether it is being edited.
 pub fn heavy_scene(worst: &WorstTick, edits: bool) -> Card {
     let text = "It may run slowly, or make this tab stop responding for a while.";
     let card = card("This scene is heavy", text, "Play anyway", CardAction::PlayHeavy);
@@ -79,7 +79,7 @@ pub fn heavy_scene(worst: &WorstTick, edits: bool) -> Card {
     Card { detail, ..card_or(card, label, action) }
 }
 
-/// The card for a game or a replay in the page of which a tick took this long, milliseconds.
+/// The card for an in-page game or a replay that was paused because a tick took this long, milliseconds.
 pub fn stalled(taken_ms: f64, edits: bool) -> Card {
     let (label, action) = match edits {
         true => ("Edit", CardAction::Unplay),

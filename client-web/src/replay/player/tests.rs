@@ -1,4 +1,4 @@
-//! A film shows a tick the same way however it got there.
+//! A replay shows a tick identically no matter how it was reached.
 
 use super::*;
 use crate::replay::chapters::Chapter;
@@ -9,7 +9,7 @@ use jostle_room::Room;
 
 const TICKS: u32 = 700;
 
-/// A game of three scripted players, of whom one comes late and one leaves.
+/// A game with three scripted players; one joins late and one leaves.
 pub(crate) fn records(scene: &str, ticks: u32) -> Vec<Record> {
     let scene = Scene::built_in().into_iter().find(|built_in| built_in.name == scene);
     let scene = Arc::new(scene.expect("a shipped scene"));
@@ -42,7 +42,7 @@ fn film(scene: &str) -> ReplayPlayer {
     ReplayPlayer::open(file(&records(scene, TICKS))).expect("a replay")
 }
 
-/// Plays at a pace that does not hit whole ticks, and stops at a tick.
+/// Plays at a pace that does not land on whole ticks, and stops at a tick.
 fn play_to(film: &mut ReplayPlayer, tick: u32) {
     film.play();
     while film.tick() < tick {
@@ -76,7 +76,7 @@ fn a_tick_looks_the_same_however_it_was_reached() {
         let mut played = film();
         played.set_speed(2.0);
         let mut sought = film();
-        // Before and after players came and left.
+        // Before and after players joined and left.
         for tick in if index % 2 == 0 { [77, 520] } else { [301, 699] } {
             play_to(&mut played, tick);
             sought.seek(TICKS);
@@ -188,7 +188,7 @@ fn goals_and_rounds_are_chapters_and_can_be_skipped_to() {
     let known: Vec<(u32, Chapter)> = of_game.copied().collect();
     assert_eq!(known.first(), Some(&(181, Chapter::Round)), "{known:?}");
     let goals: Vec<u32> = known[1..].iter().map(|&(tick, _)| tick).collect();
-    // Three players get up and down: what one of them holds in a row is one goal.
+    // Three players move up and down the hill. The points that one of them gets in a row are one goal.
     let held = goals.first().copied().expect("nobody held the hill");
     for (forwards, wanted) in [(true, 61), (true, held - 120), (false, 61)] {
         film.skip_to_goal(forwards);

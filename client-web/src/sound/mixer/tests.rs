@@ -15,7 +15,7 @@ fn of(sound: Sound, index: u32) -> Cue {
     Cue { speed: 60.0, ..Cue::of_body(sound, Vec2::new(100.0, 50.0), 14.0, body(index)) }
 }
 
-/// The voices of some cues that are heard at once.
+/// The voices for cues that are all reported in one frame.
 fn frame(mixer: &mut Mixer, now_s: f64, cues: impl IntoIterator<Item = Cue>) -> Vec<Voice> {
     cues.into_iter().for_each(|cue| mixer.hear(cue));
     mixer.frame(now_s, &EAR)
@@ -52,7 +52,7 @@ fn at_most_six_voices_of_a_sound_run_and_a_louder_one_replaces_the_quietest() {
     assert_eq!(frame(&mut mixer, 0.0, [strike(7, 100.0, 14.0, 15.0)]), [], "too quiet");
     let loud = frame(&mut mixer, 0.0, [strike(8, 100.0, 60.0, 400.0)]);
     assert_eq!(loud.len(), 1);
-    // Each came in when there were more, so that the last is the quietest.
+    // Each voice started when more were already running, so the last one is the quietest.
     assert_eq!(loud[0].slot, 5);
     assert_eq!(mixer.running(0.0), VOICES_OF_SOUND_MAX);
     let other = frame(&mut mixer, 0.0, [of(Sound::Glass, 9)]);
@@ -65,7 +65,7 @@ fn at_most_24_voices_run_and_the_important_ones_replace_the_others() {
     let sounds = [Sound::Wood, Sound::Rubber, Sound::Spawn, Sound::Glass];
     for index in 0..6 {
         let cues = (0..).zip(sounds).map(|(kind, sound)| of(sound, 10 * index + kind));
-        // Of glass, the shortest, the quietest are left in the end.
+        // The quietest voices left at the end are those of glass, the shortest sound.
         assert_eq!(frame(&mut mixer, 0.001 * f64::from(index), cues).len(), 4);
     }
     assert_eq!(mixer.running(0.006), VOICES_MAX);
@@ -149,7 +149,7 @@ fn sounds_are_panned_by_place_and_fade_beyond_the_view() {
     assert!(unseen.iter().all(|voice| voice.pan.is_finite()), "{unseen:?}");
 }
 
-/// A pile of 500 bodies of which 32 report an impact in every tick, for two seconds.
+/// A pile of 500 bodies with 32 impacts in every tick, for two seconds.
 #[test]
 fn a_shaken_pile_patters() {
     let mut mixer = Mixer::default();

@@ -131,7 +131,7 @@ fn a_spectator_begins_with_a_hero_where_all_would_be_tiny() {
     };
     let (laptop, phone) = ([1280, 720], [720, 1480]);
     assert_eq!(["arena", "hall"].map(|name| begins(name, laptop)), [false, true]);
-    // Of these, hockey shows all everywhere, and pile has no heroes.
+    // Among these scenes, hockey always shows everything and pile has no heroes.
     let names = ["arena", "hall", "hockey", "pile"];
     assert_eq!(names.map(|name| begins(name, phone)), [true, true, false, false]);
 }

@@ -1,4 +1,4 @@
-//! Bodies: slabs first, then the shadows of everything that moves, then those toys with their faces.
+//! Bodies: slabs first, then the shadows of all moving bodies, then those bodies with their faces.
 
 use super::faces;
 use super::motion::{BodySprings, Pose};
@@ -9,11 +9,11 @@ use crate::view::palette::{self, INK, MINION, PAPER, Rgb, SLATE, TOYS, WOOD};
 use jostle_game::Kind;
 use jostle_sim::{Shape, Vec2};
 
-/// Shadows fall straight down, by this much.
+/// Shadows are shifted straight down by this distance, world units.
 const SHADOW_DROP: f32 = 1.1;
-/// Width of their soft edge, world units.
+/// Width of a shadow's soft edge, world units.
 const SHADOW_SOFT: f32 = 1.5;
-/// How far a body's drawing may reach past its outline, world units.
+/// Maximum distance that a body's drawing extends past its outline, world units.
 const MARGIN: f32 = 8.0;
 /// Adds all bodies in view. `posed` is scratch memory.
 pub fn fill(stage: &mut DrawStage, motion: &mut BodySprings, posed: &mut Vec<(u32, Pose)>) {
@@ -25,7 +25,7 @@ pub fn fill(stage: &mut DrawStage, motion: &mut BodySprings, posed: &mut Vec<(u3
         }
         posed.push((index as u32, motion.pose(body)));
     }
-    // Slabs lie behind everything, and their shadows behind all of them.
+    // Slabs are drawn behind everything, and their shadows behind all slabs.
     let slabs = |(index, _): &&(u32, Pose)| is_slab(&bodies[*index as usize]);
     for (index, pose) in posed.iter().filter(slabs) {
         shadow(stage, &bodies[*index as usize], pose);
@@ -40,7 +40,7 @@ pub fn fill(stage: &mut DrawStage, motion: &mut BodySprings, posed: &mut Vec<(u3
     if let Some(ghost) = stage.frame.ghost {
         self::ghost(stage, ghost);
     }
-    // Nobody loses sight of a hero in a heap.
+    // Heroes are drawn last, so that none is lost in a heap.
     for heroes in [false, true] {
         let is_next =
             |(index, _): &&(u32, Pose)| (bodies[*index as usize].kind == Kind::Hero) == heroes;
@@ -50,7 +50,7 @@ pub fn fill(stage: &mut DrawStage, motion: &mut BodySprings, posed: &mut Vec<(u3
     }
 }
 
-/// A hero that one sees through, without a shadow: nothing meets it.
+/// A translucent hero without a shadow, since it collides with nothing.
 fn ghost(stage: &mut DrawStage, body: &FrameBody) {
     let (center, half) = (body.center, body.shape.half_extent());
     if !stage.quads.sees(center, half) {
@@ -82,7 +82,7 @@ fn slab(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
     if body.hot {
         ring(stage, body, pose);
     }
-    // Floor, ceiling and walls are one thing; of it only the floor has a lit edge.
+    // Floor, ceiling and walls form a unit; only the floor has a lit edge.
     let floor = pose.half.x > pose.half.y && pose.center.y < 0.5 * stage.frame.world_size.y;
     let (fill, edge, lit) = match body.kind {
         Kind::Wall => (SLATE[0], SLATE[2], if floor { 1.0 } else { 0.0 }),
@@ -97,7 +97,7 @@ fn slab(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
 fn shadow(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
     let kind = if is_round(body) { SolidKind::ShadowOval } else { SolidKind::ShadowBox };
     let alpha = if body.kind == Kind::Pack { 0.3 } else { 0.55 };
-    // Small things lie flat on the ground: their shadow is short.
+    // Small things lie flat on the ground and cast short shadows.
     let scale = (pose.half.x.min(pose.half.y) / 3.0).min(1.0);
     let below = pose.center - Vec2::new(0.0, SHADOW_DROP * scale);
     let quad = SolidVertex::new(kind, below, pose.half, rgba(INK[0], alpha));
@@ -124,7 +124,7 @@ fn toy(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
     }
 }
 
-/// Fill and lit edge of a body with a face.
+/// The fill and lit-edge colours of a body with a face.
 fn skin(body: &FrameBody) -> (Rgb, Rgb) {
     const WHITE: Rgb = [255, 255, 255];
     match body.kind {
@@ -160,7 +160,7 @@ fn block(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
     stage.quads.push(quad.rounded(corner(body, pose.half)).edged(stage.shade(WOOD[2], 1.0)));
 }
 
-/// Lines across a body that a blow has cracked.
+/// Lines across a body that was cracked by a hit.
 fn cracks(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
     if !body.cracked {
         return;
@@ -177,12 +177,12 @@ fn cracks(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
     }
 }
 
-/// A number in 0..=1 of a body's own: toys of one box are not all of one shade.
+/// A body-specific number in 0..=1, so that bodies in a group vary in shade.
 fn tone(body: &FrameBody) -> f32 {
     (body.id.index.wrapping_mul(2_654_435_761) >> 24) as f32 / 255.0
 }
 
-/// A drop that points where it flies, with a wake and a small glow.
+/// A drop that points in its direction of flight, with a wake and a small glow.
 fn pack(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
     let color = body.color.map_or(palette::NOBODY, palette::player);
     let radius = pose.half.x.min(pose.half.y);
@@ -221,7 +221,7 @@ fn pack(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
     stage.quads.push(SolidVertex::new(SolidKind::Oval, shine, Vec2::splat(radius * 0.22), fill));
 }
 
-/// A soft outline around what can be dragged.
+/// A soft outline around bodies that can be dragged.
 fn ring(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
     colored_ring(stage, body, pose, PAPER[0]);
 }
@@ -238,7 +238,7 @@ fn is_round(body: &FrameBody) -> bool {
     matches!(body.shape, Shape::Circle { .. })
 }
 
-/// Corner radius of a body of this half extent.
+/// The corner radius of a body with this half extent.
 fn corner(body: &FrameBody, half: Vec2) -> f32 {
     let least = half.x.min(half.y);
     match body.kind {

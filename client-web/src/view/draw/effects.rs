@@ -1,4 +1,4 @@
-//! Effects that flare up and fade: sparks of hard contacts, splashes of packs, puffs of bodies that left.
+//! Effects that flare up and fade: sparks of hard impacts, splashes of packs, puffs where bodies left the world.
 
 use super::stage::DrawStage;
 use super::vertex::{SolidKind, SolidVertex, rgba};
@@ -6,7 +6,7 @@ use crate::view::frame::{Effect, EffectKind};
 use crate::view::palette::{self, EMBER, PAPER, Rgb};
 use jostle_sim::Vec2;
 
-/// Closing speed at which a spark is at its brightest, units/s.
+/// Closing speed at which a spark reaches full brightness, units/s.
 const SPARK_SPEED: f32 = 60.0;
 
 /// Adds all effects in view.
@@ -24,7 +24,7 @@ pub fn fill(stage: &mut DrawStage) {
     }
 }
 
-/// Short bright streaks away from the contact, and a blink of light.
+/// Short bright streaks away from the contact, with a flash of light.
 fn spark(stage: &mut DrawStage, effect: &Effect) {
     let force = (effect.strength / SPARK_SPEED).clamp(0.15, 1.0);
     let life_s = 0.16 + 0.16 * force;
@@ -52,7 +52,7 @@ fn spark(stage: &mut DrawStage, effect: &Effect) {
     stage.shine(effect.point, EMBER[1], 9.0 * force * left * left);
 }
 
-/// Droplets of the pack's colour, a ring that widens, and a flash that cools to ember.
+/// Droplets in the pack's colour, a widening ring, and a flash that cools to ember.
 fn splash(stage: &mut DrawStage, effect: &Effect) {
     let life_s = 0.7;
     let done = effect.age / life_s;
@@ -90,7 +90,7 @@ fn splash(stage: &mut DrawStage, effect: &Effect) {
     stage.shine(effect.point, heat, 60.0 * left * left);
 }
 
-/// A ring that closes and a few motes that rise.
+/// A shrinking ring and a few rising motes.
 fn gone(stage: &mut DrawStage, effect: &Effect) {
     let life_s = 0.6;
     let left = 1.0 - effect.age / life_s;
@@ -122,19 +122,19 @@ fn glow(stage: &mut DrawStage, center: Vec2, radius: f32, color: Rgb, strength: 
     stage.quads.push(quad);
 }
 
-/// Numbers that depend on a place alone, so that an effect looks the same in every frame.
+/// Pseudo-random numbers seeded by a position, so that an effect looks the same in every frame.
 struct Dice(u32);
 
 impl Dice {
     fn of(point: Vec2) -> Dice {
-        // The finaliser of MurmurHash3 (Appleby 2011) spreads neighbouring places far apart.
+        // The finaliser of MurmurHash3 (Appleby 2011) gives nearby positions very different seeds.
         let mut bits = point.x.to_bits().rotate_left(9) ^ point.y.to_bits();
         bits = (bits ^ bits >> 16).wrapping_mul(0x85eb_ca6b);
         bits = (bits ^ bits >> 13).wrapping_mul(0xc2b2_ae35);
         Dice((bits ^ bits >> 16).max(1))
     }
 
-    /// The next number in 0..1 (an xorshift of Marsaglia 2003).
+    /// The next number in 0..1 (xorshift, Marsaglia 2003).
     fn unit(&mut self) -> f32 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 17;

@@ -1,4 +1,4 @@
-//! Faces: heroes have eyes that look, blink and widen; minions have a hint of a face, marbles doze.
+//! Faces: heroes have eyes that look around, blink and widen; minions have a hint of a face, and marbles doze.
 
 use super::motion::Pose;
 use super::stage::DrawStage;
@@ -8,12 +8,12 @@ use crate::view::palette::{INK, PAPER};
 use jostle_game::Kind;
 use jostle_sim::Vec2;
 
-/// Faces of bodies smaller than this many pixels (half of the smaller side) are not drawn.
+/// Minimum half size of bodies whose faces are drawn, pixels.
 const PIXELS_MIN: f32 = 4.0;
-/// Seconds for which a hit shows.
+/// Duration for which a hit shows on a face, seconds.
 const SHOCK_S: f32 = 0.9;
 
-/// Adds the face of a body, if it has one and is large enough to show it.
+/// Adds the face of a body, if it has one and is large enough.
 pub fn fill(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
     let least = pose.half.x.min(pose.half.y);
     if least < PIXELS_MIN * stage.quads.unit_per_pixel {
@@ -99,14 +99,15 @@ fn marble(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
     }
 }
 
-/// Direction of a face: towards its gaze, otherwise along its velocity. Length 0..=1, full at `far` units or units/s.
+/// The direction in which a face looks: towards its gaze point, otherwise along its velocity. The length is 0..=1 and
+/// reaches 1 at `far` units or units/s.
 fn gaze(body: &FrameBody, far: f32) -> Vec2 {
     let toward = body.gaze.map_or(body.velocity, |point| point - body.center);
     let length = toward.length();
     if length < 1e-3 { Vec2::ZERO } else { toward / length * (length / far).min(1.0) }
 }
 
-/// How far the lids are down, 0..=1, at a time in seconds; every body has its own rhythm.
+/// How far the eyelids are closed, 0..=1, at a time in seconds. Every body has a different rhythm.
 fn blink(time: f32, index: u32, period_s: f32) -> f32 {
     let own = (index.wrapping_mul(2_654_435_761) >> 16) as f32 / 65_536.0;
     let period = period_s * (0.8 + 0.6 * own);
@@ -115,7 +116,7 @@ fn blink(time: f32, index: u32, period_s: f32) -> f32 {
     (1.0 - (phase - half_s).abs() / half_s).max(0.0)
 }
 
-/// How much a body shows that it was hit, 0..=1.
+/// How strongly a face shows a recent hit, 0..=1.
 fn shock(stage: &DrawStage, body: &FrameBody) -> f32 {
     let hits = stage.frame.room.effects.iter().filter(|effect| {
         effect.kind == EffectKind::Splash && effect.body == Some(body.id) && effect.age < SHOCK_S

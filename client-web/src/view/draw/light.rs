@@ -1,15 +1,15 @@
-//! The light that particles, packs and bursts throw on matte things: a coarse field over the view,
-//! filled by splatting and spread by a blur. One small texture a frame, whatever the number of lights.
+//! The light that particles, packs and bursts cast on matte surfaces: a coarse field over the view, filled by splatting
+//! and spread by a blur. It costs one small texture per frame, regardless of the number of lights.
 
 use jostle_sim::Vec2;
 
-/// Cells of the field on each axis.
+/// Cells of the field along each axis.
 pub const LIGHT_CELLS: usize = 64;
-/// How far light reaches, world units.
+/// Reach of light, world units.
 const REACH: f32 = 6.5;
-/// Blurs in a row; more make the light rounder.
+/// Number of successive blurs; more make the light rounder.
 const PASSES: usize = 3;
-/// Cells beyond each side of the view, so that light from outside comes in.
+/// Cells beyond each edge of the view, so that light from outside spills in.
 const MARGIN_CELLS: f32 = 4.0;
 
 /// Light on a grid of [`LIGHT_CELLS`] squared cells, row 0 at the bottom.
@@ -19,9 +19,9 @@ pub struct LightField {
     pub low: Vec2,
     cell: f32,
     cells: Vec<[f32; 3]>,
-    /// RGBA texels, square roots of the light, row 0 at the bottom of the world.
+    /// RGBA texels that hold square roots of the light, row 0 at the bottom of the world.
     pub texels: Vec<u8>,
-    /// There is any light.
+    /// Whether there is any light.
     pub lit: bool,
 }
 
@@ -38,8 +38,8 @@ impl Default for LightField {
 }
 
 impl LightField {
-    /// Empties the field and lays it over a view. Cells keep their place in the world while the
-    /// view moves, so that light does not shimmer.
+    /// Empties the field and moves it over a view. Cells stay aligned to the world while the view moves, so that light
+    /// does not shimmer.
     pub fn begin(&mut self, center: Vec2, half: Vec2) {
         let longest = 2.0 * half.x.max(half.y);
         self.cell = longest / (LIGHT_CELLS as f32 - 2.0 * MARGIN_CELLS);
@@ -51,7 +51,7 @@ impl LightField {
         self.lit = false;
     }
 
-    /// Adds light at a point, shared among the four nearest cells. `strength` is about 1 for one particle.
+    /// Adds light at a point, distributed over the four nearest cells. `strength` is about 1 for one particle.
     pub fn add(&mut self, point: Vec2, color: [f32; 3], strength: f32) {
         let at = (point - self.low) / self.cell - Vec2::splat(0.5);
         let limit = (LIGHT_CELLS - 1) as f32;
@@ -75,12 +75,12 @@ impl LightField {
         self.lit = true;
     }
 
-    /// Spreads what was added and makes the texels.
+    /// Blurs the added light and computes the texels.
     pub fn finish(&mut self) {
         if !self.lit {
             return;
         }
-        // Widths of blurs in a row add up as squares.
+        // The widths of successive blurs add as squares.
         let keep = (-self.cell / (REACH * (2.0 / PASSES as f32).sqrt())).exp();
         for _ in 0..PASSES {
             for row in self.cells.chunks_exact_mut(LIGHT_CELLS) {
@@ -88,7 +88,7 @@ impl LightField {
             }
             blur_columns(&mut self.cells, keep);
         }
-        // The blur spreads a sum over cells: make it independent of their size.
+        // The blur distributes a sum over cells; this makes the result independent of the cell size.
         let gain = 0.55 * (REACH / self.cell).powi(2);
         for (cell, texel) in self.cells.iter().zip(self.texels.as_chunks_mut::<4>().0) {
             *texel = encode(*cell, gain);
@@ -101,8 +101,7 @@ impl LightField {
     }
 }
 
-/// A two-sided exponential blur along a row: what a cell holds flows on to both sides, less by the
-/// factor `keep` a cell.
+/// A two-sided exponential blur along a row: light spreads to both sides, attenuated by the factor `keep` per cell.
 fn blur_row(row: &mut [[f32; 3]], keep: f32) {
     let mut carried = [0.0; 3];
     for cell in row.iter_mut() {
@@ -116,7 +115,7 @@ fn blur_row(row: &mut [[f32; 3]], keep: f32) {
     }
 }
 
-/// The same along all columns at once, row by row, so that memory is read in order.
+/// Blurs all columns at once, row by row, so that memory is read sequentially.
 fn blur_columns(cells: &mut [[f32; 3]], keep: f32) {
     for at in 0..LIGHT_CELLS {
         let (before, from) = cells.split_at_mut(at * LIGHT_CELLS);
@@ -146,7 +145,7 @@ fn flow([r, g, b]: [f32; 3], carried: [f32; 3], keep: f32) -> [f32; 3] {
     [r * share + carried[0] * keep, g * share + carried[1] * keep, b * share + carried[2] * keep]
 }
 
-/// Compresses light to 0..1 by its brightest channel, which keeps the hue, and stores the root.
+/// Compresses light to 0..1 by its brightest channel, which preserves the hue, and stores square roots.
 fn encode(light: [f32; 3], gain: f32) -> [u8; 4] {
     let brightest = light[0].max(light[1]).max(light[2]) * gain;
     if brightest < 1e-5 {

@@ -1,20 +1,21 @@
-//! How bodies squash and stretch: a damped spring a body, kicked by sudden changes of velocity.
-//! Drawn only; nothing of it reaches the simulation.
+//! Squash and stretch: a damped spring per body, driven by sudden changes of velocity. It affects only the drawing,
+//! never the simulation.
 
 use crate::view::frame::FrameBody;
 use jostle_game::Kind;
 use jostle_sim::{BodyId, Vec2};
 
-/// Indices past this are drawn without a spring.
+/// Bodies with higher indices are drawn without a spring.
 const SPRINGS_MAX: usize = 65_536;
 /// Stiffness in 1/s^2 (about 7 Hz) and damping in 1/s.
 const STIFFNESS: f32 = 2000.0;
 const DAMPING: f32 = 16.0;
-/// Largest share by which a body gets flatter or taller.
+/// Maximum share by which a body gets flatter or taller.
 const SQUASH_MAX: f32 = 0.16;
-/// Changes of velocity below this between two frames are ordinary acceleration, units/s.
+/// Minimum change of velocity between two frames that kicks the spring, units/s; smaller changes are ordinary
+/// acceleration.
 const KICK_MIN: f32 = 4.0;
-/// Seconds in which a new body pops up.
+/// Duration of the pop-up animation of a new body, seconds.
 const POP_S: f32 = 0.18;
 
 #[derive(Clone, Copy)]
@@ -24,16 +25,16 @@ struct SprungBody {
     spring: SquashSpring,
 }
 
-/// How flat a body is, and how fast that changes.
+/// The flatness of a body and its rate of change.
 #[derive(Clone, Copy, Debug)]
 pub struct SquashSpring {
     velocity: Vec2,
-    /// By what share the body is flatter.
+    /// The share by which the body is flattened.
     pub squash: f32,
     rate: f32,
 }
 
-/// A body as it is to be drawn.
+/// A body's position and size as drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     /// Centre, world units.
@@ -42,7 +43,7 @@ pub struct Pose {
     pub half: Vec2,
 }
 
-/// Springs of all bodies, by index.
+/// The springs of all bodies, by index.
 #[derive(Default)]
 pub struct BodySprings {
     springs: Vec<Option<SprungBody>>,
@@ -61,7 +62,7 @@ impl BodySprings {
         self.frame = self.frame.wrapping_add(1);
     }
 
-    /// How to draw `body` in this frame.
+    /// The pose in which to draw `body` in this frame.
     pub fn pose(&mut self, body: &FrameBody) -> Pose {
         let half = body.shape.half_extent();
         if matches!(body.kind, Kind::Wall | Kind::Platform) {
@@ -73,7 +74,7 @@ impl BodySprings {
             None => self.squash(body),
         };
         let half = half * pop(body.age);
-        // Flatter means wider; the lower edge keeps its place, so that feet stay on the floor.
+        // A flatter body is wider. The lower edge stays in place, so that feet remain on the floor.
         let squashed = Vec2::new(half.x * (1.0 + 0.8 * squash), half.y * (1.0 - squash));
         let center = body.center - Vec2::new(0.0, half.y - squashed.y);
         Pose { center: center + self.bob(body), half: squashed }
@@ -87,7 +88,7 @@ impl BodySprings {
         Vec2::new(0.0, 0.28 * (self.time * 3.2 + phase).sin())
     }
 
-    /// Advances the spring of a body; positive is flatter.
+    /// Advances the spring of a body; positive values are flatter.
     fn squash(&mut self, body: &FrameBody) -> f32 {
         let index = body.id.index as usize;
         if index >= SPRINGS_MAX {
@@ -110,17 +111,17 @@ impl BodySprings {
 }
 
 impl SquashSpring {
-    /// Of a body that has moved like this for long.
+    /// The spring of a body that has long moved at this velocity.
     pub fn at_rest(velocity: Vec2) -> SquashSpring {
         SquashSpring { velocity, squash: 0.0, rate: 0.0 }
     }
 
-    /// Advances by this many seconds with a velocity.
+    /// Advances the spring by this many seconds at a velocity.
     pub fn advance(&mut self, velocity: Vec2, step_s: f32) {
         let change = (velocity - self.velocity).abs();
         self.velocity = velocity;
         if change.x.max(change.y) > KICK_MIN {
-            // A blow along y flattens, one along x narrows.
+            // An impact along y flattens the body, one along x narrows it.
             self.rate += (change.y - change.x).clamp(-60.0, 60.0) * 0.11;
         }
         let stretch = (velocity.x.abs() - velocity.y.abs()).clamp(-60.0, 60.0) * 0.0008;
@@ -135,7 +136,7 @@ impl SquashSpring {
     }
 }
 
-/// Size of a body that has just appeared: past its full size, then back to it.
+/// The scale of a body that has just appeared: overshoots its full size, then returns to it.
 fn pop(age: f32) -> f32 {
     if age >= POP_S {
         return 1.0;

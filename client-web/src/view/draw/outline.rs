@@ -13,10 +13,10 @@ use jostle_sim::{Shape, Vec2};
 pub const SEGMENTS: usize = 16;
 /// Half of the width and height of a centre mark, world units.
 const MARK_HALF: f32 = 0.25;
-/// Width of a line in pixels of a view 720 pixels high; it grows with the view.
+/// Line width in pixels for a view 720 pixels high; it scales with the view.
 const LINE_PIXELS: f32 = 1.5;
 
-/// How opaque the inside of the selected body is.
+/// Opacity of the selected body's interior.
 const CHOSEN_ALPHA: f32 = 0.4;
 
 const NORMAL: [u8; 4] = [0, 255, 0, 255];
@@ -24,7 +24,7 @@ const MARBLE: [u8; 4] = [255, 255, 255, 255];
 const SLAB: [u8; 4] = [255, 51, 51, 255];
 const TOUCHING: [u8; 4] = [255, 0, 0, 255];
 
-/// Adds the bounds of all bodies in view.
+/// Adds the outlines of all visible bodies.
 pub fn fill(stage: &mut DrawStage) {
     let ring = circle_corners();
     // While a body is selected, only the bodies that it touches are red (A1.4).
@@ -54,7 +54,7 @@ pub fn fill(stage: &mut DrawStage) {
     }
 }
 
-/// Fills the bounds of the selected body, whose picture is hidden.
+/// Fills the outline of the selected body, whose normal drawing is hidden.
 fn chosen(stage: &mut DrawStage, body: &FrameBody, kind: SolidKind) {
     if body.hidden {
         let fill = rgba(PAPER[0], CHOSEN_ALPHA);
@@ -72,7 +72,7 @@ fn color(body: &FrameBody, selecting: bool) -> [u8; 4] {
     }
 }
 
-/// Corners of the unit circle's polygon, from angle 0 on.
+/// Corners of the unit circle's polygon, starting at angle 0.
 fn circle_corners() -> [Vec2; SEGMENTS] {
     let mut corners = [Vec2::ZERO; SEGMENTS];
     for (i, corner) in corners.iter_mut().enumerate() {

@@ -10,7 +10,7 @@ use jostle_sim::{Shape, Vec2};
 /// Width of the edge, pixels.
 const EDGE_PIXELS: f32 = 2.0;
 
-/// Adds how far a zone is taken: it fills from the floor up, or from the middle.
+/// Shows the progress of capturing a zone: a box fills from the floor up, a circle from its centre.
 fn fill_up(stage: &mut DrawStage, zone: &FrameZone, color: Rgb, share: f32) {
     let half = zone.shape.half_extent();
     let (kind, center, half) = match zone.shape {
@@ -23,7 +23,7 @@ fn fill_up(stage: &mut DrawStage, zone: &FrameZone, color: Rgb, share: f32) {
     stage.quads.push(SolidVertex::new(kind, center, half, rgba(color, 0.3)));
 }
 
-/// Adds all zones in view.
+/// Adds all visible zones.
 pub fn zones(stage: &mut DrawStage) {
     for zone in &stage.frame.room.zones {
         let half = zone.shape.half_extent();
@@ -49,7 +49,7 @@ pub fn zones(stage: &mut DrawStage) {
     }
 }
 
-/// Places of the dots of one to six, in halves of a mark's size, as on dice.
+/// Dot positions for one to six dots, as on dice, in half mark sizes.
 const DICE: [&[(f32, f32)]; 6] = [
     &[(0.0, 0.0)],
     &[(-0.6, 0.6), (0.6, -0.6)],
@@ -58,10 +58,10 @@ const DICE: [&[(f32, f32)]; 6] = [
     &[(-0.6, 0.6), (0.6, 0.6), (0.0, 0.0), (-0.6, -0.6), (0.6, -0.6)],
     &[(-0.6, 0.6), (0.6, 0.6), (-0.6, 0.0), (0.6, 0.0), (-0.6, -0.6), (0.6, -0.6)],
 ];
-/// Radius of a dot, in halves of a mark's size.
+/// Radius of a dot, in half mark sizes.
 const MARK_DOT: f32 = 0.24;
 
-/// Adds all lamps and marks in view.
+/// Adds all visible lamps and marks.
 pub fn marks(stage: &mut DrawStage) {
     for lamp in &stage.frame.room.lamps {
         let half = Vec2::splat(lamp.reach);
@@ -79,16 +79,16 @@ pub fn marks(stage: &mut DrawStage) {
     }
 }
 
-/// Height of the post below the ball's start, and of the fork above it, world units.
+/// Height of the post below the ball's start; [`FORK`] is the extent of the fork above it, world units.
 const POST: f32 = 18.0;
 const FORK: Vec2 = Vec2::new(4.0, 4.0);
-/// Half the width of the wood, and of the band.
+/// Half the width of the wood and of the band, world units.
 const WOOD_HALF: f32 = 1.1;
 const BAND_HALF: f32 = 0.45;
-/// Radius of a dot at the start of the way; the last one has a third of it.
+/// Radius of the first dot of the path; the last one has a third of it.
 const DOT: f32 = 0.9;
 
-/// Adds the sling, if there is one.
+/// Adds the sling, if the scene has one.
 pub fn sling(stage: &mut DrawStage) {
     let Some(sling) = &stage.frame.room.sling else { return };
     let (start, wood) = (sling.start, stage.shade(WOOD[0], 1.0));

@@ -1,4 +1,4 @@
-//! The editor's marks: a grid under the scene; outlines, handles and signs over it.
+//! The editor's overlay: a grid below the scene; outlines, handles and signs above it.
 
 use super::stage::DrawStage;
 use super::vertex::{SolidKind, SolidVertex, rgba};
@@ -6,7 +6,7 @@ use crate::view::frame::{Sketch, Stroke, Tone};
 use crate::view::palette::{self, EMBER, INK, PAPER, SLATE};
 use jostle_sim::{Shape, Vec2};
 
-/// Lines of the grid on an axis at most; a finer grid is left out.
+/// Maximum grid lines on each axis; a finer grid is not drawn.
 const LINES_MAX: f32 = 400.0;
 /// Every fifth line is brighter.
 const BRIGHT_EVERY: i32 = 5;
@@ -85,7 +85,7 @@ fn handle(stage: &mut DrawStage, sketch: &Sketch, at: Vec2, round: bool) {
     stage.quads.push(quad(inner, rgba(PAPER[0], 1.0)));
 }
 
-/// A disc of ink, on which a sign is seen over anything.
+/// A dark disc that makes a sign visible on any background.
 fn plate(stage: &mut DrawStage, sketch: &Sketch, at: Vec2) {
     let half = Vec2::splat(SIGN_CSS * sketch.pixel);
     stage.quads.push(SolidVertex::new(SolidKind::Oval, at, half, rgba(INK[1], 0.85)));
@@ -119,7 +119,7 @@ fn target(stage: &mut DrawStage, sketch: &Sketch, at: Vec2) {
     stage.quads.push(SolidVertex::new(SolidKind::Oval, at, half, fill));
 }
 
-/// The ghost of a hero.
+/// A spawn point, drawn as a translucent hero.
 fn spawn(stage: &mut DrawStage, sketch: &Sketch, at: Vec2, half: Vec2) {
     let least = half.min_element();
     let own = palette::player(1);

@@ -1,10 +1,10 @@
-//! The particle's picture: a soft disc of alpha.
+//! The texture of particles: a disc with soft alpha.
 
 /// Width and height in texels.
 pub const SIDE: usize = 64;
 
-/// RGBA texels of the particle: white, full in the middle, so that a single particle shows its true tint,
-/// then falling off smoothly to nothing at the rim.
+/// RGBA texels of the particle texture: white, opaque in the centre, so that a single particle shows its true tint, and
+/// fading smoothly to transparent at the rim.
 pub fn particle_texels() -> Vec<u8> {
     let half = SIDE as f32 * 0.5;
     let mut texels = Vec::with_capacity(SIDE * SIDE * 4);

@@ -7,26 +7,26 @@ use crate::view::frame::Frame;
 use crate::view::palette::{self, INK, Rgb};
 use jostle_sim::Vec2;
 
-/// Solid quads drawn at a time; further ones are left out.
+/// Maximum solid quads per frame; further ones are omitted.
 const QUADS_MAX: usize = 262_144;
 
-/// The frame that is drawn, and the lists that it is drawn into.
+/// The frame being drawn, and the lists that it is drawn into.
 pub(super) struct DrawStage<'a> {
     pub quads: &'a mut Quads,
-    /// Light that glowing things throw.
+    /// The light emitted by glowing things.
     pub light: &'a mut LightField,
-    /// The frame that is drawn.
+    /// The frame being drawn.
     pub frame: &'a Frame<'a>,
 }
 
 impl DrawStage<'_> {
-    /// A body's colour; the bounds view steps all of them back behind its lines.
+    /// A body's colour; with outlines shown, bodies are darkened behind the lines.
     pub fn shade(&self, color: Rgb, alpha: f32) -> [u8; 4] {
         let back = if self.frame.bounds { 0.22 } else { 0.0 };
         rgba(palette::mix(color, INK[1], back), alpha)
     }
 
-    /// A straight line with round ends, of half this width.
+    /// A straight line with round ends and this half width.
     pub fn line(&mut self, from: Vec2, to: Vec2, half_width: f32, color: [u8; 4]) {
         let span = to - from;
         let length = span.length();
@@ -35,16 +35,16 @@ impl DrawStage<'_> {
         self.quads.push(quad.rounded(half_width).turned(span / length.max(1e-6)));
     }
 
-    /// Throws light on what is near.
+    /// Casts light on nearby surfaces.
     pub fn shine(&mut self, point: Vec2, color: Rgb, strength: f32) {
         self.light.add(point, color.map(|c| f32::from(c) / 255.0), strength);
     }
 }
 
-/// Quads of a frame, in drawing order.
+/// The quads of a frame, in drawing order.
 #[derive(Default)]
 pub struct Quads {
-    /// Four vertices a quad.
+    /// Four vertices per quad.
     pub vertices: Vec<SolidVertex>,
     center: Vec2,
     half: Vec2,
@@ -53,7 +53,7 @@ pub struct Quads {
 }
 
 impl Quads {
-    /// Empties the list for a view.
+    /// Empties the list for a new view.
     pub fn begin(&mut self, center: Vec2, half: Vec2, unit_per_pixel: f32) {
         self.vertices.clear();
         self.center = center;
@@ -61,13 +61,13 @@ impl Quads {
         self.unit_per_pixel = unit_per_pixel;
     }
 
-    /// Whether a box around a point can be seen.
+    /// Whether a box around a point is visible.
     pub fn sees(&self, center: Vec2, half: Vec2) -> bool {
         let away = (center - self.center).abs();
         away.x < self.half.x + half.x && away.y < self.half.y + half.y
     }
 
-    /// Adds a quad unless it is out of view.
+    /// Adds a quad unless it is outside the view.
     pub fn push(&mut self, quad: SolidVertex) {
         let center = Vec2::from(quad.center);
         let reach = Vec2::from(quad.half) + Vec2::splat(quad.rounding[1]);

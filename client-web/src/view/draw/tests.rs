@@ -1,4 +1,4 @@
-//! The draw list: what is drawn, in which colour and order, and what is left out.
+//! Tests of the draw list: drawn items, their colours and order, and culling.
 
 use super::*;
 use crate::view::frame::{Effect, EffectKind, FrameBody, FrameRoom};
@@ -56,7 +56,7 @@ fn quads(vertices: &[SolidVertex]) -> Vec<SolidVertex> {
     vertices.iter().step_by(4).copied().collect()
 }
 
-/// The quads over the particles when `bodies` are shown with bounds.
+/// The quads above the particles when `bodies` are shown with outlines.
 fn bounds_of(bodies: &[FrameBody]) -> Vec<SolidVertex> {
     let particles = Particles::default();
     let mut list = DrawList::new();
@@ -64,7 +64,7 @@ fn bounds_of(bodies: &[FrameBody]) -> Vec<SolidVertex> {
     quads(&list.solids()[list.overlay_start..])
 }
 
-/// The two ends of a drawn line; its ends are round, half of its width past them.
+/// The two end points of a drawn line. Its round ends extend half its width beyond them.
 fn ends(line: &SolidVertex) -> [Vec2; 2] {
     let along = Vec2::from(line.axis) * (line.half[0] - line.half[1]);
     [Vec2::from(line.center) - along, Vec2::from(line.center) + along]
@@ -254,7 +254,7 @@ fn a_lost_connection_dims_everything_last() {
     assert!(list.overlay_start < list.solids().len() - 4);
 }
 
-/// The light in the cell of a world point, 0..=1.
+/// The light in the cell at a world point, 0..=1.
 fn light_at(light: &LightField, point: Vec2) -> [f32; 3] {
     let at = (point - light.low) / light.size() * LIGHT_CELLS as f32;
     let index = (at.y as usize * LIGHT_CELLS + at.x as usize) * 4;
@@ -276,7 +276,7 @@ fn explosions_light_only_nearby_bodies() {
     assert_eq!(list.globals.light_on, 0.0, "the light goes out with the fire");
 }
 
-/// Height over width of the first matte box drawn.
+/// Height divided by width of the first matte box drawn.
 fn slimness(list: &DrawList) -> f32 {
     let all = quads(list.solids());
     let matte = all.iter().find(|q| q.kind == SolidKind::MatteBox as u32).expect("a hero");

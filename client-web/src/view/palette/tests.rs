@@ -1,5 +1,5 @@
-//! Colours that stay apart: distances in OKLab (Ottosson 2020) under the colour-blindness matrices
-//! of Machado, Oliveira and Fernandes 2009, and contrast as WCAG 2 defines it.
+//! Tests that colours are distinguishable: distances in OKLab (Ottosson 2020) under the colour-blindness matrices of
+//! Machado, Oliveira and Fernandes 2009, and contrast as defined by WCAG 2.
 
 use super::*;
 
@@ -87,7 +87,7 @@ fn text_and_players_are_readable_on_every_ink() {
     for ink in INK {
         for (i, color) in PAPER.iter().chain(&PLAYERS).enumerate() {
             let found = contrast(*color, ink);
-            // The lit stage is the lightest ground there is.
+            // The lit stage is the lightest background.
             let least = if ink == INK[2] && i >= PAPER.len() { 4.0 } else { 4.5 };
             assert!(found >= least, "colour {i} {color:?} on {ink:?}: {found}");
         }

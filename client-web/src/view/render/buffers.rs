@@ -1,5 +1,5 @@
-//! Buffers that grow: one vertex buffer a pipeline, rewritten each frame, and one index buffer for
-//! quads that only changes when it grows.
+//! Growing buffers: a vertex buffer per pipeline, rewritten every frame, and an index buffer for quads, which changes
+//! only when it grows.
 
 use std::ops::Range;
 
@@ -10,12 +10,12 @@ pub struct VertexStore {
 }
 
 impl VertexStore {
-    /// Nothing is allocated until there is something to hold.
+    /// Creates an empty store; memory is allocated on first use.
     pub fn new(label: &'static str) -> VertexStore {
         VertexStore { label, buffer: None }
     }
 
-    /// Replaces the contents; grows by doubling.
+    /// Replaces the contents, growing by doubling.
     pub fn write(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, bytes: &[u8]) {
         if bytes.is_empty() {
             return;
@@ -34,7 +34,7 @@ impl VertexStore {
         }
     }
 
-    /// Draws quads of the contents with the index buffer that is set.
+    /// Draws some of the quads with the current index buffer.
     pub fn draw(&self, pass: &mut wgpu::RenderPass, quads: Range<usize>) {
         if let Some(buffer) = &self.buffer {
             pass.set_vertex_buffer(0, buffer.slice(..));
@@ -43,21 +43,21 @@ impl VertexStore {
     }
 }
 
-/// Indices of two triangles a quad of four vertices.
+/// Indices of two triangles per quad of four vertices.
 pub struct QuadIndices {
-    /// Six 32-bit indices a quad.
+    /// Six 32-bit indices per quad.
     pub buffer: wgpu::Buffer,
     quads: usize,
 }
 
 impl QuadIndices {
-    /// Enough for an ordinary scene.
+    /// Creates indices for a typical scene.
     pub fn new(device: &wgpu::Device) -> QuadIndices {
         let quads = 4096;
         QuadIndices { buffer: index_buffer(device, quads), quads }
     }
 
-    /// Grows until it covers this many quads.
+    /// Grows to cover at least this many quads.
     pub fn cover(&mut self, device: &wgpu::Device, quads: usize) {
         if quads > self.quads {
             self.quads = quads.next_power_of_two();

@@ -1,5 +1,5 @@
-//! The pipelines of quads: solid ones with premultiplied alpha, where alpha 0 adds light, and particles,
-//! one sprite blended additively (A3.4, A3.5, A3.6).
+//! The quad pipelines: solid quads use premultiplied alpha, where alpha 0 adds light; particles use one sprite with
+//! additive blending (A3.4, A3.5, A3.6).
 
 use super::buffers::VertexStore;
 use super::shared::{self, PipelineParts, SharedBindings};
@@ -7,7 +7,7 @@ use crate::view::draw::{ParticleVertex, SolidVertex, sprite};
 use bytemuck::Pod;
 use std::ops::Range;
 
-/// ONE, ONE on colour; the target's alpha is left alone.
+/// ONE, ONE for colour; the target's alpha is unchanged.
 const ADDITIVE: wgpu::BlendState = wgpu::BlendState {
     color: wgpu::BlendComponent {
         src_factor: wgpu::BlendFactor::One,
@@ -21,16 +21,16 @@ const ADDITIVE: wgpu::BlendState = wgpu::BlendState {
     },
 };
 
-/// Pipeline and vertices of one kind of quads.
+/// Pipeline and vertices for one kind of quad.
 pub struct QuadPass {
     pipeline: wgpu::RenderPipeline,
     vertices: VertexStore,
-    /// The texture of all quads and its bind group, if they have one.
+    /// The texture of the quads and its bind group, if they use one.
     pub sprite: Option<(wgpu::Texture, wgpu::BindGroup)>,
 }
 
 impl QuadPass {
-    /// Compiles the pipeline of everything but ground and particles.
+    /// Creates the pipeline for everything except ground and particles.
     pub fn solids(
         device: &wgpu::Device,
         shared: &SharedBindings,
@@ -52,7 +52,7 @@ impl QuadPass {
         QuadPass { pipeline: shared::pipeline(device, parts), vertices, sprite: None }
     }
 
-    /// Compiles the pipeline of particles, and loads their sprite.
+    /// Creates the pipeline for particles and uploads their sprite.
     pub fn particles(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -87,12 +87,12 @@ impl QuadPass {
         QuadPass { pipeline: shared::pipeline(device, parts), vertices, sprite }
     }
 
-    /// Sends a frame's vertices.
+    /// Uploads the vertices of a frame.
     pub fn upload<V: Pod>(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, vertices: &[V]) {
         self.vertices.write(device, queue, bytemuck::cast_slice(vertices));
     }
 
-    /// Draws some of the quads.
+    /// Draws a range of the quads.
     pub fn record(&self, pass: &mut wgpu::RenderPass, quads: Range<usize>) {
         if quads.is_empty() {
             return;

@@ -1,12 +1,12 @@
-//! Parts shared by all pipelines: bind group 0 (camera and light field) and how a pipeline is put together.
+//! Parts shared by all pipelines: bind group 0 (camera and light field), and helpers to create pipelines.
 
 use crate::view::draw::{DrawList, Globals, LIGHT_CELLS};
 use std::borrow::Cow;
 
-/// Bind group 0 and what is behind it.
+/// Bind group 0 and its resources.
 pub struct SharedBindings {
     globals: wgpu::Buffer,
-    /// Light that glowing things throw on others.
+    /// The light emitted by glowing things.
     pub light: wgpu::Texture,
     pub layout: wgpu::BindGroupLayout,
     /// The uniform block, the light texture and its sampler.
@@ -14,7 +14,7 @@ pub struct SharedBindings {
 }
 
 impl SharedBindings {
-    /// Buffers of fixed size; the light field starts dark.
+    /// Creates the buffers, which have a fixed size; the light field starts dark.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> SharedBindings {
         let globals = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("globals"),
@@ -56,7 +56,7 @@ impl SharedBindings {
         SharedBindings { globals, light, layout, group }
     }
 
-    /// Sends camera and light of a frame for a target of `size` pixels.
+    /// Uploads the camera and light of a frame for a target of `size` pixels.
     pub fn upload(&self, queue: &wgpu::Queue, size: [u32; 2], list: &DrawList) {
         let globals = Globals { pixels: size.map(|p| p as f32), ..list.globals };
         queue.write_buffer(&self.globals, 0, bytemuck::bytes_of(&globals));
@@ -66,7 +66,7 @@ impl SharedBindings {
     }
 }
 
-/// A bind group of these resources, numbered from 0.
+/// Creates a bind group of these resources, numbered from 0.
 pub fn bind_group(
     device: &wgpu::Device,
     layout: &wgpu::BindGroupLayout,
@@ -80,7 +80,7 @@ pub fn bind_group(
     device.create_bind_group(&wgpu::BindGroupDescriptor { label, layout, entries: &entries })
 }
 
-/// A square RGBA texture to be sampled.
+/// Creates a square RGBA texture for sampling.
 pub fn texture(device: &wgpu::Device, label: &str, side: u32) -> wgpu::Texture {
     device.create_texture(&wgpu::TextureDescriptor {
         label: Some(label),
@@ -104,7 +104,7 @@ pub fn write_texture(queue: &wgpu::Queue, texture: &wgpu::Texture, texels: &[u8]
     queue.write_texture(texture.as_image_copy(), texels, layout, texture.size());
 }
 
-/// Smooth sampling, clamped at the border.
+/// Creates a sampler with linear filtering, clamped at the border.
 pub fn sampler(device: &wgpu::Device) -> wgpu::Sampler {
     device.create_sampler(&wgpu::SamplerDescriptor {
         mag_filter: wgpu::FilterMode::Linear,
@@ -135,11 +135,11 @@ pub fn sampler_entry(binding: u32) -> wgpu::BindGroupLayoutEntry {
     }
 }
 
-/// The parts in which pipelines differ.
+/// The parameters that differ between pipelines.
 pub struct PipelineParts<'a> {
-    /// Name in error messages.
+    /// The name used in error messages.
     pub label: &'a str,
-    /// A module of `build.rs` with entry points `vertex` and `fragment`.
+    /// A shader module from `build.rs` with entry points `vertex` and `fragment`.
     pub shader: &'a [u8],
     pub groups: &'a [Option<&'a wgpu::BindGroupLayout>],
     pub vertices: &'a [Option<wgpu::VertexBufferLayout<'a>>],
@@ -147,7 +147,7 @@ pub struct PipelineParts<'a> {
     pub blend: Option<wgpu::BlendState>,
 }
 
-/// A pipeline of triangles without depth or multisampling.
+/// Creates a triangle pipeline without depth testing or multisampling.
 pub fn pipeline(device: &wgpu::Device, parts: PipelineParts) -> wgpu::RenderPipeline {
     let shader: naga::Module =
         postcard::from_bytes(parts.shader).expect("build.rs packed it with the same naga");

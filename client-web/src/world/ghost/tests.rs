@@ -1,4 +1,4 @@
-//! A ghost is where its hero was, as long after the beginning of the round.
+//! A ghost is where its hero was at the same time after the start of the round.
 
 use super::*;
 use jostle_game::{Buttons, Input};
@@ -11,7 +11,7 @@ fn race() -> Arc<Scene> {
     Arc::new(scenes.find(|scene| scene.name == "race").expect("a shipped scene"))
 }
 
-/// The replay of a race in which the only player flies to the right, and where the hero was after each tick.
+/// The replay of a race in which the only player flies to the right, and the hero's position after each tick.
 fn flight(ticks: u32) -> (Vec<u8>, Vec<Vec2>) {
     let mut room = Room::filled("alone", race(), 1, 1);
     room.record("test", 0);
@@ -45,19 +45,19 @@ fn a_ghost_keeps_step_with_the_round() {
         ghost.advance(Some(&round(phase, since)), display, || true);
         ghost.shown.map(|hero| hero.center)
     };
-    // It waits at the start, however long the countdown is.
+    // The ghost waits at the start, however long the countdown takes.
     assert_eq!(at(RoundPhase::Countdown, 0, 20.0), Some(places[180]));
     assert_eq!(at(RoundPhase::Countdown, 0, 999.0), Some(places[180]));
-    // The own round began 1000 ticks into the game.
+    // The player's round began 1000 ticks into the game.
     assert_eq!(at(RoundPhase::Running, 1000, 1000.0), Some(places[180]));
     assert_eq!(at(RoundPhase::Running, 1000, 1060.0), Some(places[240]));
     assert!(places[240].x > places[180].x);
     let between = at(RoundPhase::Running, 1000, 1060.5).expect("a place");
     assert!((between - (places[240] + places[241]) * 0.5).length() < 1e-3);
-    // Once the own round is over it goes on to the end of its replay, and stays there.
+    // When the player's round is over, the ghost continues to the end of its replay and stays there.
     assert_eq!(at(RoundPhase::Over, 1100, 1110.0), Some(places[290]));
     assert_eq!(at(RoundPhase::Over, 1100, 9999.0), Some(places[400]));
-    // The next round begins at its start again.
+    // In the next round the ghost starts again at the beginning.
     assert_eq!(at(RoundPhase::Countdown, 2000, 2001.0), Some(places[180]));
     assert_eq!(at(RoundPhase::Running, 2180, 2190.0), Some(places[190]));
 }

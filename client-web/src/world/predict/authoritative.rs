@@ -1,4 +1,4 @@
-//! The hero and what is near it as a small world of the simulation, kept true to the snapshots.
+//! The hero and its surroundings as a small simulated world, kept consistent with the snapshots.
 
 use super::near::{self, NEAR_MAX, Near, body_of, step_between};
 use super::schedule::InputSchedule;
@@ -9,31 +9,31 @@ use jostle_sim::WorldSettings;
 use jostle_sim::particles::dequantise;
 use jostle_sim::{Aabb, BodyDef, BodyId, DT, Motion, Vec2, World};
 
-/// Ticks between two snapshots past which nothing is carried on from the one to the other.
+/// Maximum ticks between two snapshots across which the state is continued.
 const GAP_TICKS_MAX: u32 = 60;
-/// Prediction error above which the difference counts as an unpredicted collision, in quanta; below it the
-/// velocity is merely not known well enough.
+/// Prediction error above which the difference counts as an unpredicted collision, in quanta. Smaller errors mean only
+/// that the velocity is not known well enough.
 const COLLISION_QUANTA: f32 = 6.0;
-/// Snapshots whose positions determine a velocity; older ones have no weight.
+/// Number of snapshots whose positions determine a velocity; older ones have no weight.
 const MEMORY: u32 = 24;
 
-/// A small world at the end of a tick.
+/// The small world at the end of a tick.
 #[derive(Clone)]
 pub(super) struct AuthoritativeSim {
     world: World,
-    /// The tick at whose end it is.
+    /// The tick at whose end this state is.
     pub tick: u32,
-    /// The hero's name in the room.
+    /// The hero's id in the room.
     pub hero: BodyId,
-    /// The hero's name in the small world.
+    /// The hero's id in the small world.
     local: BodyId,
-    /// In index order of the room.
+    /// Nearby bodies, in index order of the room.
     others: Vec<Other>,
-    /// Snapshots since the velocity was last reset, on each axis.
+    /// The number of snapshots on each axis since the velocity was last reset.
     known: [u32; 2],
-    /// The player in the round, in a game.
+    /// The player's state in the round, in a game.
     player: Option<RoundPlayer>,
-    /// Whether nothing moves yet.
+    /// Whether nothing may move yet, because the countdown is running.
     stands_still: bool,
 }
 
@@ -49,16 +49,16 @@ struct Other {
 /// A body that carries the hero.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Carrier {
-    /// Its name in the room.
+    /// The body's id in the room.
     pub id: BodyId,
-    /// Its position, world units.
+    /// The position, world units.
     pub center: Vec2,
-    /// Its way in the last tick, world units.
+    /// The displacement in the last tick, world units.
     pub step: Vec2,
 }
 
 impl AuthoritativeSim {
-    /// A world around a hero where a snapshot shows it; `None` if it does not.
+    /// Creates a world around a hero as shown in a snapshot; `None` if the snapshot does not contain the hero.
     pub fn new(
         scene: &Scene,
         hero: BodyId,
@@ -87,13 +87,13 @@ impl AuthoritativeSim {
         Some(authoritative)
     }
 
-    /// Whether the world can go on to a snapshot with this hero.
+    /// Whether the world can advance to a snapshot at this tick with this hero.
     pub fn follows(&self, hero: BodyId, tick: u32) -> bool {
         let near_in_time = tick > self.tick && tick - self.tick <= GAP_TICKS_MAX;
         self.hero == hero && near_in_time && self.world.contains(self.local)
     }
 
-    /// Steps to the newest snapshot, and reconciles with it.
+    /// Steps to the newest snapshot and reconciles with it.
     pub fn advance_to(
         &mut self,
         scene: &Scene,
@@ -113,9 +113,9 @@ impl AuthoritativeSim {
         self.surround(scene, shown, newest, before);
     }
 
-    /// A position within half a quantum of the server's stays. Else the growing-memory filter
-    /// (Brookner 1998, 1.2.10: least squares of a line) of places and velocity corrects it, and after
-    /// an unpredicted collision it starts over, with a velocity that explains the difference.
+    /// A position within half a quantum of the server's is kept. Otherwise a growing-memory filter (Brookner 1998,
+    /// 1.2.10: least-squares fit of a line) corrects position and velocity. After an unpredicted collision it restarts
+    /// with a velocity that explains the difference.
     fn reconcile(&mut self, quantum: f32, shown: &SnapshotBody, ticks: u32) {
         let place = dequantise(shown.quanta, quantum);
         let (mut at, mut speed) = (self.center(), self.velocity());
@@ -139,7 +139,7 @@ impl AuthoritativeSim {
         self.world.set_velocity(self.local, speed);
     }
 
-    /// Takes over what is near the hero now. What is where it was expected stays as it is.
+    /// Updates the bodies near the hero. Bodies that are where they were expected are not changed.
     fn surround(
         &mut self,
         scene: &Scene,
@@ -170,7 +170,7 @@ impl AuthoritativeSim {
         }
     }
 
-    /// Plays one tick, as the room does.
+    /// Plays one tick as the room does.
     pub fn step(&mut self, scene: &Scene, schedule: &InputSchedule) {
         self.tick += 1;
         if self.stands_still {
@@ -210,7 +210,7 @@ impl AuthoritativeSim {
         self.world.velocity(self.local)
     }
 
-    /// The body that carries the hero: it moves, yields to nothing, and is touched by the hero, such as a lift.
+    /// The body that carries the hero, such as a lift: it moves, cannot be pushed, and touches the hero.
     pub fn carrier(&self) -> Option<Carrier> {
         let mut touches = self.world.touches().iter();
         let local = touches.find_map(|touch| {
@@ -236,7 +236,7 @@ fn stands_still(snapshot: &Snapshot) -> bool {
     snapshot.round.as_ref().is_some_and(|round| round.phase == RoundPhase::Countdown)
 }
 
-/// Settings of the small world: the scene's, without what concerns no hero.
+/// Settings of the small world: the scene's, minus everything that cannot affect the hero.
 fn settings(scene: &Scene) -> WorldSettings {
     let everywhere = Aabb { low: Vec2::splat(f32::MIN), high: Vec2::splat(f32::MAX) };
     WorldSettings {

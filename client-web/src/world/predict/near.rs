@@ -1,5 +1,5 @@
-//! Bodies that the hero may meet, for the small world: from the snapshot as far as it shows them, the rest
-//! from their scene.
+//! Bodies that may collide with the hero, for the small world. Their state comes from the snapshot; everything else
+//! about them comes from the scene.
 
 use jostle_game::scene::Placed;
 use jostle_game::{Kind, Scene};
@@ -7,25 +7,25 @@ use jostle_protocol::{Snapshot, SnapshotBody};
 use jostle_sim::particles::dequantise;
 use jostle_sim::{Aabb, BodyDef, BodyId, DT, Motion, Vec2};
 
-/// Room around the hero's way for what comes towards it, in sides of the hero.
+/// Margin around the hero's path in which approaching bodies are included, in hero sizes.
 const ROOM_SIDES: f32 = 2.0;
-/// Room within which a body may be pushed by the hero, in sides of the hero.
+/// Margin within which a body may be pushed by the hero, in hero sizes.
 const TOUCH_SIDES: f32 = 0.25;
-/// Ticks of the hero's way that are looked at.
+/// Length of the considered path of the hero, ticks.
 const WAY_TICKS: f32 = 12.0;
-/// Bodies that are considered; those with the lowest indices.
+/// Maximum bodies considered; those with the lowest indices are used.
 pub(super) const NEAR_MAX: usize = 96;
 
-/// A body as it is put into the small world.
+/// A body to be added to the small world.
 pub(super) struct Near {
-    /// Its name in the room.
+    /// The body's id in the room.
     pub id: BodyId,
     pub def: BodyDef,
-    /// The entry of the scene whose path it follows.
+    /// The index of the scene entry whose path it follows.
     pub path: Option<usize>,
 }
 
-/// All that the hero may meet, in index order.
+/// All bodies that the hero may collide with, in index order.
 pub(super) fn find(
     scene: &Scene,
     hero: &SnapshotBody,
@@ -57,8 +57,8 @@ pub(super) fn find(
     near.take(NEAR_MAX).collect()
 }
 
-/// Bodies that yield to the hero do so here too. All others keep their velocity: the causes of their motion
-/// lie outside of the small world.
+/// Converts a body. Bodies that the hero can push stay dynamic. All other dynamic bodies become kinematic and keep
+/// their velocity, because the causes of their motion are outside the small world.
 fn as_near(scene: &Scene, body: &SnapshotBody, touched: bool) -> Near {
     let mut def = traits(scene, body);
     def.velocity = Vec2::ZERO;
@@ -66,14 +66,14 @@ fn as_near(scene: &Scene, body: &SnapshotBody, touched: bool) -> Near {
     if def.motion == Motion::Dynamic && !touched {
         def.motion = Motion::Kinematic;
     } else if steered {
-        // It is steered: others hover and walk where they want to.
+        // Steered bodies hover and walk by themselves, so gravity does not apply to them here.
         def.gravity_scale = 0.0;
     }
     let path = placed(scene, body.id).is_some_and(|placed| placed.path.is_some());
     Near { id: body.id, def, path: path.then_some(body.id.index as usize) }
 }
 
-/// The definition of a body of the room, as far as it is known.
+/// The definition of a body in the room, as far as it can be derived from the scene.
 pub(super) fn traits(scene: &Scene, body: &SnapshotBody) -> BodyDef {
     let mut layouts = scene.layouts.iter();
     let layout = layouts.find(|layout| {
@@ -94,13 +94,13 @@ pub(super) fn traits(scene: &Scene, body: &SnapshotBody) -> BodyDef {
     BodyDef { shape, group, ..known.unwrap_or_default() }
 }
 
-/// The scene's entry of a body: those that it places one by one have the first slots, in its order. In a game
-/// they come and go, so that slots say nothing.
+/// The scene entry of a body. Bodies that the scene places individually have the first slots, in its order. In a game
+/// bodies come and go, so slots do not identify entries.
 pub(crate) fn placed(scene: &Scene, id: BodyId) -> Option<&Placed> {
     scene.bodies.get(id.index as usize).filter(|_| id.generation == 0 && !scene.is_game())
 }
 
-/// In a game, the first entry that looks like the body.
+/// In a game, the first scene entry that looks like the body.
 fn alike<'a>(scene: &'a Scene, body: &SnapshotBody) -> Option<&'a Placed> {
     let is_alike = |placed: &&Placed| {
         let def = &placed.def;
@@ -118,12 +118,12 @@ pub(super) fn body_of(snapshot: &Snapshot, id: BodyId) -> Option<&SnapshotBody> 
     Some(&snapshot.bodies[place]).filter(|body| body.id == id)
 }
 
-/// Position of a body in a snapshot, world units.
+/// The position of a body in a snapshot, world units.
 pub(super) fn place_of(snapshot: &Snapshot, id: BodyId, quantum: f32) -> Option<Vec2> {
     body_of(snapshot, id).map(|body| dequantise(body.quanta, quantum))
 }
 
-/// Velocity of a body from one snapshot to the next, units/s; zero where only one shows it.
+/// The velocity of a body between two snapshots, units/s; zero if only one contains it.
 pub(super) fn step_between(
     before: Option<&Snapshot>,
     newest: &Snapshot,

@@ -1,5 +1,5 @@
-//! The own hero ahead of the newest snapshot: the small world, stepped on through the inputs that the
-//! server has not played yet.
+//! The player's hero ahead of the newest snapshot: the small world, advanced through the inputs that the server has not
+//! played yet.
 
 use super::authoritative::{AuthoritativeSim, Carrier};
 use super::schedule::InputSchedule;
@@ -10,18 +10,18 @@ use jostle_sim::{BodyId, Vec2};
 pub(super) struct PredictedSim {
     /// The small world at the end of the last predicted tick.
     pub world: AuthoritativeSim,
-    /// The hero's place at the end of the tick before the world's.
+    /// The hero's position one tick before the world's.
     before: Vec2,
     carrier: Option<Carrier>,
 }
 
 impl PredictedSim {
-    /// Starts from the newest snapshot.
+    /// Starts at the newest snapshot.
     pub fn new(from: &AuthoritativeSim) -> PredictedSim {
         PredictedSim { before: from.center(), world: from.clone(), carrier: None }
     }
 
-    /// Steps to the end of a tick.
+    /// Steps to the end of tick `last`.
     pub fn go_on(&mut self, scene: &Scene, schedule: &InputSchedule, last: u32) {
         while self.world.tick < last {
             self.before = self.world.center();
@@ -30,7 +30,7 @@ impl PredictedSim {
         }
     }
 
-    /// Share of the way through the last tick at a moment.
+    /// The fraction of the last tick that has passed at a moment.
     fn share(&self, moment: f64) -> f32 {
         (moment - f64::from(self.world.tick) + 1.0).clamp(0.0, 1.0) as f32
     }
@@ -40,8 +40,8 @@ impl PredictedSim {
         self.before + (self.world.center() - self.before) * self.share(moment)
     }
 
-    /// From where what carries the hero will be to where it is on display: it is shown later than
-    /// the hero is, and the hero is to stand on it.
+    /// The offset from the predicted position of the body that carries the hero to its displayed position. The carrier
+    /// is displayed with a delay, and the hero should appear to stand on it.
     pub fn aside(&self, moment: f64, shown: impl Fn(BodyId) -> Option<Vec2>) -> Vec2 {
         let place = |carrier: &Carrier| {
             let to_come = carrier.step * (1.0 - self.share(moment));

@@ -1,19 +1,19 @@
-//! Inputs that were sent, and the ticks in which the server plays them: as expected from how long
-//! earlier ones took, then as the snapshots say.
+//! Sent inputs, and the ticks in which the server plays them: first estimated from the delays of earlier inputs, then
+//! as reported by snapshots.
 
 use jostle_game::Buttons;
 use jostle_room::SILENCE_TICKS;
 use std::collections::VecDeque;
 
-/// Share of what a measurement contradicts the lead by that changes it.
+/// Share of the difference between a measurement and the lead that corrects the lead.
 const LEAD_SHARE: f64 = 0.25;
-/// The same where snapshots are more than a tick apart.
+/// Like [`LEAD_SHARE`], if snapshots are more than a tick apart.
 const WIDE_SHARE: f64 = 0.02;
-/// Ticks that an input takes before that is known.
+/// Initial estimate of the ticks until an input is played.
 const LEAD_TICKS: f64 = 1.0;
-/// Longest lead that is believed, ticks.
+/// Maximum plausible lead, ticks.
 const LEAD_TICKS_MAX: f64 = 60.0;
-/// Inputs that are remembered; the oldest go first.
+/// Maximum inputs remembered; the oldest are dropped first.
 const SENT_MAX: usize = 256;
 
 /// Inputs in the order in which they were sent.
@@ -21,8 +21,8 @@ const SENT_MAX: usize = 256;
 pub(super) struct InputSchedule {
     sent: VecDeque<Sent>,
     acknowledged: u32,
-    /// How far the tick in which an input is played is ahead of the server's tick at its leaving,
-    /// less what it waits for the tick to begin.
+    /// Ticks from the server's tick when an input is sent to the tick in which it is played, not counting the wait for
+    /// that tick to begin.
     pub lead: f64,
     measured: u32,
 }
@@ -31,9 +31,9 @@ pub(super) struct InputSchedule {
 struct Sent {
     seq: u32,
     buttons: Buttons,
-    /// The tick in which it is played.
+    /// The tick in which the input is played.
     played: u32,
-    /// The server's tick when it was sent; none if it had to wait for one before it.
+    /// The server's tick when the input was sent; `None` if it had to wait for an earlier input.
     at: Option<f64>,
 }
 
@@ -44,14 +44,14 @@ impl Default for InputSchedule {
 }
 
 impl InputSchedule {
-    /// Forgets all inputs, as the room does with those of a socket that is gone. The lead stays.
+    /// Discards all inputs, as the room does with those of a closed socket. The lead is kept.
     pub fn restart(&mut self) {
         self.sent.clear();
         self.acknowledged = 0;
     }
 
-    /// An input leaves at a moment: it is played in the tick after it, one input a tick. Whether it
-    /// changes what is down.
+    /// Records an input sent at a moment. It will be played in the next tick, at one input per tick. Returns whether it
+    /// changes the pressed buttons.
     pub fn send(&mut self, seq: u32, buttons: Buttons, server_tick: f64, moment: f64) -> bool {
         let next = next_tick(moment);
         let last = self.sent.back();
@@ -65,13 +65,13 @@ impl InputSchedule {
         changes
     }
 
-    /// The snapshot of a tick says that inputs up to `seq` were played; the snapshot before it was of
-    /// tick `since`.
+    /// The snapshot of `tick` reports that inputs up to `seq` were played; the previous snapshot was that of tick
+    /// `since`.
     pub fn acknowledge(&mut self, seq: u32, since: u32, tick: u32) {
         let mut earliest = tick + 1;
         for sent in &mut self.sent {
             if sent.seq > seq {
-                // One is played a tick: one that is late delays those behind it.
+                // One input is played per tick, so a late one delays those behind it.
                 sent.played = sent.played.max(earliest);
                 earliest = sent.played + 1;
                 continue;
@@ -86,7 +86,7 @@ impl InputSchedule {
         self.acknowledged = seq;
     }
 
-    /// The buttons that are down in a tick: those played last, until the room releases them.
+    /// The buttons pressed in a tick: those of the last input played, until the room releases them.
     pub fn at(&self, tick: u32) -> Buttons {
         let after = self.sent.partition_point(|sent| sent.played <= tick);
         let newest = after.checked_sub(1).map(|place| &self.sent[place]);
@@ -94,36 +94,35 @@ impl InputSchedule {
         held.map_or(Buttons::default(), |held| held.buttons)
     }
 
-    /// The last tick in which something is played that was sent.
+    /// The last tick in which a sent input is played.
     pub fn booked(&self) -> u32 {
         self.sent.back().map_or(0, |last| last.played)
     }
 
-    /// Forgets inputs that no tick after this one needs.
+    /// Discards inputs that are not needed for this tick or later ones.
     pub fn forget_before(&mut self, tick: u32) {
         while self.sent.get(1).is_some_and(|second| second.played <= tick) {
             self.sent.pop_front();
         }
     }
 
-    /// Inputs that were not played yet, as far as is known.
+    /// The number of inputs not yet acknowledged as played.
     pub fn waiting(&self) -> usize {
         self.sent.iter().filter(|sent| sent.seq > self.acknowledged).count()
     }
 }
 
-/// The first tick that a moment has not seen.
+/// The first tick that begins after a moment.
 pub(super) fn next_tick(moment: f64) -> u32 {
     moment.max(0.0) as u32 + 1
 }
 
-/// The lead after an input that was played after the lower and by the upper of these, in ticks from
-/// its leaving. What agrees with both changes nothing: inputs that leave at the same phase of
-/// their ticks tell nothing more.
+/// Updates the lead after an input that was played between `low` (exclusive) and `high` ticks after it was sent. A lead
+/// within these bounds is kept: inputs sent at the same phase of a tick give no more information.
 fn measured(lead: f64, low: f64, high: f64, count: u32) -> f64 {
     let first = 1.0 / f64::from(count);
     let (wanted, share) = match high - low > 1.0 {
-        // Few snapshots leave much open, and meet every phase: on average it is the middle.
+        // Sparse snapshots give wide bounds and cover every phase, so the middle is right on average.
         true => (0.5 * (low + high), first.max(WIDE_SHARE)),
         false => (lead.clamp(low, high), first.max(LEAD_SHARE)),
     };
@@ -182,7 +181,7 @@ mod tests {
     fn the_lead_is_learned_from_inputs_that_did_not_wait() {
         let mut schedule = InputSchedule::default();
         for seq in 1..=60 {
-            // Sent at any phase, each arrives 7.3 ticks later and is played in the tick after.
+            // Inputs sent at any phase arrive 7.3 ticks later and are played in the next tick.
             let at = f64::from(seq) * 4.83;
             schedule.send(seq, RIGHT, at, at + schedule.lead);
             let played = (at + 7.3) as u32 + 1;

@@ -7,16 +7,16 @@ use jostle_game::{Buttons, Kind};
 use jostle_protocol::{Appearance, ServerMessage};
 use jostle_room::{Rate, Room, Subscriber};
 
-/// Between two frames, milliseconds: no multiple of a tick, so that frames see every phase.
+/// Time between frames, milliseconds. It is not a multiple of a tick, so that frames cover every phase.
 const FRAME_MS: f64 = 15.0;
-/// The choices of the panel.
+/// The options of the network panel.
 const PRESETS: [&str; 4] = ["0", "60,10", "150,30", "300,100,stalls"];
 
 fn conditions(preset: &str) -> NetworkConditions {
     NetworkConditions::parse(preset).expect("good conditions")
 }
 
-/// Time goes in steps of this, milliseconds.
+/// Time step of the simulation, milliseconds.
 const STEP_MS: f64 = 1.0;
 
 /// A room, a page, and the network between them.
@@ -34,14 +34,14 @@ struct Net {
     replica: Replica,
     predictor: Predictor,
     down: Buttons,
-    /// The mouse is moved all the time.
+    /// Whether the mouse moves continuously.
     points: bool,
-    /// What the page sends arrives no sooner than this.
+    /// The earliest time at which inputs arrive.
     held_up_ms: f64,
     shown: Option<Predicted>,
-    /// Drawn centres, a frame each, with the hero's true centre at the drawn moment if it came.
+    /// The drawn centre in each frame, and the hero's true centre at the drawn moment once known.
     trail: Vec<Drawn>,
-    /// Inputs that wait at the room after each tick.
+    /// The number of inputs queued at the room after each tick.
     queued: Vec<u32>,
     arrived: u32,
     /// The hero's true centre, by tick.
@@ -173,7 +173,7 @@ impl Net {
         self.run(ms);
     }
 
-    /// The hero's true place at a moment.
+    /// The hero's true position at a moment.
     fn truth_at(&self, moment: f64) -> Option<Vec2> {
         let tick = moment as u32;
         let at = |tick: u32| self.truth.iter().find(|known| known.0 == tick).map(|known| known.1);
@@ -181,7 +181,7 @@ impl Net {
         Some(a + (b - a) * (moment - f64::from(tick)) as f32)
     }
 
-    /// Distances of what was drawn since `from_ms` from the truth at the drawn moment.
+    /// The distances between the drawn and true positions since `from_ms`.
     fn errors(&self, from_ms: f64) -> Vec<f32> {
         let drawn = self.trail.iter().filter(|drawn| drawn.at_ms >= from_ms);
         drawn.filter_map(|d| Some((self.truth_at(d.moment)? - d.center).length())).collect()
@@ -232,7 +232,7 @@ const CRATE: &str = r#"
         mass = 0.6
 "#;
 
-/// Of the scenes here, world units.
+/// The quantum of the scenes used here, world units.
 const QUANTUM: f32 = 1.0 / 64.0;
 
 fn hall() -> Scene {
@@ -247,7 +247,7 @@ fn mean(errors: &[f32]) -> f32 {
     errors.iter().sum::<f32>() / errors.len().max(1) as f32
 }
 
-/// Flies to and fro, up and down, for about four seconds, in the middle of what there is to meet.
+/// Flies back and forth and up and down for about four seconds, among things to collide with.
 fn fly(net: &mut Net) {
     let (right, left, up, none) = (Buttons::RIGHT, Buttons::LEFT, Buttons::UP, Buttons::default());
     let keys = [(right, 500), (none, 210), (up, 333), (left, 700), (none, 95), (up, 400)];
@@ -256,7 +256,7 @@ fn fly(net: &mut Net) {
     }
 }
 
-/// Distances from the truth while the hero flies over this network.
+/// The distances from the truth while the hero flies, on this network.
 fn flight(scene: Scene, rate: Rate, conditions: NetworkConditions) -> Vec<f32> {
     let mut net = Net::new(scene, rate, conditions);
     net.run(3000);
@@ -318,7 +318,7 @@ fn prediction_recovers_soon_after_any_error() {
     let begin_ms = net.now_ms;
     net.run(1500);
     assert!(largest(&net.errors(begin_ms)) < QUANTUM);
-    // One is repeated every 80 ms, and each is on its way for up to 400 ms.
+    // An input is repeated every 80 ms, and each is in flight for up to 400 ms.
     assert!(net.predictor.unacknowledged() <= 8, "{} on their way", net.predictor.unacknowledged());
 }
 
@@ -328,7 +328,7 @@ fn walls_stop_the_hero_where_the_server_says() {
     net.run(2000);
     let begin_ms = net.now_ms;
     net.hold(Buttons::RIGHT, 4000);
-    // The wall's side is at 190, the hero is 9 wide.
+    // The wall's face is at 190, and the hero is 9 wide.
     let touch = 190.0 - 4.5;
     let farthest = net.trail.iter().map(|drawn| drawn.center.x).fold(0.0, f32::max);
     assert!((touch - 0.5..touch + 0.25).contains(&farthest), "it came to {farthest}");
@@ -377,7 +377,7 @@ fn corrections_are_smooth() {
         net.trail.iter().copied().filter(|drawn| drawn.at_ms >= begin_ms).collect();
     for pair in flown.windows(2) {
         let way = (pair[1].center - pair[0].center).length();
-        // The hero's own way in a frame, and what fades of the largest error.
+        // The hero's motion in a frame, plus the fading of the largest error.
         assert!(way < 70.0 * 0.015 * 1.5 + 2.5, "{way} units in a frame at {:?}", pair[1]);
     }
 }
@@ -409,7 +409,7 @@ fn the_authoritative_position_is_kept_while_the_hero_is_drawn_ahead() {
     assert!((told - truth).length() < 2.0 * QUANTUM, "{told} was told, {truth} is true");
 }
 
-/// A hero on a lift, as a page far from the server sees it.
+/// A hero on a lift, as seen by a page with a distant server.
 fn on_the_lift() -> Net {
     let source = format!("{HALL}{LIFT}");
     let source = source.replace("spawns = [[60, 16]]", "spawns = [[60, 30]]");
@@ -440,7 +440,7 @@ fn the_hero_stands_on_the_lift_that_is_drawn() {
         let lift = lift.expect("a lift").center.y + 2.0;
         gaps.push((net.shown.expect("a hero").center.y - 6.0 - lift).abs());
     }
-    // The lift is shown 0.2 s late, in which it goes 1.4 units.
+    // The lift is displayed 0.2 s late, during which it moves 1.4 units.
     assert!(largest(&gaps) < 0.2, "{} units between the hero and the lift", largest(&gaps));
     assert!(mean(&gaps) < 0.1, "{} units on average", mean(&gaps));
 }

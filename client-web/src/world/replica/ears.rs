@@ -9,33 +9,33 @@ use jostle_game::{Kind, RoundInfo, RoundPhase, Scene, Seat, Side};
 use jostle_sim::{BodyId, Shape, TICKS_PER_SECOND, Vec2};
 use std::collections::VecDeque;
 
-/// Cues that wait to be taken; the oldest go first.
+/// Maximum queued cues; the oldest are dropped first.
 const CUES_MAX: usize = 128;
-/// Cues older than this are of no interest any more, ticks: the page was hidden.
+/// Maximum age of cues, ticks. Older ones accumulate while the page is hidden.
 const STALE_TICKS: f64 = 15.0;
-/// Blocks that bounce at least so well sound like rubber.
+/// Blocks with at least this restitution sound like rubber.
 const RUBBER_RESTITUTION: f32 = 0.6;
-/// A pack that appears at most this far from its player's hero was thrown just now, world units.
+/// A pack that appears within this distance of its player's hero has just been thrown, world units.
 const THROW_REACH: f32 = 40.0;
-/// Points that follow each other within so many ticks, such as those for holding a hill, are one goal.
+/// Points that follow each other within this many ticks, such as those for holding a hill, count as one goal.
 pub const GOALS_APART_TICKS: u32 = 90;
 
 /// The state of hearing.
 #[derive(Default)]
 pub struct Ears {
-    /// With their ticks, the oldest first.
+    /// The queued cues with their ticks, oldest first.
     cues: VecDeque<(f64, Cue)>,
-    /// The round as it was last on display.
+    /// The last displayed state of the round.
     round: Option<Turn>,
     /// Tick of the newest points, heard or not.
     goal: Option<f64>,
-    /// Looks of bodies that can break: their kinds, groups and shapes.
+    /// The appearances of breakable bodies: their kinds, groups and shapes.
     fragile: Vec<(Kind, u8, Shape)>,
-    /// Bodies that can break and were last on display, with their places and sizes.
+    /// The breakable bodies last displayed, with their positions and sizes.
     whole: Vec<(BodyId, Vec2, f32)>,
 }
 
-/// A round, as far as it is heard.
+/// The audible state of a round.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Turn {
     pub phase: RoundPhase,
@@ -46,7 +46,7 @@ pub struct Turn {
 }
 
 impl Ears {
-    /// Of a room that plays `scene`.
+    /// The hearing for a room that plays `scene`.
     pub fn new(scene: &Scene) -> Ears {
         let mut ears = Ears::default();
         for placed in scene.bodies.iter().filter(|placed| placed.breaks.is_some()) {
@@ -58,7 +58,7 @@ impl Ears {
         ears
     }
 
-    /// Keeps a cue until it is taken.
+    /// Queues a cue.
     pub fn push(&mut self, tick: f64, cue: Cue) {
         if self.cues.len() == CUES_MAX {
             self.cues.pop_front();
@@ -76,7 +76,7 @@ impl Ears {
         None
     }
 
-    /// Of two bodies that meet the movable one sounds, and of two of those the smaller.
+    /// Queues the cue of an impact. The movable body determines the sound; if both are movable, the smaller one does.
     pub fn hear_impact(
         &mut self,
         room: &RoomView,
@@ -101,7 +101,7 @@ impl Ears {
         self.push(f64::from(tick), cue);
     }
 
-    /// Hears what the samples at `tick` show for the first time, and what they lack.
+    /// Queues cues for bodies that first appear in the samples at `tick` or are missing from them.
     pub fn hear_samples(&mut self, room: &RoomView, tick: f64, is_first: bool) {
         self.hear_round(room, tick);
         self.hear_breaks(room, tick);
@@ -116,7 +116,7 @@ impl Ears {
         let hero = room.samples.iter().find(|s| s.kind == Kind::Hero && s.owner == sample.owner);
         let hero = hero.filter(|_| sample.owner.is_some());
         let is_near = hero.is_some_and(|hero| hero.center.distance(sample.center) < THROW_REACH);
-        // In a world larger than the view most that is new has only come into view.
+        // If the world is larger than the view, most new bodies have merely come into view.
         if !is_near && !room.scene.camera.sees_all() {
             return;
         }
@@ -124,7 +124,7 @@ impl Ears {
         self.push(tick, Cue::of_body(sound, sample.center, size(sample), sample.id));
     }
 
-    /// A body that can break and is gone has broken, unless a round begins or ends.
+    /// Queues cues for breakable bodies that are gone: they have broken, unless a round is beginning or ending.
     fn hear_breaks(&mut self, room: &RoomView, tick: f64) {
         if self.fragile.is_empty() || !room.scene.camera.sees_all() {
             return;
@@ -175,7 +175,7 @@ impl Ears {
 }
 
 impl Turn {
-    /// A round with this many ticks left of a countdown.
+    /// The state of a round with this many ticks left in its countdown.
     pub fn of(round: &RoundInfo, left: f64) -> Turn {
         let is_counting = round.phase == RoundPhase::Countdown;
         let seconds = (left / f64::from(TICKS_PER_SECOND)).ceil().max(1.0) as u32;
@@ -189,14 +189,14 @@ impl Turn {
         }
     }
 
-    /// Points that come and go with players are no goals.
+    /// Whether points were scored since `before`. Changes caused by players joining or leaving do not count.
     pub fn scores_after(self, before: Turn) -> bool {
         let is_same_game = (self.phase, self.players) == (before.phase, before.players);
         is_same_game && self.points > before.points
     }
 }
 
-/// Whether the player with a seat has won, or only watches.
+/// Whether the player with this seat has won. Always true for a spectator.
 fn is_won(round: &RoundInfo, seat: Seat) -> bool {
     let Some(player) = round.player(seat) else { return true };
     let side = player.team.map_or(Side::Player(seat), Side::Team);
@@ -207,7 +207,7 @@ fn is_movable(sample: &Sample) -> bool {
     !matches!(sample.kind, Kind::Wall | Kind::Platform)
 }
 
-/// Width of a square or circle of about the same area, world units.
+/// Width of a square or circle of about equal area, world units.
 fn size(sample: &Sample) -> f32 {
     let half = sample.shape.half_extent();
     2.0 * (half.x * half.y).sqrt()
@@ -225,7 +225,7 @@ fn material(scene: &Scene, sample: &Sample) -> Sound {
     }
 }
 
-/// The first entry of the scene that looks like a body.
+/// The first scene entry that looks like a body.
 fn entry<'a>(scene: &'a Scene, sample: &Sample) -> Option<&'a Placed> {
     scene.bodies.iter().find(|placed| {
         let def = &placed.def;

@@ -1,5 +1,6 @@
-//! Highlights of a round: the seconds around each goal, kept as the snapshots and events that came of them anyway.
-//! The newest ticks wait in `recent`; a goal opens a highlight, which is cut from them once its last tick came.
+//! Highlights of a round: the seconds around each goal, stored as the snapshots and events received for them. The
+//! newest ticks are buffered in `recent`; a goal opens a highlight, which is copied from the buffer when its last tick
+//! has arrived.
 
 use super::ears::{GOALS_APART_TICKS, Turn};
 use jostle_game::{RoundInfo, RoundPhase, Scene};
@@ -8,40 +9,41 @@ use jostle_sim::TICKS_PER_SECOND;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// A highlight begins so many ticks before its goal.
+/// Ticks of a highlight before the goal.
 pub const BEFORE_TICKS: u32 = 3 * TICKS_PER_SECOND;
-/// It ends so many ticks after its goal.
+/// Ticks of a highlight after the goal.
 pub const AFTER_TICKS: u32 = TICKS_PER_SECOND / 2;
-/// Highlights kept of a round; the oldest go first.
+/// Maximum highlights stored per round; the oldest are dropped first.
 const HIGHLIGHTS_MAX: usize = 6;
-/// Bodies kept in all snapshots together, some 10 MB. In a scene of thousands highlights begin later.
+/// Maximum bodies stored in all snapshots together, about 10 MB. In a scene with thousands of bodies, highlights start
+/// later.
 const BODIES_MAX: usize = 200_000;
 
-/// What one message tells of the room.
+/// The content of one snapshot message.
 #[derive(Clone, Debug)]
 pub struct Filed {
-    /// The room at a tick.
+    /// The state of the room at a tick.
     pub snapshot: Arc<Snapshot>,
-    /// Events that led to it.
+    /// The events that led to this state.
     pub events: Vec<TimedEvent>,
 }
 
 /// The ticks around a goal.
 pub type Highlight = Vec<Filed>;
 
-/// Snapshots in tick order, at most [`BODIES_MAX`] bodies of them.
+/// Snapshots in tick order, with at most [`BODIES_MAX`] bodies in total.
 #[derive(Debug, Default)]
 struct Recent {
     filed: VecDeque<Filed>,
     bodies: usize,
 }
 
-/// The highlights of the round that is played, or was just over.
+/// The highlights of the current or last round.
 #[derive(Debug, Default)]
 pub struct Highlights {
     recent: Recent,
     kept: VecDeque<Highlight>,
-    /// Tick of the goal whose highlight is not cut yet.
+    /// Tick of the goal whose highlight is still open.
     open: Option<u32>,
     turn: Option<Turn>,
     /// Tick of the newest points.
@@ -68,12 +70,12 @@ impl Recent {
 }
 
 impl Highlights {
-    /// Highlights of a scene that has rounds; of any other there are none.
+    /// Creates the highlights for a scene; `None` for a scene without rounds.
     pub fn of(scene: &Scene) -> Option<Highlights> {
         scene.rules.round.is_some().then(Highlights::default)
     }
 
-    /// Notes what is received. What is not newer than the newest is of no use.
+    /// Records a snapshot. One that is not newer than the last is ignored.
     pub fn note(&mut self, snapshot: &Arc<Snapshot>, events: &[TimedEvent]) {
         if self.recent.newest().is_some_and(|newest| newest >= snapshot.tick) {
             return;
@@ -110,7 +112,7 @@ impl Highlights {
         self.open = Some(goal);
     }
 
-    /// Ends the open highlight with what there is of it.
+    /// Closes the open highlight with the ticks received so far.
     fn cut(&mut self) {
         let Some(goal) = self.open.take() else { return };
         let first = goal.saturating_sub(BEFORE_TICKS);
@@ -127,12 +129,12 @@ impl Highlights {
         }
     }
 
-    /// Whether the round has had any.
+    /// Whether the round has no highlights.
     pub fn is_empty(&self) -> bool {
         self.kept.is_empty() && self.open.is_none()
     }
 
-    /// The newest highlights that can be shown within so many ticks, at least one if there is any, the oldest first.
+    /// The newest highlights that fit in this many ticks, oldest first. If there are any, at least one is returned.
     pub fn newest_within(&mut self, ticks: u32) -> Vec<Highlight> {
         self.cut();
         let mut left = ticks;
@@ -147,7 +149,7 @@ impl Highlights {
     }
 }
 
-/// Ticks that a highlight takes.
+/// The length of a highlight in ticks.
 pub fn length(highlight: &Highlight) -> u32 {
     let tick = |filed: Option<&Filed>| filed.map_or(0, |filed| filed.snapshot.tick);
     tick(highlight.last()) - tick(highlight.first())

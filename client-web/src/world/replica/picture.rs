@@ -15,22 +15,22 @@ use jostle_protocol::PlayerState;
 use jostle_sim::{BodyId, Motion, Shape, TICKS_PER_SECOND, Vec2};
 use std::collections::VecDeque;
 
-/// Ticks for which a flash is shown.
+/// Duration of a flash, ticks.
 const EFFECT_TICKS: f64 = TICKS_PER_SECOND as f64;
-/// Flashes at a time; the oldest go first.
+/// Maximum simultaneous flashes; the oldest are dropped first.
 const EFFECTS_MAX: usize = 256;
 /// Palette index of rings: the palest colour.
 const PIECE: u8 = 7;
-/// Ticks of the way that are shown, and from one dot to the next.
+/// Length of the shown path, and distance between its dots, ticks.
 const PATH_TICKS: u32 = 75;
 const DOT_TICKS: usize = 3;
 
-/// The player's part in a frame.
+/// The parts of a frame that depend on the player.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Eye {
-    /// Own pointer in world units.
+    /// The player's pointer in world units.
     pub pointer: Option<Vec2>,
-    /// The bounds view is on.
+    /// Whether the bounds view is on.
     pub bounds: bool,
 }
 
@@ -58,7 +58,7 @@ impl RoomPicture {
         self.collect_effects(room.display);
     }
 
-    /// Turns samples into bodies of the frame.
+    /// Turns samples into the bodies of the frame.
     fn dress(&mut self, room: &RoomView, eye: Eye) {
         let snapshot = room.timeline.at_or_before(room.display);
         let players: &[PlayerState] = snapshot.map_or(&[], |s| &s.players);
@@ -104,7 +104,7 @@ impl RoomPicture {
         }
     }
 
-    /// In a scene of selecting, what the selected body touches is marked; elsewhere all overlaps.
+    /// Marks overlapping bodies; in a scene with selection, only those that overlap the selected body.
     fn mark_touching(&mut self, room: &RoomView, selected: Option<BodyId>) {
         let (RoomView { samples, scene, .. }, bodies) = (room, &mut self.drawn.bodies);
         if scene.tools.contains(Tools::SELECT) {
@@ -124,7 +124,7 @@ impl RoomPicture {
         });
     }
 
-    /// Lists the zones of the displayed moment.
+    /// Collects the zones at the displayed moment.
     fn lay_out_zones(&mut self, room: &RoomView) {
         self.drawn.zones.clear();
         let Some(round) = room.round() else { return };
@@ -134,7 +134,7 @@ impl RoomPicture {
         self.drawn.zones.extend(drawn.filter_map(|(index, spec)| zone(room, index, spec, round)));
     }
 
-    /// Lists the lamps, and the marks that are to be seen.
+    /// Collects the lamps and the visible marks.
     fn lay_out_marks(&mut self, room: &RoomView) {
         let FrameRoom { marks, lamps, .. } = &mut self.drawn;
         marks.clear();
@@ -152,7 +152,7 @@ impl RoomPicture {
                 }
             };
             if light > 0.0 {
-                // Bright well before the lamp is there.
+                // Full brightness is reached well before the lamp arrives.
                 let light = (2.0 * light).min(1.0);
                 let (center, dots, size) = (mark.position, mark.dots, mark.size);
                 marks.push(FrameMark { center, dots, size, light });
@@ -192,7 +192,7 @@ impl RoomPicture {
         }));
     }
 
-    /// The labels of the zones of the displayed moment: their text, and how many of how many are in, where a
+    /// The labels of the zones at the displayed moment: their text, and the current and required number of bodies if a
     /// zone needs several.
     pub fn zone_labels(&self, room: &RoomView) -> impl Iterator<Item = ZoneLabel> {
         self.drawn.zones.iter().filter_map(|zone| {
@@ -211,7 +211,7 @@ impl RoomPicture {
 /// A zone as it is drawn.
 fn zone(room: &RoomView, index: usize, spec: &ZoneSpec, round: &RoundInfo) -> Option<FrameZone> {
     let (shape, center) = outline(spec.area)?;
-    // Where a zone follows a body, its place is relative to it.
+    // The position of a zone that follows a body is relative to that body.
     let offset = match spec.follow {
         None => Vec2::ZERO,
         Some(body) => room.find_placed(body)?,
@@ -226,7 +226,7 @@ fn zone(room: &RoomView, index: usize, spec: &ZoneSpec, round: &RoundInfo) -> Op
     Some(FrameZone { index: index as u8, shape, center: center + offset, color, on, taken })
 }
 
-/// How many bodies are in a zone, and how many it needs, where that is more than one.
+/// The current and required number of bodies in a zone, if it needs more than one.
 fn count_in(room: &RoomView, spec: &ZoneSpec) -> Option<(usize, usize)> {
     let counted = room.samples.iter().filter(|sample| spec.who >> sample.group & 1 == 1);
     let needed = match spec.need {
@@ -237,8 +237,8 @@ fn count_in(room: &RoomView, spec: &ZoneSpec) -> Option<(usize, usize)> {
     (needed > 1).then(|| (inside.count(), needed))
 }
 
-/// Returns whether a zone is the next step of the own player, or of the player's team, in an order such as
-/// a lap. An order that all take together may be there to be found out.
+/// Whether a zone is the next step of an order, such as a lap, for the player or the player's team. Orders shared
+/// by all players are excluded, because players may have to discover them.
 fn is_next(room: &RoomView, zone: u8, round: &RoundInfo) -> bool {
     let signals = (0..).zip(&room.scene.rules.signals);
     signals.filter_map(|(index, signal)| signal.order().map(|order| (index, order))).any(
@@ -262,7 +262,7 @@ fn taken(room: &RoomView, zone: u8, spec: &ZoneSpec, round: &RoundInfo) -> Optio
     Some((room.color_of_side(taking.side), share.clamp(0.0, 1.0) as f32))
 }
 
-/// Shape and centre of an area; nothing if it is everywhere.
+/// Shape and centre of an area; `None` for an area that is everywhere.
 fn outline(area: ZoneArea) -> Option<(Shape, Vec2)> {
     match area {
         ZoneArea::Everywhere => None,
@@ -279,15 +279,15 @@ fn find_sling(room: &RoomView) -> Option<FrameSling> {
     let (spec, info) = (room.scene.sling?, room.round()?.sling?);
     let start = room.scene.bodies[spec.ball].def.position;
     let ball = room.find_placed(spec.ball).filter(|_| !info.is_flying);
-    // A ball that was just let go is on its way already in the newest snapshot.
+    // A ball that was just released is already in flight in the newest snapshot.
     let ball = ball.filter(|at| at.distance(start) <= spec.pull + 0.5);
     let path = ball.map(|ball| sling_path(&room.scene, ball - start, PATH_TICKS));
     let path = path.unwrap_or_default().into_iter().step_by(DOT_TICKS).collect();
     Some(FrameSling { start, ball, shots: info.shots, path })
 }
 
-/// The ring around what a game is about: bodies other than heroes that one of its zones counts. In a zone that
-/// is drawn it has the colour of that.
+/// The ring around an important object of the game: a body other than a hero that a zone counts. Inside a visible zone
+/// it has that zone's colour.
 fn ring(scene: &Scene, round: &RoundInfo, sample: &Sample) -> Option<u8> {
     if sample.kind == Kind::Hero {
         return None;
@@ -309,7 +309,7 @@ fn selectable(sample: &Sample) -> (BodyId, Kind, Shape, Vec2) {
     (sample.id, sample.kind, sample.shape, sample.center)
 }
 
-/// Gaze of a hero. The player's own follows the pointer without a round trip to the server.
+/// The gaze of a hero. That of the player's hero follows the pointer without a round trip to the server.
 fn gaze(
     sample: &Sample,
     player: Option<&PlayerState>,
@@ -322,8 +322,8 @@ fn gaze(
     if player.seat == own_seat { own_pointer.or(sent) } else { sent }
 }
 
-/// The body that X would grab at a point: the first loose one there that is not held, as the
-/// room's rule says. A player who holds one grabs no other.
+/// The body that X would grab at a point: the first loose one there that is not held, by the room's rule. A player who
+/// already holds a body cannot grab another.
 fn hot_body(
     scene: &Scene,
     samples: &[Sample],
@@ -340,8 +340,8 @@ fn hot_body(
     samples.iter().find(grabbed).map(|s| s.id)
 }
 
-/// Whether a body of its kind can be grabbed and moves freely. Snapshots do not tell how a body
-/// moves; the scene does.
+/// Whether a body is of a kind that can be grabbed and moves freely. Snapshots do not contain a body's type of motion,
+/// but the scene does.
 fn is_loose(scene: &Scene, sample: &Sample) -> bool {
     if !matches!(sample.kind, Kind::Marble | Kind::Block) {
         return false;
@@ -354,7 +354,7 @@ fn is_loose(scene: &Scene, sample: &Sample) -> bool {
     !alike.any(|layout| layout.shapes.contains(&sample.shape))
 }
 
-/// Whether the rules of the scene let two bodies collide.
+/// Whether two bodies may collide in this scene.
 fn meet(scene: &Scene, a: &Sample, b: &Sample) -> bool {
     scene.world.meets[usize::from(a.group)] >> b.group & 1 == 1
 }

@@ -8,22 +8,22 @@ use jostle_sim::short_sort::sort_few;
 use jostle_sim::{BodyId, TICKS_PER_SECOND, Vec2};
 use std::sync::Arc;
 
-/// Bodies that are in a copy from its beginning were there before it: they count as so old, ticks.
+/// Assumed age of bodies that were in the replica's first snapshot, ticks.
 pub const KNOWN_TICKS: f64 = 60.0 * TICKS_PER_SECOND as f64;
 
 /// A room at the displayed moment.
 pub struct RoomView {
-    /// The scene that is played.
+    /// The scene being played.
     pub scene: Arc<Scene>,
     pub seat: Seat,
     pub(super) timeline: Timeline,
     /// The fractional tick on display.
     pub display: f64,
-    /// Bodies of the displayed moment with their owners, in index order.
+    /// Bodies at the displayed moment with their owners, in index order.
     pub samples: Vec<Sample>,
-    /// Centre and velocity of the own hero in the samples before it was shown elsewhere.
+    /// Sampled centre and velocity of the player's hero before prediction moved it.
     pub(super) led_from: Option<(Vec2, Vec2)>,
-    /// For each slot the generation in it and the tick at which it was born, as far as is known.
+    /// For each slot, the generation of its body and the tick of its birth, if known.
     births: Vec<(u32, f64)>,
 }
 
@@ -50,29 +50,29 @@ impl RoomView {
         self.timeline.newest()
     }
 
-    /// The newest two snapshots that are filed, the newest first.
+    /// The two newest stored snapshots, newest first.
     pub fn newest_two(&self) -> (Option<&Snapshot>, Option<&Snapshot>) {
         self.timeline.newest_two()
     }
 
-    /// Players of the displayed moment in seat order.
+    /// Players at the displayed moment, in seat order.
     pub fn players(&self) -> &[PlayerState] {
         self.timeline.at_or_before(self.display).map_or(&[], |s| &s.players)
     }
 
-    /// The same players by their scores, the best first.
+    /// Players at the displayed moment, ordered by score, best first.
     pub fn ranking(&self) -> Vec<&PlayerState> {
         let mut order: Vec<_> = self.players().iter().collect();
         sort_few(&mut order, |one, other| one.score > other.score);
         order
     }
 
-    /// What the displayed snapshot says of the round, in a game.
+    /// The round in the displayed snapshot, in a game.
     pub fn round(&self) -> Option<&RoundInfo> {
         self.timeline.at_or_before(self.display)?.round.as_ref()
     }
 
-    /// The colour of a player: the team's, in a game of teams.
+    /// The colour of a player; in a team game, that of the team.
     pub fn color_of(&self, player: &PlayerState) -> u8 {
         self.team_color(player.seat).unwrap_or(player.appearance.color)
     }
@@ -82,19 +82,19 @@ impl RoomView {
         Some(self.scene.rules.teams.get(usize::from(team))?.color)
     }
 
-    /// The own player, once it is in a displayed snapshot.
+    /// The page's own player, once a displayed snapshot contains it.
     pub fn own(&self) -> Option<&PlayerState> {
         self.players().iter().find(|p| p.seat == self.seat)
     }
 
-    /// The colour of the own player, or of the player's team, once there is a snapshot.
+    /// The colour of the player or of the player's team, once there is a snapshot.
     pub fn own_color(&self) -> Option<u8> {
         let own = self.own_look()?;
         let team = self.round().and_then(|round| round.player(self.seat)?.team);
         Some(team.map_or(own.color, |team| self.color_of_side(Side::Team(team))))
     }
 
-    /// How the room has the own player look, once there is a snapshot.
+    /// The player's appearance in the room, once there is a snapshot.
     pub fn own_look(&self) -> Option<&Appearance> {
         let own = self.players().iter().find(|player| player.seat == self.seat)?;
         Some(&own.appearance)
@@ -113,7 +113,7 @@ impl RoomView {
         }
     }
 
-    /// Kind of the body that the own player selected, in scenes of selecting.
+    /// The kind of the body that the player selected, in scenes with selection.
     pub fn selected_kind(&self) -> Option<Kind> {
         let selecting = self.scene.tools.contains(Tools::SELECT);
         let id = self.own()?.selected.filter(|_| selecting)?;
@@ -127,7 +127,7 @@ impl RoomView {
         Some((sample.center, sample.velocity))
     }
 
-    /// Position of the player's hero in the newest snapshot, whatever is on display.
+    /// Position of the player's hero in the newest snapshot, regardless of the displayed moment.
     pub fn told_place(&self) -> Option<Vec2> {
         let newest = self.newest()?;
         let hero = newest.players.iter().find(|p| p.seat == self.seat)?.hero?;
@@ -135,7 +135,7 @@ impl RoomView {
         Some(dequantise(body.quanta, self.scene.world.quantum))
     }
 
-    /// Displayed position of a body.
+    /// The displayed position of a body.
     pub fn place(&self, id: BodyId) -> Option<Vec2> {
         self.sampled(id).map(|sample| sample.center)
     }
@@ -154,8 +154,8 @@ impl RoomView {
         self.sampled(id).and_then(|s| s.owner)
     }
 
-    /// Where a body of the scene is. Snapshots do not say which body of the file one is: the first that
-    /// looks like it.
+    /// The position of a body of the scene. Snapshots do not identify the scene's bodies, so this is the first body
+    /// that looks like it.
     pub(super) fn find_placed(&self, body: usize) -> Option<Vec2> {
         let placed = &self.scene.bodies[body];
         let is_it = |sample: &&Sample| {
@@ -183,7 +183,7 @@ impl RoomView {
         }
     }
 
-    /// Seconds from a body's birth, as far as it is known, to the tick on display.
+    /// Seconds from a body's birth to the displayed tick, as far as known.
     pub(super) fn age(&self, id: BodyId) -> f32 {
         let birth = self.births.get(id.index as usize).filter(|birth| birth.0 == id.generation);
         let born = birth.map_or(self.display - KNOWN_TICKS, |birth| birth.1);

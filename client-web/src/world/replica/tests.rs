@@ -20,7 +20,7 @@ fn body(index: u32, kind: Kind, x: f32, owner: Option<u16>) -> SnapshotBody {
         owner: owner.map(Seat),
         group: 0,
         shape: Shape::circle(2.0),
-        // Every built-in scene counts in 64ths.
+        // The quantum of every built-in scene is 1/64.
         quanta: [(x * 64.0) as i32, 640],
     }
 }
@@ -279,7 +279,7 @@ fn cues_of_an_absence_are_not_heard_later() {
     assert_eq!(cues(&mut replica).len(), 16);
 }
 
-/// The sounds of a round on display, tick by tick.
+/// The sounds of a round, displayed tick by tick.
 fn round_sounds(replica: &mut Replica, rounds: &[(u32, RoundInfo)]) -> Vec<Sound> {
     let mut sounds = Vec::new();
     for (tick, round) in rounds {

@@ -28,7 +28,7 @@ fn hello() -> Vec<u8> {
     .encode()
 }
 
-/// Plays a scripted demo through the bytes, as the page does.
+/// Plays a scripted demo through encoded messages, as the page does.
 fn play(scene: &Arc<Scene>, ticks: u32) -> (RoomInPage, Replica) {
     let mut demo = RoomInPage::new(scene.clone(), 1, 2, true);
     demo.receive(&hello());
@@ -57,7 +57,7 @@ fn the_page_grows_the_particles_of_the_room() {
     for scene in Scene::built_in() {
         let scene = Arc::new(scene);
         let (demo, replica) = play(&scene, 300);
-        // `play` ends one tick past what it showed.
+        // `play` ends one tick after the displayed one.
         let mut again = RoomInPage::new(scene.clone(), 1, 2, true);
         again.receive(&hello());
         while again.tick < replica.room.display as u32 {

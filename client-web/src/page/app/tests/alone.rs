@@ -1,4 +1,4 @@
-//! Playing alone: scenes of the lobby, of links and of files, on a page with a server and without one.
+//! Tests of playing alone: scenes from the lobby, from links and from files, with and without a server.
 
 use super::*;
 use crate::net::scene_link;
@@ -22,7 +22,7 @@ fn at(hash: &str) -> Address {
     Address { path: "/".into(), query: String::new(), hash: hash.to_owned() }
 }
 
-/// A page without a server in the folder `/jostle/`, in its lobby.
+/// A page without a server in the folder `/jostle/`, showing its lobby.
 fn static_page() -> Browser {
     let startup = Startup { seed: 1, is_static: true, ..Startup::default() };
     let mut browser = Browser { app: App::new(startup), ..Browser::open("/", "") };
@@ -153,14 +153,14 @@ fn a_scene_file_is_played_and_its_link_stands_in_the_address() {
     let link = browser.address.strip_prefix("/jostle/#scene=").expect("a link");
     assert_eq!(scene_link::decode(link).as_deref(), Ok(YARD));
 
-    // A changed file takes the place of the game.
+    // A changed file replaces the game.
     assert!(has(&browser.say(Event::FileDragged), "OfferDrop(true)"));
     browser.say(scene_file(&YARD.replace("Yard", "Court")));
     browser.wait(40);
     let title =
         |browser: &Browser| browser.app.screen.replica().map(|r| r.room.scene.title.clone());
     assert_eq!(title(&browser).as_deref(), Some("Court"));
-    // A wrong one does not.
+    // An invalid file does not.
     browser.say(scene_file(&YARD.replace("320", "-3")));
     assert_eq!((browser.app.state(), browser.title()), ("playing", "The scene has an error"));
     browser.click("notice-other");
@@ -220,7 +220,7 @@ fn a_page_without_a_server_asks_for_nothing_but_its_scenes() {
     assert_eq!(browser.app.lobby.note.text, strings::NO_SCENES);
 }
 
-/// A clock that goes on by seconds whenever it is looked at, as if each tick took as long.
+/// A clock that advances by seconds with every reading, as if each tick took that long.
 fn slow_clock() -> f64 {
     use std::cell::Cell;
     thread_local!(static NOW: Cell<f64> = const { Cell::new(0.0) });
@@ -245,7 +245,7 @@ fn a_tick_that_takes_seconds_pauses_the_game_until_the_player_decides() {
     browser.wait(400);
     assert_eq!(browser.title(), "");
     assert!(hash(&browser).map(|(tick, _)| tick) > paused.map(|(tick, _)| tick));
-    // While it is edited the way back leads there.
+    // After editing, the card leads back to the editor.
     browser.press("KeyE", "e");
     browser.press("KeyE", "e");
     browser.app.ctx.clock = slow_clock;
@@ -273,7 +273,7 @@ fn a_heavy_scene_of_a_stranger_is_played_after_a_question() {
     assert!(asks(&browser) && browser.app.screen.game().is_none());
     browser.click("notice");
     assert!(browser.app.screen.game().is_some_and(GameScreen::is_alone) && !asks(&browser));
-    // The editor asks once.
+    // The editor asks only once.
     browser.wait(20);
     browser.press("KeyE", "e");
     browser.press("KeyE", "e");
@@ -310,7 +310,7 @@ proptest! {
     }
 }
 
-/// The page of an idle player changes nothing, and sends often enough for the player not to count as away.
+/// An idle player's page sends no changes of input, but sends often enough not to count as away.
 #[test]
 fn a_game_alone_is_that_of_a_room_elsewhere() {
     for (name, bots) in [("arena", 2), ("splash", 3), ("flags", 5)] {

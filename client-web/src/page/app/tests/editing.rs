@@ -1,4 +1,4 @@
-//! The editor: opened, played, and left.
+//! Tests of the editor: opening, playing and leaving it.
 
 use super::*;
 use crate::editor::update::Deed;
@@ -57,17 +57,17 @@ fn what_is_edited_is_kept_and_comes_back() {
     assert_eq!(browser.stored("jostle.draft").as_ref(), Some(&kept));
     let again = browser_at("#edit", &[("jostle.draft", &kept)]);
     assert_eq!(text(&again), kept);
-    // That of another scene is not taken for this one.
+    // The draft of another scene is not used for this one.
     let other = browser_at("#edit=pile", &[("jostle.draft", &kept)]);
     assert!(text(&other).contains("title = \"Pile\""));
-    // Each shipped scene has its own.
+    // Each built-in scene has a separate draft.
     let mut pile =
         browser_at("#edit=pile", &[("jostle.draft", &kept), ("jostle.draft.pile", "size = 3")]);
     assert_eq!(text(&pile), "size = 3");
     pile.say(clicked("edit-place", "block"));
     pile.say(PULSE);
     assert_eq!(pile.stored("jostle.draft.pile"), Some(text(&pile)));
-    // Without a text there is none: the shipped scene is edited again.
+    // An empty text removes the draft, so the built-in scene is edited again.
     pile.say(clicked("edit-new", ""));
     pile.say(PULSE);
     assert_eq!(pile.stored("jostle.draft.pile"), None);
@@ -75,7 +75,7 @@ fn what_is_edited_is_kept_and_comes_back() {
 
 const PULSE: Event = Event::Pulse { hidden: false };
 
-/// Types a text, which is kept within a moment.
+/// Types a text and lets the page store it.
 fn type_text(browser: &mut Browser, text: &str) {
     browser.say(Event::Edited(Deed::Typed(text.to_owned())));
     browser.say(PULSE);
@@ -98,7 +98,7 @@ fn two_tabs_of_one_scene_never_overwrite_each_others_draft() {
             assert_eq!(a.stored(key).as_deref(), Some("title = \"An hour of work\""));
             let second_key = format!("jostle.draft.{second}");
             assert_eq!(a.stored(&second_key).as_deref(), Some("title = \"Old!\""));
-            // The tab says so, and goes on there.
+            // The tab reports this and continues with the second draft.
             assert_eq!(a.address, format!("/#edit={second}"));
             assert_eq!(a.title(), strings::second_draft("").title);
             type_text(&mut a, "title = \"Older\"");
@@ -142,7 +142,7 @@ fn a_tab_can_take_over_the_draft_of_another_and_undo_that() {
     a.say(Event::Edited(Deed::Undone));
     a.say(Event::Edited(Deed::Undone));
     assert_eq!(text(&a), "size = 1");
-    // What a tab leaves in the last moment is kept too.
+    // A change made just before closing is stored too.
     b.say(Event::Edited(Deed::Typed("size = 4".to_owned())));
     b.say(Event::Closing);
     assert_eq!(b.stored("jostle.draft").as_deref(), Some("size = 3"));
@@ -180,7 +180,7 @@ fn a_scene_that_is_played_alone_becomes_one_that_is_edited() {
     assert_eq!(browser.app.state(), "editing");
 }
 
-/// A text that is a scene.
+/// A minimal valid scene.
 const SCENE: &str = "title = \"Mine\"\nsize = [100, 100]\ngroups = [\"wall\"]\n";
 
 fn open_room(browser: &mut Browser) -> Request {
@@ -289,7 +289,7 @@ fn the_link_of_what_is_on_is_shown_as_a_code_until_escape() {
     assert_eq!(card.code, code_of("/fox"));
     browser.press("Escape", "Escape");
     assert_eq!(browser.app.notice(), None);
-    // In the editor it is that of the scene, which is too long for one if the scene is.
+    // In the editor the code holds the link of the scene, unless that is too long.
     let mut browser = browser_at("#edit", &[("jostle.draft", SCENE)]);
     browser.click("qr-code");
     let screen = browser.app.screen.edited().expect("the editor");
@@ -305,7 +305,7 @@ fn the_link_of_what_is_on_is_shown_as_a_code_until_escape() {
     assert!(card.text.contains("too long"), "{}", card.text);
 }
 
-/// A finger, or the middle button of a mouse.
+/// A pointer event by a finger or a mouse's middle button.
 fn pointed(browser: &mut Browser, change: PointerChange, id: i32, touch: bool, at: [f32; 2]) {
     let pointer = Pointer {
         change,
@@ -321,7 +321,7 @@ fn pointed(browser: &mut Browser, change: PointerChange, id: i32, touch: bool, a
     browser.say(Event::Pointer(pointer));
 }
 
-/// The world point at a place of the canvas.
+/// The world position of a point on the canvas.
 fn world_at(browser: &mut Browser, at: [f32; 2]) -> Vec2 {
     browser.wait(50);
     let screen = browser.app.screen.edit_screen().expect("the editor");
@@ -338,7 +338,7 @@ fn the_wheel_zooms_at_the_pointer_and_back_to_the_whole_scene() {
     let height =
         |browser: &Browser| browser.app.screen.edit_screen().map(|screen| screen.view().height);
     let near = height(&browser).expect("a view");
-    // The middle button drags the point that it is on.
+    // The middle button drags the point under it.
     pointed(&mut browser, PointerChange::Down, 1, false, [500.0, 200.0]);
     pointed(&mut browser, PointerChange::Moved, 1, false, [450.0, 260.0]);
     pointed(&mut browser, PointerChange::Up, 1, false, [450.0, 260.0]);
@@ -366,7 +366,7 @@ fn two_fingers_zoom_and_one_on_a_piece_drags_it() {
     browser.say(Event::Wheel(Vec2::ZERO, 9000.0));
     let whole = world_at(&mut browser, [401.0, 300.0]) - world_at(&mut browser, [400.0, 300.0]);
     assert!((whole.x / unit - 2.0).abs() < 0.01, "twice as large");
-    // A finger that holds a piece keeps it, whatever a second one does.
+    // A finger that holds a piece keeps it even if a second one comes down.
     browser.say(clicked("edit-place", "block"));
     let place = world_at(&mut browser, [400.0, 300.0]);
     for (change, id, at) in [

@@ -1,4 +1,4 @@
-//! Games: joining, input, lost connections, refusals, hosts, dialogs, addresses.
+//! Tests of games: joining, input, lost connections, refusals, hosts, dialogs, addresses.
 
 use super::*;
 use crate::page::address::Awaited;
@@ -79,9 +79,9 @@ fn a_seat_of_a_closed_tab_is_taken_by_the_next_one_and_by_no_third() {
     browser.accept("arena");
     let claims = |message: &ClientMessage| matches!(message, ClientMessage::Hello { token: Some(claim), .. } if claim.text() == token);
     assert!(claims(&browser.sent[0]), "{:?}", browser.sent[0]);
-    // With the welcome.
+    // The token is removed when the welcome arrives.
     assert!(browser.effects.contains(&Effect::StoreLocal(key.clone(), None)));
-    // Neither does a tab that was open all the while.
+    // A tab that was open all along does not claim the seat either.
     let local = LiteMap::from_iter([(key.clone(), token.clone())]);
     let mut open = Browser::open_with("/", "", Storage { local, ..Default::default() });
     open.say(Event::StoredElsewhere(key, None));
@@ -225,7 +225,7 @@ fn a_silent_server_is_disconnected() {
     let mut browser = Browser::playing();
     browser.room = None;
     browser.now_ms += 6001.0;
-    // Present inputs would go to a socket without a reader.
+    // Current inputs would go to a socket that no one reads.
     let pulse =
         |browser: &mut Browser| browser.app.update(browser.now_ms, Event::Pulse { hidden: false });
     assert_eq!(pulse(&mut browser), []);
@@ -443,7 +443,7 @@ fn a_lost_drawing_context_is_reported_unless_it_returns_soon() {
     assert_eq!(browser.title(), strings::GRAPHICS_LOST.title);
     browser.say(Event::ContextRestored);
     assert_eq!(browser.title(), "");
-    // Drawing that fails ends neither the game nor its hope.
+    // Failed drawing does not end the game and can still be recovered.
     let done = browser.say(Event::GraphicsFailed);
     assert_eq!((browser.app.state(), browser.title()), ("unsupported", strings::NO_WEBGL2.title));
     assert!(!has(&done, "Disconnect"), "{done:?}");

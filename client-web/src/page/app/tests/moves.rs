@@ -1,4 +1,4 @@
-//! Rooms that move from server to server, and servers that die.
+//! Tests of rooms that move between servers, and of servers that fail.
 
 use super::*;
 use crate::net::clock::TICK_MS;
@@ -9,7 +9,7 @@ const B: &str = "http://b:8081";
 const C: &str = "https://c.example.org";
 
 impl Browser {
-    /// Lets ticks pass at their rate, with a frame in each.
+    /// Runs ticks in real time, with one frame each.
     fn run(&mut self, ticks: u32) {
         for _ in 0..ticks {
             let pulses = (self.now_ms / 200.0).floor();
@@ -25,7 +25,7 @@ impl Browser {
         }
     }
 
-    /// In the arena for a while, with a key held down.
+    /// A page that has played in the arena for a while, with a key held down.
     fn running() -> Browser {
         let mut browser = Browser::open("/arena", "");
         browser.accept("arena");
@@ -42,21 +42,21 @@ impl Browser {
         browser
     }
 
-    /// The server says that the room moved; returns the room, and the server that the page asks at once.
+    /// Announces that the room moved; returns the room, and the server that the page contacts immediately.
     fn move_to(&mut self, url: &str) -> (Option<RoomInPage>, Option<String>) {
         let (room, asked) = (self.room.take(), self.asked().len());
         self.server_says(&ServerMessage::Moved { url: url.to_owned() });
         (room, self.asked().get(asked).cloned())
     }
 
-    /// The room goes on at the other end of the newest socket.
+    /// Connects the newest socket to the room.
     fn welcome_in(&mut self, room: Option<RoomInPage>) {
         self.room = room;
         self.socket(SocketEvent::Opened);
         self.deliver();
     }
 
-    /// Origins that sockets were opened to, in order.
+    /// The origins to which sockets were opened, in order.
     fn asked(&self) -> Vec<String> {
         let asked = |effect: &Effect| match effect {
             Effect::Connect { path, origin, .. } => {
@@ -68,7 +68,7 @@ impl Browser {
         self.effects.iter().filter_map(asked).collect()
     }
 
-    /// The next servers that are asked while none can be reached, and the longest wait for one, milliseconds.
+    /// The servers tried next while none is reachable, and the longest wait between attempts, milliseconds.
     fn asks_in_vain(&mut self, count: usize) -> (Vec<String>, f64) {
         let (begin, mut longest_ms) = (self.asked().len(), 0f64);
         for attempt in 1..=count {
@@ -142,7 +142,7 @@ fn the_picture_goes_on_where_it_was_when_the_room_moved() {
     assert!(inputs.is_sorted_by_key(|input| input.2) && f64::from(inputs[0].2) > display - 62.0);
 }
 
-/// Number, buttons and acknowledged tick of an input.
+/// The sequence number, buttons and acknowledged tick of an input.
 fn input(message: &ClientMessage) -> Option<(u32, Buttons, u16)> {
     match message {
         ClientMessage::Input { seq, ack_tick, input } => Some((*seq, input.buttons(), *ack_tick)),
@@ -191,10 +191,10 @@ fn a_seat_that_is_regained_soon_goes_on_too() {
     browser.run(20);
     let away = room.as_mut().expect("a room");
     (0..20).for_each(|_| away.tick());
-    // The lost socket carries nothing any more.
+    // Messages on the lost socket never arrive.
     away.take();
     browser.welcome_in(room);
-    // The display catches up without a jump.
+    // The display catches up without jumping.
     browser.run(160);
     assert_eq!((browser.app.state(), browser.copy()), ("playing", copy));
     assert!(

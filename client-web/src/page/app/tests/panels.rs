@@ -1,4 +1,4 @@
-//! Panels: what the page shows in each of its states.
+//! Tests of the panels in every state of the page.
 
 use super::*;
 use crate::page::event::SettingsEvent;
@@ -16,7 +16,7 @@ const ROOMS: &str = r#"{"rooms":[
     {"code":"xyz","scene":"hill","title":"Hill","players":4,"connected":4,"players_max":4}]}"#;
 
 impl Browser {
-    /// All panels as they are now.
+    /// All panels in their current state.
     fn panels(&self) -> Vec<View> {
         let app = &self.app;
         let all = panels::ALL.iter().chain(&panels::OF_FRAMES).chain(&panels::OF_NUMBERS);
@@ -30,7 +30,7 @@ impl Browser {
         views
     }
 
-    /// The panel with a name.
+    /// Finds a panel by name.
     fn panel(&self, name: &str) -> View {
         let panel = self.panels().into_iter().find(|view| view.name == name);
         panel.unwrap_or_else(|| panic!("a panel {name}"))
@@ -56,7 +56,7 @@ fn frame_of(app: &App) -> frame::View {
     app.screen.game().map_or(frame::View::UNSEEN, |game| *game.view())
 }
 
-/// The ids of the document that a panel names.
+/// The document ids that a panel refers to.
 fn ids(view: &View) -> BTreeSet<String> {
     let at = view.parts.iter().map(|(at, _)| *at).chain(view.focus);
     let ids = at.filter_map(|at| at.strip_prefix('#'));
@@ -64,7 +64,7 @@ fn ids(view: &View) -> BTreeSet<String> {
     ids.map(|id| id.split(end).next().unwrap_or_default().to_owned()).collect()
 }
 
-/// The templates of all entries, also of those within others.
+/// Collects the templates of all entries, including nested ones.
 fn templates(view: &View, found: &mut BTreeSet<&'static str>) {
     for (_, set) in &view.parts {
         let Set::List(items) = set else { continue };

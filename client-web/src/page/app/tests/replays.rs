@@ -1,4 +1,4 @@
-//! Replays: files, fetching, controls, news.
+//! Tests of replays: files, fetching, controls, news.
 
 use super::*;
 use crate::net::report::Fetched;
@@ -52,7 +52,7 @@ fn a_replay_plays_pauses_and_seeks() {
     assert!(!player(&browser).playing);
     for (letter, tick) in [("Home", 0), (".", 1), (",", 0), ("ArrowRight", 60), ("End", 300)] {
         browser.press(letter, letter);
-        // The clock of the tests stands still: one frame has all the time it needs.
+        // The clock of the tests is frozen, so a single frame has all the time it needs.
         browser.wait(40);
         assert_eq!(player(&browser).tick(), tick, "{letter}");
     }
@@ -120,7 +120,7 @@ fn a_fetched_replay_is_shown_unless_the_player_has_left() {
     );
 }
 
-/// A file long enough to be read in several steps: with notes that no player of replays looks at.
+/// A file that takes several steps to read, because it contains large records that the replay player ignores.
 fn long_replay() -> Vec<u8> {
     let mut bytes = replay();
     let end = Record::last_tick(&bytes).map(|_| bytes.len() - END_RECORD_BYTES);
@@ -129,10 +129,10 @@ fn long_replay() -> Vec<u8> {
     bytes
 }
 
-/// Frame of a record, a tick of two bytes and a hash.
+/// Size of the final record: its frame, a tick of two bytes and a hash.
 const END_RECORD_BYTES: usize = 9 + 2 + 8;
 
-/// A clock that goes on by more than a frame may take whenever it is looked at.
+/// A clock that advances by more than a frame's time budget with every reading.
 fn hasty_clock() -> f64 {
     use std::cell::Cell;
     thread_local!(static NOW: Cell<f64> = const { Cell::new(0.0) });

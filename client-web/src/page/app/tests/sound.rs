@@ -1,4 +1,4 @@
-//! Sound: when it begins and rests, its volume, captions, and which cues become voices.
+//! Tests of sound: when it starts and pauses, volume, captions, and the cues that become voices.
 
 use super::*;
 use crate::page::event::{Pointer, PointerChange};
@@ -11,7 +11,7 @@ use jostle_room::Room;
 use jostle_sim::Vec2;
 
 impl Browser {
-    /// The tasks for the player since the last call.
+    /// The sound player's tasks since the last call.
     fn sound_tasks(&mut self) -> Vec<SoundTask> {
         let tasks = self.effects.iter().filter_map(|effect| match effect {
             Effect::Sound(task) => Some(task.clone()),
@@ -31,7 +31,7 @@ impl Browser {
         self.say(Event::Sound(event));
     }
 
-    /// Throws packs, and lets that have its effect.
+    /// Throws packs and waits for their effect.
     fn make_noise(&mut self) {
         for _ in 0..4 {
             let at = Vec2::new(200.0, 150.0);
@@ -190,7 +190,7 @@ fn the_panels_of_sound_and_network_take_turns() {
     assert!(!browser.app.panels.sound);
 }
 
-/// Half a minute of the arena, in which players do a lot.
+/// A replay of half a minute in the arena with busy players.
 fn replay() -> Vec<u8> {
     let scene = Scene::built_in().into_iter().find(|scene| scene.name == "arena");
     let scene = Arc::new(scene.expect("the arena"));

@@ -1,4 +1,5 @@
-//! The text: a field over a copy of itself, in which the error is underlined and the selection is lit.
+//! The text field of the editor. It lies over a copy of its text that underlines the error and highlights the
+//! selection.
 
 use crate::editor::state::Editor;
 use crate::editor::update::Deed;
@@ -10,14 +11,14 @@ use jostle_sim::short_sort::sort_few;
 use std::ops::Range;
 use web_sys::{Element, HtmlElement, HtmlTextAreaElement};
 
-/// The text as it was shown last.
+/// The text as last shown.
 #[derive(Default)]
 pub struct TextView {
     revision: Option<u32>,
     marked: Option<(u32, Marks)>,
 }
 
-/// Bytes of the text that are marked.
+/// Byte ranges of the text that are marked.
 #[derive(Clone, PartialEq, Eq)]
 struct Marks {
     error: Option<Range<usize>>,
@@ -41,7 +42,7 @@ impl TextView {
         area.set_scroll_left(scroll.1);
     }
 
-    /// Underlines the error, and lights the lines of the selection.
+    /// Underlines the error and highlights the lines of the selection.
     pub fn underline(&mut self, editor: &Editor) {
         let chosen = editor.selected().map(|piece| piece.bytes.clone()).collect();
         let marks = Marks { error: editor.doc.error_bytes(), chosen };
@@ -61,7 +62,7 @@ impl TextView {
         follow();
     }
 
-    /// Gives the text the focus at a byte.
+    /// Focuses the text field with the cursor at a byte.
     pub fn focus(&self, at: usize) {
         let area = area();
         let text = area.value();
@@ -82,7 +83,7 @@ fn is_focused() -> bool {
     dom::document().active_element().is_some_and(|element| element.id() == "text")
 }
 
-/// Scrolls the line of a byte into view.
+/// Scrolls the line that contains a byte into view.
 fn reveal(text: &str, at: usize) {
     let area = area();
     let lines = text.lines().count().max(1) as f64;
@@ -95,14 +96,14 @@ fn reveal(text: &str, at: usize) {
     }
 }
 
-/// The copy below shows what the field shows.
+/// Scrolls the copy to the position of the field.
 fn follow() {
     let (area, below) = (area(), dom::html("underlay"));
     below.set_scroll_top(area.scroll_top());
     below.set_scroll_left(area.scroll_left());
 }
 
-/// Fills the copy: spans of text, some of them marked.
+/// Fills the copy with spans of text, some of them marked.
 fn fill(text: &str, marks: &Marks) {
     let below: HtmlElement = dom::html("underlay");
     below.set_text_content(None);
@@ -121,7 +122,7 @@ fn fill(text: &str, marks: &Marks) {
         }
         let _ = below.append_child(&element);
     }
-    // The field ends with an empty line where the text does.
+    // A final newline in the field also shows an empty line.
     let _ = below.append_child(&span("span", "\n\n"));
 }
 

@@ -2,7 +2,7 @@ use super::*;
 use jostle_game::{RoundPhase::*, Side, SideInfo};
 use jostle_protocol::SnapshotBody;
 
-/// Highlights that heard a snapshot of each tick from 1 to the last, with the score at each tick.
+/// Highlights that received a snapshot for each tick from 1 to `ticks`, with the score at each tick.
 fn heard(ticks: u32, round: impl Fn(u32) -> (RoundPhase, i32)) -> Highlights {
     let mut highlights = Highlights::default();
     for tick in 1..=ticks {
@@ -27,7 +27,7 @@ fn told(tick: u32, bodies: usize, (phase, score): (RoundPhase, i32)) -> Arc<Snap
     Arc::new(Snapshot { tick, bodies, round: Some(round), ..Snapshot::default() })
 }
 
-/// The first and last ticks of all highlights that are kept.
+/// The first and last ticks of all stored highlights.
 fn ends(highlights: &mut Highlights) -> Vec<(u32, u32)> {
     let all = highlights.newest_within(u32::MAX);
     let tick = |filed: Option<&Filed>| filed.map_or(0, |filed| filed.snapshot.tick);
@@ -39,7 +39,7 @@ fn a_goal_is_shown_from_three_seconds_before_it_and_the_end_as_far_as_it_came() 
     let goals = |tick| match tick {
         ..500 => (Running, 0),
         500..540 => (Running, 1),
-        // Too soon after the first.
+        // Too soon after the first goal.
         540..900 => (Running, 2),
         900.. => (Over, 3),
     };
@@ -77,7 +77,7 @@ fn only_so_much_is_kept_and_shown() {
     assert_eq!(shown.iter().map(length).sum::<u32>(), 180 + 210);
     assert_eq!(highlights.newest_within(0).len(), 1, "one at least");
     assert!(Highlights::default().newest_within(500).is_empty());
-    // Of a scene with thousands of bodies there is room for 50 snapshots, whatever the ticks.
+    // In a scene with thousands of bodies there is room for 50 snapshots, whatever their ticks.
     let mut crowd = Highlights::default();
     for tick in 1..=400 {
         let round = (Running, i32::from(tick >= 300));
