@@ -5,11 +5,11 @@
 //! and the page's buttons do.
 
 pub mod document;
+pub mod drag;
 pub mod edit;
 pub mod field;
 pub mod form;
 mod gesture;
-pub mod hand;
 pub mod history;
 pub mod number;
 pub mod palette;

@@ -3,7 +3,7 @@
 pub mod ghost;
 pub mod highlight_player;
 pub mod overlap;
+pub mod particle_probe;
 pub mod predict;
 pub mod replica;
 pub mod room_in_page;
-pub mod witness;

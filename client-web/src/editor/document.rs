@@ -4,7 +4,7 @@ use super::field::{self, Spot};
 use super::history::History;
 use super::number::rounded;
 use super::snap::{Extents, unit_of};
-use super::text::{List, Piece, PieceId, Place, Point, Sheet, vector};
+use super::text::{List, Piece, PieceId, Place, Point, ScenePieces, vector};
 use crate::language::{fill, say};
 use jostle_game::Scene;
 use jostle_game::scene::{SceneError, is_name, line_at};
@@ -24,7 +24,7 @@ pub struct SceneDocument {
     /// The name of the file to which the text would be saved.
     pub file: String,
     /// The pieces of the text, or of its last version that was valid TOML.
-    pub sheet: Sheet,
+    pub sheet: ScenePieces,
     /// The text is TOML.
     pub is_toml: bool,
     /// The last version of the text that was a valid scene.
@@ -46,7 +46,7 @@ impl SceneDocument {
         let mut document = SceneDocument {
             text: String::new(),
             file: file.to_owned(),
-            sheet: Sheet::default(),
+            sheet: ScenePieces::default(),
             is_toml: false,
             scene: None,
             error: None,
@@ -129,7 +129,7 @@ impl SceneDocument {
     /// Takes a text without a step of the history.
     fn set(&mut self, text: String) {
         self.text = text;
-        match Sheet::read(&self.text) {
+        match ScenePieces::read(&self.text) {
             Some(sheet) => (self.sheet, self.is_toml) = (sheet, true),
             None => self.is_toml = false,
         }

@@ -1,7 +1,7 @@
 //! Text edits that replace ranges of bytes and leave everything else unchanged.
 
 use super::number::written;
-use super::text::{Extent, Number, Piece, Place, Point, Sheet, line_end, line_start};
+use super::text::{Extent, Number, Piece, Place, Point, ScenePieces, line_end, line_start};
 use jostle_sim::Vec2;
 use jostle_sim::short_sort::sort_few;
 use std::ops::Range;
@@ -131,7 +131,7 @@ pub fn copied(text: &str, piece: &Piece) -> Option<Splice> {
 }
 
 /// Appends a table's text after the last table of its list, or at the end of the text.
-pub fn appended(text: &str, sheet: &Sheet, list: super::text::List, table: &str) -> Splice {
+pub fn appended(text: &str, sheet: &ScenePieces, list: super::text::List, table: &str) -> Splice {
     let last = sheet.pieces.iter().rfind(|piece| piece.id.list == list && !piece.inline);
     let at = last.map_or(text.len(), |piece| piece.bytes.end);
     let ended = if at == 0 || text[..at].ends_with('\n') { "" } else { "\n" };

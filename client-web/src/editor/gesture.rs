@@ -2,13 +2,13 @@
 //! start, and every move derives the new text from that.
 
 use super::document::{SceneDocument, path_of};
+use super::drag::{DragTarget, EditGesture, EditPointer};
 use super::edit::{self, Splice, apply};
-use super::hand::{EditGesture, Grip, Hand};
 use super::number::{DECIMALS_MAX, decimals_of};
 use super::palette::{self, Make};
 use super::snap::{Extents, Guides};
 use super::state::Editor;
-use super::text::{Extent, List, Piece, PieceId, Place, Sheet, vector};
+use super::text::{Extent, List, Piece, PieceId, Place, ScenePieces, vector};
 use super::{field, number};
 use jostle_sim::{Shape, Vec2};
 
@@ -22,7 +22,7 @@ const GRIP_CSS: f32 = 8.0;
 const EDGE_CSS: f32 = 24.0;
 
 impl Editor {
-    pub(super) fn down(&mut self, hand: Hand, now_ms: f64) {
+    pub(super) fn down(&mut self, hand: EditPointer, now_ms: f64) {
         if let Some(gesture) = &mut self.gesture {
             gesture.free = gesture.id != hand.id;
             return;
@@ -33,29 +33,29 @@ impl Editor {
         let is_double = self.tap.take().as_ref().is_some_and(is_again);
         let leg = self.doc.leg_at(hand.at, hand.reach);
         let grip = match (self.grip_at(&hand), leg) {
-            (Some(Grip::Point(index)), _) if is_double => return self.remove_point(index),
+            (Some(DragTarget::Point(index)), _) if is_double => return self.remove_point(index),
             (Some(grip), _) => grip,
             (None, Some((id, leg))) if is_double && self.selection == [id] => {
                 self.add_point((id, leg), self.doc.on_unit(hand.at));
-                Grip::Point(leg + 1)
+                DragTarget::Point(leg + 1)
             }
             _ => match self.doc.piece_at(hand.at, hand.reach).or(leg.map(|(id, _)| id)) {
                 Some(id) => {
                     self.pick(id, hand.adds);
-                    Grip::Move
+                    DragTarget::Move
                 }
                 None => {
                     if !hand.adds {
                         self.select(Vec::new());
                     }
-                    Grip::Box
+                    DragTarget::Box
                 }
             },
         };
         self.begin(grip, hand.id, hand.at);
     }
 
-    fn begin(&mut self, grip: Grip, id: i32, from: Vec2) {
+    fn begin(&mut self, grip: DragTarget, id: i32, from: Vec2) {
         self.gesture = Some(EditGesture {
             id,
             grip,
@@ -71,7 +71,7 @@ impl Editor {
 
     pub(super) fn take(&mut self, make: Make, id: i32) {
         self.cancel();
-        self.begin(Grip::New(make), id, Vec2::ZERO);
+        self.begin(DragTarget::New(make), id, Vec2::ZERO);
     }
 
     fn pick(&mut self, id: PieceId, adds: bool) {
@@ -86,21 +86,21 @@ impl Editor {
     }
 
     /// The handle of the selected piece within reach.
-    fn grip_at(&self, hand: &Hand) -> Option<Grip> {
+    fn grip_at(&self, hand: &EditPointer) -> Option<DragTarget> {
         let [id] = self.selection[..] else { return None };
         let piece = self.doc.sheet.piece(id).filter(|piece| piece.place.is_some())?;
         let away = |at: Vec2| (at - hand.at).abs().max_element();
         // The inner part of a small piece is reserved for moving it.
         let extents = self.doc.extents(piece)?;
         let deep = (hand.at - extents.center()).abs().cmplt((extents.high - extents.low) * 0.3);
-        let is_on_path = |grip: &Grip| matches!(grip, Grip::Point(_));
+        let is_on_path = |grip: &DragTarget| matches!(grip, DragTarget::Point(_));
         let near = grips(&self.doc, piece, hand.step).into_iter();
         let near = near.filter(|(_, at)| away(*at) <= hand.reach);
         let near = near.filter(|(grip, _)| !deep.all() || is_on_path(grip));
         near.min_by(|a, b| away(a.1).total_cmp(&away(b.1))).map(|(grip, _)| grip)
     }
 
-    pub(super) fn moved(&mut self, mut hand: Hand) {
+    pub(super) fn moved(&mut self, mut hand: EditPointer) {
         let Some(mut gesture) = self.gesture.take_if(|gesture| gesture.id == hand.id) else {
             return;
         };
@@ -113,16 +113,16 @@ impl Editor {
         self.gesture = Some(gesture);
     }
 
-    fn drag(&mut self, gesture: &EditGesture, hand: &Hand) {
+    fn drag(&mut self, gesture: &EditGesture, hand: &EditPointer) {
         self.guides = Guides::default();
         let splices = match gesture.grip {
-            Grip::Box => return self.select_within(gesture),
-            Grip::New(make) => return self.carry(gesture, make, hand),
+            DragTarget::Box => return self.select_within(gesture),
+            DragTarget::New(make) => return self.carry(gesture, make, hand),
             // Pieces cannot be moved until the text is valid TOML again.
             _ if !self.doc.is_toml => return,
-            Grip::Move => self.move_selection(gesture, hand),
-            Grip::Size(way) => self.size_selected(gesture, way, hand),
-            Grip::Point(index) => self.move_point(gesture, index, hand),
+            DragTarget::Move => self.move_selection(gesture, hand),
+            DragTarget::Size(way) => self.size_selected(gesture, way, hand),
+            DragTarget::Point(index) => self.move_point(gesture, index, hand),
         };
         self.show(apply(&gesture.base, splices));
     }
@@ -143,14 +143,14 @@ impl Editor {
     }
 
     /// While the pointer is over the picture, the new piece follows it.
-    fn carry(&mut self, gesture: &EditGesture, make: Make, hand: &Hand) {
+    fn carry(&mut self, gesture: &EditGesture, make: Make, hand: &EditPointer) {
         self.selection.clear();
         if !hand.inside {
             return self.show(gesture.base.clone());
         }
         let Some((text, id)) = palette::added(&gesture.base, make, hand.at) else { return };
         // Snapping needs the size of the new piece.
-        let Some(sheet) = Sheet::read(&text) else { return };
+        let Some(sheet) = ScenePieces::read(&text) else { return };
         self.selection = vec![id];
         let snapping = self.snapping(&sheet, hand);
         let way = sheet.piece(id).and_then(|piece| {
@@ -165,7 +165,7 @@ impl Editor {
         }
     }
 
-    fn move_selection(&mut self, gesture: &EditGesture, hand: &Hand) -> Vec<Splice> {
+    fn move_selection(&mut self, gesture: &EditGesture, hand: &EditPointer) -> Vec<Splice> {
         let pieces: Vec<&Piece> =
             self.selection.iter().filter_map(|id| gesture.sheet.piece(*id)).collect();
         let rects: Vec<Extents> =
@@ -188,7 +188,12 @@ impl Editor {
         splices
     }
 
-    fn move_point(&mut self, gesture: &EditGesture, index: usize, hand: &Hand) -> Vec<Splice> {
+    fn move_point(
+        &mut self,
+        gesture: &EditGesture,
+        index: usize,
+        hand: &EditPointer,
+    ) -> Vec<Splice> {
         let piece = self.selection.first().and_then(|id| gesture.sheet.piece(*id));
         let Some(Place::Path(points)) = piece.and_then(|piece| piece.place.as_ref()) else {
             return Vec::new();
@@ -204,7 +209,12 @@ impl Editor {
     }
 
     /// Moves an edge or a corner; the opposite one stays in place.
-    fn size_selected(&mut self, gesture: &EditGesture, way: Vec2, hand: &Hand) -> Vec<Splice> {
+    fn size_selected(
+        &mut self,
+        gesture: &EditGesture,
+        way: Vec2,
+        hand: &EditPointer,
+    ) -> Vec<Splice> {
         let piece = self.selection.first().and_then(|id| gesture.sheet.piece(*id));
         let Some(piece) = piece else { return Vec::new() };
         let Some(Extents { mut low, mut high }) = self.doc.extents(piece) else {
@@ -255,7 +265,7 @@ impl Editor {
         gesture: &EditGesture,
         piece: &Piece,
         way: Vec2,
-        hand: &Hand,
+        hand: &EditPointer,
     ) -> Vec<Splice> {
         let Some(Extents { low, high }) = self.doc.extents(piece) else { return Vec::new() };
         let center = (low + high) * 0.5;
@@ -280,7 +290,7 @@ impl Editor {
         field::set(&gesture.base, &path, &value).into_iter().collect()
     }
 
-    pub(super) fn up(&mut self, hand: Hand, now_ms: f64) {
+    pub(super) fn up(&mut self, hand: EditPointer, now_ms: f64) {
         match &mut self.gesture {
             Some(gesture) if gesture.id != hand.id => return gesture.free = false,
             None => return,
@@ -290,7 +300,7 @@ impl Editor {
         self.guides = Guides::default();
         self.tap = (!gesture.moving).then_some((now_ms, hand.at));
         match gesture.grip {
-            Grip::Move if !gesture.moving && !hand.adds => {
+            DragTarget::Move if !gesture.moving && !hand.adds => {
                 // A press without a move on one of several selected pieces selects only that piece.
                 if let Some(id) = self.doc.piece_at(hand.at, hand.reach) {
                     self.select(vec![id]);
@@ -298,7 +308,7 @@ impl Editor {
             }
             _ => {
                 self.doc.note(&gesture.base);
-                if gesture.moving && gesture.grip != Grip::Box {
+                if gesture.moving && gesture.grip != DragTarget::Box {
                     self.select(self.selection.clone());
                 }
             }
@@ -315,7 +325,7 @@ impl Editor {
 }
 
 /// The number of decimals for values set with the pointer.
-fn decimals(hand: &Hand) -> u32 {
+fn decimals(hand: &EditPointer) -> u32 {
     if hand.free { decimals_of(hand.step) } else { DECIMALS_MAX - 1 }
 }
 
@@ -329,9 +339,10 @@ fn anchor(piece: &Piece) -> Option<Vec2> {
 }
 
 /// The handles of a piece and their positions. `pixel` is the width of a CSS pixel in world units.
-pub(super) fn grips(doc: &SceneDocument, piece: &Piece, pixel: f32) -> Vec<(Grip, Vec2)> {
+pub(super) fn grips(doc: &SceneDocument, piece: &Piece, pixel: f32) -> Vec<(DragTarget, Vec2)> {
     let points = path_of(piece).iter().enumerate();
-    let mut grips: Vec<_> = points.map(|(at, point)| (Grip::Point(at), vector(point))).collect();
+    let mut grips: Vec<_> =
+        points.map(|(at, point)| (DragTarget::Point(at), vector(point))).collect();
     let is_point = matches!(piece.id.list, List::Spawns | List::Emitters | List::Launchers);
     if piece.stuck.is_some() || is_point {
         return grips;
@@ -346,7 +357,7 @@ pub(super) fn grips(doc: &SceneDocument, piece: &Piece, pixel: f32) -> Vec<(Grip
             continue;
         }
         let way = Vec2::new(x as f32, y as f32);
-        grips.push((Grip::Size(way), extents.center() + away * way));
+        grips.push((DragTarget::Size(way), extents.center() + away * way));
     }
     grips
 }

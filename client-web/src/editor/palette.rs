@@ -4,7 +4,7 @@ use super::edit::{Splice, appended, apply};
 use super::field;
 use super::number::{decimals_of, rounded};
 use super::snap::unit_of;
-use super::text::{List, PieceId, Sheet};
+use super::text::{List, PieceId, ScenePieces};
 use jostle_sim::Vec2;
 
 /// The kind of a palette piece.
@@ -124,7 +124,7 @@ pub fn added(text: &str, make: Make, at: Vec2) -> Option<(String, PieceId)> {
         false => text.to_owned(),
     };
     let text = make.group().map_or(text.clone(), |group| with_group(&text, group));
-    let sheet = Sheet::read(&text)?;
+    let sheet = ScenePieces::read(&text)?;
     let world = sheet.world.unwrap_or(Vec2::new(320.0, WORLD_HEIGHT));
     let list = make.list();
     let index = sheet.pieces.iter().filter(|piece| piece.id.list == list).count();
@@ -263,7 +263,7 @@ fn words(text: &str, path: &str) -> Option<Vec<String>> {
 
 /// A name that no piece uses yet, such as `zone-2`.
 pub fn free_name(text: &str, base: &str) -> String {
-    let sheet = Sheet::read(text).unwrap_or_default();
+    let sheet = ScenePieces::read(text).unwrap_or_default();
     let taken = |name: &str| sheet.pieces.iter().any(|piece| piece.name.as_deref() == Some(name));
     let names = (1..).map(|number| format!("{base}-{number}"));
     names.into_iter().find(|name| !taken(name)).unwrap_or_default()

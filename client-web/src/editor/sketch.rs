@@ -1,8 +1,8 @@
 //! The editor's drawing above and below the scene.
 
 use super::document::{SceneDocument, path_of};
+use super::drag::DragTarget;
 use super::gesture::grips;
-use super::hand::Grip;
 use super::snap::Extents;
 use super::state::Editor;
 use super::text::{List, Piece, vector};
@@ -90,7 +90,7 @@ fn mark(doc: &SceneDocument, piece: &Piece, is_alone: bool, pixel: f32, strokes:
         strokes.push(Stroke::Line([vector(&leg[0]), vector(&leg[1])], Tone::Chosen));
     }
     for (grip, at) in grips(doc, piece, pixel) {
-        strokes.push(Stroke::Handle { at, round: matches!(grip, Grip::Point(_)) });
+        strokes.push(Stroke::Handle { at, round: matches!(grip, DragTarget::Point(_)) });
     }
 }
 

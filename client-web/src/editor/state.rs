@@ -1,12 +1,12 @@
 //! The state of the editor: a scene's text, what is selected in it, and what a hand does.
 
 use super::document::{FILE, SceneDocument};
+use super::drag::{DragTarget, EditGesture, EditPointer};
 use super::edit::{Splice, apply};
-use super::hand::{EditGesture, Grip, Hand};
 use super::history::History;
 use super::snap::{Extents, Guides, Snapping};
 use super::strings;
-use super::text::{Piece, PieceId, Sheet};
+use super::text::{Piece, PieceId, ScenePieces};
 use crate::language::say;
 use jostle_sim::Vec2;
 use std::ops::Range;
@@ -56,7 +56,7 @@ impl Editor {
 
     /// Whether a gesture is in progress that holds no piece and no handle.
     pub fn holds_nothing(&self) -> bool {
-        self.gesture.as_ref().is_some_and(|gesture| gesture.grip == Grip::Box)
+        self.gesture.as_ref().is_some_and(|gesture| gesture.grip == DragTarget::Box)
     }
 
     /// Replaces the text as one step of the history.
@@ -142,7 +142,7 @@ impl Editor {
     }
 
     /// Snapping to everything except the selection.
-    pub(super) fn snapping(&self, sheet: &Sheet, hand: &Hand) -> Snapping {
+    pub(super) fn snapping(&self, sheet: &ScenePieces, hand: &EditPointer) -> Snapping {
         if hand.free {
             return Snapping::off();
         }

@@ -1,8 +1,8 @@
-use super::hand::Hand;
+use super::drag::EditPointer;
 use super::palette::{self, Make};
 use super::state::Editor;
-use super::text::{List, PieceId, Sheet};
-use super::update::Deed;
+use super::text::{List, PieceId, ScenePieces};
+use super::update::EditorEvent;
 use super::{edit, field, form};
 use jostle_game::Scene;
 use jostle_game::scene::FieldForm;
@@ -39,8 +39,8 @@ spawns = [[20, 20], [30, 20]] # left
 # The last line.
 "#;
 
-fn hand(x: f32, y: f32) -> Hand {
-    Hand {
+fn hand(x: f32, y: f32) -> EditPointer {
+    EditPointer {
         id: 1,
         at: Vec2::new(x, y),
         inside: true,
@@ -57,13 +57,13 @@ fn yard() -> Editor {
     editor
 }
 
-fn act(editor: &mut Editor, deeds: impl IntoIterator<Item = Deed>) {
+fn act(editor: &mut Editor, deeds: impl IntoIterator<Item = EditorEvent>) {
     deeds.into_iter().for_each(|deed| editor.update(0.0, deed));
     editor.doc.check();
 }
 
-fn drag(editor: &mut Editor, from: Hand, to: Hand) {
-    act(editor, [Deed::Down(from), Deed::Moved(to), Deed::Up(to)]);
+fn drag(editor: &mut Editor, from: EditPointer, to: EditPointer) {
+    act(editor, [EditorEvent::Down(from), EditorEvent::Moved(to), EditorEvent::Up(to)]);
 }
 
 /// The lines in which two texts with equal line counts differ.
@@ -108,21 +108,21 @@ fn edges_meet_those_of_others_unless_snapping_is_off() {
     let mut editor = yard();
     drag(&mut editor, hand(40.0, 15.0), hand(40.0, 16.2));
     assert_eq!(editor.text(), YARD, "it stands on the floor again: 5 and 10 up");
-    drag(&mut editor, hand(40.0, 15.0), Hand { free: true, ..hand(40.0, 17.3) });
+    drag(&mut editor, hand(40.0, 15.0), EditPointer { free: true, ..hand(40.0, 17.3) });
     assert!(editor.text().contains("position = [40, 17.3]"), "{}", editor.text());
     // A second finger has the same effect as Alt.
-    let second = Hand { id: 2, ..hand(0.0, 0.0) };
+    let second = EditPointer { id: 2, ..hand(0.0, 0.0) };
     let mut editor = yard();
-    act(&mut editor, [Deed::Down(hand(40.0, 15.0)), Deed::Down(second)]);
-    act(&mut editor, [Deed::Moved(hand(40.0, 16.3)), Deed::Up(hand(40.0, 16.3))]);
+    act(&mut editor, [EditorEvent::Down(hand(40.0, 15.0)), EditorEvent::Down(second)]);
+    act(&mut editor, [EditorEvent::Moved(hand(40.0, 16.3)), EditorEvent::Up(hand(40.0, 16.3))]);
     assert!(editor.text().contains("position = [40, 16.3]"), "{}", editor.text());
 }
 
 #[test]
 fn handles_size_a_box_and_the_opposite_edge_stays() {
     let mut editor = yard();
-    editor.update(0.0, Deed::Down(hand(40.0, 15.0)));
-    editor.update(0.0, Deed::Up(hand(40.0, 15.0)));
+    editor.update(0.0, EditorEvent::Down(hand(40.0, 15.0)));
+    editor.update(0.0, EditorEvent::Up(hand(40.0, 15.0)));
     drag(&mut editor, hand(45.0, 15.0), hand(57.0, 15.0));
     let changed = differing(YARD, editor.text());
     assert_eq!(
@@ -138,18 +138,18 @@ fn handles_size_a_box_and_the_opposite_edge_stays() {
 fn a_deleted_piece_takes_its_own_comments_along_and_no_others() {
     let mut editor = yard();
     editor.select(vec![CRATE]);
-    act(&mut editor, [Deed::Deleted]);
+    act(&mut editor, [EditorEvent::Deleted]);
     let text = editor.text();
     assert!(!text.contains("crate,") && !text.contains("wood"), "{text}");
     for comment in ["# The yard.", "# The floor.", "# Not of the crate.", "# The last line."] {
         assert!(text.contains(comment), "{comment} is gone: {text}");
     }
     editor.select(vec![PieceId { list: List::Spawns, index: 0 }]);
-    act(&mut editor, [Deed::Deleted]);
+    act(&mut editor, [EditorEvent::Deleted]);
     assert!(editor.text().contains("spawns = [[30, 20]] # left"), "{}", editor.text());
-    act(&mut editor, [Deed::Undone, Deed::Undone]);
+    act(&mut editor, [EditorEvent::Undone, EditorEvent::Undone]);
     assert_eq!(editor.text(), YARD);
-    act(&mut editor, [Deed::Redone]);
+    act(&mut editor, [EditorEvent::Redone]);
     assert!(!editor.text().contains("crate,"));
 }
 
@@ -157,11 +157,11 @@ fn a_deleted_piece_takes_its_own_comments_along_and_no_others() {
 fn a_copy_stands_right_after_its_original() {
     let mut editor = yard();
     editor.select(vec![CRATE]);
-    act(&mut editor, [Deed::Duplicated]);
+    act(&mut editor, [EditorEvent::Duplicated]);
     assert_eq!(editor.doc.error, None);
     assert!(editor.text().contains("position = [44, 19]\nsize = [10, 20]\n\n# Not of"));
     assert_eq!(editor.selection, [PieceId { index: 2, ..CRATE }]);
-    act(&mut editor, [Deed::Deleted]);
+    act(&mut editor, [EditorEvent::Deleted]);
     assert_eq!(editor.text(), YARD, "what was added goes to the last byte");
 }
 
@@ -169,14 +169,14 @@ fn a_copy_stands_right_after_its_original() {
 fn nudges_in_a_row_are_one_step() {
     let mut editor = yard();
     editor.select(vec![CRATE]);
-    let right = |far| Deed::Nudged { way: Vec2::X, far };
+    let right = |far| EditorEvent::Nudged { way: Vec2::X, far };
     editor.update(0.0, right(false));
     editor.update(100.0, right(true));
     assert!(editor.text().contains("position = [51, 15]"));
     editor.update(5000.0, right(false));
-    editor.update(5000.0, Deed::Undone);
+    editor.update(5000.0, EditorEvent::Undone);
     assert!(editor.text().contains("position = [51, 15]"));
-    editor.update(5000.0, Deed::Undone);
+    editor.update(5000.0, EditorEvent::Undone);
     assert_eq!(editor.text(), YARD);
 }
 
@@ -185,16 +185,16 @@ fn an_empty_text_becomes_a_scene_with_each_piece_of_the_palette() {
     for (make, name) in Make::ALL {
         let mut editor = Editor::open(String::new(), None);
         assert!(editor.doc.error.is_some(), "nothing is no scene");
-        act(&mut editor, [Deed::Placed(make, Vec2::new(100.0, 90.0))]);
+        act(&mut editor, [EditorEvent::Placed(make, Vec2::new(100.0, 90.0))]);
         assert_eq!(editor.doc.error, None, "{name}: {}", editor.text());
         assert_eq!(editor.selection.len(), 1, "{name}");
-        act(&mut editor, [Deed::Undone]);
+        act(&mut editor, [EditorEvent::Undone]);
         assert_eq!(editor.text(), "", "{name}");
     }
     // Add all pieces one after the other, too.
     let mut editor = Editor::open(String::new(), None);
     for (index, (make, _)) in Make::ALL.into_iter().enumerate() {
-        act(&mut editor, [Deed::Placed(make, Vec2::new(25.0 + 28.0 * index as f32, 90.0))]);
+        act(&mut editor, [EditorEvent::Placed(make, Vec2::new(25.0 + 28.0 * index as f32, 90.0))]);
     }
     assert_eq!(editor.doc.error, None, "{}", editor.text());
     assert_eq!(editor.doc.sheet.pieces.len(), Make::ALL.len());
@@ -206,7 +206,7 @@ fn every_shipped_scene_takes_every_piece_of_the_palette() {
         for (make, name) in Make::ALL {
             let at = scene.size * 0.5;
             let (text, id) = palette::added(&scene.source, make, at).expect("it is TOML");
-            let sheet = Sheet::read(&text).expect("it still is");
+            let sheet = ScenePieces::read(&text).expect("it still is");
             assert!(sheet.piece(id).is_some_and(|piece| piece.place.is_some()), "{}", scene.name);
             let Err(error) = Scene::parse("scene.toml", &text) else { continue };
             // A piece may overlap another or exceed a limit, but nothing required may be missing.
@@ -220,15 +220,15 @@ fn every_shipped_scene_takes_every_piece_of_the_palette() {
 #[test]
 fn a_piece_is_dragged_out_of_the_palette_as_one_step() {
     let mut editor = yard();
-    let outside = Hand { inside: false, ..hand(-50.0, 60.0) };
-    act(&mut editor, [Deed::Taken(Make::Ball, 1), Deed::Moved(hand(200.2, 90.4))]);
+    let outside = EditPointer { inside: false, ..hand(-50.0, 60.0) };
+    act(&mut editor, [EditorEvent::Taken(Make::Ball, 1), EditorEvent::Moved(hand(200.2, 90.4))]);
     assert!(editor.text().contains("position = [200, 90]"), "{}", editor.text());
-    act(&mut editor, [Deed::Moved(outside)]);
+    act(&mut editor, [EditorEvent::Moved(outside)]);
     assert_eq!(editor.text(), YARD, "back over the palette it is gone");
-    act(&mut editor, [Deed::Moved(hand(210.0, 92.0)), Deed::Up(hand(210.0, 92.0))]);
+    act(&mut editor, [EditorEvent::Moved(hand(210.0, 92.0)), EditorEvent::Up(hand(210.0, 92.0))]);
     assert_eq!(editor.doc.error, None);
     assert_eq!(editor.doc.sheet.pieces.len(), 5);
-    act(&mut editor, [Deed::Undone]);
+    act(&mut editor, [EditorEvent::Undone]);
     assert_eq!(editor.text(), YARD);
 }
 
@@ -236,11 +236,11 @@ fn a_piece_is_dragged_out_of_the_palette_as_one_step() {
 fn a_text_with_an_error_keeps_the_last_pieces_and_is_not_dragged() {
     let mut editor = yard();
     let broken = YARD.replace("kind = \"wall\"", "kind = ");
-    act(&mut editor, [Deed::Typed(broken.clone())]);
+    act(&mut editor, [EditorEvent::Typed(broken.clone())]);
     assert!(!editor.doc.is_toml && editor.doc.scene.is_some());
     assert_eq!(editor.doc.sheet.pieces.len(), 4);
     drag(&mut editor, hand(40.0, 15.0), hand(101.3, 60.4));
-    act(&mut editor, [Deed::Deleted, Deed::Duplicated]);
+    act(&mut editor, [EditorEvent::Deleted, EditorEvent::Duplicated]);
     assert_eq!(editor.text(), broken);
 }
 
@@ -317,7 +317,7 @@ fn a_form_sets_adds_and_removes_fields() {
 fn an_error_is_that_of_the_check() {
     let mut editor = yard();
     let wrong = YARD.replace("[10, 20]", "[10, -2]");
-    act(&mut editor, [Deed::Typed(wrong.clone())]);
+    act(&mut editor, [EditorEvent::Typed(wrong.clone())]);
     let checked = Scene::parse("yard.toml", &wrong).expect_err("a negative size");
     assert_eq!(editor.doc.error.as_ref().map(ToString::to_string), Some(checked.to_string()));
     assert!(checked.to_string().starts_with("yard.toml:19: bodies[1].size"), "{checked}");
@@ -329,11 +329,11 @@ fn typing_is_undone_word_by_word() {
     let mut text = String::new();
     for (index, letter) in "title = \"A b\"".chars().enumerate() {
         text.push(letter);
-        editor.update(50.0 * index as f64, Deed::Typed(text.clone()));
+        editor.update(50.0 * index as f64, EditorEvent::Typed(text.clone()));
     }
     let mut steps = Vec::new();
     while editor.can()[0] {
-        editor.update(9000.0, Deed::Undone);
+        editor.update(9000.0, EditorEvent::Undone);
         steps.push(editor.text().to_owned());
     }
     assert_eq!(steps, ["title = \"A ", "title = ", "title ", ""]);
@@ -344,13 +344,13 @@ fn a_box_and_shift_select_many_and_tab_goes_through_all() {
     let mut editor = yard();
     drag(&mut editor, hand(10.0, 40.0), hand(60.0, 10.0));
     assert_eq!(editor.selection.len(), 3, "the crate and both spawns");
-    let click = Hand { adds: true, ..hand(40.0, 15.0) };
-    act(&mut editor, [Deed::Down(click), Deed::Up(click)]);
+    let click = EditPointer { adds: true, ..hand(40.0, 15.0) };
+    act(&mut editor, [EditorEvent::Down(click), EditorEvent::Up(click)]);
     assert_eq!(editor.selection.len(), 2);
-    act(&mut editor, [Deed::Deselected]);
+    act(&mut editor, [EditorEvent::Deselected]);
     let mut seen = Vec::new();
     for _ in 0..editor.doc.sheet.pieces.len() {
-        act(&mut editor, [Deed::Next { back: false }]);
+        act(&mut editor, [EditorEvent::Next { back: false }]);
         seen.push(editor.said.clone());
     }
     assert_eq!(
@@ -371,7 +371,7 @@ fn with_path(points: &str) -> Editor {
 /// Presses twice without moving.
 fn double(editor: &mut Editor, x: f32, y: f32) {
     for ms in [0.0, 90.0, 200.0, 290.0] {
-        let deed = if ms % 20.0 == 0.0 { Deed::Down } else { Deed::Up };
+        let deed = if ms % 20.0 == 0.0 { EditorEvent::Down } else { EditorEvent::Up };
         editor.update(ms, deed(hand(x, y)));
     }
 }
@@ -380,22 +380,22 @@ fn double(editor: &mut Editor, x: f32, y: f32) {
 fn a_body_gets_a_path_where_it_stands_and_the_path_more_points() {
     let mut editor = yard();
     editor.select(vec![PieceId { list: List::Bodies, index: 1 }]);
-    act(&mut editor, [Deed::PathExtended]);
+    act(&mut editor, [EditorEvent::PathExtended]);
     editor.doc.check();
     assert_eq!(editor.doc.error, None, "{}", editor.text());
     let wanted = YARD
         .replace("position = [40, 15]", "path = [[10, 15], [70, 15]]")
         .replace("size = [10, 20]\n", "size = [10, 20]\nperiod = 4\n");
     assert_eq!(editor.text(), wanted);
-    act(&mut editor, [Deed::PathExtended]);
+    act(&mut editor, [EditorEvent::PathExtended]);
     assert_eq!(editor.text(), wanted.replace("[10, 15], [", "[10, 15], [40, 15], ["));
-    act(&mut editor, [Deed::Undone, Deed::Undone]);
+    act(&mut editor, [EditorEvent::Undone, EditorEvent::Undone]);
     assert_eq!(editor.text(), YARD);
     // A body that moved by itself now moves only on its path.
     let text = YARD.replace("[40, 15]", "[40, 15]\nvelocity = [3, 0]\nmotion = \"dynamic\"");
     let mut editor = Editor::open(text, None);
     editor.select(vec![PieceId { list: List::Bodies, index: 1 }]);
-    act(&mut editor, [Deed::PathExtended]);
+    act(&mut editor, [EditorEvent::PathExtended]);
     editor.doc.check();
     assert_eq!((editor.text(), &editor.doc.error), (&*wanted, &None));
 }
@@ -412,17 +412,17 @@ fn two_presses_add_a_point_to_a_path_and_remove_one() {
     // The last two points stay.
     double(&mut editor, 100.0, 15.0);
     assert_eq!(editor.text(), before);
-    act(&mut editor, [Deed::Undone, Deed::Undone]);
+    act(&mut editor, [EditorEvent::Undone, EditorEvent::Undone]);
     assert_eq!(editor.text(), before);
 }
 
 #[test]
 fn a_press_on_a_path_selects_its_body_and_one_elsewhere_none() {
     let mut editor = with_path("[[40, 15], [100, 75]]");
-    act(&mut editor, [Deed::Down(hand(70.0, 45.5)), Deed::Up(hand(70.0, 45.5))]);
+    act(&mut editor, [EditorEvent::Down(hand(70.0, 45.5)), EditorEvent::Up(hand(70.0, 45.5))]);
     assert_eq!(editor.selection, [PieceId { list: List::Bodies, index: 1 }]);
     assert_eq!(editor.path_offer(), Some(super::strings::ADD_POINT));
-    act(&mut editor, [Deed::Down(hand(70.0, 60.0)), Deed::Up(hand(70.0, 60.0))]);
+    act(&mut editor, [EditorEvent::Down(hand(70.0, 60.0)), EditorEvent::Up(hand(70.0, 60.0))]);
     assert_eq!((editor.selection.len(), editor.path_offer()), (0, None));
 }
 

@@ -147,16 +147,16 @@ impl Piece {
 
 /// The pieces of a text.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Sheet {
+pub struct ScenePieces {
     /// The pieces in the order of [`List::ALL`] and, within a list, of the file.
     pub pieces: Vec<Piece>,
     /// The value of `size`, if valid.
     pub world: Option<Vec2>,
 }
 
-impl Sheet {
+impl ScenePieces {
     /// Parses a text; `None` if it is not valid TOML.
-    pub fn read(text: &str) -> Option<Sheet> {
+    pub fn read(text: &str) -> Option<ScenePieces> {
         let root = DeTable::parse(text).ok()?;
         let root = root.get_ref();
         let mut pieces = Vec::new();
@@ -171,7 +171,7 @@ impl Sheet {
             }
         }
         let world = root.get("size").and_then(point).map(|size| vector(&size));
-        Some(Sheet { pieces, world })
+        Some(ScenePieces { pieces, world })
     }
 
     /// The piece with an id.

@@ -1,16 +1,16 @@
 //! [`Editor::update`], the only function that changes the editor.
 
 use super::document::{Leg, path_of};
+use super::drag::EditPointer;
 use super::edit::{self, Splice, apply, item_bytes};
 use super::field::{self, Spot};
 use super::form::{rows, value};
-use super::hand::Hand;
 use super::history::History;
 use super::number::{DECIMALS_MAX, rounded};
 use super::palette::{self, Make};
 use super::state::Editor;
 use super::strings;
-use super::text::{List, Piece, PieceId, Place, Sheet, vector};
+use super::text::{List, Piece, PieceId, Place, ScenePieces, vector};
 use jostle_sim::Vec2;
 use jostle_sim::short_sort::sort_few;
 
@@ -28,13 +28,13 @@ const COPY_UNITS: f32 = 4.0;
 
 /// An action on the editor.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Deed {
+pub enum EditorEvent {
     /// The text was changed by typing.
     Typed(String),
     /// A pointer was pressed.
-    Down(Hand),
-    Moved(Hand),
-    Up(Hand),
+    Down(EditPointer),
+    Moved(EditPointer),
+    Up(EditPointer),
     /// The gesture was cancelled.
     Cancelled,
     /// A pointer took a piece from the palette.
@@ -71,44 +71,44 @@ pub enum Deed {
 
 impl Editor {
     /// Applies an action at the given time.
-    pub fn update(&mut self, now_ms: f64, deed: Deed) {
-        if !matches!(deed, Deed::Nudged { .. }) {
+    pub fn update(&mut self, now_ms: f64, deed: EditorEvent) {
+        if !matches!(deed, EditorEvent::Nudged { .. }) {
             self.nudges = None;
         }
         // Any action other than the pointer's cancels the current gesture.
         let held = self.is_held();
-        if !matches!(deed, Deed::Down(_) | Deed::Moved(_) | Deed::Up(_)) {
+        if !matches!(deed, EditorEvent::Down(_) | EditorEvent::Moved(_) | EditorEvent::Up(_)) {
             self.cancel();
         }
         match deed {
-            Deed::Typed(text) => {
+            EditorEvent::Typed(text) => {
                 self.doc.type_text(text, now_ms);
                 self.prune();
             }
-            Deed::Down(hand) => self.down(hand, now_ms),
-            Deed::Moved(hand) => self.moved(hand),
-            Deed::Up(hand) => self.up(hand, now_ms),
-            Deed::Taken(make, id) => self.take(make, id),
-            Deed::Placed(make, at) => {
+            EditorEvent::Down(hand) => self.down(hand, now_ms),
+            EditorEvent::Moved(hand) => self.moved(hand),
+            EditorEvent::Up(hand) => self.up(hand, now_ms),
+            EditorEvent::Taken(make, id) => self.take(make, id),
+            EditorEvent::Placed(make, at) => {
                 let at = self.doc.on_unit(at);
                 let added = palette::added(self.text(), make, at);
                 self.adopt(added.map(|(text, id)| (text, vec![id])));
             }
-            Deed::Nudged { way, far } => self.nudge(way, far, now_ms),
-            Deed::Duplicated => self.duplicate(),
-            Deed::PathExtended => self.extend_path(),
-            Deed::Deleted => self.delete(),
-            Deed::Undone => self.step(History::undo),
-            Deed::Redone => self.step(History::redo),
-            Deed::Next { back } => self.select_next(back),
-            Deed::Cancelled => {}
-            Deed::Deselected if held => {}
-            Deed::Deselected => self.select(Vec::new()),
-            Deed::SelectedAll => {
+            EditorEvent::Nudged { way, far } => self.nudge(way, far, now_ms),
+            EditorEvent::Duplicated => self.duplicate(),
+            EditorEvent::PathExtended => self.extend_path(),
+            EditorEvent::Deleted => self.delete(),
+            EditorEvent::Undone => self.step(History::undo),
+            EditorEvent::Redone => self.step(History::redo),
+            EditorEvent::Next { back } => self.select_next(back),
+            EditorEvent::Cancelled => {}
+            EditorEvent::Deselected if held => {}
+            EditorEvent::Deselected => self.select(Vec::new()),
+            EditorEvent::SelectedAll => {
                 let all = self.doc.sheet.pieces.iter().filter(|piece| piece.place.is_some());
                 self.select(all.map(|piece| piece.id).collect());
             }
-            Deed::FieldSet(path, value) => {
+            EditorEvent::FieldSet(path, value) => {
                 let splice = match value {
                     Some(value) => field::set(self.text(), &path, &value),
                     None => field::unset(self.text(), &path),
@@ -174,7 +174,7 @@ impl Editor {
         let copies: Vec<PieceId> =
             ids.iter().map(|id| PieceId { index: id.index + before(id) + 1, ..*id }).collect();
         for id in &copies {
-            let Some(sheet) = Sheet::read(&text) else { return };
+            let Some(sheet) = ScenePieces::read(&text) else { return };
             let Some(piece) = sheet.piece(*id) else { return };
             let name = piece.name.as_ref().map(|name| {
                 let base = name.trim_end_matches(|c: char| c.is_ascii_digit() || c == '-');
@@ -195,7 +195,7 @@ impl Editor {
     pub fn set_field(&mut self, now_ms: f64, path: &str, values: &[String]) {
         let Some(row) = rows(self).into_iter().find(|row| row.path == path) else { return };
         let value = value(&row.form, values, &row.default);
-        self.update(now_ms, Deed::FieldSet(row.path, value));
+        self.update(now_ms, EditorEvent::FieldSet(row.path, value));
     }
 
     /// The selected body, if it is the only selected piece and may have a path.

@@ -39,7 +39,10 @@ impl Site {
     /// The name of the site's scene that is played alone, and the seed of its game.
     pub fn alone(&self) -> (Option<&str>, u64) {
         let hash = &self.address.hash;
-        (query_value(hash.trim_start_matches('#'), "alone"), Wish::of(hash).seed.unwrap_or(1))
+        (
+            query_value(hash.trim_start_matches('#'), "alone"),
+            PlayOptions::of(hash).seed.unwrap_or(1),
+        )
     }
 }
 
@@ -55,9 +58,9 @@ pub enum Destination<'a> {
     /// A replay: its name, and the address of its file.
     Replay(&'a str, String),
     /// The scene in a link.
-    Linked(&'a str, Wish),
+    Linked(&'a str, PlayOptions),
     /// A game with a scene of the site.
-    Scene(Awaited),
+    Scene(PendingGame),
     /// The editor with a shipped scene, or one of one's own.
     Editor(Option<&'a str>),
 }
@@ -72,11 +75,11 @@ impl<'a> Destination<'a> {
         } else if let Some(file) = hash.strip_prefix(REPLAY).filter(|file| !file.is_empty()) {
             Destination::Replay(file.rsplit('/').next().unwrap_or(file), file.to_owned())
         } else if let Some((link, wish)) = scene_link::in_hash(hash) {
-            Destination::Linked(link, Wish::of(wish))
+            Destination::Linked(link, PlayOptions::of(wish))
         } else if let Some(name) = query_value(hash.trim_start_matches('#'), "alone") {
-            Destination::Scene(Awaited::Alone(name.to_owned(), Wish::of(hash)))
+            Destination::Scene(PendingGame::Alone(name.to_owned(), PlayOptions::of(hash)))
         } else if let Some(request) = DemoRequest::parse(query) {
-            Destination::Scene(Awaited::Demo(request))
+            Destination::Scene(PendingGame::Demo(request))
         } else if let Some(name) = api::replay_name(path) {
             Destination::Replay(name, api::replay_file(name))
         } else {
@@ -98,27 +101,27 @@ fn edited(hash: &str) -> Option<Option<&str>> {
 
 /// An in-page game that waits for its scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Awaited {
+pub enum PendingGame {
     Demo(DemoRequest),
     /// A scene to play alone, by name.
-    Alone(String, Wish),
+    Alone(String, PlayOptions),
     /// A scene to edit, by name.
     Edit(String),
 }
 
-impl Awaited {
+impl PendingGame {
     /// Name of the scene.
     pub fn scene(&self) -> &str {
         match self {
-            Awaited::Demo(request) => &request.scene,
-            Awaited::Alone(scene, _) | Awaited::Edit(scene) => scene,
+            PendingGame::Demo(request) => &request.scene,
+            PendingGame::Alone(scene, _) | PendingGame::Edit(scene) => scene,
         }
     }
 }
 
 /// Options for playing a scene alone. The same options start the same game.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Wish {
+pub struct PlayOptions {
     /// The number of bots; if not given, the scene's default.
     pub bots: Option<u16>,
     /// Seed of the game; 1 if not given.
@@ -127,11 +130,11 @@ pub struct Wish {
     pub ghost: Option<GhostWish>,
 }
 
-impl Wish {
+impl PlayOptions {
     /// Parses the options in an address fragment.
-    pub fn of(hash: &str) -> Wish {
+    pub fn of(hash: &str) -> PlayOptions {
         let number = |name| query_value(hash, name);
-        Wish {
+        PlayOptions {
             bots: number("bots").and_then(|bots| bots.parse().ok()),
             seed: number("seed").and_then(|seed| seed.parse().ok()),
             ghost: number("ghost").and_then(GhostWish::parse),

@@ -6,7 +6,7 @@ mod screens;
 
 use crate::net::api::{Request, query_value};
 use crate::net::simulated_link::NetworkConditions;
-use crate::page::address::{Site, Wish};
+use crate::page::address::{PlayOptions, Site};
 use crate::page::context::Context;
 use crate::page::dialogs::{Card, Dialogs, Layer};
 use crate::page::event::{Address, Canvas, Effect, Event, PointerChange};
@@ -101,7 +101,7 @@ pub struct Visit {
     /// The colour that the page uses for the player.
     pub own_color: u8,
     /// A scene that may be too heavy, while the player is being asked about it.
-    pub(super) heavy: Option<(Arc<Scene>, Wish)>,
+    pub(super) heavy: Option<(Arc<Scene>, PlayOptions)>,
     pub dialogs: Dialogs,
     pub news: NewsLog,
     /// Whether the link was copied; set briefly after the attempt.

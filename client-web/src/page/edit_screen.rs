@@ -1,11 +1,11 @@
 //! The editor on the page: the editor itself, its draft, its keys, and the picture of its scene before the first tick.
 
-use crate::editor::hand::Hand;
+use crate::editor::drag::EditPointer;
 use crate::editor::palette::Make;
 use crate::editor::sketch;
 use crate::editor::state::Editor;
 use crate::editor::strings::NOT_KEPT;
-use crate::editor::update::Deed;
+use crate::editor::update::EditorEvent;
 use crate::input::action::Action;
 use crate::input::bindings::Bindings;
 use crate::language::say;
@@ -125,15 +125,15 @@ impl EditScreen {
         if self.view.point(pointer, self.editor.doc.world(), is_free) {
             // The second finger: the first one is no longer for the scene.
             if pointer.touch && pointer.change == PointerChange::Down {
-                self.editor.update(now_ms, Deed::Cancelled);
+                self.editor.update(now_ms, EditorEvent::Cancelled);
             }
             return;
         }
         let hand = self.view.hand(pointer);
         let deed = match pointer.change {
-            PointerChange::Down => Deed::Down(hand),
-            PointerChange::Moved => Deed::Moved(hand),
-            PointerChange::Up => Deed::Up(hand),
+            PointerChange::Down => EditorEvent::Down(hand),
+            PointerChange::Moved => EditorEvent::Moved(hand),
+            PointerChange::Up => EditorEvent::Up(hand),
             PointerChange::Left => return,
         };
         self.editor.update(now_ms, deed);
@@ -142,13 +142,13 @@ impl EditScreen {
     /// Does what a button says.
     pub fn click(&mut self, ctx: &mut Context, action: PageAction, value: &str) {
         let deed = match action {
-            PageAction::EditUndo => Deed::Undone,
-            PageAction::EditRedo => Deed::Redone,
-            PageAction::EditDuplicate => Deed::Duplicated,
-            PageAction::EditPath => Deed::PathExtended,
-            PageAction::EditDelete => Deed::Deleted,
+            PageAction::EditUndo => EditorEvent::Undone,
+            PageAction::EditRedo => EditorEvent::Redone,
+            PageAction::EditDuplicate => EditorEvent::Duplicated,
+            PageAction::EditPath => EditorEvent::PathExtended,
+            PageAction::EditDelete => EditorEvent::Deleted,
             PageAction::EditPlace => match Make::named(value) {
-                Some(make) => Deed::Placed(make, self.view.view.center),
+                Some(make) => EditorEvent::Placed(make, self.view.view.center),
                 None => return,
             },
             PageAction::EditNew => return self.editor.replace(String::new(), None),
@@ -181,31 +181,31 @@ impl EditScreen {
         }
         let letter = key.letter.to_lowercase();
         let deed = match (letter.as_str(), key.command, key.shift) {
-            ("z", true, false) => Deed::Undone,
-            ("z", true, true) | ("y", true, _) => Deed::Redone,
+            ("z", true, false) => EditorEvent::Undone,
+            ("z", true, true) | ("y", true, _) => EditorEvent::Redone,
             ("s", true, _) => return KeyUse::Action(PageAction::EditSave),
             ("escape", ..) if key.focus == Focus::Field => {
                 ctx.request(Effect::FocusStage);
                 return KeyUse::Used;
             }
             _ if key.focus == Focus::Field => return KeyUse::Unused,
-            ("d", true, _) => Deed::Duplicated,
-            ("a", true, _) => Deed::SelectedAll,
+            ("d", true, _) => EditorEvent::Duplicated,
+            ("a", true, _) => EditorEvent::SelectedAll,
             _ if key.modified => return KeyUse::Unused,
             _ if keys.actions(&key.code, &key.letter).contains(&Action::Edit) => {
                 let toggles = KeyUse::Action(PageAction::EditToggle);
                 return if key.repeat { KeyUse::Used } else { toggles };
             }
             ("?", ..) => return KeyUse::Action(PageAction::Help),
-            ("delete" | "backspace", ..) => Deed::Deleted,
-            ("escape", ..) => Deed::Deselected,
+            ("delete" | "backspace", ..) => EditorEvent::Deleted,
+            ("escape", ..) => EditorEvent::Deselected,
             ("tab", _, back) if key.focus == Focus::Elsewhere => {
                 return KeyUse::when(self.tab(ctx.now_ms, back));
             }
-            ("arrowleft", _, far) => Deed::Nudged { way: -Vec2::X, far },
-            ("arrowright", _, far) => Deed::Nudged { way: Vec2::X, far },
-            ("arrowup", _, far) => Deed::Nudged { way: Vec2::Y, far },
-            ("arrowdown", _, far) => Deed::Nudged { way: -Vec2::Y, far },
+            ("arrowleft", _, far) => EditorEvent::Nudged { way: -Vec2::X, far },
+            ("arrowright", _, far) => EditorEvent::Nudged { way: Vec2::X, far },
+            ("arrowup", _, far) => EditorEvent::Nudged { way: Vec2::Y, far },
+            ("arrowdown", _, far) => EditorEvent::Nudged { way: -Vec2::Y, far },
             _ => return KeyUse::Unused,
         };
         self.editor.update(ctx.now_ms, deed);
@@ -221,7 +221,10 @@ impl EditScreen {
             true => editor.doc.sheet.pieces.first(),
         };
         let at_end = ends.is_none_or(|piece| editor.selection.last() == Some(&piece.id));
-        editor.update(now_ms, if at_end { Deed::Deselected } else { Deed::Next { back } });
+        editor.update(
+            now_ms,
+            if at_end { EditorEvent::Deselected } else { EditorEvent::Next { back } },
+        );
         !at_end
     }
 
@@ -359,7 +362,7 @@ impl EditScreen {
 
     /// The scene of the text, if it is one.
     fn playable(&mut self) -> Option<Arc<Scene>> {
-        self.editor.update(0.0, Deed::Cancelled);
+        self.editor.update(0.0, EditorEvent::Cancelled);
         self.editor.doc.check();
         self.editor.doc.scene.clone().filter(|_| self.editor.doc.error.is_none())
     }
@@ -479,12 +482,12 @@ impl EditView {
         self.pan = pan;
     }
 
-    fn hand(&mut self, pointer: &Pointer) -> Hand {
+    fn hand(&mut self, pointer: &Pointer) -> EditPointer {
         let pixels = self.view.pixels[0].max(1) as f32;
         self.css_per_pixel = pointer.canvas.x.max(1.0) / pixels;
         let step = self.view.unit_per_pixel() / self.css_per_pixel;
         let Vec2 { x, y } = pointer.at;
-        Hand {
+        EditPointer {
             id: pointer.id,
             at: self.view.to_world(pointer.at / self.css_per_pixel),
             inside: x >= 0.0 && y >= 0.0 && x <= pointer.canvas.x && y <= pointer.canvas.y,

@@ -1,7 +1,7 @@
 //! The page's events and effects. An [`Event`] is anything that the browser, the network or the player does; an
 //! [`Effect`] is anything that the page asks of the browser. `App::update` turns one into the other.
 
-use crate::editor::update::Deed;
+use crate::editor::update::EditorEvent;
 use crate::input::pad::PadState;
 use crate::net::api::Request;
 use crate::net::report::{Fetched, SocketEvent};
@@ -185,7 +185,7 @@ pub enum Event {
     /// is full or not allowed.
     DraftKept(Draft, Option<Option<String>>),
     /// An action on the edited scene.
-    Edited(Deed),
+    Edited(EditorEvent),
     /// The controls of a field in the editor's form changed: the field's path and their values.
     FieldChanged(String, Vec<String>),
 }

@@ -10,7 +10,7 @@ mod messages;
 
 use crate::net::clock::TICK_MS;
 use crate::net::report::Fetched;
-use crate::page::address::Wish;
+use crate::page::address::PlayOptions;
 use crate::page::context::Context;
 use crate::page::edit_screen::EditScreen;
 use crate::page::emotes::ShownEmotes;
@@ -48,7 +48,7 @@ pub fn stalled(taken_ms: f64) -> Option<f64> {
 /// The ghost of a run next to the player's hero.
 enum GhostSlot {
     /// The ghost's replay is being fetched from this address.
-    Awaited(GhostWish, String),
+    Pending(GhostWish, String),
     Here(Box<Ghost>),
 }
 
@@ -113,7 +113,7 @@ impl GameScreen {
     pub fn alone(
         ctx: &mut Context,
         scene: Arc<Scene>,
-        wish: Wish,
+        wish: PlayOptions,
         appearance: Appearance,
     ) -> GameScreen {
         let bots = wish.bots_in(&scene);
@@ -124,7 +124,7 @@ impl GameScreen {
         game.connection.hello(ctx);
         if let Some((ghost, file)) = ghost.filter(|_| !ctx.site.is_static) {
             ctx.request(Effect::FetchReplay(file.clone()));
-            game.ghost = Some(GhostSlot::Awaited(ghost, file));
+            game.ghost = Some(GhostSlot::Pending(ghost, file));
         }
         game
     }
@@ -255,8 +255,8 @@ impl GameScreen {
     /// Takes a replay that was asked for; `false` if it is no ghost of this scene.
     pub fn take_ghost(&mut self, file: &str, fetched: Fetched) -> bool {
         let is_awaited =
-            |slot: &mut GhostSlot| matches!(slot, GhostSlot::Awaited(_, own) if own == file);
-        let Some(GhostSlot::Awaited(wish, _)) = self.ghost.take_if(is_awaited) else { return true };
+            |slot: &mut GhostSlot| matches!(slot, GhostSlot::Pending(_, own) if own == file);
+        let Some(GhostSlot::Pending(wish, _)) = self.ghost.take_if(is_awaited) else { return true };
         let bytes = match fetched {
             Fetched::Bytes(bytes) => bytes,
             Fetched::Refused(_) | Fetched::Nothing => Vec::new(),

@@ -14,8 +14,8 @@ use crate::replay::player::ReplayPlayer;
 use crate::sound::player;
 use crate::sound::witness::voices_of;
 use crate::view::render::Made;
+use crate::world::particle_probe;
 use crate::world::replica::Replica;
-use crate::world::witness;
 use jostle_protocol::PlayerState;
 use jostle_sim::Vec2;
 use js_sys::JsString;
@@ -196,7 +196,7 @@ pub fn own_place() -> Option<js_sys::Array> {
 /// Plays a recording, see [`witness`]. Returns `[[tick, digits], ...]` as JSON, or an error message.
 #[wasm_bindgen]
 pub fn particle_digests(scene: &str, recording: &[u8]) -> String {
-    match witness::particle_digests(scene, recording) {
+    match particle_probe::particle_digests(scene, recording) {
         Ok(digests) => {
             let digests = digests
                 .into_iter()

@@ -75,7 +75,7 @@ pub struct ResultView {
 
 /// The inputs of a [`RoundView`].
 #[derive(Clone, Copy)]
-pub struct Looked<'a> {
+pub struct RoundContext<'a> {
     pub scene: &'a Scene,
     pub round: &'a RoundInfo,
     pub players: &'a [PlayerState],
@@ -84,7 +84,7 @@ pub struct Looked<'a> {
     pub tick: f64,
 }
 
-impl Looked<'_> {
+impl RoundContext<'_> {
     /// Derives the view; `None` in a scene without rounds.
     pub fn view(&self) -> Option<RoundView> {
         let spec = self.scene.rules.round.as_ref()?;

@@ -1,7 +1,7 @@
 //! The screens of the page: each handles its events, its buttons and its keys.
 
 use crate::input::bindings::Bindings;
-use crate::page::address::Awaited;
+use crate::page::address::PendingGame;
 use crate::page::context::Context;
 use crate::page::dialogs::{Card, Layer};
 use crate::page::drafts::{self, Draft};
@@ -19,7 +19,7 @@ pub enum Screen {
     Lobby,
     Game(Box<GameScreen>),
     /// Waiting for the scene of an in-page game.
-    FetchingScene(Awaited),
+    FetchingScene(PendingGame),
     /// Waiting for a replay.
     Fetching {
         /// The replay's name as shown to the player.

@@ -1,8 +1,8 @@
 //! The client's replica of a room: snapshots by tick, particles simulated locally from emitter events, flashes and
 //! news, and the frame contents derived from them.
 
-mod ears;
 pub mod highlights;
+mod listener;
 pub mod picture;
 pub mod room;
 
@@ -11,7 +11,6 @@ use crate::net::timeline::Sample;
 use crate::sound::cue::{Cue, Sound};
 use crate::view::frame::{EffectKind, FrameBody};
 use crate::world::predict::Predicted;
-use ears::Ears;
 use highlights::Highlights;
 use jostle_game::scene::Whose;
 use jostle_game::{Event, Kind, SEATS_MAX, Scene, Seat};
@@ -20,6 +19,7 @@ use jostle_protocol::{
 };
 use jostle_sim::particles::{Obstacle, dequantise, quantise};
 use jostle_sim::{EmitterDef, Features, Particles, TICKS_PER_SECOND, Vec2};
+use listener::Listener;
 pub use picture::Eye;
 use picture::RoomPicture;
 use room::{KNOWN_TICKS, RoomView};
@@ -64,7 +64,7 @@ pub struct Replica {
     /// Unread news, oldest first.
     pub news: VecDeque<News>,
     names: Vec<Option<Appearance>>,
-    ears: Ears,
+    ears: Listener,
     /// Highlights, in a game with rounds.
     pub highlights: Option<Highlights>,
 }
@@ -74,7 +74,7 @@ impl Replica {
     pub fn new(scene: Arc<Scene>, seat: Seat) -> Replica {
         Replica {
             features: scene.features(),
-            ears: Ears::new(&scene),
+            ears: Listener::new(&scene),
             highlights: Highlights::of(&scene),
             stream: SnapshotStream::default(),
             particles: Particles::new(scene.world.recipes.clone(), scene.world.particles_max),

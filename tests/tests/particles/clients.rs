@@ -3,7 +3,7 @@
 
 mod streams;
 
-use jostle_client_web::world::witness::particle_digests;
+use jostle_client_web::world::particle_probe::particle_digests;
 use jostle_game::Scene;
 use jostle_room::{Rate, Room};
 use std::sync::Arc;

@@ -2,8 +2,8 @@
 //! the game's own particles for comparison.
 
 use anyhow::{Context, Result, anyhow};
+use jostle_client_web::world::particle_probe::record;
 use jostle_client_web::world::room_in_page::scripted_input;
-use jostle_client_web::world::witness::record;
 use jostle_game::{Scene, Seat};
 use jostle_protocol::Appearance;
 use jostle_room::{Rate, Room, Subscriber};
@@ -101,7 +101,7 @@ pub struct Received {
     pub scene: String,
     /// Tick of joining; the digests begin there.
     pub first: u32,
-    /// The messages, in the format of [`jostle_client_web::world::witness`].
+    /// The messages, in the format of [`jostle_client_web::world::particle_probe`].
     pub recording: Vec<u8>,
     /// Digests of the game's particles, by tick.
     pub digests: Vec<(u32, u64)>,

@@ -5,25 +5,25 @@ use super::*;
 const RUNS: u64 = 6;
 const DEEDS: u32 = 30;
 
-fn deed(editor: &Editor, rng: &mut Rng) -> Deed {
+fn deed(editor: &Editor, rng: &mut Rng) -> EditorEvent {
     let size = editor.doc.world();
     let at = Vec2::new(rng.range(0.0, size.x), rng.range(0.0, size.y));
-    let hand = Hand {
+    let hand = EditPointer {
         free: rng.next_u32().is_multiple_of(4),
         adds: rng.next_u32().is_multiple_of(5),
         ..hand(at.x, at.y)
     };
     match rng.next_u32() % 16 {
-        0..=2 => Deed::Down(hand),
-        3..=6 => Deed::Moved(hand),
-        7 | 8 => Deed::Up(hand),
-        9 => Deed::Placed(Make::ALL[rng.next_u32() as usize % Make::ALL.len()].0, at),
-        10 => Deed::Taken(Make::ALL[rng.next_u32() as usize % Make::ALL.len()].0, 1),
-        11 => Deed::Nudged { way: Vec2::Y, far: rng.next_u32().is_multiple_of(2) },
-        12 => Deed::Duplicated,
-        13 => Deed::Next { back: rng.next_u32().is_multiple_of(2) },
-        14 => Deed::Undone,
-        _ => Deed::Redone,
+        0..=2 => EditorEvent::Down(hand),
+        3..=6 => EditorEvent::Moved(hand),
+        7 | 8 => EditorEvent::Up(hand),
+        9 => EditorEvent::Placed(Make::ALL[rng.next_u32() as usize % Make::ALL.len()].0, at),
+        10 => EditorEvent::Taken(Make::ALL[rng.next_u32() as usize % Make::ALL.len()].0, 1),
+        11 => EditorEvent::Nudged { way: Vec2::Y, far: rng.next_u32().is_multiple_of(2) },
+        12 => EditorEvent::Duplicated,
+        13 => EditorEvent::Next { back: rng.next_u32().is_multiple_of(2) },
+        14 => EditorEvent::Undone,
+        _ => EditorEvent::Redone,
     }
 }
 
@@ -50,16 +50,17 @@ fn any_edits_keep_comments_and_are_undone_to_the_first_text_and_redone_to_the_la
                 let kept = are_kept(&comments(&scene.source), &comments(editor.text()));
                 assert!(kept, "{} {run}: comments are gone", scene.name);
             }
-            editor.update(0.0, Deed::Cancelled);
+            editor.update(0.0, EditorEvent::Cancelled);
             let last = editor.text().to_owned();
-            let ahead =
-                std::iter::from_fn(|| editor.can()[1].then(|| editor.update(0.0, Deed::Redone)));
+            let ahead = std::iter::from_fn(|| {
+                editor.can()[1].then(|| editor.update(0.0, EditorEvent::Redone))
+            });
             let ahead = ahead.count();
             let newest = editor.text().to_owned();
-            (0..ahead).for_each(|_| editor.update(0.0, Deed::Undone));
+            (0..ahead).for_each(|_| editor.update(0.0, EditorEvent::Undone));
             assert!(editor.text() == last, "{} {run}: undone", scene.name);
             while editor.can()[0] {
-                editor.update(0.0, Deed::Undone);
+                editor.update(0.0, EditorEvent::Undone);
             }
             assert!(
                 editor.text() == scene.source,
@@ -67,7 +68,7 @@ fn any_edits_keep_comments_and_are_undone_to_the_first_text_and_redone_to_the_la
                 scene.name
             );
             while editor.can()[1] {
-                editor.update(0.0, Deed::Redone);
+                editor.update(0.0, EditorEvent::Redone);
             }
             assert!(editor.text() == newest, "{} {run}: redone to the last", scene.name);
         }
@@ -81,7 +82,7 @@ fn a_piece_that_is_added_and_deleted_leaves_every_byte_as_it_was() {
             palette::added(&scene.source, Make::Emitter, scene.size * 0.5).expect("TOML");
         let mut editor = Editor::open(text, None);
         editor.select(vec![id]);
-        editor.update(0.0, Deed::Deleted);
+        editor.update(0.0, EditorEvent::Deleted);
         assert!(editor.text() == scene.source, "{}", scene.name);
     }
 }

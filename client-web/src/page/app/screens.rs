@@ -5,7 +5,7 @@ use super::{App, Visit};
 use crate::net::api::{self, Request, bots_alone, file_error};
 use crate::net::report::Fetched;
 use crate::net::scene_link;
-use crate::page::address::{Awaited, Destination, Wish};
+use crate::page::address::{Destination, PendingGame, PlayOptions};
 use crate::page::edit_screen::{EditScreen, SEED};
 use crate::page::event::{Address, Effect, Form};
 use crate::page::game::GameScreen;
@@ -50,7 +50,8 @@ impl App {
                 Err(error) => self.visit.dialogs.show(strings::bad_link(&error)),
             },
             Destination::Scene(awaited) => {
-                let has_records = matches!(awaited, Awaited::Alone(..)) && !self.ctx.site.is_static;
+                let has_records =
+                    matches!(awaited, PendingGame::Alone(..)) && !self.ctx.site.is_static;
                 self.await_scene(awaited);
                 if has_records {
                     self.ctx.request(Effect::Request(Request::Records));
@@ -58,7 +59,7 @@ impl App {
             }
             // With the draft of it, if there is one.
             Destination::Editor(origin) => match (self.ctx.storage.draft(origin), origin) {
-                (None, Some(name)) => self.await_scene(Awaited::Edit(name.to_owned())),
+                (None, Some(name)) => self.await_scene(PendingGame::Edit(name.to_owned())),
                 (draft, _) => self.edit(draft.unwrap_or_default().to_owned(), origin, SEED),
             },
         }
@@ -105,7 +106,7 @@ impl App {
     }
 
     /// Requests the file of a scene.
-    fn await_scene(&mut self, awaited: Awaited) {
+    fn await_scene(&mut self, awaited: PendingGame) {
         let name = awaited.scene().to_owned();
         self.screen = Screen::FetchingScene(awaited);
         // An invalid name could form a path to some other file.
@@ -132,7 +133,7 @@ impl App {
             return self.visit.dialogs.show(strings::NO_SCENE);
         };
         match awaited {
-            Awaited::Demo(request) => {
+            PendingGame::Demo(request) => {
                 if request.ticks.is_some() {
                     self.visit.own_color = 0;
                     self.picture.frozen_hud = Some(request.hud);
@@ -142,8 +143,8 @@ impl App {
                 let game = GameScreen::demo(&mut self.ctx, Arc::new(scene), &request, appearance);
                 self.screen = Screen::Game(Box::new(game));
             }
-            Awaited::Alone(_, wish) => self.play_alone(Arc::new(scene), wish),
-            Awaited::Edit(name) => self.edit(source, Some(&name), SEED),
+            PendingGame::Alone(_, wish) => self.play_alone(Arc::new(scene), wish),
+            PendingGame::Edit(name) => self.edit(source, Some(&name), SEED),
         }
         self.ctx.request(Effect::FocusStage);
     }
@@ -195,7 +196,7 @@ impl App {
             Ok((scene, text)) => {
                 self.end_screen();
                 self.ctx.show_hash(format!("{}{}", scene_link::HASH, scene_link::encode(&text)));
-                self.play_foreign(Arc::new(scene), Wish::default());
+                self.play_foreign(Arc::new(scene), PlayOptions::default());
                 self.ctx.request(Effect::FocusStage);
             }
             Err(error) => {
@@ -206,8 +207,8 @@ impl App {
     }
 
     /// Plays a scene that is not from the site alone. Asks first if it may be too heavy for the page.
-    fn play_foreign(&mut self, scene: Arc<Scene>, wish: Wish) {
-        match Wish::heavy_tick(&scene) {
+    fn play_foreign(&mut self, scene: Arc<Scene>, wish: PlayOptions) {
+        match PlayOptions::heavy_tick(&scene) {
             None => self.play_alone(scene, wish),
             Some(worst) => {
                 self.visit.dialogs.show(strings::heavy_scene(&worst, false));
@@ -233,7 +234,7 @@ impl App {
         }
     }
 
-    fn play_alone(&mut self, scene: Arc<Scene>, wish: Wish) {
+    fn play_alone(&mut self, scene: Arc<Scene>, wish: PlayOptions) {
         let game = GameScreen::alone(&mut self.ctx, scene, wish, self.appearance.clone());
         self.screen = Screen::Game(Box::new(game));
     }
@@ -273,11 +274,11 @@ impl App {
         let Screen::Edit(screen) = &mut self.screen else { return };
         let Some(scene) = screen.scene_to_play(&mut self.ctx) else { return };
         if !screen.may_be_heavy
-            && let Some(worst) = Wish::heavy_tick(&scene)
+            && let Some(worst) = PlayOptions::heavy_tick(&scene)
         {
             return self.visit.dialogs.show(strings::heavy_scene(&worst, true));
         }
-        let wish = Wish { seed: Some(screen.seed), ..Wish::default() };
+        let wish = PlayOptions { seed: Some(screen.seed), ..PlayOptions::default() };
         let mut game = GameScreen::alone(&mut self.ctx, scene, wish, self.appearance.clone());
         // The room is in the page, so the player gets a seat without waiting.
         game.advance(&mut self.ctx, None);

@@ -6,7 +6,7 @@ use crate::browser;
 use crate::editor::form;
 use crate::editor::palette::Make;
 use crate::editor::state::Editor;
-use crate::editor::update::Deed;
+use crate::editor::update::EditorEvent;
 use crate::page::dom;
 use crate::page::dom::patch::Patch;
 use crate::page::event::Event;
@@ -92,7 +92,7 @@ fn palette(events: Events) {
         // From here on the canvas receives this pointer's events wherever it is.
         let _ = dom::html("stage").set_pointer_capture(event.pointer_id());
         dom::focus_stage();
-        events.push(Event::Edited(Deed::Taken(make, event.pointer_id())));
+        events.push(Event::Edited(EditorEvent::Taken(make, event.pointer_id())));
     });
     dom::listen(&palette, "click", move |event: MouseEvent| {
         if let Some(name) = piece(&event).filter(|_| event.detail() == 0) {

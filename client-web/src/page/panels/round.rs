@@ -5,7 +5,7 @@ use crate::net::api;
 use crate::page::app::App;
 use crate::page::game::GameScreen;
 use crate::page::panels::players::color_var;
-use crate::page::round::{LIVES_SHOWN_MAX, Looked, ResultView, RoundView, SideView};
+use crate::page::round::{LIVES_SHOWN_MAX, ResultView, RoundContext, RoundView, SideView};
 use crate::page::strings;
 use crate::page::view::View;
 use crate::world::replica::Replica;
@@ -86,7 +86,7 @@ pub fn is_raced(table: &RecordTable, heroes: bool) -> bool {
 }
 
 fn round_of(replica: &Replica) -> Option<RoundView> {
-    let looked = Looked {
+    let looked = RoundContext {
         scene: &replica.room.scene,
         round: replica.room.round()?,
         players: replica.room.players(),

@@ -2,7 +2,7 @@
 //! newest ticks are buffered in `recent`; a goal opens a highlight, which is copied from the buffer when its last tick
 //! has arrived.
 
-use super::ears::{GOALS_APART_TICKS, Turn};
+use super::listener::{GOALS_APART_TICKS, Turn};
 use jostle_game::{RoundInfo, RoundPhase, Scene};
 use jostle_protocol::{Snapshot, TimedEvent};
 use jostle_sim::TICKS_PER_SECOND;

@@ -1,12 +1,12 @@
 //! The scene editor, with any text and any sequence of actions: it never fails, all actions can be undone and redone
 //! byte for byte, and every reported range lies within the text.
 
+use jostle_client_web::editor::drag::Hand;
 use jostle_client_web::editor::form::rows;
-use jostle_client_web::editor::hand::Hand;
 use jostle_client_web::editor::palette::Make;
 use jostle_client_web::editor::sketch;
 use jostle_client_web::editor::state::Editor;
-use jostle_client_web::editor::update::Deed;
+use jostle_client_web::editor::update::EditorEvent;
 use jostle_client_web::view::frame::Sketch;
 use jostle_sim::Vec2;
 use proptest::prelude::*;
@@ -40,7 +40,7 @@ fn changed(text: &str, changes: &[(Index, String)]) -> String {
     text
 }
 
-fn deed(editor: &Editor, (kind, x, y): Act) -> Deed {
+fn deed(editor: &Editor, (kind, x, y): Act) -> EditorEvent {
     let share = Vec2::new(f32::from(x % 1200), f32::from(y % 1200)) / 1000.0;
     let at = editor.doc.world() * (share - Vec2::splat(0.1));
     let (adds, free) = (x % 7 == 0, y % 5 == 0);
@@ -48,19 +48,19 @@ fn deed(editor: &Editor, (kind, x, y): Act) -> Deed {
     let hand = Hand { id, at, inside: kind != 200, reach: 4.0, step: 0.4, adds, free };
     let (make, _) = Make::ALL[usize::from(x) % Make::ALL.len()];
     match kind % 17 {
-        0 | 1 => Deed::Down(hand),
-        2..=4 => Deed::Moved(hand),
-        5 | 6 => Deed::Up(hand),
-        7 => Deed::Cancelled,
-        8 => Deed::Taken(make, id),
-        9 => Deed::Placed(make, at),
-        10 => Deed::Nudged { way: share, far: free },
-        11 => Deed::Duplicated,
-        12 => Deed::Deleted,
-        13 => Deed::Undone,
-        14 => Deed::Redone,
-        15 => Deed::Next { back: adds },
-        _ => Deed::SelectedAll,
+        0 | 1 => EditorEvent::Down(hand),
+        2..=4 => EditorEvent::Moved(hand),
+        5 | 6 => EditorEvent::Up(hand),
+        7 => EditorEvent::Cancelled,
+        8 => EditorEvent::Taken(make, id),
+        9 => EditorEvent::Placed(make, at),
+        10 => EditorEvent::Nudged { way: share, far: free },
+        11 => EditorEvent::Duplicated,
+        12 => EditorEvent::Deleted,
+        13 => EditorEvent::Undone,
+        14 => EditorEvent::Redone,
+        15 => EditorEvent::Next { back: adds },
+        _ => EditorEvent::SelectedAll,
     }
 }
 
@@ -72,7 +72,7 @@ fn check(text: &str, acts: &[Act]) {
         editor.update(number as f64 * 250.0, deed);
         sketch::draw(&editor, 0.4, &mut sketch);
     }
-    editor.update(0.0, Deed::Cancelled);
+    editor.update(0.0, EditorEvent::Cancelled);
     editor.doc.check();
     if let Some(at) = editor.doc.error_bytes() {
         assert!(editor.text().get(at.clone()).is_some(), "{at:?}");
@@ -82,15 +82,15 @@ fn check(text: &str, acts: &[Act]) {
     }
     rows(&editor);
     while editor.can()[1] {
-        editor.update(0.0, Deed::Redone);
+        editor.update(0.0, EditorEvent::Redone);
     }
     let last = editor.text().to_owned();
     while editor.can()[0] {
-        editor.update(0.0, Deed::Undone);
+        editor.update(0.0, EditorEvent::Undone);
     }
     assert!(editor.text() == text, "undone to the first text");
     while editor.can()[1] {
-        editor.update(0.0, Deed::Redone);
+        editor.update(0.0, EditorEvent::Redone);
     }
     assert!(editor.text() == last, "done again to the last");
 }

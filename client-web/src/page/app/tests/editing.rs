@@ -1,7 +1,7 @@
 //! Tests of the editor: opening, playing and leaving it.
 
 use super::*;
-use crate::editor::update::Deed;
+use crate::editor::update::EditorEvent;
 use crate::page::drafts::Draft;
 use crate::page::event::{Pointer, PointerChange};
 use crate::page::qr_code;
@@ -77,7 +77,7 @@ const PULSE: Event = Event::Pulse { hidden: false };
 
 /// Types a text and lets the page store it.
 fn type_text(browser: &mut Browser, text: &str) {
-    browser.say(Event::Edited(Deed::Typed(text.to_owned())));
+    browser.say(Event::Edited(EditorEvent::Typed(text.to_owned())));
     browser.say(PULSE);
 }
 
@@ -139,11 +139,11 @@ fn a_tab_can_take_over_the_draft_of_another_and_undo_that() {
     assert_eq!((a.title(), text(&a).as_str()), ("", "size = 2"));
     type_text(&mut a, "size = 3");
     assert_eq!(a.stored("jostle.draft").as_deref(), Some("size = 3"));
-    a.say(Event::Edited(Deed::Undone));
-    a.say(Event::Edited(Deed::Undone));
+    a.say(Event::Edited(EditorEvent::Undone));
+    a.say(Event::Edited(EditorEvent::Undone));
     assert_eq!(text(&a), "size = 1");
     // A change made just before closing is stored too.
-    b.say(Event::Edited(Deed::Typed("size = 4".to_owned())));
+    b.say(Event::Edited(EditorEvent::Typed("size = 4".to_owned())));
     b.say(Event::Closing);
     assert_eq!(b.stored("jostle.draft").as_deref(), Some("size = 3"));
     assert_eq!(b.stored("jostle.draft.my-scene-2").as_deref(), Some("size = 4"));
@@ -218,7 +218,7 @@ fn a_refusal_of_the_server_is_an_error_of_the_text_until_that_changes() {
     let shown = editor.doc.problem().expect("an error").to_string();
     assert_eq!(shown, "my-scene.toml:2: size: found [100, 100]; allowed: less");
     assert_eq!(editor.doc.error_bytes().map(|at| &SCENE[at]), Some("size = [100, 100]"));
-    browser.say(Event::Edited(Deed::Typed(format!("{SCENE}\n"))));
+    browser.say(Event::Edited(EditorEvent::Typed(format!("{SCENE}\n"))));
     assert!(
         browser.app.screen.edited().is_some_and(|screen| screen.editor.doc.problem().is_none())
     );
@@ -248,7 +248,7 @@ fn a_text_with_an_error_gets_no_room_and_an_answer_that_comes_late_leads_nowhere
     let count = browser.effects.len();
     browser.click("edit-room");
     assert!(matches!(browser.effects[count..], [Effect::FocusText(0)]));
-    browser.say(Event::Edited(Deed::Typed(SCENE.to_owned())));
+    browser.say(Event::Edited(EditorEvent::Typed(SCENE.to_owned())));
     let request = open_room(&mut browser);
     browser.click("leave");
     let answer = format!(r#"{{"code":"fox","host_key":"{}"}}"#, "ab".repeat(16));
@@ -298,7 +298,7 @@ fn the_link_of_what_is_on_is_shown_as_a_code_until_escape() {
     assert_eq!(browser.app.notice().expect("a card").code, code_of(&link));
     let mut rng = jostle_sim::Rng::new(1, 0);
     let noise = (0..3000).map(|_| char::from(33 + rng.below(94) as u8)).collect();
-    browser.say(Event::Edited(Deed::Typed(noise)));
+    browser.say(Event::Edited(EditorEvent::Typed(noise)));
     browser.click("qr-code");
     let card = browser.app.notice().expect("a card");
     assert_eq!(card.code, None);

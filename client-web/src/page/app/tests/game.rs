@@ -1,7 +1,7 @@
 //! Tests of games: joining, input, lost connections, refusals, hosts, dialogs, addresses.
 
 use super::*;
-use crate::page::address::Awaited;
+use crate::page::address::PendingGame;
 use crate::page::event::{Pointer, PointerChange};
 use crate::page::storage::Secret;
 use crate::view::frame::View;
@@ -327,8 +327,9 @@ fn a_demo_that_cannot_start_says_why() {
     let mut browser = Browser::open("/", "?demo=../arena");
     assert!(!browser.effects.iter().any(|effect| matches!(effect, Effect::FetchScene(_))));
     assert_eq!(browser.app.state(), "refused");
-    let awaits_arena =
-        || Screen::FetchingScene(Awaited::Demo(DemoRequest::parse("?demo=arena").expect("one")));
+    let awaits_arena = || {
+        Screen::FetchingScene(PendingGame::Demo(DemoRequest::parse("?demo=arena").expect("one")))
+    };
     let broken = Fetched::Bytes(b"title".to_vec());
     for fetched in [Fetched::Nothing, Fetched::Refused(404), broken] {
         browser.app.screen = awaits_arena();

@@ -2,7 +2,7 @@
 //! selection.
 
 use crate::editor::state::Editor;
-use crate::editor::update::Deed;
+use crate::editor::update::EditorEvent;
 use crate::page::dom;
 use crate::page::event::Event;
 use crate::page::queue::Events;
@@ -135,7 +135,7 @@ fn span(tag: &str, text: &str) -> Element {
 pub fn listen(events: Events) {
     let field = area();
     dom::listen(&field, "input", move |_: web_sys::Event| {
-        events.push(Event::Edited(Deed::Typed(area().value())));
+        events.push(Event::Edited(EditorEvent::Typed(area().value())));
     });
     dom::listen(&field, "scroll", |_: web_sys::Event| follow());
 }

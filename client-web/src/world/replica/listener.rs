@@ -22,7 +22,7 @@ pub const GOALS_APART_TICKS: u32 = 90;
 
 /// The state of hearing.
 #[derive(Default)]
-pub struct Ears {
+pub struct Listener {
     /// The queued cues with their ticks, oldest first.
     cues: VecDeque<(f64, Cue)>,
     /// The last displayed state of the round.
@@ -45,10 +45,10 @@ pub struct Turn {
     points: i32,
 }
 
-impl Ears {
+impl Listener {
     /// The hearing for a room that plays `scene`.
-    pub fn new(scene: &Scene) -> Ears {
-        let mut ears = Ears::default();
+    pub fn new(scene: &Scene) -> Listener {
+        let mut ears = Listener::default();
         for placed in scene.bodies.iter().filter(|placed| placed.breaks.is_some()) {
             let look = (placed.kind, placed.def.group, placed.def.shape);
             if !ears.fragile.contains(&look) {

@@ -1,12 +1,12 @@
 //! A pointer over the picture and the thing it holds.
 
 use super::palette::Make;
-use super::text::{PieceId, Sheet};
+use super::text::{PieceId, ScenePieces};
 use jostle_sim::Vec2;
 
 /// A pointer in the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Hand {
+pub struct EditPointer {
     /// The browser's id of the pointer.
     pub id: i32,
     /// The pointer's position, world units.
@@ -25,7 +25,7 @@ pub struct Hand {
 
 /// The thing that a pointer holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Grip {
+pub enum DragTarget {
     Move,
     /// An edge or a corner of the selected piece, as its direction from the centre.
     Size(Vec2),
@@ -41,12 +41,12 @@ pub enum Grip {
 pub struct EditGesture {
     pub(super) id: i32,
     /// The thing being held.
-    pub(super) grip: Grip,
+    pub(super) grip: DragTarget,
     pub(super) from: Vec2,
     pub at: Vec2,
     /// The text when the gesture began; `sheet` holds its pieces.
     pub(super) base: String,
-    pub(super) sheet: Sheet,
+    pub(super) sheet: ScenePieces,
     /// The selection when the gesture began.
     pub(super) selection: Vec<PieceId>,
     pub moving: bool,
@@ -57,7 +57,7 @@ pub struct EditGesture {
 impl EditGesture {
     /// The corners of the selection box.
     pub fn frame(&self) -> Option<[Vec2; 2]> {
-        let selects = self.grip == Grip::Box && self.moving;
+        let selects = self.grip == DragTarget::Box && self.moving;
         selects.then(|| [self.from.min(self.at), self.from.max(self.at)])
     }
 }
