@@ -1,7 +1,7 @@
-//! The project's tasks: build the web client, play, test, tidy. `cargo xtask help` lists them.
+//! The project's tasks, such as building the web client, playing, testing and tidying. `cargo xtask help` lists them.
 //!
-//! Each task does the set-up it needs and says what it does, one line a step. Nothing here is
-//! needed to use the crates: plain `cargo build` and `cargo test` work without it.
+//! Each task does the necessary set-up and prints one line per step. None of this is needed to use the crates: plain
+//! `cargo build` and `cargo test` work without it.
 
 mod dist;
 mod docs;
@@ -45,22 +45,22 @@ enum Task {
         #[arg(long)]
         no_open: bool,
     },
-    /// Check everything that continuous integration checks
+    /// Run all checks of continuous integration
     Test {
-        /// Leave the browser tests out
+        /// Skip the browser tests
         #[arg(long)]
         quick: bool,
-        /// What a release needs too: other builds of the simulation, 64-bit Arm, the measuring programs
+        /// Also run the tests for a release: other builds of the simulation, 64-bit Arm, the measuring programs
         #[arg(long, conflicts_with = "quick")]
         all: bool,
-        /// Only what the difference between a revision and the working tree can break, and takes seconds to test
+        /// Run only the fast tests of code affected by changes since a revision
         #[arg(long, value_name = "REV", conflicts_with = "all")]
         since: Option<String>,
-        /// Write the golden replays and hashes in tests/goldens again, and test nothing
+        /// Update the golden replays and hashes in tests/goldens instead of testing
         #[arg(long, conflicts_with_all = ["quick", "all", "since"])]
         update_hashes: bool,
     },
-    /// One step of the tests
+    /// Run a single step of the tests
     #[command(hide = true)]
     TestStep {
         name: String,
@@ -72,18 +72,19 @@ enum Task {
         /// Compile in seconds instead of minutes; the result is larger and slower
         #[arg(long)]
         dev: bool,
-        /// Write the page without a server into target/static too, for any host of files
+        /// Also write the page without a server into target/static, for any file host
         #[arg(long = "static")]
         is_static: bool,
     },
-    /// Build, try and pack a release into target/dist: static programs for 64-bit x86 and Arm, licences, lists of crates
+    /// Build, test and pack a release into target/dist: static programs for 64-bit x86 and Arm, licences, lists of
+    /// crates
     Dist,
-    /// Check the habits of the code base: links, arrows and circles, file sizes, words
+    /// Check the conventions of the code base: links, dependencies, cycles, file sizes, words
     Tidy {
-        /// Print how large and how tangled the code is instead
+        /// Print figures on the size and coupling of the code instead
         #[arg(long)]
         figures: bool,
-        /// Measure another checkout, to compare with
+        /// Measure another checkout, for comparison
         #[arg(long, value_name = "DIR", requires = "figures")]
         root: Option<PathBuf>,
     },
@@ -91,18 +92,18 @@ enum Task {
     Docs,
     /// Try the decoders, replays, scenes, rooms and handshakes on millions of broken inputs
     Fuzz {
-        /// Only this one, such as keyframe
+        /// Only this property, such as keyframe
         property: Option<String>,
-        /// Seconds for each
+        /// Seconds per property
         #[arg(long, value_name = "N", default_value_t = 60)]
         seconds: u32,
     },
-    /// Measure error against run time, and stability; write a page with plots and tables
+    /// Measure error against run time, and stability, and write a page with plots and tables
     Report {
-        /// A few minutes instead of an hour: fewer runs, no largest variants
+        /// Take a few minutes instead of an hour: fewer runs, and no largest variants
         #[arg(long)]
         quick: bool,
-        /// Measure Box2D and rapier2d beside Jostle; compiles them
+        /// Compile Box2D and rapier2d and measure them too
         #[arg(long)]
         peers: bool,
         /// Folder for the page
@@ -111,7 +112,7 @@ enum Task {
     },
     /// Measure the time from a key press to the frame that shows it
     Latency {
-        /// Presses in each of the cases
+        /// Key presses per case
         #[arg(long, value_name = "N", default_value_t = 200)]
         presses: u32,
         /// File for the figures as JSON
@@ -120,14 +121,14 @@ enum Task {
     },
     /// Measure the server under load: a crowd in one room, many rooms, newcomers and lost sockets
     Load {
-        /// Count allocations of the whole server too, which makes it a little slower
+        /// Also count the server's allocations, which makes it slightly slower
         #[arg(long)]
         allocations: bool,
         /// Options of the measurement: --clients, --rooms, --seconds, --reconnects
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         options: Vec<String>,
     },
-    /// Run the directory of fleets of several sizes through failures, by simulation
+    /// Simulate the directory of fleets of several sizes through failures
     Fleet {
         /// Options of the simulation: --nodes, --rooms, --seed
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
@@ -151,7 +152,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Whether all went well; what did not has been said already.
+/// Runs a task; returns whether it succeeded. Failures have already been reported.
 fn run(task: Task) -> Result<bool> {
     match task {
         Task::Play { listen, no_open } => play::play(listen, !no_open)?,
