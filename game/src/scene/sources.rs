@@ -102,7 +102,7 @@ fn location(table: &Table, names: &Names) -> Location {
     let position = table.get("position");
     // It is at the centre of this body, also while that moves. Default: this or `position`.
     let follow = table.get("follow");
-    follow.not_beside(&position);
+    table.not_both("position", "follow");
     if !position.is_given() && !follow.is_given() {
         position.refuse("[x, y], or follow = \"name\"");
     }

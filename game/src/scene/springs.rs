@@ -38,10 +38,10 @@ pub(super) fn spring(table: &Table, bodies: &[Placed], names: &Names) -> Option<
     let [stiffness, damping] = ["stiffness", "damping"].map(|name| table.get(name));
     // Oscillations per second of the joined bodies, without other forces. Default: this or `stiffness`.
     let frequency = table.get("frequency");
-    frequency.not_beside(&stiffness);
+    table.not_both("stiffness", "frequency");
     // Damping relative to critical damping: below 1 it oscillates; not with `damping`. Default: `0`.
     let damping_ratio = table.get("damping_ratio");
-    damping_ratio.not_beside(&damping);
+    table.not_both("damping", "damping_ratio");
     if !stiffness.is_given() && !frequency.is_given() {
         stiffness.refuse("stiffness or frequency");
     }

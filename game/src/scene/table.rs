@@ -258,6 +258,14 @@ impl<'a> Table<'a> {
         }
         field
     }
+
+    /// Refuses the second of two fields beside the first.
+    pub fn not_both(&self, one: &'static str, other: &'static str) {
+        let [first, second] = [one, other].map(|name| self.get(name));
+        if first.is_given() && second.is_given() {
+            second.refuse_as(format!("{one} and {other}"), "only one of the two");
+        }
+    }
 }
 
 impl<'a> Field<'a> {
@@ -299,16 +307,7 @@ impl<'a> Field<'a> {
         }
     }
 
-    /// Refuses this field beside another one.
-    pub fn not_beside(&self, other: &Field) {
-        if self.is_given() && other.is_given() {
-            let names =
-                [other, self].map(|field| field.path.rsplit('.').next().unwrap_or_default());
-            self.refuse_as(names.join(" and "), "only one of the two");
-        }
-    }
-
-    /// Path of the field, such as `layouts[2].count`.
+    /// Where it is, such as `layouts[2].count`.
     pub fn path(&self) -> &str {
         &self.path
     }
@@ -438,7 +437,8 @@ impl<'a> Field<'a> {
     pub fn choice_or_first<T: Copy>(&self, choices: &[(&str, T)]) -> T {
         #[cfg(test)]
         self.remark(|note| note.default = Some(choices[0].0.to_owned()));
-        self.choice(choices).unwrap_or(choices[0].1)
+        let names: Vec<&str> = choices.iter().map(|(name, _)| *name).collect();
+        choices[self.index_in(&names).unwrap_or(0)].1
     }
 
     /// The values of a list.

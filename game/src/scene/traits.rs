@@ -94,7 +94,7 @@ pub(super) fn shape(table: &Table) -> Option<Shape> {
     let radius = table.get("radius");
     // Makes a box of this width and height. Default: by kind.
     let size = table.get("size");
-    size.not_beside(&radius);
+    table.not_both("radius", "size");
     let circle = radius.given(|radius| Shape::circle(radius.number(1.0, EXTENT)));
     if circle.is_some() {
         return circle;

@@ -161,26 +161,26 @@ fn occasion(table: &Table, known: &RuleNames) -> Trigger {
         [_] => {}
         [_, second, ..] => second.refuse("one occasion a rule"),
     }
-    let [enter, leave, on, every, touch, burst, lost, breaks] = &fields;
+    let [enter, leave, on, every, touches, bursts, lost, breaks] = &fields;
     let group = |field: &Field| groups.given(field).unwrap_or(0);
-    let occasions = [
-        leave.given(|field| Trigger::Leave(names.zones(field))),
-        on.given(|field| Trigger::On(names.any_condition(field))),
-        every.given(|field| Trigger::Every(field.ticks(1.0, INTERVAL).max(1))),
-        touch.given(|field| {
-            let allowed = || "two groups, [\"a\", \"b\"]".to_owned();
-            let [first, second] = field.array([0; 2], allowed, |field, _| group(field));
-            Trigger::Touch(first, second)
-        }),
-        burst.given(|field| {
-            true_only(field, "true");
-            Trigger::Burst
-        }),
-        lost.given(|field| Trigger::Lost(group(field))),
-        breaks.given(|field| Trigger::Breaks(group(field))),
-    ];
-    let given = occasions.into_iter().flatten().next();
-    given.unwrap_or_else(|| Trigger::Enter(names.zones(enter)))
+    let touch = |field: &Field| {
+        let allowed = || "two groups, [\"a\", \"b\"]".to_owned();
+        let [first, second] = field.array([0; 2], allowed, |field, _| group(field));
+        Trigger::Touch(first, second)
+    };
+    let burst = |field: &Field| {
+        true_only(field, "true");
+        Trigger::Burst
+    };
+    let given = leave.given(|field| Trigger::Leave(names.zones(field)));
+    given
+        .or_else(|| on.given(|field| Trigger::On(names.any_condition(field))))
+        .or_else(|| every.given(|field| Trigger::Every(field.ticks(1.0, INTERVAL).max(1))))
+        .or_else(|| touches.given(touch))
+        .or_else(|| bursts.given(burst))
+        .or_else(|| lost.given(|field| Trigger::Lost(group(field))))
+        .or_else(|| breaks.given(|field| Trigger::Breaks(group(field))))
+        .unwrap_or_else(|| Trigger::Enter(names.zones(enter)))
 }
 
 /// Refuses `false`, which means nothing.
@@ -287,11 +287,11 @@ impl Line {
     }
 
     fn of(text: &str) -> Line {
-        let first = WORDS.into_iter().find(|(word, _)| text.starts_with(word));
-        let text = first.map_or(text, |(word, _)| &text[word.len()..]);
-        let last = WORDS.into_iter().find(|(word, _)| text.ends_with(word));
-        let text = last.map_or(text, |(word, _)| &text[..text.len() - word.len()]).to_owned();
-        Line { first: first.map(|(_, whose)| whose), text, last: last.map(|(_, whose)| whose) }
+        let first = WORDS.iter().find_map(|(word, whose)| Some((text.strip_prefix(word)?, *whose)));
+        let (text, first) = first.map_or((text, None), |(rest, whose)| (rest, Some(whose)));
+        let last = WORDS.iter().find_map(|(word, whose)| Some((text.strip_suffix(word)?, *whose)));
+        let (text, last) = last.map_or((text, None), |(rest, whose)| (rest, Some(whose)));
+        Line { first, text: text.to_owned(), last }
     }
 
     /// Returns whether the line names a player.

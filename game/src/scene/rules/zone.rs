@@ -115,7 +115,7 @@ fn area(table: &Table) -> ZoneArea {
     let area = table.get("area");
     // Or the centre of a disc.
     let position = table.get("position");
-    position.not_beside(&area);
+    table.not_both("area", "position");
     // Radius of that disc. Default: required with `position`.
     let radius = table.get("radius");
     let disc = position.given(|position| {
