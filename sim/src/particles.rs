@@ -6,7 +6,6 @@
 
 mod emitter;
 mod obstacles;
-mod state;
 pub mod wire;
 
 pub use emitter::{EmitterDef, Source};
@@ -16,6 +15,8 @@ use crate::body::BodyId;
 use crate::hash::StateHasher;
 use crate::math::min;
 use crate::rng::Rng;
+use crate::state::Subject;
+use crate::state::io::StateIo;
 use crate::time::DT;
 use emitter::Emitter;
 use glam::Vec2;
@@ -79,7 +80,11 @@ const SIZE_MAX: f32 = 256.0;
 /// Maximum number of emitters running at a time; further ones are not started.
 pub const EMITTERS_RUNNING_MAX: usize = 1024;
 
-/// All live particles and emitters of a world; particles are stored as a structure of arrays.
+/// Bytes of a saved emitter, and of a saved particle.
+const EMITTER_BYTES: usize = 41;
+const PARTICLE_BYTES: usize = 25;
+
+/// All live particles and emitters of a world; particles as structure of arrays.
 #[derive(Clone, Debug, Default)]
 pub struct Particles {
     recipes: Vec<Recipe>,
@@ -281,7 +286,39 @@ impl Particles {
         ParticleAppearance { color, size: min(grown, SIZE_MAX) }
     }
 
-    /// Iterates over all particles.
+    /// Describes emitters and particles.
+    pub(crate) fn state(&self, io: &mut impl StateIo) -> (Vec<Emitter>, Vec<Particle>) {
+        let emitters = self.emitter_state(io);
+        let (name, limits) = ("number of particles", [self.limit, PARTICLE_BYTES]);
+        let particles =
+            io.list(name, limits, self.rows(), Particle::default(), |io, index, mut it| {
+                io.subject(Subject::Numbered("particle", index));
+                it.position = io.vector(["position.x", "position.y"], it.position, f32::is_finite);
+                it.velocity = io.vector(["velocity.x", "velocity.y"], it.velocity, f32::is_finite);
+                io.bits("age and life", u32::from(it.age) << 16 | u32::from(it.life));
+                it.age = io.saved_short("age", it.age);
+                it.life = io.saved_short("life", it.life);
+                it.seed = io.word("seed", it.seed);
+                it.recipe = io.byte("recipe", it.recipe);
+                io.check("recipe", || usize::from(it.recipe) < self.recipes.len());
+                it
+            });
+        (emitters, particles)
+    }
+
+    /// Describes the running emitters.
+    fn emitter_state(&self, io: &mut impl StateIo) -> Vec<Emitter> {
+        io.subject(Subject::WORLD);
+        io.bits("emitters", self.emitters.len() as u32);
+        let limits = [EMITTERS_RUNNING_MAX, EMITTER_BYTES];
+        let (given, blank) = (self.emitters.iter().cloned(), Emitter::blank());
+        io.list("number of emitters", limits, given, blank, |io, index, emitter| {
+            io.subject(Subject::Numbered("emitter", index));
+            emitter.state(self.recipes.len(), io)
+        })
+    }
+
+    /// Every particle.
     fn rows(&self) -> impl ExactSizeIterator<Item = Particle> {
         let moves = self.position.iter().zip(&self.velocity);
         let ages = self.age.iter().zip(&self.life);

@@ -3,12 +3,11 @@
 //! both.
 
 use super::emitter::Emitter;
-use super::{Birth, EMITTERS_RUNNING_MAX, Particle, Particles, Recipe};
+use super::{Birth, EMITTER_BYTES, EMITTERS_RUNNING_MAX, Particle, Particles, Recipe};
 use crate::state::bytes::{StateError, StateReader, StateWriter};
 use crate::state::io::{StateIo, plausible};
 
-const EMITTER_BYTES: usize = 41;
-/// Recipe, age, and number of consecutive particles that share both.
+/// Recipe, age, and number of consecutive particles that share them.
 const RUN_BYTES: usize = 4;
 /// Position, velocity and seed of a particle.
 const PARTICLE_BYTES: usize = 20;
