@@ -1,7 +1,7 @@
 //! The scene editor, with any text and any sequence of actions: it never fails, all actions can be undone and redone
 //! byte for byte, and every reported range lies within the text.
 
-use jostle_client_web::editor::drag::Hand;
+use jostle_client_web::editor::drag::EditPointer;
 use jostle_client_web::editor::form::rows;
 use jostle_client_web::editor::palette::Make;
 use jostle_client_web::editor::sketch;
@@ -45,7 +45,7 @@ fn deed(editor: &Editor, (kind, x, y): Act) -> EditorEvent {
     let at = editor.doc.world() * (share - Vec2::splat(0.1));
     let (adds, free) = (x % 7 == 0, y % 5 == 0);
     let id = i32::from(x % 9 == 0);
-    let hand = Hand { id, at, inside: kind != 200, reach: 4.0, step: 0.4, adds, free };
+    let hand = EditPointer { id, at, inside: kind != 200, reach: 4.0, step: 0.4, adds, free };
     let (make, _) = Make::ALL[usize::from(x) % Make::ALL.len()];
     match kind % 17 {
         0 | 1 => EditorEvent::Down(hand),
