@@ -1,4 +1,4 @@
-//! Measures one directory of a fleet too large to simulate as a whole: the other nodes exist only as entries.
+//! Measures one node's directory in a fleet too large to simulate as a whole. The other nodes exist only as entries.
 
 use crate::processor_time;
 use anyhow::{Result, ensure};
@@ -19,10 +19,10 @@ static MEMORY: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 
 /// Time between two polls.
 const POLL_EVERY: Duration = Duration::from_millis(100);
-/// One node in this many is lost.
+/// One in this many nodes is lost.
 const ZONE: usize = 3;
 
-/// Measures the directory of the first node and prints its cost.
+/// Measures the cost of the first node's directory and prints it.
 pub fn run(nodes: usize, rooms: usize) -> Result<()> {
     let memory = Region::new(MEMORY);
     let mut one = One::new(nodes, rooms)?;
@@ -89,8 +89,8 @@ impl One {
         Ok(serde_json::to_vec(&entry)?)
     }
 
-    /// Lets every other node renew its lease once. Returns the processor seconds per second spent on decoding, and in
-    /// the directory.
+    /// Lets every other node renew its lease once. Returns the processor seconds per second spent decoding, and those
+    /// spent in the directory.
     fn hear_renewals(&mut self, renewals: &[Vec<u8>]) -> Result<(f64, f64)> {
         let began = processor_time();
         let entries = renewals
@@ -107,7 +107,7 @@ impl One {
         Ok((a_second(read - began), a_second(heard - read)))
     }
 
-    /// Polls the directory for this long; returns the processor time of the longest poll, and the actions.
+    /// Polls the directory for `time`; returns the processor time of the longest poll and the resulting actions.
     fn poll_for(&mut self, time: Duration) -> (Duration, Vec<Action>) {
         let (end, mut longest, mut actions) = (self.now + time, Duration::ZERO, Vec::new());
         while self.now < end {
@@ -116,7 +116,7 @@ impl One {
             self.directory.poll(self.now);
             longest = longest.max(processor_time() - began);
             for action in self.directory.take_actions() {
-                // The node's own lease is renewed throughout.
+                // The node's own lease is renewed the whole time.
                 match action {
                     Action::Write(Key::Node(node), ..) => {
                         self.revision += 1;
@@ -130,13 +130,13 @@ impl One {
         (longest, actions)
     }
 
-    /// Silences one node in [`ZONE`]. As in a real fleet, the nodes nearest to each lost one report it; rooms that this
-    /// node does not claim are claimed by others half a second later.
+    /// Silences one in every [`ZONE`] nodes. As in a real fleet, the nodes nearest to a lost one report it; rooms that
+    /// this node does not claim are claimed by others half a second later.
     fn lose_zone(&mut self, nodes: usize, rooms: usize) -> Result<()> {
         let alive: Vec<usize> = (1..nodes).filter(|node| node % ZONE != 0).collect();
         let lost: Vec<usize> = (1..nodes).filter(|node| node % ZONE == 0).collect();
         let mut actions = Vec::new();
-        // The lost nodes' last renewals arrived before the last round of renewals ended.
+        // The lost nodes' final renewals arrived before the final round of renewals ended.
         let silent_at = self.now - RENEW_EVERY + LEASE_TTL;
         while self.now <= silent_at {
             for node in &alive {

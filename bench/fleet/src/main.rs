@@ -10,19 +10,19 @@ use jostle_simulation::{Bucket, Faults, Flaws, Settings, Simulation, Traffic};
 use rustix::time::{ClockId, clock_gettime};
 use std::time::Duration;
 
-/// Time in which the nodes start and the rooms open.
+/// Time allowed for starting the nodes and opening the rooms.
 const OPENING: Duration = Duration::from_secs(60);
-/// Length of each part.
+/// Duration of each part.
 const PART: Duration = Duration::from_secs(60);
 /// Percentage of the nodes that are in one zone.
 const ZONE_SHARE: usize = 33;
-/// Nodes that drain one after another, and the interval between them.
+/// Number of nodes that drain one after another, and the interval between them.
 const DRAINS: usize = 10;
 const DRAIN_EVERY: Duration = Duration::from_secs(3);
-/// Time for which a store of three servers does not answer after losing its leader.
+/// How long a store of three servers does not respond after losing its leader.
 const LEADER_LOST: Duration = Duration::from_secs(7);
 
-/// Simulates the directory of fleets of several sizes through failures and prints the results
+/// Simulates failures in fleets of several sizes, measures their directory and prints the results
 #[derive(Parser)]
 struct Fleet {
     /// Sizes of the simulated fleets, separated by commas
@@ -57,7 +57,7 @@ fn run(nodes: usize, fleet: &Fleet) -> Result<()> {
         lasting: nodes,
         rooms: nodes * fleet.rooms,
         ending: 0,
-        // Enough for the other nodes to take over the rooms of a zone.
+        // Enough for the other nodes to take over a zone's rooms.
         rooms_max: fleet.rooms * 2,
         faulty_for: 2 * OPENING,
         faults: Faults { skew: 0.001, ..Faults::default() },
@@ -65,7 +65,7 @@ fn run(nodes: usize, fleet: &Fleet) -> Result<()> {
     };
     println!("{nodes} nodes with {} rooms each", fleet.rooms);
     let mut simulation = Simulation::new(settings);
-    // Rooms open in the first half of the period with faults.
+    // Rooms open during the first half of the period with faults.
     advance(&mut simulation, OPENING + PART / 2)?;
     let quiet = part(&mut simulation, "nothing happens", |_| Ok(()))?;
     println!(
@@ -109,15 +109,15 @@ fn run(nodes: usize, fleet: &Fleet) -> Result<()> {
     Ok(())
 }
 
-/// The figures of a part.
+/// The measurements of a part.
 struct Part {
-    /// Bytes per second sent to watchers.
+    /// Number of bytes per second sent to watchers.
     delivered_bytes: f64,
-    /// Total processor time of all nodes and the simulation, seconds.
+    /// Total processor time of all nodes and the simulation in seconds.
     processor_s: f64,
 }
 
-/// Starts a part with an incident and measures it.
+/// Runs a part that starts with an incident, and measures it.
 fn part(
     simulation: &mut Simulation,
     name: &str,

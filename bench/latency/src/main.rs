@@ -11,16 +11,17 @@ use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
-/// Largest apparent movement of a hero at rest, world units: a quarter of the arena's quantum.
+/// Largest apparent movement of a hero at rest, in world units: a quarter of the arena's quantum.
 const MOVED: f64 = 0.25 / 64.0;
-/// Time for which a key is held, milliseconds.
+/// How long a key is held, in milliseconds.
 const HELD_MS: u64 = 60;
-/// Shortest time between two presses, milliseconds; long enough for the hero to come to rest again.
+/// Shortest time between two presses, in milliseconds; long enough for the hero to come to rest again.
 const PAUSE_MS: u64 = 700;
-/// Largest amount added to that time, milliseconds, so that presses fall into every phase of a tick.
+/// Largest amount added to that time, in milliseconds, so that presses fall into every phase of a tick.
 const PHASES_MS: u64 = 97;
 
-/// Runs in the page: records each press and the frames after it until one draws the hero in a different position.
+/// A script for the page that records each press and the frames after it until one draws the hero in a different
+/// position.
 const WATCH: &str = r#"(() => {
     const watch = window.watch = {armed: null, done: [], frames: [], costs: []};
     let last = performance.now();
@@ -64,13 +65,13 @@ const CASES: [Case; 4] = [
 
 #[derive(Clone, Copy, Debug, Deserialize)]
 struct Press {
-    /// Time from the key event to the end of the frame that shows it, milliseconds.
+    /// Time from the key event to the end of the frame that shows it, in milliseconds.
     ms: f64,
-    /// Number of frames up to that one.
+    /// Number of frames up to and including that one.
     frames: u32,
 }
 
-/// Results of a case.
+/// The results of a case.
 #[derive(Debug, Serialize)]
 struct Figures {
     case: &'static str,
@@ -78,13 +79,13 @@ struct Figures {
     p50_ms: f64,
     p99_ms: f64,
     max_ms: f64,
-    /// Frames from the press to the one that shows it, inclusive.
+    /// Median number of frames from the press up to and including the one that shows it.
     p50_frames: f64,
     p99_frames: f64,
     /// Time from one frame to the next.
     frame_p50_ms: f64,
     frame_p99_ms: f64,
-    /// The page's own figure for the prediction error at the end, world units.
+    /// The prediction error at the end as reported by the page, in world units.
     prediction_error: Option<f64>,
 }
 
@@ -142,7 +143,7 @@ async fn measure(
         tokio::time::sleep(Duration::from_millis(PAUSE_MS + phase)).await;
         tab.eval::<bool>("(watch.armed = {at: null, place: null, seen: 0}, true)").await?;
         tab.until_true("watch.armed.place").await?;
-        // Back and forth, so that the hero always has room.
+        // Alternate directions, so that the hero always has room.
         let key = if press % 2 == 0 { "d" } else { "a" };
         tab.key_down(key).await?;
         tokio::time::sleep(Duration::from_millis(HELD_MS)).await;
@@ -178,7 +179,7 @@ fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
     values
 }
 
-/// The quantile: the value that this share of all values does not exceed.
+/// Returns a quantile: the value that this share of all values does not exceed.
 fn at(sorted: &[f64], share: f64) -> f64 {
     let index = (share * sorted.len() as f64).ceil() as usize;
     sorted[index.clamp(1, sorted.len()) - 1]
@@ -205,7 +206,7 @@ fn print_table(rows: &[Figures]) {
     }
 }
 
-/// A running `jostle serve`, stopped when this program ends.
+/// A running `jostle serve`, which is stopped when this program exits.
 struct Server {
     child: Child,
     /// The server's URL, with a trailing slash.

@@ -2,23 +2,22 @@
 
 use std::net::{IpAddr, Ipv4Addr};
 
-/// Bots that share an address: fewer than the server's limit per address.
+/// Number of bots that share an address, below the server's limit per address.
 const BOTS_PER_ADDRESS: u32 = 64;
 /// First value of the second byte, chosen so that other programs do not use these addresses, and the number of values
 /// used in each byte.
 const FIRST: u32 = 64;
 const NUMBERS: u32 = 128;
 
-/// The address from which the bot with this number joins, in a /24 that 64 bots share. Only Linux treats all of
-/// 127.0.0.0/8 as local.
+/// The address from which a bot joins, in a /24 shared by 64 bots. Only Linux treats all of 127.0.0.0/8 as local.
 pub fn address_of(bot: u32) -> Option<IpAddr> {
     let network = bot / BOTS_PER_ADDRESS;
     let (high, low) = (FIRST + network / NUMBERS % NUMBERS, network % NUMBERS);
     cfg!(target_os = "linux").then_some(Ipv4Addr::new(127, high as u8, low as u8, 1).into())
 }
 
-/// The address from which the room with this number is opened. They differ because one address may open at most an
-/// eighth of all rooms.
+/// The address from which a room is opened. The addresses differ because one address may open at most an eighth of all
+/// rooms.
 pub fn opener_of(room: u32) -> Option<IpAddr> {
     address_of(room * BOTS_PER_ADDRESS)
 }

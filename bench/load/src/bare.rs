@@ -1,5 +1,5 @@
-//! A lower bound for the cost of a message: one thread that only writes as many bytes to as many sockets as the server
-//! does. Its peers read, and send as much as players do; like the bots, they run in this process.
+//! A lower bound for the cost of a message: one thread that does nothing but write as many bytes to as many sockets as
+//! the server does. Its peers read, and send as much as players do. Like the bots, they run in this process.
 
 use anyhow::{Context, Result};
 use jostle_server::host::ticker::schedule::Schedule;
@@ -14,24 +14,24 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::task::JoinHandle;
 use tokio::time::interval;
 
-/// Bytes of a message with its frame, about the size of a snapshot.
+/// Size of a message including its frame, in bytes; about that of a snapshot.
 const MESSAGE_BYTES: usize = 102;
-/// Bytes of an input with its frame.
+/// Size of an input including its frame, in bytes.
 const INPUT_BYTES: usize = 24;
-/// Length of each measurement.
+/// Duration of each measurement.
 const LENGTH: Duration = Duration::from_secs(5);
 
-/// Processor time per message of a bare loop, microseconds.
+/// Processor time that a bare loop takes per message, in microseconds.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Bare {
-    /// For a loop that only writes.
+    /// Time for a loop that only writes.
     pub write_us: f64,
-    /// For a loop that also reads an input from every socket once per tick.
+    /// Time for a loop that also reads an input from every socket once per tick.
     pub read_and_write_us: f64,
 }
 
 impl Bare {
-    /// Measures for ten seconds with this many sockets.
+    /// Measures both loops with this many sockets, which takes ten seconds.
     pub async fn measure(clients: u32) -> Result<Bare> {
         let write_us = measure(clients, false).await?;
         Ok(Bare { write_us, read_and_write_us: measure(clients, true).await? })
@@ -80,7 +80,7 @@ async fn play(mut stream: tokio::net::TcpStream, sends: bool) -> std::io::Result
     }
 }
 
-/// Serves all sockets from this thread; returns its processor time per message, microseconds.
+/// Serves all sockets from this thread; returns its processor time per message in microseconds.
 fn serve(sockets: &mut [TcpStream], reads: bool) -> Result<f64> {
     let (mut messages, mut bytes) = (0_u64, [0; 4096]);
     let (began, before) = (Instant::now(), processor_time());
@@ -110,7 +110,7 @@ fn would_block_or(done: std::io::Result<usize>) -> Result<()> {
     }
 }
 
-/// Processor time of this thread.
+/// Processor time used by this thread.
 fn processor_time() -> Duration {
     let spent = clock_gettime(ClockId::ThreadCPUTime);
     Duration::new(spent.tv_sec as u64, spent.tv_nsec as u32)

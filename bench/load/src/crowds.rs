@@ -1,7 +1,7 @@
 //! Bots in separate processes that start and stop together, because one process cannot play thousands of bots on time.
 //!
 //! This program starts copies of itself, each with an [`Order`]. A copy prints `seated` once its bots have seats,
-//! starts measuring at the line `begin`, and answers the line `end` with its [`BotShare`].
+//! starts measuring when it reads the line `begin`, and answers the line `end` with its [`BotShare`].
 
 use crate::addresses::address_of;
 use crate::processor::Used;
@@ -18,23 +18,23 @@ use std::time::Duration;
 /// Command-line option that passes an order to a copy of this program.
 pub const OPTION: &str = "--order";
 
-/// The bots of one process.
+/// Describes the bots that one process plays.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Order {
-    /// The server, `host:port`.
+    /// The server's address, as `host:port`.
     pub authority: String,
     pub rooms: Vec<String>,
     pub clients: u32,
     /// Number of the first bot.
     pub first: u32,
-    /// Whether the bots press nothing.
+    /// Whether the bots press no keys.
     pub idle: bool,
-    /// Sockets that the bots lose, spread evenly over `seconds`.
+    /// Number of sockets that the bots lose, spread evenly over `seconds`.
     pub losses: u32,
     pub seconds: u32,
 }
 
-/// Measurements of the bots of one process.
+/// Measurements from the bots of one process.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct BotShare {
     pub clients: usize,
@@ -48,7 +48,7 @@ pub struct BotShare {
 }
 
 impl Order {
-    /// The plan for the bots of this order. The first bot of all decodes everything.
+    /// The plan for the bots of this order. Only the very first bot decodes everything.
     pub fn plan(&self, decoders: u32) -> CrowdPlan {
         let target =
             |room: &String| BotTarget { authority: self.authority.clone(), room: room.clone() };
@@ -65,8 +65,8 @@ impl Order {
         }
     }
 
-    /// Divides an order among this many processes: each room is played by one process, or by all of them if there are
-    /// fewer rooms than processes.
+    /// Divides an order among several processes. Each room is played by one process, or by all if there are fewer rooms
+    /// than processes.
     pub fn divided(&self, processes: u32) -> Vec<Order> {
         let few = self.rooms.len() < processes as usize;
         let mut orders = Vec::new();
@@ -86,7 +86,7 @@ impl Order {
         orders
     }
 
-    /// Plays the bots of an order from another process.
+    /// Plays the bots of an order received from another process.
     pub fn obey(&self) -> Result<()> {
         let runtime = tokio::runtime::Runtime::new().context("a runtime for the bots")?;
         runtime.block_on(async {
@@ -104,7 +104,7 @@ impl Order {
     }
 }
 
-/// Size of part number `part` when `all` is divided into `parts`.
+/// Size of part number `part` when `all` is divided into `parts` parts.
 fn share(all: u32, part: u32, parts: u32) -> u32 {
     all / parts + u32::from(part < all % parts)
 }
@@ -115,7 +115,7 @@ fn say(line: &str) -> Result<()> {
     Ok(stdout.flush()?)
 }
 
-/// Waits for a line on stdin without blocking the bots.
+/// Waits for the expected line on stdin without blocking the bots.
 async fn heard(expected: &'static str) -> Result<()> {
     let read = || std::io::stdin().lines().next();
     match tokio::task::spawn_blocking(read).await.context("stdin")? {
@@ -125,7 +125,7 @@ async fn heard(expected: &'static str) -> Result<()> {
 }
 
 impl BotShare {
-    /// The measurements of the bots in a process that used this much processor time.
+    /// Creates the measurements for a process's bots from their report and the processor time used.
     pub fn of(report: &Report, used: Used) -> BotShare {
         BotShare {
             clients: report.clients,
@@ -140,7 +140,7 @@ impl BotShare {
     }
 }
 
-/// A process that plays bots.
+/// A process that plays some of the bots.
 pub struct BotProcess {
     process: Child,
     orders: ChildStdin,
@@ -162,7 +162,7 @@ impl BotProcess {
         Ok(BotProcess { process, orders, answers })
     }
 
-    /// Waits until all bots of the process have seats or have failed to get one.
+    /// Waits until all of the process's bots have seats or have failed to get one.
     pub fn wait(&mut self) -> Result<()> {
         let line = self.line()?;
         if line != "seated" { bail!("a process of bots said {line:?}") } else { Ok(()) }
@@ -173,12 +173,12 @@ impl BotProcess {
         writeln!(self.orders, "begin").context("a process of bots is gone")
     }
 
-    /// Ends the measurement; [`BotProcess::share`] follows.
+    /// Ends the measurement; call [`BotProcess::share`] next.
     pub fn end(&mut self) -> Result<()> {
         writeln!(self.orders, "end").context("a process of bots is gone")
     }
 
-    /// Reads the measurements of the process's bots.
+    /// Reads the measurements from the process's bots.
     pub fn share(mut self) -> Result<BotShare> {
         let share =
             serde_json::from_str(&self.line()?).context("the share of a process of bots")?;

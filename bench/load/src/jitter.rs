@@ -1,4 +1,4 @@
-//! Idle threads that wake at 60 Hz. Their lateness is the machine's own jitter, a floor for the server's.
+//! Idle threads that wake at 60 Hz. Their lateness is the machine's own jitter, a lower bound for the server's.
 
 use jostle_cli::bots::histogram::{Durations, Percentiles};
 use jostle_server::host::clock::RunQueue;
@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// If the p99 lateness of an idle thread exceeds this, the machine is too busy for the figures to mean anything.
+/// If the p99 lateness of an idle thread exceeds this, the machine is too busy for meaningful figures.
 const LATE_P99_MS_MAX: f64 = 1.0;
 /// If an idle thread waits for a processor during more than this share of the time, the machine is too busy as well.
 const QUEUED_SHARE_MAX: f64 = 0.005;
@@ -21,17 +21,17 @@ pub struct JitterProbe {
     threads: Vec<JoinHandle<Watched>>,
 }
 
-/// Jitter of the machine while a probe ran.
+/// The machine's jitter while a probe ran.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Jitter {
-    /// Lateness over all threads.
+    /// Lateness of all threads together.
     pub late_ms: Percentiles,
     /// Lateness without waits for a processor. A virtual machine is also paused while its host runs others, and no run
     /// queue shows that.
     pub late_own_ms: Percentiles,
-    /// Share of the time spent waiting for a processor; `None` if the system does not report it.
+    /// Share of time spent waiting for a processor; `None` if the system does not report it.
     pub queued_share: Option<f64>,
-    /// Ticks that a room would have missed with the lateness of the worst thread, processor waits excluded.
+    /// Number of ticks that a room would have missed with the worst thread's lateness, excluding waits for a processor.
     pub missed_ticks: u64,
 }
 
@@ -74,14 +74,14 @@ impl Jitter {
         }
     }
 
-    /// Whether figures from this machine are meaningless for a server.
+    /// Whether this machine is too busy to say anything about a server.
     pub fn is_too_busy(&self) -> bool {
         self.late_ms.p99 > LATE_P99_MS_MAX
             || self.queued_share.is_some_and(|share| share > QUEUED_SHARE_MAX)
     }
 }
 
-/// Clock and run-queue wait of one thread; tests replace it.
+/// Source of a thread's clock and run-queue wait, which tests replace.
 trait Clock {
     fn now(&self) -> Instant;
     fn sleep_until(&self, at: Instant);
@@ -105,18 +105,18 @@ impl Clock for MachineClock {
     }
 }
 
-/// Measurements of one thread.
+/// Measurements from one thread.
 struct Watched {
     late: Durations,
-    /// Lateness without waits for a processor.
+    /// Lateness excluding waits for a processor.
     own: Durations,
     queued: Option<Duration>,
     length: Duration,
-    /// Ticks missed because of `own` alone.
+    /// Number of ticks missed because of `own` alone.
     missed: u64,
 }
 
-/// Wakes at every tick until `is_over` says so.
+/// Wakes at every tick until `is_over` returns true.
 fn watch(clock: &impl Clock, is_over: impl Fn() -> bool) -> Watched {
     let (start, begun) = (clock.now(), clock.waited());
     let since = |before: Option<Duration>| Some(clock.waited()?.saturating_sub(before?));
@@ -143,7 +143,7 @@ mod tests {
     use super::*;
     use std::cell::Cell;
 
-    /// A clock that wakes as late as a script says, with part of the delay spent waiting for a processor.
+    /// A clock that follows a script of late wakeups, with part of each delay spent waiting for a processor.
     struct ScriptedClock<'a> {
         now: Cell<Instant>,
         waited: Cell<Duration>,

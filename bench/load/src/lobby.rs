@@ -39,7 +39,7 @@ pub async fn open_rooms(server: &Server, scene: &str, count: u32) -> Result<Vec<
     Ok(codes)
 }
 
-/// Opens this many empty rooms, lists them, finds one, and closes all; prints how long each took.
+/// Opens `count` empty rooms, lists them, searches for one and closes all; prints how long each step took.
 pub async fn measure(server: &Server, scene: &str, count: u32) -> Result<()> {
     let operators = Operators(server.operators.clone());
     let few = server.resources();

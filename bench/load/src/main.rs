@@ -33,13 +33,13 @@ use std::time::Duration;
 use tokio::time::sleep;
 use witness::{Newcomers, Witness};
 
-/// Players in each of many rooms.
+/// Number of players per room in the part with many rooms.
 const ROOM_PLAYERS: u32 = 16;
-/// One newcomer joins for every this many lost sockets.
+/// Number of lost sockets per newcomer.
 const NEWCOMERS_SHARE: u32 = 3;
-/// Interval at which each bot loses its socket, unless set otherwise.
+/// Default interval at which each bot loses its socket.
 const LOSS_EVERY_S: u32 = 60;
-/// Time for which an idle thread measures the machine's jitter before the bots connect.
+/// How long an idle thread measures the machine's jitter before the bots connect.
 const PROBE: Duration = Duration::from_secs(2);
 /// The crowd's scene and room code.
 const CROWD: &str = include_str!("../crowd.toml");
@@ -57,16 +57,16 @@ struct Load {
     /// Number of processes that play bots; one can keep a few hundred on time
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=64))]
     processes: u32,
-    /// Let bots press nothing and send as little as the page of an idle player
+    /// Let bots press no keys and send as little as an idle player's page
     #[arg(long)]
     idle: bool,
-    /// Scene played in the many rooms
+    /// Scene to play in the part with many rooms
     #[arg(long, value_name = "NAME", default_value = "arena")]
     scene: String,
     /// Number of empty rooms to open, list, search and close; 0 skips this part
     #[arg(long, value_name = "N", default_value_t = 0)]
     empty_rooms: u32,
-    /// Clients in the single room; 0 skips this part
+    /// Number of clients in the single room; 0 skips this part
     #[arg(long, value_name = "N", default_value_t = 500)]
     clients: u32,
     /// Number of rooms with 16 players each; 0 skips this part
@@ -75,7 +75,7 @@ struct Load {
     /// Length of each part in seconds
     #[arg(long, value_name = "S", default_value_t = 60)]
     seconds: u32,
-    /// Spectators in the first of these rooms
+    /// Number of spectators in the first of these rooms
     #[arg(long, value_name = "N", default_value_t = 0)]
     spectators: u32,
     /// Number of sockets lost one after another while the crowd plays; 0 skips this part
@@ -90,7 +90,7 @@ fn parse_order(text: &str) -> Result<Order, serde_json::Error> {
     serde_json::from_str(text)
 }
 
-/// One part: a crowd, and its losses.
+/// One part of the load test: a crowd and the sockets it loses.
 struct Part {
     /// Number of rooms to open; 0 means the crowd's room.
     rooms: u32,
@@ -163,7 +163,7 @@ impl Load {
         self.server.as_deref().context("--server is missing")
     }
 
-    /// Measures one part and prints its figures. Fails only if a client fails.
+    /// Measures one part and prints the results. Fails only if a client fails.
     fn measure(&self, part: &Part, scenes: &Path) -> Result<()> {
         let probe = JitterProbe::start(1);
         std::thread::sleep(PROBE);
@@ -265,7 +265,7 @@ impl Load {
     }
 }
 
-/// Scrapes the operators' port without delaying the bots.
+/// Scrapes the operators' port without holding up the bots.
 async fn scrape(operators: &Operators) -> Result<Scrape> {
     let operators = operators.clone();
     tokio::task::spawn_blocking(move || operators.scrape()).await.context("a scrape")?

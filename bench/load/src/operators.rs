@@ -9,38 +9,38 @@ use std::time::Duration;
 
 /// Time limit for a response.
 const ANSWER_WAIT: Duration = Duration::from_secs(20);
-/// Maximum length of a response, bytes.
+/// Maximum length of a response in bytes.
 const ANSWER_BYTES_MAX: u64 = 1 << 20;
 
-/// The operators' port, `host:port`.
+/// Address of the operators' port, as `host:port`.
 #[derive(Clone, Debug)]
 pub struct Operators(pub String);
 
-/// All series at one moment.
+/// The values of all series at one moment.
 #[derive(Clone, Debug, Default)]
 pub struct Scrape(BTreeMap<String, f64>);
 
-/// Work of the server between two scrapes.
+/// The server's work between two scrapes.
 #[derive(Clone, Debug, Serialize)]
 pub struct ServerReport {
-    /// Ticks played in all rooms.
+    /// Number of ticks played in all rooms.
     pub ticks: u64,
-    /// Ticks that were due but never played.
+    /// Number of ticks that were due but never played.
     pub ticks_missed: u64,
-    /// Delay between when ticks were due and when they began, milliseconds: p50, p90, p99 and maximum, each rounded up
-    /// to its bucket's upper bound.
+    /// Delay from when ticks were due until they began, in milliseconds: p50, p90, p99 and maximum, each rounded up to
+    /// its bucket's upper bound.
     pub late_ms: Option<[f64; 4]>,
-    /// Lateness of ticks without waits for a processor, in the same form.
+    /// Lateness of ticks excluding waits for a processor, in the same form.
     pub late_own_ms: Option<[f64; 4]>,
-    /// Mean time per wakeup spent on reading inputs, playing and sending, milliseconds.
+    /// Mean time per wakeup spent reading inputs, playing and sending, in milliseconds.
     pub phases_ms: [f64; 3],
-    /// Number of times that a socket fell too far behind for deltas.
+    /// Number of times that a socket fell too far behind to receive deltas.
     pub sockets_late: u64,
-    /// Seconds of processor time.
+    /// Processor time in seconds.
     pub cpu_seconds: Option<f64>,
-    /// Physical memory before and after, bytes.
+    /// Physical memory before and after, in bytes.
     pub resident_bytes: Option<[u64; 2]>,
-    /// Open descriptors before and after.
+    /// Number of open descriptors before and after.
     pub descriptors: Option<[u64; 2]>,
 }
 
@@ -65,7 +65,7 @@ impl Operators {
 }
 
 impl Scrape {
-    /// Parses lines that consist of a name with labels and a number; ignores all others.
+    /// Parses lines that consist of a name with labels and a number, and ignores all others.
     fn parse(text: &str) -> Scrape {
         let series = text.lines().filter(|line| !line.starts_with('#')).filter_map(|line| {
             let (name, value) = line.rsplit_once(' ')?;
@@ -74,7 +74,7 @@ impl Scrape {
         Scrape(series.collect())
     }
 
-    /// Physical memory of the server, bytes.
+    /// The server's physical memory in bytes.
     pub fn resident_bytes(&self) -> Option<f64> {
         self.value("process_resident_memory_bytes")
     }
@@ -83,7 +83,7 @@ impl Scrape {
         self.0.get(name).copied()
     }
 
-    /// Upper bounds of a histogram's buckets, seconds, with cumulative counts.
+    /// The upper bounds of a histogram's buckets in seconds, with cumulative counts.
     fn buckets(&self, name: &str) -> Vec<(f64, f64)> {
         let start = format!("{name}_bucket{{le=\"");
         let of_it = self.0.range(start.clone()..).take_while(|(key, _)| key.starts_with(&start));
@@ -99,7 +99,7 @@ impl Scrape {
 }
 
 impl ServerReport {
-    /// The differences of two scrapes.
+    /// Returns the differences between two scrapes.
     pub fn between(before: &Scrape, after: &Scrape) -> ServerReport {
         let grown =
             |name: &str| after.value(name).unwrap_or(0.0) - before.value(name).unwrap_or(0.0);

@@ -1,4 +1,4 @@
-//! Processor time of this program. It shows whether a measurement says anything about the server.
+//! Processor time used by this program. It shows whether a measurement is meaningful for the server.
 
 use rustix::time::{ClockId, clock_gettime};
 use serde::{Deserialize, Serialize};
@@ -8,16 +8,16 @@ use std::fs;
 /// processors, and delays seen by bots are as much its own as the server's.
 const WAITED_SHARE_MAX: f64 = 0.1;
 
-/// Processor time of a process, seconds.
+/// Processor time used by a process, in seconds.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Used {
     pub spent: f64,
-    /// Time for which its threads were runnable but had no processor; 0 if the system does not report it.
+    /// Time during which its threads were runnable but had no processor; 0 if the system does not report it.
     pub waited: f64,
 }
 
 impl Used {
-    /// The time used by this process so far. Threads that ended do not count.
+    /// The time used by this process so far, excluding threads that have ended.
     pub fn so_far() -> Used {
         let spent = clock_gettime(ClockId::ProcessCPUTime);
         let threads = fs::read_dir("/proc/self/task").into_iter().flatten().flatten();
@@ -31,17 +31,17 @@ impl Used {
         }
     }
 
-    /// The time used since an earlier reading.
+    /// Returns the time used since an earlier reading.
     pub fn since(self, before: Used) -> Used {
         Used { spent: self.spent - before.spent, waited: (self.waited - before.waited).max(0.0) }
     }
 
-    /// The sum for two processes.
+    /// The total time of two processes.
     pub fn plus(self, other: Used) -> Used {
         Used { spent: self.spent + other.spent, waited: self.waited + other.waited }
     }
 
-    /// Whether the process waited for processors too long to judge a server.
+    /// Whether the process waited for processors so long that its figures say nothing about a server.
     pub fn is_short(self) -> bool {
         self.waited > WAITED_SHARE_MAX * (self.spent + self.waited)
     }

@@ -1,4 +1,4 @@
-//! The figures of one part, as text.
+//! Prints the results of one part as text.
 
 use crate::crowds::BotShare;
 use crate::jitter::Jitter;
@@ -12,17 +12,17 @@ use std::fmt;
 /// All measurements of one part.
 #[derive(Debug, Serialize)]
 pub struct LoadReport {
-    /// Jitter of the machine before the part.
+    /// The machine's jitter before the part.
     pub before: Jitter,
-    /// Jitter of the machine during the part.
+    /// The machine's jitter during the part.
     pub beside: Jitter,
     pub newcomers: Option<Newcomers>,
     pub server: ServerReport,
-    /// Physical memory of the server per client.
+    /// The server's physical memory per client.
     pub server_bytes_per_client: Option<f64>,
-    /// Threads and memory of the server with all clients connected.
+    /// The server's threads and memory with all clients connected.
     pub resources: String,
-    /// Measurements of each process that plays bots, this one first.
+    /// Measurements from each process that plays bots, starting with this one.
     pub shares: Vec<BotShare>,
     /// Results of the individual bots in this process.
     #[serde(flatten)]
@@ -30,13 +30,13 @@ pub struct LoadReport {
 }
 
 impl LoadReport {
-    /// The first failure of a client.
+    /// The first client failure.
     pub fn failure(&self) -> Option<String> {
         let of_bots = self.shares.iter().find_map(|share| share.failure.clone());
         of_bots.or_else(|| self.newcomers.as_ref()?.failure())
     }
 
-    /// Snapshots received by all clients.
+    /// Number of snapshots received by all clients together.
     fn snapshots(&self) -> f64 {
         self.shares.iter().map(|share| share.snapshots).sum()
     }
@@ -67,7 +67,7 @@ impl fmt::Display for LoadReport {
 }
 
 impl LoadReport {
-    /// Shows the figures of the bot processes, and whether they had enough processor time.
+    /// Prints the figures of the bot processes and whether they had enough processor time.
     fn show_shares(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let used = self.shares.iter().fold(Used::default(), |sum, share| sum.plus(share.used));
         let seconds = self.play.seconds.max(1e-9);

@@ -6,16 +6,16 @@ use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Stdio};
 use std::thread::JoinHandle;
 
-/// Prefix of the lines in which the program `counted` prints the allocations per second.
+/// Prefix of the lines with which the program `counted` reports allocations per second.
 const COUNTED: &str = "allocations: ";
 
-/// Operators' token; the server runs only for the measurement, on loopback.
+/// The operators' token; the server runs on loopback and only during the measurement.
 pub const OPS_TOKEN: &str = "operators-of-the-load";
 
 /// A running `jostle serve`.
 pub struct Server {
     process: Child,
-    /// Address of the players' port, `host:port`.
+    /// Address of the players' port, as `host:port`.
     pub address: String,
     /// Address of the operators' port.
     pub operators: String,
@@ -23,12 +23,12 @@ pub struct Server {
 }
 
 impl Server {
-    /// Starts the server with the scenes in a directory and waits until it listens. It accepts this many rooms and
-    /// clients.
+    /// Starts the server with the scenes in a directory and waits until it listens. Its limits allow for `rooms` and
+    /// `clients`.
     pub fn start(program: &Path, scenes: &Path, rooms: u32, clients: u32) -> Result<Server> {
         let mut command = Command::new(program);
         command.args(["serve", "--listen", "127.0.0.1:0", "--ops", "127.0.0.1:0", "--log", "warn"]);
-        // More than the number of players, since a socket that was just lost may still count.
+        // More than the number of players, since a socket that has just been lost may still count.
         let connections = (2 * clients).clamp(4096, 65_536);
         command.args(["--connections-max", &connections.to_string(), "--uplink", "30000"]);
         command.args(["--address-sockets", &(2 * clients).clamp(128, 65_536).to_string()]);
@@ -68,7 +68,7 @@ impl Server {
         format!("{} threads, {}", field("Threads"), field("VmRSS"))
     }
 
-    /// Stops the server and prints its log; returns the median of the allocations per second, if they were counted.
+    /// Stops the server and prints its log; returns the median number of allocations per second if they were counted.
     pub fn stop(mut self) -> Result<Option<u64>> {
         let ended = self.process.try_wait()?;
         self.process.kill().context("cannot end the server")?;
@@ -84,7 +84,7 @@ impl Server {
     }
 }
 
-/// The two addresses that the server prints: the players' and the operators' port.
+/// Reads the two addresses that the server prints, of the players' port and the operators' port.
 fn addresses(said: ChildStdout) -> Result<[String; 2]> {
     let mut lines = BufReader::new(said).lines();
     let mut address = || -> Result<String> {
@@ -95,7 +95,7 @@ fn addresses(said: ChildStdout) -> Result<[String; 2]> {
     Ok([address()?, address()?])
 }
 
-/// Median of the allocations per second. It excludes both the seconds in which players joined and idle ones.
+/// Median number of allocations per second, excluding seconds in which players joined and idle ones.
 fn median(lines: &[&String]) -> Option<u64> {
     let count = |line: &&String| line[COUNTED.len()..].parse().ok();
     let mut counts: Vec<u64> = lines.iter().filter_map(count).collect();

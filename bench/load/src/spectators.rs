@@ -13,7 +13,7 @@ const ACK_EVERY: u64 = 15;
 const SNAPSHOT: u8 = 0x80;
 const KEYFRAME: u8 = 0x40;
 
-/// Traffic sent to one spectator.
+/// Traffic received by one spectator.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Watched {
     pub snapshots: u64,
@@ -23,7 +23,7 @@ pub struct Watched {
 pub struct Spectators(Vec<JoinHandle<Result<Watched>>>);
 
 impl Spectators {
-    /// Connects this many spectators to a room.
+    /// Connects `count` spectators to a room.
     pub async fn come(count: u32, target: &BotTarget) -> Result<Spectators> {
         let mut tasks = Vec::new();
         for _ in 0..count {
@@ -34,7 +34,7 @@ impl Spectators {
         Ok(Spectators(tasks))
     }
 
-    /// Disconnects the spectators; fails if one has lost its socket.
+    /// Disconnects the spectators; fails if any of them has lost its socket.
     pub async fn go(self) -> Result<()> {
         for task in self.0 {
             if task.is_finished() {

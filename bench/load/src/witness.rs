@@ -1,4 +1,4 @@
-//! Newcomers to a running room, checked against a bot that has been there throughout.
+//! Newcomers to a running room, checked against a bot that has been there the whole time.
 
 use jostle_cli::bots::histogram::{Durations, Percentiles};
 use jostle_cli::bots::socket::connect;
@@ -16,17 +16,17 @@ use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
 
 /// Number of snapshots kept, enough for a few seconds.
 const SEEN_MAX: usize = 240;
-/// Time limit for the witness to see a newcomer's tick.
+/// How long to wait for the witness to see a newcomer's tick.
 const WITNESS_WAIT: Duration = Duration::from_secs(3);
 /// Interval between checks while waiting for the witness.
 const WITNESS_EVERY: Duration = Duration::from_millis(50);
 
-/// The newest snapshots of a bot that was present throughout.
+/// The newest snapshots received by a bot that was present throughout.
 #[derive(Default)]
 pub struct Witness(Mutex<VecDeque<Arc<Snapshot>>>);
 
 impl Witness {
-    /// Creates a witness, and the channel on which it receives its snapshots. Requires a runtime.
+    /// Creates a witness and the channel that it receives snapshots on. Requires a runtime.
     pub fn new() -> (Arc<Witness>, UnboundedSender<Arc<Snapshot>>) {
         let witness = Arc::new(Witness::default());
         let (sender, mut snapshots) = unbounded_channel();
@@ -47,7 +47,7 @@ impl Witness {
         seen.push_back(snapshot);
     }
 
-    /// Waits until the witness has reached the tick of this snapshot, and compares the two.
+    /// Waits until the witness has reached the snapshot's tick, and compares the two states.
     async fn judge(&self, snapshot: &Snapshot) -> Option<bool> {
         let asked_at = Instant::now();
         while asked_at.elapsed() < WITNESS_WAIT && self.newest_tick() < snapshot.tick {
@@ -61,7 +61,7 @@ impl Witness {
         seen.back().map_or(0, |seen| seen.tick)
     }
 
-    /// Returns whether the witness saw the same state at that tick; `None` if it has no snapshot of it.
+    /// Returns whether the witness saw the same state at that tick; `None` if it has no snapshot of that tick.
     fn agrees(&self, snapshot: &Snapshot) -> Option<bool> {
         let seen = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let same = seen.iter().find(|seen| seen.tick == snapshot.tick)?;
@@ -69,25 +69,25 @@ impl Witness {
     }
 }
 
-/// How newcomers fared, and whether they were shown the right state.
+/// How quickly newcomers were served, and whether they were shown the correct state.
 #[derive(Debug, Default, Serialize)]
 pub struct Newcomers {
     #[serde(skip)]
     took: Durations,
     /// Time from the hello to the first decoded keyframe.
     took_ms: Percentiles,
-    /// Numbers of newcomers whose state matched the witness's, differed from it, or was of a tick that the witness did
-    /// not see.
+    /// Number of newcomers whose state matched the witness's, differed from it, or belonged to a tick that the witness
+    /// did not see.
     right: u32,
     wrong: u32,
     unseen: u32,
-    /// Newcomers that failed before their first keyframe, and the reason of the first.
+    /// Number of newcomers that failed before their first keyframe, and the first one's reason.
     failed: u32,
     error: Option<String>,
 }
 
 impl Newcomers {
-    /// Lets newcomers join one after another, evenly over a period.
+    /// Lets newcomers join one after another, spread evenly over a period.
     pub async fn come(
         count: u32,
         over: Duration,
@@ -105,7 +105,7 @@ impl Newcomers {
         newcomers
     }
 
-    /// The first failure.
+    /// The first failure, if any.
     pub fn failure(&self) -> Option<String> {
         if let Some(error) = &self.error {
             return Some(format!("{} newcomers failed: {error}", self.failed));

@@ -23,7 +23,7 @@ pub struct Box2d {
 
 impl Box2d {
     pub fn new(scene: &Scene, sub_steps: i32, length_unit: f32) -> Result<Box2d, String> {
-        // SAFETY: the definition comes from Box2D's own defaults and lives across the call.
+        // SAFETY: the definition comes from Box2D's own defaults and outlives the call.
         let world = unsafe {
             ffi::b2SetLogFcn(Some(ignore_warning));
             ffi::b2SetLengthUnitsPerMeter(length_unit);
@@ -60,8 +60,8 @@ impl Box2d {
     fn tie(&mut self, scene: &Scene, spring: &Spring) {
         let mass = scene.swinging_mass(spring);
         let turn = (spring.stiffness / mass).sqrt();
-        // SAFETY: the world lives until drop, and so do its bodies; definitions are Box2D's defaults
-        // with plain fields changed and live across the calls.
+        // SAFETY: the world lives until drop, and so do its bodies; definitions are Box2D's defaults with plain fields
+        // changed, and outlive the calls.
         unsafe {
             let far = match spring.to {
                 Hook::Body(other) => self.bodies[other],
@@ -92,8 +92,8 @@ impl Box2d {
     }
 }
 
-/// Drops Box2D's warnings: it prints one about its limits in every step, which would drown everything else. The figures
-/// show these limits too.
+/// Drops Box2D's warnings, because one about its limits is printed in every step and would drown out everything else.
+/// The figures show these limits too.
 unsafe extern "C" fn ignore_warning(_: *const std::ffi::c_char) {}
 
 fn vector(v: DVec2) -> ffi::b2Vec2 {
@@ -102,8 +102,8 @@ fn vector(v: DVec2) -> ffi::b2Vec2 {
 
 impl Engine for Box2d {
     fn add(&mut self, body: &Body) -> usize {
-        // SAFETY: the world lives until drop; definitions are Box2D's defaults with plain fields
-        // changed and live across the calls.
+        // SAFETY: the world lives until drop; definitions are Box2D's defaults with plain fields changed, and outlive
+        // the calls.
         unsafe {
             let mut def = ffi::b2DefaultBodyDef();
             def.type_ = match body.motion {
@@ -174,7 +174,7 @@ impl Engine for Box2d {
     }
 
     fn remove(&mut self, body: usize) {
-        // SAFETY: as above; a body is removed once.
+        // SAFETY: as above; a body is removed only once.
         unsafe { ffi::b2DestroyBody(self.bodies[body]) }
     }
 
@@ -199,7 +199,7 @@ impl Engine for Box2d {
 
 impl Drop for Box2d {
     fn drop(&mut self) {
-        // SAFETY: made by `new`, destroyed once.
+        // SAFETY: made by `new`, and destroyed only once.
         unsafe { ffi::b2DestroyWorld(self.world) }
     }
 }

@@ -9,7 +9,7 @@ use jostle_report::scene::{Drag, Hook, Motion, Scene, Spring};
 pub struct Forces {
     scene: Scene,
     springs: Vec<Spring>,
-    /// Factor on the constant force of the wind.
+    /// Factor applied to the constant force of the wind.
     wind: f64,
 }
 
@@ -18,15 +18,15 @@ pub struct Forces {
 const EXPLICIT_MAX: f64 = 1.0;
 
 impl Forces {
-    /// The forces of a scene that are best applied externally, `steps` times per tick.
+    /// The scene's forces that are best applied externally, `steps` times per tick.
     pub fn new(scene: &Scene, steps: usize) -> Forces {
         let by_hand = |spring: &&Spring| !is_joint(scene, spring, steps);
         let springs = scene.springs.iter().filter(by_hand).copied().collect();
         Forces { scene: scene.clone(), springs, wind: 1.0 }
     }
 
-    /// Adapts the wind to an engine that applies damping before forces, v = v / (1 + k h) + h f. Without this, wind
-    /// would make its bodies too fast by the factor 1 + k h.
+    /// Adapts the wind to an engine that applies damping before forces, v = v / (1 + k h) + h f. Without this, bodies
+    /// would move too fast in wind, by a factor of 1 + k h.
     pub fn damped_before(self, steps: usize) -> Forces {
         let Drag::Linear(rate) = self.scene.drag else { return self };
         let wind = 1.0 / (1.0 + rate * self.scene.tick_s / steps as f64);
@@ -38,14 +38,14 @@ impl Forces {
         !self.springs.is_empty() || matches!(self.scene.drag, Drag::Quadratic(_))
     }
 
-    /// Whether no forces act.
+    /// Whether there are no forces.
     pub fn is_empty(&self) -> bool {
         let windy = self.scene.wind != DVec2::ZERO && self.scene.drag != Drag::None;
         !windy && !self.change_within_a_tick()
     }
 
-    /// The force on each body, given the states of all. Linear drag is left to the engine's own damping, which makes
-    /// the wind a constant force.
+    /// The force on each body, given the states of all bodies. Linear drag is left to the engine's own damping, which
+    /// makes the wind a constant force.
     pub fn on(&self, states: &[State]) -> Vec<DVec2> {
         let air = |(state, body): (&State, &jostle_report::scene::Body)| match self.scene.drag {
             _ if body.motion != Motion::Dynamic => DVec2::ZERO,
@@ -69,7 +69,7 @@ impl Forces {
 }
 
 /// Whether a spring is modelled by a joint of the engine: true for springs with a rest length, which joints are made
-/// for, and for those too stiff for anything else.
+/// for, and for those too stiff to be simulated in any other way.
 pub fn is_joint(scene: &Scene, spring: &Spring, steps: usize) -> bool {
     let mass = scene.swinging_mass(spring);
     let step_s = scene.tick_s / steps as f64;
@@ -77,7 +77,7 @@ pub fn is_joint(scene: &Scene, spring: &Spring, steps: usize) -> bool {
     spring.length > 0.0 || turn * step_s > EXPLICIT_MAX
 }
 
-/// The engine's own linear damping, 1/s.
+/// Returns the engine's own linear damping in 1/s.
 pub fn damping(scene: &Scene) -> f32 {
     match scene.drag {
         Drag::Linear(rate) => rate as f32,

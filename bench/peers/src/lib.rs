@@ -1,5 +1,5 @@
-//! Peers of Jostle behind the report's `Engine` trait. They run with their defaults, except that rotation is locked,
-//! sleep is off unless a scene asks for it, and speed caps are raised out of the way.
+//! Jostle's peers behind the report's `Engine` trait. They run with their defaults, except that rotation is locked,
+//! sleep is off unless a scene asks for it, and speed caps are raised so that they have no effect.
 
 mod box2d;
 mod forces;
@@ -14,8 +14,8 @@ use rapier::Rapier;
 /// Sub-steps per tick; both peers default to 4.
 const SUB_STEPS: &[f64] = &[1.0, 2.0, 4.0, 8.0, 16.0];
 
-/// The length unit of the second configuration, as a game with a gravity of 50 units/s^2 would choose it: five units
-/// per metre.
+/// The length unit of the second configuration, as chosen by a game with a gravity of 50 units/s^2: five units per
+/// metre.
 const LONG: f32 = 5.0;
 
 /// Entries for the report's table of methods.

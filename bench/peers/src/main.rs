@@ -13,7 +13,7 @@ use std::fs;
 struct Command {
     #[command(flatten)]
     report: Arguments,
-    /// Instead of the report, play this many random scenes in Jostle and Box2D and list the slowest
+    /// Play this many random scenes in Jostle and Box2D instead of writing the report, and list the slowest
     #[arg(long, value_name = "COUNT")]
     search: Option<u64>,
     /// Seed of the random scenes

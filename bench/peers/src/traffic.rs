@@ -8,7 +8,7 @@ use jostle_report::traffic::{Crowd, Script};
 /// Sub-steps per tick; rapier's default.
 const SUB_STEPS: usize = 4;
 
-/// The bodies of a script in rapier2d.
+/// The bodies of a script, simulated by rapier2d.
 pub struct RapierCrowd(Rapier);
 
 impl RapierCrowd {

@@ -1,8 +1,8 @@
-//! Runs work that is not timed on all cores.
+//! Distributes work that is not timed over all cores.
 
 use std::sync::Mutex;
 
-/// Results of `work` for each item, in the order of the items.
+/// Returns the result of `work` for each item, in the order of the items.
 pub fn on_all_cores<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
     let next = Mutex::new(items.iter().enumerate());
     let found = Mutex::new(Vec::new());

@@ -11,7 +11,7 @@ pub struct Csv {
 }
 
 impl Csv {
-    /// A table with its header line.
+    /// Creates a table with a header line.
     pub fn new(columns: &[&str]) -> Csv {
         let mut csv = Csv { text: String::new(), columns: columns.len() };
         csv.row(&columns.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>());
@@ -38,7 +38,7 @@ fn quote(field: &str) -> String {
     field.to_owned()
 }
 
-/// All points of all problems, one line per norm.
+/// Writes all points of all problems, one line per norm.
 pub fn of_studies(studies: &[Study]) -> String {
     let columns = [
         "problem",
@@ -83,7 +83,7 @@ fn study_rows(study: &Study, csv: &mut Csv) {
     }
 }
 
-/// All figures of the stability cases.
+/// Writes all figures of the stability cases.
 pub fn of_stability(cases: &[Verdicts], solvers: &[&str]) -> String {
     let columns =
         ["case", "title", "solver", "variant", "metric", "accepted", "measured", "verdict"];
@@ -107,7 +107,7 @@ pub fn of_stability(cases: &[Verdicts], solvers: &[&str]) -> String {
     csv.finish()
 }
 
-/// All figures of all piles.
+/// Writes all figures of all piles.
 pub fn of_heaps(heaps: &[Heap], solvers: &[&str]) -> String {
     let mut csv = Csv::new(&["pile", "title", "solver", "figure", "measured", "verdict"]);
     for heap in heaps {
@@ -129,7 +129,7 @@ pub fn of_heaps(heaps: &[Heap], solvers: &[&str]) -> String {
     csv.finish()
 }
 
-/// The drawn runs of all cases.
+/// Writes the plotted runs of all cases.
 pub fn of_series(cases: &[Verdicts], solvers: &[&str]) -> String {
     let columns = ["case", "solver", "variant", "time_s", "overlap", "energy", "rms_speed"];
     let mut csv = Csv::new(&columns);

@@ -8,27 +8,27 @@ use glam::DVec2;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct State {
     pub position: DVec2,
-    /// Velocity, units/s.
+    /// Velocity in units/s.
     pub velocity: DVec2,
 }
 
-/// A simulation under test. Bodies are numbered in the order in which they were added.
+/// A simulation under test. Bodies are numbered in the order they were added.
 pub trait Engine {
     fn add(&mut self, body: &Body) -> usize;
 
-    /// Advances by one tick of the scene, in as many steps as the method takes.
+    /// Advances by one tick of the scene, in as many steps as the method uses.
     fn tick(&mut self);
 
-    /// Position and velocity of a body.
+    /// Returns the position and velocity of a body.
     fn state(&self, body: usize) -> State;
 
     /// Sets the velocity of a kinematic or dynamic body.
     fn set_velocity(&mut self, body: usize, velocity: DVec2);
 
-    /// Removes a body, which may not be read afterwards.
+    /// Removes a body, which must not be read afterwards.
     fn remove(&mut self, body: usize);
 
-    /// Changes the gravity of the scene.
+    /// Changes the scene's gravity.
     fn set_gravity(&mut self, _: DVec2) {}
 
     /// Whether a body is asleep, in a scene that allows sleep.
@@ -36,22 +36,22 @@ pub trait Engine {
         false
     }
 
-    /// Pair solves so far, counted once per pass: a machine-independent measure of work. `None` if the engine does not
-    /// count them.
+    /// Number of pair solves so far, counted once per pass: a machine-independent measure of work. `None` if the engine
+    /// does not count them.
     fn pair_solves(&self) -> Option<u64>;
 
-    /// Body steps so far: the only work left if nothing touches.
+    /// Number of body steps so far, the only work if no bodies touch.
     fn body_steps(&self) -> u64;
 }
 
-/// Creates an engine with the bodies of a scene, or returns the reason why it cannot.
+/// Creates an engine with the bodies of a scene, or returns the reason for failure.
 pub type Build = fn(&Scene, f64) -> Result<Box<dyn Engine>, String>;
 
-/// All readings of a run as `states[tick][body]`; tick 0 is the start.
+/// All states read during a run, as `states[tick][body]`; tick 0 is the start.
 pub struct Trace {
-    /// Seconds between two readings.
+    /// Seconds between consecutive readings.
     pub tick_s: f64,
-    /// States by tick, then by body.
+    /// The states, by tick and then by body.
     pub states: Vec<Vec<State>>,
 }
 
@@ -71,7 +71,7 @@ impl Trace {
         self.states.last().expect("the start is always there")
     }
 
-    /// Readings of one body with their times, including the start.
+    /// The states of one body with their times, including the start.
     pub fn of(&self, body: usize) -> impl Iterator<Item = (f64, State)> + '_ {
         let times = (0..self.states.len()).map(|tick| tick as f64 * self.tick_s);
         times.zip(self.states.iter().map(move |bodies| bodies[body]))

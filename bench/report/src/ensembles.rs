@@ -21,19 +21,19 @@ pub const ENSEMBLES: [Case; 2] = [
     },
 ];
 
-/// Accepted relative error of the pressure, and of the energy.
+/// Accepted relative error of the pressure and of the energy.
 const PRESSURE: f64 = 0.02;
 const ENERGY: f64 = 0.001;
-/// Accepted error of a moment, standard errors.
+/// Accepted error of a moment, in standard errors.
 const SIGMAS: f64 = 3.0;
 
 const SEEDS: u32 = 32;
 const SIDE: f64 = 120.0;
 const RADIUS: f64 = 0.5;
 const DISCS: u32 = 100;
-/// Length of a run: ten seconds.
+/// Duration of a run: ten seconds.
 const TICKS: usize = 600;
-/// Interval between readings of the speeds, ticks.
+/// Interval between readings of the speeds, in ticks.
 const LOOK: usize = 60;
 
 fn gas(subject: &Subject) -> Outcome {
@@ -63,7 +63,7 @@ fn gas(subject: &Subject) -> Outcome {
     })
 }
 
-/// Results of one gas run.
+/// Results of one run of a gas.
 struct Gas {
     /// Mean pressure on the four walls, relative to the gas law at the initial energy.
     pressure: f64,
@@ -120,14 +120,14 @@ fn scene(seed: u32) -> Scene {
     scene
 }
 
-/// A random number with mean 0 and variance 1. A sum of twelve uniform ones is close enough to normal, since the gas
-/// reaches its equilibrium distribution anyway.
+/// A random number with mean 0 and variance 1. A sum of twelve uniform numbers is close enough to a normal
+/// distribution, since the gas reaches its equilibrium distribution anyway.
 fn normal(draws: &mut Mulberry) -> f64 {
     (0..12).map(|_| draws.unit()).sum::<f64>() - 6.0
 }
 
-/// The change of a disc's speed by walls in a tick. A velocity component counts if it was reversed within reach of the
-/// wall ahead.
+/// The change in a disc's speed caused by walls during a tick. A velocity component counts if it was reversed within
+/// reach of the wall ahead.
 fn from_walls(old: &State, new: &State, tick_s: f64) -> f64 {
     let along = |axis: usize| {
         let (speed, then) = (old.velocity[axis], new.velocity[axis]);
@@ -138,8 +138,8 @@ fn from_walls(old: &State, new: &State, tick_s: f64) -> f64 {
     along(0) + along(1)
 }
 
-/// Kolmogorov-Smirnov distance of values from the exponential distribution with mean 1, which energies follow in two
-/// dimensions.
+/// Kolmogorov-Smirnov distance between values and the exponential distribution with mean 1, which energies follow in
+/// two dimensions.
 fn from_exponential(mut found: Vec<f64>) -> f64 {
     found.sort_by(f64::total_cmp);
     let count = found.len() as f64;
@@ -156,8 +156,7 @@ const LIFE: [u16; 2] = [600, 1199];
 const SIZE: [f32; 2] = [1.0, 3.0];
 const CORNERS: [Vec2; 2] = [Vec2::new(-20.0, 10.0), Vec2::new(40.0, 50.0)];
 
-/// A distribution: the mean, the variance, and the fourth moment relative to the square of the
-/// variance.
+/// A distribution, described by its mean, variance and fourth moment, the last relative to the square of the variance.
 #[derive(Clone, Copy)]
 struct Law {
     mean: f64,
@@ -201,12 +200,12 @@ fn emitters(subject: &Subject) -> Outcome {
     })
 }
 
-/// Whether a method has particles, which do not depend on the contact solver.
+/// Whether a method supports particles, which do not depend on the contact solver.
 fn has_particles(method: &Method) -> bool {
     method.family == Family::Jostle
 }
 
-/// Compares mean and variance with their expected values, in standard errors for this number of draws.
+/// Compares the mean and variance with their expected values, in standard errors for this number of draws.
 fn check_moments(
     out: &mut Outcome,
     variant: &str,
@@ -236,7 +235,7 @@ fn law_of_ellipse(low: f64, high: f64) -> Law {
     Law { mean: f64::midpoint(low, high), variance: half * half * second, kurtosis }
 }
 
-/// All particles after every emitter has finished. No forces act on them.
+/// Returns all particles after every emitter has finished. No forces act on them.
 fn emitted(round: bool) -> Particles {
     let recipe = Recipe {
         life_ticks: LIFE,

@@ -12,12 +12,12 @@ const PEERS: [&str; 2] = ["#222222", "#8c4a2f"];
 const YARDSTICKS: [&str; 2] = ["#999999", "#b8a070"];
 const MARKERS: [Marker; 4] = [Marker::Disc, Marker::Square, Marker::Triangle, Marker::Diamond];
 const HEIGHT: f64 = 320.0;
-/// A floor that is lower than all errors by this factor is mentioned but not drawn.
+/// A floor that is below all errors by at least this factor is mentioned but not drawn.
 const FLOOR_NEAR: f64 = 1e3;
 /// Maximum number of points of a curve over time.
 const SAMPLES_MAX: usize = 300;
 
-/// The style of each method, chosen by its index within its family, so that it is the same in every figure.
+/// The style of each method, chosen by its index within its family, so that it stays the same in every figure.
 pub fn styles(methods: &[Method]) -> Vec<Style> {
     let mut counts = [0usize; 3];
     let mut style = |method: &Method| {
@@ -34,7 +34,7 @@ pub fn styles(methods: &[Method]) -> Vec<Style> {
     methods.iter().map(&mut style).collect()
 }
 
-/// Plots error against time, against work and against the step size.
+/// Plots the error against time, work and step size.
 pub fn of_study(study: &Study, methods: &[Method]) -> Figure {
     let styles = styles(methods);
     let style_of = |curve: &Curve| {
@@ -155,9 +155,9 @@ fn bare(x: f64, y: f64) -> Dot {
     Dot { x, y, filled: true, ringed: false, title: String::new() }
 }
 
-/// Thins a curve to the largest value in each of at most [`SAMPLES_MAX`] spans, so that no peak is lost.
+/// Thins out a curve to the largest value in each of at most [`SAMPLES_MAX`] spans, so that no peak is lost.
 fn thin(samples: &[Sample], of: fn(&Sample, &Sample) -> f64) -> Vec<(f64, f64)> {
-    // The start has no step before it.
+    // No step precedes the start.
     let Some((start, later)) = samples.split_first() else { return Vec::new() };
     let span = later.len().div_ceil(SAMPLES_MAX).max(1);
     let largest = |chunk: &[Sample]| {

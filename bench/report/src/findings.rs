@@ -1,5 +1,5 @@
-//! States the findings on a problem in sentences: how the default does, how much more work gains, and which engine is
-//! better.
+//! Puts the findings for a problem into words: how well the default does, how much additional work gains, and which
+//! engine is better.
 
 use crate::methods::{Family, Method, SOLVERS};
 use crate::number::short;
@@ -12,14 +12,14 @@ pub const ERROR_SHARE: f64 = 0.1;
 /// ... and at most this share of its time at equal error.
 pub const TIME_SHARE: f64 = 1.0 / 3.0;
 
-/// Jostle compared with one peer on one problem.
+/// A comparison of Jostle with one peer on one problem.
 pub struct Comparison {
     /// Name of the peer.
     pub peer: &'static str,
-    /// Jostle's error relative to the peer's, given the peer's time; the worst ratio over the peer's settings. Infinite
-    /// if no point of Jostle's is as fast.
+    /// Jostle's error relative to the peer's in the same time, as the worst ratio over the peer's settings. Infinite if
+    /// none of Jostle's points is as fast.
     pub error_share: f64,
-    /// Jostle's time relative to the peer's, given the peer's error; likewise the worst.
+    /// Jostle's time relative to the peer's at the same error, also as the worst ratio.
     pub time_share: f64,
 }
 
@@ -29,13 +29,12 @@ impl Comparison {
         self.error_share <= ERROR_SHARE && self.time_share <= TIME_SHARE
     }
 
-    /// Whether Jostle is better at all: less error in the same time, and less time for the same
-    /// error.
+    /// Whether Jostle is better at all, with less error in the same time and less time for the same error.
     pub fn is_ahead(&self) -> bool {
         self.error_share < 1.0 && self.time_share < 1.0
     }
 
-    /// The result in one word: better by both margins, ahead without reaching them, or a loss.
+    /// The result in one word: a win by both margins, a lead without reaching them, or a loss.
     pub fn verdict(&self) -> &'static str {
         match (self.is_won(), self.is_ahead()) {
             (true, _) => "better",
@@ -45,12 +44,12 @@ impl Comparison {
     }
 }
 
-/// The engine of a method: the part of the name before a comma.
+/// The engine that a method belongs to: the part of its name before the comma.
 fn engine_of(method: &Method) -> &'static str {
     method.name.split(", ").next().unwrap_or(method.name)
 }
 
-/// One comparison per participating peer, over all its settings.
+/// Returns one comparison per participating peer, over all of the peer's settings.
 pub fn comparisons(study: &Study) -> Vec<Comparison> {
     let of = |family| move |curve: &&Curve| curve.method.family == family;
     let ours: Vec<&Point> =
@@ -76,20 +75,20 @@ pub fn comparisons(study: &Study) -> Vec<Comparison> {
     found
 }
 
-/// Jostle's results against the peers, as numbers of problems.
+/// Jostle's results against the peers, counted in problems.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub struct Tally {
-    /// Problems in which Jostle beats every peer by both margins in every part.
+    /// Numbers of the problems in which Jostle beats every peer by both margins in every part.
     pub won: Vec<u32>,
-    /// Problems in which Jostle is at least ahead of every peer in every part.
+    /// Numbers of the problems in which Jostle is at least ahead of every peer in every part.
     pub ahead: Vec<u32>,
-    /// Problems in which Jostle is behind a peer in some part.
+    /// Numbers of the problems in which Jostle is behind a peer in some part.
     pub lost: Vec<u32>,
-    /// A sentence on each part that is not won.
+    /// A sentence about each part that was not won.
     pub short: Vec<String>,
 }
 
-/// Counts problems by number: a problem with parts counts only if all its parts do.
+/// Counts problems by number. A problem with parts counts only if all its parts do.
 pub fn tally(studies: &[Study]) -> Tally {
     let mut tally = Tally::default();
     let compared = studies.iter().filter(|study| !comparisons(study).is_empty());
@@ -113,7 +112,7 @@ pub fn tally(studies: &[Study]) -> Tally {
     tally
 }
 
-/// Number of a problem from its id: "9b" is a part of problem 9.
+/// The number of a problem, from its id: "9b" is a part of problem 9.
 pub fn number_of(id: &str) -> u32 {
     id.trim_end_matches(|c: char| c.is_ascii_alphabetic()).parse().unwrap_or(u32::MAX)
 }
@@ -123,7 +122,7 @@ pub fn listed(numbers: &[u32]) -> String {
     if words.is_empty() { "none".into() } else { words.join(", ") }
 }
 
-/// Describes the drawn runs of a case, one sentence per solver.
+/// Describes the plotted runs of a case, with one sentence per solver.
 pub fn seen_over_time(verdicts: &Verdicts, solvers: &[&str]) -> Vec<String> {
     let of = |(solver, outcome): (&&str, &Outcome)| {
         let (_, samples) = outcome.series.as_ref()?;
@@ -131,7 +130,7 @@ pub fn seen_over_time(verdicts: &Verdicts, solvers: &[&str]) -> Vec<String> {
         let deepest = samples[1..].iter().max_by(|a, b| a.overlap.total_cmp(&b.overlap))?;
         let gain = samples.iter().map(|sample| sample.energy - start.energy).fold(0.0, f64::max);
         let share = gain / start.energy.abs().max(f64::MIN_POSITIVE);
-        // If everything starts at rest and without height, a share of the energy is meaningless.
+        // If everything starts at rest and at zero height, a share of the energy is meaningless.
         let gained = match start.energy == 0.0 {
             true => String::new(),
             false => format!("largest energy gain {} of the start; ", short(share)),
@@ -146,7 +145,7 @@ pub fn seen_over_time(verdicts: &Verdicts, solvers: &[&str]) -> Vec<String> {
     solvers.iter().zip(&verdicts.outcomes).filter_map(of).collect()
 }
 
-/// The findings on a problem.
+/// Returns the findings for a problem.
 pub fn seen(study: &Study) -> Vec<String> {
     let mut sentences = Vec::new();
     sentences.extend(on_defaults(study));
@@ -196,7 +195,7 @@ fn on_slopes(study: &Study) -> Option<String> {
     (!slopes.is_empty()).then(|| format!("Order in the step: {}.", slopes.join("; ")))
 }
 
-/// Names Jostle's curves on which more work gains nothing.
+/// Names those of Jostle's curves on which more work gains nothing.
 fn on_stalled(study: &Study) -> Option<String> {
     let stalls = |curve: &&Curve| {
         let (Some(first), Some(last)) = (curve.points.first(), curve.points.last()) else {
@@ -216,8 +215,8 @@ fn on_stalled(study: &Study) -> Option<String> {
         .then(|| format!("Turning the knob up does not halve the error: {}.", names.join("; ")))
 }
 
-/// If contact forces are known, states the lowest setting of each knob from which on they are correct to a thousandth
-/// and to a millionth.
+/// If contact forces are known, states the lowest setting of each knob at which they become correct to a thousandth and
+/// to a millionth.
 fn on_sweeps(study: &Study) -> Option<String> {
     let norm = study.problem.norms.iter().position(|norm| norm.name == FORCE_ERROR)?;
     let least = |curve: &Curve, most: f64| {

@@ -8,17 +8,17 @@ use crate::methods::{Family, Method, SOLVERS};
 use crate::plot::Style;
 use crate::study::{Point, Study};
 
-/// Share of the measured problems that a method must play for its medians to be representative.
+/// Share of the measured problems that a method must cover for its medians to be representative.
 const PLAYED_MIN: f64 = 0.4;
 
-/// An error and a time relative to those of the most precise point of the peers.
+/// An error and a time, relative to those of the peers' most precise point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Ratio {
     error: f64,
     time: f64,
 }
 
-/// A method over all problems.
+/// The results of a method across all problems.
 struct Trail {
     name: &'static str,
     knob: &'static str,
@@ -26,12 +26,12 @@ struct Trail {
     style: Style,
     /// Medians over the problems, by setting.
     medians: Vec<(f64, Ratio)>,
-    /// Index of the default setting among them.
+    /// Index of the default setting in `medians`.
     default: Option<usize>,
     problems: usize,
 }
 
-/// A problem, with the default point of each scene solver and of each peer.
+/// A problem with the default point of each scene solver and each peer.
 struct Row {
     id: &'static str,
     title: &'static str,
@@ -66,7 +66,7 @@ fn is_peer(method: &Method) -> bool {
     method.family == Family::Peer && method.in_stability
 }
 
-/// A point relative to the peers' most precise point. Errors below the floor of f32 count as the floor.
+/// Returns a point relative to the peers' most precise point. Errors below the floor of f32 count as the floor.
 fn ratio(study: &Study, point: &Point) -> Ratio {
     let floor = study.problem.floor();
     let (_, best) = study.best(Family::Peer).expect("only studies with peers take part");
@@ -90,7 +90,7 @@ fn trail(method: &Method, style: Style, studies: &[&Study]) -> Option<Trail> {
                 Some(ratio(study, curve.points.iter().find(|p| p.setting == setting)?))
             });
             let ratios: Vec<Ratio> = points.collect();
-            // A setting with which half of the problems blow up gets no median.
+            // A setting at which half of the problems blow up gets no median.
             let counts = !ratios.is_empty() && 2 * ratios.len() > curves.len();
             counts.then(|| (setting, median(&ratios)))
         })

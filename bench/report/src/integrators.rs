@@ -1,5 +1,5 @@
 //! Small reference integrators for bodies without contacts: textbook schemes that the World does not offer. They serve
-//! as yardsticks and are not part of Jostle.
+//! as reference points and are not part of Jostle.
 
 use crate::engine::{Engine, State};
 use crate::scene::{Body, Drag, Hook, Scene};
@@ -8,20 +8,20 @@ use glam::DVec2;
 /// A scheme for x'' = a(x, x').
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scheme {
-    /// x += h v, then v += h a: order 1, gains energy.
+    /// x += h v, then v += h a: order 1; gains energy.
     ExplicitEuler,
-    /// v += h a, then x += h v: order 1, keeps energy bounded. This is the scheme of the World.
+    /// v += h a, then x += h v: order 1; keeps energy bounded. This is the scheme that the World uses.
     SymplecticEuler,
-    /// Half a kick, a drift, half a kick (velocity Verlet), with kicks by the midpoint rule: order 2.
+    /// Half a kick, a drift and another half kick (velocity Verlet), with kicks by the midpoint rule: order 2.
     KickDriftKick,
 }
 
-/// Precision of the state between steps.
+/// Precision of the state that is kept between steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Precision {
-    /// f32, as in game engines: shows their rounding floor.
+    /// f32, as in game engines; shows their rounding floor.
     Single,
-    /// f64: shows only the error of the scheme.
+    /// f64; shows only the error of the scheme.
     Double,
 }
 
@@ -37,7 +37,7 @@ pub struct FreeFlight {
 }
 
 impl FreeFlight {
-    /// Creates the scene's bodies; refuses scenes in which they can touch.
+    /// Creates the scene's bodies; rejects scenes in which they can touch.
     pub fn new(
         scene: &Scene,
         scheme: Scheme,
@@ -85,7 +85,7 @@ impl FreeFlight {
         found
     }
 
-    /// v' = a(x, v) at fixed positions, by the midpoint rule.
+    /// Integrates v' = a(x, v) at fixed positions by the midpoint rule.
     fn kick(&self, states: &[State], time_s: f64) -> Vec<State> {
         let half = pushed(states, &self.accelerations(states), time_s / 2.0);
         pushed(states, &self.accelerations(&half), time_s)
@@ -118,7 +118,7 @@ impl FreeFlight {
     }
 }
 
-/// States after constant accelerations during this time.
+/// The states after constant accelerations for the given time.
 fn pushed(states: &[State], accelerations: &[DVec2], time_s: f64) -> Vec<State> {
     let push = |(state, acceleration): (&State, &DVec2)| State {
         velocity: state.velocity + *acceleration * time_s,
@@ -127,7 +127,7 @@ fn pushed(states: &[State], accelerations: &[DVec2], time_s: f64) -> Vec<State> 
     states.iter().zip(accelerations).map(push).collect()
 }
 
-/// States after drifting during this time.
+/// The states after drifting for the given time.
 fn drifted(states: &[State], time_s: f64) -> Vec<State> {
     let drift =
         |state: &State| State { position: state.position + state.velocity * time_s, ..*state };

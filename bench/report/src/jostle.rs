@@ -10,7 +10,7 @@ use jostle_sim::{
     SpringEnd, Vec2, World,
 };
 
-/// A World of the scene, stepped `steps` times per tick.
+/// A World with the scene's bodies, stepped `steps` times per tick.
 pub struct Jostle {
     world: World,
     ids: Vec<Option<BodyId>>,
@@ -24,7 +24,7 @@ pub struct Jostle {
 const BODIES_SPARE: usize = 8192;
 
 impl Jostle {
-    /// Creates a World with this solver and all bodies of the scene.
+    /// Creates a World with the given solver and all bodies of the scene.
     pub fn new(scene: &Scene, steps: u32, solver: Solver) -> Result<Jostle, String> {
         if scene.sleeping && !matches!(solver, Solver::Conjugate(_)) {
             return Err("only the conjugate solver knows who may sleep".into());
@@ -80,7 +80,7 @@ impl Jostle {
     }
 }
 
-/// Length of one step in seconds, as f32. With one step per tick of 1/60 s it is bit for bit the simulation's.
+/// Length of one step in seconds, as f32. With one step per tick of 1/60 s it equals the simulation's step bit for bit.
 fn step_of(scene: &Scene, steps: u32) -> f32 {
     (scene.tick_s / f64::from(steps)) as f32
 }
@@ -161,14 +161,15 @@ impl Engine for Jostle {
     }
 }
 
-/// Particles instead of bodies, for free flight with linear drag.
+/// Simulates particles instead of bodies, for free flight with linear drag.
 ///
-/// Particles always move by [`DT`], so `steps` per tick are simulated by slowing down time: with velocities divided by
-/// n, accelerations by n^2 and the n-th root of the drag factor, n particle steps make one tick of the scene.
+/// Particles always advance by [`DT`], so taking `steps` per tick is simulated by slowing down time: with velocities
+/// divided by n, accelerations by n^2 and the n-th root of the drag factor, n particle steps make one tick of the
+/// scene.
 pub struct ParticleFlight {
     particles: Particles,
     recipes: Vec<Recipe>,
-    /// Initial positions: emitters create particles at their own position.
+    /// Initial positions, because emitters create particles at their own position.
     starts: Vec<Vec2>,
     acceleration: Vec2,
     factor: f32,

@@ -45,7 +45,7 @@ use study::{Effort, Study};
 /// Measures Jostle and writes the report.
 #[derive(Clone, Debug, Parser)]
 pub struct Arguments {
-    /// Take a few minutes instead of an hour: fewer runs, and no largest variants
+    /// Take a few minutes instead of an hour, with fewer runs and without the largest variants
     #[arg(long)]
     pub quick: bool,
     /// Output directory for the page, the summary and the tables
@@ -60,10 +60,10 @@ pub struct Arguments {
     /// Name and version of the compiler
     #[arg(long, default_value = "an unknown compiler")]
     pub compiler: String,
-    /// Path of the program `steps`; with it, the cost of unused features is measured too
+    /// Path of the program `steps`; if given, the cost of unused features is measured too
     #[arg(long, value_name = "PROGRAM")]
     pub costs: Option<PathBuf>,
-    /// Only problems, cases and piles with these ids, such as 9a, S2 or rain-4000
+    /// Run only problems, cases and piles with these ids, such as 9a, S2 or rain-4000
     #[arg(long, value_name = "ID", num_args = 1..)]
     pub only: Vec<String>,
 }
@@ -109,7 +109,7 @@ pub fn run(arguments: &Arguments, peers: &[Method]) -> Result<()> {
     write(&Results { origin, methods, studies, heaps, cases, ensembles, costs }, &arguments.out)
 }
 
-/// File of the picture at the head of the report.
+/// File name of the picture at the head of the report.
 pub const GLANCE: &str = "glance.svg";
 /// Problems whose pictures README.md shows. The page shows all of them.
 const IN_README: [&str; 2] = ["9b", "13"];
@@ -158,7 +158,7 @@ fn write(results: &Results, out: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Name of the processor, if the system reports it, and the number of cores.
+/// The name of the processor, if the system reports it, and the number of cores.
 fn machine() -> String {
     let cpuinfo = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let name = cpuinfo.lines().find(|line| line.starts_with("model name"));

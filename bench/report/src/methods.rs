@@ -1,5 +1,5 @@
-//! The table of methods: every engine configuration that is measured, with its knob. A new solver, knob or peer is one
-//! more entry.
+//! The table of methods: every engine configuration that is measured, with its knob. Each new solver, knob or peer is
+//! one more entry.
 
 use crate::engine::{Build, Engine};
 use crate::integrators::{FreeFlight, Precision, Scheme};
@@ -13,7 +13,7 @@ use jostle_sim::Solver;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Family {
     Jostle,
-    /// A textbook scheme in this crate, as a yardstick.
+    /// A textbook scheme in this crate, used as a reference.
     Yardstick,
     Peer,
 }
@@ -21,13 +21,13 @@ pub enum Family {
 /// The scenes in which a method is meaningful.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Field {
-    /// All scenes that the engine can play.
+    /// All scenes that the engine can simulate.
     All,
-    /// Scenes with contacts only, because the knob has no effect without them.
+    /// Only scenes with contacts, because the knob has no effect without them.
     Contacts,
-    /// Scenes with contacts and gravity as strong as in Jostle's scenes, for a configuration made for them.
+    /// Scenes with contacts and with gravity as strong as in Jostle's scenes, for a configuration designed for these.
     StrongGravity,
-    /// Scenes without contacts only, because the method cannot handle them.
+    /// Only scenes without contacts, because the method cannot handle them.
     FreeFlight,
 }
 
@@ -35,21 +35,21 @@ pub enum Field {
 #[derive(Clone, Copy)]
 pub struct Method {
     pub name: &'static str,
-    /// Origin of the method.
+    /// Where the method comes from.
     pub family: Family,
-    /// Meaning of the settings.
+    /// The meaning of the settings.
     pub knob: &'static str,
-    /// Settings of the curve's points, from cheap to expensive.
+    /// Settings for the curve's points, from cheap to expensive.
     pub settings: &'static [f64],
-    /// The default setting, with which the stability cases run.
+    /// The default setting, used for the stability cases.
     pub default: Option<f64>,
     /// Whether the knob divides the step, so that an order of convergence is defined.
     pub divides_step: bool,
-    /// Scenes in which the method takes part; elsewhere it is silently omitted.
+    /// The scenes that the method takes part in; it is silently omitted from others.
     pub field: Field,
-    /// Whether the stability cases include it; true for one entry per solver.
+    /// Whether the stability cases include the method; true for one entry per solver.
     pub in_stability: bool,
-    /// Creates the engine with a setting.
+    /// Creates the engine with a given setting.
     pub build: Build,
 }
 
@@ -200,7 +200,7 @@ fn relaxation(scene: &Scene, tune: impl Fn(&mut Relaxation)) -> Solver {
     Solver::Relaxation(settings)
 }
 
-/// The conjugate solver, likewise.
+/// The conjugate solver, configured in the same way.
 fn conjugate(scene: &Scene, tune: impl Fn(&mut Conjugate)) -> Solver {
     let bounce_threshold = scene.bounce_threshold as f32;
     let mut settings = Conjugate { bounce_threshold, ..Conjugate::default() };

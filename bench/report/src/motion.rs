@@ -1,8 +1,8 @@
 //! Random scenes in motion, each determined by (seed, number) alone: 200 to 1000 bodies in a container, with random
 //! sizes, mass ratios up to 1 : 10^6, restitution, springs, platforms and disturbances.
 //!
-//! Compared with a peer, they show where steps are slow. The scenes of [`crate::piles`] were all known while the solver
-//! was developed; these were not.
+//! A comparison with a peer shows where steps are slow. Unlike the scenes of [`crate::piles`], these were not known
+//! while the solver was developed.
 
 mod disturbance;
 pub mod search;
@@ -13,10 +13,10 @@ use disturbance::{Disturbance, Platform};
 use glam::DVec2;
 use jostle_sim::Rng;
 
-/// Steps of a run.
+/// Number of steps in a run.
 pub const STEPS: u32 = 300;
 const BODIES: (u32, u32) = (200, 1000);
-/// Number of walls; they are the first bodies: floor, ceiling, left, right.
+/// Number of walls, which are the first bodies: floor, ceiling, left, right.
 const WALLS: usize = 4;
 
 /// A scene with its disturbances.
@@ -24,7 +24,7 @@ pub struct Setting {
     pub scene: Scene,
     /// Size of the container, whose lower left corner is the origin.
     pub size: DVec2,
-    /// Short descriptions of the random choices.
+    /// Short descriptions of the random choices that were made.
     pub traits: Vec<String>,
     disturbances: Vec<Disturbance>,
     platforms: Vec<Platform>,
@@ -32,7 +32,7 @@ pub struct Setting {
 }
 
 impl Setting {
-    /// The scene with this number in the sequence of a seed.
+    /// Creates the scene with a given number in the sequence of a seed.
     pub fn new(seed: u64, number: u64) -> Setting {
         let rng = &mut Rng::new(seed, number);
         let mut traits = Vec::new();
@@ -58,25 +58,25 @@ impl Setting {
         Setting { scene, size, traits, disturbances, platforms, seed: (seed, number) }
     }
 
-    /// A driver of the disturbances, at tick 0.
+    /// Returns a driver for the disturbances, at tick 0.
     pub fn driver(&self) -> Driver<'_> {
         let (seed, number) = self.seed;
         Driver { setting: self, rng: Rng::new(!seed, number), tick: 0 }
     }
 
-    /// Number of bodies that are outside the container or lost.
+    /// Number of bodies that are outside the container or have been lost.
     pub fn outside(&self, states: &[State]) -> usize {
         let is_inside =
             |place: DVec2| place.cmpge(DVec2::ZERO).all() && place.cmple(self.size).all();
         self.scene.dynamic().filter(|&body| !is_inside(states[body].position)).count()
     }
 
-    /// Whether only the disturbances, which act between steps, may add energy.
+    /// Whether nothing but the disturbances, which act between steps, may add energy.
     pub fn keeps_energy(&self) -> bool {
         self.platforms.is_empty()
     }
 
-    /// Potential and kinetic energy, springs included.
+    /// Potential and kinetic energy, including that of the springs.
     pub fn energy(&self, states: &[State], gravity: DVec2) -> f64 {
         let of = |body: usize| {
             let State { position, velocity } = states[body];
@@ -99,7 +99,7 @@ pub struct Driver<'a> {
 }
 
 impl Driver<'_> {
-    /// Applies the disturbances before a tick; returns the gravity during the tick.
+    /// Applies the disturbances before a tick; returns the gravity for the tick.
     pub fn act(&mut self, engine: &mut dyn Engine) -> DVec2 {
         let (setting, tick) = (self.setting, self.tick);
         self.tick += 1;
@@ -113,7 +113,7 @@ impl Driver<'_> {
     }
 }
 
-/// Places bodies in rows, each as high as its highest body, in a container with room above them.
+/// Places bodies in rows, each as tall as its tallest body, in a container with room above them.
 fn bodies(rng: &mut Rng, traits: &mut Vec<String>) -> (Scene, DVec2) {
     let count = BODIES.0 + rng.below(BODIES.1 - BODIES.0 + 1);
     let stuff = Stuff::new(rng, traits);
@@ -143,16 +143,16 @@ fn bodies(rng: &mut Rng, traits: &mut Vec<String>) -> (Scene, DVec2) {
     (scene, size)
 }
 
-/// Ranges of the bodies' properties.
+/// Ranges for the properties of bodies.
 struct Stuff {
     /// Smallest and largest half-size.
     half: (f64, f64),
-    /// One body in this many is of the largest size and the others are near the smallest; 0 for sizes in between.
+    /// One in this many bodies has the largest size and the others are near the smallest; 0 for sizes in between.
     few_large: u32,
-    /// Number of circles among ten bodies.
+    /// Number of circles per ten bodies.
     circles: u32,
-    /// One body in this many is heavier by this factor; if the number is 0, each is heavier by a random factor up to
-    /// this.
+    /// One in this many bodies is heavier by this factor; if the number is 0, each body is heavier by a random factor
+    /// up to this one.
     heavy: (u32, f64),
     friction: f64,
     restitution: (f64, f64),
@@ -245,7 +245,7 @@ fn direction(rng: &mut Rng) -> DVec2 {
     DVec2::from_angle(range(rng, 0.0, std::f64::consts::TAU))
 }
 
-/// Rounds to three significant digits, as a person would write a quantity.
+/// Rounds to three significant digits, the way a person would write a quantity.
 fn round(value: f64) -> f64 {
     format!("{value:.2e}").parse().unwrap_or(value)
 }

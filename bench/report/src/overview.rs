@@ -1,5 +1,5 @@
 //! The head of the page: all problems in one table, Jostle's results against its peers, and the point on the curves
-//! that each shipped scene uses.
+//! that corresponds to each shipped scene.
 
 use crate::findings::{Tally, comparisons, listed, tally};
 use crate::methods::{Family, SOLVERS};
@@ -26,7 +26,7 @@ pub const PEERS: &str = "The peers run with rotation locked, sleeping off and sp
     joints the error is larger, since these are damped. Springs with a length, and stiffer ones, are \
     their joints: Box2D's distance joint with a spring, rapier2d's spring joint.";
 
-/// A sentence on each of the three lists of a tally.
+/// Returns a sentence about each of a tally's three lists.
 pub fn standing(tally: &Tally) -> String {
     let count = tally.won.len() + tally.ahead.len() + tally.lost.len();
     format!(
@@ -129,7 +129,7 @@ pub fn scenes_with(solver: usize) -> Vec<String> {
     jostle_game::Scene::built_in().into_iter().filter(uses).map(|scene| scene.name).collect()
 }
 
-/// The same list as sentences, one per setting in use.
+/// Returns the same list as sentences, one per setting in use.
 pub fn scene_sentences(studies: &[Study]) -> Vec<String> {
     let scenes = jostle_game::Scene::built_in();
     let mut sentences = Vec::new();
@@ -154,7 +154,7 @@ pub fn scene_sentences(studies: &[Study]) -> Vec<String> {
     sentences
 }
 
-/// Describes a scene whose solver settings differ from the measured ones.
+/// Describes a scene whose solver settings differ from those that were measured.
 fn unusual(scene: &jostle_game::Scene) -> Option<String> {
     match scene.world.solver {
         None => Some("contacts are detected only, nothing is solved".into()),
@@ -173,7 +173,7 @@ fn on_pareto(studies: &[Study], method: &str) -> (usize, usize) {
     (all.iter().filter(|(_, point)| point.pareto).count(), all.len())
 }
 
-/// Median error and time of the default, relative to Jostle's most precise point.
+/// Median error and time of a method's default setting, relative to Jostle's most precise point.
 fn beside_best(studies: &[Study], method: &str) -> (f64, f64) {
     let mut errors = Vec::new();
     let mut times = Vec::new();
@@ -191,7 +191,7 @@ fn beside_best(studies: &[Study], method: &str) -> (f64, f64) {
     (median(errors), median(times))
 }
 
-/// The median, or the upper one if the number of values is even; NaN for no values.
+/// Returns the median, or the upper one if the number of values is even; NaN if there are no values.
 pub fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)

@@ -13,7 +13,7 @@ use crate::study::Study;
 use crate::unneeded::{self, Costs};
 use std::fmt::Write;
 
-/// Origin of the measurements.
+/// Where the measurements come from.
 #[derive(Clone, Debug)]
 pub struct Origin {
     /// Processor, number of cores, and operating system.
@@ -21,7 +21,7 @@ pub struct Origin {
     /// Commit of the source.
     pub commit: String,
     pub date: String,
-    /// Compiler of the program that measured.
+    /// The compiler that built the measuring program.
     pub compiler: String,
     /// Whether this was a quick run.
     pub quick: bool,
@@ -34,7 +34,7 @@ pub struct Results {
     pub studies: Vec<Study>,
     pub heaps: Vec<Heap>,
     pub cases: Vec<Verdicts>,
-    /// Results for systems that are chaotic body by body but have known means and variances.
+    /// Results for systems whose individual bodies move chaotically but whose means and variances are known.
     pub ensembles: Vec<Verdicts>,
     /// Cost of unused features, if it was measured.
     pub costs: Option<Costs>,
@@ -71,7 +71,7 @@ pub const READING: [&str; 7] = [
      of what gravity gives in a step.",
 ];
 
-/// The text below the picture at the head.
+/// The text below the picture at the head of the page.
 pub const GLANCE: &str = "Every point on the left is one setting of one engine: its error and its time on each problem, \
      relative to the most precise setting of the best peer there, and the medians of both over the problems. A curve \
      goes through the settings of one knob; filled points are defaults, and rings mark what the shipped scenes use. On the right the defaults of both \
@@ -232,13 +232,13 @@ fn heap_rows(heap: &Heap, page: &mut String) {
     }
 }
 
-/// Writes a cell with a figure, marked as accepted or not.
+/// Writes a cell with a figure, marked as accepted or rejected.
 fn judged(passes: bool, value: f64, page: &mut String) {
     let class = if passes { "pass" } else { "fail" };
     let _ = write!(page, "<td class={class}>{}", short(value));
 }
 
-/// The accepted range of a pile's figure.
+/// Describes the accepted range of a pile's figure.
 pub fn within(bound: Bound) -> String {
     match bound {
         Bound::None => String::new(),

@@ -1,6 +1,6 @@
-//! Piles: large heaps, high stacks and heavy loads. All solvers are stepped in turns in one process, so that a busy
-//! machine slows all equally. Both step times, with falling and with resting bodies, and the quality of the result are
-//! measured.
+//! Piles: large heaps, high stacks and heavy loads. All solvers take turns in one process, so that a busy machine slows
+//! them all equally. The measurements include step times, for falling and for resting bodies, and the quality of the
+//! result.
 
 mod hard;
 mod scenes;
@@ -18,18 +18,18 @@ pub use scenes::all;
 
 /// A scene and its requirements.
 pub struct Pile {
-    /// Id for the command line.
+    /// Id used on the command line.
     pub id: String,
     pub title: String,
-    /// The scene, once for each seed.
+    /// The scenes, one for each seed.
     pub scenes: Vec<Scene>,
     /// The external disturbance.
     pub script: Script,
-    /// Length of the run.
+    /// Duration of the run.
     pub ticks: usize,
-    /// Left out of a quick run.
+    /// Whether quick runs omit this pile.
     pub full_only: bool,
-    /// Figures with their accepted ranges for Jostle.
+    /// The figures, with the ranges accepted for Jostle.
     pub bounds: Vec<(Figure, Bound)>,
 }
 
@@ -48,49 +48,49 @@ pub enum Figure {
     Spread,
     /// Time of the slowest step.
     Worst,
-    /// Bodies outside the container after the last step.
+    /// Number of bodies outside the container after the last step.
     Escaped,
     /// Deepest overlap after any step.
     DeepestEver,
-    /// Mean over all steps of the deepest overlap.
+    /// Mean of the deepest overlap over all steps.
     MeanDeepest,
     /// Deepest overlap after the last step.
     DeepestAtEnd,
     /// Root mean square of the speeds after the last step.
     RmsAtEnd,
-    /// Last time at which the rms speed was above [`CALM`].
+    /// The last time the rms speed was above [`CALM`].
     CalmAfter,
-    /// Last time at which a body was faster than [`STILL`].
+    /// The last time any body was faster than [`STILL`].
     SettledAfter,
     Rising,
-    /// Height lost by the highest body.
+    /// Height lost by the topmost body.
     HeightLost,
     /// Height of the centre of mass after the last step.
     MeanHeight,
-    /// Root mean square of the speeds at [`LATER_S`], relative to the largest until then.
+    /// Root mean square of the speeds at [`LATER_S`], relative to its largest value until then.
     SpeedLeft,
-    /// Bodies that are awake after the last step.
+    /// Number of bodies that are awake after the last step.
     Awake,
-    /// Change of the total momentum, as a share of the sum of all momenta at the start.
+    /// Change in total momentum, as a share of the sum of all momenta at the start.
     Momentum,
-    /// Change of the energy, as a share of the initial energy.
+    /// Change in energy, as a share of the initial energy.
     EnergyError,
 }
 
-/// A pile is calm while the rms speed of its bodies is below this, units/s.
+/// A pile is calm while the rms speed of its bodies is below this value, in units/s.
 const CALM: f64 = 0.05;
-/// Time at which the remaining motion of a poured heap is measured, seconds.
+/// Time at which the remaining motion of a poured heap is measured, in seconds.
 const LATER_S: f64 = 4.0;
-/// A body is still while its speed is below this, units/s.
+/// A body is still while its speed is below this value, in units/s.
 const STILL: f64 = 0.01;
-/// Number of steps for [`Figure::Falling`], and for [`Figure::Slowest`].
+/// Number of steps for [`Figure::Falling`] and for [`Figure::Slowest`].
 const FALLING: usize = 120;
 const STRETCH: usize = 60;
-/// Steps that one engine takes per turn.
+/// Number of steps that an engine takes per turn.
 const TURN: usize = 10;
 
 impl Figure {
-    /// Name of the figure, with its unit.
+    /// The name of the figure, with its unit.
     pub fn name(self) -> &'static str {
         match self {
             Figure::Falling => "time a step, first 120 steps, µs",
@@ -116,7 +116,7 @@ impl Figure {
         }
     }
 
-    /// Combines the figures of a pile's seeds: the maximum for single events in a run, otherwise the mean.
+    /// Combines the figures from a pile's seeds, using the maximum for single events in a run and the mean otherwise.
     fn over_seeds(self, figures: &[f64]) -> f64 {
         match self {
             Figure::Worst | Figure::Escaped | Figure::DeepestEver | Figure::DeepestAtEnd => {
@@ -186,27 +186,27 @@ impl Figure {
 /// Accepted range of a figure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bound {
-    /// No bound: the figure is only shown.
+    /// No bound; the figure is only shown.
     None,
     Value(f64),
     /// At most this multiple of the first peer's figure.
     OfPeer(f64),
 }
 
-/// The figures of one solver, or the reason why it could not run.
+/// The figures of one solver, or the reason it could not run.
 type Measured = Result<Vec<f64>, String>;
 
-/// A pile with the figures of all solvers.
+/// A pile with all solvers' figures.
 pub struct Heap {
     pub pile: Pile,
-    /// Figures of each solver, in the order of the methods.
+    /// Each solver's figures, in the order of the methods.
     pub measured: Vec<Measured>,
     /// Index of the first peer among the solvers.
     pub peer: Option<usize>,
 }
 
 impl Heap {
-    /// A solver's figure, and whether it is accepted, if it has a bound.
+    /// A solver's figure and, if it has a bound, whether it is accepted.
     pub fn figure(&self, solver: usize, index: usize) -> Option<(f64, Option<bool>)> {
         let value = self.measured[solver].as_ref().ok()?[index];
         let most = match self.pile.bounds[index].1 {
@@ -223,7 +223,7 @@ impl Heap {
     }
 }
 
-/// Recorded history of a run.
+/// The recorded history of a run.
 struct History {
     driver: Driver,
     samples: Vec<Sample>,
@@ -233,10 +233,10 @@ struct History {
     awake: usize,
 }
 
-/// An engine with its run so far, or the reason why it cannot play.
+/// An engine with its run so far, or the reason it cannot run.
 type Player = Result<(Box<dyn Engine>, History), String>;
 
-/// Runs all solvers on a pile, with each of its seeds.
+/// Runs all solvers on a pile with each of its seeds.
 pub fn measure(pile: Pile, methods: &[Method]) -> Heap {
     let methods: Vec<&Method> = methods.iter().filter(|method| method.in_stability).collect();
     let runs: Vec<Vec<Measured>> =
@@ -258,8 +258,8 @@ pub fn measure(pile: Pile, methods: &[Method]) -> Heap {
     Heap { pile, measured, peer }
 }
 
-/// Runs all solvers with one seed. For figures about the slowest step, each step counts with the shorter of its times
-/// in two runs, since momentary load on the machine hits different steps.
+/// Runs all solvers with one seed. For figures about the slowest step, the shorter time of each step in two runs
+/// counts, since momentary load on the machine affects different steps.
 fn measure_seed(pile: &Pile, seed: usize, methods: &[&Method]) -> Vec<Measured> {
     let scene = &pile.scenes[seed];
     let mut players = play(pile, seed, methods);
@@ -275,7 +275,7 @@ fn measure_seed(pile: &Pile, seed: usize, methods: &[&Method]) -> Vec<Measured> 
     players.into_iter().map(|player| player.map(|(_, run)| figures(&run))).collect()
 }
 
-/// Runs all solvers in turns.
+/// Runs all solvers in alternation.
 fn play(pile: &Pile, seed: usize, methods: &[&Method]) -> Vec<Player> {
     let scene = &pile.scenes[seed];
     let mut players: Vec<Player> =

@@ -1,5 +1,5 @@
-//! Plots as SVG: panels side by side, with one legend below them. Every element has a separate area, so texts never
-//! overlap.
+//! Plots as SVG: panels side by side, with one legend below them. Every element has a separate area, so text never
+//! overlaps.
 
 mod path;
 mod scale;
@@ -9,54 +9,54 @@ pub(crate) use path::{Spot, pixels};
 pub use scale::{Scale, Tick, superscript};
 use std::fmt::Write;
 
-/// Style of a curve.
+/// The style of a curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Style {
     pub color: &'static str,
-    /// Dash pattern of the line, empty for solid.
+    /// The line's dash pattern; empty for a solid line.
     pub dash: &'static str,
-    /// Marker of the points.
+    /// The marker used for points.
     pub marker: Marker,
 }
 
-/// Shape of a point.
+/// The shape of a marker.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Marker {
     None,
     Disc,
     Square,
     Triangle,
-    /// A square standing on a corner.
+    /// A square that stands on a corner.
     Diamond,
 }
 
 /// A point of a curve.
 #[derive(Clone, Debug)]
 pub struct Dot {
-    /// Value in the data's unit.
+    /// The x value in the data's unit.
     pub x: f64,
-    /// Value in the data's unit.
+    /// The y value in the data's unit.
     pub y: f64,
     pub filled: bool,
     /// Whether to draw a ring around the dot.
     pub ringed: bool,
-    /// Tooltip. Dots with the same title in several panels represent the same point.
+    /// Text of the tooltip. Dots with the same title in several panels represent the same point.
     pub title: String,
 }
 
 #[derive(Clone, Debug)]
 pub struct Line {
     pub style: Style,
-    /// Points in drawing order.
+    /// The points, in drawing order.
     pub dots: Vec<Dot>,
 }
 
 /// An axis of a panel.
 #[derive(Clone, Debug)]
 pub struct Axis {
-    /// Label with its unit.
+    /// The label, with its unit.
     pub label: String,
-    /// Scale for all values.
+    /// The scale for all values.
     pub scale: Scale,
 }
 
@@ -66,22 +66,22 @@ pub struct Panel {
     pub title: String,
     pub x: Axis,
     pub y: Axis,
-    /// Curves; later ones are drawn on top.
+    /// The curves; later ones are drawn on top.
     pub lines: Vec<Line>,
     /// A dashed horizontal line, if any.
     pub floor: Option<f64>,
 }
 
-/// Panels with a common legend.
+/// A set of panels with a common legend.
 #[derive(Clone, Debug)]
 pub struct Figure {
-    /// Text for screen readers.
+    /// Description for screen readers.
     pub description: String,
-    /// Panels from left to right.
+    /// The panels, from left to right.
     pub panels: Vec<Panel>,
     /// Legend entries, shown in columns below the panels.
     pub legend: Vec<(Style, String)>,
-    /// Height of a panel, pixels.
+    /// Height of a panel in pixels.
     pub height: f64,
 }
 
@@ -95,7 +95,7 @@ const LEGEND_ROW: f64 = 19.0;
 const LEGEND_COLUMN: f64 = 585.0;
 
 impl Figure {
-    /// The whole picture as SVG, to embed in a page or to save as a file.
+    /// Returns the whole picture as SVG, to be embedded in a page or saved as a file.
     pub fn svg(&self) -> String {
         let width = PANEL_WIDTH * self.panels.len().max(1) as f64;
         let columns = ((width / LEGEND_COLUMN) as usize).max(1);
@@ -293,7 +293,7 @@ impl Mark<'_> {
     }
 }
 
-/// Path data of a marker around a point, relative to the marker's first corner.
+/// Returns the path data of a marker around a point, relative to the marker's first corner.
 pub(crate) fn outline(marker: Marker, (x, y): Spot) -> String {
     let (corner, rest) = match marker {
         Marker::None => return String::new(),
@@ -305,7 +305,7 @@ pub(crate) fn outline(marker: Marker, (x, y): Spot) -> String {
     format!("{}{rest}", Path::from(corner).data())
 }
 
-/// A circle as an arc that almost returns to its start; SVG draws nothing for a full one.
+/// Returns a circle as an arc that almost returns to its start, because SVG draws nothing for a full one.
 pub(crate) fn circle((x, y): Spot, radius: f64) -> String {
     format!("{}a{radius} {radius} 0 1 1 0 .1z", Path::from((x - radius, y)).data())
 }

@@ -33,7 +33,7 @@ fn order(id: &str) -> (u32, &str) {
     (digits.parse().unwrap_or(u32::MAX), &id[digits.len()..])
 }
 
-/// The largest error; NaN if any is NaN.
+/// Returns the largest error; NaN if any is NaN.
 fn worst(errors: impl Iterator<Item = f64>) -> f64 {
     errors.fold(0.0, |worst, error| if error > worst || error.is_nan() { error } else { worst })
 }

@@ -1,4 +1,4 @@
-//! Shows progress on stderr: as a redrawn bar on a terminal, otherwise as lines.
+//! Shows progress on stderr, as a redrawn bar on a terminal and as lines otherwise.
 
 use std::io::{IsTerminal, Write};
 use std::sync::Mutex;
@@ -24,7 +24,7 @@ impl Progress {
         let seconds = self.began.elapsed().as_secs();
         let mut out = std::io::stderr().lock();
         let line = format!("{done:3} of {} done, {seconds:4} s: {name}", self.total);
-        // Ignored: a run need not stop because its progress cannot be shown.
+        // Errors are ignored: a run need not stop because its progress cannot be shown.
         let _ = if out.is_terminal() {
             let filled = BAR * done / self.total.max(1);
             write!(out, "\r\x1b[2K[{}{}] {line}", "#".repeat(filled), ".".repeat(BAR - filled))

@@ -1,5 +1,5 @@
-//! Sources of the correct answers: closed forms, event-driven simulation, and quadratic programs solved in f64 by two
-//! methods that share no code.
+//! Sources of the correct answers: closed-form solutions, event-driven simulation, and quadratic programs solved in f64
+//! by two methods that share no code.
 
 pub mod closed;
 pub mod coulomb;

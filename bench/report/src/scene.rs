@@ -4,28 +4,28 @@
 use crate::engine::State;
 use glam::DVec2;
 
-/// Default length of a tick, seconds.
+/// Default length of a tick in seconds.
 pub const TICK_S: f64 = 1.0 / 60.0;
 
-/// The shape of a body, centred on its position.
+/// A body's shape, centred on its position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
     Circle {
         radius: f64,
     },
     Box {
-        /// Half of width and height, units.
+        /// Half the width and height, in units.
         half: DVec2,
     },
 }
 
 impl Shape {
-    /// A box with these half-sizes.
+    /// Creates a box with the given half-sizes.
     pub fn rect(half_width: f64, half_height: f64) -> Shape {
         Shape::Box { half: DVec2::new(half_width, half_height) }
     }
 
-    /// Half the extent on x and y.
+    /// Half the extent along x and y.
     pub fn half_extent(self) -> DVec2 {
         match self {
             Shape::Circle { radius } => DVec2::splat(radius),
@@ -46,7 +46,7 @@ impl Shape {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Motion {
     Static,
-    /// Moves only by its own velocity.
+    /// Moved only by its own velocity.
     Kinematic,
     /// Moved by gravity and contacts.
     Dynamic,
@@ -57,19 +57,19 @@ pub enum Motion {
 pub struct Body {
     pub shape: Shape,
     pub position: DVec2,
-    /// Units/s.
+    /// Velocity in units/s.
     pub velocity: DVec2,
     pub motion: Motion,
-    /// Only used for dynamic bodies.
+    /// Mass; only used for dynamic bodies.
     pub mass: f64,
-    /// Coulomb coefficient; always the same for both bodies of a contact.
+    /// Coulomb friction coefficient, always the same for both bodies of a contact.
     pub friction: f64,
-    /// Always the same for both bodies of a contact.
+    /// Coefficient of restitution, always the same for both bodies of a contact.
     pub restitution: f64,
 }
 
 impl Body {
-    /// A dynamic body of density 1 at rest, friction 0.3, restitution 0.
+    /// Creates a dynamic body at rest with density 1, friction 0.3 and restitution 0.
     pub fn new(shape: Shape, x: f64, y: f64) -> Body {
         Body {
             shape,
@@ -82,27 +82,27 @@ impl Body {
         }
     }
 
-    /// A static body with the same defaults.
+    /// Creates a static body with the same defaults.
     pub fn fixed(shape: Shape, x: f64, y: f64) -> Body {
         Body { motion: Motion::Static, ..Body::new(shape, x, y) }
     }
 
-    /// Returns the body with this velocity.
+    /// Returns the body with the given velocity.
     pub fn moving(self, x: f64, y: f64) -> Body {
         Body { velocity: DVec2::new(x, y), ..self }
     }
 
-    /// Returns the body with this mass.
+    /// Returns the body with the given mass.
     pub fn of_mass(self, mass: f64) -> Body {
         Body { mass, ..self }
     }
 
-    /// Returns the body with this friction and restitution.
+    /// Returns the body with the given friction and restitution.
     pub fn of_stuff(self, friction: f64, restitution: f64) -> Body {
         Body { friction, restitution, ..self }
     }
 
-    /// Returns the body as a kinematic one.
+    /// Returns the body, made kinematic.
     pub fn kinematic(self) -> Body {
         Body { motion: Motion::Kinematic, ..self }
     }
@@ -111,36 +111,36 @@ impl Body {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Drag {
     None,
-    /// -k v, k in 1/s.
+    /// Linear drag, -k v, with k in 1/s.
     Linear(f64),
-    /// -k |v| v, k in 1/unit.
+    /// Quadratic drag, -k |v| v, with k in 1/unit.
     Quadratic(f64),
 }
 
-/// The other end of a spring.
+/// What the other end of a spring is attached to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Hook {
     Point(DVec2),
-    /// Another body, by index.
+    /// Another body, given by its index.
     Body(usize),
 }
 
-/// A spring between two centres. It does not collide.
+/// A spring between two centres, which does not collide.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spring {
-    /// The body at the spring's first end, by index.
+    /// Index of the body at the spring's first end.
     pub body: usize,
     pub to: Hook,
-    /// Rest length, units.
+    /// Rest length in units.
     pub length: f64,
     /// Force per unit of length.
     pub stiffness: f64,
-    /// Force per unit of speed along the spring, or in any direction if its rest length is 0.
+    /// Force per unit of speed along the spring, or in any direction if the rest length is 0.
     pub damping: f64,
 }
 
 impl Spring {
-    /// Force on the spring's body, given the states of both ends.
+    /// The force on the spring's body, given the states of both ends.
     pub fn force(&self, own: State, far: State) -> DVec2 {
         let (offset, speed) = (own.position - far.position, own.velocity - far.velocity);
         if self.length == 0.0 {
@@ -151,7 +151,7 @@ impl Spring {
         -direction * (self.stiffness * stretch + self.damping * speed.dot(direction))
     }
 
-    /// The state of the other end.
+    /// Returns the state of the other end.
     pub fn far(&self, states: &[State]) -> State {
         match self.to {
             Hook::Point(position) => State { position, velocity: DVec2::ZERO },
@@ -163,28 +163,28 @@ impl Spring {
 /// Bodies and their surroundings.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// Units/s^2.
+    /// Gravity in units/s^2.
     pub gravity: DVec2,
-    /// Seconds between two readings; an engine may subdivide it.
+    /// Seconds between two readings; an engine may subdivide this interval.
     pub tick_s: f64,
-    /// Closing speed below which contacts do not bounce, units/s.
+    /// Closing speed below which contacts do not bounce, in units/s.
     pub bounce_threshold: f64,
     /// Drag on every dynamic body.
     pub drag: Drag,
-    /// Velocity of the air, units/s; without drag it has no effect.
+    /// Velocity of the air in units/s; without drag it has no effect.
     pub wind: DVec2,
-    /// Springs between bodies, or to a point.
+    /// Springs between bodies, or between a body and a point.
     pub springs: Vec<Spring>,
     /// Whether bodies at rest fall asleep, in engines that support it.
     pub sleeping: bool,
     /// Whether bodies collide; otherwise they pass through each other.
     pub collides: bool,
-    /// Bodies, in the order in which an engine gets them.
+    /// The bodies, in the order they are added to an engine.
     pub bodies: Vec<Body>,
 }
 
 impl Scene {
-    /// A scene without bodies, with gravity downwards.
+    /// Creates a scene without bodies, with gravity pointing downwards.
     pub fn new(gravity: f64) -> Scene {
         Scene {
             gravity: DVec2::new(0.0, -gravity),
@@ -205,7 +205,7 @@ impl Scene {
         self.bodies.len() - 1
     }
 
-    /// Indices of the dynamic bodies.
+    /// Returns the indices of the dynamic bodies.
     pub fn dynamic(&self) -> impl Iterator<Item = usize> + '_ {
         let bodies = self.bodies.iter().enumerate();
         bodies.filter(|(_, body)| body.motion == Motion::Dynamic).map(|(index, _)| index)
@@ -229,7 +229,7 @@ impl Scene {
         self.collides && self.bodies.len() > 1
     }
 
-    /// The four walls of the shared scenes around (0, 0)-(w, h), 20 thick.
+    /// Adds the four walls of the shared scenes around (0, 0)-(w, h), 20 thick.
     pub fn contain(&mut self, w: f64, h: f64, friction: f64, restitution: f64) {
         let (across, upright) =
             (Shape::rect(w / 2.0 + 20.0, 10.0), Shape::rect(10.0, h / 2.0 + 20.0));
@@ -255,7 +255,7 @@ impl Scene {
 pub struct Mulberry(pub u32);
 
 impl Mulberry {
-    /// A number in [0, 1).
+    /// Returns a number in [0, 1).
     pub fn unit(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x6D2B_79F5);
         let mut t = self.0;
@@ -264,7 +264,7 @@ impl Mulberry {
         f64::from(t ^ (t >> 14)) / 4_294_967_296.0
     }
 
-    /// A number in [low, high).
+    /// Returns a number in [low, high).
     pub fn range(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }

@@ -1,4 +1,4 @@
-//! Overlaps of shapes in f64, to judge results without trusting the contacts of any engine.
+//! Overlaps of shapes in f64, to judge results without trusting any engine's contacts.
 
 use crate::engine::State;
 use crate::scene::{Body, Motion, Shape};
@@ -18,7 +18,7 @@ pub fn overlap(a: Shape, at_a: DVec2, b: Shape, at_b: DVec2) -> f64 {
         | (Shape::Circle { radius }, Shape::Box { half }) => {
             let outside = offset.abs() - half;
             let beyond = outside.max(DVec2::ZERO);
-            // Inside the box the nearest side counts; outside it, the nearest point.
+            // Inside the box, use the nearest side; outside it, the nearest point.
             if beyond == DVec2::ZERO {
                 radius - outside.max_element()
             } else {
@@ -28,7 +28,7 @@ pub fn overlap(a: Shape, at_a: DVec2, b: Shape, at_b: DVec2) -> f64 {
     }
 }
 
-/// All overlaps between two bodies, at least one of them dynamic, found by sort and sweep.
+/// All overlaps between pairs of bodies, at least one of which is dynamic, found by sort and sweep.
 pub fn overlaps(bodies: &[Body], states: &[State]) -> Vec<f64> {
     let axis = longer_axis(bodies, states);
     let low = |i: usize| states[i].position[axis] - bodies[i].shape.half_extent()[axis];

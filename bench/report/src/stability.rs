@@ -1,5 +1,5 @@
 //! The stability cases: stiff and extreme scenes, each with accepted and measured figures. Nothing is tuned to pass; a
-//! failing case is shown as failing, with its figure.
+//! failing case is reported as failing, with its figure.
 
 mod extreme;
 mod moving;
@@ -14,20 +14,20 @@ use crate::methods::Method;
 use crate::scene::Scene;
 pub use watch::{Run, Sample, largest};
 
-/// Overlap that engines allow, units.
+/// Overlap that engines allow, in units.
 pub const SLOP: f64 = 0.005;
 
-/// A case of the list.
+/// A case in the list.
 #[derive(Clone, Copy)]
 pub struct Case {
-    /// S1 to S24.
+    /// The case's id, from S1 to S24.
     pub id: &'static str,
     pub title: &'static str,
     /// Runs the case with one solver.
     pub run: fn(&Subject) -> Outcome,
 }
 
-/// A solver under test in a case.
+/// A solver to which a case is applied.
 #[derive(Clone, Copy)]
 pub struct Subject {
     /// The method at its default setting.
@@ -37,7 +37,7 @@ pub struct Subject {
 }
 
 impl Subject {
-    /// Creates an engine with the scene in it.
+    /// Creates an engine that contains the scene.
     pub fn build(&self, scene: &Scene) -> Result<Box<dyn Engine>, String> {
         (self.method.build)(scene, self.method.default.unwrap_or(self.method.settings[0]))
     }
@@ -48,16 +48,16 @@ impl Subject {
     }
 }
 
-/// One figure against its bound.
+/// One figure compared with its bound.
 #[derive(Clone, Debug)]
 pub struct Check {
-    /// Variant of the case; may be empty.
+    /// The variant of the case; may be empty.
     pub variant: String,
     /// The measured quantity, with its unit.
     pub metric: &'static str,
-    /// The largest value that passes.
+    /// The largest accepted value.
     pub accepted: f64,
-    /// The measured value; NaN fails.
+    /// The measured value; NaN counts as a failure.
     pub measured: f64,
 }
 
@@ -68,14 +68,14 @@ impl Check {
     }
 }
 
-/// Results of a case.
+/// The results of a case.
 #[derive(Default)]
 pub struct Outcome {
     /// All figures, in the same order for every solver.
     pub checks: Vec<Check>,
     /// A run to plot, with its name.
     pub series: Option<(String, Vec<Sample>)>,
-    /// The reason why the case could not be run, if so.
+    /// The reason the case could not be run, if any.
     pub not_applicable: Option<String>,
 }
 
@@ -84,7 +84,7 @@ impl Outcome {
         self.checks.push(Check { variant: variant.into(), metric, accepted, measured });
     }
 
-    /// Keeps a run for the small plots, if it is the first.
+    /// Keeps a run for the small plots if it is the first one.
     pub fn draw(&mut self, variant: &str, run: &Run) {
         if self.series.is_none() {
             self.series = Some((variant.into(), run.samples.clone()));
@@ -106,7 +106,7 @@ pub(crate) fn outcome(run: impl FnOnce(&mut Outcome) -> Result<(), String>) -> O
     outcome
 }
 
-/// All cases, in order.
+/// Returns all cases in order.
 pub fn all() -> Vec<Case> {
     let mut cases: Vec<Case> = Vec::new();
     cases.extend(resting::CASES);
@@ -122,7 +122,7 @@ pub fn all() -> Vec<Case> {
 /// A case with one outcome per solver.
 pub struct Verdicts {
     pub case: Case,
-    /// Outcomes by solver, in the order of the methods.
+    /// One outcome per solver, in the order of the methods.
     pub outcomes: Vec<Outcome>,
 }
 

@@ -1,5 +1,5 @@
-//! Work and precision on one problem: every method at every setting, with errors from one run and times from many
-//! interleaved ones. Computes the Pareto set, the slope against the step size and the floor of f32.
+//! Measures work and precision on one problem, for every method at every setting, with errors from one run and times
+//! from many interleaved ones. Computes the Pareto set, the slope against the step size and the floor of f32.
 
 use crate::engine::{Engine, Trace};
 use crate::methods::{Family, Field, Method};
@@ -11,31 +11,31 @@ use std::time::Instant;
 /// A measure of the error.
 #[derive(Clone, Copy)]
 pub struct Norm {
-    /// Name, as on an axis.
+    /// Name, as shown on an axis.
     pub name: &'static str,
-    /// Unit; empty for a pure number.
+    /// Unit of the error; empty for a pure number.
     pub unit: &'static str,
-    /// Computes the error of a run; not negative.
+    /// Computes the error of a run, which is never negative.
     pub of: fn(&Scene, &Trace) -> f64,
 }
 
 /// A problem whose answer is known.
 #[derive(Clone, Copy)]
 pub struct Problem {
-    /// Number in the list, with a letter if one number has several scenes.
+    /// Number in the list, with a letter if several scenes share the number.
     pub id: &'static str,
     pub title: &'static str,
     /// The scene in a sentence or two.
     pub about: &'static str,
-    /// Source of the correct answer.
+    /// Where the correct answer comes from.
     pub reference: &'static str,
-    /// Creates the scene, once for every engine.
+    /// Creates the scene; called once for every engine.
     pub scene: fn() -> Scene,
-    /// Ticks of a run.
+    /// Number of ticks in a run.
     pub ticks: u32,
-    /// Norms; the first one is drawn.
+    /// The norms; the first one is plotted.
     pub norms: &'static [Norm],
-    /// Magnitude of the drawn quantity: f32 cannot resolve it to better than 2^-24 of this.
+    /// Magnitude of the plotted quantity, which f32 cannot resolve to better than 2^-24 of this value.
     pub magnitude: f64,
 }
 
@@ -51,9 +51,9 @@ impl Problem {
 pub struct Point {
     pub setting: f64,
     pub errors: Vec<f64>,
-    /// Shortest processor time per tick over all runs, microseconds.
+    /// Shortest processor time per tick over all runs, in microseconds.
     pub best_us: f64,
-    /// Median of the runs, microseconds.
+    /// Median processor time per tick over all runs, in microseconds.
     pub median_us: f64,
     /// Body steps and pair solves per tick; `None` if the engine does not count them.
     pub work: Option<f64>,
@@ -64,7 +64,7 @@ pub struct Point {
 /// The points of one method at all settings that gave a result.
 pub struct Curve {
     pub method: Method,
-    /// Points in the order of the settings.
+    /// The points, in the order of the settings.
     pub points: Vec<Point>,
     /// d log error / d log step over the points above the floor, if the knob divides the step.
     pub slope: Option<f64>,
@@ -72,7 +72,7 @@ pub struct Curve {
 
 /// An omitted point or method, and the reason.
 pub struct Omission {
-    /// The method, with its setting if only that one is omitted.
+    /// The method, with a setting if only that setting is omitted.
     pub what: String,
     pub why: String,
 }
@@ -80,25 +80,25 @@ pub struct Omission {
 /// A problem with all its measurements.
 pub struct Study {
     pub problem: Problem,
-    /// Curves in the order of the table of methods.
+    /// The curves, in the order of the table of methods.
     pub curves: Vec<Curve>,
-    /// Methods that do not apply or failed.
+    /// Methods that do not apply or that failed.
     pub omissions: Vec<Omission>,
-    /// Timed runs of each point.
+    /// Number of timed runs of each point.
     pub rounds: u32,
 }
 
 /// How long to measure.
 #[derive(Clone, Copy)]
 pub struct Effort {
-    /// Seconds of timed runs per problem.
+    /// Number of seconds of timed runs per problem.
     pub budget_s: f64,
-    /// Fewest and most runs of a point.
+    /// Minimum and maximum number of runs per point.
     pub rounds: (u32, u32),
 }
 
 impl Effort {
-    /// A quick run takes a few minutes in total; otherwise it is thorough.
+    /// The effort for a quick run, which takes a few minutes in total, or for a thorough one.
     pub fn of(quick: bool) -> Effort {
         match quick {
             true => Effort { budget_s: 6.0, rounds: (3, 9) },
@@ -107,7 +107,7 @@ impl Effort {
     }
 }
 
-/// Gravity above which a scene counts as a game's, units/s^2.
+/// Gravity above which a scene counts as typical of games, in units/s^2.
 const STRONG: f64 = 25.0;
 
 /// Measures all methods on a problem.
@@ -145,8 +145,8 @@ pub fn measure(problem: Problem, methods: &[Method], effort: Effort) -> Study {
     Study { problem, curves, omissions, rounds }
 }
 
-/// Errors larger than this multiple of a problem's magnitude do not count as results; they would leave no room for the
-/// others in a plot.
+/// Errors larger than this multiple of a problem's magnitude do not count as results; they would leave no room for
+/// other results in a plot.
 const BLOWN_UP: f64 = 10.0;
 
 /// A point under measurement.
@@ -160,7 +160,7 @@ struct Entry {
 }
 
 impl Entry {
-    /// The run from which the errors are computed; it is not timed.
+    /// Runs once, without timing, to compute the errors.
     fn first(
         problem: &Problem,
         scene: &Scene,
@@ -189,7 +189,7 @@ impl Entry {
         }
     }
 
-    /// Processor time per tick of one more run, microseconds.
+    /// Processor time per tick of one more run, in microseconds.
     fn timed(&self, problem: &Problem, scene: &Scene) -> f64 {
         let Ok(mut engine) = (self.method.build)(scene, self.setting) else { return f64::NAN };
         let before = thread_time_us();
@@ -236,7 +236,7 @@ fn collect(problem: &Problem, entries: Vec<Entry>, omissions: &mut Vec<Omission>
     curves
 }
 
-/// Marks the points that no other engine's point beats. Yardsticks do not take part.
+/// Marks the points that no other engine's point beats, ignoring the reference methods.
 fn mark_pareto(curves: &mut [Curve]) {
     let engines = curves.iter().filter(|curve| curve.method.family != Family::Yardstick);
     let all: Vec<(f64, f64)> =
@@ -252,7 +252,7 @@ fn mark_pareto(curves: &mut [Curve]) {
 /// Times and errors that differ by less than this share count as equal, because times are not known more precisely.
 const ALIKE: f64 = 0.05;
 
-/// Whether one is clearly better in time or error and no worse in the other.
+/// Whether `one` is clearly better in time or error and no worse in the other respect.
 fn beats(one: (f64, f64), other: (f64, f64)) -> bool {
     let no_worse = |a: f64, b: f64| a <= b * (1.0 + ALIKE);
     let better = |a: f64, b: f64| a < b * (1.0 - ALIKE);
@@ -267,7 +267,7 @@ fn slope(curve: &Curve, problem: &Problem) -> Option<f64> {
     if !curve.method.divides_step {
         return None;
     }
-    // Beyond the most precise point, rounding errors grow with the number of steps.
+    // Beyond the most precise point, rounding errors increase with the number of steps.
     let errors = || curve.points.iter().map(|point| point.errors[0]).enumerate();
     let best = errors().min_by(|a, b| a.1.total_cmp(&b.1))?.0;
     let falling = &curve.points[..=best];
@@ -288,14 +288,14 @@ pub fn least_squares(points: &[(f64, f64)]) -> f64 {
 }
 
 impl Study {
-    /// The default point of a method, as used by a scene that sets nothing but its solver.
+    /// A method's default point, as used by a scene that specifies only its solver.
     pub fn default_of(&self, method: &str) -> Option<(&Curve, &Point)> {
         let ours = self.curves.iter().find(|curve| curve.method.name == method)?;
         let point = ours.points.iter().find(|p| Some(p.setting) == ours.method.default)?;
         Some((ours, point))
     }
 
-    /// The most precise point of a family; the faster one if two tie.
+    /// The most precise point of a family, or the faster one in case of a tie.
     pub fn best(&self, family: Family) -> Option<(&Curve, &Point)> {
         let curves = self.curves.iter().filter(|curve| curve.method.family == family);
         let points = curves.flat_map(|curve| curve.points.iter().map(move |point| (curve, point)));

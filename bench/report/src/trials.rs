@@ -1,5 +1,5 @@
-//! Random trials by the million. Each is determined by (seed, number) alone, so any trial can be replayed on its own,
-//! and a stopped run can be continued.
+//! Runs random trials by the million. Each is determined by (seed, number) alone, so any trial can be replayed on its
+//! own, and a stopped run can be continued.
 
 pub mod scenes;
 pub mod shots;
@@ -31,29 +31,29 @@ pub struct Arguments {
 /// Result of a trial.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
-    /// Kind of the trial.
+    /// The kind of trial.
     pub kind: &'static str,
-    /// The failure with figures, if any.
+    /// The failure with its figures, if any.
     pub failure: Option<Failure>,
     /// How far a body was pressed into a wall beyond the allowed depth, in half-sizes; 0 if none was.
     pub pressed: f64,
 }
 
-/// A failure.
+/// How a trial failed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Failure {
-    /// Type of the failure, for the table.
+    /// The type of failure, for the table.
     pub sort: &'static str,
-    /// Details.
+    /// Details of the failure.
     pub detail: String,
 }
 
-/// Trials and failures of a kind.
+/// Number of trials and failures of one kind.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Tally {
     /// Number of trials.
     pub trials: u64,
-    /// Number of failures, by sort.
+    /// Number of failures of each sort.
     pub failures: BTreeMap<&'static str, u64>,
     /// Number of trials in which a body was pressed into a wall, which does not count as a failure.
     pub pressed: u64,
@@ -61,7 +61,7 @@ pub struct Tally {
     pub deepest: f64,
 }
 
-/// Tallies by kind.
+/// One tally per kind of trial.
 pub type Tallies = BTreeMap<&'static str, Tally>;
 
 /// Runs trials one after another, prints progress, and prints every failure with the command that replays it. Returns
@@ -105,7 +105,7 @@ fn show(line: &str) {
     let _ = out.flush();
 }
 
-/// Prints the table; returns whether there were no failures.
+/// Prints the table and returns whether there were no failures.
 pub fn conclude(tallies: &Tallies) -> bool {
     let mut good = true;
     for (kind, tally) in tallies {

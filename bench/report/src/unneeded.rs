@@ -1,8 +1,8 @@
-//! Costs of features for scenes that do not use them: instructions per step, counted by callgrind, bytes on the wire,
-//! and resources created by the page.
+//! Measures what features cost scenes that do not use them: instructions per step, counted by callgrind, bytes on the
+//! wire, and resources created by the page.
 //!
-//! Instructions are counted in the program `steps`, which plays a bare world. The count per step is that of a long run
-//! minus that of a short one, divided by the difference in steps, and does not depend on timing or other load.
+//! Instructions are counted in the program `steps`, which plays a bare world. The count per step is the difference
+//! between a long run and a short one, divided by the difference in steps, and does not depend on timing or other load.
 
 mod bytes;
 
@@ -16,15 +16,15 @@ use std::fmt::Write;
 use std::path::Path;
 use std::process::Command;
 
-/// Share by which a step of a bare world may exceed the baseline.
+/// Relative amount by which a step of a bare world may exceed the baseline.
 pub const ACCEPTED: f64 = 0.01;
-/// Steps of the short and of the long run. In between, bodies fall, land and come to rest.
+/// Number of steps in the short run and in the long run. Between the two, bodies fall, land and come to rest.
 const STEPS: [u32; 2] = [20, 140];
-/// Accepted instructions per step of the bare worlds.
+/// The accepted number of instructions per step of the bare worlds.
 const BASELINE: &str = include_str!("../baseline.csv");
 
-/// A world without any feature: its solver, and its kind of bodies: boxes, circles, or strangers, which are boxes that
-/// do not collide.
+/// A world without any features, as its solver and its kind of bodies: boxes, circles, or strangers, which are boxes
+/// that do not collide.
 type Bare = [&'static str; 2];
 
 const BARE: [Bare; 6] = [
@@ -36,13 +36,13 @@ const BARE: [Bare; 6] = [
     ["conjugate", "strangers"],
 ];
 
-/// A feature, and the bare world to which it is added.
+/// A feature and the bare world that it is added to.
 #[derive(Clone, Copy)]
 struct Row {
-    /// Name of the feature for `steps`.
+    /// The feature's name, as passed to `steps`.
     feature: &'static str,
     bare: Bare,
-    /// Whether a plan can name the feature although no body has it.
+    /// Whether a plan can name the feature even though no body has it.
     is_named: bool,
 }
 
@@ -76,7 +76,7 @@ const ROWS: [Row; 18] = [
     unnamed("conjugate", "touches", "strangers"),
 ];
 
-/// Title of a feature in the tables.
+/// A feature's title in the tables.
 fn title(feature: &'static str) -> &'static str {
     match feature {
         "kinematic" => "kinematic bodies",
@@ -86,17 +86,17 @@ fn title(feature: &'static str) -> &'static str {
     }
 }
 
-/// Instructions per step of a bare world.
+/// Number of instructions per step of a bare world.
 #[derive(Clone, Debug)]
 pub struct Absent {
     bare: Bare,
     now: f64,
-    /// The figure in the baseline.
+    /// The number of instructions in the baseline.
     before: f64,
 }
 
 impl Absent {
-    /// Relative growth.
+    /// Relative growth since the baseline.
     fn growth(&self) -> f64 {
         self.now / self.before - 1.0
     }
@@ -107,7 +107,7 @@ impl Absent {
 pub struct Cost {
     feature: &'static str,
     bare: Bare,
-    /// Cost if the plan names the feature and no body has it; `None` if a plan cannot name it.
+    /// Cost if the plan names the feature but no body has it; `None` if a plan cannot name it.
     named: Option<f64>,
     /// Cost if one body has the feature.
     one: f64,
@@ -115,13 +115,13 @@ pub struct Cost {
 
 #[derive(Clone, Debug, Default)]
 pub struct Costs {
-    /// Empty without valgrind, as is `features`.
+    /// Instructions of the bare worlds. Empty without valgrind, as is `features`.
     absent: Vec<Absent>,
     features: Vec<Cost>,
     bytes: Vec<Bytes>,
 }
 
-/// Measures with the program `steps`.
+/// Measures all costs with the program `steps`.
 pub fn measure(steps: &Path) -> Result<Costs> {
     let bytes = bytes::measure()?;
     if !has_valgrind() {
@@ -141,7 +141,7 @@ pub fn measure(steps: &Path) -> Result<Costs> {
     Ok(Costs { absent, features: features.into_iter().collect::<Result<_>>()?, bytes })
 }
 
-/// The figure in the baseline.
+/// Looks up a bare world in the baseline.
 fn baseline(bare: Bare) -> Result<f64> {
     let start = format!("{},", bare.join(","));
     let found = BASELINE.lines().find_map(|line| line.strip_prefix(&start));
@@ -167,7 +167,7 @@ fn cost(steps: &Path, row: &Row, absent: &Count) -> Result<Cost> {
 }
 
 struct Count {
-    /// Instructions of one step.
+    /// Number of instructions in one step.
     instructions: f64,
     /// Hash of the final world.
     hash: String,
@@ -180,7 +180,7 @@ fn count(steps: &Path, bare: Bare, feature: Option<[&str; 2]>) -> Result<Count> 
     Ok(Count { instructions: (many - few) / f64::from(long - short), hash })
 }
 
-/// Returns the instructions of a whole run, as callgrind reports them, and the hash of its world.
+/// Returns the number of instructions in a whole run, as reported by callgrind, and the hash of its world.
 fn counted(
     program: &Path,
     bare: Bare,
@@ -201,7 +201,7 @@ fn counted(
     }
 }
 
-/// The current figures of the bare worlds, to replace the baseline if growth is intended.
+/// The current figures of the bare worlds, to replace the baseline with if growth is intended.
 pub fn baseline_csv(costs: &Costs) -> String {
     let mut csv = Csv::new(&["solver", "bodies", "instructions a step"]);
     for Absent { bare: [solver, bodies], now, .. } in &costs.absent {
@@ -210,7 +210,7 @@ pub fn baseline_csv(costs: &Costs) -> String {
     csv.finish()
 }
 
-/// The numbers in this section of the report.
+/// The numbers in this section of the report, as CSV.
 pub fn csv(costs: &Costs) -> String {
     let mut csv =
         Csv::new(&["feature", "solver", "bodies", "named by the plan", "one body has it"]);
@@ -240,14 +240,14 @@ pub const ABOUT: &str = "A scene is compiled to a plan when it loads, and what t
     sleeping, kinematic bodies and continuous collision cannot be named; for sleeping, the whole world \
     may sleep.";
 
-/// Shown where no plan can name the feature.
+/// Shown if no plan can name the feature.
 const NO_PLAN: &str = "nothing to name";
 
 fn percent(share: f64) -> String {
     format!("{:+.2} %", share * 100.0)
 }
 
-/// Rows of a table, with verdicts if any.
+/// The rows of a table, with any verdicts.
 struct Table {
     head: Vec<&'static str>,
     rows: Vec<(Vec<String>, Option<bool>)>,
@@ -356,7 +356,7 @@ pub fn markdown(results: &Results, text: &mut String) {
 const BYTES: &str =
     "Bytes are those of a snapshot, mean of 600 ticks, for one player with a hero at rest.";
 
-/// Resources that the page creates; the browser test `needs.rs` checks this.
+/// The resources that the page creates, as checked by the browser test `needs.rs`.
 const PAGE: &str = "The page makes 2 pipelines (ground, solids) and one texture (light, 16 KiB) for \
     every scene, and what draws particles as soon as a scene that can make some is shown, not before. A \
     browser test counts programs and textures at the WebGL context. The download is the same for all \
@@ -364,7 +364,7 @@ const PAGE: &str = "The page makes 2 pipelines (ground, solids) and one texture 
     collision are nothing that a message or the page knows of.";
 
 impl Bytes {
-    /// Resources that the page creates for the feature, in addition to those for every scene.
+    /// The resources that the page creates for the feature, in addition to those that every scene needs.
     fn on_the_page(&self) -> &'static str {
         if self.draws_particles { PARTICLES_ON_THE_PAGE } else { "nothing" }
     }

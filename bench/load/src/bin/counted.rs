@@ -1,5 +1,5 @@
-//! `jostle` with a counting allocator: it prints the number of allocations per second, in all threads, sessions and
-//! sockets, on stderr. `cargo xtask load --allocations` runs it.
+//! `jostle` with a counting allocator: it prints the number of allocations per second, across all threads, sessions and
+//! sockets, to stderr. `cargo xtask load --allocations` runs it.
 
 use stats_alloc::{INSTRUMENTED_SYSTEM, StatsAlloc};
 use std::alloc::System;

@@ -1,11 +1,11 @@
-//! Compares the worst tick predicted by a scene's plan with the worst one measured in two games: the one that the
-//! plan's trial plays, and another one. Runs for the shipped scenes and for random ones, whose bodies are stirred in
-//! the second game too: `--count 1000 --seed 1`.
+//! Compares the worst tick predicted by a scene's plan with the worst one measured in two games, the one that the
+//! plan's trial plays and another. Covers the shipped scenes and random ones, whose bodies are stirred in the second
+//! game too: `--count 1000 --seed 1`.
 //!
-//! A plan's milliseconds are those of the machine on which its cost model was fitted, while this machine may be slower
-//! or shared. Times are therefore measured relative to the pace, the time of a reference scene played in between. The
-//! summary converts them back: a pace is worth the median, over all scenes, of the ratio between the worst tick's time
-//! by the cost model and its measured time.
+//! A plan's milliseconds refer to the machine on which its cost model was fitted, whereas this machine may be slower or
+//! shared. Times are therefore measured relative to the pace, the time of a reference scene played in between. The
+//! summary converts them back: one pace equals the median, over all scenes, of the ratio between the worst tick's time
+//! according to the cost model and its measured time.
 
 use clap::Parser;
 use jostle_game::Scene;
@@ -17,12 +17,12 @@ use jostle_sim::Rng;
 use std::rc::Rc;
 use std::sync::Arc;
 
-/// Ticks of the second game: a minute.
+/// Number of ticks in the second game: a minute.
 const TICKS: u32 = 3600;
-/// Number of periods of each kind that are replayed, and how often.
+/// Number of periods of each kind that are replayed, and the number of replays.
 const PERIODS: usize = 5;
 const ROUNDS: usize = 3;
-/// Ticks in which a new or cloned game still allocates memory; they do not count as the worst.
+/// Number of ticks during which a new or cloned game still allocates memory; they never count as the worst.
 const FIRST_TICKS: usize = 3;
 /// An estimate above this multiple of the worst tick counts as too high.
 const RATIO_MAX: f64 = 4.0;
@@ -32,23 +32,23 @@ struct Arguments {
     /// Number of random scenes to play after the shipped ones
     #[arg(long, default_value_t = 0)]
     count: u64,
-    /// Number of the first one
+    /// Number of the first random scene
     #[arg(long, default_value_t = 0)]
     from: u64,
     /// Seed of the random scenes and of all games except the trials, whose seed is 7
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Leave the shipped scenes out
+    /// Leave out the shipped scenes
     #[arg(long)]
     random_only: bool,
 }
 
-/// Comparison of a scene's plan with the measurement.
+/// A scene's plan compared with the measurement.
 #[derive(Clone, Copy)]
 struct Comparison {
     /// The plan's worst tick in ms, divided by the measured one in paces.
     plan_ms_per_pace: f64,
-    /// The measured worst tick in paces, divided by its time by the cost model in ms.
+    /// The measured worst tick in paces, divided by its time according to the cost model in ms.
     paces_per_ms: f64,
 }
 
@@ -113,7 +113,7 @@ fn summarise(scenes: &str, rows: &[Comparison], paces_per_ms: f64) {
     );
 }
 
-/// Prints the row of a scene and returns its figures.
+/// Prints a scene's row and returns its figures.
 fn report(scene: &Scene, about: &str, played: &Played) -> Comparison {
     let limits = WorstTick::of(scene).ms;
     let (name, bodies) = (&scene.name, scene.world.bodies_max);
@@ -127,16 +127,16 @@ fn report(scene: &Scene, about: &str, played: &Played) -> Comparison {
 
 /// A scene's plan and its measurements.
 struct Played {
-    /// The plan's worst tick, ms.
+    /// The plan's worst tick in ms.
     plan: f64,
-    /// Mean time of a tick, ms.
+    /// Mean time of a tick in ms.
     mean: f64,
-    /// Time of the worst tick: measured, in paces, and by the cost model, ms.
+    /// Time of the worst tick: measured in paces, and according to the cost model in ms.
     worst: f64,
     by_counts: f64,
 }
 
-/// Plays the trial of a scene, then another game of one minute, in which bodies are stirred if `are_stirred` is set.
+/// Plays a scene's trial and then another game for one minute, in which bodies are stirred if `are_stirred` is set.
 fn play(scene: &Arc<Scene>, seed: u64, are_stirred: bool, pace: &Pace) -> Played {
     let mut clock = Clock::default();
     let trial = Trial::played(scene, &mut |game, is_stirred| clock.tick(game, is_stirred));
@@ -151,8 +151,8 @@ fn play(scene: &Arc<Scene>, seed: u64, are_stirred: bool, pace: &Pace) -> Played
     Played { plan, mean: clock.mean(), worst, by_counts }
 }
 
-/// The machine's current speed. Because others share it, the same work may take 1.7 times as long as at the best of
-/// times.
+/// The machine's current speed. Because the machine is shared, the same work may take 1.7 times as long as under ideal
+/// conditions.
 struct Pace(Period);
 
 impl Pace {
@@ -164,42 +164,42 @@ impl Pace {
         Pace(Period { start: Rc::new(game), ticks: ticks.collect() })
     }
 
-    /// Mean time of the ticks after a stir in a scene with 532 bodies, ms.
+    /// Mean time of the ticks after a stir in a scene with 532 bodies in ms.
     fn now(&self) -> f64 {
         self.0.play().iter().skip(FIRST_TICKS).sum::<f64>() / f64::from(STIR_TICKS)
     }
 }
 
-/// Time of a tick, ms: measured, and by the cost model.
+/// Time of a tick in ms, measured and according to the cost model.
 #[derive(Clone, Copy)]
 struct Times {
     measured: f64,
     by_counts: f64,
 }
 
-/// The times by which periods are compared.
+/// The times that periods are compared by.
 const KEYS: [fn(&Times) -> f64; 2] = [|times| times.measured, |times| times.by_counts];
 
 /// Times the ticks of games. At the end the periods with the longest ticks are replayed, since the same tick always
 /// does the same work.
 #[derive(Default)]
 struct Clock {
-    /// Total time of the first run, ms, and its number of ticks.
+    /// Total time of the first run in ms, and its number of ticks.
     total: f64,
     ticks: u32,
     period: Option<Period>,
     /// The game at the start of the next period; periods overlap by [`FIRST_TICKS`].
     next: Option<Rc<RandomGame>>,
-    /// The periods with the longest ticks, longest first: by measured time, which includes disturbances by other
+    /// The periods with the longest ticks, longest first: by measured time, which includes interference from other
     /// programs, and by the cost model.
     longest: [Vec<Period>; 2],
 }
 
-/// Some ticks of a game.
+/// A range of a game's ticks.
 #[derive(Clone)]
 struct Period {
     start: Rc<RandomGame>,
-    /// For each tick, whether it is stirred, and its times, which the first ticks lack.
+    /// For each tick, whether bodies are stirred in it, and its times, except for the first ticks.
     ticks: Vec<(bool, Option<Times>)>,
 }
 
@@ -225,7 +225,7 @@ impl Clock {
         }
     }
 
-    /// Ends the current period, as at the end of a game.
+    /// Ends the current period, which also happens at the end of a game.
     fn end_period(&mut self) {
         let Some(period) = self.period.take() else { return };
         for (list, key) in self.longest.iter_mut().zip(KEYS) {
@@ -236,7 +236,7 @@ impl Clock {
     }
 
     /// Replays the longest periods. Returns the time of the worst tick in paces, as the median of several runs, and its
-    /// time by the cost model, ms.
+    /// time according to the cost model in ms.
     fn worst_tick(&self, pace: &Pace) -> (f64, f64) {
         let mut periods: Vec<&Period> = self.longest.iter().flatten().collect();
         periods.sort_by_key(|period| Rc::as_ptr(&period.start));
@@ -267,13 +267,13 @@ impl Clock {
 }
 
 impl Period {
-    /// Replays the period and returns the times of its ticks, ms.
+    /// Replays the period and returns the times of its ticks in ms.
     fn play(&self) -> Vec<f64> {
         let mut game = RandomGame::clone(&self.start);
         self.ticks.iter().map(|(is_stirred, _)| timed(&mut game, *is_stirred).measured).collect()
     }
 
-    /// The time of the longest tick, by one of the keys.
+    /// The time of the longest tick according to one of the keys.
     fn longest(&self, key: fn(&Times) -> f64) -> f64 {
         self.ticks.iter().filter_map(|(_, times)| times.as_ref()).map(key).fold(0.0, f64::max)
     }
@@ -341,12 +341,12 @@ fn random(seed: u64, number: u64) -> String {
     text + &listed.replace("SIDE", &inner) + &springs
 }
 
-/// Bodies at random positions, joined in a row, as a grid or at random by springs of any stiffness.
+/// Bodies at random positions, joined by springs of any stiffness in a row, as a grid or at random.
 fn springs(rng: &mut Rng, side: f32, lightest: f32) -> String {
     let (rows, columns) = (1 + rng.below(10), 2 + rng.below(24));
     let count = rows * columns;
     let joins_at_random = rng.below(3) == 0;
-    // A scene's masses may differ by a factor of a million.
+    // Masses in a scene may differ by a factor of up to a million.
     let heaviest = 10f32.powi(rng.below(6) as i32).min(3e5 * lightest);
     let stiffness = rng.range(0.0, 9.0);
     let damping = if rng.below(2) == 0 { 0.0 } else { rng.range(0.0, 0.5) };

@@ -2,7 +2,8 @@
 //! hash.
 //!
 //! A bare world has only boxes or circles, without friction, bounces or particles; `strangers` are boxes that do not
-//! collide. With `named` as WAY, the plan names a feature that no body has; with `one`, a single body has it.
+//! collide. If WAY is `named`, the plan names a feature that no body has; if it is `one`, a single body has the
+//! feature.
 
 use jostle_sim::{
     BodyDef, Conjugate, Drag, EmitterDef, ForceSettings, GROUPS_MAX, Motion, Recipe, Relaxation,
@@ -40,11 +41,11 @@ fn main() -> ExitCode {
     }
 }
 
-/// A bare world before it is built.
+/// The description of a bare world.
 struct Bare {
     settings: WorldSettings,
     shape: fn(Vec2) -> Shape,
-    /// The first falling body, without its position.
+    /// The first falling body, except for its position.
     first: BodyDef,
     /// The first body's shape, if it differs from that of the others.
     first_shape: Option<fn(Vec2) -> Shape>,
@@ -98,7 +99,7 @@ impl Bare {
         Some(self)
     }
 
-    /// Gives a feature to one body, or to the world if it is not a feature of bodies.
+    /// Gives a feature to one body, or to the world if bodies cannot have it.
     fn one(mut self, feature: &str) -> Option<Bare> {
         match feature {
             "friction" => self.first.friction = 0.5,
@@ -140,7 +141,7 @@ impl Bare {
         Some(format!("{:016x}", world.hash()))
     }
 
-    /// Adds a floor and two walls, made of slabs or pegs, and a rain of bodies above them.
+    /// Adds a floor and two walls, made of slabs or pegs, and bodies that rain down on them.
     fn fill(&self, world: &mut World) {
         let (outside, far) = (-0.5 * CELL, (COLUMNS as f32 + 0.5) * CELL);
         let mut motion = self.peg;

@@ -1,4 +1,5 @@
-//! Draws the picture's two panels: medians of all methods on the left, the defaults for each problem on the right.
+//! Draws the picture's two panels: the medians of all methods on the left, and the default settings for each problem on
+//! the right.
 
 use super::{Ratio, Row, Trail};
 use crate::methods::{Family, SOLVERS};
@@ -20,7 +21,7 @@ const LABEL_ROW: f64 = 14.0;
 const LABEL_GAP: f64 = 6.0;
 /// Width of the row names.
 const NAMES: f64 = 266.0;
-/// Decades that are drawn; values outside are drawn at the edge.
+/// The decades to draw; values outside are drawn at the edge.
 const TIMES: Scale = Scale::Log { low: -2, high: 2, zero: false };
 const ERRORS: Scale = Scale::Log { low: -5, high: 2, zero: false };
 const ROW_ERRORS: Scale = Scale::Log { low: -6, high: 3, zero: false };
@@ -151,7 +152,7 @@ impl Panel {
         }
     }
 
-    /// Draws the names beside the panel in the order of the curves' last points, each with a thin line to that point.
+    /// Draws the names next to the panel in the order of the curves' last points, each with a thin line to that point.
     fn labels(&self, trails: &[Trail], svg: &mut String) {
         let end = |trail: &Trail| {
             let mut spots = trail.medians.iter().map(|(_, ratio)| self.at(*ratio));
@@ -166,7 +167,7 @@ impl Panel {
         let mut below: f64 = order.iter().map(|(trail, _)| high(trail)).sum();
         let mut next = TOP + 8.0;
         for (trail, spot) in order {
-            // As near to the curve's end as the labels above and below allow.
+            // As close to the end of the curve as the labels above and below allow.
             let y = (spot.1 + 4.0).max(next).min(self.bottom - below + LABEL_ROW);
             (next, below) = (y + high(trail), below - high(trail));
             let leader = Style { color: "#c4c4c4", dash: "", marker: Marker::None };
@@ -201,7 +202,7 @@ fn ring(spot: (f64, f64), radius: f64, svg: &mut String) {
     let _ = writeln!(svg, "<path d=\"{}\" {look}/>", circle(spot, radius));
 }
 
-/// Draws one row per problem with the defaults of the scene solvers and of the peers.
+/// Draws one row per problem with the default settings of the scene solvers and of the peers.
 fn by_problem(rows: &[Row], bottom: f64, svg: &mut String) {
     let (left, right) = RIGHT;
     text(left - NAMES, TOP - 28.0, HEAD, "Defaults, problem by problem", svg);
@@ -302,7 +303,7 @@ fn times(value: f64) -> String {
     }
 }
 
-/// Whether a trail is that of a scene solver with its step knob, or of a peer in its usual configuration.
+/// Whether a trail belongs to a scene solver with its step knob, or to a peer in its usual configuration.
 fn is_main(trail: &Trail) -> bool {
     SOLVERS.contains(&trail.name) || trail.family == Family::Peer && !trail.name.contains("unit")
 }

@@ -1,4 +1,4 @@
-//! Disturbances of random scenes, and platforms that move by themselves.
+//! Disturbances for random scenes, and platforms that move by themselves.
 
 use super::{Setting, WALLS, direction, range, round};
 use crate::engine::{Engine, State};
@@ -6,18 +6,18 @@ use crate::scene::{Body, Scene, Shape};
 use glam::DVec2;
 use jostle_sim::Rng;
 
-/// A disturbance at regular intervals, in ticks.
+/// A disturbance that acts at regular intervals, given in ticks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Disturbance {
-    /// Each velocity changes by up to `speed`, units/s.
+    /// Changes each velocity by up to `speed`, in units/s.
     Shake { every: u32, speed: f64 },
-    /// Gravity turns by 90 degrees.
+    /// Turns gravity by 90 degrees.
     Turn { every: u32 },
-    /// Pushes all bodies away from a random point, with a strength that falls with distance.
+    /// Pushes all bodies away from a random point, with a strength that decreases with distance.
     Blast { every: u32, reach: f64, speed: f64 },
-    /// All bodies gain speed towards a point in every tick; the point jumps.
+    /// Accelerates all bodies in every tick towards a point that jumps around.
     Pull { every: u32, gain: f64 },
-    /// Slings some bodies away.
+    /// Flings some bodies away.
     Sling { every: u32, count: u32, speed: f64 },
 }
 
@@ -79,7 +79,7 @@ impl Disturbance {
     }
 }
 
-/// The gravity during a tick.
+/// Returns the gravity for a tick.
 pub fn gravity(disturbances: &[Disturbance], gravity: DVec2, tick: u32) -> DVec2 {
     let last = disturbances.iter().rev().find_map(|disturbance| match disturbance {
         Disturbance::Turn { every } if tick >= *every => Some(turned(gravity, tick / every)),
@@ -96,7 +96,7 @@ fn place(rng: &mut Rng, size: DVec2) -> DVec2 {
     DVec2::new(range(rng, 0.0, size.x), range(rng, 0.0, size.y))
 }
 
-/// A piston in the floor that rises and sinks. Its height exceeds its travel, so that nothing gets below it.
+/// A piston in the floor that moves up and down. It is taller than its travel, so that nothing gets below it.
 #[derive(Clone, Copy, Debug)]
 pub struct Platform {
     body: usize,

@@ -1,7 +1,7 @@
 //! Runs random scenes in two engines with the same inputs and reports the slowest steps of the first relative to the
 //! mean step of the second.
 //!
-//! Every engine plays twice, and a step counts with the shorter of its two times: both runs do the same work, so any
+//! Every engine plays twice, and the shorter of a step's two times counts: both runs do the same work, so any
 //! difference is due to the machine.
 
 use super::{Driver, STEPS, Setting};
@@ -12,31 +12,31 @@ use crate::shape::deepest_overlap;
 use crate::study::thread_time_us;
 use glam::DVec2;
 
-/// Steps that one engine takes per turn.
+/// Number of steps that an engine takes per turn.
 const TURN: u32 = 10;
-/// Interval between measurements of the overlaps, steps.
+/// Interval between measurements of the overlaps, in steps.
 const LOOK: u32 = 5;
 
-/// Figures of a run of one engine.
+/// Measurements from a run of one engine.
 #[derive(Clone, Debug, Default)]
 pub struct Run {
-    /// Time of each step: the shorter one of two runs.
+    /// Time of each step, the shorter of its times in two runs.
     pub times_us: Vec<f64>,
-    /// Pair solves of each step, if the engine counts them.
+    /// Number of pair solves in each step, if the engine counts them.
     pub visits: Vec<u64>,
-    /// Deepest overlap over the measured steps.
+    /// Deepest overlap in any measured step.
     pub deepest: f64,
-    /// Mean over the measured steps of the deepest overlap.
+    /// Mean of the deepest overlap over the measured steps.
     pub deepest_mean: f64,
     /// Largest number of bodies that were outside the container or lost at the same time.
     pub outside: usize,
-    /// Sum of the energy gains of single steps, as a share of the largest energy.
+    /// Sum of the energy gains in individual steps, as a share of the largest energy.
     pub gain: f64,
     /// Whether both runs ended in the same state.
     pub repeats: bool,
 }
 
-/// One of an engine's two runs.
+/// One of the two runs of an engine.
 struct Player<'a> {
     engine: Box<dyn Engine>,
     driver: Driver<'a>,
@@ -49,7 +49,7 @@ struct Player<'a> {
     largest: f64,
 }
 
-/// Plays a setting with some methods in turns; returns the runs in the order of the methods.
+/// Plays a setting with several methods in alternation; returns the runs in the order of the methods.
 pub fn compare(setting: &Setting, methods: &[&Method]) -> Result<Vec<Run>, String> {
     let twice = methods.iter().flat_map(|method| [method, method]);
     let mut players: Vec<Player> =
@@ -135,19 +135,19 @@ impl Run {
     }
 }
 
-/// A scene with the runs of both engines.
+/// A scene with both engines' runs.
 pub struct Finding {
     /// The scene's number in the sequence.
     pub number: u64,
     pub bodies: usize,
-    /// Descriptions of the random choices.
+    /// Descriptions of the random choices that were made.
     pub traits: String,
-    /// Jostle's run, then its peer's.
+    /// Jostle's run, followed by its peer's.
     pub runs: [Run; 2],
 }
 
 impl Finding {
-    /// Time of the first engine's slowest step relative to the second engine's mean.
+    /// Time of the first engine's slowest step relative to the second engine's mean step time.
     pub fn worst_ratio(&self) -> f64 {
         self.runs[0].worst_us().1 / self.runs[1].mean_us()
     }
@@ -158,7 +158,7 @@ impl Finding {
     }
 }
 
-/// Plays scene after scene and reports each to `watch`.
+/// Plays one scene after another and reports each to `watch`.
 pub fn search(
     seed: u64,
     numbers: std::ops::Range<u64>,
@@ -178,7 +178,7 @@ pub fn search(
     Ok(findings)
 }
 
-/// One line for each scene.
+/// Writes one line for each scene.
 pub fn csv(findings: &[Finding]) -> String {
     let mut csv = Csv::new(&[
         "number",
@@ -233,7 +233,7 @@ pub fn csv(findings: &[Finding]) -> String {
     csv.finish()
 }
 
-/// Quantiles of the findings, and the slowest scenes.
+/// Lists the quantiles of the findings and the slowest scenes.
 pub fn summary(findings: &[Finding]) -> String {
     if findings.is_empty() {
         return String::new();

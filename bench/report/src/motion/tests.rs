@@ -2,15 +2,15 @@ use super::{STEPS, Setting};
 use crate::engine::{Engine, State};
 use crate::methods::{METHODS, SOLVERS};
 
-/// Numbers of scenes with seed 1: the ten of a thousand whose slowest step was longest relative to Box2D's mean, eight
-/// that were formerly among those or among the scenes with the longest steps, two that took up to 125 ms per step
+/// Numbers of scenes with seed 1: the ten out of a thousand whose slowest step was longest relative to Box2D's mean,
+/// eight that used to be among those or among the scenes with the longest steps, two that took up to 125 ms per step
 /// before iterations were limited for very unequal masses, and five in which pushes moved a body through a wall.
 const HARDEST: [u64; 25] = [
     238, 912, 957, 444, 352, 391, 650, 727, 478, 40, 561, 606, 779, 616, 483, 309, 627, 1, 370, 26,
     129, 175, 373, 547, 666,
 ];
-/// Limit of visits and predictions per step. Up to 520,000 occur; without the limits for unequal masses and for
-/// predictions there were several million.
+/// Maximum number of visits and predictions per step. Up to 520,000 occur; without the limits for unequal masses and
+/// for predictions there were several million.
 const VISITS_MAX: u64 = 600_000;
 
 #[test]

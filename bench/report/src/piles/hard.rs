@@ -1,4 +1,4 @@
-//! Piles that were designed to be hard: long rows of impacts, mass ratios up to 1 : 10^6 between moving arms, fast
+//! Piles that were designed to be hard: long rows of impacts, mass ratios up to 1 : 10^6 between moving arms, and fast
 //! bodies among dense ones.
 
 use super::scenes::{GRAVITY, SEEDS, SEEDS_APART, add_flights, moving, rains};
@@ -34,7 +34,7 @@ const STRUCK: &str = "Tower of 1000 boxes that a heavy ball hits";
 const SPRINGS: &str = "Rain of 1000 over a lift, every fourth body on a spring to the next";
 const VOLLEY: &str = "300 small fast bodies among 700 that are dense and heavy";
 
-/// Balls of radius 1 with gaps of up to 0.2, hit by the first ball at 100 units/s.
+/// Balls of radius 1 with gaps of up to 0.2, hit by the first ball at a speed of 100 units/s.
 fn cradle(seed: u32) -> Scene {
     const COUNT: usize = 500;
     let mut scene = Scene::new(0.0);
@@ -84,7 +84,7 @@ fn gas(seed: u32) -> Scene {
     scene
 }
 
-/// Rows of ten boxes, every second one shifted by half a box.
+/// Rows of ten boxes, with every other row shifted by half a box.
 fn struck(seed: u32) -> Scene {
     const ROWS: usize = 100;
     let mut scene = Scene::new(GRAVITY);

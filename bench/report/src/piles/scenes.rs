@@ -8,7 +8,7 @@ use crate::scene::{Body, Mulberry, Scene, Shape};
 use glam::DVec2;
 
 pub(super) const GRAVITY: f64 = 50.0;
-/// Gap under every box of the dropped stack, and its number of boxes.
+/// The gap under each box of the dropped stack, and the number of boxes.
 const GAP: f64 = 0.05;
 const TALL: usize = 1000;
 
@@ -16,14 +16,14 @@ const TALL: usize = 1000;
 const RESTITUTION: f64 = 0.7;
 
 const SLOP: f64 = crate::stability::SLOP;
-/// Overlap of exactly the slop, as it appears high above the origin in single precision.
+/// An overlap of exactly the slop, as it appears in single precision high above the origin.
 const SLOP_SEEN: f64 = 1.1 * SLOP;
 
-/// Number of seeds of a pile with random positions, and the difference between successive seeds.
+/// Number of seeds for a pile with random positions, and the difference between successive seeds.
 pub(super) const SEEDS: u32 = 3;
 pub(super) const SEEDS_APART: u32 = 7919;
 
-/// Figures of every pile: times relative to Box2D's.
+/// Figures measured for every pile: times relative to Box2D's.
 const TIMES: [(Figure, Bound); 3] = [
     (Figure::Falling, Bound::OfPeer(2.0)),
     (Figure::Slowest, Bound::OfPeer(2.0)),
@@ -64,7 +64,7 @@ fn small_rain(count: u32) -> Pile {
         (Figure::RmsAtEnd, Bound::Value(0.01)),
     ];
     let title = format!("Rain of {count}, half circles and half boxes, for 10 s");
-    // With other seeds some of the 4000 bodies form columns that still topple after 10 s.
+    // With other seeds, some of the 4000 bodies form columns that are still toppling after 10 s.
     let seeds = if count > 1000 { 1 } else { SEEDS };
     seeded(&format!("rain-{count}"), &title, rains(count, seeds), 600, &bounds)
 }
@@ -73,7 +73,7 @@ pub(super) fn rains(count: u32, seeds: u32) -> Vec<Scene> {
     (0..seeds).map(|seed| rain(count, seed)).collect()
 }
 
-/// Rain whose bodies may sleep; the number of those awake at the end is shown.
+/// Rain whose bodies may sleep; the number still awake at the end is shown.
 fn sleeping_rain(count: u32) -> Pile {
     let title = format!("Rain of {count} that may sleep, for 20 s");
     let bounds = [(Figure::Awake, Bound::None), (Figure::RmsAtEnd, Bound::None)];
@@ -94,7 +94,7 @@ fn large_rain(count: u32) -> Pile {
     Pile { full_only: true, ..large }
 }
 
-/// Rain with disturbances; mean times are over all steps.
+/// Rain with disturbances; mean times cover all steps.
 fn disturbed() -> Vec<Pile> {
     use Script::{Blasts, Crowd, Lift, Mixer, Plough, Pull, Shaken, Slings, Turning};
     let of = |id: &str, title: &str, count: u32, script: Script| {
@@ -201,7 +201,7 @@ fn sand(count: usize, seed: u32) -> Scene {
     scene
 }
 
-/// Height of a funnel's flights, and height and width of each step.
+/// Height of a funnel's flights of steps, and the height and width of each step.
 const FLIGHT_TOP: f64 = 140.0;
 const STEP: f64 = 4.0;
 
@@ -280,7 +280,7 @@ fn thrown() -> Pile {
     pile("thrown-50", title, scene, 600, &bounds)
 }
 
-/// A ball dropped on a bed of circles, each of which it could push aside.
+/// A ball dropped onto a bed of circles, any of which it could push aside.
 fn ball() -> Pile {
     let bounds = [
         (Figure::Mean, Bound::OfPeer(1.5)),
@@ -310,7 +310,7 @@ fn ball_on_bed(seed: u32) -> Scene {
 }
 
 /// 2000 discs of three sizes fall onto an open floor in a column 44 wide. Each lands between two others, so that the
-/// column does not stay upright with friction 0.5.
+/// column does not stay upright despite a friction of 0.5.
 fn poured() -> Pile {
     let bounds = [
         (Figure::Mean, Bound::OfPeer(1.1)),
@@ -363,7 +363,7 @@ fn add_pyramid(scene: &mut Scene, base: usize, cap: f64) {
     }
 }
 
-/// `count` bodies in a container, with four times as many columns as rows.
+/// A scene with `count` bodies in a container, in four times as many columns as rows.
 fn rain(count: u32, seed: u32) -> Scene {
     let columns = f64::from(4 * count).sqrt().ceil() as u32;
     let rows = count.div_ceil(columns);

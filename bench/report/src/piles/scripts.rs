@@ -1,24 +1,24 @@
-//! External disturbances of a pile: shaking, turning gravity, blasts, a plough, a crowd, slings, a lift, a mixer, a
-//! pull, arms in a funnel, and volleys.
+//! External disturbances that act on a pile: shaking, turning gravity, blasts, a plough, a crowd, slings, a lift, a
+//! mixer, a pull, arms in a funnel, and volleys.
 
 use super::scenes::SEEDS_APART;
 use crate::engine::{Engine, State};
 use crate::scene::{Body, Mulberry, Scene, Shape};
 use glam::DVec2;
 
-/// A disturbance. It acts the same way in every run, whatever the bodies do.
+/// A disturbance that acts the same way in every run, whatever the bodies do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Script {
     Still,
-    /// Every 30 ticks each velocity changes by up to 40 units/s in x and in y.
+    /// Every 30 ticks each velocity changes by up to 40 units/s on both axes.
     Shaken,
     /// Gravity turns by 90 degrees every 120 ticks.
     Turning,
     /// From tick 240 on, a blast every 20 ticks at a random position near the floor.
     Blasts,
-    /// From tick 180 on, the last body of the scene is driven from wall to wall at 60 units/s.
+    /// From tick 180 on, the scene's last body is driven from wall to wall at 60 units/s.
     Plough,
-    /// One in 16 bodies is a hero, which flies at 40 units/s and changes direction every 15 ticks.
+    /// One in 16 bodies is a hero that flies at 40 units/s and changes direction every 15 ticks.
     Crowd,
     /// Every 20 ticks eight bodies are slung at 140 units/s, away from the middle of the floor.
     Slings,
@@ -26,7 +26,7 @@ pub enum Script {
     Lift,
     /// From tick 180 on, a box of 12 by 12 circles in the pile at 60 units/s.
     Mixer,
-    /// In every tick all bodies gain 2 units/s towards a point that jumps every 90 ticks.
+    /// In every tick, all bodies gain 2 units/s towards a point that jumps every 90 ticks.
     Pull,
     /// Two arms in a funnel move from side to side at 60 units/s, in opposite directions.
     Sweepers,
@@ -34,48 +34,49 @@ pub enum Script {
     Volley,
 }
 
-/// Speed added by a pull per tick, units/s, and the ticks after which its point jumps.
+/// Speed that a pull adds per tick, in units/s, and the number of ticks after which its point jumps.
 const PULL_SPEED: f64 = 2.0;
 const PULL_TICKS: u32 = 90;
-/// Speed of a hero, units/s.
+/// A hero's speed in units/s.
 const HERO_SPEED: f64 = 40.0;
-/// One body in this many is a hero.
+/// One in this many bodies is a hero.
 const HERO_EVERY: usize = 16;
-/// Speed at which a body is slung, units/s.
+/// Speed at which a body is slung in units/s.
 const SLING_SPEED: f64 = 140.0;
-/// Bodies that are slung at once.
+/// Number of bodies slung at the same time.
 const SLINGS: usize = 8;
-/// Half the height of the lift, units.
+/// Half the height of the lift in units.
 const LIFT: f64 = 2.0;
-/// Speed of the lift, units/s, and the ticks for which it rises or sinks.
+/// Speed of the lift in units/s, and the number of ticks for which it rises or sinks.
 const LIFT_SPEED: f64 = 30.0;
 const LIFT_TICKS: u32 = 60;
-/// Half-size of the mixer, radius of its circle, and height of the circle's centre above the floor, units. The largest
-/// body fits below it.
+/// Half-size of the mixer, radius of its circle, and height of the circle's centre above the floor, in units. The
+/// largest body fits below it.
 const MIXER: f64 = 6.0;
 const MIXER_RADIUS: f64 = 14.0;
 const MIXER_HEIGHT: f64 = 28.0;
-/// Speed of the mixer, units/s.
+/// Speed of the mixer in units/s.
 const MIXER_SPEED: f64 = 60.0;
-/// Half-size of an arm, horizontal distance of its centre from the funnel's, its height, and its travel to either side.
+/// Half-size of an arm, the horizontal distance between its centre and the funnel's, its height, and its travel to
+/// either side.
 const ARM: [f64; 2] = [2.0, 6.0];
 const ARM_APART: f64 = 22.0;
 const ARM_HEIGHT: f64 = 125.0;
 const ARM_REACH: f64 = 15.0;
 const ARM_SPEED: f64 = 60.0;
-/// Largest radius of a body that a volley moves, and its speed, units/s.
+/// Largest radius of a body that a volley moves, and the speed it gets, in units/s.
 const SMALL: f64 = 0.5;
 const VOLLEY_SPEED: f64 = 300.0;
 
-/// Half-size of the plough, and the minimum distance of its centre from the walls.
+/// Half-size of the plough, and the minimum distance between its centre and the walls.
 const PLOUGH: [f64; 2] = [2.0, 12.0];
 const PLOUGH_MARGIN: f64 = 6.0;
-/// Speed of the plough, units/s.
+/// Speed of the plough in units/s.
 const PLOUGH_SPEED: f64 = 60.0;
-/// Reach of a blast, units, and the speed added at its centre, units/s.
+/// Reach of a blast in units, and the speed it adds at its centre, in units/s.
 const BLAST_REACH: f64 = 40.0;
 const BLAST_SPEED: f64 = 120.0;
-/// Largest change of a velocity component by a shake, units/s.
+/// Largest change that a shake makes to a velocity component, in units/s.
 const SHAKE_SPEED: f64 = 40.0;
 /// Half the thickness of a container's wall.
 const WALL: f64 = 10.0;
@@ -113,7 +114,7 @@ pub struct Driver {
     seed: u32,
     draws: Mulberry,
     tick: u32,
-    /// Direction of the plough, and the tick in which it reverses.
+    /// Direction of the plough, and the tick at which it reverses.
     plough: (f64, u32),
 }
 
@@ -225,7 +226,7 @@ impl Driver {
     }
 }
 
-/// Moves both arms back and forth, first away from each other.
+/// Moves both arms back and forth, starting away from each other.
 fn sweep(engine: &mut dyn Engine, scene: &Scene, tick: u32) {
     let ticks = (ARM_REACH / ARM_SPEED / scene.tick_s).round() as u32;
     let outward = matches!(tick / ticks % 4, 0 | 3);
@@ -254,12 +255,12 @@ fn mix(engine: &mut dyn Engine, scene: &Scene, tick: u32) {
     }
 }
 
-/// Width of the container, whose left wall is the third body and right wall the fourth.
+/// Width of the container, whose left wall is the third body and whose right wall is the fourth.
 pub fn width(scene: &Scene) -> f64 {
     (scene.bodies[3].position - scene.bodies[2].position).x - 2.0 * WALL
 }
 
-/// Height of the container, whose floor is the first body and ceiling the second.
+/// Height of the container, whose floor is the first body and whose ceiling is the second.
 pub fn height(scene: &Scene) -> f64 {
     (scene.bodies[1].position - scene.bodies[0].position).y - 2.0 * WALL
 }

@@ -6,8 +6,8 @@
 
 use std::fmt::Write;
 
-/// Largest distance of an omitted point from the drawn line, pixels. Including the rounding to tenths, the line stays
-/// within half a pixel.
+/// Largest distance between an omitted point and the drawn line, in pixels. Including the rounding to tenths, the line
+/// stays within half a pixel.
 pub const TOLERANCE: f64 = 0.4;
 
 /// A point in pixels.
@@ -31,7 +31,7 @@ pub fn thinned(points: &[Spot]) -> Vec<Spot> {
     points.iter().zip(kept).filter(|(_, kept)| *kept).map(|(point, _)| *point).collect()
 }
 
-/// Distance of a point from a segment.
+/// The distance between a point and a segment.
 fn from_segment(point: Spot, start: Spot, end: Spot) -> f64 {
     let (along, to) = ((end.0 - start.0, end.1 - start.1), (point.0 - start.0, point.1 - start.1));
     let square = along.0 * along.0 + along.1 * along.1;
@@ -49,20 +49,20 @@ pub struct Path {
 }
 
 impl Path {
-    /// A path that begins at a point.
+    /// Creates a path that begins at a point.
     pub fn from(point: Spot) -> Path {
         let mut path = Path::default();
         path.move_to(point);
         path
     }
 
-    /// A line through points.
+    /// Creates a line through the given points.
     pub fn through(points: &[Spot]) -> Path {
         let Some((first, later)) = points.split_first() else { return Path::default() };
         let mut path = Path::from(*first);
         for (index, point) in later.iter().enumerate() {
             let (to, pen) = ((tenths(point.0), tenths(point.1)), path.pen);
-            // One letter covers all points that follow.
+            // A single letter applies to all points that follow.
             path.data.push_str(if index == 0 { "l" } else { "" });
             path.number(to.0 - pen.0, index == 0);
             path.number(to.1 - pen.1, false);
@@ -98,13 +98,13 @@ impl Path {
         self.data.push_str(&decimal(tenths));
     }
 
-    /// The value of the attribute `d`.
+    /// Returns the value of the attribute `d`.
     pub fn data(&self) -> &str {
         &self.data
     }
 }
 
-/// A length as text, to a tenth.
+/// Formats a length to a tenth of a pixel.
 pub fn pixels(length: f64) -> String {
     decimal(tenths(length))
 }
@@ -113,7 +113,7 @@ fn tenths(length: f64) -> i64 {
     (length * 10.0).round() as i64
 }
 
-/// A number with as few digits as possible: `-.5`, `12`, `7.3`.
+/// Formats a number with as few digits as possible: `-.5`, `12`, `7.3`.
 fn decimal(tenths: i64) -> String {
     let mut text = if tenths < 0 { "-".to_owned() } else { String::new() };
     let (whole, rest) = (tenths.abs() / 10, tenths.abs() % 10);
@@ -131,7 +131,7 @@ mod tests {
     use super::{Path, Spot, decimal, from_segment, thinned};
     use jostle_sim::Rng;
 
-    /// A wave with noise, a peak one point wide and a level part.
+    /// A wave with noise, a peak one point wide, and a level part.
     fn curve() -> Vec<Spot> {
         let mut rng = Rng::new(11, 3);
         let height = |i: usize| match i {
@@ -142,7 +142,7 @@ mod tests {
         (0..400).map(|i| (i as f64, height(i) + 0.5 * f64::from(rng.unit()))).collect()
     }
 
-    /// Parses path data made of one `M` and one `l`.
+    /// Parses path data that consists of one `M` and one `l`.
     fn read(data: &str) -> Vec<Spot> {
         let spaced = data.replace(['M', 'l'], " ").replace('-', " -");
         let numbers: Vec<f64> =

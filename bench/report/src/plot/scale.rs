@@ -3,29 +3,29 @@
 /// A mark on an axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tick {
-    /// Value in the data's unit.
+    /// The tick's value in the data's unit.
     pub value: f64,
-    /// Empty for a minor tick.
+    /// The label; empty for a minor tick.
     pub label: String,
 }
 
-/// A scale of an axis.
+/// The scale of an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Scale {
     Linear {
-        /// Value at the origin.
+        /// Value at the origin of the axis.
         low: f64,
-        /// Value at the end.
+        /// Value at the end of the axis.
         high: f64,
-        /// Distance between two ticks.
+        /// Distance between adjacent ticks.
         step: f64,
     },
-    /// Logarithmic, in whole decades between two exponents. With `zero`, the lowest decade represents 0, which has no
-    /// logarithm.
+    /// Logarithmic, in whole decades between two exponents. If `zero` is set, the lowest decade represents 0, which has
+    /// no logarithm.
     Log {
-        /// Exponent at the origin.
+        /// Exponent at the origin of the axis.
         low: i32,
-        /// Exponent at the end.
+        /// Exponent at the end of the axis.
         high: i32,
         /// Whether the origin represents 0.
         zero: bool,
@@ -36,8 +36,8 @@ pub enum Scale {
 const LABELS_MAX: i32 = 8;
 
 impl Scale {
-    /// A logarithmic scale with whole decades around all values. If 0 is among them, it gets an extra decade at the
-    /// origin.
+    /// A logarithmic scale of whole decades that covers all values. If 0 is among them, the scale gets an extra decade
+    /// at the origin.
     pub fn log(values: impl Iterator<Item = f64>) -> Scale {
         let (mut low, mut high, mut zero) = (f64::INFINITY, 0f64, false);
         for value in values.filter(|value| value.is_finite()) {
@@ -57,7 +57,7 @@ impl Scale {
         Scale::Log { low: first - i32::from(zero), high: last, zero }
     }
 
-    /// A linear scale with rounded ends around all values.
+    /// A linear scale with rounded ends that covers all values.
     pub fn linear(values: impl Iterator<Item = f64>) -> Scale {
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         for value in values.filter(|value| value.is_finite()) {
@@ -87,7 +87,7 @@ impl Scale {
         share.clamp(0.0, 1.0)
     }
 
-    /// Labelled and minor ticks, ascending.
+    /// Labelled and minor ticks in ascending order.
     pub fn ticks(self) -> Vec<Tick> {
         match self {
             Scale::Linear { low, high, step } => {
@@ -123,7 +123,7 @@ fn log_ticks(low: i32, high: i32, zero: bool) -> Vec<Tick> {
     ticks
 }
 
-/// Chooses 1, 2 or 5 times a power of ten, so that about five steps cover the length.
+/// Chooses 1, 2 or 5 times a power of ten so that about five steps cover the length.
 fn nice_step(length: f64) -> f64 {
     let rough = length / 5.0;
     let power = 10f64.powf(rough.log10().floor());
@@ -141,7 +141,7 @@ fn plain(value: f64, step: f64) -> String {
     format!("{value:.decimals$}")
 }
 
-/// A whole number in superscript digits.
+/// Formats a whole number in superscript digits.
 pub fn superscript(number: i32) -> String {
     let raised = |c: char| match c {
         '-' => '⁻',

@@ -15,10 +15,10 @@ const FRICTION: f64 = 0.3;
 const TILT: f64 = 0.45;
 const SLIPPERY: f64 = 0.3;
 const ROUGH: f64 = 0.6;
-/// Bodies of problem 6 that find the onset of sliding. Their friction differs from the slope's tangent by 10 %, 5 %,
-/// 2.5 % and so on in both directions, which makes one run a bisection.
+/// Number of bodies in problem 6 that find the onset of sliding. Their friction differs from the tangent of the slope
+/// by 10 %, 5 %, 2.5 % and so on in both directions, so that a single run is a bisection.
 const PROBES: usize = 22;
-/// A body that moves further than this has slipped, units.
+/// A body that moves further than this has slipped, in units.
 const SLIPS: f64 = 0.01;
 
 pub const PROBLEMS: [Problem; 5] = [
@@ -156,7 +156,7 @@ fn height_error(trace: &Trace, restitution: f64) -> f64 {
     worst(trace.of(1).map(|(t, state)| (state.position.y - exact(t)).abs()))
 }
 
-/// Share of the drop height left after the bounces of five seconds.
+/// Share of the drop height that is left after bouncing for five seconds.
 fn kept(restitution: f64) -> f64 {
     let (mut next, mut height) = ((2.0 * DROP / GRAVITY).sqrt(), DROP);
     while next < 5.0 {
@@ -166,7 +166,7 @@ fn kept(restitution: f64) -> f64 {
     height
 }
 
-/// Energy of the ball per mass.
+/// The ball's energy per unit of mass.
 fn energy(trace: &Trace, tick: usize) -> f64 {
     let state = trace.states[tick][1];
     state.velocity.length_squared() / 2.0 + GRAVITY * (state.position.y - 1.0)
@@ -186,7 +186,7 @@ fn slope() -> Scene {
     scene
 }
 
-/// Friction of a probe; index 0 is the smoothest.
+/// The friction of a probe; index 0 is the smoothest.
 fn probe(index: usize) -> f64 {
     let half = PROBES / 2;
     let (side, step) = if index < half { (-1.0, index) } else { (1.0, PROBES - 1 - index) };
@@ -198,8 +198,8 @@ fn way(scene: &Scene, trace: &Trace, row: usize) -> f64 {
     trace.last()[index].position.x - scene.bodies[index].position.x
 }
 
-/// Error of the onset, taken midway between the roughest box that slipped and the next one; 0 if they enclose the true
-/// value as closely as the probes allow.
+/// The error in the onset, taken as midway between the roughest box that slipped and the next one; 0 if they bracket
+/// the true value as closely as the probes allow.
 fn onset_error(scene: &Scene, trace: &Trace) -> f64 {
     let slid = (0..PROBES).filter(|&i| way(scene, trace, i + 2).abs() > SLIPS).count();
     let degrees = |friction: f64| friction.atan().to_degrees();

@@ -8,7 +8,7 @@ use glam::DVec2;
 use std::sync::OnceLock;
 
 const SIDE: f64 = 120.0;
-/// Ticks for which trajectories are compared; after that the gas is chaotic.
+/// Number of ticks for which trajectories are compared; after that the gas is chaotic.
 const EARLY_TICKS: usize = 30;
 
 pub const PROBLEMS: [Problem; 1] = [Problem {
@@ -46,7 +46,7 @@ fn scene() -> Scene {
     scene
 }
 
-/// Positions at the end of the early part; computed once.
+/// Positions at the end of the early part, computed only once.
 fn reference(scene: &Scene) -> &'static [DVec2] {
     static PLACES: OnceLock<Vec<DVec2>> = OnceLock::new();
     PLACES.get_or_init(|| {
@@ -75,9 +75,9 @@ fn energy_error(scene: &Scene, trace: &Trace) -> f64 {
     (energy(trace.last()) / energy(&trace.states[0]) - 1.0).abs()
 }
 
-/// Kolmogorov-Smirnov distance of the discs' energies from the exponential distribution, over all discs and every half
-/// second. In two dimensions Maxwell's distribution of speeds implies exponentially distributed energies, for large and
-/// small discs alike. The mean is the initial one, so that cooling counts as an error.
+/// Kolmogorov-Smirnov distance between the discs' energies and the exponential distribution, over all discs and every
+/// half second. In two dimensions Maxwell's distribution of speeds implies exponentially distributed energies, for
+/// large and small discs alike. The initial mean is used, so that cooling counts as an error.
 fn maxwell_error(scene: &Scene, trace: &Trace) -> f64 {
     let energies = |states: &[State]| -> Vec<f64> {
         let energy = |i: usize| scene.bodies[i].mass * states[i].velocity.length_squared();

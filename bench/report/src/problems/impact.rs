@@ -11,10 +11,10 @@ const SPEED: f64 = 10.0;
 /// Distance between the rows of a scene, so that they never meet.
 const APART: f64 = 30.0;
 const CRADLE_SPEED: f64 = 20.0;
-/// Numbers of balls in the rows of problem 8. Each row occurs twice: with touching balls and with gaps.
+/// Number of balls in each row of problem 8. Each row occurs twice, with touching balls and with gaps.
 const ROWS: [usize; 5] = [2, 3, 5, 10, 20];
 const GAPS: [f64; 2] = [0.0, 0.01];
-/// Rows of problem 8b: balls and restitution.
+/// The rows of problem 8b, as number of balls and restitution.
 const CASCADES: [(usize, f64); 8] =
     [(3, 0.8), (4, 0.8), (5, 0.8), (8, 0.8), (3, 0.5), (4, 0.5), (5, 0.5), (8, 0.5)];
 const CASCADE_GAP: f64 = 2.0;
@@ -127,7 +127,7 @@ fn pairs() -> impl Iterator<Item = Pair> {
 }
 
 impl Pair {
-    /// Index of the pair's first body; the second one is next.
+    /// Index of the pair's first body; the second one follows it.
     fn first(self) -> usize {
         2 * self.index
     }
@@ -180,7 +180,7 @@ fn cradles() -> Scene {
     scene
 }
 
-/// The error over all rows with this gap.
+/// Returns the error over all rows with the given gap.
 fn row_error(trace: &Trace, gap: usize) -> f64 {
     let mut first = gap * ROWS.iter().sum::<usize>();
     let mut largest = 0.0;
@@ -208,9 +208,9 @@ fn cascades() -> Scene {
     scene
 }
 
-/// Final velocities and the number of collisions of a row.
+/// Returns the final velocities in a row, and the number of collisions.
 fn cascade(count: usize, restitution: f64) -> (Vec<f64>, usize) {
-    // Treats balls as points, since their sizes take up none of the gaps.
+    // Treat balls as points, since their sizes take up none of the gaps.
     let mut positions: Vec<f64> = (0..count).map(|ball| ball as f64 * CASCADE_GAP).collect();
     let mut speeds = vec![0.0; count];
     speeds[0] = CRADLE_SPEED;
@@ -250,8 +250,8 @@ fn cascade_error(_: &Scene, trace: &Trace) -> f64 {
     largest
 }
 
-/// Error of the number of collisions, counted by changes of two balls' speeds. Two collisions of a ball in one tick
-/// would count as one, but do not occur in the reference.
+/// The error in the number of collisions, which are counted by changes in two balls' speeds. Two collisions of one ball
+/// in the same tick would count as one, but do not occur in the reference.
 fn count_error(_: &Scene, trace: &Trace) -> f64 {
     let changes = trace.states.windows(2).map(|pair| {
         let changed = |(a, b): (&State, &State)| a.velocity.distance(b.velocity) > 1e-6;

@@ -1,4 +1,4 @@
-//! Problems 10 and 14: many contacts at once, compared with quadratic programs solved in f64.
+//! Problems 10 and 14: many simultaneous contacts, compared with quadratic programs solved in f64.
 
 use super::worst;
 use crate::engine::{State, Trace};
@@ -9,12 +9,12 @@ use crate::study::{Norm, Problem};
 use glam::DVec2;
 use std::sync::OnceLock;
 
-/// Overlap of the discs in problem 10: less than any engine's slop, but more than the discs move.
+/// Overlap of the discs in problem 10, which is less than any engine's slop but more than the discs move.
 const PRESSED: f64 = 0.002;
-/// A short step, so that contact normals do not turn during it.
+/// A step so short that contact normals do not turn during it.
 const SHORT_S: f64 = TICK_S / 100.0;
 const SIDE: usize = 10;
-/// Steps per tick of the reference: sixteen times as many as the finest setting of any method.
+/// Steps per tick in the reference, sixteen times as many as any method's finest setting.
 const REFERENCE_STEPS: u32 = 512;
 const COLUMNS: usize = 6;
 const STOREYS: usize = 36;
@@ -123,7 +123,7 @@ fn pressed(spread: f64) -> Scene {
     scene
 }
 
-/// All touching pairs of a scene of discs.
+/// Builds a quadratic program from all touching pairs in a scene of discs.
 pub fn program(scene: &Scene) -> Program {
     let mut program = Program {
         inverse_masses: scene.bodies.iter().map(|body| 1.0 / body.mass).collect(),
@@ -146,7 +146,7 @@ pub fn program(scene: &Scene) -> Program {
     program
 }
 
-/// The reference solution, computed once for each of the two scenes.
+/// Returns the reference solution, which is computed only once for each of the two scenes.
 fn solution(scene: &Scene) -> &'static Solution {
     static EQUAL: OnceLock<Solution> = OnceLock::new();
     static UNEQUAL: OnceLock<Solution> = OnceLock::new();
@@ -169,7 +169,7 @@ fn tower() -> Scene {
     scene
 }
 
-/// Positions of the discs after half a second; computed once.
+/// Positions of the discs after half a second, computed only once.
 fn fallen(scene: &Scene) -> &'static [DVec2] {
     static PLACES: OnceLock<Vec<DVec2>> = OnceLock::new();
     PLACES.get_or_init(|| {

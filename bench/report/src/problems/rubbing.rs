@@ -1,7 +1,7 @@
 //! Problem 10 with friction. The contacts form a tree, so that the velocities determine every impulse.
 //!
 //! With at most as many contacts as bodies, the impulses are unique, and Coulomb's law can be checked. The impulse
-//! through a contact is the momentum gained by the bodies beyond it: p = sum of m (v - v*).
+//! through a contact is the momentum gained by the bodies beyond it, p = sum of m (v - v*).
 
 use super::pile::program;
 use super::worst;
@@ -66,7 +66,7 @@ pub const PROBLEMS: [Problem; 1] = [Problem {
     magnitude: 1.0,
 }];
 
-/// The scene: each disc except the first touches one earlier disc.
+/// The scene, in which each disc except the first touches one earlier disc.
 fn cluster() -> Scene {
     let mut scene = Scene { tick_s: SHORT_S, ..Scene::new(0.0) };
     let mut draws = Mulberry(0x10C);
@@ -89,7 +89,7 @@ fn cluster() -> Scene {
     scene
 }
 
-/// The reference solution, computed once.
+/// Returns the reference solution, which is computed only once.
 fn solution(scene: &Scene) -> &'static [DVec2] {
     static VELOCITIES: OnceLock<Vec<DVec2>> = OnceLock::new();
     VELOCITIES.get_or_init(|| {
@@ -105,7 +105,7 @@ struct Passed {
     relative: DVec2,
 }
 
-/// All contacts in the last reading of a run. Each disc touches only one earlier disc, so going backwards from the last
+/// All contacts at the end of a run. Each disc touches only one earlier disc, so when going backwards from the last
 /// disc, the impulses beyond a disc are known before its own.
 fn contacts(scene: &Scene, trace: &Trace) -> impl Iterator<Item = Passed> {
     let last = trace.last();

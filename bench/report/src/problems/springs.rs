@@ -11,11 +11,11 @@ use std::sync::OnceLock;
 /// Angular frequency of one period per second.
 const TURN: f64 = std::f64::consts::TAU;
 const GRAVITY: f64 = 50.0;
-/// Damping of 11b, as a share of critical damping.
+/// Damping in problem 11b, as a share of critical damping.
 const RATIO: f64 = 0.1;
 const START: DVec2 = DVec2::new(1.0, 0.0);
 const THROWN: DVec2 = DVec2::new(0.0, 5.0);
-/// The rope: bodies, distance between them, and oscillations per second of a link.
+/// The rope: the number of bodies, the distance between them, and a link's oscillations per second.
 const LINKS: usize = 10;
 const LINK: f64 = 1.0;
 const LINK_HZ: f64 = 30.0;
@@ -127,7 +127,7 @@ fn rope() -> Scene {
     scene
 }
 
-/// The reference solution, computed once.
+/// Returns the reference solution, which is computed only once.
 fn exact(scene: &Scene) -> &'static [Vec<State>] {
     static STATES: OnceLock<Vec<Vec<State>>> = OnceLock::new();
     STATES.get_or_init(|| fine::flight(scene, ROPE_TICKS as usize, 256))

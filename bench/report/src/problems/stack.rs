@@ -79,8 +79,8 @@ fn rms_speed(scene: &Scene, trace: &Trace) -> f64 {
     (sum / count).sqrt()
 }
 
-/// Error of the contact forces. The force under a box supports and accelerates everything above it, so the speeds
-/// determine it: the sum of m_j (g + dv_j/dt) over these boxes.
+/// Error of the contact forces. The force under a box supports and accelerates everything above it, so it follows from
+/// the speeds, as the sum of m_j (g + dv_j/dt) over these boxes.
 fn force_error(scene: &Scene, trace: &Trace) -> f64 {
     let late = &trace.states[trace.states.len().saturating_sub(61)..];
     let of_tick = |pair: &[Vec<State>]| {

@@ -1,13 +1,13 @@
-//! Closed forms: flight with and without drag, bouncing, sliding, and collisions of two bodies.
+//! Closed-form solutions: flight with and without drag, bouncing, sliding, and collisions of two bodies.
 
 use glam::DVec2;
 
-/// Flight without drag after `t` seconds.
+/// Position in flight without drag after `t` seconds.
 pub fn flight(start: DVec2, velocity: DVec2, gravity: DVec2, t: f64) -> DVec2 {
     start + velocity * t + gravity * (t * t / 2.0)
 }
 
-/// Flight with drag -k v: position and velocity.
+/// Position and velocity in flight with drag -k v.
 pub fn linear_drag(
     start: DVec2,
     velocity: DVec2,
@@ -21,15 +21,14 @@ pub fn linear_drag(
     (start + way, terminal + (velocity - terminal) * left)
 }
 
-/// Fall from rest with drag -k |v| v: distance and speed.
+/// Distance and speed of a fall from rest with drag -k |v| v.
 pub fn quadratic_fall(gravity: f64, rate: f64, t: f64) -> (f64, f64) {
     let terminal = (gravity / rate).sqrt();
     let reach = gravity * t / terminal;
     (terminal * terminal / gravity * reach.cosh().ln(), terminal * reach.tanh())
 }
 
-/// Damped oscillation x'' = g - c x' - w² x, with less than critical damping: position and
-/// velocity.
+/// Position and velocity of a damped oscillation x'' = g - c x' - w² x with less than critical damping.
 pub fn damped(
     start: DVec2,
     velocity: DVec2,
@@ -49,7 +48,7 @@ pub fn damped(
 }
 
 /// Height above the floor of a ball that is dropped from `height` and keeps `restitution` of its speed at each bounce.
-/// After infinitely many bounces it rests.
+/// It comes to rest after infinitely many bounces.
 pub fn bounce(height: f64, gravity: f64, restitution: f64, t: f64) -> f64 {
     let mut since = t - (2.0 * height / gravity).sqrt();
     if since < 0.0 {

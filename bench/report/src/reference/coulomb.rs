@@ -1,18 +1,18 @@
-//! The contact problem of one step with Coulomb friction, in f64: v = v* + M^-1 J^T p, where the normal impulse only
-//! pushes and ensures n.(vb - va) >= `min_normal_velocity`, and friction opposes slip with at most mu times the normal
-//! impulse.
+//! The contact problem of one step with Coulomb friction, in f64: v = v* + M^-1 J^T p, where the normal impulse can
+//! only push and ensures n.(vb - va) >= `min_normal_velocity`, and friction opposes slip with at most mu times the
+//! normal impulse.
 //!
-//! Two methods that share no code: Gauss-Seidel on both impulses of a contact at a time (Moreau 1988; Jean 1999), and
-//! fixed-point iteration over problems with given friction bounds (Tresca), each a quadratic program solved by
-//! accelerated projected gradients (Haslinger 1983).
+//! Two methods that share no code: Gauss-Seidel that updates both impulses of a contact together (Moreau 1988; Jean
+//! 1999), and fixed-point iteration over problems with given friction bounds (Tresca), each a quadratic program solved
+//! by accelerated projected gradients (Haslinger 1983).
 
 use super::program::{Contact, Program};
 use glam::DVec2;
 
-/// Normal and friction impulse of a contact. Friction acts along the normal rotated to the left.
+/// The normal and friction impulses of a contact. Friction acts along the normal rotated to the left.
 pub type Impulse = DVec2;
 
-/// A step's contacts with one coefficient of friction.
+/// A step's contacts, all with the same coefficient of friction.
 pub struct Coulomb<'a> {
     pub program: &'a Program,
     /// Friction coefficient of every contact.
@@ -24,7 +24,7 @@ impl Coulomb<'_> {
         self.program.inverse_masses[contact.a] + self.program.inverse_masses[contact.b]
     }
 
-    /// Violation of the conditions: excess closing speed, and slip.
+    /// How much the conditions are violated: the excess closing speed and the slip.
     fn violation(&self, velocities: &[DVec2], contact: &Contact) -> DVec2 {
         let relative = velocities[contact.b] - velocities[contact.a];
         let normal = contact.normal;
@@ -37,7 +37,7 @@ impl Coulomb<'_> {
         velocities[contact.b] += impulse * self.program.inverse_masses[contact.b];
     }
 
-    /// v* plus the effect of the impulses.
+    /// Returns v* plus the effect of the impulses.
     fn velocities(&self, impulses: &[Impulse]) -> Vec<DVec2> {
         let mut velocities = self.program.free.clone();
         for (contact, &impulse) in self.program.contacts.iter().zip(impulses) {
@@ -46,7 +46,7 @@ impl Coulomb<'_> {
         velocities
     }
 
-    /// Solves for the velocities by Gauss-Seidel until none changes by more than `tolerance`, units/s.
+    /// Solves for the velocities by Gauss-Seidel until none changes by more than `tolerance`, in units/s.
     pub fn gauss_seidel(&self, tolerance: f64, sweeps_max: u32) -> Vec<DVec2> {
         let contacts = &self.program.contacts;
         let mut velocities = self.program.free.clone();
@@ -124,7 +124,7 @@ impl Coulomb<'_> {
 mod tests {
     use super::*;
 
-    /// Velocity of a disc after hitting a floor at 45 degrees.
+    /// A disc's velocity after hitting a floor at 45 degrees.
     fn thrown(friction: f64) -> DVec2 {
         let contact = Contact { a: 0, b: 1, normal: DVec2::Y, min_normal_velocity: 0.0 };
         let program = Program {

@@ -14,7 +14,7 @@ pub struct Disc {
 /// Discs in the box (0, 0)-(size); all collisions are elastic and without friction.
 #[derive(Clone, Debug)]
 pub struct Gas {
-    /// Inner width and height.
+    /// Inner width and height of the box.
     pub size: DVec2,
     /// The discs, which do not overlap.
     pub discs: Vec<Disc>,
@@ -28,7 +28,7 @@ enum Event {
 }
 
 impl Gas {
-    /// Advances everything; returns the number of collisions.
+    /// Advances everything and returns the number of collisions.
     pub fn advance(&mut self, time_s: f64) -> u32 {
         let (mut left, mut collisions) = (time_s, 0);
         loop {
@@ -97,7 +97,7 @@ impl Gas {
         }
     }
 
-    /// Sum of m v^2 / 2.
+    /// Returns the total kinetic energy, the sum of m v^2 / 2.
     pub fn energy(&self) -> f64 {
         self.discs.iter().map(|disc| disc.mass * disc.state.velocity.length_squared() / 2.0).sum()
     }
@@ -114,7 +114,7 @@ fn meeting_after(one: &Disc, other: &Disc) -> Option<f64> {
     let reach = one.radius + other.radius;
     let (a, c) = (relative.length_squared(), offset.length_squared() - reach * reach);
     let inside = approach * approach - a * c;
-    // The stable root: c / (-b + sqrt(b^2 - a c)) loses no digits if c is small.
+    // The stable root: c / (-b + sqrt(b^2 - a c)) loses no precision if c is small.
     (inside >= 0.0).then(|| (c / (-approach + inside.sqrt())).max(0.0))
 }
 
@@ -160,7 +160,7 @@ mod tests {
         let mut gas =
             Gas { size: DVec2::new(20.0, 10.0), discs: vec![disc(3.0, 4.0), disc(11.0, -2.0)] };
         assert_eq!(gas.advance(1.5), 1);
-        // They meet after 1 s at 7 and 9.
+        // The discs meet after 1 s, at 7 and 9.
         assert!((gas.discs[0].state.position.x - 6.0).abs() < 1e-12);
         assert!((gas.discs[1].state.position.x - 11.0).abs() < 1e-12);
     }

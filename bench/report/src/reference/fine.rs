@@ -5,7 +5,7 @@ use crate::engine::State;
 use crate::scene::{Drag, Hook, Scene};
 use glam::DVec2;
 
-/// Readings at the start and after each tick, with `steps` steps per tick.
+/// The states at the start and after each tick, with `steps` steps per tick.
 pub fn flight(scene: &Scene, ticks: usize, steps: u32) -> Vec<Vec<State>> {
     let start = scene.bodies.iter();
     let start = start.map(|body| State { position: body.position, velocity: body.velocity });

@@ -6,26 +6,26 @@ use crate::scene::Scene;
 use glam::DVec2;
 use std::collections::BTreeMap;
 
-/// The sweeps of a step end when no velocity changes by more than this, units/s.
+/// A step's sweeps end when no velocity changes by more than this, in units/s.
 const TOLERANCE: f64 = 1e-9;
 const SWEEPS_MAX: u32 = 100_000;
-/// Pairs further apart than this are not contacts of a step, units.
+/// Pairs further apart than this, in units, are not contacts in a step.
 const NEAR: f64 = 0.5;
 
-/// Discs above the floor y = 0, with the same gravity for all.
+/// Discs above the floor y = 0, all subject to the same gravity.
 pub struct Pile {
     pub positions: Vec<DVec2>,
-    /// Units/s.
+    /// Velocities in units/s.
     pub velocities: Vec<DVec2>,
     radii: Vec<f64>,
     inverse_masses: Vec<f64>,
     gravity: DVec2,
-    /// Impulses of the last step, for a warm start of the next.
+    /// Impulses of the previous step, to warm-start the next one.
     impulses: BTreeMap<(usize, usize), f64>,
 }
 
 impl Pile {
-    /// The dynamic bodies of a scene, all of them discs.
+    /// Creates a pile from a scene's dynamic bodies, which must all be discs.
     pub fn new(scene: &Scene) -> Pile {
         let bodies: Vec<_> = scene.dynamic().map(|index| scene.bodies[index]).collect();
         Pile {
@@ -38,7 +38,7 @@ impl Pile {
         }
     }
 
-    /// Advances by `time_s` in equal steps.
+    /// Advances by `time_s` seconds in equal steps.
     pub fn advance(&mut self, time_s: f64, steps: u32) {
         let step_s = time_s / f64::from(steps);
         for _ in 0..steps {

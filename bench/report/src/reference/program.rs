@@ -1,27 +1,27 @@
 //! The contact problem of one step without friction as a quadratic program in f64: the velocities
 //! nearest to v* in the mass norm with n.(vb - va) >= `min_normal_velocity` for every contact.
 //!
-//! Three methods that share no code: Gauss-Seidel and accelerated projected gradients on the impulses, and, for a chain
-//! along one axis, pool-adjacent-violators on the velocities.
+//! Three methods share no code: Gauss-Seidel and accelerated projected gradients on the impulses and, for a chain along
+//! one axis, pool-adjacent-violators on the velocities.
 
 use glam::DVec2;
 
-/// Two bodies that must not approach faster than allowed.
+/// Two bodies that must not approach each other faster than allowed.
 #[derive(Clone, Copy, Debug)]
 pub struct Contact {
-    /// Index of one body.
+    /// Index of the first body.
     pub a: usize,
-    /// Index of the other.
+    /// Index of the other body.
     pub b: usize,
     /// Unit vector from a to b.
     pub normal: DVec2,
-    /// Smallest n.(vb - va): -separation / h for a contact that is still open.
+    /// Smallest allowed n.(vb - va): -separation / h for a contact that is still open.
     pub min_normal_velocity: f64,
 }
 
 #[derive(Clone, Debug, Default)]
 pub struct Program {
-    /// 0 for immovable bodies.
+    /// Inverse masses of the bodies; 0 for immovable ones.
     pub inverse_masses: Vec<f64>,
     /// v*, the velocities without contacts.
     pub free: Vec<DVec2>,
@@ -32,10 +32,10 @@ pub struct Program {
 /// Impulses and the resulting velocities.
 #[derive(Clone, Debug)]
 pub struct Solution {
-    /// Impulses by contact, not negative.
+    /// Non-negative impulses, one per contact.
     pub impulses: Vec<f64>,
     pub velocities: Vec<DVec2>,
-    /// Sweeps or iterations taken.
+    /// Number of sweeps or iterations taken.
     pub sweeps: u32,
 }
 
@@ -54,12 +54,12 @@ impl Program {
             - contact.min_normal_velocity
     }
 
-    /// Solves by Gauss-Seidel from zero until no velocity changes by more than `tolerance`, units/s.
+    /// Solves by Gauss-Seidel from zero until no velocity changes by more than `tolerance`, in units/s.
     pub fn gauss_seidel(&self, tolerance: f64, sweeps_max: u32) -> Solution {
         self.gauss_seidel_from(&vec![0.0; self.contacts.len()], tolerance, sweeps_max)
     }
 
-    /// Solves by Gauss-Seidel from given impulses, which may already be close to the solution.
+    /// Solves by Gauss-Seidel, starting from given impulses, which may already be close to the solution.
     pub fn gauss_seidel_from(&self, start: &[f64], tolerance: f64, sweeps_max: u32) -> Solution {
         let mut velocities = self.velocities(start);
         let mut impulses = start.to_vec();
@@ -80,7 +80,7 @@ impl Program {
         Solution { impulses, velocities, sweeps: sweeps_max }
     }
 
-    /// Solves by Nesterov's gradient method with restarts (O'Donoghue and Candes 2015), from zero.
+    /// Solves by Nesterov's gradient method with restarts (O'Donoghue and Candes 2015), starting from zero.
     pub fn accelerated(&self, tolerance: f64, iterations_max: u32) -> Solution {
         // Twice the largest sum over a body's contacts bounds the largest eigenvalue of A.
         let mut loads = vec![0.0; self.free.len()];
@@ -113,7 +113,7 @@ impl Program {
         Solution { impulses, velocities, sweeps: iterations_max }
     }
 
-    /// v* plus the effect of the impulses.
+    /// Returns v* plus the effect of the impulses.
     pub fn velocities(&self, impulses: &[f64]) -> Vec<DVec2> {
         let mut velocities = self.free.clone();
         for (contact, &impulse) in self.contacts.iter().zip(impulses) {
@@ -122,7 +122,7 @@ impl Program {
         velocities
     }
 
-    /// Residual of the natural map: the largest |l - max(0, l - w)|, scaled to units/s; 0 only at the optimum.
+    /// Residual of the natural map: the largest |l - max(0, l - w)|, scaled to units/s. It is 0 only at the optimum.
     pub fn residual(&self, impulses: &[f64]) -> f64 {
         let velocities = self.velocities(impulses);
         let one = |(contact, &impulse): (&Contact, &f64)| {
@@ -133,8 +133,8 @@ impl Program {
     }
 }
 
-/// Pool-adjacent-violators: the non-decreasing sequence nearest to `values` in the norm of
-/// `weights`. Values with infinite weight stay fixed. Barlow and Brunk 1972; O(n).
+/// Pool-adjacent-violators: the non-decreasing sequence closest to `values` in the norm of `weights`. Values with
+/// infinite weight stay fixed. Barlow and Brunk 1972; O(n).
 pub fn pava(values: &[f64], weights: &[f64]) -> Vec<f64> {
     struct Block {
         value: f64,

@@ -1,5 +1,5 @@
 //! Cases that no scene should contain but some player will create: bodies inside each other, absurd sizes, positions
-//! and speeds, closing walls.
+//! and speeds, and closing walls.
 
 use super::watch::{Run, largest};
 use super::{Case, Outcome, SLOP, Subject, outcome};
@@ -63,7 +63,7 @@ fn heaps(subject: &Subject) -> Outcome {
     })
 }
 
-/// Checks the last time at which the overlap exceeded the slop; another half of it counts as rounding.
+/// Checks the last time the overlap exceeded the slop; up to half as much again counts as rounding.
 fn parted(out: &mut Outcome, variant: &str, run: &Run) {
     let deep = run.samples.iter().rev().find(|s| s.overlap > 1.5 * SLOP || s.overlap.is_nan());
     out.check(
@@ -74,7 +74,7 @@ fn parted(out: &mut Outcome, variant: &str, run: &Run) {
     );
 }
 
-/// Adds impossible bodies. Other engines may do anything when misused; only Jostle's behaviour is defined.
+/// Adds impossible bodies. Other engines may behave arbitrarily when misused; only Jostle's behaviour is defined.
 fn impossible(subject: &Subject) -> Outcome {
     outcome(|out| {
         if subject.method.family != Family::Jostle {
@@ -99,7 +99,7 @@ fn impossible(subject: &Subject) -> Outcome {
             scene.add(Body { position: DVec2::new(0.0, 0.55 + 1.1 * f64::from(row)), ..good });
         });
         let (mut pestered, mut left_alone) = (subject.build(&scene)?, subject.build(&scene)?);
-        // Refusals are panics, which are expected here and not printed.
+        // Refusals are panics, which are expected here and therefore not printed.
         let hook = std::panic::take_hook();
         std::panic::set_hook(Box::new(|_| {}));
         let refused = bad.iter().filter(|body| refuses(pestered.as_mut(), body)).count();
@@ -127,7 +127,7 @@ fn refuses(engine: &mut dyn Engine, body: &Body) -> bool {
     catch_unwind(AssertUnwindSafe(|| engine.add(body))).is_err()
 }
 
-/// Lanes of a volley; their walls form one wall without gaps.
+/// Number of lanes in a volley; their walls form one wall without gaps.
 const LANES: u32 = 100;
 const LANE: f64 = 4.0;
 
@@ -157,7 +157,8 @@ enum Target {
     Bullet,
 }
 
-/// Fires one shot per lane, at speeds from 10 to 10^4 and walls from 0.01 to 0.1 thick; returns how many pass the wall.
+/// Fires one shot per lane, at speeds from 10 to 10^4 and at walls 0.01 to 0.1 thick; returns how many pass through the
+/// wall.
 fn shoot(subject: &Subject, target: Target, seed: u32) -> Result<u32, String> {
     let mut scene = Scene::new(0.0);
     let mut draws = Mulberry(seed);
@@ -201,7 +202,8 @@ fn crusher(subject: &Subject) -> Outcome {
             scene.add(Body::new(Shape::Circle { radius: 0.39 }, x, y));
         }
         let mut engine = subject.build(&scene)?;
-        // The wall moves in for four seconds, rests for one, moves back for four, and leaves one and a half to recover.
+        // The wall moves in for four seconds, rests for one and moves back for four, which leaves one and a half to
+        // recover.
         let run = Run::record(engine.as_mut(), &scene, 10.5, |engine, time_s| {
             let speed = match time_s {
                 t if t < 4.0 => 2.5,

@@ -35,7 +35,7 @@ fn row(gap: f64, reversed: bool) -> Scene {
     scene
 }
 
-/// Newton's cradle: steps until the last ball has left the row.
+/// Newton's cradle, stepped until the last ball has left the row.
 fn cradle(subject: &Subject) -> Outcome {
     outcome(|out| {
         for (gap, reversed) in [(0.0, false), (0.0, true), (0.001, false), (0.001, true)] {
@@ -89,7 +89,7 @@ fn tiles(subject: &Subject) -> Outcome {
     })
 }
 
-/// Largest speed away from the tiles after a tenth of a second, and the share of speed lost.
+/// Returns the largest speed away from the tiles after a tenth of a second, and the share of speed lost.
 fn slide(subject: &Subject, shape: Shape, speed: f64, upright: bool) -> Result<(f64, f64), String> {
     let turn = |along: f64, off: f64| {
         if upright { DVec2::new(off, along) } else { DVec2::new(along, off) }
@@ -105,7 +105,7 @@ fn slide(subject: &Subject, shape: Shape, speed: f64, upright: bool) -> Result<(
     let body = scene.add(body.of_stuff(0.0, 0.0));
     let mut engine = subject.build(&scene)?;
     let mut lifted = 0.0;
-    // Until the end of the tiles, but at most 20 s.
+    // Long enough to reach the end of the tiles, but at most 20 s.
     let ticks = (990.0 / speed * 60.0).min(1200.0) as u32;
     for tick in 0..ticks {
         engine.tick();
@@ -190,7 +190,7 @@ fn platform(subject: &Subject) -> Outcome {
             let mut hop = 0f64;
             let mut place = DVec2::ZERO;
             for tick in 0..600 {
-                // Accelerates by 3 units/s^2 up to 10 units/s; friction 0.6 could hold twice as much.
+                // Accelerates by 3 units/s^2 up to 10 units/s; a friction of 0.6 could withstand twice as much.
                 let speed = (f64::from(tick) * scene.tick_s * 3.0).min(10.0);
                 engine.set_velocity(lift, way * speed);
                 engine.tick();

@@ -21,7 +21,7 @@ pub const CASES: [Case; 7] = [
     Case { id: "S22", title: "20 to 1000 steps a second, gravity 0.1 to 1000", run: rates },
 ];
 
-/// A box of 1 by 1.
+/// A box of size 1 by 1.
 fn block(x: f64, y: f64) -> Body {
     Body::new(Shape::rect(0.5, 0.5), x, y)
 }
@@ -32,7 +32,7 @@ fn ground(gravity: f64, friction: f64) -> Scene {
     scene
 }
 
-/// A stack of n boxes with a gap under each.
+/// A stack of n boxes with a gap under each one.
 fn stack(n: usize, gap: f64, masses: impl Fn(usize) -> f64) -> Scene {
     let mut scene = ground(GRAVITY, 0.3);
     for row in 0..n {
@@ -131,7 +131,7 @@ fn ratios(subject: &Subject) -> Outcome {
     })
 }
 
-/// A pyramid of boxes with a gap beside and under each.
+/// A pyramid of boxes with a gap next to and under each one.
 fn pyramid(base: usize, gap: f64) -> Scene {
     let mut scene = ground(GRAVITY, 0.3);
     for row in 0..base {

@@ -9,7 +9,7 @@ use glam::DVec2;
 const GRAVITY: f64 = 10.0;
 /// Number of boxes in the stack that is woken.
 const FEW: usize = 10;
-/// Ticks after which the stack should be asleep.
+/// Number of ticks after which the stack should be asleep.
 const REST: usize = 120;
 
 pub const CASES: [Case; 1] = [Case { id: "S20", title: "Sleeping and waking", run: sleeping }];

@@ -1,5 +1,5 @@
-//! Forces far stiffer than a step can resolve: bodies under them must stay bounded and end at the
-//! right position.
+//! Forces far stiffer than a step can resolve: bodies subject to them must stay bounded and end up at the correct
+//! position.
 
 use super::{Case, Outcome, Subject, largest, outcome};
 use crate::scene::{Body, Drag, Hook, Scene, Shape, Spring};
@@ -8,7 +8,7 @@ use glam::DVec2;
 pub const CASES: [Case; 1] =
     [Case { id: "S21", title: "Stiff springs and drag, wind", run: forces }];
 
-/// Rates, or radians, per step.
+/// Rates per step, or radians per step.
 const STIFF: [f64; 5] = [0.1, 1.0, 10.0, 100.0, 1000.0];
 const TICKS: u32 = 1200;
 const WIND: DVec2 = DVec2::new(3.0, 0.0);
@@ -28,7 +28,7 @@ fn forces(subject: &Subject) -> Outcome {
     })
 }
 
-/// A body thrown against the wind must approach w + g / k without ever exceeding it.
+/// Checks that a body thrown against the wind approaches w + g / k without ever exceeding it.
 fn drag(subject: &Subject, stiff: f64, out: &mut Outcome) -> Result<(), String> {
     let mut scene = Scene { collides: false, wind: WIND, ..Scene::new(10.0) };
     let rate = stiff / scene.tick_s;
@@ -49,7 +49,7 @@ fn drag(subject: &Subject, stiff: f64, out: &mut Outcome) -> Result<(), String> 
     Ok(())
 }
 
-/// A body on a spring from a fixed point, one unit away from equilibrium.
+/// A body that hangs from a fixed point on a spring, one unit away from equilibrium.
 fn sprung(length: f64, stiff: f64, ratio: f64, gravity: f64) -> Scene {
     let mut scene = Scene { collides: false, ..Scene::new(gravity) };
     let turn = stiff / scene.tick_s;
@@ -65,7 +65,7 @@ fn sprung(length: f64, stiff: f64, ratio: f64, gravity: f64) -> Scene {
     scene
 }
 
-/// An undamped spring: no oscillation may be wider than the first.
+/// Checks that no oscillation of an undamped spring is wider than the first.
 fn swing(subject: &Subject, length: f64, stiff: f64, out: &mut Outcome) -> Result<(), String> {
     let scene = sprung(length, stiff, 0.0, 0.0);
     let mut engine = subject.build(&scene)?;
@@ -80,13 +80,13 @@ fn swing(subject: &Subject, length: f64, stiff: f64, out: &mut Outcome) -> Resul
     Ok(())
 }
 
-/// A critically damped spring under gravity: the body must move directly to equilibrium.
+/// Checks that a body on a critically damped spring under gravity moves directly to equilibrium.
 fn settle(subject: &Subject, length: f64, stiff: f64, out: &mut Outcome) -> Result<(), String> {
     let scene = sprung(length, stiff, 1.0, 10.0);
     let rest = -length - 10.0 / scene.springs[0].stiffness;
     let mut engine = subject.build(&scene)?;
     let (mut last, mut passed) = (engine.state(0).position.y - rest, 0.0);
-    // If gravity stretches the spring further than it was drawn, all signs are reversed.
+    // If gravity stretches the spring further than it was initially stretched, all signs are reversed.
     let side = if last > 0.0 { -1.0 } else { 1.0 };
     for _ in 0..TICKS {
         engine.tick();

@@ -1,21 +1,21 @@
-//! A recorded run: overlap, energy and speeds after every tick.
+//! A recorded run, with the overlap, energy and speeds after every tick.
 
 use crate::engine::{Engine, State};
 use crate::scene::Scene;
 use crate::shape::overlaps;
 
-/// Readings after a tick.
+/// The readings after one tick.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample {
     /// Seconds since the start.
     pub time_s: f64,
-    /// Deepest overlap, units.
+    /// Deepest overlap in units.
     pub overlap: f64,
-    /// Kinetic and potential energy, mass units * units^2 / s^2.
+    /// Kinetic and potential energy, in mass units * units^2 / s^2.
     pub energy: f64,
-    /// Root mean square over the dynamic bodies, units/s.
+    /// Root mean square of the dynamic bodies' speeds, in units/s.
     pub rms: f64,
-    /// Speed of the fastest body, units/s.
+    /// Speed of the fastest body in units/s.
     pub fastest: f64,
     /// Largest upward speed; 0 if no body rises.
     pub rising: f64,
@@ -24,14 +24,14 @@ pub struct Sample {
 pub struct Run {
     /// One sample per tick, including the start.
     pub samples: Vec<Sample>,
-    /// States at the end.
+    /// The states at the end.
     pub last: Vec<State>,
     /// The scene as it was at the start.
     pub scene: Scene,
 }
 
 impl Run {
-    /// Runs an engine and records it; `act` may interfere before each tick.
+    /// Runs and records an engine; `act` may interfere before each tick.
     pub fn record(
         engine: &mut dyn Engine,
         scene: &Scene,
@@ -56,12 +56,12 @@ impl Run {
         largest(self.samples[1..].iter().map(|sample| sample.overlap))
     }
 
-    /// Deepest overlap from this time on.
+    /// Deepest overlap from `time_s` onwards.
     pub fn deepest_after(&self, time_s: f64) -> f64 {
         largest(self.samples.iter().filter(|s| s.time_s >= time_s).map(|sample| sample.overlap))
     }
 
-    /// Root mean square of the speeds over all bodies and the last two seconds.
+    /// Root mean square of the speeds of all bodies over the last two seconds.
     pub fn jitter(&self) -> f64 {
         let end = self.samples.last().map_or(0.0, |sample| sample.time_s);
         let late = self.samples.iter().filter(|sample| sample.time_s > end - 2.0);
@@ -69,7 +69,7 @@ impl Run {
         f64::sqrt(sum / count)
     }
 
-    /// The last time at which a body was faster than 0.01 units/s.
+    /// The last time any body was faster than 0.01 units/s.
     pub fn settled_s(&self) -> f64 {
         let moves = |sample: &&Sample| sample.fastest > 0.01 || sample.fastest.is_nan();
         self.samples.iter().rev().find(moves).map_or(0.0, |sample| sample.time_s)
@@ -86,18 +86,18 @@ impl Run {
         self.last[body].position - self.scene.bodies[body].position
     }
 
-    /// The largest distance of a dynamic body from its start.
+    /// The largest distance between a dynamic body and its initial position.
     pub fn largest_shift(&self) -> f64 {
         largest(self.scene.dynamic().map(|body| self.shift(body).length()))
     }
 
-    /// Distance by which the last body of the scene has sunk.
+    /// How far the scene's last body has sunk.
     pub fn loss(&self) -> f64 {
         -self.shift(self.last.len() - 1).y
     }
 }
 
-/// The largest value; NaN if any value is NaN, 0 for no values.
+/// The largest value; NaN if any value is NaN, and 0 if there are none.
 pub fn largest(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(0.0, |worst, value| if value > worst || value.is_nan() { value } else { worst })
 }

@@ -1,5 +1,5 @@
-//! The cost of a client that sees part of a large world: A10k through a view of about 900 bodies around each player,
-//! compared with K901, whose whole world has about as many, over the same number of ticks.
+//! Measures the cost of a client that sees part of a large world: A10k with a view of about 900 bodies around each
+//! player, compared with K901, whose whole world has about as many bodies, over the same number of ticks.
 
 use super::measure::{FIRST_TICKS, QUANTA, Scale, Traffic, watch};
 use super::program::Make;
@@ -11,22 +11,22 @@ use jostle_protocol::{Appearance, PlayerState, Snapshot, SnapshotStream};
 use jostle_room::{BufferPool, InterestArea, Rate, Subscriber, view_of};
 use jostle_sim::{BodyId, Particles, Vec2};
 
-/// Ticks of each scene.
+/// Number of ticks played in each scene.
 const TICKS: u32 = 1200;
-/// Side of a view, units. Boxes are 2 units apart.
+/// Side length of a view in units. Boxes are 2 units apart.
 const VIEW: f32 = 60.0;
-/// Side of the world, units.
+/// Side length of the world in units.
 const SIDE: f64 = 220.0;
 /// The world of A10k as a room's scene, with the measurement's quantum.
 const PLAIN: &str = "title = \"Plain\"\nsize = [220, 220]\nquantum = 0.00390625\n\
     camera = { follow = 60 }\ntools = [\"steer\"]\ngroups = [\"hero\"]\n\
     pairs = [[\"hero\", \"hero\"]]\n[limits]\nplayers = 8\n[hero]\nspawns = [[110, 110]]\n";
 
-/// Mean figures over all players.
+/// Figures averaged over all players.
 pub struct Seen {
-    /// Bodies that a client holds.
+    /// Number of bodies that a client holds.
     pub bodies: f64,
-    /// Processor time of the room per client and tick, microseconds.
+    /// The room's processor time per client and tick, in microseconds.
     pub encode_us: f64,
     /// Traffic of all messages to all players.
     traffic: Traffic,
@@ -38,13 +38,13 @@ impl Seen {
         self.traffic.bytes_per_s()
     }
 
-    /// Mean payload bits per body that moved inside the view itself.
+    /// Mean payload bits per body that moved within the view itself.
     pub fn bits_per_moved(&self) -> f64 {
         self.traffic.bits_per_moved()
     }
 }
 
-/// Traffic in K901 of one client for each rate.
+/// Traffic of one client in K901 at each rate.
 pub fn small_world(make: Make) -> Vec<Traffic> {
     let mut script = flock();
     let mut engine = make(&script);
@@ -53,7 +53,7 @@ pub fn small_world(make: Make) -> Vec<Traffic> {
     scale.finish()
 }
 
-/// Traffic of the players of A10k at every rate, each with a separate view.
+/// Traffic of the players in A10k at every rate, each with a separate view.
 pub fn large_world(make: Make) -> Result<Vec<Seen>> {
     let scene = Scene::parse("plain.toml", PLAIN).map_err(|error| anyhow::anyhow!("{error}"))?;
     let mut script = crowd();
@@ -76,7 +76,7 @@ pub fn large_world(make: Make) -> Result<Vec<Seen>> {
     Ok(Rate::ALL.into_iter().map(|rate| mean(of_rate(rate))).collect())
 }
 
-/// Adds players to a snapshot; the first bodies are their heroes.
+/// Adds players to a snapshot. The first bodies become their heroes.
 fn with_players(mut snapshot: Snapshot, players: usize) -> Snapshot {
     let heroes = snapshot.bodies.iter().take(players).map(|body| body.id);
     let player = |(seat, hero)| PlayerState {
@@ -163,7 +163,7 @@ fn moved_in_view(hero: BodyId, before: &Snapshot, now: &Snapshot) -> u64 {
     moved.filter(shows).count() as u64
 }
 
-/// Means over all clients.
+/// Averages over all clients.
 fn mean<'a>(clients: impl Iterator<Item = &'a Client>) -> Seen {
     let (mut traffic, mut bodies, mut ticks) = (Traffic::new(0), 0, 0);
     for client in clients {

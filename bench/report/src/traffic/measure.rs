@@ -14,28 +14,28 @@ use jostle_sim::{Aabb, BodyDef, BodyId, Shape, Solver, Vec2, World};
 use std::sync::Arc;
 
 pub const QUANTA: f64 = 256.0;
-/// TCP and IP headers with timestamps, bytes.
+/// Size of TCP and IP headers with timestamps, in bytes.
 const PACKET_BYTES: usize = 52;
 /// Number of ticks that cover a keyframe and three messages at the lowest rate.
 pub const FIRST_TICKS: u32 = 37;
 
-/// Position of a body, in quanta.
+/// Position of a body in quanta.
 pub type Position = [i32; 2];
 
-/// Traffic of a client with one message rate.
+/// Traffic of a client at one message rate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Traffic {
     /// Messages per second that the client requested.
     pub rate: u32,
-    /// Sizes of all sent messages in bytes, sorted.
+    /// Sizes of all sent messages in bytes, in sorted order.
     pub sizes: Vec<usize>,
     /// Duration in seconds.
     pub seconds: f64,
-    /// Sum over all messages of the bodies that moved since the previous one.
+    /// Number of bodies that moved since the previous message, summed over all messages.
     pub moved: u64,
-    /// Total processor time of encoding, microseconds.
+    /// Total processor time spent encoding, in microseconds.
     pub encode_us: f64,
-    /// Total processor time of decoding, microseconds.
+    /// Total processor time spent decoding, in microseconds.
     pub decode_us: f64,
 }
 
@@ -44,7 +44,7 @@ impl Traffic {
         Traffic { rate, sizes: Vec::new(), seconds: 0.0, moved: 0, encode_us: 0.0, decode_us: 0.0 }
     }
 
-    /// Completes the traffic of this many ticks.
+    /// Completes the measurement after the given number of ticks.
     pub fn finish(mut self, ticks: u32) -> Traffic {
         self.sizes.sort_unstable();
         self.seconds = f64::from(ticks) / 60.0;
@@ -59,7 +59,7 @@ impl Traffic {
         [payload, payload + around].map(|bytes| bytes as f64 / self.seconds)
     }
 
-    /// Percentile of the message size, bytes.
+    /// A percentile of the message size in bytes.
     pub fn percentile(&self, share: f64) -> usize {
         let last = self.sizes.len().saturating_sub(1);
         self.sizes.get((share * last as f64).round() as usize).copied().unwrap_or(0)
@@ -71,7 +71,7 @@ impl Traffic {
     }
 }
 
-/// A stream of one rate under measurement.
+/// A stream at one rate that is being measured.
 struct Client {
     every: u32,
     sender: SnapshotStream,
@@ -126,22 +126,22 @@ impl Scale {
         Scale { clients: rates.iter().map(|&rate| Client::new(rate)).collect(), ticks: 0 }
     }
 
-    /// Sends the next tick. The keyframe and the first messages, until every rate has reached its usual size, are not
-    /// counted.
+    /// Sends the next tick. The keyframe and the first messages are not counted, until every rate has reached its usual
+    /// size.
     pub fn weigh(&mut self, snapshot: &Arc<Snapshot>) {
         self.ticks += 1;
         let counts = self.ticks > FIRST_TICKS;
         self.clients.iter_mut().for_each(|client| client.see(snapshot, counts));
     }
 
-    /// Traffic of each client.
+    /// Returns the traffic of each client.
     pub fn finish(self) -> Vec<Traffic> {
         let ticks = self.ticks.saturating_sub(FIRST_TICKS);
         self.clients.into_iter().map(|client| client.traffic.finish(ticks)).collect()
     }
 }
 
-/// Plays a script and passes on a snapshot of each counted tick, at most `ticks_max`.
+/// Plays a script and passes on snapshots of at most `ticks_max` counted ticks.
 pub fn watch(
     script: &mut Script,
     crowd: &mut dyn Crowd,

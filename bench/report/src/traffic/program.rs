@@ -28,13 +28,13 @@ enum Task {
     Record,
     /// Print the sizes of the recordings
     Sizes {
-        /// Update the golden table with them
+        /// Update the golden table with these sizes
         #[arg(long)]
         renew: bool,
     },
 }
 
-/// An engine with the bodies of a script in it.
+/// Creates an engine that contains the bodies of a script.
 pub type Make = fn(&Script) -> Box<dyn Crowd>;
 
 /// Executes the command; `engine` is used in file names.

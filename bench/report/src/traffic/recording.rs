@@ -1,35 +1,35 @@
-//! Recorded traffic: the position of every body in every tick, in quanta. With it sizes can be measured again without
+//! Recorded traffic: the position of every body in every tick, in quanta. It allows sizes to be measured again without
 //! the engine that played, which may be a peer.
 //!
-//! A file is deflated. It contains the first tick and the numbers of bodies and ticks as u32, then for each tick and
-//! body x and y, each as a signed LEB128: the position minus its linear extrapolation from the two ticks before.
+//! A file is deflated. It contains the first tick and the numbers of bodies and ticks as u32, then x and y for each
+//! tick and body, each as a signed LEB128: the position minus its linear extrapolation from the two previous ticks.
 
 use super::measure::{Position, snapshot};
 use anyhow::{Context, Result, ensure};
 use jostle_protocol::Snapshot;
 use std::sync::Arc;
 
-/// Largest unpacked size of a recording, bytes.
+/// Largest unpacked size of a recording in bytes.
 const BYTES_MAX: usize = 1 << 26;
 const PACK_LEVEL: u8 = 9;
 
 /// A recorded run of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
-    /// Tick of the first of `positions`.
+    /// The tick of the first entry in `positions`.
     pub first_tick: u32,
     /// Positions by tick and body; the number of bodies never changes.
     pub positions: Vec<Vec<Position>>,
 }
 
 impl Recording {
-    /// One snapshot per tick.
+    /// Returns one snapshot per tick.
     pub fn snapshots(&self) -> impl Iterator<Item = Arc<Snapshot>> {
         let ticks = (self.first_tick..).zip(&self.positions);
         ticks.map(|(tick, positions)| Arc::new(snapshot(tick, positions.iter().copied())))
     }
 
-    /// The bytes of the file.
+    /// Returns the bytes of the file.
     pub fn pack(&self) -> Vec<u8> {
         let bodies = self.positions.first().map_or(0, Vec::len);
         let mut bytes = Vec::new();

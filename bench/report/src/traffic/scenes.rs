@@ -6,43 +6,44 @@ use crate::engine::State;
 use crate::scene::{Body, Mulberry, Scene, Shape, TICK_S};
 use glam::DVec2;
 
-/// Reach of a player's pull, units; its strength, units/s^2; ticks after which it switches on or off.
+/// Reach of a player's pull in units, its strength in units/s^2, and the number of ticks after which it switches on or
+/// off.
 const PULL_REACH: f64 = 8.0;
 const PULL: f64 = 40.0;
 const PULL_TICKS: u32 = 120;
-/// Reach of an explosion, the speed added at its centre, and the ticks between explosions.
+/// Reach of an explosion, the speed it adds at its centre, and the number of ticks between explosions.
 const BLAST_REACH: f64 = 10.0;
 const BLAST: f64 = 40.0;
 const BLAST_TICKS: u32 = 180;
 
-/// Many bodies in an engine, numbered in the order in which they were added.
+/// Many bodies in an engine, numbered in the order they were added.
 pub trait Crowd {
-    /// Adds to a velocity, units/s.
+    /// Adds to a body's velocity, in units/s.
     fn kick(&mut self, body: usize, change: DVec2);
     /// Plays one tick of 1/60 s.
     fn step(&mut self);
-    /// Position and velocity of a body.
+    /// Returns the position and velocity of a body.
     fn state(&self, body: usize) -> State;
 }
 
 /// A scene and the actions of its players.
 pub struct Script {
     pub name: &'static str,
-    /// Bodies, the four walls first, then the players.
+    /// The bodies: first the four walls, then the players, then all others.
     pub scene: Scene,
-    /// Damping of each body, 1/s, applied as v / (1 + damping dt) per tick.
+    /// Damping of each body in 1/s, applied as v / (1 + damping dt) per tick.
     pub damping: Vec<f64>,
-    /// Ticks before the first counted one, and number of counted ticks.
+    /// Number of ticks before the first counted one, and number of counted ticks.
     pub ticks: [u32; 2],
-    /// Ticks in its recording.
+    /// Number of ticks in the recording.
     pub ticks_recorded: u32,
-    /// Number of players; they are the first movable bodies.
+    /// Number of players, who are the first movable bodies.
     pub players: usize,
     size: DVec2,
     acceleration: f64,
     pulls: bool,
     blasts: bool,
-    /// Counted tick from which on players do nothing.
+    /// The counted tick from which players do nothing.
     rest_from: u32,
     draws: Mulberry,
     steering: Vec<(u32, DVec2)>,
@@ -52,7 +53,7 @@ pub struct Script {
 /// Constructors of all scenes.
 pub const SCENES: [fn() -> Script; 4] = [flock, pile, still, crowd];
 
-/// Number of static bodies of a container.
+/// Number of static bodies in a container.
 const WALLS: usize = 4;
 
 impl Script {
@@ -98,12 +99,12 @@ impl Script {
         }
     }
 
-    /// Indices of the movable bodies.
+    /// Returns the indices of the movable bodies.
     pub fn moving(&self) -> std::ops::Range<usize> {
         WALLS..self.scene.bodies.len()
     }
 
-    /// Applies the players' actions, then plays a tick.
+    /// Applies the players' actions and then plays a tick.
     pub fn play(&mut self, crowd: &mut dyn Crowd) {
         let positions: Vec<DVec2> = self.moving().map(|body| crowd.state(body).position).collect();
         if self.tick < self.rest_from {
@@ -144,7 +145,7 @@ impl Script {
         }
     }
 
-    /// Turns a player back near a wall. In a side view players may stay low.
+    /// Turns a player around near a wall. In a side view players may stay low.
     fn inward(&self, position: DVec2, direction: DVec2) -> DVec2 {
         let share = position / self.size;
         let along = |share: f64, low: f64, direction: f64| match share {
@@ -163,7 +164,7 @@ impl Script {
     }
 }
 
-/// Gives bodies within `reach` of a centre a velocity away from it.
+/// Gives bodies within `reach` of a centre a velocity that points away from it.
 fn push(
     positions: &[DVec2],
     center: DVec2,

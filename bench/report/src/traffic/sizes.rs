@@ -1,5 +1,5 @@
-//! Sizes of recorded scenes with the current codec, as a text table. The table in `tests/goldens` holds the accepted
-//! sizes; none may differ from it by more than [`GROWTH_MAX`].
+//! Measures the sizes of recorded scenes with the current codec, as a text table. The table in `tests/goldens` holds
+//! the accepted sizes; none may differ from it by more than [`GROWTH_MAX`].
 
 use super::measure::{Scale, Traffic};
 use super::recording::Recording;
@@ -7,14 +7,14 @@ use anyhow::{Context, Result, ensure};
 use std::fs;
 use std::path::Path;
 
-/// Share by which a size may differ from the golden one, in either direction.
+/// Relative amount by which a size may differ from the golden one in either direction.
 pub const GROWTH_MAX: f64 = 0.02;
 /// The command that updates the golden table.
 pub const RENEW: &str = "in bench: cargo run --release --bin traffic -- sizes --renew";
 
-/// Directory of the recordings and the golden table, from the root of the workspace.
+/// Directory of the recordings and the golden table, relative to the root of the workspace.
 pub const GOLDENS: &str = "tests/goldens/traffic";
-/// Name of the table's file.
+/// File name of the table.
 pub const TABLE: &str = "sizes.txt";
 /// Extension of the recordings.
 pub const ENDING: &str = "recording";
@@ -62,7 +62,7 @@ fn row(name: &str, traffic: &Traffic) -> String {
 
 /// A row of the table.
 struct Row {
-    /// Scene, engine and rate.
+    /// Name of the row: scene, engine and rate.
     name: String,
     /// Sizes in the order of [`COLUMNS`].
     sizes: Vec<f64>,
@@ -70,8 +70,8 @@ struct Row {
 
 const COLUMNS: [&str; 5] = ["payload", "bits a moved body", "p50", "p99", "longest message"];
 
-/// Returns a sentence for every number that differs from the golden table by more than allowed, or an error if the
-/// tables have different rows. Reductions are reported too, so that the golden table records them.
+/// Returns a sentence for every number that differs too much from the golden table, or an error if the tables have
+/// different rows. Reductions are reported too, so that the golden table records them.
 pub fn differences(golden: &str, now: &str) -> Result<Vec<String>> {
     let (golden, now) = (rows(golden)?, rows(now)?);
     let names = |rows: &[Row]| rows.iter().map(|row| row.name.clone()).collect::<Vec<_>>();

@@ -1,13 +1,13 @@
-//! Extreme scenes: a closed container with random bodies. The exponent of each quantity is drawn from the whole range
-//! that the simulation accepts. At the start the bodies take up at most 60 % of the container ([`CELL_MIN`]), since
-//! bodies that do not fit in cannot stay in.
+//! Extreme scenes, each a closed container with random bodies. The exponent of each quantity is drawn from the whole
+//! range that the simulation accepts. At the start the bodies take up at most 60 % of the container ([`CELL_MIN`]),
+//! since bodies that do not fit cannot stay inside.
 //!
 //! After every step all numbers must be finite, every centre must be inside, and the energy may be at most 0.1 % above
 //! its initial value. A centre is inside if it is no further than twice the slop plus rounding beyond the face of a
 //! wall; bodies that are merely pressed into a wall are counted separately. Energy is measured from the floor, E = sum
 //! m (v^2 / 2 + g y), so that it is never negative. It may additionally grow by rounding: positions are only exact to
-//! [`ROUNDING`] of the container, and overlaps up to the slop may be pushed up again, together sum m g (2 slop + L
-//! [`ROUNDING`]). Likewise, [`ROUNDING`] of the energy that bodies could have at their fastest is ignored. The
+//! [`ROUNDING`] of the container, and bodies that overlap by up to the slop may be pushed up again, together sum m g (2
+//! slop + L [`ROUNDING`]). Likewise, [`ROUNDING`] of the energy that bodies could have at their fastest is ignored. The
 //! relaxation solver only has to stay finite.
 
 use super::{Failure, Verdict};
@@ -23,7 +23,7 @@ const BODIES_MAX: u32 = 30;
 const ROUNDING: f64 = 4e-6;
 const GAIN_MAX: f64 = 1e-3;
 const SLOP: f64 = 0.005;
-/// Side of a body's cell relative to the largest body: 1.3^-2 is 59 %.
+/// Side length of a body's cell relative to the largest body: 1.3^-2 is 59 %.
 const CELL_MIN: f32 = 1.3;
 
 const KINDS: [&str; 4] = ["apart", "apart, no gravity", "at one point, no gravity", "relaxation"];
@@ -49,7 +49,7 @@ fn spread(rng: &mut Rng, low: f32, high: f32) -> f32 {
 struct Container {
     world: World,
     bodies: Vec<BodyId>,
-    /// The container spans (0, 0) to this.
+    /// Side length of the container, whose lower left corner is the origin.
     side: f32,
     gravity: f32,
     /// Deepest penetration of a wall beyond the allowed depth, in half-sizes.
@@ -144,7 +144,7 @@ impl Container {
         self.world.contains(id) && self.beyond(id, Vec2::ZERO).max_element() <= self.counts()
     }
 
-    /// Measures how deep bodies are in the walls.
+    /// Measures how deeply bodies penetrate the walls.
     fn measure(&mut self) {
         for &id in &self.bodies {
             let half = self.world.shape(id).half_extent();
@@ -157,7 +157,7 @@ impl Container {
         }
     }
 
-    /// Penetration depth, world units, that slop and rounding cannot explain.
+    /// Penetration depth, in world units, that slop and rounding cannot explain.
     fn counts(&self) -> f32 {
         (2.0 * SLOP + f64::from(self.side) * ROUNDING) as f32
     }
@@ -180,7 +180,7 @@ impl Container {
             .sum()
     }
 
-    /// Energy that rounding may add.
+    /// The energy that rounding may add.
     fn floor(&self) -> f64 {
         let masses = self.bodies.iter().map(|&id| 1.0 / f64::from(self.world.inverse_mass(id)));
         let height = 2.0 * SLOP + f64::from(self.side) * ROUNDING;
@@ -218,7 +218,7 @@ mod tests {
         }
     }
 
-    /// Numbers of scenes that failed once, for seeds 1 and 2. In nearly all of them the container is small compared
+    /// Numbers of scenes that once failed, for seeds 1 and 2. In nearly all of them the container is small compared
     /// with the speed that gravity adds per step.
     const FAILED_ONCE: [(u64, &[u64]); 2] = [
         (

@@ -3,8 +3,8 @@
 //!
 //! The expected outcome is computed in f64, independently of the simulation. All shapes are convex and do not rotate.
 //! If two bodies never penetrate, a separating tangent lies between them before and after a step, so the straight line
-//! between the two relative positions does not enter either shape. A line that does means that a bullet passed through.
-//! A pair whose unhindered line stays clear must not affect each other.
+//! between the two relative positions does not enter either shape. If it does, a bullet passed through. Two bodies
+//! whose unhindered line stays clear must not affect each other.
 
 use super::{Failure, Verdict};
 use crate::shape::overlap;
@@ -14,15 +14,15 @@ use jostle_sim::Rng;
 use jostle_sim::WorldSettings;
 use jostle_sim::{BodyDef, BodyId, Motion, Shape, Solver, Vec2, World};
 
-/// Steps per shot; a bullet starts at most one and a half steps away from its target.
+/// Number of steps per shot; a bullet starts at most one and a half steps away from its target.
 const STEPS: u32 = 4;
-/// How deep a line may enter: one and a half times the slop, and for boxes passing corner to corner, a quarter more
+/// How deep a line may enter: one and a half times the slop, and, for boxes that pass corner to corner, a quarter more
 /// than they may overlap there.
 const ENTER_MAX: f64 = 0.0075;
 const ENTER_CORNER_MAX: f64 = 0.0125;
 /// Maximum overlap of two bodies that are pressed against a wall in the same step.
 const OVERLAP_MAX: f64 = 0.05;
-/// A line that stays clear by this distance plus this share of the coordinates is a miss.
+/// A line is a miss if it stays clear by this distance plus this share of the coordinates.
 const CLEAR_MIN: f64 = 1e-3;
 /// Velocity changes up to this share of the speed are ignored.
 const STEADY: f32 = 1e-6;
@@ -54,7 +54,7 @@ fn turned(rng: &mut Rng) -> Vec2 {
     Vec2::from_angle(rng.range(0.0, std::f32::consts::TAU))
 }
 
-/// A world with the bodies of a shot.
+/// A world that contains the bodies of a shot.
 struct Shot {
     world: World,
     bodies: Vec<BodyId>,
@@ -131,7 +131,7 @@ impl Shot {
         None
     }
 
-    /// Pairs in which at least one body is movable.
+    /// All pairs in which at least one body is movable.
     fn pairs(&self) -> Vec<(usize, usize)> {
         let movable = |i: usize| self.world.inverse_mass(self.bodies[i]) > 0.0;
         let all = (0..self.bodies.len()).flat_map(|a| (0..a).map(move |b| (b, a)));
@@ -147,7 +147,7 @@ impl Shot {
         position(b) - position(a)
     }
 
-    /// Whether two bodies miss each other if nothing stops them.
+    /// Whether two bodies would miss each other if nothing stopped them.
     fn misses(&self, a: usize, b: usize) -> bool {
         let velocity = |body: usize| self.world.velocity(self.bodies[body]).as_dvec2();
         let start = self.offset(a, b);
@@ -210,7 +210,7 @@ fn wall(rng: &mut Rng, position: Vec2) -> BodyDef {
     BodyDef { shape, position, motion: Motion::Static, ..material }
 }
 
-/// The targets; the bullet is aimed at the first.
+/// Creates the targets; the bullet is aimed at the first one.
 fn targets(rng: &mut Rng, which: usize, position: Vec2, speed: f32) -> Vec<BodyDef> {
     let wall = wall(rng, position);
     // Limits the sum of both speeds to the largest allowed speed.
@@ -225,7 +225,7 @@ fn targets(rng: &mut Rng, which: usize, position: Vec2, speed: f32) -> Vec<BodyD
             vec![BodyDef { shape: Shape::rect(width, height), ..wall }]
         }
         5 => {
-            // The second wall ends on the first one, away from its middle.
+            // The second wall ends at the first one, away from its middle.
             let Shape::Box { half } = wall.shape else { unreachable!("walls are boxes") };
             let along = if half.x > half.y { Vec2::X } else { Vec2::Y };
             let (across, length) = (along.perp(), spread(rng, 1.0, 20.0));
@@ -238,7 +238,7 @@ fn targets(rng: &mut Rng, which: usize, position: Vec2, speed: f32) -> Vec<BodyD
             vec![second, wall]
         }
         _ => {
-            // Long enough that nothing gets around it.
+            // Long enough for nothing to get around it.
             let Shape::Box { half } = wall.shape else { unreachable!("walls are boxes") };
             let size = if half.x > half.y { (1e3, 2.0 * half.y) } else { (2.0 * half.x, 1e3) };
             let wall = BodyDef { shape: Shape::rect(size.0, size.1), ..wall };
@@ -253,7 +253,7 @@ fn targets(rng: &mut Rng, which: usize, position: Vec2, speed: f32) -> Vec<BodyD
     }
 }
 
-/// A point of the target, or of a block near its corner.
+/// A point on the target, or on a block near its corner.
 fn aim(rng: &mut Rng, which: usize, target: &BodyDef) -> Vec2 {
     let half = target.shape.half_extent();
     let unit = Vec2::new(rng.range(-1.0, 1.0), rng.range(-1.0, 1.0));
@@ -277,7 +277,7 @@ mod tests {
         let arguments = super::super::Arguments { seed: 1, from: 0, count: 5000 };
         let tallies: Tallies = run("shots", &arguments, trial);
         assert_eq!(tallies.len(), KINDS.len());
-        // A body squeezed between a bullet and a wall fails once in a thousand shots.
+        // Shots at a body between a bullet and a wall fail once in a thousand.
         for (kind, tally) in tallies.iter().filter(|(kind, _)| **kind != KINDS[6]) {
             assert!(tally.failures.is_empty(), "{kind}: {tally:?}");
         }

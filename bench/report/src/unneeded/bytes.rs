@@ -1,4 +1,4 @@
-//! Bytes sent per tick: without a feature, with the feature unused, and with it used.
+//! Measures the bytes sent per tick without a feature, with the feature unused, and with it used.
 
 use anyhow::{Result, anyhow};
 use jostle_game::scene::Plan;
@@ -15,16 +15,16 @@ pub struct Bytes {
     pub feature: &'static str,
     /// Bytes in a scene without the feature.
     pub lacking: f64,
-    /// In a scene with the feature, while it is unused; `None` if it works by itself.
+    /// Bytes in a scene with the feature while it is unused; `None` if the feature is always active.
     pub unused: Option<f64>,
-    /// While the feature is used.
+    /// Bytes while the feature is used.
     pub used: f64,
     /// Whether the page needs the particle pipeline.
     pub draws_particles: bool,
 }
 
 const TICKS: u32 = 600;
-/// A hero on a floor; the compared features come after it.
+/// A hero on a floor, to which the compared features are added.
 const FLOOR: &str = r#"
 title = "Floor"
 size = [200, 112.5]
@@ -34,13 +34,13 @@ hero = { spawns = [[40, 20]] }
 "#;
 const GROUND: &str = "[[bodies]]\nkind = \"wall\"\nposition = [100, -5]\nsize = [400, 20]\n";
 
-/// A feature on the wire: its text in a scene file, and the buttons that use it.
+/// A feature to be measured: its text in a scene file and the buttons that use it.
 struct Sent {
     name: &'static str,
     top: &'static str,
     bodies: &'static str,
     pressed: Buttons,
-    /// Whether the feature works by itself, so that it cannot be present but unused.
+    /// Whether the feature is always active, so that it cannot be present but unused.
     by_itself: bool,
 }
 
@@ -82,7 +82,7 @@ const SENT: [Sent; 5] = [
     },
 ];
 
-/// Plays each feature's scenes.
+/// Plays each feature's scenes and measures the bytes sent.
 pub fn measure() -> Result<Vec<Bytes>> {
     let lacking = played("", "", Buttons(0))?;
     let of = |sent: &Sent| -> Result<Bytes> {
@@ -95,13 +95,13 @@ pub fn measure() -> Result<Vec<Bytes>> {
     SENT.iter().map(of).collect()
 }
 
-/// The floor with additions.
+/// Returns the floor scene with additions.
 fn scene(top: &str, bodies: &str) -> Result<Scene> {
     let text = format!("{top}\n{FLOOR}\n{GROUND}{bodies}");
     Ok(Scene::parse("costs.toml", &text)?)
 }
 
-/// Mean bytes of a tick's snapshot for a player who reads all of them.
+/// Mean size of a tick's snapshot, in bytes, for a player who reads all of them.
 fn played(top: &str, bodies: &str, pressed: Buttons) -> Result<f64> {
     let mut room = Room::new("costs", Arc::new(scene(top, bodies)?), 1);
     let ann = Appearance::new("Ann", 0).map_err(|error| anyhow!("{error:?}"))?;
@@ -109,7 +109,7 @@ fn played(top: &str, bodies: &str, pressed: Buttons) -> Result<f64> {
     let (subscriber, _) = room.subscribe(Rate::Full);
     let mut sum = 0;
     for tick in 1..=TICKS {
-        // Pressed and released alternately, so that a tool that acts on a press acts every second tick.
+        // Buttons are alternately pressed and released, so that a tool that acts on a press acts every other tick.
         let buttons = if tick % 2 == 0 { pressed } else { Buttons(0) };
         room.input(Seat(0), tick, Input::new(buttons, Some(Vec2::new(150.0, 60.0))));
         room.tick();

@@ -1,6 +1,6 @@
 use super::*;
 
-/// Fourth-order Runge-Kutta for a pair (x, v), independent of the closed forms.
+/// Fourth-order Runge-Kutta for a pair (x, v), independent of the closed-form solutions.
 fn integrate(acceleration: impl Fn(f64) -> f64, mut x: f64, mut v: f64, t: f64) -> (f64, f64) {
     let steps = 4000;
     let h = t / f64::from(steps);
@@ -42,7 +42,7 @@ fn drags_agree_with_runge_kutta_and_with_each_other_where_drag_vanishes() {
 fn a_ball_bounces_at_the_right_times_and_heights() {
     let first = (2.0 * 20.0 / 50.0f64).sqrt();
     close(bounce(20.0, 50.0, 0.5, first), 0.0, 1e-9);
-    // The next peak is e t1 later and e^2 h high.
+    // The next peak is at a time e t1 later and at a height of e^2 h.
     close(bounce(20.0, 50.0, 0.5, first * 1.5), 5.0, 1e-9);
     close(bounce(20.0, 50.0, 1.0, first * 6.0), 20.0, 1e-9);
     // Zeno: t1 + 2 t1 e / (1 - e) = 3 t1 for e = 1/2.

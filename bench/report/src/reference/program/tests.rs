@@ -40,7 +40,8 @@ fn two_methods_agree_and_meet_the_optimality_conditions() {
     }
 }
 
-/// Tries all partitions of the sequence into blocks, each replaced by its mean, and returns the best feasible one.
+/// Tries all partitions of the sequence into blocks, with each block replaced by its mean, and returns the best
+/// feasible one.
 fn brute_force(values: &[f64], weights: &[f64]) -> Vec<f64> {
     let count = values.len();
     let mut best: Option<(f64, Vec<f64>)> = None;
