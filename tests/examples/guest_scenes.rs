@@ -1,5 +1,5 @@
-//! Opens random guest scenes one after another while an ordinary room plays, and compares the lateness of that room's
-//! snapshots with a period without guests.
+//! Opens random guest scenes one after another while an ordinary room is running, and compares the lateness of that
+//! room's snapshots with that in a period without guests.
 //!
 //! Usage: `cargo run --release --package jostle-tests --example guest_scenes -- 1000`
 
@@ -22,14 +22,14 @@ use tokio::time::{sleep, timeout};
 use tokio_tungstenite::tungstenite::Message;
 use tokio_tungstenite::{WebSocketStream, client_async};
 
-/// Length of the period without guests.
+/// Duration of the period without guests.
 const QUIET: Duration = Duration::from_secs(30);
-/// Time for which each accepted scene is played.
+/// How long each accepted scene is played.
 const PLAYED: Duration = Duration::from_millis(1500);
-/// Number of scenes sent at the same time.
+/// Number of scenes sent concurrently.
 const AT_ONCE: usize = 4;
 
-/// Ticks, with the arrival time of each snapshot.
+/// The tick and arrival time of each snapshot.
 type Arrivals = Vec<(u32, Instant)>;
 
 #[tokio::main]
@@ -74,12 +74,13 @@ async fn watch(server: SocketAddr, time: Duration) -> Result<Arrivals> {
     Ok(arrivals)
 }
 
-/// Prints how late snapshots were, relative to the earliest time for their tick, and how many ticks were never played.
+/// Prints how late snapshots were relative to the earliest possible time for their tick, and how many ticks were never
+/// played.
 fn report(name: &str, arrivals: &[(u32, Instant)]) {
     let Some(&(first, start)) = arrivals.first() else { return println!("{name}: nothing came") };
     let due = |tick: u32| f64::from(tick - first) / f64::from(TICKS_PER_SECOND);
     let offset = |&(tick, at): &(u32, Instant)| at.duration_since(start).as_secs_f64() - due(tick);
-    // A missed tick makes all later ones late, so each second is measured from its own earliest snapshot.
+    // A missed tick makes all later ones late, so each second is measured relative to its own earliest snapshot.
     let mut late: Vec<f64> = arrivals
         .chunks(TICKS_PER_SECOND as usize)
         .flat_map(|second| {

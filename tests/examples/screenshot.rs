@@ -10,10 +10,10 @@ use jostle_tests::state::State;
 use jostle_tests::tab::{Screen, Tab};
 use std::path::Path;
 
-/// Names, colours and screens of the players. The screenshot shows the first player's screen.
+/// Name, colour and screen of each player. The screenshot shows the first player's screen.
 const PLAYERS: [(&str, u8, Screen); 3] =
     [("Ada", 1, Screen::LAPTOP.sharp()), ("Grace", 2, Screen::SMALL), ("Alan", 0, Screen::SMALL)];
-/// Rounds of play. Pictures are taken after the first few rounds, and the liveliest is kept.
+/// Number of rounds to play. Pictures are taken after the first few rounds, and the liveliest one is kept.
 const ROUNDS: usize = 26;
 const QUIET_ROUNDS: usize = 10;
 
@@ -57,7 +57,7 @@ async fn play(browser: &Browser, server: &Server) -> Result<Picture> {
     best.context("no picture was taken")
 }
 
-/// One short action: flies towards another hero and throws at it; sometimes drops marbles.
+/// Performs one short action: flies towards another hero and throws a pack at it, or sometimes drops marbles.
 async fn act(tab: &Tab, turn: usize) -> Result<()> {
     let state = tab.state().await?;
     let own = state.own_hero().context("a hero")?.pos;
@@ -65,7 +65,7 @@ async fn act(tab: &Tab, turn: usize) -> Result<()> {
     let near = others.map(|hero| hero.pos).min_by(|a, b| apart(*a, own).total_cmp(&apart(*b, own)));
     let prey = near.unwrap_or([160.0, 60.0]);
     let aside = if prey[0] > own[0] { "d" } else { "a" };
-    // Low heroes rise and high ones glide, so that the picture does not show only the floor.
+    // Low heroes rise and high ones glide, so that the picture shows more than the floor.
     let rises = own[1] < 40.0 + 20.0 * (turn % 4) as f32;
     tab.key_down(aside).await?;
     if rises {

@@ -12,7 +12,7 @@ use tokio::io::{AsyncBufReadExt, BufReader};
 use tokio::process::{Child, Command};
 use tokio::time::timeout;
 
-/// Names of the program, fastest first; `JOSTLE_CHROMIUM` takes precedence.
+/// Possible names of the program, fastest first; `JOSTLE_CHROMIUM` takes precedence.
 const PROGRAMS: [&str; 5] = [
     "chromium-headless-shell",
     "chromium",
@@ -24,19 +24,19 @@ const FLAGS: [&str; 23] = [
     "--headless=new",
     "--remote-debugging-port=0",
     "--no-sandbox",
-    // WebGL by Mesa's software renderer, which gives the same result on every machine.
+    // Use Mesa's software renderer for WebGL, which gives the same result on every machine.
     "--use-angle=gl-egl",
     "--ignore-gpu-blocklist",
     // Composite pages without the GPU, which saves a fifth of the browser's time.
     "--disable-gpu-compositing",
     // Each window of the full Chromium loads two hidden pages for address bar suggestions, which take more time than a
-    // light page of the game.
+    // simple page of the game.
     "--disable-features=WebUIOmniboxPopup,WebUIOmniboxAimPopup",
     "--force-color-profile=srgb",
     "--hide-scrollbars",
     "--lang=en_US",
     "--mute-audio",
-    // No connections to other hosts, and no dialogs.
+    // Make no connections to other hosts and show no dialogs.
     "--disable-background-networking",
     "--disable-component-update",
     "--disable-sync",
@@ -45,14 +45,14 @@ const FLAGS: [&str; 23] = [
     "--disable-quic",
     "--no-first-run",
     "--password-store=basic",
-    // Pages keep running while another is in front.
+    // Keep pages running while another one is in front.
     "--disable-background-timer-throttling",
     "--disable-backgrounding-occluded-windows",
     "--disable-renderer-backgrounding",
     // Containers have little shared memory.
     "--disable-dev-shm-usage",
 ];
-/// Start of the line with the address at which the browser listens.
+/// Start of the line with the address that the browser listens on.
 const LISTENING: &str = "DevTools listening on ";
 const CLOSE_WITHIN: Duration = Duration::from_secs(10);
 
@@ -123,7 +123,7 @@ impl Browser {
     }
 }
 
-/// Reads the address at which the browser listens from its output. The rest of the output is discarded, so that the
+/// Reads the address that the browser listens on from its output. The rest of the output is discarded, so that the
 /// browser never blocks on it.
 async fn address_of(process: &mut Child) -> Result<String> {
     let printed = process.stderr.take().context("the browser's errors are not read")?;

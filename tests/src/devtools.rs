@@ -1,8 +1,8 @@
-//! The part of the Chrome DevTools Protocol that the tests need: commands, answers and events as JSON over one
+//! The part of the Chrome DevTools Protocol that the tests need: commands, responses and events as JSON over one
 //! WebSocket (<https://chromedevtools.github.io/devtools-protocol>).
 //!
-//! Existing libraries have a type for every message of the protocol, which adds more than a minute to a cold build,
-//! while the tests send only 22 different commands.
+//! Existing libraries define a type for every message of the protocol, which adds more than a minute to a cold build,
+//! although the tests send only 22 different commands.
 
 use crate::server::LONG;
 use anyhow::{Context, Result, bail};
@@ -21,7 +21,7 @@ use tokio_tungstenite::tungstenite::protocol::WebSocketConfig;
 pub struct Session {
     commands: mpsc::UnboundedSender<Message>,
     pending: Arc<Mutex<Pending>>,
-    /// Session of a page; `None` addresses the browser.
+    /// The page's session; `None` addresses the browser.
     id: Option<String>,
 }
 
@@ -31,7 +31,7 @@ pub struct Event {
     pub params: Value,
 }
 
-/// Unanswered commands, and the listeners for events.
+/// Unanswered commands and listeners for events.
 #[derive(Default)]
 struct Pending {
     last_command: u64,
@@ -40,7 +40,7 @@ struct Pending {
 }
 
 impl Session {
-    /// Connects to the browser at the address that it prints: `ws://127.0.0.1:PORT/PATH`.
+    /// Connects to the browser at the address that it prints, `ws://127.0.0.1:PORT/PATH`.
     pub async fn connect(address: &str) -> Result<Session> {
         let host = address.strip_prefix("ws://").and_then(|rest| rest.split('/').next());
         let host = host.with_context(|| format!("{address} is no address of a browser"))?;
@@ -55,7 +55,7 @@ impl Session {
         Ok(Session { commands, pending, id: None })
     }
 
-    /// Attaches to a page; returns its session and the events of the domains that are enabled.
+    /// Attaches to a page. Returns its session and the events of the enabled domains.
     pub async fn attach(
         &self,
         target_id: &str,
@@ -67,7 +67,7 @@ impl Session {
         Ok((Session { id: Some(id), ..self.clone() }, events))
     }
 
-    /// Sends a command and waits for its answer; fails with the browser's message if it is refused.
+    /// Sends a command and waits for the response; fails with the browser's message if the command is refused.
     pub async fn call(&self, method: &str, params: Value) -> Result<Value> {
         let (sender, answer) = oneshot::channel();
         let number = {
@@ -93,13 +93,13 @@ impl Session {
     }
 }
 
-/// A field of an answer that must be text.
+/// Returns a field of a response, which must be text.
 pub(crate) fn text(answer: &Value, field: &str) -> Result<String> {
     let value = answer[field].as_str();
     Ok(value.with_context(|| format!("no {field} in {answer}"))?.to_owned())
 }
 
-/// Sends commands and dispatches incoming messages until either side is gone.
+/// Sends commands and dispatches incoming messages until either end is gone.
 async fn exchange(
     socket: WebSocketStream<TcpStream>,
     mut queued: mpsc::UnboundedReceiver<Message>,
@@ -126,7 +126,7 @@ async fn exchange(
     *lock(&pending) = Pending::default();
 }
 
-/// Passes a message to the command that it answers, or to the listener of its session.
+/// Passes a message to the command that it answers or to its session's listener.
 fn deliver(text: &str, pending: &mut Pending) {
     let Ok(mut message) = serde_json::from_str::<Value>(text) else { return };
     if let Some(number) = message["id"].as_u64() {

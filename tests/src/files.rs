@@ -1,4 +1,4 @@
-//! A plain file server: it serves a folder below a path, knows nothing of Jostle, and records all requests.
+//! A plain file server that serves a folder below a path and records all requests. It knows nothing about Jostle.
 
 use anyhow::{Context, Result};
 use std::net::SocketAddr;
@@ -54,12 +54,12 @@ impl FileServer {
         Ok(FileServer { address, asked, task })
     }
 
-    /// The URL of a path, which starts with a slash.
+    /// Returns the URL of a path, which must start with a slash.
     pub fn link(&self, path: &str) -> String {
         format!("http://{}{path}", self.address)
     }
 
-    /// Paths and queries of all requests so far.
+    /// Returns the paths and queries of all requests so far.
     pub fn asked(&self) -> Vec<String> {
         self.asked.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
@@ -104,7 +104,7 @@ async fn answer(
     stream.shutdown().await.context("a connection that does not close")
 }
 
-/// Content types, as any file host has them.
+/// Returns the content type that any file host would use.
 fn content_type(path: &str) -> &'static str {
     match path.rsplit_once('.').map_or("html", |(_, ending)| ending) {
         "js" => "text/javascript",

@@ -1,5 +1,5 @@
-//! Scenes as strangers may send them: random ones, within the budget or above it, and one that takes as much time as
-//! the budget allows.
+//! Scenes that strangers might send: random ones within or above the budget, and one that takes as much time as the
+//! budget allows.
 
 use jostle_sim::Rng;
 use std::fmt::Write;
@@ -42,7 +42,7 @@ grid = [33, 30]
 exact = true
 "#;
 
-/// A random scene, determined by the seed.
+/// Generates a random scene that is determined by the seed.
 pub fn random_scene(seed: u64) -> String {
     let mut rng = Rng::new(seed, 4);
     let (width, height) = (size(&mut rng), size(&mut rng).min(400));

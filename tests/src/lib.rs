@@ -1,5 +1,5 @@
-//! Code shared by the tests of the workspace: a server in this process, a real browser, pages
-//! driven by real keys and pointers, comparable pictures, mutated replays, and real NATS servers.
+//! Code shared by the workspace's tests: a server in this process, a real browser, pages driven by real keys and
+//! pointers, comparable pictures, mutated replays, and real NATS servers.
 //!
 //! The tests themselves are in `tests/`, one file or directory per subject.
 

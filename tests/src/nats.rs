@@ -16,26 +16,27 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 use tokio::time::{sleep, timeout};
 
-/// Maximum number of start attempts: another process may take a port before the server does.
+/// Maximum number of attempts to start, since another process may take a port before the server does.
 const STARTS_MAX: usize = 8;
-/// Polling interval.
+/// Interval between polls.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
-/// Storage limit of a server's streams: plenty for a test, but no more than a small disk has.
+/// Storage limit for a server's streams, which is plenty for a test but no more than a small disk has.
 const STORE_BYTES_MAX: u64 = 1 << 30;
-/// Numbers the clusters of this process.
+/// Counter used to number this process's clusters.
 static STARTED: AtomicU64 = AtomicU64::new(0);
 
-/// A cluster of NATS servers, or a single one. Dropping it kills them and deletes their files, unless the test failed.
+/// A cluster of NATS servers, or a single server. Dropping it kills them and deletes their files, unless the test
+/// failed.
 pub struct Cluster {
     servers: Vec<Server>,
     dir: PathBuf,
 }
 
 struct Server {
-    /// Unique in the cluster.
+    /// Name, unique within the cluster.
     name: String,
     ports: Ports,
-    /// The running process; `None` after it was killed.
+    /// The running process; `None` after it has been killed.
     process: Option<Child>,
 }
 
@@ -44,7 +45,7 @@ struct Ports {
     client: u16,
     /// Port of the monitoring endpoint, which speaks HTTP.
     monitor: u16,
-    /// Port for the other servers of the cluster.
+    /// Port used by the other servers of the cluster.
     route: u16,
 }
 
@@ -81,7 +82,7 @@ impl Cluster {
         Ok(cluster)
     }
 
-    /// The configuration of a server, as JSON, which NATS reads too.
+    /// A server's configuration as JSON, which NATS can also read.
     fn configuration(&self, index: usize) -> Value {
         let Server { name, ports, .. } = &self.servers[index];
         let mut configuration = json!({
@@ -97,7 +98,7 @@ impl Cluster {
                 "name": "jostle",
                 "listen": address(ports.route).to_string(),
                 "routes": routes.collect::<Vec<_>>(),
-                // Servers do not advertise their addresses, which clients would use to bypass the proxy.
+                // Servers do not advertise their addresses, because clients would use them to bypass the proxy.
                 "no_advertise": true,
             });
         }
@@ -120,7 +121,7 @@ impl Cluster {
         Ok(())
     }
 
-    /// Comma-separated addresses of all servers for a client, including those that were killed.
+    /// The addresses of all servers for a client, separated by commas, including servers that were killed.
     pub fn url(&self) -> String {
         let urls = self.servers.iter().map(|server| nats_url("nats", server.ports.client));
         urls.collect::<Vec<_>>().join(",")
@@ -131,7 +132,7 @@ impl Cluster {
         self.servers.iter().map(|server| address(server.ports.client)).collect()
     }
 
-    /// Kills a server, as a crash of its machine would.
+    /// Kills a server, as if its machine had crashed.
     pub fn kill(&mut self, index: usize) {
         self.servers[index].kill();
     }
@@ -142,7 +143,7 @@ impl Cluster {
         fs::remove_dir_all(self.file(index, "store")).context("the files of a NATS server")
     }
 
-    /// Restarts a killed server with its old ports and files, and waits until it answers. [`Cluster::ready`] waits for
+    /// Restarts a killed server with its old ports and files, and waits until it responds. [`Cluster::ready`] waits for
     /// the whole cluster.
     pub async fn restart(&mut self, index: usize) -> Result<()> {
         let program = program::find().await?;
@@ -152,7 +153,7 @@ impl Cluster {
             if self.answers_unless_it_ended(index).await? {
                 return Ok(());
             }
-            // Another process temporarily uses the port for a connection.
+            // Another process may temporarily use the port for a connection.
             sleep(LOOK_EVERY).await;
         }
         bail!("n{index} did not start again in {STARTS_MAX} attempts:\n{}", self.log(index))
@@ -181,7 +182,7 @@ impl Cluster {
         }
     }
 
-    /// Waits until the cluster is ready; returns false if a server has ended by itself.
+    /// Waits until the cluster is ready; returns false if a server has exited by itself.
     async fn ready_unless_one_ended(&mut self) -> Result<bool> {
         let all_ready = async {
             loop {
@@ -203,7 +204,7 @@ impl Cluster {
     async fn is_ready(&self) -> bool {
         let mut leaders = Vec::new();
         for server in self.running() {
-            // Only the status counts; the text explains a failure.
+            // Only the status matters; the text explains a failure.
             match monitor::get(server.monitor(), "/healthz").await {
                 Ok((200, _)) => {}
                 _ => return false,
@@ -217,7 +218,7 @@ impl Cluster {
         agreed && (alone || self.running().any(|server| server.name == leaders[0]))
     }
 
-    /// Index of the running server that leads a stream; `None` while it has no leader.
+    /// Index of the running server that leads a stream; `None` while the stream has no leader.
     pub async fn leader_of_stream(&self, stream: &str) -> Result<Option<usize>> {
         for (index, server) in self.servers.iter().enumerate() {
             if server.process.is_none() {
@@ -228,7 +229,7 @@ impl Cluster {
             let mut streams = accounts
                 .flat_map(|account| account["stream_detail"].as_array().into_iter().flatten());
             let found = streams.find(|detail| detail["name"] == stream);
-            // A single server names no leader.
+            // A single server does not report a leader.
             let leads = |detail: &Value| match &detail["cluster"]["leader"] {
                 Value::String(leader) => *leader == server.name,
                 _ => self.servers.len() == 1,
@@ -255,7 +256,7 @@ impl Drop for Cluster {
         if std::thread::panicking() {
             eprintln!("logs of NATS servers are in {}", self.dir.display());
         } else {
-            // Leftovers in the temporary directory are left to the system.
+            // The system takes care of leftovers in the temporary directory.
             let _ = fs::remove_dir_all(&self.dir);
         }
     }
@@ -264,13 +265,13 @@ impl Drop for Cluster {
 impl Server {
     fn kill(&mut self) {
         if let Some(mut process) = self.process.take() {
-            // The process may have ended by itself.
+            // The process may have exited by itself.
             let _ = process.kill();
             let _ = process.wait();
         }
     }
 
-    /// Whether the server was started and has ended by itself.
+    /// Whether the server was started and has exited by itself.
     fn has_ended(&mut self) -> Result<bool> {
         Ok(match &mut self.process {
             Some(process) => process.try_wait()?.is_some(),
@@ -282,7 +283,7 @@ impl Server {
         address(self.ports.monitor)
     }
 
-    /// The server's report on JetStream.
+    /// Returns the server's report about JetStream.
     async fn jetstream(&self, query: &str) -> Result<Value> {
         let (status, body) = monitor::get(self.monitor(), &format!("/jsz{query}")).await?;
         if status != 200 {
@@ -300,7 +301,7 @@ fn nats_url(scheme: &str, port: u16) -> String {
     format!("{scheme}://{}", address(port))
 }
 
-/// Ports that were free a moment ago, all different.
+/// Returns distinct ports that were free a moment ago.
 fn free_ports(count: usize) -> Result<Vec<Ports>> {
     let listen = |_| TcpListener::bind(address(0));
     let listeners = (0..3 * count).map(listen).collect::<std::io::Result<Vec<_>>>()?;

@@ -1,4 +1,4 @@
-//! Pictures of pages: reading, writing, measuring and comparing them.
+//! Reads, writes, measures and compares pictures of pages.
 
 use anyhow::{Context, Result, bail};
 use std::fs;
@@ -7,22 +7,22 @@ use std::path::Path;
 /// An image with eight bits per channel and without transparency. Rows start at the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Picture {
-    /// Size in pixels.
+    /// Width in pixels.
     pub width: u32,
-    /// Size in pixels.
+    /// Height in pixels.
     pub height: u32,
-    /// Red, green and blue of each pixel.
+    /// The red, green and blue values of each pixel.
     pub rgb: Vec<[u8; 3]>,
 }
 
-/// Difference of two pictures of the same size.
+/// The difference between two pictures of the same size.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Difference {
-    /// Mean of the channels' differences, 0..=255.
+    /// Mean difference over all channels, 0..=255.
     pub mean: f64,
-    /// Largest difference of a channel.
+    /// Largest difference in any channel.
     pub max: u8,
-    /// Number of pixels in which a channel differs by more than the tolerance of [`Picture::compare`].
+    /// Number of pixels in which any channel differs by more than the tolerance of [`Picture::compare`].
     pub outliers: usize,
 }
 
@@ -72,7 +72,7 @@ impl Picture {
         fs::write(path, bytes).with_context(|| format!("cannot write {}", path.display()))
     }
 
-    /// The pixel at a point, which is clamped to the picture.
+    /// The pixel at a point. The point is clamped to the picture.
     pub fn pixel(&self, x: f64, y: f64) -> [u8; 3] {
         let column = (x.max(0.0) as u32).min(self.width - 1);
         let row = (y.max(0.0) as u32).min(self.height - 1);
@@ -122,7 +122,7 @@ impl Picture {
         Ok(Difference { mean, max, outliers })
     }
 
-    /// The difference of two pictures, brightened to be visible.
+    /// The difference between two pictures, brightened so that it is visible.
     pub fn difference(&self, other: &Picture) -> Picture {
         let rgb = self.rgb.iter().zip(&other.rgb);
         let rgb = rgb

@@ -1,5 +1,5 @@
-//! Runs browser cases, several at a time in one browser, each with a separate server and visitors, and prints their
-//! names as they end. A failed case leaves pictures of its pages in `target/browser`.
+//! Runs several browser cases concurrently in one browser, each with a separate server and visitors, and prints their
+//! names as they finish. A failed case leaves pictures of its pages in `target/browser`.
 
 use crate::browser::{Browser, Visitor};
 use crate::scripts::FEW_FRAMES;
@@ -14,18 +14,18 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::task::JoinError;
 
-/// Time limit of a case, for those that hang. Generous enough for one that takes a hundred times as long as usual.
+/// Time limit for a case that hangs, generous enough for one that takes a hundred times as long as usual.
 const CASE_WITHIN: Duration = Duration::from_secs(4 * LONG.as_secs());
 
 /// Number of concurrent cases, unless `--test-threads` is given. More would only compete for processors.
 const LANES: usize = 2;
-/// Number of slowest cases listed at the end.
+/// Number of slow cases to list at the end.
 const SLOWEST: usize = 5;
 
 pub struct Case {
-    /// The statement that the case tests.
+    /// Name of the case, which is the statement that it tests.
     name: String,
-    /// Whether the case must run while no other does.
+    /// Whether no other case may run at the same time.
     alone: bool,
     run: Box<dyn Fn(Arc<Stage>) -> Running>,
 }
@@ -33,7 +33,7 @@ pub struct Case {
 type Running = BoxFuture<'static, Result<()>>;
 
 impl Case {
-    /// A test of the statement `name`.
+    /// Creates a case that tests the statement `name`.
     pub fn new<R>(name: impl Into<String>, run: impl Fn(Arc<Stage>) -> R + 'static) -> Case
     where
         R: Future<Output = Result<()>> + Send + 'static,
@@ -41,7 +41,7 @@ impl Case {
         Case { name: name.into(), alone: false, run: Box::new(move |stage| Box::pin(run(stage))) }
     }
 
-    /// Makes the case run alone, because it compares times.
+    /// Makes the case run alone, for cases that compare times.
     pub fn alone(self) -> Case {
         Case { alone: true, ..self }
     }
@@ -77,7 +77,7 @@ impl Stage {
         lock(&self.notes).push(line.into());
     }
 
-    /// Opens a new visitor's page at `path` of the server.
+    /// Opens a new visitor's page at a path on the server.
     pub async fn visit(&self, path: &str, screen: Screen) -> Result<Tab> {
         self.visit_link(&self.server.link(path), screen).await
     }
@@ -125,12 +125,12 @@ impl Stage {
         Ok(tab)
     }
 
-    /// The newest visitor.
+    /// The most recent visitor.
     pub fn last_visitor(&self) -> Option<Visitor> {
         lock(&self.visitors).last().cloned()
     }
 
-    /// Opens a new visitor's page in a room, with the hero on the screen.
+    /// Opens a new visitor's page in a room and waits for the hero to be on the screen.
     pub async fn play(&self, room: &str, screen: Screen) -> Result<Tab> {
         let tab = self.visit(&format!("/{room}"), screen).await?;
         tab.until("a hero of one's own", |state| state.plays()).await?;
@@ -146,7 +146,7 @@ impl Stage {
         Ok(())
     }
 
-    /// Saves pictures of all pages, to analyse a failure.
+    /// Saves pictures of all pages, to help analyse a failure.
     async fn save_pictures(&self, name: &str) {
         let tabs = lock(&self.tabs).clone();
         for (index, tab) in tabs.iter().enumerate() {
@@ -177,12 +177,12 @@ impl Stage {
     }
 }
 
-/// Whether `JOSTLE_LONG` asks for the tests that only run before a release.
+/// Whether `JOSTLE_LONG` requests the tests that only run before a release.
 pub fn is_long() -> bool {
     std::env::var_os("JOSTLE_LONG").is_some_and(|value| value == "1")
 }
 
-/// Directory for the pictures of failures.
+/// Directory for pictures of failures.
 pub fn artifacts() -> PathBuf {
     let tests = Path::new(env!("CARGO_MANIFEST_DIR"));
     tests.parent().unwrap_or(tests).join("target/browser")
@@ -190,7 +190,7 @@ pub fn artifacts() -> PathBuf {
 
 /// Command-line arguments, compatible with other test harnesses.
 struct Options {
-    /// Substrings of the names of the cases to run; all run if it is empty.
+    /// Substrings of the names of the cases to run; all cases run if there are none.
     wanted: Vec<String>,
     lanes: usize,
     list: bool,
@@ -207,7 +207,7 @@ impl Options {
                     let number = given.next().and_then(|number| number.parse().ok());
                     options.lanes = number.context("--test-threads takes a number from 1 on")?;
                 }
-                // Ignored: options of other harnesses.
+                // Options of other test harnesses are ignored.
                 dashed if dashed.starts_with('-') => {}
                 _ => options.wanted.push(argument),
             }
@@ -220,7 +220,7 @@ impl Options {
     }
 }
 
-/// Runs the cases selected by the arguments, or all.
+/// Runs the cases selected by the arguments, or all cases.
 pub fn main(cases: &[Case]) -> ExitCode {
     match start(cases) {
         Ok(0) => ExitCode::SUCCESS,
@@ -232,7 +232,7 @@ pub fn main(cases: &[Case]) -> ExitCode {
     }
 }
 
-/// Runs or lists the selected cases; returns how many failed.
+/// Runs or lists the selected cases and returns how many failed.
 fn start(cases: &[Case]) -> Result<usize> {
     let options = Options::read()?;
     let chosen: Vec<&Case> = cases.iter().filter(|case| options.wants(&case.name)).collect();
@@ -244,7 +244,7 @@ fn start(cases: &[Case]) -> Result<usize> {
     runtime.context("no runtime")?.block_on(run(chosen, options.lanes))
 }
 
-/// Runs the cases, with those that must be alone at the end; returns how many failed.
+/// Runs the cases, starting those that must run alone at the end, and returns how many failed.
 async fn run(cases: Vec<&Case>, lanes: usize) -> Result<usize> {
     let begin = Instant::now();
     let browser = Arc::new(Browser::launch().await?);
@@ -265,7 +265,7 @@ async fn run(cases: Vec<&Case>, lanes: usize) -> Result<usize> {
     Ok(summarize(reports, begin.elapsed()))
 }
 
-/// Prints a case's name, and the reason if it failed.
+/// Prints a case's name and, if it failed, the reason.
 fn print(report: &Report) {
     let Report { name, took, outcome, notes } = report;
     let verdict = if outcome.is_ok() { "ok" } else { "FAILED" };
@@ -304,7 +304,7 @@ async fn run_one<'a>(case: &'a Case, browser: &Arc<Browser>) -> Report<'a> {
     Report { name: &case.name, took: begin.elapsed(), outcome, notes }
 }
 
-/// Runs a case on its stage; returns its result and notes.
+/// Runs a case on its stage and returns its result and notes.
 async fn play(case: &Case, stage: Arc<Stage>) -> (Result<()>, Vec<String>) {
     let mut task = tokio::spawn((case.run)(Arc::clone(&stage)));
     let outcome = match tokio::time::timeout(CASE_WITHIN, &mut task).await {
@@ -329,7 +329,7 @@ async fn play(case: &Case, stage: Arc<Stage>) -> (Result<()>, Vec<String>) {
     }
 }
 
-/// The message of a failed assertion. Its location was printed when it failed.
+/// Returns the message of a failed assertion, whose location has already been printed.
 fn assertion(error: JoinError) -> String {
     let Ok(panic) = error.try_into_panic() else { return "the case was cancelled".to_owned() };
     match panic.downcast::<String>() {

@@ -1,4 +1,4 @@
-//! Runs for tests of records: a scene with short runs, and replays of it.
+//! Runs for tests of records: a scene with short runs, and replays of that scene.
 
 use jostle_game::{Buttons, Input, RoundPhase, Scene};
 use jostle_protocol::Appearance;
@@ -9,7 +9,7 @@ use std::sync::Arc;
 /// Name of the scene.
 pub const DASH_NAME: &str = "dash";
 
-/// A dash to the right: the player who reaches the post wins.
+/// A dash to the right, which the player who reaches the post wins.
 pub const DASH: &str = r#"title = "Dash"
 size = [100, 60]
 gravity = [0, 0]
@@ -35,8 +35,8 @@ enter = "post"
 score = 1
 "#;
 
-/// The replay records of a game of [`DASH`] in which this player waits for this many ticks of the round and then flies
-/// to the post.
+/// Returns the replay records of a game of [`DASH`] in which the player waits for the given number of ticks and then
+/// flies to the post.
 pub fn dash(player: &str, wait: u32) -> Vec<Record> {
     let scene = Scene::parse("dash.toml", DASH).expect("a scene");
     let mut room = Room::new("alone", Arc::new(scene), 7);
@@ -59,7 +59,7 @@ pub fn dash(player: &str, wait: u32) -> Vec<Record> {
     records
 }
 
-/// The replay records of the shipped race, won by a bot while the player does nothing.
+/// Returns the replay records of the shipped race, won by a bot while the player does nothing.
 pub fn race() -> Vec<Record> {
     let scene = Scene::built_in().into_iter().find(|scene| scene.name == "race");
     let mut room = Room::filled("alone", Arc::new(scene.expect("a shipped scene")), 1, 2);
@@ -75,7 +75,7 @@ pub fn race() -> Vec<Record> {
     records
 }
 
-/// The replay file with these records.
+/// Returns a replay file that contains the given records.
 pub fn file(records: &[Record]) -> Vec<u8> {
     let mut bytes = header();
     records.iter().for_each(|record| bytes.extend(record.seal()));

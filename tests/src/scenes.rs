@@ -1,4 +1,4 @@
-//! Scenes for servers under test.
+//! Scenes used by servers under test.
 
 /// Many bodies that never rest, so that one second of snapshots exceeds any buffer.
 pub const RESTLESS: &str = r#"title = "Restless"
@@ -54,7 +54,7 @@ friction = 0
 pub const SMALL: &str = "title = \"Small\"\nsize = [40, 30]\ntools = [\"steer\"]\n\
     groups = [\"hero\"]\n[limits]\nplayers = 4\n[hero]\nspawns = [[20, 15]]\n";
 
-/// An empty scene with room for more players than any test has.
+/// An empty scene with room for more players than there are in any test.
 pub const CROWD: &str = r#"title = "Crowd"
 size = [800, 100]
 tools = ["steer"]
@@ -73,7 +73,7 @@ position = [400, 0]
 size = [800, 4]
 "#;
 
-/// A game of two sides in which a ball repeatedly flies to the right, so that the right side loses.
+/// A game between two sides in which a ball repeatedly flies to the right, so that the right side loses.
 pub const DUEL: &str = r#"title = "Duel"
 size = [200, 100]
 gravity = [0, 0]

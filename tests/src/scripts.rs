@@ -1,6 +1,6 @@
 //! Scripts that tests run in the page.
 
-/// Returns the page's state as JSON text, or null while it has none.
+/// Returns the page's state as JSON text, or null while there is none.
 pub const STATE: &str = "(() => { const state = window.jostle?.state?.(); \
     return !state ? null : typeof state === 'string' ? state : JSON.stringify(state); })()";
 
@@ -24,7 +24,7 @@ pub const RECORD: &str = r#"(() => {
 })()"#;
 
 /// Returns the centre of an element, or null if it is not shown. Waits until it has not moved for a frame and nothing
-/// covers it, since layout may still be changing on a slow page, and a click would miss.
+/// covers it, because on a slow page the layout may still be changing, and a click would miss.
 pub const MIDDLE: &str = r#"async selector => {
     const shown = () => {
         const element = document.querySelector(selector);
@@ -43,14 +43,14 @@ pub const MIDDLE: &str = r#"async selector => {
     return before?.at ?? null;
 }"#;
 
-/// Limits pages to 10 frames per second: enough for all comparisons, while drawing is most of a page's cost without a
-/// graphics card. Test scripts can still use every frame.
+/// Limits pages to 10 frames per second, which is enough for all comparisons, because without a graphics card most of a
+/// page's cost is drawing. Test scripts can still use every frame.
 pub const FEW_FRAMES: &str = r#"(() => {
     const frame = window.everyFrame = window.requestAnimationFrame.bind(window);
     let drawn = 0;
     window.requestAnimationFrame = draw => {
         const look = now => {
-            // All of one frame have the same time.
+            // All callbacks of one frame have the same time.
             if (now !== drawn && now - drawn < 90) return frame(look);
             drawn = now;
             draw(now);

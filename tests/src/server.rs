@@ -9,11 +9,11 @@ use tokio::net::TcpListener;
 use tokio::sync::oneshot;
 use tokio::task::JoinHandle;
 
-/// Time limit of waits for something that should happen. Tests never measure against it: one machine may be a hundred
-/// times slower than another and leave a test without a processor for seconds.
+/// Time limit when waiting for something that should happen. Tests never measure against it: one machine may be a
+/// hundred times slower than another and leave a test without a processor for seconds.
 pub const LONG: Duration = Duration::from_secs(300);
 
-/// Timeouts of a server whose clients may be that slow. A test of a particular timeout shortens only that one.
+/// Timeouts for a server whose clients may be that slow. A test of a particular timeout shortens only that timeout.
 pub const PATIENT: Timeouts = Timeouts {
     http_head: LONG,
     http_body: LONG,
@@ -32,23 +32,23 @@ pub const PATIENT: Timeouts = Timeouts {
     ..Timeouts::USUAL
 };
 
-/// Address of the trusted proxy of `shaky_host`, on Linux.
+/// Address of the proxy trusted by `shaky_host`, on Linux.
 pub const PROXY: Ipv4Addr = Ipv4Addr::new(127, 9, 0, 1);
-/// Operators' token of `shaky_host`.
+/// The operators' token of `shaky_host`.
 pub const OPS_TOKEN: &str = "correct-horse-battery";
 
-/// A timeout short enough to sit out in a test, yet long enough for a well-behaved client on a slow machine.
+/// A timeout that a test can afford to wait for, yet long enough for a well-behaved client on a slow machine.
 pub const BRIEF: Duration = Duration::from_secs(5);
 
-/// A timeout that well-behaved clients are not expected to meet; on a busy machine they may miss it.
+/// A timeout that well-behaved clients need not meet, since they may miss it on a busy machine.
 pub const SOON: Duration = Duration::from_millis(500);
 
-/// The server as shipped, but with long timeouts.
+/// The shipped configuration, but with long timeouts.
 pub fn patient() -> Config {
     Config { waits: PATIENT, rooms_max: 64, ..Config::default() }
 }
 
-/// Serves until it is stopped or dropped.
+/// A server that runs until it is stopped or dropped.
 pub struct Server {
     pub address: SocketAddr,
     stop: oneshot::Sender<()>,
@@ -56,12 +56,12 @@ pub struct Server {
 }
 
 impl Server {
-    /// Starts on a free local port.
+    /// Starts a server on a free local port.
     pub async fn start(config: Config) -> Result<Server> {
         Server::start_at(SocketAddr::from(([127, 0, 0, 1], 0)), config).await
     }
 
-    /// Starts at a given address, as a restarted server does.
+    /// Starts a server at a given address, like a server that is restarted.
     pub async fn start_at(address: SocketAddr, config: Config) -> Result<Server> {
         let listener = TcpListener::bind(address).await.context("cannot listen")?;
         let address = listener.local_addr()?;
@@ -73,14 +73,14 @@ impl Server {
         Ok(Server { address, stop, served })
     }
 
-    /// The URL of a page; `path` starts with a slash.
+    /// Returns the URL of a page; `path` starts with a slash.
     pub fn link(&self, path: &str) -> String {
         format!("http://{}{path}", self.address)
     }
 
-    /// Stops the server as SIGTERM would, and waits for its end.
+    /// Stops the server as SIGTERM would, and waits until it has stopped.
     pub async fn stop(self) -> Result<()> {
-        // The server may have ended by itself; its result then shows why.
+        // The server may have stopped by itself; its result then shows why.
         let _ = self.stop.send(());
         self.served.await.context("the server panicked")?.context("the server failed")
     }

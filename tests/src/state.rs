@@ -13,20 +13,20 @@ pub struct State {
     /// The page's own seat, if it has one.
     #[serde(default)]
     pub seat: Option<u16>,
-    /// Displayed tick with its fraction, slightly behind the server.
+    /// The displayed tick, including its fraction, which is slightly behind the server.
     #[serde(default)]
     pub tick: Option<f64>,
-    /// State hash of a game that runs in the page, 16 hex digits.
+    /// State hash of a game that runs in the page, as 16 hexadecimal digits.
     #[serde(default)]
     pub hash: Option<String>,
-    /// Tick of that hash.
+    /// The tick that `hash` belongs to.
     #[serde(default)]
     pub hash_tick: Option<u32>,
     #[serde(default)]
     pub bodies: Vec<Body>,
     #[serde(default)]
     pub particles: u32,
-    /// Digest of the particles shown, 16 hex digits.
+    /// Digest of the displayed particles, as 16 hexadecimal digits.
     #[serde(default)]
     pub particle_digest: Option<String>,
     #[serde(default)]
@@ -34,7 +34,7 @@ pub struct State {
     /// Players in the room, including those whose seat is held.
     #[serde(default)]
     pub players: Vec<Player>,
-    /// Frames drawn since the page was opened.
+    /// Number of frames drawn since the page was opened.
     #[serde(default)]
     pub drawn_frames: u64,
     /// GPU resources, once they have been created.
@@ -43,33 +43,33 @@ pub struct State {
     /// For each section of snapshots, the number of messages that contained it.
     #[serde(default)]
     pub sections: Option<BTreeMap<String, u64>>,
-    /// Events received that started emitters.
+    /// Number of received events that started emitters.
     #[serde(default)]
     pub emitter_events: u64,
-    /// Position of the player's hero in the newest snapshot.
+    /// Position of the player's hero according to the newest snapshot.
     #[serde(default)]
     pub told_place: Option<[f32; 2]>,
     /// Prediction of the player's hero.
     #[serde(default)]
     pub prediction: Option<Prediction>,
-    /// Position of a ghost on the stage, world units.
+    /// Position of a ghost on the stage, in world units.
     #[serde(default)]
     pub ghost: Option<[f32; 2]>,
-    /// The replay on display.
+    /// The displayed replay.
     #[serde(default)]
     pub replay: Option<Shown>,
     #[serde(default)]
     pub sound: Sound,
 }
 
-/// Sound of a page.
+/// The state of a page's sound.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 pub struct Sound {
     /// State of the audio context: `none`, `suspended` or `running`.
     pub context: String,
-    /// Voices started so far.
+    /// Number of voices started so far.
     pub started: u64,
-    /// Chosen volume, percent.
+    /// Chosen volume in percent.
     pub volume: u8,
     /// Whether sound is neither muted nor at volume 0.
     pub on: bool,
@@ -78,10 +78,9 @@ pub struct Sound {
 /// Prediction of the player's hero.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Prediction {
-    /// Smoothed distance between the server's position and the predicted one for the same tick,
-    /// world units.
+    /// Smoothed distance between the server's position and the predicted one for the same tick, in world units.
     pub error: f32,
-    /// Inputs that the server has not played yet.
+    /// Number of inputs that the server has not played yet.
     pub unacknowledged: usize,
 }
 
@@ -89,16 +88,16 @@ pub struct Prediction {
 pub struct Gpu {
     /// Names of the pipelines.
     pub pipelines: Vec<String>,
-    /// Size of each texture, bytes.
+    /// Size of each texture in bytes.
     pub textures: BTreeMap<String, u64>,
 }
 
-/// A replay on display.
+/// A displayed replay.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Shown {
-    /// Whole tick on display.
+    /// The displayed tick, as a whole number.
     pub tick: u32,
-    /// Last tick that can be shown.
+    /// The last tick that can be displayed.
     pub last: u32,
     /// Whether the replay is playing.
     pub playing: bool,
@@ -106,29 +105,29 @@ pub struct Shown {
     pub speed: f64,
     /// Whether the replay is seeking.
     pub seeking: bool,
-    /// State hash of the displayed tick, 16 hex digits; `None` while seeking.
+    /// State hash of the displayed tick, as 16 hexadecimal digits; `None` while seeking.
     pub hash: Option<String>,
-    /// All ticks up to this one have been compared and are equal.
+    /// The tick up to which all ticks have been compared and are equal.
     pub agrees_until: u32,
-    /// First tick known to differ.
+    /// The first tick that is known to differ.
     pub differs_at: Option<u32>,
-    /// Ticks compared so far.
+    /// Number of ticks compared so far.
     pub compared: u32,
-    /// Seat of the followed player.
+    /// Seat of the player being followed.
     pub followed: Option<u8>,
     pub view: ShownView,
 }
 
 #[derive(Clone, Debug, Deserialize)]
 pub struct ShownView {
-    /// World point at the centre.
+    /// World point at the centre of the view.
     pub center: [f32; 2],
-    /// Visible height, world units.
+    /// Visible height in world units.
     pub height: f32,
     pub pixels: [u32; 2],
 }
 
-/// A body as shown.
+/// A body as displayed.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 pub struct Body {
     /// The body's index, which a later body of the next generation may reuse.
@@ -137,14 +136,14 @@ pub struct Body {
     pub generation: u32,
     /// `hero`, `minion`, `dumb`, `pack`, `platform`, `wall`.
     pub kind: String,
-    /// Seat of its player.
+    /// Seat of the player it belongs to.
     #[serde(default)]
     pub owner: Option<u16>,
-    /// Centre, world units.
+    /// Centre in world units.
     pub pos: [f32; 2],
 }
 
-/// A player as shown.
+/// A player as displayed.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 pub struct Player {
     /// Seat in the room.
@@ -152,19 +151,19 @@ pub struct Player {
     pub name: String,
     /// Whether the player has a socket.
     pub connected: bool,
-    /// The body selected by H, M, P or a press.
+    /// The body selected with H, M, P or a press.
     pub selected: Option<u32>,
     /// The body held with X.
     pub held: Option<u32>,
 }
 
 impl State {
-    /// Whole ticks shown, 0 before the first.
+    /// The displayed tick as a whole number; 0 before the first.
     pub fn ticks(&self) -> u32 {
         self.tick.unwrap_or(0.0) as u32
     }
 
-    /// Players with a socket.
+    /// Number of players with a socket.
     pub fn connected(&self) -> usize {
         self.players.iter().filter(|player| player.connected).count()
     }
@@ -175,7 +174,7 @@ impl State {
         self.players.iter().find(|player| player.seat == seat)
     }
 
-    /// The hero of a seat.
+    /// The hero that belongs to a seat.
     pub fn hero(&self, seat: u16) -> Option<&Body> {
         self.bodies.iter().find(|body| body.kind == "hero" && body.owner == Some(seat))
     }
@@ -199,18 +198,18 @@ impl State {
 /// The page's state recorded frame by frame; see `Tab::record`.
 #[derive(Clone, Debug, Default, Deserialize)]
 pub struct Recorded {
-    /// States in the order in which they were first seen.
+    /// States in the order they were first seen.
     pub states: Vec<String>,
-    /// Largest number of bodies of a kind at once.
+    /// Largest number of simultaneous bodies, by kind.
     pub kinds: BTreeMap<String, u32>,
-    /// Largest number of particles at once.
+    /// Largest number of simultaneous particles.
     pub particles: u32,
-    /// Largest number of emitters at once.
+    /// Largest number of simultaneous emitters.
     pub emitters: u32,
 }
 
 impl Recorded {
-    /// Largest number of bodies of a kind at once.
+    /// Largest number of simultaneous bodies of a kind.
     pub fn most_of(&self, kind: &str) -> u32 {
         self.kinds.get(kind).copied().unwrap_or(0)
     }

@@ -1,7 +1,7 @@
 //! One page in the browser: its state and screenshots, and simulated keys, mouse and touch.
 //!
 //! Nothing here waits for a fixed time: [`Tab::until`] polls the page until a condition holds, or fails at a deadline
-//! with the page's last state.
+//! with the page's most recent state.
 
 use crate::devtools::{Event, Session, text};
 use crate::picture::Picture;
@@ -21,22 +21,22 @@ const ASK_EVERY: Duration = Duration::from_millis(50);
 
 #[derive(Clone, Copy, Debug)]
 pub struct Screen {
-    /// CSS pixels.
+    /// Width in CSS pixels.
     pub width: u32,
-    /// CSS pixels.
+    /// Height in CSS pixels.
     pub height: u32,
-    /// Whether it is a touch screen, operated without a mouse.
+    /// Whether it is a touch screen that is operated without a mouse.
     pub touch: bool,
-    /// Device pixels per CSS pixel. Fewer are faster to draw, and layout depends only on CSS pixels.
+    /// Device pixels per CSS pixel. Fewer pixels are faster to draw, and the layout depends only on CSS pixels.
     pub scale: f64,
 }
 
 impl Screen {
-    /// Small, so that a software renderer keeps up.
+    /// A screen small enough for a software renderer to keep up.
     pub const SMALL: Screen = Screen { width: 640, height: 360, touch: false, scale: 0.5 };
-    /// So small that drawing costs almost nothing.
+    /// A screen so small that drawing costs almost nothing.
     pub const TINY: Screen = Screen { width: 64, height: 36, touch: false, scale: 1.0 };
-    /// The narrowest phone that is supported.
+    /// The narrowest supported phone.
     pub const PHONE: Screen = Screen { width: 360, height: 740, touch: true, scale: 0.5 };
     /// A phone in landscape orientation.
     pub const PHONE_ON_SIDE: Screen = Screen { width: 640, height: 360, touch: true, scale: 0.5 };
@@ -49,7 +49,7 @@ impl Screen {
     }
 
     fn metrics(self) -> Value {
-        // Pictures for people have full resolution.
+        // Pictures meant for people have full resolution.
         let Screen { width, height, touch, scale } =
             if std::env::var_os("JOSTLE_PICTURES").is_some() { self.sharp() } else { self };
         json!({"width": width, "height": height, "deviceScaleFactor": scale, "mobile": touch})
@@ -83,7 +83,7 @@ impl Tab {
             ("Log.enable", json!({})),
             ("Emulation.setDeviceMetricsOverride", screen.metrics()),
             ("Emulation.setTouchEmulationEnabled", json!({"enabled": touch})),
-            // Several windows run at once, and each has to believe that it has the focus.
+            // Several windows run concurrently, and each has to believe that it has the focus.
             ("Emulation.setFocusEmulationEnabled", json!({"enabled": true})),
         ] {
             session.call(method, params).await?;
@@ -97,7 +97,7 @@ impl Tab {
         if let Some(error) = answer["errorText"].as_str() {
             bail!("cannot open {link}: {error}");
         }
-        // Without a new document it is a navigation within the current page.
+        // Without a new document, this is a navigation within the current page.
         if let Some(document) = answer["loaderId"].as_str() {
             let mut loaded = self.loaded.clone();
             let loaded = loaded.wait_for(|last| last == document);
@@ -116,7 +116,7 @@ impl Tab {
         again.context("the page is not loaded again")?.context("the page is gone")
     }
 
-    /// Navigates to a path as a link within the page does, without reloading.
+    /// Navigates to a path like a link within the page, without reloading.
     pub async fn go_within(&self, path: &str) -> Result<()> {
         let path = serde_json::to_string(path)?;
         let go = format!(
@@ -129,7 +129,7 @@ impl Tab {
         self.eval("location.href").await
     }
 
-    /// The value of a JavaScript expression; promises are awaited.
+    /// Evaluates a JavaScript expression; promises are awaited.
     pub async fn eval<T: DeserializeOwned>(&self, expression: &str) -> Result<T> {
         let params = json!({
             "expression": expression, "awaitPromise": true, "returnByValue": true,
@@ -182,18 +182,18 @@ impl Tab {
         Ok(())
     }
 
-    /// Waits until this many more ticks have been displayed, which is game time and independent of the machine.
+    /// Waits until `count` more ticks have been displayed, which is game time and does not depend on the machine.
     pub async fn ticks(&self, count: u32) -> Result<State> {
         let begin = self.state().await?.ticks();
         self.until(&format!("{count} ticks later"), |s| s.ticks() >= begin + count).await
     }
 
-    /// Starts to record the page's state in every frame.
+    /// Starts recording the page's state in every frame.
     pub async fn record(&self) -> Result<()> {
         self.eval::<bool>(RECORD).await.map(drop)
     }
 
-    /// The recording so far.
+    /// Returns the recording so far.
     pub async fn recorded(&self) -> Result<Recorded> {
         self.eval("window.recorded").await
     }
@@ -204,7 +204,7 @@ impl Tab {
         self.session.call("Page.addScriptToEvaluateOnNewDocument", params).await.map(drop)
     }
 
-    /// Position of a world point on the page, CSS pixels.
+    /// Position of a world point on the page, in CSS pixels.
     pub async fn to_page(&self, point: [f32; 2]) -> Result<[f64; 2]> {
         let [x, y] = point;
         self.eval(&format!(
@@ -230,7 +230,7 @@ impl Tab {
         self.key(key, "keyUp").await
     }
 
-    /// Presses a key, holds it for some ticks of the game, and releases it.
+    /// Presses a key, holds it for a number of the game's ticks, and releases it.
     pub async fn hold_key(&self, key: &str, ticks: u32) -> Result<()> {
         self.key_down(key).await?;
         self.ticks(ticks).await?;
@@ -276,7 +276,7 @@ impl Tab {
         Ok(at)
     }
 
-    /// Like [`Tab::until`], but keeps the mouse on a world point while the view moves.
+    /// Like [`Tab::until`], but keeps the mouse over a world point while the view moves.
     pub async fn until_aimed(
         &self,
         point: [f32; 2],
@@ -303,17 +303,17 @@ impl Tab {
         }
     }
 
-    /// Moves the mouse to a point of the page.
+    /// Moves the mouse to a point on the page.
     pub async fn move_to(&self, at: [f64; 2], held: bool) -> Result<()> {
         self.mouse("mouseMoved", at, held).await
     }
 
-    /// Presses the left button at a point of the page.
+    /// Presses the left mouse button at a point on the page.
     pub async fn mouse_down(&self, at: [f64; 2]) -> Result<()> {
         self.mouse("mousePressed", at, true).await
     }
 
-    /// Releases the left button.
+    /// Releases the left mouse button.
     pub async fn mouse_up(&self, at: [f64; 2]) -> Result<()> {
         self.mouse("mouseReleased", at, false).await
     }
@@ -343,7 +343,7 @@ impl Tab {
         self.session.call("Input.insertText", json!({"text": text})).await.map(drop)
     }
 
-    /// Centre of the first element that matches a CSS selector, scrolled into view.
+    /// Scrolls the first element that matches a CSS selector into view and returns its centre.
     pub async fn middle_of(&self, selector: &str) -> Result<[f64; 2]> {
         let quoted = serde_json::to_string(selector)?;
         let middle: Option<[f64; 2]> = self.eval(&format!("({MIDDLE})({quoted})")).await?;
@@ -357,7 +357,7 @@ impl Tab {
         sent.with_context(|| format!("finger at {x}, {y}"))
     }
 
-    /// Drags with the left button from one point of the page to another, in several steps.
+    /// Drags with the left mouse button from one point on the page to another, in several steps.
     pub async fn drag(&self, from: [f64; 2], to: [f64; 2]) -> Result<()> {
         self.move_to(from, false).await?;
         self.mouse_down(from).await?;
@@ -389,8 +389,7 @@ impl Tab {
         Picture::decode(&self.png().await?)
     }
 
-    /// Saves a screenshot as `NAME.png` in the directory that `JOSTLE_PICTURES` names, if it is
-    /// set.
+    /// Saves a screenshot as `NAME.png` in the directory named by `JOSTLE_PICTURES`, if that is set.
     pub async fn keep(&self, name: &str) -> Result<()> {
         let Some(dir) = std::env::var_os("JOSTLE_PICTURES") else { return Ok(()) };
         // Wait until the latest changes are drawn.
@@ -417,12 +416,12 @@ impl Tab {
         self.session.call("Page.close", json!({})).await.map(drop)
     }
 
-    /// Whether both refer to the same page.
+    /// Whether both tabs refer to the same page.
     pub(crate) fn is(&self, other: &Tab) -> bool {
         Arc::ptr_eq(&self.errors, &other.errors)
     }
 
-    /// A screenshot taken once two in a row are equal, so that fonts and pictures are loaded.
+    /// Takes screenshots until two in a row are equal, so that fonts and pictures are loaded.
     pub async fn steady_picture(&self) -> Result<Picture> {
         let deadline = Instant::now() + LONG;
         let mut before = self.png().await?;
@@ -454,7 +453,7 @@ impl Tab {
         }
     }
 
-    /// Takes a screenshot, as a PNG.
+    /// Takes a screenshot and returns it as a PNG.
     pub async fn png(&self) -> Result<Vec<u8>> {
         self.session.call("Page.bringToFront", json!({})).await?;
         let params = json!({"format": "png", "optimizeForSpeed": true});
@@ -466,7 +465,7 @@ impl Tab {
         self.screen
     }
 
-    /// Console errors and exceptions so far.
+    /// The console errors and exceptions so far.
     pub fn errors(&self) -> Vec<String> {
         self.errors.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
@@ -495,7 +494,7 @@ fn number_of(key: &str) -> i64 {
     }
 }
 
-/// Collects all errors of the page's console and tracks which document was loaded last.
+/// Collects all errors on the page's console and tracks which document was loaded most recently.
 async fn listen(
     mut events: mpsc::UnboundedReceiver<Event>,
     loads: watch::Sender<String>,
@@ -536,7 +535,7 @@ fn exception_text(details: &Value) -> String {
     format!("{} {description}", details["text"].as_str().unwrap_or(""))
 }
 
-/// Points on the way from one point to another, including the last.
+/// Points along the way from one point to another, including the latter.
 fn way(from: [f64; 2], to: [f64; 2]) -> impl Iterator<Item = [f64; 2]> {
     const STEPS: u32 = 6;
     (1..=STEPS).map(move |step| {

@@ -1,4 +1,4 @@
-//! Writes the corpus for the fuzzer, with one directory per property. Those for the smaller program are in `rooms`:
+//! Writes the corpus for the fuzzer, with one directory per property. Inputs for the smaller program are in `rooms`:
 //!
 //!     cargo run --package jostle-fuzz --example corpus -- DIR
 

@@ -2,8 +2,8 @@
 //!
 //!     cargo run --release -p jostle-fuzz --example mutate_replays -- [COUNT [FIRST]]
 //!
-//! COUNT is a million by default. A mutation that panics is reported by its number; pass it as FIRST to start with that
-//! one.
+//! COUNT is a million by default. If a mutation causes a panic, its number is reported; pass it as FIRST to start with
+//! that mutation.
 
 use jostle_fuzz::mutations::{Tally, bases, run};
 use std::num::NonZero;

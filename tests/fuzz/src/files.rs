@@ -1,4 +1,4 @@
-//! Files: replays and scenes.
+//! Properties of files: replays and scenes.
 
 use crate::part;
 use jostle_game::scene::Plan;
@@ -9,11 +9,12 @@ use jostle_sim::Vec2;
 use std::sync::Arc;
 
 const TICKS_MAX: usize = 3;
-/// Worlds with more bodies are read but not played, which would take long and show nothing new.
+/// Worlds with more bodies than this are read but not played, because playing them would take long and show nothing
+/// new.
 const BODIES_PLAYED_MAX: usize = 300;
 
-/// A replay: the file itself if the first byte is even, otherwise its records as parts, which get frames with correct
-/// checksums.
+/// Checks a replay. The input is the file itself if its first byte is even, and otherwise consists of records as parts,
+/// which are given frames with correct checksums.
 pub fn replay(bytes: &[u8]) {
     let Some((&kind, mut rest)) = bytes.split_first() else { return };
     if kind % 2 == 0 {
@@ -56,7 +57,7 @@ fn play_replay(replay: Replay) {
     playback.snapshot();
 }
 
-/// A scene file: every accepted scene can be played.
+/// Checks a scene file: every accepted scene must be playable.
 pub fn scene(bytes: &[u8]) {
     let source = String::from_utf8_lossy(bytes);
     match Scene::parse("fuzz.toml", &source) {
@@ -66,7 +67,7 @@ pub fn scene(bytes: &[u8]) {
 }
 
 fn play_scene(scene: Arc<Scene>) {
-    // Both depend only on the scene and must not fail.
+    // Both results depend only on the scene, and computing them must not fail.
     let _ = Plan::of(&scene);
     let mut game = Game::new(Arc::clone(&scene), 1);
     if game.bodies().count() > BODIES_PLAYED_MAX {

@@ -24,7 +24,7 @@ pub use server::{RUN_SCENE, SIGNING_KEY, guest_scene, handshake, link, run, toke
 #[cfg(feature = "server")]
 pub use tiled::tiled_map;
 
-/// A property of bytes; panics if it is violated.
+/// A property of bytes, which panics if it is violated.
 pub type Property = fn(&[u8]);
 
 /// Properties that need no server, so that their fuzzing program is small and fast.
@@ -51,7 +51,7 @@ pub const OF_SERVERS: [(&str, Property); 6] = [
     ("tiled_map", tiled_map),
 ];
 
-/// Finds a property by name; without the feature `server`, only those [`OF_ROOMS`].
+/// Finds a property by name. Without the feature `server`, only those in [`OF_ROOMS`] exist.
 pub fn property(name: &str) -> Option<Property> {
     #[cfg(feature = "server")]
     let servers = OF_SERVERS.as_slice();
@@ -61,8 +61,8 @@ pub fn property(name: &str) -> Option<Property> {
     all.find(|(known, _)| *known == name).map(|(_, property)| *property)
 }
 
-/// Splits the next part off an input. Each part is preceded by its kind and length; a length that is too large takes
-/// the rest.
+/// Splits the next part off an input. Each part is preceded by its kind and length; if the length is too large, the
+/// part takes the rest.
 fn part<'a>(bytes: &mut &'a [u8]) -> Option<(u8, &'a [u8])> {
     let (&[kind, low, high], rest) = bytes.split_first_chunk()?;
     let length = usize::from(u16::from_le_bytes([low, high])).min(rest.len());
@@ -71,7 +71,7 @@ fn part<'a>(bytes: &mut &'a [u8]) -> Option<(u8, &'a [u8])> {
     Some((kind, part))
 }
 
-/// Appends a part: the inverse of `part`.
+/// Appends a part; the inverse of `part`.
 pub fn push_part(kind: u8, part: &[u8], bytes: &mut Vec<u8>) {
     let length = u16::try_from(part.len()).expect("parts of an input are short");
     bytes.push(kind);

@@ -1,5 +1,5 @@
-//! Messages. Except for pointers, which are rounded, an accepted message has exactly one form: it encodes to the bytes
-//! from which it was decoded.
+//! Properties of messages. Except for pointers, which are rounded, an accepted message has exactly one form: encoding
+//! it gives the bytes that it was decoded from.
 
 use crate::part;
 use crate::snapshots::streams;
@@ -9,7 +9,7 @@ use jostle_protocol::{ClientMessage, Decoded, ServerMessage, SnapshotStream, VER
 use jostle_sim::Particles;
 use std::sync::Arc;
 
-/// Limit of particles in the scene.
+/// The scene's limit on particles.
 const PARTICLES_MAX: usize = 500;
 
 pub fn client_message(bytes: &[u8]) {
@@ -24,14 +24,14 @@ pub fn client_message(bytes: &[u8]) {
     }
 }
 
-/// A message from the server. Only the first byte of a snapshot is examined here.
+/// Checks a message from the server. Only the first byte of a snapshot is examined here.
 pub fn server_message(bytes: &[u8]) {
     if let Ok(message) = ServerMessage::decode(bytes) {
         assert_eq!(message.encode(), bytes, "{message:?}");
     }
 }
 
-/// A snapshot for a client that has none.
+/// Checks a snapshot for a client that has none yet.
 pub fn keyframe(bytes: &[u8]) {
     let mut reader = SnapshotStream::default();
     let Ok(decoded) = reader.decode(bytes) else { return };
@@ -48,14 +48,14 @@ fn bytes_every(keyframe: &[u8]) -> u8 {
     keyframe[1 + tick_bytes]
 }
 
-/// Events in a keyframe without other sections.
+/// Checks events in a keyframe that has no other sections.
 pub fn events(bytes: &[u8]) {
     // Header: kind, sections, tick 16383, one message per tick.
     keyframe(&[&[0b1110_0000, 0xff, 0x7f, 1], bytes].concat());
 }
 
-/// The particles of a keyframe: accepted particles encode to the same number of bytes and live no longer than their
-/// recipes allow.
+/// Checks the particles of a keyframe: accepted particles must encode to the same number of bytes and live no longer
+/// than their recipes allow.
 pub fn particles(bytes: &[u8]) {
     let Ok(mut particles) = Particles::decode(presets(), PARTICLES_MAX, bytes) else { return };
     assert_eq!(particles.encode().len(), bytes.len());
@@ -67,7 +67,7 @@ pub fn particles(bytes: &[u8]) {
     }
 }
 
-/// Messages as parts, for a client with the stream that the first byte selects.
+/// Checks messages, given as parts, for a client with the stream selected by the first byte.
 pub fn delta(bytes: &[u8]) {
     let Some((&chosen, mut rest)) = bytes.split_first() else { return };
     let streams = streams();
@@ -89,7 +89,8 @@ pub fn delta(bytes: &[u8]) {
     }
 }
 
-/// Asserts that an accepted snapshot is one that could have been sent, and takes no more memory than a real one.
+/// Asserts that an accepted snapshot could have been sent by a server, and that it takes no more memory than a real
+/// one.
 fn assert_sound(reader: &SnapshotStream, decoded: &Decoded, bytes: &[u8]) {
     let snapshot = reader.newest().expect("a snapshot was read");
     assert!(snapshot.bodies.is_sorted_by(|a, b| a.id.index < b.id.index));

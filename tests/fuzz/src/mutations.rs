@@ -1,6 +1,6 @@
-//! Mutated replays: each is refused with a message or plays as far as it can be read; none panics or takes long.
-//! Checksums detect plain changes; records that are changed and reframed pass them and reach all code that reads a
-//! replay.
+//! Mutated replays: each is either refused with a message or plays as far as it can be read, and none causes a panic or
+//! takes long. Checksums detect plain changes; records that are changed and framed again get past them and reach all
+//! code that reads a replay.
 
 use jostle_game::{Buttons, Game, Input, Scene, Seat};
 use jostle_protocol::Appearance;
@@ -12,27 +12,27 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Ticks of each half of a replay.
+/// Number of ticks in each half of a replay.
 const HALF_TICKS: u32 = 16;
 /// Maximum number of ticks played from a mutated replay.
 const TICKS_MAX: u32 = 40;
-/// One replay in this many is also tested with seeking and full verification, including the search for the cause of a
+/// One in this many replays is also tested with seeking and full verification, including the search for the cause of a
 /// divergence.
 const THOROUGH_EVERY: u64 = 2048;
 
-/// Outcomes of the mutated replays.
+/// Counts the outcomes of the mutated replays.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tally {
-    /// Replays that were not opened because the replay or its scene is invalid.
+    /// Number of replays that were not opened because the replay or its scene is invalid.
     pub refused: u64,
-    /// Replays in which every tick was equal.
+    /// Number of replays in which every tick was equal.
     pub equal: u64,
-    /// Replays that were equal up to a tick that cannot be played.
+    /// Number of replays that were equal up to a tick that cannot be played.
     pub stopped: u64,
-    /// Replays in which a tick, a keyframe or the end record differs.
+    /// Number of replays in which a tick, a keyframe or the end record differs.
     pub differs: u64,
     pub ticks: u64,
-    /// Longest time of a tick.
+    /// Time taken by the slowest tick.
     pub slowest: Duration,
 }
 
@@ -63,7 +63,7 @@ pub struct Base {
 }
 
 impl Base {
-    /// The bytes of the file.
+    /// Returns the bytes of the file.
     pub fn bytes(&self) -> Vec<u8> {
         file(&self.framed)
     }
@@ -75,8 +75,8 @@ fn file(framed: &[Vec<u8>]) -> Vec<u8> {
     bytes
 }
 
-/// Small replays of every scene, from the start and from the middle of a game, each with a keyframe between two blocks
-/// of ticks.
+/// Creates small replays of every scene, from the start and from the middle of a game, each with a keyframe between two
+/// blocks of ticks.
 pub fn bases() -> Vec<Base> {
     let scenes = Scene::built_in().into_iter().map(Arc::new);
     scenes.flat_map(|scene| [base(&scene, 0), base(&scene, 90)]).collect()
@@ -133,8 +133,8 @@ fn halves(mut block: Block, middle: Keyframe) -> [Record; 3] {
     [Record::Ticks(block), Record::Keyframe(middle), Record::Ticks(later)]
 }
 
-/// Mutates and plays the replays with these numbers; a number always gives the same mutation. If a mutation panics,
-/// panics with its number. `progress` is called now and then.
+/// Mutates and plays the replays with these numbers; a number always gives the same mutation. If playing a mutation
+/// panics, this function panics with its number. `progress` is called occasionally.
 pub fn run(
     bases: &[Base],
     numbers: impl Iterator<Item = u64>,
@@ -204,7 +204,7 @@ fn with_correct_checksum(base: &Base, rng: &mut Rng) -> Vec<u8> {
     file(&framed)
 }
 
-/// Reorders, duplicates or removes whole records.
+/// Reorders, duplicates or removes entire records.
 fn shuffled(base: &Base, rng: &mut Rng) -> Vec<u8> {
     let mut framed = base.framed.clone();
     let at = rng.below(framed.len() as u32) as usize;

@@ -1,4 +1,4 @@
-//! A room and the actions of several clients.
+//! Properties of a room and the actions of several clients.
 
 use crate::part;
 use jostle_game::{Scene, Seat};
@@ -9,9 +9,9 @@ use std::sync::{Arc, OnceLock};
 
 const TICKS_MAX: u32 = 40;
 
-/// Parts are messages from clients; the low six bits of the kind are the seat. With bit 6 the client disconnects, or
-/// leaves for good if the part is empty; with bit 7 a tick is played first. Every client must end up with the state
-/// that the room shows.
+/// Parts are messages from clients; the low six bits of the kind are the seat. If bit 6 is set, the client disconnects,
+/// or leaves for good if the part is empty; if bit 7 is set, a tick is played first. Every client must end up with the
+/// state that the room shows.
 pub fn room(bytes: &[u8]) {
     let mut room = Room::new("fuzz", Arc::clone(scene()), 3);
     let mut clients: Vec<Client> = Vec::new();
@@ -47,7 +47,7 @@ fn scene() -> &'static Arc<Scene> {
 
 fn say(message: &[u8], seat: Seat, room: &mut Room, clients: &mut Vec<Client>) {
     match ClientMessage::decode(message) {
-        // The room does not know about spectators, because they only read.
+        // The room does not know spectators, because they only read.
         Ok(ClientMessage::Hello { role: Role::Spectator, .. }) => {
             clients.push(Client::begin(room, Rate::ALL[clients.len() % Rate::ALL.len()]));
         }

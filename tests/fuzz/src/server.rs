@@ -1,5 +1,5 @@
-//! Bytes that reach the server before a session: the head of a request, the code in a link, guest scenes, runs and
-//! tokens.
+//! Properties of bytes that reach the server before a session: the head of a request, the code in a link, guest scenes,
+//! runs and tokens.
 
 use crate::part;
 use jostle_game::Scene;
@@ -20,10 +20,10 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt, duplex};
 use tokio::runtime::{Builder, Runtime};
 use tokio::sync::watch;
 
-/// Capacity of a pipe to a slow reader, bytes.
+/// Capacity of a pipe to a slow reader, in bytes.
 const PIPE_BYTES: usize = 1 << 16;
 
-/// The code in a link, as it appears in a path.
+/// Checks the code in a link, as it appears in a path.
 pub fn link(bytes: &[u8]) {
     let Ok(word) = std::str::from_utf8(bytes) else { return };
     if let Some(code) = http::meant_code(word) {
@@ -35,7 +35,7 @@ pub fn link(bytes: &[u8]) {
     }
 }
 
-/// Everything that a peer sends before a session. The server must send an HTTP response and end the connection.
+/// Checks everything that a peer sends before a session. The server must send an HTTP response and end the connection.
 pub fn handshake(bytes: &[u8]) {
     let host = host();
     let answer = host.runtime.block_on(async {
@@ -69,8 +69,8 @@ pub fn handshake(bytes: &[u8]) {
     assert!(answer.is_empty() || answer.starts_with(b"HTTP/1."), "{answer:?}");
 }
 
-/// A guest's scene file: an accepted one stays within the budget and has no deceptive text; a refusal names one of its
-/// lines.
+/// Checks a guest's scene file: an accepted one must stay within the budget and have no deceptive text, and a refusal
+/// must name one of its lines.
 pub fn guest_scene(bytes: &[u8]) {
     match guests::read(bytes) {
         Ok(scene) => {
@@ -94,8 +94,8 @@ pub const RUN_SCENE: &str = "title = \"Hop\"\nsize = [40, 30]\ngravity = [0, 0]\
     zones = [{ name = \"post\", area = [[14, 0], [40, 30]] }]\n\
     rules = [{ enter = \"post\", score = 1 }]\n";
 
-/// The replay of a run, given as parts, which get frames with correct checksums. A proven run has a winner and proves
-/// the same result again; a refusal comes with a sentence.
+/// Checks the replay of a run, given as parts, which are given frames with correct checksums. A proven run must have a
+/// winner and prove the same result again; a refusal must come with a message.
 pub fn run(mut bytes: &[u8]) {
     let mut file = header();
     while let Some((kind, payload)) = part(&mut bytes) {
@@ -116,11 +116,11 @@ pub fn run(mut bytes: &[u8]) {
     }
 }
 
-/// The key of [`token`], for the corpus.
+/// The key used by [`token`], which the corpus needs too.
 pub const SIGNING_KEY: [u8; 32] = [7; 32];
 
-/// A token for a seat, or a host key: only signed ones are accepted, and the text form of an accepted token decodes to
-/// the same token.
+/// Checks a token for a seat, or a host key: only signed ones may be accepted, and the text form of an accepted token
+/// must decode to the same token.
 pub fn token(bytes: &[u8]) {
     let text = std::str::from_utf8(bytes).ok().and_then(Token::parse);
     if let Some(token) = text {

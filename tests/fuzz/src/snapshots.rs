@@ -1,4 +1,4 @@
-//! Snapshots from which inputs start.
+//! Snapshots that inputs start from.
 
 use jostle_game::{Kind, Seat};
 use jostle_protocol::limits::QUANTA_MAX;
@@ -6,7 +6,7 @@ use jostle_protocol::{Appearance, PlayerState, Snapshot, SnapshotBody, SnapshotS
 use jostle_sim::{BodyId, Shape};
 use std::sync::{Arc, OnceLock};
 
-/// Streams from which [`crate::delta`] starts: empty, with bodies at rest, with moving bodies, and the same at the
+/// The streams that [`crate::delta`] starts from: empty, with bodies at rest, with moving bodies, and the same at the
 /// limits of the world.
 pub fn streams() -> &'static [SnapshotStream] {
     static STREAMS: OnceLock<Vec<SnapshotStream>> = OnceLock::new();
@@ -28,8 +28,8 @@ pub fn streams() -> &'static [SnapshotStream] {
     })
 }
 
-/// A snapshot of bodies, every second of which moves by `way` quanta per tick, and two players, one of them with a
-/// pointer.
+/// A snapshot with bodies, every other one of which moves by `way` quanta per tick, and with two players, one of whom
+/// has a pointer.
 pub fn sample(tick: u32, bodies: i32, way: i32, from: i32) -> Snapshot {
     let moved = way * tick as i32;
     let body = |index: i32| SnapshotBody {

@@ -1,4 +1,4 @@
-//! Tries the property named by `JOSTLE_PROPERTY`, one of those in `jostle_fuzz`.
+//! Tries the property from `jostle_fuzz` that is named by `JOSTLE_PROPERTY`.
 
 #![no_main]
 

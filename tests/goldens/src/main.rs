@@ -34,7 +34,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Records one file per scene: the shipped ones, then the given ones.
+/// Records one file per scene, first for the shipped scenes and then for the given ones.
 fn record(dir: &str, files: &[String]) -> Result<(), String> {
     let mut scenes = Scene::built_in();
     for file in files {
@@ -50,7 +50,7 @@ fn record(dir: &str, files: &[String]) -> Result<(), String> {
     Ok(())
 }
 
-/// A game of three players who press all buttons; one of them joins late and one leaves early.
+/// Plays a game with three players who press all buttons, one of whom joins late and one of whom leaves early.
 fn played(scene: Scene) -> Vec<Record> {
     let size = scene.size;
     let mut room = Room::new("golden", Arc::new(scene), SEED);
@@ -73,8 +73,8 @@ fn played(scene: Scene) -> Vec<Record> {
     room.stop_recording()
 }
 
-/// A random input. Each button is down in a quarter of the ticks, except V, which clears the players' creations and is
-/// rarely pressed.
+/// Generates a random input. Each button is down in a quarter of the ticks, except V, which clears the players'
+/// creations and is rarely pressed.
 fn press(rng: &mut Rng, size: Vec2) -> Input {
     let mut buttons = (rng.next_u32() & rng.next_u32()) as u16 & Buttons::ALL.0;
     if rng.below(100) > 0 {

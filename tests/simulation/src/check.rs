@@ -33,8 +33,8 @@ impl Simulation {
         opened.filter(plays).collect()
     }
 
-    /// Checks a write of a room's entry: it creates the room or advances it to the next epoch, or to a later one if the
-    /// store has forgotten epochs of this room. Only rooms that have ended may be removed.
+    /// Checks a write to a room's entry. It may create the room or advance it to the next epoch, or to a later one if
+    /// the store has forgotten epochs of this room. Only rooms that have ended may be removed.
     pub(super) fn check_write(
         &mut self,
         key: &Key,
@@ -67,8 +67,8 @@ impl Simulation {
         }
     }
 
-    /// Checks that each room that has not ended is played by exactly one node, that draining nodes hold no rooms, and
-    /// that rooms that have ended have no entry.
+    /// Checks that each room that has not ended is played by exactly one node, that draining nodes have no rooms, and
+    /// that ended rooms have no entry.
     pub(super) fn check_order(&self) -> Result<(), Violation> {
         let mut entries = self.store.rooms().map(|(code, _)| code);
         if let Some(code) = entries.find(|code| self.ended.contains(*code)) {

@@ -1,4 +1,4 @@
-//! The driver of a simulated node: it carries out the directory's actions and plays the rooms.
+//! The driver of a simulated node, which carries out the directory's actions and plays the rooms.
 
 use super::node::{Node, PlayedRoom, RoomState, Watch};
 use super::queue::{Event, NodeEvent, Process, Reply, Request};
@@ -12,7 +12,7 @@ use jostle_server::fleet::entry::{RoomCounts, RoomEntry, RoomFacts};
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-/// Time after which a room ends that was reopened although it had ended.
+/// Time after which a room ends if it was reopened even though it had already ended.
 const OVER_AFTER: Duration = Duration::from_secs(3);
 
 impl Simulation {
@@ -168,7 +168,7 @@ impl Simulation {
                 room.epoch += 1;
                 let number = room.number;
                 if self.ended.contains(&code) {
-                    // An empty room, written back by a node that did not learn of its end.
+                    // This is an empty room that was written back by a node unaware that it had ended.
                     let over = NodeEvent::Over(code, number);
                     self.queue.push(self.now + OVER_AFTER, Event::At(process, over));
                 }
@@ -321,14 +321,14 @@ impl Simulation {
         self.ceases(process.node, code);
     }
 
-    /// Notes that a node no longer has a room open.
+    /// Records that a node no longer has a room open.
     pub(super) fn ceases(&mut self, node: usize, code: &str) {
         if let Some(nodes) = self.playing.get_mut(code) {
             nodes.remove(&node);
         }
     }
 
-    /// Opens a room at some node, and retries until a room with this code exists.
+    /// Opens a room at some node, retrying until a room with this code exists.
     pub(super) fn place(&mut self, code: String) -> Result<(), Violation> {
         let is_there = |epoch: &u64| *epoch > 0;
         if self.epochs.get(&code).is_some_and(is_there) || self.ended.contains(&code) {
@@ -356,7 +356,7 @@ impl Simulation {
         self.drive(process)
     }
 
-    /// Ends a room where it is played.
+    /// Ends a room at the node that plays it.
     pub(super) fn end(&mut self, code: String) -> Result<(), Violation> {
         let (now, ignores) = (self.now, self.settings.flaws.ignores_lease);
         let nodes = self.nodes.iter().flatten();

@@ -1,4 +1,4 @@
-//! The faults, and when they happen.
+//! Faults and when they happen.
 
 use super::Simulation;
 use super::node::Standstill;
@@ -59,7 +59,7 @@ impl Simulation {
         }
     }
 
-    /// Starts a fault of this kind, unless the period with faults is over.
+    /// Starts a fault of the given kind, unless the period with faults is over.
     pub(super) fn fault(&mut self, fault: Fault) -> Result<(), Violation> {
         if self.now >= self.settings.faulty_for {
             return Ok(());
@@ -86,7 +86,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Ends all continuing faults.
+    /// Ends all ongoing faults.
     pub(super) fn end_faults(&mut self) {
         let faults = &mut self.settings.faults;
         faults.lost = 0;
@@ -99,7 +99,7 @@ impl Simulation {
         }
     }
 
-    /// A random running node among those from this number on.
+    /// Picks a random running node, starting from number `first`.
     pub(super) fn some_node(&mut self, first: usize) -> Option<Process> {
         let range = first..self.nodes.len();
         if range.is_empty() {
@@ -117,7 +117,7 @@ impl Simulation {
         }
     }
 
-    /// A node can reach the store again: either its watchers continue, or it reconnects.
+    /// Handles a node that can reach the store again: either its watchers continue, or it reconnects.
     pub(super) fn cut_ends(&mut self, process: Process) {
         let again = self.rng.below(2) == 0;
         let forgot = self.store.forgot();
@@ -134,7 +134,8 @@ impl Simulation {
         }
     }
 
-    /// The store fails, along with all connections, and returns having lost its last writes or all of them.
+    /// Makes the store fail, along with all connections, and return without its most recent writes or without any of
+    /// its data.
     fn forget(&mut self) {
         if self.chance(300) {
             self.store.lose_all();
@@ -150,14 +151,14 @@ impl Simulation {
             let Some(node) = &mut self.nodes[index] else { continue };
             node.is_cut = true;
             node.watch.next = [None; 2];
-            // A room that had ended may exist again.
+            // Rooms that had ended may exist again.
             node.ended.clear();
             self.queue.push(back_at, Event::CutEnds(node.process));
         }
         self.epochs_are_forgotten();
     }
 
-    /// Rooms whose entries the store has lost are placed again, unless a node writes them back.
+    /// Places rooms again whose entries the store has lost, unless a node writes them back.
     fn epochs_are_forgotten(&mut self) {
         let rooms = self.store.rooms().filter_map(|(code, entry)| match entry {
             Entry::Room(entry) => Some((code.to_owned(), entry.epoch)),
@@ -166,7 +167,7 @@ impl Simulation {
         let known: BTreeMap<String, u64> = rooms.collect();
         for (code, epoch) in &mut self.epochs {
             let before = std::mem::replace(epoch, known.get(code).copied().unwrap_or(0));
-            // The epoch may also be higher: the store may have lost a removal and the epochs before it.
+            // The epoch may also be higher, because the store may have lost a removal and the epochs before it.
             if *epoch != before {
                 self.forgotten.insert(code.clone());
             }
@@ -186,7 +187,7 @@ impl Simulation {
         }
     }
 
-    /// A node resumes after a standstill and handles its backlog at once.
+    /// Lets a frozen node resume and handle its backlog all at once.
     pub(super) fn goes_on(&mut self, process: Process) -> Result<(), Violation> {
         let Some(node) = self.node(process) else { return Ok(()) };
         if node.standstill.take().is_none() {
@@ -227,12 +228,12 @@ impl Simulation {
         self.drive(process)
     }
 
-    /// Starts a node that is not running, under its old name.
+    /// Restarts a stopped node under its old name.
     pub fn revive(&mut self, node: usize) {
         self.queue.push(self.now, Event::Starts(node));
     }
 
-    /// Makes the store unresponsive for this long.
+    /// Makes the store unresponsive for `time`.
     pub fn lose_leader(&mut self, time: Duration) {
         self.store_back_at = self.now + time;
     }

@@ -1,11 +1,11 @@
 //! Simulates a fleet in one thread and in virtual time: real [`Directory`]s with a simulated store, network and clocks.
-//! Messages are delayed or lost, nodes freeze and die, and the store fails. After each event the properties that a
-//! fleet must have are checked. A seed determines the whole course of events, so that a violation can be reproduced.
+//! Messages are delayed or lost, nodes freeze and die, and the store fails. After each event, the required properties
+//! of a fleet are checked. A seed determines the whole course of events, so that a violation can be reproduced.
 //!
-//! The store has two buckets, which are not ordered relative to each other: entries of nodes, which expire silently,
-//! and entries of rooms. A node's watchers receive writes in order but late, and possibly without those that have been
-//! overwritten since. Rooms also have records, which act as fences: an opened room appends to the newest record, and an
-//! append is refused if another room has appended in the meantime.
+//! The store has two buckets, which are not ordered relative to each other: the nodes' entries, which expire silently,
+//! and the rooms' entries. A node's watchers receive writes in order but with a delay, possibly without those that have
+//! been overwritten since. Rooms also have records, which act as fences: an opened room appends to the newest record,
+//! and an append is refused if another room has appended in the meantime.
 
 mod check;
 mod driver;
@@ -29,11 +29,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 use store::Store;
 
-/// Time between two polls of a directory.
+/// Time between polls of a directory.
 const POLL_EVERY: Duration = Duration::from_millis(100);
 /// Time after which a request counts as unanswered.
 const TIME_LIMIT: Duration = Duration::from_millis(1500);
-/// Time between two records of a room.
+/// Time between records of a room.
 const RECORD_EVERY: Duration = Duration::from_secs(1);
 
 #[derive(Debug)]
@@ -43,29 +43,29 @@ pub struct Simulation {
     rng: Rng,
     queue: Queue,
     store: Store,
-    /// When the store answers again.
+    /// When the store will respond again.
     store_back_at: Duration,
     nodes: Vec<Option<Node>>,
-    /// Number of processes that each node has had.
+    /// Number of processes that each node has had so far.
     lives: Vec<u32>,
     /// The nodes at which each room is open.
     playing: BTreeMap<String, BTreeSet<usize>>,
     /// Rooms that have ended for good.
     ended: BTreeSet<String>,
-    /// Epochs of the rooms' entries; 0 for a removed entry.
+    /// Epoch of each room's entry; 0 if the entry was removed.
     epochs: BTreeMap<String, u64>,
-    /// Rooms of which the store has lost epochs that nodes may still know.
+    /// Rooms for which the store has lost epochs that nodes may still know.
     forgotten: BTreeSet<String>,
     /// Number of requests and opened rooms so far.
     numbers: u64,
-    /// Rooms without a node, with the time at which they lost it.
+    /// Rooms without a node, and when they lost it.
     lost_at: BTreeMap<String, Duration>,
     /// How long each room was without a node.
     gaps: Vec<Duration>,
 }
 
 impl Simulation {
-    /// A fleet whose nodes are about to start.
+    /// Creates a fleet whose nodes are about to start.
     pub fn new(settings: Settings) -> Simulation {
         let mut simulation = Simulation {
             now: Duration::ZERO,
@@ -88,7 +88,7 @@ impl Simulation {
         simulation
     }
 
-    /// Runs until a time since the start. The error is the first violated property.
+    /// Runs until the given time after the start. The error is the first violated property.
     pub fn run_until(&mut self, until: Duration) -> Result<(), Violation> {
         while let Some((at, event)) = self.queue.pop(until) {
             self.now = at;
@@ -98,7 +98,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Runs the period with faults, then a minute without any, after which everything must be in order.
+    /// Runs the period with faults and then a minute without any, after which everything must be in order.
     pub fn run(settings: Settings) -> Result<Simulation, Violation> {
         let quiet_at = settings.faulty_for;
         let mut simulation = Simulation::new(settings);
@@ -109,7 +109,7 @@ impl Simulation {
         Ok(simulation)
     }
 
-    /// The time since the start.
+    /// Returns the time since the start.
     pub fn now(&self) -> Duration {
         self.now
     }
@@ -119,7 +119,7 @@ impl Simulation {
         self.store.traffic(bucket)
     }
 
-    /// How long rooms that lost their node were without one.
+    /// For each room that lost its node, how long it was without one.
     pub fn gaps(&self) -> &[Duration] {
         &self.gaps
     }
@@ -129,7 +129,7 @@ impl Simulation {
         self.lost_at.len()
     }
 
-    /// Number of ownership changes of rooms so far.
+    /// Number of times that a room has changed nodes so far.
     pub fn moves(&self) -> u64 {
         self.epochs.values().map(|epoch| epoch.saturating_sub(1)).sum()
     }

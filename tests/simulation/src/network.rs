@@ -1,4 +1,4 @@
-//! Messages to the store and back.
+//! Messages between nodes and the store.
 
 use super::node::{Node, PlayedRoom, RoomState};
 use super::queue::{Event, NodeEvent, Process, Reply, Request};
@@ -16,7 +16,7 @@ impl Simulation {
         let number = self.number();
         let (now, delay) = (self.now, self.delay());
         let lost = self.chance(self.settings.faults.lost);
-        // A message in flight when the connection breaks may arrive once it is restored.
+        // A message in flight when the connection breaks may arrive once the connection is restored.
         let late = self.chance(100).then(|| self.seconds(0.0, 10.0));
         let forgot = self.store.forgot();
         let Some(node) = self.node(process) else { return };
@@ -34,7 +34,7 @@ impl Simulation {
         }
     }
 
-    /// Handles the arrival of a request at the store.
+    /// Handles a request that arrives at the store.
     pub(super) fn arrives(
         &mut self,
         process: Process,
@@ -106,7 +106,7 @@ impl Simulation {
         self.queue.push(at, Event::At(process, deliver));
     }
 
-    /// Sends a watcher all writes so far.
+    /// Sends a watcher all writes up to now.
     pub(super) fn deliver(&mut self, process: Process, bucket: Bucket, round: u32) {
         let end = self.store.end(bucket);
         let skip = self.rng.below(2) == 0;
@@ -131,7 +131,7 @@ impl Simulation {
         }
     }
 
-    /// A node has reconnected to the store; requests that its rooms wait for are sent again.
+    /// Handles a node's reconnection to the store by repeating the requests that its rooms are waiting for.
     pub(super) fn connected(&mut self, process: Process) {
         let (now, forgot) = (self.now, self.store.forgot());
         let Some(node) = self.node(process) else { return };
@@ -158,7 +158,7 @@ impl Simulation {
         }
     }
 
-    /// A watcher has started: the node receives all entries.
+    /// Handles the start of a watcher, which sends the node all entries.
     pub(super) fn watching(
         &mut self,
         process: Process,
@@ -195,7 +195,7 @@ impl Simulation {
             Request::Watch(bucket, round) if round == node.watch.round => {
                 self.send(process, Request::Watch(bucket, round));
             }
-            // A lost record is superseded by the next one; only a room that is still opening tries again.
+            // A lost record is superseded by the next one, so only a room that is still opening tries again.
             Request::ReadTail(code, number) => {
                 if node.room(&code, number).is_some() {
                     self.send(process, Request::ReadTail(code, number));
@@ -211,7 +211,7 @@ impl Simulation {
         }
     }
 
-    /// Handles the answer to a look.
+    /// Handles the response to a look.
     pub(super) fn found(
         &mut self,
         process: Process,
@@ -223,7 +223,7 @@ impl Simulation {
         node.directory.looked(key, found.map(|found| *found), node.clock(now));
     }
 
-    /// Random latency of a message: mostly milliseconds, rarely seconds.
+    /// Returns a random message latency, usually milliseconds and rarely seconds.
     pub(super) fn delay(&mut self) -> Duration {
         match self.rng.below(200) {
             0 => self.seconds(0.3, 3.0),

@@ -12,20 +12,20 @@ pub struct Node {
     /// The node's directory.
     pub directory: Directory,
     pub born: Duration,
-    /// Rate of the node's clock: its seconds per real second.
+    /// Rate of the node's clock, in its own seconds per real second.
     pub rate: f64,
-    /// The newest lease: its incarnation, and its end by the node's clock.
+    /// The newest lease, as its incarnation and its end according to the node's clock.
     pub lease: (u64, Duration),
     /// The node's rooms, by code.
     pub rooms: BTreeMap<String, PlayedRoom>,
     /// Unanswered requests, by number.
     pub requests: BTreeMap<u64, Request>,
     pub watch: Watch,
-    /// How often the store had lost data when the node last connected to it.
+    /// How many times the store had lost data when the node last connected to it.
     pub store: u64,
     /// Whether the node is cut off from the store.
     pub is_cut: bool,
-    /// How the node is frozen, if it is.
+    /// How the node is frozen, if at all.
     pub standstill: Option<Standstill>,
     /// Events to handle once the node resumes.
     pub backlog: Vec<NodeEvent>,
@@ -33,7 +33,7 @@ pub struct Node {
     pub draining: bool,
     /// Whether the node has left the fleet.
     pub left: bool,
-    /// When the node measures its load next, by its clock.
+    /// When the node will next measure its load, by its own clock.
     pub measures_at: Duration,
     /// Rooms that ended at this node, with their epochs.
     pub ended: BTreeMap<String, u64>,
@@ -43,33 +43,33 @@ pub struct Node {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Standstill {
     Directory,
-    /// The whole process, rooms included.
+    /// The whole process is frozen, including its rooms.
     Whole,
 }
 
 /// A room at a node.
 #[derive(Clone, Debug)]
 pub struct PlayedRoom {
-    /// Unique number of this opened room.
+    /// Number that uniquely identifies this opening of the room.
     pub number: u64,
-    /// The epoch of the entry.
+    /// The epoch of the room's entry.
     pub epoch: u64,
-    /// The incarnation under which the room is held.
+    /// The incarnation of the lease under which the room is held.
     pub held_under: u64,
     /// The room's progress.
     pub state: RoomState,
-    /// Number of the last record that the room knows.
+    /// Number of the newest record that the room knows.
     pub last: u64,
 }
 
 /// The progress of a room.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RoomState {
-    /// Reading its records.
+    /// The room is reading its records.
     Opening,
-    /// Being played, if the lease allows it.
+    /// The room is being played if the lease allows it.
     Playing,
-    /// Writing its last record.
+    /// The room is writing its final record.
     Parting,
 }
 
@@ -78,19 +78,19 @@ pub enum RoomState {
 pub struct Watch {
     /// Incremented with every new pair of watchers.
     pub round: u32,
-    /// Number of the next write to deliver from each bucket, once its watcher has started.
+    /// Number of the next write to deliver from each bucket once its watcher has started.
     pub next: [Option<u64>; 2],
     /// Whether a delivery is scheduled.
     pub pending: [bool; 2],
 }
 
 impl Node {
-    /// The time by the node's clock.
+    /// The time according to the node's clock.
     pub fn clock(&self, now: Duration) -> Duration {
         (now - self.born).mul_f64(self.rate)
     }
 
-    /// The time at which the node's clock will have advanced by `own`.
+    /// The time when the node's clock will have advanced by `own`.
     pub fn after(&self, now: Duration, own: Duration) -> Duration {
         now + own.div_f64(self.rate)
     }
@@ -105,7 +105,7 @@ impl Node {
             && (leased || ignores_lease)
     }
 
-    /// The room with this code, if it is still the one with this number.
+    /// The room with the given code, if it still has the given number.
     pub fn room(&mut self, code: &str, number: u64) -> Option<&mut PlayedRoom> {
         self.rooms.get_mut(code).filter(|room| room.number == number)
     }

@@ -1,4 +1,4 @@
-//! Future events, in order of time.
+//! Future events, ordered by time.
 
 use super::store::{Bucket, Tail, Written};
 use jostle_server::fleet::directory::Answer;
@@ -10,15 +10,15 @@ use std::time::Duration;
 /// One process of a node, from its start to its death.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Process {
-    /// Number of the node.
+    /// The node's number.
     pub node: usize,
-    /// Number of the process at this node, from 0.
+    /// Number of the process at this node, counted from 0.
     pub life: u32,
 }
 
 #[derive(Clone, Debug)]
 pub enum Event {
-    /// Something happens at a node.
+    /// An event occurs at a node.
     At(Process, NodeEvent),
     /// A request reaches the store.
     Arrives(Process, u64, Request),
@@ -28,11 +28,11 @@ pub enum Event {
     CutEnds(Process),
     /// A frozen node resumes.
     GoesOn(Process),
-    /// A room is to be opened, unless one with this code exists.
+    /// A room must be opened unless one with this code exists.
     Place(String),
-    /// A room is to end.
+    /// A room must end.
     End(String),
-    /// A fault of this kind starts.
+    /// A fault of the given kind starts.
     Fault(Fault),
 }
 
@@ -45,7 +45,7 @@ pub enum Fault {
     Outage,
     /// The store fails and loses data.
     Forget,
-    /// A node freezes.
+    /// A whole node freezes.
     Freeze,
     /// A node's directory freezes.
     Stall,
@@ -54,22 +54,22 @@ pub enum Fault {
     Drain,
 }
 
-/// Something that happens at a node.
+/// An event that occurs at a node.
 #[derive(Clone, Debug)]
 pub enum NodeEvent {
     /// The directory is polled.
     Poll,
     /// The node has connected to the store.
     Connected,
-    /// The node's watcher of a bucket receives the writes so far.
+    /// The node's watcher for a bucket receives the writes up to now.
     Deliver(Bucket, u32),
-    /// The answer to a request.
+    /// A request is answered.
     Reply(u64, Reply),
     /// The time limit of a request has passed.
     TimeLimit(u64),
     /// A room is ready to be played, or could not be opened.
     Opened(String, u64, bool),
-    /// A room has written its last record.
+    /// A room has written its final record.
     Parted(String, u64),
     /// A room writes a record.
     Record(String, u64),
@@ -80,14 +80,14 @@ pub enum NodeEvent {
 /// A request to the store.
 #[derive(Clone, Debug)]
 pub enum Request {
-    /// Writes an entry, or removes it.
+    /// Writes or removes an entry.
     Put(Key, Option<Box<Entry>>, Revision),
     Look(Key),
     /// Reads all entries of a bucket and watches it from then on.
     Watch(Bucket, u32),
-    /// Reads the newest record of a room, which this opened room will continue.
+    /// Reads a room's newest record, from which the opened room will continue.
     ReadTail(String, u64),
-    /// Appends a record: code, number of the previous record, writer and the writer's epoch.
+    /// Appends a record, given the room's code, the number of the previous record, the writer, and the writer's epoch.
     Append(String, u64, u64, u64),
 }
 
@@ -96,7 +96,7 @@ pub enum Request {
 pub enum Reply {
     Put(Answer),
     Found(Option<Box<(Entry, Revision)>>),
-    /// The answer to a watch: all entries, and the number of the next write.
+    /// The response to a watch: all entries and the number of the next write.
     Watching(Vec<Written>, u64),
     /// The newest record.
     Tail(Option<Tail>),
@@ -107,12 +107,12 @@ pub enum Reply {
 #[derive(Debug)]
 struct Due {
     at: Duration,
-    /// Scheduling order, which breaks ties between equal times.
+    /// Scheduling order, which breaks ties between events at the same time.
     order: u64,
     event: Event,
 }
 
-/// The events to come.
+/// The events that are still to come.
 #[derive(Debug, Default)]
 pub struct Queue {
     due: BinaryHeap<Due>,
@@ -130,7 +130,7 @@ impl Queue {
         self.due.retain(|due| !matches!(due.event, Event::Arrives(..)));
     }
 
-    /// Takes the earliest event that is due by this time.
+    /// Takes the earliest event that is due by the given time.
     pub fn pop(&mut self, until: Duration) -> Option<(Duration, Event)> {
         let is_due = self.due.peek().is_some_and(|due| due.at <= until);
         is_due.then(|| self.due.pop().map(|due| (due.at, due.event))).flatten()

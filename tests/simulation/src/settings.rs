@@ -1,4 +1,4 @@
-//! Settings of a simulation: the fleet and its faults.
+//! Settings for a simulation: the fleet and its faults.
 
 use jostle_server::fleet::directory::LEASE_TTL;
 use std::fmt;
@@ -8,34 +8,34 @@ use std::time::Duration;
 pub struct Settings {
     /// Seed of the random numbers; it determines the whole course of events.
     pub seed: u64,
-    /// Nodes of the fleet.
+    /// Number of nodes in the fleet.
     pub nodes: usize,
     /// Number of nodes that neither drain nor stay dead.
     pub lasting: usize,
     /// Number of rooms opened in the first half of the period with faults.
     pub rooms: usize,
-    /// Number of those rooms that end.
+    /// Number of these rooms that end.
     pub ending: usize,
     /// Maximum number of rooms per node.
     pub rooms_max: usize,
-    /// Length of the period with faults, from the start.
+    /// Duration of the period with faults, which begins at the start.
     pub faulty_for: Duration,
-    /// Frequencies of faults.
+    /// How often faults occur.
     pub faults: Faults,
-    /// Violations of the directory's assumptions.
+    /// Deliberate violations of the directory's assumptions.
     pub flaws: Flaws,
 }
 
-/// Frequencies of faults.
+/// How often each fault occurs.
 #[derive(Clone, Debug, Default)]
 pub struct Faults {
-    /// Lost messages per thousand.
+    /// Number of lost messages per thousand.
     pub lost: u32,
     /// How often per minute a node is cut off from the store, for up to 30 s.
     pub cuts: f32,
     /// How often per minute the store stops answering, for 4 to 7 s.
     pub outages: f32,
-    /// How often per minute the store fails and loses its last writes or all of them.
+    /// How often per minute the store fails and loses its most recent writes or all of its data.
     pub forgets: f32,
     /// How often per minute a whole node freezes, for up to 30 s.
     pub freezes: f32,
@@ -47,12 +47,12 @@ pub struct Faults {
     pub drains: f32,
     /// Maximum relative error of the clocks' rates.
     pub skew: f32,
-    /// Failed attempts to open a room per thousand.
+    /// Number of failed attempts to open a room, per thousand.
     pub opening_fails: u32,
 }
 
 impl Faults {
-    /// All faults, at the usual rates.
+    /// Returns all faults, at their usual rates.
     pub fn all() -> Faults {
         Faults {
             lost: 10,
@@ -69,11 +69,11 @@ impl Faults {
     }
 }
 
-/// Violations of the directory's assumptions. The default has none; tests show that each of the others leads to
-/// violated properties.
+/// Violations of the directory's assumptions. There are none by default; tests show that each of them leads to violated
+/// properties.
 #[derive(Clone, Debug)]
 pub struct Flaws {
-    /// Time after which a node's entry expires unless renewed.
+    /// Time after which a node's entry expires unless it is renewed.
     pub lease_ttl: Duration,
     /// Whether rooms are played without a lease.
     pub ignores_lease: bool,
@@ -88,7 +88,7 @@ impl Default for Flaws {
 }
 
 impl Settings {
-    /// A small fleet with all faults, of a size that depends on the seed.
+    /// Returns settings for a small fleet with all faults, whose size depends on the seed.
     pub fn small(seed: u64) -> Settings {
         let nodes = 3 + (seed % 6) as usize;
         let rooms = 20 + (seed * 7 % 41) as usize;
@@ -113,7 +113,7 @@ pub struct Violation {
     /// The seed that reproduces the violation.
     pub seed: u64,
     pub at: Duration,
-    /// Which room or node, and what happened.
+    /// What happened, and to which room or node.
     pub what: String,
 }
 

@@ -10,16 +10,16 @@ use std::time::Duration;
 /// A bucket of entries.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bucket {
-    /// Nodes; entries that are not renewed expire.
+    /// The nodes' entries, which expire unless they are renewed.
     Nodes,
-    /// Rooms.
+    /// The rooms' entries.
     Rooms,
 }
 
 pub const BUCKETS: [Bucket; 2] = [Bucket::Nodes, Bucket::Rooms];
 
 impl Bucket {
-    /// The bucket of an entry.
+    /// Returns the bucket that an entry belongs to.
     pub fn of(key: &Key) -> Bucket {
         match key {
             Key::Node(_) => Bucket::Nodes,
@@ -28,19 +28,19 @@ impl Bucket {
     }
 }
 
-/// Requests to a bucket, and deliveries to its watchers.
+/// Requests to a bucket and deliveries to its watchers.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Traffic {
-    /// Accepted writes and removals.
+    /// Number of accepted writes and removals.
     pub writes: u64,
-    /// Bytes of the accepted entries.
+    /// Total size of the accepted entries in bytes.
     pub written_bytes: u64,
-    /// Refused writes and removals.
+    /// Number of refused writes and removals.
     pub refused: u64,
-    /// Entries sent to watchers.
+    /// Number of entries sent to watchers.
     pub deliveries: u64,
     pub delivered_bytes: u64,
-    /// Single entries that were read.
+    /// Number of individual entries that were read.
     pub looks: u64,
 }
 
@@ -51,14 +51,14 @@ pub struct Written {
     /// The value; `None` for a removal.
     pub entry: Option<Arc<Entry>>,
     pub revision: Revision,
-    /// When it was written.
+    /// When the value was written.
     at: Duration,
-    /// Size of name and value, bytes.
+    /// Size of the name and value in bytes.
     bytes: u64,
 }
 
 impl Written {
-    /// The change that a watcher receives.
+    /// Returns the change that a watcher receives.
     pub fn change(&self) -> Change {
         match &self.entry {
             Some(entry) => Change::Written(self.key.clone(), Entry::clone(entry), self.revision),
@@ -75,13 +75,13 @@ struct Log {
     writes: VecDeque<Written>,
     /// Number of the first write in `writes`.
     first: u64,
-    /// Undo log: keys of the newest writes, with the previous values.
+    /// Undo log: the keys of the newest writes, with their previous values.
     journal: VecDeque<(Key, Option<Written>)>,
     traffic: Traffic,
 }
 
 impl Log {
-    /// Undoes this many writes. Their revisions are reused.
+    /// Undoes the newest `writes` writes. Their revisions are reused.
     fn undo(&mut self, writes: usize) {
         for _ in 0..writes {
             let Some((key, before)) = self.journal.pop_back() else { break };
@@ -100,14 +100,14 @@ impl Log {
     }
 }
 
-/// Maximum number of writes that the store may lose per bucket: those of a minute or two.
+/// Maximum number of writes that the store may lose per bucket, about a minute or two's worth.
 pub const FORGOTTEN_MAX: usize = 200;
 
 /// The newest record of a room.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tail {
     pub sequence: u64,
-    /// The opened room that wrote it.
+    /// The opened room that wrote the record.
     pub writer: u64,
     /// The writer's epoch.
     pub epoch: u64,
@@ -117,15 +117,15 @@ pub struct Tail {
 pub struct Store {
     logs: [Log; 2],
     records: BTreeMap<String, Tail>,
-    /// Undo log: rooms of the newest records, with the previous ones.
+    /// Undo log: the rooms of the newest records, with their previous records.
     journal: VecDeque<(String, Option<Tail>)>,
-    /// How often the store has lost data.
+    /// How many times the store has lost data.
     forgot: u64,
     flaws: Flaws,
 }
 
 impl Store {
-    /// A store without entries.
+    /// Creates a store without entries.
     pub fn new(flaws: Flaws) -> Store {
         Store {
             logs: [Log::default(), Log::default()],
@@ -136,12 +136,12 @@ impl Store {
         }
     }
 
-    /// How often the store has lost data.
+    /// How many times the store has lost data.
     pub fn forgot(&self) -> u64 {
         self.forgot
     }
 
-    /// Loses the last writes of each bucket, and the last records.
+    /// Loses the most recent writes to each bucket and the most recent records.
     pub fn lose(&mut self, writes: [usize; 2], records: usize) {
         self.forgot += 1;
         for (log, writes) in self.logs.iter_mut().zip(writes) {
@@ -187,7 +187,7 @@ impl Store {
         self.get(key, now).map(|(entry, revision)| (entry.clone(), revision))
     }
 
-    /// Writes or removes an entry if its revision is the expected one.
+    /// Writes or removes an entry if its revision is as expected.
     pub fn put(
         &mut self,
         key: &Key,
@@ -213,7 +213,7 @@ impl Store {
         Answer::Done(revision)
     }
 
-    /// All entries of a bucket, and the number of the next write. Removed rooms are included, marked as removed.
+    /// Returns all entries of a bucket and the number of the next write. Removed rooms are included, marked as removed.
     pub fn snapshot(&mut self, bucket: Bucket, now: Duration) -> (Vec<Written>, u64) {
         let log = &self.logs[bucket as usize];
         let told =
@@ -224,13 +224,13 @@ impl Store {
         (found, next)
     }
 
-    /// Number of the next write.
+    /// The number of the next write.
     pub fn end(&self, bucket: Bucket) -> u64 {
         let log = &self.logs[bucket as usize];
         log.first + log.writes.len() as u64
     }
 
-    /// The write with this number, and whether it has been overwritten since.
+    /// Returns a write by its number, and whether it has been overwritten since.
     pub fn written(&self, bucket: Bucket, number: u64) -> (&Written, bool) {
         let log = &self.logs[bucket as usize];
         let written = &log.writes[(number - log.first) as usize];
@@ -244,7 +244,7 @@ impl Store {
         traffic.delivered_bytes += sent.iter().map(|written| written.bytes).sum::<u64>();
     }
 
-    /// Drops the writes before this number from the log for watchers.
+    /// Drops the writes before the given number from the watchers' log.
     pub fn forget(&mut self, bucket: Bucket, before: u64) {
         let log = &mut self.logs[bucket as usize];
         let count = before.saturating_sub(log.first) as usize;
@@ -266,8 +266,8 @@ impl Store {
         self.records.get(code).copied()
     }
 
-    /// Appends a record if the newest one is the expected one, was written by the same writer, or is older because the
-    /// store has lost later ones. Returns the number of the new record.
+    /// Appends a record if the newest one is as expected, was written by the same writer, or is older because the store
+    /// has lost later ones. Returns the number of the new record.
     pub fn append(&mut self, code: &str, expected: u64, writer: u64, epoch: u64) -> Option<u64> {
         let tail = self.tail(code);
         let sequence = tail.map_or(0, |tail| tail.sequence);

@@ -1,9 +1,9 @@
-//! Simulates fleets with faults, and with flaws that the checks must find.
+//! Simulates fleets with faults, and with flaws that the checks must detect.
 
 use super::{Faults, Flaws, Settings, Simulation};
 use std::time::Duration;
 
-/// The first violation over several seeds, tried on two threads.
+/// Returns the first violation among several seeds, which are tried on two threads.
 fn first_violation(seeds: u64, settings: impl Fn(u64) -> Settings + Sync) -> Option<String> {
     let run = |first: u64| {
         let seeds = (first..seeds).step_by(2);
@@ -24,7 +24,7 @@ fn two_play(violation: &str) -> bool {
     violation.contains("is played by [") && !violation.ends_with("[]")
 }
 
-/// Number of seeds to run: all of them before a release, when `JOSTLE_LONG` is set, otherwise a quarter.
+/// Number of seeds to run: all of them before a release, when `JOSTLE_LONG` is set, and a quarter otherwise.
 fn seeds(all: u64) -> u64 {
     if std::env::var_os("JOSTLE_LONG").is_some_and(|value| value == "1") { all } else { all / 4 }
 }
@@ -48,7 +48,7 @@ fn rooms_are_played_by_one_node_each_when_much_more_happens() {
     };
     let settings = |seed| Settings { faults: often.clone(), ..Settings::small(seed) };
     assert_eq!(first_violation(seeds(60), settings), None);
-    // With this seed a write arrives so late that the room that it opens has ended in the meantime.
+    // With this seed, a write arrives so late that the room it opens has ended in the meantime.
     let late = Simulation::run(settings(517)).map_err(|violation| violation.to_string());
     assert!(late.is_ok(), "{late:?}");
 }

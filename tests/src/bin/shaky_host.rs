@@ -1,6 +1,6 @@
 //! A server on a machine that fails on demand: `shaky_host DIR [CERTIFICATE KEY]` records into DIR, prints the
-//! addresses of its two ports, and obeys one order per line of standard input. Otherwise it is the server as shipped;
-//! SIGTERM shuts it down cleanly.
+//! addresses of its two ports, and obeys one order per line of standard input. In all other respects it is the shipped
+//! server; SIGTERM shuts it down cleanly.
 //!
 //! `disk good|full|closed`, `clock on|back` (40 days), `descriptors none|some`.
 
@@ -26,15 +26,15 @@ use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::oneshot;
 
 const GOOD: u8 = 0;
-/// Nothing can be written any more, to open or to new files.
+/// Nothing more can be written, to either open or new files.
 const FULL: u8 = 1;
 /// No new files can be created.
 const CLOSED: u8 = 2;
 
 static DISK: AtomicU8 = AtomicU8::new(GOOD);
-/// Offset of the wall clock.
+/// Offset of the wall clock in days.
 static CLOCK_DAYS: AtomicI64 = AtomicI64::new(0);
-/// Size of a clock step, longer than replays are kept.
+/// Size of a clock step in days, which is longer than replays are kept.
 const STEP_DAYS: i64 = 40;
 
 struct ShakyFile(File);
@@ -71,7 +71,7 @@ fn limit_descriptors(none: bool) -> anyhow::Result<()> {
     use rustix::process::{Resource, getrlimit, setrlimit};
     let mut limit = getrlimit(Resource::Nofile);
     limit.current = match none {
-        // New descriptors get the lowest free number, which this file has.
+        // New descriptors get the lowest free number, which is the one this file has.
         true => Some(u64::try_from(File::open("/dev/null")?.as_raw_fd())?),
         false => limit.maximum,
     };
@@ -92,8 +92,8 @@ fn obey(order: &str) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Timeouts of the server. Those that some faults wait for are short enough to sit out, but long enough for a crowd on
-/// a busy machine.
+/// The server's timeouts. Those that some faults have to wait for are short, but long enough for a crowd on a busy
+/// machine.
 fn waits() -> Timeouts {
     Timeouts {
         http_head: Duration::from_secs(15),
@@ -106,7 +106,7 @@ fn waits() -> Timeouts {
     }
 }
 
-/// Replaces the built page with one file, large enough to fill every buffer on its way.
+/// Replaces the built page with one file that is large enough to fill every buffer along the way.
 static FILES: [assets::AssetFile; 1] =
     [assets::AssetFile { name: "big.bin", etag: "\"big\"", bytes: &[7; 4 << 20] }];
 
@@ -128,7 +128,7 @@ fn config(dir: PathBuf) -> anyhow::Result<Config> {
     for (name, source) in [("restless", RESTLESS), ("crowd", CROWD), ("small", SMALL)] {
         config.scenes.push(Scene::parse(&format!("{name}.toml"), source)?);
     }
-    // A scene whose first particle refers to a recipe that does not exist, as a bug in a game might cause.
+    // A scene whose first particle refers to a recipe that does not exist, as might result from a bug in a game.
     let mut scenes = Scene::built_in().into_iter();
     let mut cracked = scenes.find(|scene| scene.name == "particles").context("a built-in scene")?;
     cracked.name = "cracked".to_owned();
@@ -137,7 +137,7 @@ fn config(dir: PathBuf) -> anyhow::Result<Config> {
     Ok(config)
 }
 
-/// Obeys orders until the process that started this one is gone.
+/// Obeys orders until the parent process is gone.
 fn obey_all() {
     for order in io::stdin().lines() {
         let Ok(order) = order else { return };
@@ -163,7 +163,7 @@ async fn main() -> anyhow::Result<()> {
     let (gone, deserted) = oneshot::channel();
     std::thread::spawn(move || {
         obey_all();
-        // The receiver lives as long as the server.
+        // The receiver exists as long as the server does.
         let _ = gone.send(());
     });
     let stop = async move {

@@ -6,16 +6,16 @@ use std::process::Stdio;
 use tokio::process::Command;
 use tokio::sync::OnceCell;
 
-/// Environment variable with the program's path; takes precedence.
+/// Environment variable with the program's path, which takes precedence.
 const VARIABLE: &str = "JOSTLE_NATS_SERVER";
 const NAME: &str = "nats-server";
-/// The oldest usable version, major and minor: older ones cannot expire single messages, which leases need.
+/// The oldest usable version, as major and minor. Older ones cannot expire individual messages, which leases need.
 const OLDEST: (u32, u32) = (2, 11);
-/// The Go module and version to build.
+/// The Go module and its version to build.
 const MODULE: &str = "github.com/nats-io/nats-server/v2";
 const VERSION: &str = "v2.15.2";
 
-/// Path of the program. It is located, and built if necessary, once per process.
+/// Returns the program's path. The program is located, and built if necessary, once per process.
 pub async fn find() -> Result<&'static Path> {
     static FOUND: OnceCell<PathBuf> = OnceCell::const_new();
     FOUND.get_or_try_init(find_or_build).await.map(PathBuf::as_path)
@@ -47,7 +47,7 @@ async fn find_or_build() -> Result<PathBuf> {
     Ok(built)
 }
 
-/// Major and minor version, as in `nats-server: v2.11.3`.
+/// Returns the major and minor version from output such as `nats-server: v2.11.3`.
 async fn version_of(program: &Path) -> Result<(u32, u32)> {
     let output = Command::new(program).arg("--version").output().await;
     let output = output.with_context(|| format!("cannot start {}", program.display()))?;

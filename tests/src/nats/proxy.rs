@@ -12,7 +12,7 @@ use tokio::task::{JoinHandle, JoinSet};
 /// Maximum number of bytes forwarded at once.
 const CHUNK_BYTES: usize = 16 * 1024;
 
-/// Forwards connections to servers, and stalls on demand. Dropping it closes them.
+/// A proxy that forwards connections to servers and stalls on demand. Dropping it closes all connections.
 pub struct Proxy {
     address: SocketAddr,
     passing: watch::Sender<bool>,
@@ -20,7 +20,7 @@ pub struct Proxy {
 }
 
 impl Proxy {
-    /// Starts a proxy that forwards each connection to the next of these servers that accepts it.
+    /// Starts a proxy that forwards each connection to the next of the given servers that accepts it.
     pub async fn start(servers: Vec<SocketAddr>) -> Result<Proxy> {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).await.context("no free port")?;
         let address = listener.local_addr()?;
@@ -39,7 +39,7 @@ impl Proxy {
         format!("nats://{}", self.address)
     }
 
-    /// Stops forwarding, both of bytes and of ends of connections. New connections are accepted but stall too.
+    /// Stops forwarding both bytes and the closing of connections. New connections are accepted but stall too.
     pub fn stall(&self) {
         self.passing.send_replace(false);
     }
@@ -75,14 +75,14 @@ async fn connect(client: TcpStream, servers: Vec<SocketAddr>, mut passing: watch
     let Ok(server) = TcpStream::connect(&*servers).await else { return };
     let ((from_client, to_client), (from_server, to_server)) =
         (client.into_split(), server.into_split());
-    // If one direction ends, so does the other.
+    // When one direction ends, so does the other.
     select! {
         () = pass(from_client, to_server, passing.clone()) => {}
         () = pass(from_server, to_client, passing.clone()) => {}
     }
 }
 
-/// Forwards bytes in one direction until its end. The end, too, is delayed while the proxy stalls.
+/// Forwards bytes in one direction until it is closed. Closing is also delayed while the proxy is stalled.
 async fn pass(mut from: OwnedReadHalf, mut to: OwnedWriteHalf, mut passing: watch::Receiver<bool>) {
     let mut chunk = vec![0; CHUNK_BYTES];
     loop {

@@ -1,5 +1,5 @@
-//! The page without a server: a folder below a path on a plain file server. It plays alone and with bots bit for bit as
-//! a native room does, opens scene links and replays, and requests nothing outside its folder.
+//! The page without a server, as a folder below a path on a plain file server. It plays alone and with bots exactly as
+//! a native room does, bit for bit, opens scene links and replays, and requests nothing outside its folder.
 
 use super::replay::{drop_file, file, records, until};
 use anyhow::{Context, Result, anyhow, bail, ensure};
@@ -19,11 +19,11 @@ use std::sync::Arc;
 
 /// URL path of the folder.
 const BELOW: &str = "/jostle/";
-/// Number of cases among which the shipped scenes are divided.
+/// Number of cases that share the shipped scenes.
 const PARTS: usize = 4;
-/// Ticks after which games are compared; by then rounds have begun and bots are active.
+/// Number of ticks after which games are compared; by then rounds have begun and bots are active.
 const TICKS: u32 = 300;
-/// Ticks after which games of an idle player without bots are compared.
+/// Number of ticks after which games with an idle player and no bots are compared.
 const IDLE_TICKS: u32 = 100;
 const SEED: u64 = 7;
 /// Maximum number of bots.
@@ -82,13 +82,13 @@ fn shipped(name: &str) -> Result<Scene> {
     found.with_context(|| format!("no scene {name}"))
 }
 
-/// State hash of a native room with one idle player and this number of bots, after this number of ticks.
+/// Returns the state hash of a native room with one idle player and `bots` bots after `ticks` ticks.
 fn native_hash(scene: Scene, seed: u64, bots: u16, ticks: u32) -> Result<Option<String>> {
     let mut room = Room::filled("native", Arc::new(scene), seed, bots + 1);
     let look = Appearance::new("Native", 0).map_err(|error| anyhow!("{error}"))?;
     let joined = room.join(look, None).map_err(|refusal| anyhow!("{refusal:?}"))?;
     for tick in 0..ticks {
-        // Without any input the player would be considered away.
+        // Without any input, the player would be considered away.
         room.input(joined.claim.seat, tick + 1, Input::default());
         room.tick();
     }
@@ -96,7 +96,7 @@ fn native_hash(scene: Scene, seed: u64, bots: u16, ticks: u32) -> Result<Option<
     Ok(Some(format!("{:016x}", room.game().hash())))
 }
 
-/// Waits until a game has been played long enough, and compares it with a native one.
+/// Waits until a game has been played long enough and compares it with a native one.
 async fn compare(tab: &Tab, scene: Scene, seed: u64, bots: u16) -> Result<()> {
     let ticks = if bots == 0 { IDLE_TICKS } else { TICKS };
     let played = |s: &State| s.state == "playing" && s.hash_tick.unwrap_or(0) >= ticks;
@@ -121,8 +121,8 @@ async fn check_requests(server: &FileServer, tab: &Tab) -> Result<()> {
     Ok(())
 }
 
-/// Plays every scene: alone if a round needs only one player, and with bots if players have heroes. One page plays all
-/// scenes of a part, as fast as it can.
+/// Plays every scene, alone if a round needs only one player and with bots if players have heroes. One page plays all
+/// scenes of a part as fast as it can.
 async fn the_page_without_a_server_plays_scenes(stage: Arc<Stage>, part: usize) -> Result<()> {
     let server = host(Vec::new()).await?;
     let tab = stage.visit_link_changed(HASTE, &server.link(BELOW), Screen::TINY).await?;
@@ -179,7 +179,7 @@ async fn the_page_without_a_server_opens_links_and_files(stage: Arc<Stage>) -> R
     check_requests(&server, &tab).await
 }
 
-/// Saves the last seconds as a file by touch, and opens it in the same page.
+/// Saves the last few seconds as a file by touch, and opens it in the same page.
 async fn a_clip_of_the_page_without_a_server_verifies_there(stage: Arc<Stage>) -> Result<()> {
     let server = host(Vec::new()).await?;
     let hash = format!("{BELOW}#alone=arena&bots=2&seed={SEED}");
@@ -205,7 +205,7 @@ async fn a_clip_of_the_page_without_a_server_verifies_there(stage: Arc<Stage>) -
     check_requests(&server, &tab).await
 }
 
-/// Seed in the page's address.
+/// Returns the seed in the page's address.
 async fn seed_of(tab: &Tab) -> Result<u64> {
     let link = tab.link().await?;
     let seed = link.rsplit_once("&seed=").with_context(|| link.clone())?.1;
@@ -225,7 +225,7 @@ async fn a_scene_is_played_alone_in_a_lobby_without_a_server(stage: Arc<Stage>) 
     compare(&tab, shipped("hockey")?, seed_of(&tab).await?, 3).await?;
     tab.keep_on_all_screens("alone-game").await?;
 
-    // After a reload the same game starts.
+    // After a reload, the same game starts.
     tab.reload().await?;
     compare(&tab, shipped("hockey")?, seed_of(&tab).await?, 3).await?;
     tab.eval::<bool>("(history.back(), true)").await?;
@@ -233,7 +233,7 @@ async fn a_scene_is_played_alone_in_a_lobby_without_a_server(stage: Arc<Stage>) 
     check_requests(&server, &tab).await
 }
 
-/// The lobby offers the same scenes as the page without a server.
+/// Checks that the lobby offers the same scenes as the page without a server.
 async fn a_scene_is_played_alone_in_the_lobby_of_a_server(stage: Arc<Stage>) -> Result<()> {
     let tab = stage.visit_changed(HASTE, "/").await?;
     tab.until_true("document.querySelectorAll('#scenes li').length >= 20").await?;
@@ -243,7 +243,7 @@ async fn a_scene_is_played_alone_in_the_lobby_of_a_server(stage: Arc<Stage>) -> 
     assert_eq!(without_pictures(with), without_pictures(without));
     tab.eval::<bool>("(document.querySelector('#scenes').scrollIntoView(), true)").await?;
     tab.keep_on_all_screens("served-lobby").await?;
-    // Play a scene alone, by keyboard.
+    // Play a scene alone, using the keyboard.
     let button = "document.querySelector('#game-list .alone[data-value=hill]')";
     tab.eval::<bool>(&format!("({button}.focus(), true)")).await?;
     tab.key_down(" ").await?;
@@ -253,7 +253,7 @@ async fn a_scene_is_played_alone_in_the_lobby_of_a_server(stage: Arc<Stage>) -> 
     tab.keep_on_all_screens("served-alone").await
 }
 
-/// The list of scenes next to the page, in a directory whose name is a hash.
+/// Reads the list of scenes next to the page, in a directory whose name is a hash.
 fn scenes_of_the_static_page() -> Result<Vec<u8>> {
     let assets = static_page().join("assets");
     for entry in std::fs::read_dir(&assets).with_context(|| assets.display().to_string())? {
@@ -265,7 +265,7 @@ fn scenes_of_the_static_page() -> Result<Vec<u8>> {
     bail!("no scenes.json below {}", assets.display())
 }
 
-/// The scenes of a list, without the URLs of their pictures.
+/// Removes the URLs of pictures from a list of scenes.
 fn without_pictures(mut list: Value) -> Value {
     let mut scenes = list["scenes"].take();
     for scene in scenes.as_array_mut().into_iter().flatten() {

@@ -8,10 +8,10 @@ use jostle_tests::tab::{Screen, Tab};
 use serde_json::json;
 use std::sync::Arc;
 
-/// Maximum number of frames from pressing E until the game moves: half a second.
+/// Maximum number of frames from pressing E until the game moves, which is half a second.
 const FRAMES_MAX: usize = 30;
 
-/// Notes the page's state and the displayed tick in each frame, until `window.noted` is removed.
+/// Records the page's state and the displayed tick in each frame until `window.noted` is removed.
 const NOTE: &str = "(() => { const noted = window.noted = []; const look = () => { \
     const root = document.documentElement; \
     noted.push([root.dataset.state, root.dataset.tick, performance.now()]); \
@@ -33,7 +33,7 @@ async fn until_text(tab: &Tab, part: &str) -> Result<()> {
     tab.until_true(&format!("document.querySelector('#text').value.includes({quoted})")).await
 }
 
-/// Drags a piece of the palette to a world point.
+/// Drags a piece from the palette to a world point.
 async fn pull(tab: &Tab, piece: &str, to: [f32; 2]) -> Result<()> {
     let from = tab.middle_of(&format!("[data-piece={piece}]")).await?;
     let to = tab.to_page(to).await?;
@@ -51,7 +51,7 @@ async fn drag(tab: &Tab, from: [f32; 2], to: [f32; 2]) -> Result<()> {
     }
 }
 
-/// The displayed error message.
+/// Returns the displayed error message.
 async fn error(tab: &Tab) -> Result<String> {
     tab.eval(
         "(() => { const error = document.querySelector('#edit-error'); \
@@ -65,7 +65,7 @@ async fn underlined(tab: &Tab) -> Result<String> {
         .await
 }
 
-/// The displayed error message, and the underlined text.
+/// Returns the displayed error message and the underlined text.
 pub async fn errors_of(tab: &Tab) -> Result<[String; 2]> {
     Ok([error(tab).await?, underlined(tab).await?])
 }
@@ -77,7 +77,7 @@ pub async fn a_scene_is_built_from_nothing_played_undone_and_shared(
     tab.keep("editor-empty").await?;
     pull(&tab, "wall", [160.0, 30.0]).await?;
     until_text(&tab, "position = [160, 30]").await?;
-    // Dragging the handle at its upper right corner turns it into the floor.
+    // Dragging the handle at its upper right corner turns the piece into the floor.
     let corner = tab.to_page([164.0, 50.0]).await?;
     let goal = tab.to_page([310.0, 14.0]).await?;
     tab.drag([corner[0] + 6.0, corner[1] - 6.0], [goal[0] + 6.0, goal[1] - 6.0]).await?;
@@ -92,7 +92,7 @@ pub async fn a_scene_is_built_from_nothing_played_undone_and_shared(
     ensure!(error(&tab).await?.is_empty(), "{}", error(&tab).await?);
     tab.keep_on_all_screens("editor-built").await?;
 
-    // Adds a rule in the text.
+    // Add a rule in the text.
     tab.click_on("#tab-text").await?;
     let built = text(&tab).await?;
     let ruled = format!(
@@ -146,11 +146,11 @@ pub async fn a_scene_is_built_from_nothing_played_undone_and_shared(
     Ok(())
 }
 
-/// Position and size of the canvas on the page.
+/// The position and size of the canvas on the page.
 const PLACE: &str = "(() => { const r = document.querySelector('#stage').getBoundingClientRect(); \
     return [r.x, r.y, r.width, r.height]; })()";
 
-/// Checks that the page goes directly from editing to playing, and that the game soon moves.
+/// Checks that the page switches directly from editing to playing, and that the game soon starts moving.
 async fn check_start(tab: &Tab) -> Result<String> {
     let noted: Vec<(String, Option<String>, f64)> = tab
         .eval("(() => { const noted = window.noted; window.noted = null; return noted; })()")
@@ -247,7 +247,7 @@ pub async fn a_scene_is_built_by_touch(stage: Arc<Stage>) -> Result<()> {
     pull(&tab, "platform", [160.0, 60.0]).await?;
     until_text(&tab, "kind = \"platform\"").await?;
     drag(&tab, [160.0, 60.0], [120.0, 40.0]).await?;
-    // A pixel on a phone is nearly one unit.
+    // A pixel on a phone is almost one unit.
     tab.until_true(
         "/position = \\[1(19|20|21), (39|40|41)\\]/.test(document.querySelector('#text').value)",
     )
@@ -270,7 +270,7 @@ pub async fn a_scene_is_built_by_touch(stage: Arc<Stage>) -> Result<()> {
     Ok(())
 }
 
-/// Checks that picture and panels share the screen, and that every piece of the palette is reachable.
+/// Checks that the picture and the panels share the screen, and that every piece in the palette is reachable.
 pub async fn the_editor_fits_a_phone_on_its_side(stage: Arc<Stage>) -> Result<()> {
     let tab = open(&stage, "#edit=splash", Screen::PHONE_ON_SIDE).await?;
     tab.keep("editor-side").await?;
@@ -351,7 +351,7 @@ pub async fn a_scene_is_a_file_too(stage: Arc<Stage>) -> Result<()> {
     .await?;
     until_text(&tab, "title = \"Bounce\"").await?;
     assert_eq!(text(&tab).await?, source);
-    // The text would be saved under the file's name.
+    // The text would be saved under the name of the file.
     tab.eval::<bool>(
         "(HTMLAnchorElement.prototype.click = function () { \
          window.saved = [this.download, decodeURIComponent(this.href.split(',')[1])]; }, true)",
@@ -369,7 +369,7 @@ fn stage_scene(name: &str) -> Result<String> {
     Ok(found.with_context(|| format!("{name} is shipped"))?.source)
 }
 
-/// Two tabs of one visitor edit the same scene: much work in one, then a single key press in the other.
+/// Edits the same scene in two tabs of one visitor: a lot of work in one, then a single key press in the other.
 pub async fn two_tabs_keep_a_draft_each(stage: Arc<Stage>) -> Result<()> {
     let a = open(&stage, "#edit", Screen::LAPTOP).await?;
     let visitor = stage.last_visitor().context("a visitor")?;

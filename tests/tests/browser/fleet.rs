@@ -9,7 +9,7 @@ use jostle_tests::tab::{Screen, Tab};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Runs in the page: records the longest time for which the displayed tick did not change.
+/// A script for the page that records the longest time during which the displayed tick did not change.
 const WATCH: &str = r#"(() => {
     const watch = window.watch = {still_ms: 0};
     let tick = null, since = performance.now();
@@ -24,10 +24,11 @@ const WATCH: &str = r#"(() => {
     return true;
 })()"#;
 
-/// Number of times that the room moves; `JOSTLE_FLEET_TIMES` may ask for more.
+/// Number of times the room moves; `JOSTLE_FLEET_TIMES` can request more.
 const MOVES: usize = 2;
 
-/// A page plays in one room of a fleet whose rooms all have players. Nodes drain, and before a release one is killed.
+/// Plays on a page in one room of a fleet in which all rooms have players. Nodes drain, and before a release one is
+/// killed.
 pub async fn a_page_follows_its_room_to_another_server(stage: Arc<Stage>) -> Result<()> {
     let mut games = Games::start(|cluster, _| cluster.url()).await;
     let room = games.rooms[0].clone();
@@ -41,7 +42,7 @@ pub async fn a_page_follows_its_room_to_another_server(stage: Arc<Stage>) -> Res
     }
     let still = stood_still(&tab).await?;
     stage.note(format!("nodes drained: the picture stood still for {still:?} at most"));
-    // The other nodes wait 20 s for the lease to expire; the fleet tests cover this without a browser in every run.
+    // The other nodes wait 20 s for the lease to expire; the fleet tests cover this in every run without a browser.
     if is_long() {
         take_away(&mut games, &room, "KILL", &tab, &before).await?;
         let still = stood_still(&tab).await?;
@@ -60,7 +61,7 @@ pub async fn a_page_follows_its_room_to_another_server(stage: Arc<Stage>) -> Res
     stage.clear().await
 }
 
-/// Ends the node that plays the page's room, waits until everyone plays elsewhere, and restarts it.
+/// Stops the node that plays the page's room, waits until everyone is playing elsewhere, and restarts the node.
 async fn take_away(
     games: &mut Games,
     room: &str,
@@ -81,7 +82,7 @@ async fn take_away(
     Ok(())
 }
 
-/// The longest time for which the page's picture did not change.
+/// The longest time during which the page's picture did not change.
 async fn stood_still(tab: &Tab) -> Result<Duration> {
     let still_ms: f64 = tab.eval("window.watch.still_ms").await?;
     Ok(Duration::from_millis(still_ms as u64))

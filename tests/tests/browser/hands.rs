@@ -1,5 +1,5 @@
-//! Input and accessibility: the settings by keyboard alone, names for screen readers, remapped keys, gamepads, emotes,
-//! and the page in another language.
+//! Input and accessibility: the settings with only the keyboard, names for screen readers, remapped keys, gamepads,
+//! emotes, and the page in another language.
 
 use anyhow::{Context, Result, ensure};
 use jostle_tests::runner::{Case, Stage};
@@ -13,13 +13,13 @@ const PAD: &str = "window.pad = {connected: true, mapping: 'standard', \
     navigator.getGamepads = () => [null, window.pad];";
 const CONNECT: &str = "window.dispatchEvent(new Event('gamepadconnected'))";
 
-/// Reachable controls without an accessible name: a label, text or ARIA attribute.
+/// Finds reachable controls without an accessible name, which may be a label, text or an ARIA attribute.
 const NAMELESS: &str = "[...document.querySelectorAll('button, a[href], input, select, textarea, [tabindex]')] \
     .filter(element => element.checkVisibility() && !element.closest('[inert], [aria-hidden=true]')) \
     .filter(element => ![element.ariaLabel, element.labels?.[0]?.textContent, element.innerText, element.title] \
         .some(name => name?.trim())) \
     .map(element => element.outerHTML.slice(0, 120))";
-/// The id or action of the control with the focus.
+/// Returns the id or action of the focused control.
 const FOCUSED: &str =
     "(e => e.id || `${e.dataset.action}=${e.dataset.value}`)(document.activeElement)";
 
@@ -43,7 +43,7 @@ pub async fn ensure_named(tab: &Tab) -> Result<()> {
     Ok(())
 }
 
-/// Presses Tab until a control has the focus.
+/// Presses Tab until the wanted control has the focus.
 async fn tab_to(tab: &Tab, wanted: &str) -> Result<()> {
     for _ in 0..60 {
         tab.press("Tab").await?;
@@ -107,7 +107,7 @@ async fn a_gamepad_moves_the_hero(stage: Arc<Stage>) -> Result<()> {
         .await?;
     tab.eval::<bool>("(window.pad.buttons[5].pressed = false, true)").await?;
     tab.press("Escape").await?;
-    // The page polls the gamepad once per frame and could otherwise miss that the button was released.
+    // The page polls the gamepad once per frame so it could otherwise miss that the button was released.
     let drawn = tab.state().await?.drawn_frames;
     tab.until("two frames more", |s| s.drawn_frames > drawn + 1).await?;
     tab.eval::<bool>("window.pad.buttons[5].pressed = true").await?;

@@ -9,7 +9,7 @@ use jostle_tests::state::State;
 use jostle_tests::tab::{Screen, Tab};
 use std::sync::Arc;
 
-/// Makes the page's sockets accessible, to send messages that the page itself never would.
+/// Makes the page's sockets accessible, so that tests can send messages that the page itself never would.
 const SOCKETS: &str = "(() => { const Open = WebSocket; window.sockets = []; \
     window.WebSocket = class extends Open { constructor(...given) { super(...given); \
     window.sockets.push(this); } }; })()";
@@ -26,7 +26,7 @@ pub async fn a_host_opens_a_private_room_and_removes_a_player(stage: Arc<Stage>)
     ada.until_true("!document.querySelector('#close-room').hidden").await?;
     ada.until_true("!document.querySelector('#players button')").await?;
 
-    // The room is listed neither in the server's answer nor in a guest's lobby.
+    // The room is listed neither in the server's response nor in a guest's lobby.
     let public: String = ada.eval(OPEN_PUBLIC).await?;
     let rooms: String = ada.eval("fetch('/api/rooms').then(answer => answer.text())").await?;
     ensure!(rooms.contains(&public) && !rooms.contains(&code), "only {public}: {rooms}");
@@ -49,7 +49,7 @@ pub async fn a_host_opens_a_private_room_and_removes_a_player(stage: Arc<Stage>)
     ada.until("a room without Bob", |s| s.players.len() == 1).await?;
     ada.until_true("!document.querySelector('#players button')").await?;
 
-    // The page returns neither by itself nor through the link.
+    // The page does not return to the room by itself or through the link.
     let sockets: u32 = bob.eval("sockets.length").await?;
     ada.ticks(60).await?;
     assert_eq!(bob.eval::<u32>("sockets.length").await?, sockets, "it tries again");
@@ -68,7 +68,7 @@ pub async fn a_host_closes_the_room(stage: Arc<Stage>) -> Result<()> {
     let bob = stage.visit_link(&link, Screen::SMALL).await?;
     bob.until("two players", |s| s.plays() && s.connected() == 2).await?;
 
-    // After a reload the host is still the host.
+    // After a reload, the host is still the host.
     ada.go(&link).await?;
     ada.until("a hero of one's own", State::plays).await?;
     ada.until_true("document.querySelector('#players button')").await?;
@@ -96,7 +96,7 @@ pub async fn a_host_closes_the_room(stage: Arc<Stage>) -> Result<()> {
     Ok(())
 }
 
-/// Opens a private room by keyboard, as with a screen reader.
+/// Opens a private room using the keyboard, as one would with a screen reader.
 async fn open_private_room(stage: &Stage) -> Result<Tab> {
     let ada = stage.visit("/", Screen::LAPTOP).await?;
     ada.until("the lobby", |s| s.state == "lobby").await?;
@@ -125,7 +125,7 @@ async fn guests_are_denied(guest: &Tab) -> Result<()> {
     guest.keep("host-denied").await
 }
 
-/// Presses the button next to a player, cancels, and then confirms.
+/// Presses the button next to a player twice, to cancel the first time and to confirm the second.
 async fn remove_player(host: &Tab, name: &str) -> Result<()> {
     let button = format!("#players [aria-label='Remove {name}']");
     host.until_true(&format!("document.querySelector(\"{button}\")")).await?;

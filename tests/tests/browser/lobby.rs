@@ -23,7 +23,7 @@ pub async fn the_lobby_opens_a_room_and_copies_its_link(stage: Arc<Stage>) -> Re
     let link = ada.link().await?;
     ensure!(link.len() > stage.server.link("/").len(), "{link} names a room");
 
-    // The clipboard permission cannot be granted to a headless page.
+    // Clipboard permission cannot be granted to a headless page.
     ada.eval::<bool>(
         "(navigator.clipboard.writeText = text => { window.copied = text; return Promise.resolve(); \
          }, true)",
@@ -68,7 +68,7 @@ pub async fn the_help_takes_the_focus_and_gives_it_back(stage: Arc<Stage>) -> Re
     tab.until_true(&format!("{focused} === 'signal'")).await?;
     tab.until_true("!document.querySelector('#game').inert").await?;
 
-    // After the click, keys go to the game and not to the button.
+    // After the click, key presses go to the game and not to the button.
     tab.click_on("#help-button").await?;
     tab.until_true(&format!("{focused} === 'help-close'")).await?;
     tab.click_on("#help-close").await?;
@@ -97,7 +97,7 @@ pub async fn a_phone_has_a_stick_and_nothing_scrolls(stage: Arc<Stage>) -> Resul
     tab.until("the stick steering", |s| (x(s) - before) * to.signum() as f32 > 3.0).await?;
     tab.lift().await?;
 
-    // Without an F4 key the signal icon opens the network panel.
+    // If there is no F4 key, the signal icon opens the network panel.
     tab.click_on("#signal").await?;
     tab.until_true(
         "(() => { const panel = document.querySelector('#network').getBoundingClientRect(); \
@@ -114,7 +114,7 @@ pub async fn a_phone_has_a_stick_and_nothing_scrolls(stage: Arc<Stage>) -> Resul
 /// length varies.
 const COLD_BYTES_MAX: u64 = 1_000_000;
 
-/// Checks that a first visit is small, and that a second one requests only the document and the lists.
+/// Checks that a first visit downloads little, and that a second one requests only the document and the lists.
 pub async fn the_lobby_is_downloaded_once(stage: Arc<Stage>) -> Result<()> {
     let tab = stage.visit("/", Screen::LAPTOP).await?;
     let loaded = "document.querySelectorAll('#game-list img').length > 5 && [...document.images]\

@@ -30,7 +30,7 @@ mod watching;
 use jostle_tests::runner::{self, Case};
 use std::process::ExitCode;
 
-/// All cases, in the order in which one would try things by hand.
+/// All cases, in the order in which a person would try things.
 fn cases() -> Vec<Case> {
     let mut cases = vec![
         Case::new(
@@ -183,7 +183,7 @@ fn editor_cases() -> [Case; 9] {
     ]
 }
 
-/// Rooms, codes and links of scenes.
+/// Cases on rooms, codes and links of scenes.
 fn sharing_cases() -> [Case; 4] {
     [
         Case::new(

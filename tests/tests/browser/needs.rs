@@ -1,4 +1,4 @@
-//! Features that a scene lacks are neither sent nor created.
+//! Tests that features a scene lacks are neither sent nor created.
 
 use anyhow::{Context, Result};
 use jostle_tests::runner::Stage;
@@ -53,8 +53,8 @@ fn with_particles() -> Gpu {
     made(&["ground", "solids", "particles"], &textures)
 }
 
-/// Draws at full resolution; on a slow machine the page would otherwise reduce it and use a texture of a different
-/// size.
+/// Draws at full resolution, because on a slow machine the page would otherwise reduce it and use a texture of a
+/// different size.
 pub async fn a_scene_without_particles_loads_nothing_for_them(stage: Arc<Stage>) -> Result<()> {
     let tab = stage.visit_changed(COUNT, "/pile?sharp=1").await?;
     tab.until("the scene", |s| s.state == "playing" && !s.bodies.is_empty()).await?;

@@ -9,8 +9,8 @@ use serde::Deserialize;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Runs in the page: records how far the hero is drawn from its initial position while the server's newest snapshot
-/// still has it there.
+/// A script for the page that records how far the hero is drawn from its initial position while it is still there in
+/// the server's newest snapshot.
 const WATCH: &str = r#"(() => {
     const watch = window.watch = {ahead: 0, told: 0};
     let stood = null;
@@ -30,14 +30,14 @@ const WATCH: &str = r#"(() => {
 
 #[derive(Debug, Deserialize)]
 struct Watched {
-    /// Distance of the drawn hero before the server reports a movement, world units.
+    /// Distance that the drawn hero covers before the server reports a movement, in world units.
     ahead: f32,
     /// Distance that the hero has moved in the snapshots.
     told: f32,
 }
 
-/// Steers with a key over a link with 0.8 s of delay until the hero in the snapshots has moved far, or for at most five
-/// seconds, since something may block it.
+/// Steers with a key over a link with 0.8 s of delay until the hero has moved far in the snapshots, but for at most
+/// five seconds, since something may block it.
 async fn steer(tab: &Tab, key: &str) -> Result<Watched> {
     tab.until("a hero of one's own", State::plays).await?;
     tab.ticks(120).await?;
@@ -52,8 +52,8 @@ async fn steer(tab: &Tab, key: &str) -> Result<Watched> {
 pub async fn a_key_moves_the_hero_before_the_server_says_so(stage: Arc<Stage>) -> Result<()> {
     let tab = stage.visit("/impulse?lag=800,20", Screen::SMALL).await?;
     let deadline = Instant::now() + LONG;
-    // A page that draws less than twice per second may miss the difference, and a minion may push the hero; steer back
-    // and try again.
+    // A page that draws fewer than two frames per second may miss the difference, and a minion may push the hero, so
+    // steer back and try again.
     for key in ["d", "a"].into_iter().cycle() {
         let seen = steer(&tab, key).await?;
         if seen.ahead > 2.0 {
@@ -61,7 +61,7 @@ pub async fn a_key_moves_the_hero_before_the_server_says_so(stage: Arc<Stage>) -
         }
         ensure!(Instant::now() < deadline, "the hero waits for the server: {seen:?}");
     }
-    // The server's state wins: at rest, both positions are equal.
+    // The server's state wins, so both positions are equal at rest.
     let together = |s: &State| {
         let apart =
             |(drawn, told): ([f32; 2], [f32; 2])| (drawn[0] - told[0]).hypot(drawn[1] - told[1]);
@@ -104,7 +104,7 @@ pub async fn the_panel_simulates_a_bad_network(stage: Arc<Stage>) -> Result<()> 
     tab.until_true("/ms$/.test(document.getElementById('net-trip').textContent)").await?;
     tab.until_true("parseInt(document.getElementById('net-rate').textContent) > 0").await?;
 
-    // Selects the second choice, then the third, by keyboard only.
+    // Selects the second and then the third choice, using only the keyboard.
     tab.eval::<bool>("(document.querySelector('#net-presets input:checked').focus(), true)")
         .await?;
     for _ in 0..2 {

@@ -1,4 +1,4 @@
-//! Compares the page's particles with those of natively played games.
+//! Compares the page's particles with those in natively played games.
 
 use crate::streams::{TICKS, play, scenes};
 use anyhow::{Context, Result, ensure};

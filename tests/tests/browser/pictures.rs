@@ -1,4 +1,4 @@
-//! Scenes frozen at a tick: each looks like its golden picture, and its game has the same state hash as a native one.
+//! Tests that scenes frozen at a tick look like their golden pictures and have the same state hash as native games.
 //!
 //! `JOSTLE_UPDATE_GOLDENS=1` updates the pictures; look at them before you commit them.
 
@@ -15,15 +15,15 @@ use std::sync::Arc;
 
 const SEED: u64 = 7;
 const BOTS: u8 = 2;
-/// Maximum mean difference. Another version of the software renderer may round differently, and then edges differ by a
-/// lot.
+/// Maximum mean difference. A different version of the software renderer may round differently, and then edges differ
+/// considerably.
 const MEAN_MAX: f64 = 0.5;
 /// A pixel counts as different if a channel differs by more than this.
 const CHANNEL_MAX: u8 = 8;
-/// Largest share of such pixels.
+/// Largest accepted share of such pixels.
 const OUTLIERS_MAX: f64 = 0.001;
 
-/// Number of cases among which the scenes are divided.
+/// Number of cases that share the scenes.
 const PARTS: usize = 4;
 
 pub fn cases() -> impl Iterator<Item = Case> {
@@ -33,7 +33,7 @@ pub fn cases() -> impl Iterator<Item = Case> {
     })
 }
 
-/// One page shows the scenes of a part, one after another.
+/// Shows the scenes of a part in one page, one after another.
 async fn frozen_scenes_look_as_they_did(stage: Arc<Stage>, part: usize) -> Result<()> {
     let tab = stage.visit("/", Screen::SMALL.sharp()).await?;
     tab.until("the lobby", |s| s.state == "lobby").await?;
@@ -59,7 +59,7 @@ async fn a_frozen_scene_looks_as_it_did(stage: &Stage, tab: &Tab, scene: &str) -
     check(stage, scene, &picture)
 }
 
-/// Tick of a scene's picture: late enough for something to happen.
+/// The tick at which a scene's picture is taken, late enough for something to have happened.
 fn picture_tick(scene: &str) -> u32 {
     match scene {
         "bounds" => 90,
@@ -70,7 +70,7 @@ fn picture_tick(scene: &str) -> u32 {
     }
 }
 
-/// Compares a picture with the golden picture of that name, or updates it.
+/// Compares a picture with a scene's golden picture, or updates the latter.
 pub fn check(stage: &Stage, scene: &str, picture: &Picture) -> Result<()> {
     let golden_path = goldens().join(format!("{scene}.png"));
     if std::env::var_os("JOSTLE_UPDATE_GOLDENS").is_some_and(|value| value == "1") {
@@ -101,7 +101,7 @@ pub fn goldens() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("goldens")
 }
 
-/// The address of a demo that is frozen at a tick.
+/// The path of a demo that is frozen at a tick.
 fn demo_path(scene: &str, tick: u32) -> String {
     format!("/?demo={scene}&seed={SEED}&ticks={tick}&bots={BOTS}")
 }
@@ -131,7 +131,7 @@ pub async fn the_page_plays_bit_for_bit(stage: Arc<Stage>) -> Result<()> {
     Ok(())
 }
 
-/// Plays in this process what the page plays for [`demo_path`]; returns the room and its replica.
+/// Plays in this process the same game that the page plays for [`demo_path`]; returns the room and its replica.
 fn native_demo(scene: &str, ticks: u32) -> Result<(RoomInPage, Replica)> {
     let found = Scene::built_in().into_iter().find(|built_in| built_in.name == scene);
     let scene = Arc::new(found.with_context(|| format!("no scene {scene}"))?);

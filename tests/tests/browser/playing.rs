@@ -1,4 +1,4 @@
-//! Actions of players: steering, throwing, dropping, grabbing, shaking, clearing, selecting and spraying.
+//! Players' actions: steering, throwing, dropping, grabbing, shaking, clearing, selecting and spraying.
 
 use anyhow::{Context, Result, bail};
 use jostle_tests::picture::Picture;
@@ -58,13 +58,13 @@ pub async fn a_pack_reaches_the_hero_and_bursts(stage: Arc<Stage>) -> Result<()>
     };
     let dark = saturated(&tab.picture().await?);
 
-    // A slow page draws few frames of a burst and may miss its peak, so further bursts are tried.
+    // A slow page draws few frames of a burst and may miss its peak, so more bursts are tried.
     for _ in 0..BURSTS_MAX {
         tab.record().await?;
         let target = tab.aim([x + 30.0, y]).await?;
         let before = tab.state().await?;
         tab.mouse_down(target).await?;
-        // The press itself must suffice: the button is released before the next tick.
+        // The press itself must be enough, because the button is released before the next tick.
         tab.mouse_up(target).await?;
         let exploded = |s: &State| s.emitter_events > before.emitter_events;
         let started = tab.until("an explosion", exploded).await?;
@@ -73,7 +73,7 @@ pub async fn a_pack_reaches_the_hero_and_bursts(stage: Arc<Stage>) -> Result<()>
             brightest = brightest.max(saturated(&tab.picture().await?));
             let state = tab.state().await?;
             let out = state.of_kind("pack").is_empty() && state.particles == 0;
-            // An event is displayed at most half a second after it was received.
+            // An event is displayed at most half a second after it is received.
             if out && state.ticks() > started.ticks() + 60 {
                 break;
             }
@@ -92,7 +92,7 @@ pub async fn a_pack_reaches_the_hero_and_bursts(stage: Arc<Stage>) -> Result<()>
     bail!("no burst of about 200 particles, with 50 more saturated pixels than the {dark} before")
 }
 
-/// Waits until the player's hero rests on the floor; returns its position.
+/// Waits until the player's hero rests on the floor and returns its position.
 async fn resting_hero(tab: &Tab) -> Result<[f32; 2]> {
     loop {
         let before = tab.state().await?;
@@ -152,8 +152,8 @@ async fn grab(tab: &Tab) -> Result<()> {
     Ok(())
 }
 
-/// Finds a marble and a point that it can reach without obstruction. Platforms differ from room to room, and on a slow
-/// machine the heap has more bodies.
+/// Finds a marble and a point that it can reach unobstructed. Platforms differ from room to room, and on a slow machine
+/// the heap contains more bodies.
 fn way_out(state: &State) -> Option<(Body, [f32; 2])> {
     let goals = (20..=180).step_by(4).flat_map(|x| (14..=98).step_by(4).map(move |y| [x, y]));
     let goals: Vec<[f32; 2]> = goals.map(|goal| goal.map(|part| part as f32)).collect();
@@ -168,9 +168,9 @@ fn way_out(state: &State) -> Option<(Body, [f32; 2])> {
     })
 }
 
-/// Whether a body meets no other on its way to a point.
+/// Whether no other body is in a body's way to a point.
 fn is_open(state: &State, moved: &Body, goal: [f32; 2]) -> bool {
-    // Half a platform and a marble, with a margin.
+    // Half the size of a platform and a marble, plus a margin.
     let apart = [22.5, 8.5];
     let others: Vec<&Body> =
         state.of_kind("dumb").into_iter().filter(|b| b.id != moved.id).collect();
@@ -179,7 +179,7 @@ fn is_open(state: &State, moved: &Body, goal: [f32; 2]) -> bool {
         let share = step as f32 / 20.0;
         let [x, y] = [0, 1].map(|axis| moved.pos[axis] + share * (goal[axis] - moved.pos[axis]));
         let beside = |b: &&Body| (b.pos[0] - x).abs() > apart[0] || (b.pos[1] - y).abs() > apart[1];
-        // The body may move away from those that it touches, but must not come near others.
+        // The body may move away from bodies that it touches, but must not come near others.
         let away = |b: &&Body| {
             let (was, is) = (distance(b, moved.pos), distance(b, [x, y]));
             is > 12.5 || is > was
@@ -200,7 +200,7 @@ async fn settled(tab: &Tab) -> Result<State> {
     }
 }
 
-/// Number of marbles that moved further than this.
+/// Number of marbles that moved further than `apart`.
 fn moved(before: &State, after: &State, apart: f32) -> usize {
     let was = before.of_kind("dumb");
     let is_away =

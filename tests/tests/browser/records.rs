@@ -1,4 +1,5 @@
-//! Records: a run that is played alone is submitted, verified and kept, and can be opened as a replay or as a ghost.
+//! Tests of records: a run that is played alone is submitted, verified and kept, and can be opened as a replay or as a
+//! ghost.
 
 use anyhow::{Context, Result, anyhow, ensure};
 use jostle_game::Scene;
@@ -22,7 +23,7 @@ pub fn cases() -> Vec<Case> {
     ]
 }
 
-/// A server with a records directory that contains these runs.
+/// Starts a server with a records directory that contains the given runs.
 async fn keeping(name: &str, runs: &[Vec<u8>]) -> Result<(Server, PathBuf)> {
     let dir = artifacts().join(format!("records-{name}"));
     // Remove leftovers of an earlier failed run.
@@ -60,11 +61,11 @@ async fn a_record_is_raced_as_a_ghost(stage: Arc<Stage>) -> Result<()> {
         let start = state.ghost.context("a ghost")?;
         let is_away =
             |s: &State| s.ghost.is_some_and(|[x, y]| (x - start[0]).hypot(y - start[1]) > 30.0);
-        // The ghost waits for the player's own round and flies along.
+        // The ghost waits for the player's own round and then flies along.
         let away = tab.until("a ghost on its way", is_away).await?;
         ensure!(away.tick.is_some_and(|tick| tick > 180.0), "before the start: {:?}", away.tick);
         tab.keep(&format!("records-ghost-{}", screen.width)).await?;
-        // The ghost is where its run was, the same time after the start.
+        // The ghost is where its run was at the same time after the start.
         let bodies = away.bodies.iter().filter(|body| body.kind == "hero").count();
         assert_eq!(bodies, 1, "the ghost is no body");
         tab.until("a ghost further on", |s| s.ghost != away.ghost && is_away(s)).await?;

@@ -21,7 +21,7 @@ use std::sync::Arc;
 /// Ten seconds.
 const TICKS: u32 = 600;
 const NAMES: [&str; 3] = ["Ada", "Grace", "Alan"];
-/// Tick and view (centre, height and pixels) of the golden picture.
+/// The tick and view (centre, height and pixels) of the golden picture.
 const PICTURE_TICK: u32 = 240;
 const PICTURE_VIEW: ([f32; 2], f32, [u32; 2]) = ([160.0, 44.1], 275.4, [640, 360]);
 /// Hides everything in front of the world.
@@ -29,7 +29,7 @@ const HIDE_HUD: &str = "(() => { const style = document.createElement('style'); 
     style.textContent = '.hud, #tags, .deck { visibility: hidden !important }'; \
     document.head.append(style); return true; })()";
 
-/// A game of three scripted players in the arena.
+/// Records a game with three scripted players in the arena.
 pub fn records() -> Result<Vec<Record>> {
     let found = Scene::built_in().into_iter().find(|scene| scene.name == "arena");
     let scene = Arc::new(found.context("the arena")?);
@@ -83,7 +83,7 @@ async fn press(tab: &Tab, key: &str) -> Result<()> {
     tab.key_up(key).await
 }
 
-/// Waits until the replay on display satisfies `test`.
+/// Waits until the displayed replay satisfies `test`.
 pub async fn until(tab: &Tab, wanted: &str, test: impl Fn(&Shown) -> bool) -> Result<Shown> {
     let seen = |state: &State| state.replay.as_ref().is_some_and(&test);
     tab.until(wanted, seen).await?.replay.context("a replay")
@@ -104,7 +104,7 @@ fn hash_at(playback: &mut Playback, tick: u32) -> Result<Option<String>> {
     Ok(Some(format!("{:016x}", playback.game().hash())))
 }
 
-/// Waits for a text in the badge that shows the result of the comparison.
+/// Waits until the badge that shows the result of the comparison has a given text.
 async fn until_verdict(tab: &Tab, verdict: &str, text: &str) -> Result<()> {
     let check = "document.querySelector('#check')";
     tab.until_true(&format!(
@@ -153,8 +153,8 @@ pub async fn a_dropped_replay_plays_and_every_tick_is_equal(stage: Arc<Stage>) -
     tab.until("the lobby", |s| s.state == "lobby").await.map(drop)
 }
 
-/// One page plays one file after another as fast as it can: all before a release, otherwise every fourth. Other tests
-/// play all files natively, and every scene both in the page and natively, each time.
+/// Plays one file after another in one page, as fast as it can: all files before a release, otherwise every fourth.
+/// Other tests always play all files natively, and every scene both in the page and natively.
 pub async fn the_page_plays_golden_replays(stage: Arc<Stage>) -> Result<()> {
     let mut files = std::fs::read_dir(goldens().join("replays"))?
         .map(|entry| Ok(entry?.path()))
@@ -190,7 +190,7 @@ async fn the_page_plays_a_golden_replay(tab: &Tab, path: &Path, name: &str) -> R
     Ok(())
 }
 
-/// Waits until the card in the middle of the page contains all of these texts.
+/// Waits until the card in the middle of the page contains all the given texts.
 async fn until_card(tab: &Tab, texts: &[&str]) -> Result<()> {
     let texts = serde_json::to_string(texts)?;
     tab.until_true(&format!(
@@ -213,7 +213,7 @@ pub async fn a_server_lists_its_replays_and_links_to_them(stage: Arc<Stage>) -> 
     until(&tab, "playing", |shown| shown.playing && shown.tick > 5).await?;
     assert_eq!(tab.link().await?, server.link(&format!("/replay/{name}")));
     tab.until_true("document.querySelector('#copy').offsetWidth > 0").await?;
-    // The link alone opens it, too.
+    // The link alone opens it as well.
     let other = stage.visit_link(&tab.link().await?, Screen::SMALL).await?;
     until(&other, "playing", |shown| shown.playing && shown.tick > 5).await?;
     other.go(&server.link("/replay/arena-gone-20260102-030405")).await?;
@@ -226,8 +226,8 @@ pub async fn a_server_lists_its_replays_and_links_to_them(stage: Arc<Stage>) -> 
     std::fs::remove_dir_all(dir).context("the replays")
 }
 
-/// Compares with the golden picture that tests of `jostle-picture`, which draws this tick natively in the same view,
-/// use too.
+/// Compares with the golden picture that is also used by the tests of `jostle-picture`, which draws this tick natively
+/// in the same view.
 pub async fn a_paused_replay_looks_as_it_did(stage: Arc<Stage>) -> Result<()> {
     let bytes = std::fs::read(goldens().join("replays/arena.jostle"))?;
     let tab = watch(&stage, &bytes, Screen::SMALL.sharp()).await?;
@@ -238,7 +238,7 @@ pub async fn a_paused_replay_looks_as_it_did(stage: Arc<Stage>) -> Result<()> {
     let played = tab.steady_picture().await?;
     slide_to(&tab, 10).await?;
     slide_to(&tab, shown.tick).await?;
-    // A playing replay may be drawn at a lower resolution than one that is paused.
+    // A replay may be drawn at a lower resolution while it is playing than while it is paused.
     let sought = tab.steady_picture().await?;
     let apart = played.compare(&sought, 0)?;
     ensure!(apart.max == 0, "sought as played, tick {}: {apart:?}", shown.tick);

@@ -11,16 +11,16 @@ use jostle_tests::tab::{Screen, Tab};
 use std::sync::Arc;
 use std::time::Instant;
 
-/// A text on the page, trimmed.
+/// Returns an element's text, trimmed.
 async fn text(tab: &Tab, id: &str) -> Result<String> {
     tab.eval(&format!("document.getElementById('{id}').textContent.trim()")).await
 }
 
-/// Remaining lives of each side, joined by a comma.
+/// The remaining lives of each side, separated by commas.
 const LIVES: &str =
     "[...document.querySelectorAll('#sides .lives')].map(l => l.textContent.length).join()";
 
-/// A server with the duel, in which each side starts with this number of lives.
+/// Starts a server with the duel, in which each side has the given number of lives.
 async fn dueling(lives: u8) -> Result<Server> {
     let duel = DUEL.replace("lives = 3", &format!("lives = {lives}"));
     let duel = Scene::parse("duel.toml", &duel).map_err(|error| anyhow!("{error}"))?;
@@ -33,7 +33,7 @@ async fn duelist(stage: &Stage, server: &Server, screen: Screen) -> Result<Tab> 
     Ok(tab)
 }
 
-/// No player defends: the ball flies to the right, and the right side loses its lives.
+/// No player defends, so the ball flies to the right, and the right side loses its lives.
 pub async fn a_round_is_counted_down_played_and_won(stage: Arc<Stage>) -> Result<()> {
     let server = dueling(2).await?;
     let ada = duelist(&stage, &server, Screen::SMALL).await?;
@@ -66,7 +66,7 @@ pub async fn a_round_is_counted_down_played_and_won(stage: Arc<Stage>) -> Result
     Ok(())
 }
 
-/// The highlights are shown in place of the result until they end.
+/// Checks that the highlights are shown in place of the result until they end.
 pub async fn the_end_of_a_round_is_watched_once_more(stage: Arc<Stage>) -> Result<()> {
     let server = dueling(1).await?;
     let ada = duelist(&stage, &server, Screen::SMALL).await?;
@@ -90,7 +90,7 @@ pub async fn the_next_round_begins_when_both_want_it(stage: Arc<Stage>) -> Resul
     for tab in [&ada, &bob] {
         tab.until_true("!document.getElementById('result').hidden").await?;
     }
-    // One player asks for the next round by button, the other by key.
+    // One player requests the next round with the button, the other with a key.
     ada.click_on("#again").await?;
     ada.until_true("document.getElementById('again').disabled").await?;
     bob.key_down("Enter").await?;
@@ -106,7 +106,7 @@ pub async fn the_next_round_begins_when_both_want_it(stage: Arc<Stage>) -> Resul
     ada.until_true(&format!("{emblem} === '0'")).await
 }
 
-/// Pressing Play in an empty lobby starts a game against bots.
+/// Checks that pressing Play in an empty lobby starts a game against bots.
 pub async fn play_begins_a_game_with_bots(stage: Arc<Stage>) -> Result<()> {
     let server = Server::start(patient()).await?;
     let ada = stage.visit_link(&server.link("/"), Screen::LAPTOP).await?;

@@ -11,7 +11,7 @@ use jostle_tests::tab::{Screen, Tab};
 use rqrr::PreparedImage;
 use std::sync::Arc;
 
-/// A custom scene with heroes.
+/// A custom scene that has heroes.
 const YARD: &str = r#"title = "Yard"
 size = [320, 180]
 tools = ["steer"]
@@ -29,7 +29,7 @@ position = [160, 10]
 size = [320, 20]
 "#;
 
-/// The text of the only QR code in a screenshot.
+/// Reads the text of the only QR code in a screenshot.
 fn read_code(picture: &Picture) -> Result<String> {
     let [width, height] = [picture.width, picture.height].map(|side| side as usize);
     let mut image = PreparedImage::prepare_from_greyscale(width, height, |x, y| {
@@ -53,7 +53,7 @@ pub async fn a_room_with_the_edited_scene_is_opened(stage: Arc<Stage>) -> Result
     ada.until_true("document.querySelector('#room-title').textContent === 'Yard'").await?;
     ada.keep("sharing-room").await?;
 
-    // A phone scans the code, and its player joins.
+    // A phone scans the code, and its user joins.
     ada.click_on("#qr-code").await?;
     ada.until_true("!document.querySelector('#notice-code').hidden").await?;
     ada.keep_on_all_screens("sharing-code").await?;

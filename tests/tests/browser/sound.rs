@@ -17,16 +17,17 @@ use std::fmt::Write;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Two games that together have every sound except those of breaking and losing.
+/// Two games that together contain every sound except those of breaking and losing.
 const GAMES: [&str; 2] = ["arena", "hill"];
 const NAMES: [&str; 3] = ["Ada", "Grace", "Alan"];
 const MINUTE_S: u32 = 60;
-/// Seconds of a game that ordinary runs compare. Rendering one second takes a third of a second of processor time.
+/// Number of seconds of a game that ordinary runs compare. Rendering a second takes a third of a second of processor
+/// time.
 const HEARD_S: u32 = 15;
 const SEED: u64 = 11;
-/// Maximum difference of a level from the golden one.
+/// Maximum difference between a level and the golden one.
 const OFF_DB_MAX: f64 = 1.0;
-/// Levels below this are inaudible and are raised to it.
+/// Levels below this are inaudible and are raised to this value.
 const FLOOR_DB: f64 = -70.0;
 /// Maximum level at the default volume; louder games would be unpleasant.
 const LOUD_DB_MAX: f64 = -28.0;
@@ -36,14 +37,14 @@ const COUNT_CONTEXTS: &str = "window.contexts = 0; \
     window.AudioContext = class extends AudioContext { \
         constructor(...given) { super(...given); window.contexts += 1; } };";
 
-/// For each half second: the levels of the left and right channels and of their low frequencies, in dB. Also the
-/// highest sample of all.
+/// Returns, for each half second, the levels of the left and right channels and of their low frequencies in dB, and the
+/// highest sample overall.
 const LEVELS: &str = r#"async (game, seconds) => {
     const bytes = Uint8Array.from(atob(game), digit => digit.charCodeAt(0));
     const sound = await window.jostle.rendered_sound(bytes, seconds);
     const rate = sound.sampleRate, length = rate / 2;
     const channels = [0, 1].map(channel => sound.getChannelData(channel));
-    // A filter of first order with its edge at 400 Hz.
+    // A first-order filter with a cutoff at 400 Hz.
     const share = 1 - Math.exp(-2 * Math.PI * 400 / rate);
     const low = channels.map(samples => {
         let level = 0;
@@ -103,7 +104,7 @@ pub async fn sound_begins_with_play_and_rests_while_hidden(stage: Arc<Stage>) ->
     Ok(())
 }
 
-/// Tells the page that it is hidden, as the browser does when another tab is in front.
+/// Makes the page believe that it is hidden, as the browser does when another tab is in front.
 async fn hide(tab: &Tab, hidden: bool) -> Result<()> {
     tab.eval::<bool>(&format!(
         "(Object.defineProperty(document, 'hidden', {{value: {hidden}, configurable: true}}), \
@@ -172,7 +173,7 @@ pub async fn a_page_without_sound_says_so(stage: Arc<Stage>) -> Result<()> {
     tab.until_true("document.querySelector('#sound').innerText.includes('play sound')").await
 }
 
-/// Number of seconds to render: all if `JOSTLE_LONG` is set or the golden levels are updated.
+/// Number of seconds to render: all of them if `JOSTLE_LONG` is set or the golden levels are being updated.
 fn seconds() -> u32 {
     let is_updated = std::env::var_os("JOSTLE_UPDATE_GOLDENS").is_some_and(|value| value == "1");
     if is_long() || is_updated { MINUTE_S } else { HEARD_S }
@@ -197,7 +198,7 @@ pub async fn a_golden_minute_sounds_as_it_did(stage: Arc<Stage>) -> Result<()> {
     Ok(())
 }
 
-/// The first seconds of a game of three scripted players.
+/// Records the first seconds of a game with three scripted players.
 fn game(name: &str, seconds: u32) -> Result<Vec<u8>> {
     let found = Scene::built_in().into_iter().find(|scene| scene.name == name);
     let scene = Arc::new(found.context("a shipped scene")?);
@@ -220,7 +221,7 @@ fn game(name: &str, seconds: u32) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Compares levels with the golden ones, or updates these.
+/// Compares levels with the golden ones, or updates the golden ones.
 fn check(stage: &Stage, name: &str, levels: &[Vec<f64>]) -> Result<()> {
     let path = goldens().join(format!("sound/{name}.txt"));
     if std::env::var_os("JOSTLE_UPDATE_GOLDENS").is_some_and(|value| value == "1") {

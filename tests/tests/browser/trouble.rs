@@ -1,5 +1,5 @@
 //! Failures of sockets, servers, graphics, focus and rooms. In each case the player learns what happened, and other
-//! players notice nothing.
+//! players are not affected.
 
 use anyhow::{Context, Result};
 use jostle_protocol::Refusal;
@@ -13,7 +13,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Whether an error is one that Chromium itself logs when a request or a socket fails, which these tests cause.
+/// Whether an error is one that Chromium itself logs when a request or a socket fails, as these tests cause them to.
 pub fn network_noise(error: &str) -> bool {
     error.contains("Failed to load resource") || error.contains("WebSocket connection to")
 }
@@ -54,7 +54,7 @@ pub async fn a_restarted_server_is_found_again(stage: Arc<Stage>) -> Result<()> 
     tab.until("the loss noticed", |s| s.state == "reconnecting").await?;
     assert_notice(&tab, "reconnect automatically").await?;
     let server = Server::start_at(address, patient()).await?;
-    // The page reconnects without any action of the player.
+    // The page reconnects without any action by the player.
     tab.until("playing on the new server", State::plays).await?;
     let seen = tab.recorded().await?;
     assert!(!seen.states.iter().any(|s| s == "refused"), "the page never gave up: {seen:?}");
@@ -83,7 +83,7 @@ pub async fn a_room_outlives_its_server(stage: Arc<Stage>) -> Result<()> {
     tab.until("the loss noticed", |s| s.state == "reconnecting").await?;
     assert_notice(&tab, "The game goes on where it was").await?;
     let server = Server::start_at(address, config()).await?;
-    // Without any action the page has its seat and selection again. In a different room the shapes would be elsewhere,
+    // Without any action, the page has its seat and selection again. In a different room the shapes would be elsewhere,
     // since their positions are random.
     let after = tab.until("playing on", |s| s.state == "playing" && picked(s)).await?;
     let later = tab.ticks(30).await?;
@@ -97,7 +97,7 @@ pub async fn a_room_outlives_its_server(stage: Arc<Stage>) -> Result<()> {
     Ok(fs::remove_dir_all(dir)?)
 }
 
-/// Waits until the card in the middle of the page shows this text.
+/// Waits until the card in the middle of the page shows the given text.
 pub async fn assert_notice(tab: &Tab, text: &str) -> Result<()> {
     let text = serde_json::to_string(text)?;
     tab.until_true(&format!(
@@ -107,7 +107,7 @@ pub async fn assert_notice(tab: &Tab, text: &str) -> Result<()> {
     .await
 }
 
-/// Loses the graphics context, restores it as soon as the page asks for it, and loses it again both at that moment and
+/// Loses the graphics context, restores it as soon as the page requests it, and loses it again both at that moment and
 /// while drawing is being set up. `window.losses` counts all three.
 const LOSE: &str = "(() => {
     const canvas = document.getElementById('stage');
@@ -147,7 +147,7 @@ pub async fn a_lost_webgl_context_is_drawn_again(stage: Arc<Stage>) -> Result<()
     Ok(())
 }
 
-/// Whether an error is a panic of wgpu, which stops only the drawing.
+/// Whether an error is a panic in wgpu, which stops only the drawing.
 fn graphics_noise(error: &str) -> bool {
     error.contains("panicked at") && (error.contains("wgpu") || error.contains("glow"))
 }
@@ -197,7 +197,7 @@ pub async fn the_lack_of_webgl2_is_explained(stage: Arc<Stage>) -> Result<()> {
         let tab = stage.visit_changed(script, "/impulse").await?;
         tab.until_true("document.documentElement.dataset.state === 'unsupported'").await?;
         assert_notice(&tab, "browser").await?;
-        // The seat is kept in the meantime.
+        // The seat is held in the meantime.
         tab.until("a hero that is not seen", |s| s.own_hero().is_some()).await?;
         tab.ignore_errors(graphics_noise);
     }

@@ -1,4 +1,4 @@
-//! Watching: a page without a seat, on a phone and a large screen, and a player's clip.
+//! Tests of watching: a page without a seat, on a phone and a large screen, and a player's clip.
 
 use super::hands::ensure_named;
 use super::replay::until;
@@ -17,7 +17,7 @@ pub fn cases() -> Vec<Case> {
     vec![
         Case::new("a_room_is_watched_on_a_phone", |stage| a_room_is_watched(stage, PHONE)),
         Case::new("the_link_of_a_clip_plays_it", the_link_of_a_clip_plays_it),
-        // Listed apart from the case on a phone, since running both halls at once takes long.
+        // Listed separately from the case on a phone, since running both halls at the same time takes long.
         Case::new("a_room_is_watched_on_a_large_screen", |stage| {
             a_room_is_watched(stage, Screen::LARGE)
         }),
@@ -33,8 +33,8 @@ async fn a_room_is_watched(stage: Arc<Stage>, screen: Screen) -> Result<()> {
     let shown = "['data-watching', 'data-world'].every(name => document.documentElement.hasAttribute(name))";
     eve.until_true(shown).await?;
     ensure_named(&eve).await?;
-    // The hall is too wide to be shown whole by default. The list of players lets one follow a player or show the whole
-    // hall again; with a keyboard, digits do the same.
+    // The hall is too wide to be shown whole by default. The list of players makes it possible to follow a player or
+    // show the whole hall again; on a keyboard, digits do the same.
     let button = "#players [data-action=follow]";
     let pressed =
         |yes: &str| format!("document.querySelector('{button}')?.ariaPressed === '{yes}'");

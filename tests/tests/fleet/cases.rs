@@ -1,4 +1,4 @@
-//! Servers as nodes of a fleet with real NATS servers, any of which may be killed or cut off.
+//! Tests of servers as nodes of a fleet with real NATS servers, any of which may be killed or cut off.
 
 mod games;
 mod joints;

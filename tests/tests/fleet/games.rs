@@ -14,12 +14,12 @@ use tokio::sync::watch;
 use tokio::task::JoinHandle;
 use tokio::time::timeout;
 
-/// Number of rooms of a fleet under test; every third is private.
+/// Number of rooms in a fleet under test; every third is private.
 pub const ROOMS: usize = 6;
 pub const NODES: usize = 3;
 const SCENES: [&str; 3] = ["arena", "pile", "hill"];
 
-/// Total number of players; `JOSTLE_FLEET_PLAYERS` may ask for more.
+/// Total number of players; `JOSTLE_FLEET_PLAYERS` can request more.
 fn players() -> usize {
     number("JOSTLE_FLEET_PLAYERS", 24)
 }
@@ -32,9 +32,9 @@ pub fn number(variable: &str, usual: usize) -> usize {
     })
 }
 
-/// Three NATS servers, three nodes, and players who follow their rooms.
+/// NATS servers, nodes, and players who follow their rooms.
 pub struct Games {
-    // Fields are dropped in this order: the nodes before the servers and files that they need.
+    // Fields are dropped in this order, so nodes go before the servers and files that they need.
     pub nodes: Vec<Node>,
     pub cluster: Cluster,
     pub dir: Dir,
@@ -50,14 +50,14 @@ struct Playing {
 }
 
 impl Games {
-    /// Starts everything and waits until every player plays and each room has a spectator. `nats` gives the address at
-    /// which the node with this number reaches the cluster.
+    /// Starts everything and waits until every player is playing and each room has a spectator. `nats` returns the
+    /// address at which a node, given by its number, reaches the cluster.
     pub async fn start(nats: impl Fn(&Cluster, usize) -> String) -> Games {
         let cluster = Cluster::start(NODES).await.expect("a cluster");
         Games::start_with(cluster, NODES, nats).await
     }
 
-    /// Starts a fleet with an existing cluster and this number of nodes.
+    /// Starts a fleet with an existing cluster and the given number of nodes.
     pub async fn start_with(
         cluster: Cluster,
         count: usize,
@@ -79,7 +79,7 @@ impl Games {
             rooms.push(open(node, scene, index % 3 == 2).await);
         }
         let (stop, stopped) = watch::channel(false);
-        // Most players first ask a node that does not play their room.
+        // Most players initially ask a node that does not play their room.
         let node = |index: usize| nodes[index / ROOMS % count].address;
         let players = (0..players())
             .map(|index| Player::new(&rooms[index % ROOMS], &format!("P{index}"), node(index)));
@@ -108,7 +108,7 @@ impl Games {
         timeout(LONG, all).await.expect("all players play in time");
     }
 
-    /// The node of each room, as seen by its first player.
+    /// The node that plays each room, as seen by the room's first player.
     pub fn places(&self) -> BTreeMap<&str, SocketAddr> {
         let seen = self.players.iter().rev().map(|player| {
             let (_, node) = *player.seen.borrow();
@@ -117,7 +117,7 @@ impl Games {
         seen.collect()
     }
 
-    /// Waits until no player's room is at this node any more.
+    /// Waits until no player's room is at the given node any more.
     pub async fn leave(&mut self, node: SocketAddr) {
         let all = async {
             for player in &mut self.players {
@@ -127,8 +127,8 @@ impl Games {
         timeout(LONG, all).await.expect("all players are elsewhere in time");
     }
 
-    /// Ends the games and returns the players' observations, after checking what must always hold: no seat was lost, no
-    /// player was refused, and no two nodes ever sent snapshots of one room at the same time.
+    /// Ends the games and returns the players' observations, after checking invariants: no seat was lost, no player was
+    /// refused, and no two nodes sent snapshots of the same room at the same time.
     pub async fn end(self) -> Seen {
         self.stop.send_replace(true);
         let mut players = Vec::new();
@@ -145,7 +145,7 @@ impl Games {
     }
 }
 
-/// Results of the games.
+/// What players observed during the games.
 pub struct Seen {
     pub players: Vec<Player>,
     pub nodes: Vec<Node>,
@@ -155,7 +155,7 @@ pub struct Seen {
 }
 
 impl Seen {
-    /// The gaps between connections, sorted by length.
+    /// The gaps between connections, sorted by duration.
     pub fn gaps(&self) -> Vec<Duration> {
         let gaps = self.players.iter().flat_map(|player| player.gaps().map(|(gap, _)| gap));
         let mut gaps: Vec<Duration> = gaps.collect();
@@ -163,7 +163,7 @@ impl Seen {
         gaps
     }
 
-    /// Largest number of ticks that a player saw and that were played again.
+    /// Largest number of ticks that were played again after a player had seen them.
     pub fn lost_ticks_max(&self) -> i64 {
         let gaps = self.players.iter().flat_map(|player| player.gaps());
         gaps.map(|(_, lost)| lost).max().unwrap_or(0)
@@ -176,8 +176,8 @@ pub fn percentiles(sorted: &[Duration]) -> [Duration; 3] {
     [at(50), at(99), at(100)]
 }
 
-/// Checks that a room is played at one node at a time. A node's last snapshots may still be in flight when the next
-/// node sends its first, but it must never send a tick that the next node has played.
+/// Checks that a room is played by only one node at any time. A node's last snapshots may still be in flight when the
+/// next node sends its first, but the node must never send a tick that the next one has played.
 fn one_node_at_a_time(room: &str, stays: impl Iterator<Item = Stay>) {
     let mut by_node: BTreeMap<SocketAddr, Vec<Stay>> = BTreeMap::new();
     for stay in stays {
@@ -195,7 +195,7 @@ fn one_node_at_a_time(room: &str, stays: impl Iterator<Item = Stay>) {
     }
 }
 
-/// Opens a room through this node.
+/// Opens a room through the given node.
 async fn open(node: SocketAddr, scene: &str, private: bool) -> String {
     let body = format!(r#"{{"scene":"{scene}","private":{private}}}"#);
     let request = format!(

@@ -1,4 +1,4 @@
-//! The replays of a fleet in which rooms continued at another node.
+//! Checks the replays of a fleet in which rooms continued at another node.
 
 use super::games::Seen;
 use super::node::Node;
@@ -8,8 +8,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Ends the nodes and verifies all replays of public rooms: each is complete, and each room that moved continued at the
-/// other node with the very next tick, from exactly the same state. Returns how often a room moved.
+/// Ends the nodes and verifies all replays of public rooms: each must be complete, and each room that moved must have
+/// continued at the other node with the very next tick, from exactly the same state. Returns the number of moves.
 pub async fn verify_joints(mut seen: Seen) -> usize {
     for node in &mut seen.nodes {
         node.signal("TERM");
@@ -49,7 +49,7 @@ fn files(dir: &Path) -> Vec<PathBuf> {
 fn verify(path: PathBuf) -> Part {
     let replay = Replay::read(fs::read(path).expect("a file")).expect("a replay");
     let room = replay.start().room.clone();
-    // A replay from the room's very beginning has no keyframe and continues no other.
+    // A replay that starts at the room's very beginning has no keyframe and does not continue another.
     let keyframe = replay.keyframe_before(replay.first_tick());
     let first = keyframe.map_or((0, 0), |keyframe| (keyframe.tick, keyframe.hash));
     let mut playback = Playback::new(Arc::new(replay)).expect("a scene and a state");

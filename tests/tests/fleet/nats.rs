@@ -9,7 +9,7 @@ use std::time::Duration;
 use tokio::net::TcpStream;
 use tokio::time::{sleep, timeout};
 
-/// Round trips made while a connection stalls; anything forwarded would have arrived in the meantime.
+/// Number of round trips made while a connection stalls; anything forwarded would arrive in the meantime.
 const ROUND_TRIPS: usize = 200;
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

@@ -13,10 +13,10 @@ use tokio::time::{sleep, timeout};
 
 /// Polling interval.
 pub const LOOK_EVERY: Duration = Duration::from_millis(20);
-/// Numbers the directories of this process.
+/// Counter used to number this process's directories.
 static MADE: AtomicU64 = AtomicU64::new(0);
 
-/// A directory for the files of one test; deleted unless the test failed.
+/// A directory for the files of one test, which is deleted unless the test failed.
 pub struct Dir(PathBuf);
 
 impl Dir {
@@ -38,7 +38,7 @@ impl Drop for Dir {
     fn drop(&mut self) {
         match std::thread::panicking() {
             true => eprintln!("logs and replays of the nodes are in {}", self.0.display()),
-            // Leftovers in the temporary directory are left to the system.
+            // The system takes care of leftovers in the temporary directory.
             false => drop(fs::remove_dir_all(&self.0)),
         }
     }
@@ -51,12 +51,12 @@ pub struct Node {
     nats: String,
     replicas: usize,
     dir: PathBuf,
-    /// The running process; `None` after its end.
+    /// The running process; `None` after it has ended.
     process: Option<Child>,
 }
 
 impl Node {
-    /// Creates a node, without starting it, at a port that was free a moment ago. NATS keeps this many replicas of its
+    /// Creates a node at a port that was free a moment ago, without starting it. NATS keeps `replicas` replicas of its
     /// data.
     pub fn with_replicas(dir: &Dir, name: &str, nats: &str, replicas: usize) -> Node {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).expect("a free port");
@@ -87,7 +87,7 @@ impl Node {
         self.says("registered in the fleet", 1).await;
     }
 
-    /// The directory of its replays.
+    /// The directory of the node's replays.
     pub fn replays(&self) -> PathBuf {
         self.dir.join(format!("{}-replays", self.name))
     }
@@ -96,13 +96,13 @@ impl Node {
         self.dir.join(format!("{}.log", self.name))
     }
 
-    /// How often this text occurs in the log, over all processes of the node.
+    /// Number of times a text occurs in the log, over all processes of the node.
     pub fn count(&self, text: &str) -> usize {
         let log = fs::read_to_string(self.log_file()).expect("a log");
         log.matches(text).count()
     }
 
-    /// Waits until this text occurs in the log this many times.
+    /// Waits until a text has occurred in the log `times` times.
     pub async fn says(&self, text: &str, times: usize) {
         let said = async {
             while self.count(text) < times {
@@ -118,7 +118,7 @@ impl Node {
         assert!(sent.expect("kill starts").success());
     }
 
-    /// Waits for the end of the process; returns its exit status and how long it took.
+    /// Waits for the process to exit; returns its exit status and how long that took.
     pub async fn ended(&mut self) -> (Option<i32>, Duration) {
         let began = Instant::now();
         let process = self.process.as_mut().expect("a process");

@@ -1,4 +1,4 @@
-//! A player or spectator in a fleet. It follows its room from node to node, and searches for it when its node falls
+//! A player or spectator in a fleet. It follows its room from node to node, and searches for it when the node goes
 //! silent.
 
 use futures_util::{SinkExt, StreamExt};
@@ -20,33 +20,33 @@ type Socket = WebSocketStream<TcpStream>;
 
 /// Silence after which a player assumes that its node is dead.
 const SILENCE: Duration = Duration::from_secs(3);
-/// Delay before the next node is asked.
+/// Delay before asking the next node.
 const RETRY: Duration = Duration::from_millis(100);
-/// Time between two inputs.
+/// Time between inputs.
 const INPUT_EVERY: Duration = Duration::from_millis(50);
 
-/// The snapshots of one connection.
+/// The snapshots received over one connection.
 #[derive(Clone, Copy, Debug)]
 pub struct Stay {
     pub node: SocketAddr,
     pub ticks: [u32; 2],
-    /// When the first and the last one arrived.
+    /// When the first and the last snapshot arrived.
     pub at: [Instant; 2],
-    /// Longest time between two snapshots.
+    /// Longest time between consecutive snapshots.
     pub pause: Duration,
 }
 
-/// A player and its observations.
+/// A player and what it observed.
 pub struct Player {
     pub room: String,
     pub name: String,
-    /// Nodes to ask, the current one first.
+    /// Nodes to ask, starting with the current one.
     nodes: Vec<SocketAddr>,
     token: Option<Token>,
     role: Role,
     pub seat: Option<u16>,
     pub stays: Vec<Stay>,
-    /// Observations that should not have occurred.
+    /// Observations that should not have been possible.
     pub faults: Vec<String>,
 }
 
@@ -64,12 +64,12 @@ impl Player {
         Player { room, name, nodes: vec![node], token, role: Role::Player, seat, stays, faults }
     }
 
-    /// A spectator, which sends inputs nevertheless.
+    /// Creates a spectator, which nevertheless sends inputs.
     pub fn spectator(room: &str, node: SocketAddr) -> Player {
         Player { role: Role::Spectator, ..Player::new(room, "Eve", node) }
     }
 
-    /// Plays until told to stop, and publishes its newest tick and node to `ticks`.
+    /// Plays until told to stop, publishing the newest tick and node to `ticks`.
     pub async fn play(
         mut self,
         mut stop: watch::Receiver<bool>,
@@ -122,7 +122,7 @@ impl Player {
                     let keys = [Buttons::RIGHT, Buttons::LEFT, Buttons::UP, Buttons::FIRE];
                     let input = Input::new(keys[rng.below(4) as usize], pointer);
                     let input = ClientMessage::Input { seq, ack_tick: newest as u16, input };
-                    // The next read notices a broken socket.
+                    // If the socket is broken, the next read notices it.
                     let _ = socket.send(Message::Binary(input.encode().into())).await;
                     continue;
                 }
@@ -193,7 +193,7 @@ impl Player {
         }
     }
 
-    /// Times without snapshots between connections, each with the number of lost ticks.
+    /// The gaps without snapshots between connections, each with the number of lost ticks.
     pub fn gaps(&self) -> impl Iterator<Item = (Duration, i64)> {
         self.stays.windows(2).map(|pair| {
             let lost = i64::from(pair[0].ticks[1]) + 1 - i64::from(pair[1].ticks[0]);

@@ -1,4 +1,4 @@
-//! Rooms that outlive their nodes, which are drained, killed or cut off, or whose directory loses its leader.
+//! Tests of rooms that outlive their nodes, which are drained, killed or cut off, or whose directory loses its leader.
 
 use super::games::{Games, NODES, ROOMS, number, percentiles};
 use super::joints::verify_joints;
@@ -14,18 +14,18 @@ use serde_json::Value;
 use std::time::{Duration, Instant};
 use tokio::time::{sleep, timeout};
 
-/// Streams of the directory and the records.
+/// The streams of the directory and of the records.
 const STREAMS: [&str; 3] = ["KV_jostle_nodes", "KV_jostle_rooms", "jostle_records"];
-/// Maximum number of ticks that a killed node may lose. On an idle machine it is one second of play, but a stalled
+/// Maximum number of ticks that a killed node may lose. On an idle machine this is one second of play, but a stalled
 /// machine records late.
 const LOST_TICKS_MAX: i64 = 10 * TICKS_PER_SECOND as i64;
 
-/// Number of disturbances of the fleet; `JOSTLE_FLEET_TIMES` may ask for more.
+/// Number of disturbances of the fleet; `JOSTLE_FLEET_TIMES` can request more.
 fn times(usual: usize) -> usize {
     number("JOSTLE_FLEET_TIMES", usual)
 }
 
-/// The node with the most rooms, and their number.
+/// The node with the most rooms, and the number of its rooms.
 fn fullest(games: &Games) -> (usize, usize) {
     let places = games.places();
     let rooms_of = |node: &Node| places.values().filter(|at| **at == node.address).count();
@@ -38,12 +38,12 @@ fn direct(cluster: &Cluster, _: usize) -> String {
 }
 
 impl Games {
-    /// How often this text occurs in the logs of all nodes.
+    /// Number of times a text occurs in the logs of all nodes.
     fn count(&self, text: &str) -> usize {
         self.nodes.iter().map(|node| node.count(text)).sum()
     }
 
-    /// Waits until this text occurs in the logs of all nodes together this many times.
+    /// Waits until a text has occurred `times` times in the logs of all nodes together.
     async fn say(&self, text: &str, times: usize) {
         let said = async {
             while self.count(text) < times {
@@ -74,7 +74,7 @@ async fn a_node_that_drains_hands_its_rooms_over() {
     let [p50, p99, max] = percentiles(&seen.gaps());
     let lost = seen.lost_ticks_max();
     println!("{moved} moves: without snapshots for {p50:?} (p50), {p99:?} (p99), {max:?} (max)");
-    // Ticks may be lost on the way to a player, but never repeated.
+    // Ticks may be lost on the way to a player, but must never be repeated.
     assert!(lost <= 0, "{lost} ticks were played twice");
     let joints = verify_joints(seen).await;
     println!("replays of public rooms went on at {joints} moves, with the same state");
@@ -183,7 +183,7 @@ async fn rooms_stay_where_they_were_when_nats_is_back_after_all_leases_have_ende
     games.say("the room stands still", ROOMS).await;
     games.say("CANNOT KEEP A ROOM", ROOMS).await;
     stream_is(&games.cluster, "KV_jostle_nodes", |state| state["messages"] == 0).await;
-    // The connection has buffered records whose writes were given up; they arrive late.
+    // The connection has buffered records whose writes were abandoned; they now arrive late.
     proxy.resume();
     games.all_play().await;
     // Long enough for each room to start a new file.
@@ -205,12 +205,12 @@ async fn rooms_are_played_on_and_kept_again_when_nats_comes_back_empty() {
     games.cluster.lose(0).expect("a server without files");
     games.cluster.restart(0).await.expect("a NATS server");
     let subjects = |state: &Value| state["subjects"].as_object().map_or(0, |all| all.len());
-    // The bucket itself has one more.
+    // The bucket itself has one more subject.
     stream_is(&games.cluster, "KV_jostle_rooms", |state| subjects(state) > ROOMS).await;
     stream_is(&games.cluster, "jostle_records", |state| subjects(state) == ROOMS).await;
     games.all_play().await;
     assert_eq!(games.count("the room is played here"), opened);
-    // The rooms can still move to other nodes.
+    // Rooms can still move to other nodes.
     let (node, _) = fullest(&games);
     games.nodes[node].signal("TERM");
     games.nodes[node].ended().await;

@@ -24,7 +24,7 @@ fn settings(cluster: &Cluster) -> FleetSettings {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn removals_of_rooms_expire_also_in_a_bucket_of_an_earlier_version() {
-    // The stream as the previous version created it.
+    // The stream, as created by the previous version.
     let earlier = json!({
         "name": ROOMS, "subjects": ["$KV.jostle_rooms.>"], "max_msgs_per_subject": 1, "num_replicas": 1,
         "discard": "new", "allow_rollup_hdrs": true, "deny_delete": true, "allow_direct": true,

@@ -8,15 +8,15 @@ use tokio::io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader};
 use tokio::net::TcpStream;
 use tokio::time::timeout;
 
-/// Subject for the answers to this client's requests.
+/// Subject for the responses to this client's requests.
 const ANSWERS: &str = "_INBOX.wire";
-/// Time after which a request is sent again. A server whose leader has just changed never answers some of them.
+/// Time after which a request is sent again. A server whose leader has just changed never responds to some requests.
 const ASK_AGAIN: Duration = Duration::from_secs(5);
 
 pub struct Wire {
     server: SocketAddr,
     stream: BufReader<TcpStream>,
-    /// The server's initial description of itself.
+    /// The description that the server initially sends of itself.
     pub info: Value,
 }
 
@@ -26,7 +26,7 @@ impl Wire {
         Wire::begin(stream).await
     }
 
-    /// Takes over a connection from which nothing has been read yet.
+    /// Takes over a connection that nothing has been read from yet.
     pub async fn begin(stream: TcpStream) -> Wire {
         let server = stream.peer_addr().expect("a connection");
         let mut wire = Wire { server, stream: BufReader::new(stream), info: Value::Null };
@@ -43,7 +43,7 @@ impl Wire {
         self.stream.write_all(text.as_bytes()).await.expect("a connection");
     }
 
-    /// The next line that is not a ping.
+    /// Reads the next line that is not a ping.
     pub async fn line(&mut self) -> String {
         let read = async {
             loop {
@@ -71,7 +71,7 @@ impl Wire {
             && read.is_err_and(|error| error.kind() == std::io::ErrorKind::WouldBlock)
     }
 
-    /// Waits for the end of the connection.
+    /// Waits for the connection to end.
     pub async fn ends(mut self) {
         let mut rest = Vec::new();
         let read = timeout(LONG, self.stream.read_to_end(&mut rest)).await.expect("an end in time");
@@ -88,7 +88,7 @@ impl Wire {
         self.send(&format!("PUB {subject} {}\r\n{text}\r\n", text.len())).await;
     }
 
-    /// Text of the next message of a subscription.
+    /// The text of a subscription's next message.
     pub async fn message(&mut self) -> String {
         let line = self.line().await;
         assert!(line.starts_with("MSG "), "no message: {line}");
@@ -99,7 +99,7 @@ impl Wire {
         String::from_utf8(bytes).expect("text").trim_end().to_owned()
     }
 
-    /// The answer to a request. It is sent until answered, so it must be idempotent.
+    /// Sends a request until it is answered and returns the response. The request must therefore be idempotent.
     async fn request(&mut self, subject: &str, headers: &str, body: &str) -> Value {
         let headers = format!("NATS/1.0\r\n{headers}\r\n");
         let (head, all) = (headers.len(), headers.len() + body.len());
@@ -109,7 +109,8 @@ impl Wire {
                 self.send(&request).await;
                 match timeout(ASK_AGAIN, self.message()).await {
                     Ok(answer) => return serde_json::from_str(&answer).expect("JSON"),
-                    // A new connection ensures that a late answer is not mistaken for one to another request.
+                    // A new connection ensures that a late response is not mistaken for the response to another
+                    // request.
                     Err(_late) => *self = Box::pin(Wire::connect(self.server)).await,
                 }
             }
@@ -117,20 +118,20 @@ impl Wire {
         timeout(LONG, answered).await.expect("an answer in time")
     }
 
-    /// Stores a text in a stream exactly once; returns its sequence number.
+    /// Stores a text in a stream exactly once and returns its sequence number.
     pub async fn keep(&mut self, stream: &str, text: &str) -> u64 {
         let answer = self.request(stream, &format!("Nats-Msg-Id: {text}\r\n"), text).await;
         answer["seq"].as_u64().unwrap_or_else(|| panic!("not kept: {answer}"))
     }
 
-    /// The server's answer to an API request.
+    /// Returns the server's response to an API request.
     pub async fn ask(&mut self, subject: &str, body: &Value) -> Value {
         let answer = self.request(subject, "", &body.to_string()).await;
         assert_eq!(answer["error"], Value::Null);
         answer
     }
 
-    /// Creates a stream with replicas on this many servers. It stores messages published under its name.
+    /// Creates a stream, with replicas on `copies` servers, that stores messages published under its name.
     pub async fn create_stream(&mut self, name: &str, copies: usize) {
         let body = json!({"name": name, "subjects": [name], "num_replicas": copies});
         self.ask(&format!("$JS.API.STREAM.CREATE.{name}"), &body).await;
@@ -142,7 +143,7 @@ impl Wire {
         self.request(&subject, "", r#"{"subjects_filter":">"}"#).await["state"].take()
     }
 
-    /// Number of messages in a stream.
+    /// Returns the number of messages in a stream.
     pub async fn count_of(&mut self, stream: &str) -> u64 {
         let answer = self.request(&format!("$JS.API.STREAM.INFO.{stream}"), "", "").await;
         answer["state"]["messages"].as_u64().unwrap_or_else(|| panic!("no count: {answer}"))

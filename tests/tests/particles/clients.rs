@@ -1,5 +1,6 @@
-//! Checks that the game and its clients have the same particles, to the last bit. Some clients are present from the
-//! start; others join while emitters run and bursts are in the air. A browser test feeds the same streams to the page.
+//! Checks that the game and its clients have exactly the same particles, down to the last bit. Some clients are present
+//! from the start; others join while emitters run and bursts are in the air. A browser test feeds the same streams to
+//! the page.
 
 mod streams;
 
@@ -9,7 +10,7 @@ use jostle_room::{Rate, Room};
 use std::sync::Arc;
 use streams::{TICKS, play, scenes};
 
-/// Fires over a floor, with the largest number of particles that a scene may have.
+/// Fires above a floor, with the largest number of particles that a scene may have.
 const FIREWORKS: &str = r#"title = "Fireworks"
 size = [400, 200]
 groups = ["floor"]
@@ -24,7 +25,8 @@ position = [200, 10]
 size = [400, 20]
 group = "floor"
 "#;
-/// Bursts of 200 per second, whose particles live for 2.2 s: enough for 20,000 at a time.
+/// Number of bursts per second, each of 200 particles that live for 2.2 s, which is enough for 20,000 particles in the
+/// air.
 const BURSTS: u32 = 54;
 
 fn fireworks() -> Arc<Scene> {

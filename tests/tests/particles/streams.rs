@@ -1,5 +1,5 @@
-//! Games of scripted players as clients receive them: the messages to a client that joins at some tick, and digests of
-//! the game's own particles for comparison.
+//! Games with scripted players as clients receive them: the messages to a client that joins at some tick, and digests
+//! of the game's own particles for comparison.
 
 use anyhow::{Context, Result, anyhow};
 use jostle_client_web::world::particle_probe::record;
@@ -9,9 +9,9 @@ use jostle_protocol::Appearance;
 use jostle_room::{Rate, Room, Subscriber};
 use std::sync::Arc;
 
-/// Ticks of a game.
+/// Number of ticks in a game.
 pub const TICKS: u32 = 1000;
-/// Ticks after which clients join.
+/// The ticks after which clients join.
 const JOIN_TICKS: [u32; 4] = [1, 7, 333, 702];
 const PLAYERS: u8 = 3;
 
@@ -97,19 +97,19 @@ every = 7
 
 /// The messages to one client, and the expected result.
 pub struct Received {
-    /// Source of the scene.
+    /// The scene file's text.
     pub scene: String,
-    /// Tick of joining; the digests begin there.
+    /// The tick at which the client joined and the digests begin.
     pub first: u32,
     /// The messages, in the format of [`jostle_client_web::world::particle_probe`].
     pub recording: Vec<u8>,
     /// Digests of the game's particles, by tick.
     pub digests: Vec<(u32, u64)>,
-    /// Largest number of particles at a time, and their number when the client joined.
+    /// Largest number of particles at any time, and their number when the client joined.
     pub particles: [usize; 2],
 }
 
-/// The scenes with particles: two shipped ones, and one with every kind of emitter.
+/// The scenes with particles: two shipped scenes, and one with every kind of emitter.
 pub fn scenes() -> Result<Vec<Arc<Scene>>> {
     let shipped = ["emitters", "particles"];
     let built_in = Scene::built_in().into_iter();
@@ -170,10 +170,9 @@ fn join(room: &mut Room, name: &str, color: u8) -> Result<()> {
 }
 
 impl Received {
-    /// Compares the particles of a client with those of the game, tick by tick, and returns the
-    /// number of ticks.
+    /// Compares a client's particles with the game's, tick by tick, and returns the number of ticks.
     pub fn compare(&self, digests: &[(u32, u64)]) -> Result<usize> {
-        // The last ticks may not have been sent yet if nothing moved in them.
+        // The last ticks may not have been sent if nothing moved in them.
         let sent = &self.digests[..digests.len().min(self.digests.len())];
         for (game, copy) in sent.iter().zip(digests) {
             anyhow::ensure!(game == copy, "joined at {}: {game:?} became {copy:?}", self.first);

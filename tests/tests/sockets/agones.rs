@@ -1,4 +1,5 @@
-//! The sidecar of Agones is told about the server's lifecycle, and no player suffers whatever the sidecar does.
+//! Checks that the Agones sidecar is informed of the server's lifecycle, and that players are not affected, whatever
+//! the sidecar does.
 
 use crate::client::Client;
 use crate::http::admin;
@@ -22,7 +23,7 @@ const ONE_LESS: &str = r#"PATCH /v1beta1/counters/rooms {"countDiff":"-1"}"#;
 const READ: &str = "GET /v1beta1/counters/rooms";
 const ERRORS: &str = "jostle_agones_errors_total";
 
-/// Polls and health signals are frequent, while the sidecar may take as long as it needs on a slow machine.
+/// Settings with frequent polls and health signals, and with enough time for a sidecar on a slow machine.
 fn settings(sidecar: SocketAddr) -> Settings {
     let often = Duration::from_millis(50);
     Settings {
@@ -173,7 +174,7 @@ async fn a_change_whose_answer_is_lost_is_not_made_twice() {
     assert_eq!(sidecar.game_server().rooms, Some([0, 5]));
 }
 
-/// Plays while calls fail, then until the sidecar works again and hears from the server.
+/// Plays while calls fail, and then until the sidecar works again and hears from the server.
 async fn plays_on(server: &Server, recovered: impl FnOnce() -> Sidecar) {
     let mut player = Client::join(server.address, "arena", "Ann").await;
     crate::server::until_count(server.ops, ERRORS, 4).await;

@@ -1,4 +1,4 @@
-//! Misbehaving clients: each gets a clear answer, and the other player's game continues.
+//! Tests of misbehaving clients: each gets a clear response, and the other player's game continues.
 
 use crate::client::{Client, LONG};
 use crate::faults::frames::{WHOLE, flood, frame};
@@ -155,8 +155,8 @@ async fn an_honest_client_is_no_flood() {
     let server = Server::start().await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let mut bob = Client::join(server.address, "arena", "Bob").await;
-    // The inputs of a two-second stall arrive at once. After that, play continues at the rate of the server's ticks;
-    // pacing by snapshots would make the client hurry, because some are still queued for it.
+    // The inputs of a two-second stall arrive at once. After that, play continues at the rate of the server's ticks; if
+    // snapshots set the pace, the client would hurry, because some are still queued for it.
     for _ in 0..120 {
         bob.input(Buttons::LEFT, None).await;
     }
@@ -200,7 +200,7 @@ async fn a_socket_that_never_says_hello_is_closed() {
     let mut waited_for = Client::connect(patient.address, "arena").await;
     let mut mute = Client::connect(server.address, "arena").await;
     mute.is_refused(Refusal::BadHello).await;
-    // A server with a longer timeout has not given up, although its connection is older.
+    // A server with a longer timeout has not given up, even though its connection is older.
     waited_for.enter("Late", None).await;
     let mut ann = Client::join_at_last(server.address, "arena", "Ann").await;
     ann.keeps_playing().await;
@@ -208,7 +208,7 @@ async fn a_socket_that_never_says_hello_is_closed() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_client_that_answers_no_pings_is_closed() {
-    // No ping is due before the timeout for silence.
+    // No ping is due before the silence timeout.
     let waits = Timeouts { silence: BRIEF, keepalive: LONG, ..PATIENT };
     let server = Server::start_with_waits(waits).await;
     let mut mute = Client::join(server.address, "arena", "Mute").await;
@@ -230,14 +230,14 @@ async fn a_half_sent_request_is_closed() {
         let mut answer = Vec::new();
         let closed = timeout(LONG, stream.read_to_end(&mut answer)).await;
         closed.expect("the server gives up").expect("a clean end");
-        // A server with a longer timeout has not given up, although its connection is older.
+        // A server with a longer timeout has not given up, even though its connection is older.
         assert!(waited_for.try_read(&mut [0]).is_err_and(|error| error.kind() == WouldBlock));
         waited_for.shutdown().await.expect("a live socket");
     }
     assert!(server.count("jostle_refusals_total{reason=\"slow_request\"}").await >= 2);
 }
 
-/// A connection over which part of a request was sent.
+/// Opens a connection and sends part of a request over it.
 async fn half_sent(address: SocketAddr, part: &str) -> TcpStream {
     let mut stream = TcpStream::connect(address).await.expect("a connection");
     stream.write_all(part.as_bytes()).await.expect("a live socket");
@@ -263,7 +263,7 @@ async fn a_slow_body_is_closed() {
 async fn sockets_of_one_address_are_counted() {
     let server = Server::start().await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
-    // None of them sends a hello, so admitted ones keep their place, as does Ann.
+    // None of them sends a hello, so admitted ones keep their place, and so does Ann.
     let mut sockets = JoinSet::new();
     for _ in 0..limits::ADDRESS_SESSIONS_MIN + 4 {
         sockets.spawn(refusal_without_hello(server.address));
@@ -274,7 +274,7 @@ async fn sockets_of_one_address_are_counted() {
     }
     server.counts("jostle_refusals_total{reason=\"too_many_sockets\"}", 1 + 4).await;
     sockets.shutdown().await;
-    // The server may not have noticed yet that they are gone.
+    // The server may not have noticed yet that the others are gone.
     let mut bob = loop {
         let mut bob = Client::connect(server.address, "arena").await;
         bob.hello(VERSION, "Bob", None).await;
@@ -296,7 +296,7 @@ async fn refusal_without_hello(address: SocketAddr) -> Refusal {
     Client::connect(address, "arena").await.refusal().await.0
 }
 
-/// Sends a message that the server may refuse before it is completely sent.
+/// Sends a message that the server may refuse before all of it has been sent.
 async fn send_unless_closed(client: &mut Client, message: Message) {
     use futures_util::SinkExt;
     let _ = timeout(LONG, client.socket.send(message)).await.expect("time");

@@ -19,16 +19,16 @@ use tokio_tungstenite::{WebSocketStream, client_async_with_config};
 
 pub use jostle_tests::server::LONG;
 
-/// One socket, and the newest snapshot that it received.
+/// A socket and the newest snapshot received over it.
 pub struct Client<S = TcpStream> {
     pub socket: WebSocketStream<S>,
     pub seat: u16,
     pub token: Token,
-    /// Whether the welcome says that this client is the host.
+    /// Whether this client is the host, according to the welcome.
     pub host: bool,
     pub newest: Snapshot,
     pub stream: SnapshotStream,
-    /// Total size of all received messages, bytes.
+    /// Total size of all received messages in bytes.
     pub bytes: usize,
     /// Number of received snapshots.
     pub snapshots: u32,
@@ -42,14 +42,14 @@ impl Client {
         Client::connect_over(socket, address, room).await
     }
 
-    /// Connects and upgrades a given socket without sending a hello.
+    /// Connects and upgrades an existing socket without sending a hello.
     pub async fn connect_over(socket: TcpSocket, address: SocketAddr, room: &str) -> Client {
         let stream = socket.connect(address).await.expect("a connection");
         stream.set_nodelay(true).expect("a live socket");
         Client::upgraded(stream, &format!("ws://{address}/{room}")).await
     }
 
-    /// Joins as a player; returns with a seat and a first snapshot.
+    /// Joins as a player and waits for a seat and a first snapshot.
     pub async fn join(address: SocketAddr, room: &str, name: &str) -> Client {
         let mut client = Client::connect(address, room).await;
         client.enter(name, None).await;
@@ -107,7 +107,7 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
         Client { socket, seat, token, host, stream, newest, bytes: 0, snapshots: 0, seq: 0 }
     }
 
-    /// Sends a hello and expects a seat and a first snapshot.
+    /// Sends a hello and waits for a seat and a first snapshot.
     pub async fn enter(&mut self, name: &str, token: Option<Token>) {
         self.hello(VERSION, name, token).await;
         self.welcomed(name).await;
@@ -144,7 +144,7 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
         self.send(&ClientMessage::Input { seq: self.seq, ack_tick, input }).await;
     }
 
-    /// The next frame that is not a ping or pong.
+    /// Reads the next frame that is not a ping or pong.
     pub async fn frame(&mut self) -> Option<Result<Message, Error>> {
         loop {
             let frame = timeout(LONG, self.socket.next()).await.expect("a frame in time");
@@ -163,7 +163,7 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
         self.read(&bytes)
     }
 
-    /// Reads up to the answer to a WebSocket ping, or up to the refusal sent instead.
+    /// Reads up to the response to a WebSocket ping, or up to a refusal sent instead.
     pub async fn pong(&mut self) -> Result<(), Refusal> {
         loop {
             match timeout(LONG, self.socket.next()).await.expect("a frame in time") {
@@ -210,13 +210,13 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
         timeout(LONG, found).await.unwrap_or_else(|_| panic!("{what} did not happen in time"));
     }
 
-    /// The client's own player.
+    /// Returns the client's own player.
     pub fn player(&self) -> &PlayerState {
         let own = self.newest.players.iter().find(|player| player.seat.0 == self.seat);
         own.expect("a player is in every snapshot after the welcome")
     }
 
-    /// The server's tick at some point during the call.
+    /// Returns the server's tick at some point during the call.
     pub async fn tick(&mut self) -> u32 {
         self.send(&ClientMessage::Ping { stamp: 77 }).await;
         loop {
@@ -227,7 +227,7 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
         }
     }
 
-    /// Plays for this many ticks, with an input for each snapshot.
+    /// Plays for `ticks` ticks, with an input for each snapshot.
     pub async fn plays(&mut self, ticks: u32) {
         let last_tick = self.newest.tick + ticks;
         while self.newest.tick < last_tick {
@@ -236,7 +236,7 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
         }
     }
 
-    /// Sends an input and waits until it has been played; from then on the seat is held.
+    /// Sends an input and waits until it has been played; after that, the seat is held.
     pub async fn play_one_input(&mut self) {
         self.input(Buttons::default(), None).await;
         let (seat, seq) = (self.seat, self.seq);
@@ -247,13 +247,13 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
         .await;
     }
 
-    /// Checks that this player's game is not stuck: two seconds of ticks arrive, and inputs are played.
+    /// Checks that this player's game is not stuck, which means that two seconds of ticks arrive and inputs are played.
     pub async fn plays_on(&mut self) {
         timeout(LONG, self.plays(120)).await.expect("two seconds of ticks");
         self.keeps_playing().await;
     }
 
-    /// Checks that this player's game continues: one second of ticks arrives, and an input is played.
+    /// Checks that this player's game continues, which means that one second of ticks arrives and an input is played.
     pub async fn keeps_playing(&mut self) {
         self.input(Buttons::RIGHT, None).await;
         let (seat, seq) = (self.seat, self.seq);
@@ -286,7 +286,7 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
         }
     }
 
-    /// Expects that the server closes the socket with this refusal and one of its close codes.
+    /// Checks that the server closes the socket with the expected refusal and one of its close codes.
     pub async fn is_refused(&mut self, expected: Refusal) {
         let (refusal, code) = self.refusal().await;
         assert_eq!(refusal, expected);

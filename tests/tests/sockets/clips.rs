@@ -1,4 +1,4 @@
-//! Clips from a server: the last 20 seconds as a replay, listed or unlisted.
+//! Tests of clips from a server, which are the last 20 seconds as a listed or unlisted replay.
 
 use crate::client::Client;
 use crate::hosts::open;
@@ -9,7 +9,7 @@ use jostle_protocol::replay::{Ending, Replay};
 use jostle_protocol::{ClientMessage, ClipRefusal, ServerMessage};
 use std::sync::Arc;
 
-/// Asks for a clip; returns its name, or the reason for the refusal.
+/// Requests a clip and returns its name or the reason for the refusal.
 async fn clip(client: &mut Client) -> Result<String, ClipRefusal> {
     client.send(&ClientMessage::Clip).await;
     loop {

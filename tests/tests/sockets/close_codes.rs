@@ -1,5 +1,5 @@
-//! The close code for every way in which a client can violate the protocol, as in the table in docs/protocol.md. The
-//! codes of all other refusals are checked wherever a test expects one (`Client::is_refused`).
+//! Checks the close code for every way a client can violate the protocol, as listed in docs/protocol.md. The codes of
+//! all other refusals are checked wherever a test expects one (`Client::is_refused`).
 
 use crate::client::Client;
 use crate::faults::frames::{FIRST, NEXT, WHOLE, frame, input, write};
@@ -8,13 +8,13 @@ use jostle_protocol::limits::CLIENT_MESSAGE_BYTES_MAX;
 use jostle_protocol::{Appearance, ClientMessage, Refusal, Role, VERSION};
 use tokio_tungstenite::tungstenite::Message;
 
-/// First byte of a whole text frame, of the last fragment, of a ping and of a close.
+/// First bytes of a complete text frame, the last fragment, a ping and a close.
 const TEXT: u8 = 0x81;
 const LAST: u8 = 0x80;
 const PING: u8 = 0x89;
 const CLOSE: u8 = 0x88;
 
-/// A header that claims this many bytes.
+/// A header that claims a payload of `length` bytes.
 fn claims(length: u64) -> Vec<u8> {
     [&[WHOLE, 0xff][..], &length.to_be_bytes(), &[0; 4]].concat()
 }
@@ -26,7 +26,7 @@ fn hello() -> Vec<u8> {
         .encode()
 }
 
-/// Frames that are refused both before and after the hello, with the close code.
+/// Frames that are refused both before and after the hello, each with its close code.
 fn violations() -> Vec<(&'static str, Vec<u8>, u16)> {
     let without_mask = [&[WHOLE, 4][..], &[2, 0, 0, 0]].concat();
     let long_ping = [&[PING, 0xfe, 0, 126, 0, 0, 0, 0][..], &[0; 126]].concat();
@@ -50,10 +50,10 @@ fn violations() -> Vec<(&'static str, Vec<u8>, u16)> {
     ]
 }
 
-/// Refusals with close codes before and after the hello, if any.
+/// The refusals, if any, before and after the hello, with their close codes.
 type Expected = [Option<(Refusal, u16)>; 2];
 
-/// Messages that are valid but arrive at the wrong moment.
+/// Messages that are valid but arrive at the wrong time.
 fn misplaced() -> Vec<(&'static str, Vec<u8>, Expected)> {
     let (hello_1008, message) =
         (Some((Refusal::BadHello, 1008)), |code| Some((Refusal::BadMessage, code)));

@@ -1,4 +1,4 @@
-//! Shutdown of the process: in time, whatever its peers and its disk do, and immediately at a second signal.
+//! Checks that the process shuts down in time, whatever its peers and its disk do, and immediately on a second signal.
 
 use crate::client::{Client, LONG};
 use crate::http::get;
@@ -17,13 +17,14 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::time::{sleep, timeout};
 
-/// Time after which a server that waits for its peers would give up on them and end, well beyond its shutdown deadline.
+/// Time after which a server that waits for its peers would give up on them and exit, well beyond its shutdown
+/// deadline.
 const TOO_LATE: Duration = Timeouts::USUAL.stall;
 const _: () = assert!(TOO_LATE.as_secs() >= 2 * DRAIN_MAX.as_secs());
-/// Size of a download that fills every buffer on its way.
+/// Size of a download that fills every buffer along the way.
 const DOWNLOAD_BYTES: u64 = 64 << 20;
 
-/// A server with a scene in which everything moves, a large replay, and a state directory.
+/// Starts a server that has a scene in which everything moves, a large replay, and a state directory.
 async fn serve(dir: &Path) -> Process {
     for name in ["scenes", "replays", "state"] {
         fs::create_dir_all(dir.join(name)).expect("a directory");
@@ -40,16 +41,16 @@ async fn serve(dir: &Path) -> Process {
     tokio::task::spawn_blocking(serve).await.expect("a server")
 }
 
-/// Makes writes of the room's state hang: the writer opens a pipe that is never read and blocks.
+/// Makes writes of the room's state hang, because the writer opens a pipe that is never read and blocks.
 async fn hang_disk(dir: &Path, server: SocketAddr) -> Client {
-    // By the time of its first answer, the server has read the directory.
+    // By the time it first responds, the server has read the directory.
     assert_eq!(get(server, "/api/rooms").await.status, 200);
     let made = Command::new("mkfifo").arg(dir.join("state/rooms/arena.new")).status();
     assert!(made.expect("mkfifo starts").success());
     Client::join(server, "arena", "Ann").await
 }
 
-/// A connection over which this text was sent.
+/// Opens a connection and sends a text over it.
 async fn sent(server: SocketAddr, text: &str) -> TcpStream {
     let mut stream = TcpStream::connect(server).await.expect("a connection");
     stream.write_all(text.as_bytes()).await.expect("a live socket");
@@ -66,7 +67,7 @@ async fn stuck_download(server: SocketAddr) -> TcpStream {
     stream
 }
 
-/// Sends SIGTERM; returns the time until the process ended and its exit status.
+/// Sends SIGTERM and returns how long the process took to exit, and its exit status.
 async fn terminate(process: Process) -> (Duration, Option<i32>) {
     let began = Instant::now();
     process.signal("TERM");
@@ -112,7 +113,7 @@ async fn a_second_signal_ends_the_process_at_once() {
         };
         timeout(LONG, closed).await.expect("a closed port in time");
         process.signal(second);
-        // Without a second signal the exit status would be 0.
+        // Without a second signal, the exit status would be 0.
         assert_eq!(process.exit_status().await, Some(1), "{second}");
         drop(ann);
     }

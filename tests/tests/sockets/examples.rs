@@ -1,5 +1,5 @@
-//! The clients in `docs/examples`, written in another language from `docs/protocol.md` alone, report the same positions
-//! as our own client.
+//! Checks that the clients in `docs/examples`, written in another language from `docs/protocol.md` alone, report the
+//! same positions as our own client.
 
 use crate::client::{Client, LONG};
 use crate::server::Server;
@@ -17,14 +17,14 @@ use tokio::time::timeout;
 /// Centres in world units, by index and generation.
 type Positions = BTreeMap<String, [f64; 2]>;
 
-/// A line of `stream.py`.
+/// A line printed by `stream.py`.
 #[derive(Deserialize)]
 struct Line {
     tick: u32,
     bodies: Positions,
 }
 
-/// Starts an example and returns its output. The example ends when the server does, at the latest.
+/// Starts an example and returns its output. The example ends no later than the server.
 fn start(program: &str, address: SocketAddr, more: &[&str]) -> JoinHandle<String> {
     let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/examples");
     let mut python = Command::new("python3");
@@ -37,7 +37,7 @@ fn start(program: &str, address: SocketAddr, more: &[&str]) -> JoinHandle<String
     })
 }
 
-/// Size of a quantum in a room, world units.
+/// Size of a quantum in a room, in world units.
 fn quantum_of(room: &str) -> f64 {
     let scene = Scene::built_in().into_iter().find(|scene| scene.name == room);
     scene.expect("a built-in scene").world.quantum.into()
@@ -51,8 +51,7 @@ fn positions(snapshot: &Snapshot, quantum: f64) -> Positions {
     bodies.collect()
 }
 
-/// Plays in a room until the example has ended; returns its output, and the positions of bodies by
-/// tick.
+/// Plays in a room until the example has ended; returns the example's output and the positions of bodies by tick.
 async fn play_beside(
     mut ann: Client,
     room: &str,
@@ -99,7 +98,7 @@ async fn is_printed_as_sent(address: SocketAddr) -> bool {
     sent.is_some()
 }
 
-/// A line such as `3.0 12.5 7`.
+/// Parses a line such as `3.0 12.5 7`.
 fn position_of(line: &str) -> (String, [f64; 2]) {
     let words: Vec<&str> = line.split(' ').collect();
     let number = |word: &str| word.parse().unwrap_or_else(|_| panic!("no number in {line}"));
@@ -110,7 +109,7 @@ fn position_of(line: &str) -> (String, [f64; 2]) {
 async fn a_python_client_follows_all_moving_bodies() {
     for room in ["arena", "pile"] {
         let server = Server::start().await;
-        // On a busy machine each client receives only some of the ticks, and few are common to both.
+        // On a busy machine each client receives only some of the ticks, and few are received by both.
         let compared = async {
             let mut ticks = 0;
             while ticks < 60 {

@@ -1,12 +1,12 @@
-//! Faults from docs/faults.md that no other test covers. Each test checks the answer, the counter that increases, and
-//! that another player's game continues.
+//! Tests of faults from docs/faults.md that no other test covers. Each checks the response, the counter that increases,
+//! and that another player's game continues.
 
 pub mod crowds;
 pub mod frames;
 mod host;
 pub mod links;
 
-/// Name of a refusal's counter.
+/// The name of a refusal's counter.
 pub fn refusals(reason: &str) -> String {
     format!("jostle_refusals_total{{reason=\"{reason}\"}}")
 }

@@ -1,4 +1,4 @@
-//! Rooms with guest scenes: which scenes are refused, with which field, and which are played.
+//! Tests of rooms with guest scenes: which scenes are refused because of which field, and which are played.
 
 use crate::client::Client;
 use crate::http::{Answer, get, post, raw};
@@ -26,7 +26,7 @@ use tokio::time::timeout;
 
 const ROUTE: &str = "/api/guest-rooms";
 
-/// A pit with some balls, with extra lines at the top level and at the end.
+/// A pit with some balls, and with extra lines at the top level and at the end.
 fn scene(top: &str, rest: &str) -> String {
     format!(
         "title = \"A pit\"\nsize = [100, 60]\ngroups = [\"hero\", \"ball\", \"wall\"]\n\
@@ -38,7 +38,7 @@ fn scene(top: &str, rest: &str) -> String {
     )
 }
 
-/// A server whose trials have unlimited time, because the test machine may be slow.
+/// Configuration of a server whose trials have unlimited time, because the test machine may be slow.
 fn hospitable(guest_scenes: GuestScenes) -> Config {
     let waits = Timeouts { guest_trial: LONG, guest_excess: LONG, ..PATIENT };
     Config { guest_scenes, waits, ..patient() }
@@ -53,7 +53,7 @@ async fn open(server: SocketAddr, path: &str, text: &str) -> (String, Token) {
     (text("code"), Token::parse(&text("host_key")).expect("a key"))
 }
 
-/// Checks a refusal: that its structured parts agree with its sentence, and how the reported line begins.
+/// Checks that the structured parts of a refusal agree with its message, and checks how the reported line begins.
 fn is_about(answer: &Answer, source: &str, field: &str, line: &str) {
     let body = answer.json();
     let text = |name: &str| body[name].as_str().expect("a text");
@@ -183,12 +183,12 @@ async fn a_scene_whose_trial_takes_too_long_is_refused_with_what_costs_most() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_room_that_takes_more_than_its_share_is_closed_and_others_go_on() {
-    // On any machine every tick takes longer than that, so the first one exceeds the limit.
+    // On any machine, every tick takes longer than this, so the first one exceeds the limit.
     let waits = Timeouts { guest_trial: LONG, guest_excess: Duration::from_nanos(1), ..PATIENT };
     let server = Server::start_with(Config { waits, ..patient() }).await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let (code, _) = open(server.address, ROUTE, DEAR).await;
-    // A client that joins while the room closes is told why.
+    // A client that joins while the room is closing gets the reason.
     let closed = async {
         loop {
             let mut guest = Client::connect(server.address, &code).await;
@@ -232,7 +232,7 @@ async fn a_guests_room_outlives_the_process_with_its_scene() {
     server.stop();
     server.ended().await;
 
-    // In the next process guests may not open rooms, but this room continues.
+    // In the next process, guests may not open rooms, but this room continues.
     let server = Server::start_with(Config { guest_scenes: GuestScenes::Off, ..state() }).await;
     let mut ann = Client::join(server.address, &code, "Ann").await;
     assert_eq!(ann.newest.bodies.len(), 1 + 20 + ann.newest.players.len());
@@ -282,7 +282,7 @@ async fn slow_scenes_of_some_networks_delay_a_newcomer_by_one_trial() {
     tried.recv().await;
     let text = scene("", "").replace("A pit", "A\\u202Epit");
     let newcomer = raw(address, &passed_on("POST", ROUTE, "203.0.113.1", &text)).await;
-    // Trials run in the order of `TrialQueue`. How many end before the newcomer is queued depends on the machine.
+    // Trials run in the order of `TrialQueue`. How many finish before the newcomer is queued depends on the machine.
     assert!(tried.len() < 7, "all were tried first");
     is_about(&newcomer, &text, "title", "title");
 }
@@ -301,7 +301,7 @@ async fn a_crowd_of_two_addresses_is_sent_the_guests_part_of_the_uplink() {
     let config = Config { uplink_megabits: MEGABITS, ..hospitable(GuestScenes::Private) };
     let server = Server::start_with(config).await;
     let (code, _) = open(server.address, ROUTE, HAIL).await;
-    // The budget is now exhausted.
+    // The uplink budget is now exhausted.
     let began = Instant::now();
     let mut crowd = JoinSet::new();
     for number in 0..CROWD {
@@ -328,7 +328,7 @@ async fn a_crowd_of_two_addresses_is_sent_the_guests_part_of_the_uplink() {
         });
     }
     let sent = crowd.join_all().await;
-    // Without a limit they would receive 1.8 MB/s.
+    // Without a limit, they would receive 1.8 MB/s.
     until_count(server.ops, "jostle_snapshots_skipped_total{reason=\"uplink\"}", 100).await;
     let seconds = began.elapsed().as_secs_f64() + f64::from(UPLINK_BURST_SECONDS);
     let most = f64::from(MEGABITS * 125_000 / GUESTS_UPLINK_SHARE) * seconds;

@@ -1,4 +1,4 @@
-//! Tests of the test helpers: pictures, and random guest scenes.
+//! Tests of the test helpers for pictures and random guest scenes.
 
 use jostle_server::guests::read;
 use jostle_server::limits::GUEST_BUDGET;

@@ -1,4 +1,4 @@
-//! Opened rooms: their links, their hosts, and the actions reserved to hosts.
+//! Tests of opened rooms: their links, their hosts, and the actions reserved for hosts.
 
 use crate::client::Client;
 use crate::http::{get, post};
@@ -17,7 +17,7 @@ pub async fn open(server: SocketAddr, body: &str) -> (String, Token) {
     (text("code"), Token::parse(&text("host_key")).expect("a key"))
 }
 
-/// Reads until the server answers that the action is reserved to hosts.
+/// Reads until the server responds that the action is reserved for hosts.
 async fn is_denied(client: &mut Client) {
     while !matches!(client.message().await, ServerMessage::Denied) {}
 }
@@ -47,7 +47,7 @@ async fn a_kicked_player_cannot_return_at_once() {
     let mut host = Client::host(server.address, &code, "Host", key).await;
     let mut guest = Client::join(server.address, &code, "Guest").await;
     guest.play_one_input().await;
-    // Neither an empty seat nor the host can be kicked; only the latter attempt is answered.
+    // Neither an empty seat nor the host can be kicked; only the latter attempt gets a response.
     host.send(&ClientMessage::Kick { seat: Seat(60) }).await;
     host.send(&ClientMessage::Kick { seat: Seat(host.seat) }).await;
     is_denied(&mut host).await;
@@ -70,7 +70,7 @@ async fn a_kicked_player_cannot_return_at_once() {
     let mut again = Client::connect(server.address, &code).await;
     again.hello(VERSION, "Third", None).await;
     again.is_refused(Refusal::Kicked).await;
-    // Other rooms still admit this address, and this room still admits its host from it.
+    // Other rooms still admit this address, and this room still admits its host from there.
     let mut elsewhere = Client::join(server.address, "arena", "Guest").await;
     let mut second = Client::host(server.address, &code, "Host", key).await;
     elsewhere.keeps_playing().await;

@@ -1,4 +1,4 @@
-//! HTTP: the page, the lists, opened rooms, and unknown paths.
+//! Tests of HTTP: the page, the lists, opened rooms, and unknown paths.
 
 use crate::client::{Client, LONG};
 use crate::server::Server;
@@ -52,7 +52,7 @@ pub async fn raw_over(stream: impl AsyncRead + AsyncWrite + Unpin, request: &str
     answer.expect("an answer and not a closed connection")
 }
 
-/// Sends one request and reads the response; `None` if the connection is closed instead.
+/// Sends one request and reads the response. Returns `None` if the connection is closed instead.
 pub async fn exchange(
     stream: impl AsyncRead + AsyncWrite + Unpin,
     request: &str,
@@ -77,7 +77,7 @@ pub async fn get(address: SocketAddr, path: &str) -> Answer {
     raw(address, &get_request(path)).await
 }
 
-/// Retries until there is a response, since a port at its connection limit closes further ones.
+/// Retries until there is a response, since a port at its connection limit closes further connections.
 pub async fn get_at_last(address: SocketAddr, path: &str) -> Answer {
     let asking = async {
         loop {
@@ -202,7 +202,7 @@ async fn odd_links_lead_to_their_room_or_to_the_page_that_explains() {
         let answer = get(server.address, path).await;
         assert_eq!((answer.status, answer.header("location")), (302, Some("/arena")), "{path}");
     }
-    // The code of a closed room still redirects.
+    // The code of a closed room still causes a redirect.
     assert_eq!(get(server.address, "/ZZZZZZ").await.header("location"), Some("/zzzzzz"));
     for path in ["/r/ABC", "/abc.html", "/%ff", "/a%20b"] {
         let answer = get(server.address, path).await;
@@ -216,7 +216,7 @@ async fn odd_links_lead_to_their_room_or_to_the_page_that_explains() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn embedded_files_are_cached_by_their_etag() {
     let server = Server::start().await;
-    // Without a built page there are no files to serve.
+    // If the page has not been built, there are no files to serve.
     for file in assets::files().iter().filter(|file| !file.name.ends_with(".br")) {
         let path = format!("/assets/{}", file.name);
         let answer = get(server.address, &path).await;

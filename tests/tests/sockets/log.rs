@@ -1,4 +1,4 @@
-//! The server's log: strangers cannot flood it, and it never blocks the server.
+//! Checks that strangers cannot flood the server's log, and that the log never blocks the server.
 
 use crate::client::{Client, LONG};
 use crate::faults::refusals;
@@ -18,7 +18,7 @@ use tokio::sync::oneshot::{self, error::TryRecvError};
 use tokio::task::JoinHandle;
 use tokio::time::{sleep, timeout};
 
-/// A server with the default log level.
+/// Starts a server with the default log level.
 async fn serve(log: Stdio) -> Process {
     let serve = move || Process::serve(&["--log", "info"], log);
     tokio::task::spawn_blocking(serve).await.expect("a server")
@@ -77,7 +77,7 @@ fn full_pipe() -> (Stdio, UnixStream) {
     (Stdio::from(OwnedFd::from(log)), reader)
 }
 
-/// A player on a server under a flood of requests, at least 100 of which have been refused.
+/// Joins a player to a server under a flood of requests, at least 100 of which have been refused.
 async fn flooded(process: &Process) -> (Client, Flood) {
     let player = Client::join(process.address, "arena", "Ann").await;
     let flood = Flood::start(process.address);

@@ -1,5 +1,5 @@
-//! A real server on a real port, and real clients, most of which misbehave. Each test ends by showing that another
-//! player's game continued in the meantime.
+//! Tests with a real server on a real port and real clients, most of which misbehave. Each test ends by showing that
+//! another player's game continued in the meantime.
 
 mod agones;
 mod bad_clients;

@@ -1,5 +1,5 @@
-//! One network tries to take resources from others: it opens rooms, downloads replays, connects through a proxy, and
-//! forges host names.
+//! Tests in which one network tries to take resources from others: it opens rooms, downloads replays, connects through
+//! a proxy, and forges host names.
 
 use crate::client::{Client, LONG};
 use crate::http::{Answer, raw};
@@ -19,13 +19,13 @@ use tokio::net::TcpStream;
 use tokio::time::timeout;
 use tokio_tungstenite::tungstenite::client::IntoClientRequest;
 
-/// A server behind a proxy on this machine.
+/// Starts a server behind a proxy on this machine.
 pub async fn behind_a_proxy(config: Config) -> Server {
     let proxies = vec!["127.0.0.0/8".parse().expect("a network")];
     Server::start_with(Config { trusted_proxies: proxies, ..config }).await
 }
 
-/// A client's request as forwarded by a proxy.
+/// Formats a client's request as forwarded by a proxy.
 pub fn passed_on(method: &str, path: &str, client: &str, body: &str) -> String {
     let length = body.len();
     format!(
@@ -96,7 +96,7 @@ async fn one_address_cannot_use_up_all_downloads() {
     assert_eq!(begin_download(server.address, "198.51.100.1").await.1, 200);
 }
 
-/// Sends a request with these header lines.
+/// Sends a request with the given header lines.
 async fn ask(address: SocketAddr, lines: &str) -> Answer {
     raw(address, &format!("GET /healthz HTTP/1.1\r\nConnection: close\r\n{lines}\r\n")).await
 }
@@ -113,7 +113,7 @@ async fn a_request_has_one_host_and_it_is_one_of_ours() {
         ("", false),
         ("Host: localhost\r\nHost: localhost\r\n", false),
         ("Host: evil.example\r\n", false),
-        // A page of that site, whose name now resolves to this server (DNS rebinding).
+        // A page from that site, whose name now resolves to this server (DNS rebinding).
         ("Host: evil.example\r\nOrigin: http://evil.example\r\nUpgrade: websocket\r\n", false),
     ] {
         let answer = ask(server.address, lines).await;
@@ -158,7 +158,7 @@ async fn a_flood_of_requests_slows_its_own_client_only() {
     assert!(answers.rfind("HTTP/1.1 200") > answers.rfind("HTTP/1.1 429"), "another client");
 }
 
-/// Connects a client to the small room through a proxy; returns it and the answer to its hello.
+/// Connects a client to the small room through a proxy; returns the client and the response to its hello.
 async fn says_hello(server: SocketAddr, own: &str, name: &str) -> (Client, ServerMessage) {
     let stream = TcpStream::connect(server).await.expect("a connection");
     let mut request = format!("ws://{server}/small").into_client_request().expect("a request");
@@ -176,7 +176,7 @@ async fn a_crowd_of_one_network_that_plays_leaves_room_for_newcomers() {
     let server = behind_a_proxy(config).await;
     let seated = |answer| matches!(answer, ServerMessage::Welcome { .. });
     let mut crowd = Vec::new();
-    // While no others are there, one network may take all four seats.
+    // While there are no other players, one network may take all four seats.
     for number in 0..4 {
         let (mut client, answer) =
             says_hello(server.address, "203.0.113.7", &format!("Crowd {number}")).await;

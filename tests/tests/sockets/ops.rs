@@ -1,4 +1,4 @@
-//! The operators' port: health, readiness and counters.
+//! Tests of the operators' port: health, readiness and counters.
 
 use crate::client::{Client, LONG};
 use crate::http::{Answer, get, raw};
@@ -12,7 +12,7 @@ use jostle_tests::server::{PATIENT, patient};
 use std::net::SocketAddr;
 use tokio::time::timeout;
 
-/// Value of a series in the metrics; `None` if it is missing.
+/// The value of a series in the metrics; `None` if it is missing.
 fn series(text: &str, name: &str) -> Option<f64> {
     let mut values = text.lines().filter_map(|line| line.strip_prefix(name)?.strip_prefix(' '));
     values.next().and_then(|value| value.parse().ok())
@@ -20,7 +20,7 @@ fn series(text: &str, name: &str) -> Option<f64> {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn metrics_count_players_and_refusals() {
-    // Leaves time to query a server that is shutting down.
+    // Leave time to query a server that is shutting down.
     let waits = Timeouts { drain_notice: LONG, ..PATIENT };
     let mut server = Server::start_with_waits(waits).await;
     let ops = server.ops;
@@ -51,7 +51,7 @@ async fn metrics_count_players_and_refusals() {
     server.ended().await;
 }
 
-/// Reads the metrics until no wakeup of the room is only partly counted.
+/// Reads the metrics until every wakeup of the room is counted in full.
 async fn metrics_between_ticks(ops: SocketAddr) -> String {
     loop {
         let answer = get(ops, "/metrics").await;

@@ -1,4 +1,4 @@
-//! Well-behaved clients: joining, playing together, leaving, returning, and the server's shutdown.
+//! Tests of well-behaved clients: joining, playing together, leaving, returning, and the server's shutdown.
 
 use crate::client::{Client, LONG};
 use crate::server::Server;
@@ -32,7 +32,7 @@ async fn a_key_of_one_player_moves_the_hero_that_the_other_sees() {
     };
     let before = hero_x(&bob).expect("Ann's hero");
     let moved = async {
-        // A held key: one input per tick, as a page sends them.
+        // A held key, with one input per tick, like a page sends.
         while hero_x(&bob) <= Some(before) {
             ann.input(Buttons::RIGHT, None).await;
             bob.snapshot().await;
@@ -137,8 +137,8 @@ async fn ticks_follow_the_clock_whatever_players_do() {
     }
     let played = seconds_of(ann.tick().await.into());
     assert!(played <= asked.elapsed(), "{played:?} of ticks");
-    // Each due tick is either played or counted as missed, though on a busy machine not immediately. A room that lost
-    // ticks without counting them would never catch up with the clock.
+    // Each due tick is either played or counted as missed, although on a busy machine this is not immediate. A room
+    // that lost ticks without counting them would never catch up with the clock.
     let counted_in_time = async {
         loop {
             let due = joined.elapsed();
@@ -200,7 +200,7 @@ async fn a_shutdown_is_announced_and_every_socket_closed() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn without_players_the_server_stops_at_once() {
-    // The server would be late if it waited for players to read the notice.
+    // If the server waited for players to read the notice, it would be late.
     let mut server = Server::start_with_waits(Timeouts { drain_notice: 2 * LONG, ..PATIENT }).await;
     let mut idle = TcpStream::connect(server.address).await.expect("a connection");
     idle.write_all(b"GET /api/rooms HTTP/1.1\r\nHost: localhost\r\n\r\n").await.expect("a socket");

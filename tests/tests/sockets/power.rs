@@ -1,4 +1,4 @@
-//! Simulates a power cut: the files of rooms are truncated within the data that was not yet synced to disk.
+//! Simulates a power cut: the rooms' files are truncated within the data that had not been synced to disk.
 #![cfg(unix)]
 
 use jostle_server::limits::STATE_SYNC_EVERY;
@@ -14,11 +14,11 @@ use std::time::{Duration, Instant};
 
 /// Interval at which the files are polled.
 const LOOK_EVERY: Duration = Duration::from_millis(10);
-/// Maximum time between two blocks of ticks in a room's file, unless the machine is busy.
+/// Maximum time between consecutive blocks of ticks in a room's file, unless the machine is busy.
 const BLOCK: Duration = Duration::from_millis(600);
 
 /// Lengths of the rooms' files by path and inode, so that a replacement counts as a different file. Each length comes
-/// with the earliest time at which the file may have had it, which is that of the previous poll.
+/// with the earliest time at which the file may have had it, which is the time of the previous poll.
 type Lengths = BTreeMap<(PathBuf, u64), Vec<(Instant, u64)>>;
 
 /// Watches how the rooms' files grow.
@@ -28,14 +28,14 @@ pub struct Watch {
     thread: JoinHandle<Lengths>,
 }
 
-/// The recorded growth of the files.
+/// How the files grew, as recorded.
 pub struct Growth {
     rooms: PathBuf,
     lengths: Lengths,
 }
 
 impl Watch {
-    /// Starts to watch the files in a state directory.
+    /// Starts watching the files in a state directory.
     pub fn start(state: &Path) -> Watch {
         let (rooms, stop) = (state.join("rooms"), Arc::new(AtomicBool::new(false)));
         let (watched, ended) = (rooms.clone(), Arc::clone(&stop));
@@ -65,8 +65,8 @@ impl Watch {
 }
 
 impl Growth {
-    /// Truncates each file at a random position within the bytes written since the last sync, which the disk may not
-    /// have had at that moment. A file was synced before it got its name.
+    /// Truncates each file at a random position within the bytes written since the last sync, which may not have
+    /// reached the disk at that moment. A file is always synced before it gets its name.
     pub fn cut_power(&self, killed: Instant, rng: &mut Rng) {
         for (path, inode, length) in files(&self.rooms) {
             let Some(seen) = self.lengths.get(&(path.clone(), inode)) else { continue };
@@ -79,7 +79,7 @@ impl Growth {
         }
     }
 
-    /// The largest delay of the latest writes over all files, in ticks, beyond the delay on an idle machine.
+    /// The largest delay of the latest writes to any file, in ticks, in excess of the delay on an idle machine.
     pub fn lateness(&self, killed: Instant) -> u32 {
         let seen = files(&self.rooms).into_iter();
         let seen = seen.filter_map(|(path, inode, _)| self.lengths.get(&(path, inode)));
@@ -87,7 +87,7 @@ impl Growth {
     }
 }
 
-/// Length of the file at the last sync before the power cut, assuming the longest allowed time since that sync.
+/// The length of a file at the last sync before the power cut, assuming the longest allowed time since that sync.
 fn synced(seen: &[(Instant, u64)], killed: Instant) -> u64 {
     let synced_at =
         killed.checked_sub(STATE_SYNC_EVERY).expect("a machine that is up for a second");
@@ -95,7 +95,7 @@ fn synced(seen: &[(Instant, u64)], killed: Instant) -> u64 {
     seen[after.saturating_sub(1)].1
 }
 
-/// Delay of the last writes before a moment, in ticks.
+/// The delay, in ticks, of the last writes before a given moment.
 fn lateness(seen: &[(Instant, u64)], killed: Instant) -> u32 {
     let last = seen.iter().rev().take(3).map(|&(at, _)| at);
     let moments: Vec<Instant> = std::iter::once(killed).chain(last).collect();
@@ -104,7 +104,7 @@ fn lateness(seen: &[(Instant, u64)], killed: Instant) -> u32 {
     (late.as_secs_f64() * f64::from(TICKS_PER_SECOND)).ceil() as u32
 }
 
-/// The rooms' files, with inode and length.
+/// The rooms' files, with their inodes and lengths.
 fn files(rooms: &Path) -> Vec<(PathBuf, u64, u64)> {
     let entries = fs::read_dir(rooms).expect("a directory").flatten();
     let rooms = entries.map(|entry| entry.path());

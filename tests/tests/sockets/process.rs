@@ -1,4 +1,4 @@
-//! The real binary: its output, its signals, and its exit status.
+//! Tests of the real binary: its output, its signals, and its exit status.
 
 use crate::client::{Client, LONG};
 use jostle_game::Buttons;
@@ -11,7 +11,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 use tokio::time::timeout;
 
-/// A running server, killed if the test fails.
+/// A running server, which is killed if the test fails.
 pub struct Process {
     pub child: Child,
     pub address: SocketAddr,
@@ -19,7 +19,7 @@ pub struct Process {
 }
 
 impl Process {
-    /// Starts the server with more arguments; its log goes to `log`.
+    /// Starts the server with additional arguments; its log goes to `log`.
     pub fn serve(more: &[&str], log: Stdio) -> Process {
         Process::start(Command::new(jostle()), more, log)
     }
@@ -31,7 +31,7 @@ impl Process {
         Process::start(command, more, log)
     }
 
-    /// Starts the server with at most this many descriptors, set by the shell's `ulimit` with these flags.
+    /// Starts the server with at most `count` descriptors, set by the shell's `ulimit` with the given flags.
     #[cfg(unix)]
     pub fn serve_with_descriptors(flags: &str, count: u32, log: Stdio) -> Process {
         let mut shell = Command::new("sh");
@@ -39,8 +39,8 @@ impl Process {
         Process::start(shell, &[], log)
     }
 
-    /// Starts the server as systemd starts a service with a watchdog: it must send a notification to this socket at
-    /// least this often.
+    /// Starts the server the way systemd starts a service with a watchdog: it must send a notification to the socket at
+    /// least once in every period of length `within`.
     #[cfg(unix)]
     pub fn serve_supervised(socket: &std::path::Path, within: Duration, log: Stdio) -> Process {
         let mut command = Command::new(jostle());
@@ -49,7 +49,7 @@ impl Process {
         Process::start(command, &[], log)
     }
 
-    /// Starts the server as Agones does, with the sidecar at this port.
+    /// Starts the server the way Agones does, with the sidecar on the given port.
     #[cfg(unix)]
     pub fn serve_for_agones(port: u16, log: Stdio) -> Process {
         let mut command = Command::new(jostle());
@@ -98,7 +98,7 @@ impl Process {
 
 impl Drop for Process {
     fn drop(&mut self) {
-        // Already ended, unless the test failed.
+        // The process has already ended, unless the test failed.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }

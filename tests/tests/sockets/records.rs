@@ -1,4 +1,4 @@
-//! Records over HTTP: submitted runs are verified by replaying them, and manipulated replays are refused.
+//! Tests of records over HTTP: submitted runs are verified by replaying them, and manipulated replays are refused.
 
 use crate::http::{Answer, admin, get, raw_bytes};
 use crate::networks::behind_a_proxy;
@@ -24,7 +24,7 @@ use tokio::time::{sleep, timeout};
 
 const ROUTE: &str = "/api/records";
 
-/// Configuration of a server that keeps its records in this directory and has the dash scene with this text.
+/// Configuration of a server that keeps its records in `dir` and has the dash scene with the given text.
 fn keeping(dir: &Dir, text: &str) -> Config {
     let mut config = Config { waits: Timeouts { run_trial: LONG, ..PATIENT }, ..patient() };
     config.state = Some(StateSettings { dir: dir.path().to_owned(), sync: Sync::System });
@@ -40,7 +40,7 @@ async fn send(server: SocketAddr, bytes: &[u8]) -> Answer {
     raw_bytes(server, &[head.as_bytes(), bytes].concat()).await
 }
 
-/// Submits a run that must be accepted; returns its name.
+/// Submits a run, which must be accepted, and returns its name.
 async fn enters(server: SocketAddr, bytes: &[u8], rank: u64) -> String {
     let answer = send(server, bytes).await;
     assert_eq!(answer.status, 201, "{}", String::from_utf8_lossy(&answer.body));
@@ -48,7 +48,7 @@ async fn enters(server: SocketAddr, bytes: &[u8], rank: u64) -> String {
     answer.json()["name"].as_str().expect("a name").to_owned()
 }
 
-/// The best runs of the dash, best first: players and file names.
+/// The best runs of the dash, as players and file names, starting with the best.
 async fn best(server: SocketAddr) -> Vec<(String, String)> {
     let list = get(server, &format!("{ROUTE}?scene={DASH_NAME}")).await.json();
     let records = list["scenes"][0]["records"].as_array().expect("a list").clone();
@@ -83,7 +83,7 @@ async fn the_best_runs_of_a_scene_are_listed_and_can_be_watched() {
     assert!(!record_file(&dir, &first).exists() && record_file(&dir, &better).exists());
     let worse = send(address, &file(&dash("Ann", 120))).await;
     assert_eq!((worse.status, &worse.json()["rank"]), (200, &Value::Null));
-    // Each scene has a separate table, and the overall list has the best run of each.
+    // Each scene has a separate table, and the overall list has the best run of each scene.
     assert_eq!(send(address, &file(&race())).await.status, 201);
     let all = get(address, ROUTE).await.json();
     let table = |scene: &str| {
@@ -126,7 +126,7 @@ async fn a_run_that_was_tampered_with_is_refused_with_what_was_found() {
     let mut without_end = whole.clone();
     without_end.pop();
     let cases = [
-        // A changed input: Ann flies five ticks earlier than she really did.
+        // A changed input, in which Ann flies five ticks earlier than she really did.
         (
             blocks(&|block| {
                 block.ticks[85..90].iter_mut().for_each(|tick| {
@@ -147,7 +147,7 @@ async fn a_run_that_was_tampered_with_is_refused_with_what_was_found() {
         (changed_byte, "its checksum differs"),
         (file(&without_end), "without an end record"),
         (file(&whole[..1]), "without an end record"),
-        // A replay that claims a run but contains none.
+        // A replay that claims to be a run but does not contain one.
         (
             {
                 // The round's time is up before Ann flies.
@@ -169,7 +169,7 @@ async fn a_run_that_was_tampered_with_is_refused_with_what_was_found() {
     assert_eq!(send(server.address, &vec![0; RUN_BYTES_MAX + 1]).await.status, 413);
     assert!(best(server.address).await.is_empty());
     assert!(!dir.path().join("records").exists(), "it is made for the first one");
-    // The original from which all these were made is a valid run.
+    // The original that all of these were made from is a valid run.
     enters(server.address, &file(&whole), 1).await;
 }
 
@@ -182,7 +182,7 @@ async fn records_outlive_the_server_unless_their_files_were_tampered_with() {
     let cid = enters(server.address, &file(&dash("Cid", 90)), 3).await;
     server.stop();
     server.ended().await;
-    // A copy of another player's file: a file's name proves nothing.
+    // A copy of another player's file, since a file's name proves nothing.
     fs::copy(record_file(&dir, &bob), record_file(&dir, "dash-0000000000000000")).expect("a copy");
     let mut bytes = fs::read(record_file(&dir, &ann)).expect("a file");
     let last = bytes.len() - 40;
@@ -203,7 +203,7 @@ async fn records_outlive_the_server_unless_their_files_were_tampered_with() {
     server.stop();
     server.ended().await;
 
-    // A different text of the scene has a separate table; files of the old text are kept for when it returns.
+    // A scene with a different text has a separate table; files for the old text are kept in case it returns.
     let text = DASH.replace("[80, 0]", "[60, 0]");
     let server = Server::start_with(keeping(&dir, &text)).await;
     let refused = send(server.address, &file(&dash("Dan", 30))).await;
@@ -246,7 +246,7 @@ async fn a_run_that_takes_too_long_to_play_is_refused() {
     assert!(error.contains("takes too long to play: it came to tick 64"), "{error}");
 }
 
-/// Starts to submit a run as a client with this address, then sends nothing once the server reads the body.
+/// Starts submitting a run as a client with the given address, but sends nothing once the server reads the body.
 async fn send_nothing(server: SocketAddr, client: &str) -> TcpStream {
     let mut stream = TcpStream::connect(server).await.expect("a connection");
     let head = format!(
@@ -274,7 +274,7 @@ async fn addresses_that_send_nothing_keep_no_others_from_sending_their_runs() {
     for number in RUN_TRIALS_MAX..LONG_BODIES_MAX {
         silent.push(send_nothing(server.address, &client(number)).await);
     }
-    // Once all slots are taken, the longest waiting request is dropped.
+    // Once all slots are taken, the request that has waited longest is dropped.
     let bytes = file(&dash("Bob", 30));
     let sent = async {
         while send(server.address, &bytes).await.status != 201 {

@@ -1,4 +1,4 @@
-//! A server's recordings, and disk faults.
+//! Tests of a server's recordings and of disk faults.
 
 use crate::client::{Client, LONG};
 use crate::http::get;
@@ -21,7 +21,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::time::Duration;
 use tokio::time::timeout;
 
-/// An empty directory for one test, removed if the test passes.
+/// An empty directory for one test, which is removed if the test passes.
 pub struct Dir(PathBuf);
 
 impl Dir {
@@ -69,7 +69,7 @@ pub async fn recording(settings: Settings) -> Server {
     Server::start_with(Config { replays: Some(settings), ..patient() }).await
 }
 
-/// Two players play for this many ticks.
+/// Lets two players play for `ticks` ticks.
 pub async fn play(one: &mut Client, other: &mut Client, ticks: u32) {
     let end = one.newest.tick + ticks;
     let played = async {
@@ -84,14 +84,14 @@ pub async fn play(one: &mut Client, other: &mut Client, ticks: u32) {
     timeout(LONG, played).await.expect("the game goes on");
 }
 
-/// Verifies a replay and expects that it matches.
+/// Verifies a replay and checks that it matches.
 pub async fn verify(replay: &Arc<Replay>) {
     let replay = Arc::clone(replay);
     let found = tokio::task::spawn_blocking(move || divergence::verify(&replay, |_| {})).await;
     assert_eq!(found.expect("no panic"), Ok(None));
 }
 
-/// Waits until the server has counted more errors than this.
+/// Waits until the server has counted more than the given number of errors.
 async fn until_errors(server: &Server, more_than: u64) -> u64 {
     let counted = async {
         loop {
@@ -105,7 +105,7 @@ async fn until_errors(server: &Server, more_than: u64) -> u64 {
     timeout(LONG, counted).await.expect("an error")
 }
 
-/// All recorded ticks of a replay.
+/// Returns all recorded ticks of a replay.
 pub fn ticks(replay: &Replay) -> Vec<Tick> {
     let (mut ticks, mut next) = (Vec::new(), replay.first_tick() + 1);
     while let Some(block) = replay.block_with(next) {
@@ -227,7 +227,7 @@ async fn a_file_in_place_of_the_directory_stops_no_game() {
     assert_eq!(fs::read_to_string(&file).expect("still there"), "in the way");
 }
 
-/// A disk that accepts some bytes and then is full.
+/// A disk that accepts some bytes and is then full.
 struct FullDisk {
     file: File,
     left: usize,
@@ -250,14 +250,14 @@ impl Write for FullDisk {
 
 fn on_full_disk(path: &Path) -> io::Result<Box<dyn Write + Send>> {
     let file = File::options().write(true).create_new(true).open(path)?;
-    // Room for the start, the first block of ticks and part of the second.
+    // Enough space for the start, the first block of ticks and part of the second.
     Ok(Box::new(FullDisk { file, left: 3600 }))
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_disk_that_fills_up_stops_no_game_and_keeps_what_was_written() {
     let dir = Dir::new("full");
-    // Long enough that no other file is started, however long the test takes.
+    // So long that no other file is started, however long the test takes.
     let settings = Settings { create: on_full_disk, retry: 2 * LONG, ..dir.settings() };
     let server = recording(settings).await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
@@ -338,7 +338,7 @@ async fn an_error_is_logged_once_and_the_server_stops_cleanly() {
     let dir = Dir::new("told");
     let (file, log) = (dir.0.join("file"), dir.0.join("log"));
     fs::write(&file, "in the way").expect("a written file");
-    // A file in place of the directory is refused at start; a directory that cannot be created is only noticed later.
+    // A file in place of the directory is refused at startup; a directory that cannot be created is only noticed later.
     let replays = file.join("replays");
     let arguments = ["--replays", replays.to_str().expect("plain characters")].map(str::to_owned);
     let out = Stdio::from(File::create(&log).expect("a file"));

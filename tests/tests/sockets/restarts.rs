@@ -1,4 +1,4 @@
-//! Rooms that outlive their process, which is killed, loses power, or is told to shut down.
+//! Tests of rooms that outlive their process, which is killed, loses power, or is told to shut down.
 
 use crate::client::{Client, LONG};
 use crate::hosts::open;
@@ -29,15 +29,15 @@ use std::time::{Duration, Instant};
 use tokio::time::{sleep, timeout};
 use tokio_tungstenite::tungstenite::Message;
 
-/// Players in each room.
+/// Number of players in each room.
 const PLAYERS: usize = 8;
-/// Minimum time between kills, and the maximum random addition, milliseconds.
+/// Minimum time between kills, and the maximum random addition to it in milliseconds.
 const LIFE: Duration = Duration::from_millis(1000);
 const LIFE_MORE: u32 = 2500;
-/// Maximum number of ticks that a killed process may lose.
+/// Maximum number of ticks that may be lost when a process is killed.
 const LOST_TICKS_MAX: u32 = TICKS_PER_SECOND;
 
-/// Number of kills of the process; `JOSTLE_KILLS` may ask for more.
+/// Number of times the process is killed; `JOSTLE_KILLS` can request more.
 fn kills() -> u32 {
     let kills = std::env::var("JOSTLE_KILLS").ok();
     kills.map_or(2, |text| text.parse().expect("JOSTLE_KILLS is a whole number"))
@@ -53,14 +53,14 @@ fn seed(process: &Process) -> u64 {
     seed
 }
 
-/// A player's knowledge after losing its socket.
+/// What a player knows after losing its socket.
 #[derive(Clone)]
 struct Player {
     room: String,
     name: String,
     token: Option<Token>,
     seat: u16,
-    /// The newest tick that it has seen.
+    /// The newest tick that the player has seen.
     tick: u32,
 }
 
@@ -98,7 +98,7 @@ impl Player {
                     &mut client.socket,
                     Message::Binary(input.encode().into()),
                 );
-                // A broken socket is noticed below.
+                // If the socket is broken, this is noticed below.
                 let _ = timeout(LONG, sent).await.expect("a send in time");
                 let until = Instant::now() + Duration::from_millis(16);
                 while let Ok(frame) = tokio::time::timeout_at(until.into(), client.frame()).await {
@@ -124,7 +124,7 @@ fn files(state: &Path) -> BTreeMap<String, PathBuf> {
     rooms.map(|path| (path.file_stem().expect("a code").to_string_lossy().into(), path)).collect()
 }
 
-/// Replays and verifies every tick of a file; returns the last tick and its state hash.
+/// Replays a file and verifies every tick; returns the last tick and its state hash.
 fn verified(bytes: Vec<u8>) -> (u32, u64) {
     let replay = Replay::read(bytes).expect("a file of a room");
     let mut playback = Playback::new(Arc::new(replay)).expect("a scene and a state");
@@ -134,7 +134,8 @@ fn verified(bytes: Vec<u8>) -> (u32, u64) {
     (playback.tick(), playback.game().hash())
 }
 
-/// Tick and hash from which a room continues: those of the first state in the file that replaces the previous one.
+/// The tick and hash from which a room continues, which are those of the first state in the file that replaces the
+/// previous one.
 async fn restored(path: &Path, before: &[u8]) -> (u32, u64) {
     let replaced = async {
         loop {
@@ -173,8 +174,8 @@ async fn rooms(server: SocketAddr) -> Vec<Player> {
     players.collect()
 }
 
-/// Lets all players take their seats and play until `end` ends the process. Returns how long it took until all had
-/// their seats, how many were told of the shutdown, and the process's exit status.
+/// Lets all players take their seats and play until `end` ends the process. Returns how long it took for all to get
+/// their seats, how many were notified of the shutdown, and the process's exit status.
 async fn play(
     process: Process,
     players: &mut [Player],
@@ -207,7 +208,8 @@ async fn a_power_cut_costs_a_second_at_most_and_no_seat() {
     kill_again_and_again("unpowered", true).await;
 }
 
-/// Kills and restarts a server several times; with `without_power`, data that may not have reached the disk is lost.
+/// Kills and restarts a server several times. If `without_power` is set, data that may not have reached the disk is
+/// lost.
 #[cfg(unix)]
 async fn kill_again_and_again(name: &str, without_power: bool) {
     let dir = Dir::new(name);
@@ -238,7 +240,7 @@ async fn kill_again_and_again(name: &str, without_power: bool) {
         let began = Instant::now();
         process = serve(state).await;
         let listed = get(process.address, "/api/rooms").await.json().to_string();
-        // Every file is an unbroken chain of ticks, and the room continues from its end.
+        // Every file is an unbroken chain of ticks, and the room continues from the end of its file.
         let mut lost_most = 0;
         for (code, bytes) in kept {
             let is_private = code.len() == jostle_server::limits::PRIVATE_CODE_CHARS;

@@ -14,7 +14,7 @@ use tokio::sync::oneshot;
 use tokio::task::JoinHandle;
 use tokio::time::{sleep, timeout};
 
-/// A running server, stopped when dropped.
+/// A running server, which is stopped when dropped.
 pub struct Server {
     pub address: SocketAddr,
     pub ops: SocketAddr,
@@ -36,7 +36,7 @@ impl Server {
         Server::start_with(config).await
     }
 
-    /// Starts a server with the built-in scenes and these timeouts.
+    /// Starts a server with the built-in scenes and the given timeouts.
     pub async fn start_with_waits(waits: Timeouts) -> Server {
         Server::start_with(Config { waits, ..patient() }).await
     }
@@ -56,7 +56,7 @@ impl Server {
         Server { address, ops, stop: Some(stop), task }
     }
 
-    /// Value of a counter; 0 if it is missing.
+    /// The value of a counter; 0 if it is missing.
     pub async fn count(&self, series: &str) -> u64 {
         count(self.ops, series).await
     }
@@ -67,25 +67,25 @@ impl Server {
         assert_eq!(self.count(series).await, expected, "{series}");
     }
 
-    /// Tells the server to stop, without waiting.
+    /// Tells the server to stop without waiting for it.
     pub fn stop(&mut self) {
         self.stop.take();
     }
 
-    /// Waits until the server has ended.
+    /// Waits until the server has stopped.
     pub async fn ended(self) {
         self.task.await.expect("the server does not panic").expect("the server ends well");
     }
 }
 
-/// Value of a counter on an operators' port.
+/// The value of a counter on an operators' port.
 pub async fn count(ops: SocketAddr, series: &str) -> u64 {
     let text = String::from_utf8(get_at_last(ops, "/metrics").await.body).expect("text");
     let mut lines = text.lines().filter_map(|line| line.strip_prefix(series)?.strip_prefix(' '));
     lines.next().map_or(0, |value| value.parse::<f64>().expect("a number") as u64)
 }
 
-/// Waits until a counter has reached a value, since rooms update their counters with the next tick.
+/// Waits until a counter has reached a value, since rooms update their counters only with the next tick.
 pub async fn until_count(ops: SocketAddr, series: &str, at_least: u64) {
     let reached = async {
         while count(ops, series).await < at_least {

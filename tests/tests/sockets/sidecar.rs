@@ -1,4 +1,4 @@
-//! A fake Agones sidecar: it answers and records the REST calls that the server makes, and fails on demand.
+//! A fake Agones sidecar, which answers and records the REST calls that the server makes, and fails on demand.
 
 use crate::client::LONG;
 use http_body_util::{BodyExt, Full};
@@ -23,24 +23,24 @@ const COUNTER: &str = "/v1beta1/counters/rooms";
 #[derive(Clone, Copy, PartialEq)]
 pub enum Mood {
     Well,
-    /// Answers with status 500.
+    /// Calls are answered with status 500.
     Failing,
     Hanging,
-    /// Behaves like Agones, except that the answer to the next change of the counter is lost.
+    /// Calls are answered as by Agones, except that the response to the next change to the counter is lost.
     LosingOne,
 }
 
-/// The game server as Agones knows it.
+/// The game server from the point of view of Agones.
 pub struct GameServer {
     pub mood: Mood,
     pub state: &'static str,
-    /// Count and capacity of the counter, if the fleet's spec has it.
+    /// Count and capacity of the counter, if the fleet's spec has one.
     pub rooms: Option<[i64; 2]>,
-    /// Calls so far: method, path and body, separated by spaces.
+    /// The calls so far, as method, path and body separated by spaces.
     pub asked: Vec<String>,
 }
 
-/// An address at which no sidecar listens yet.
+/// An address that no sidecar is listening on yet.
 pub struct Absent(TcpSocket);
 
 impl Absent {
@@ -96,12 +96,12 @@ impl Sidecar {
         game_server.rooms = game_server.rooms.map(|[count, capacity]| [count + 1, capacity]);
     }
 
-    /// Number of calls so far that start with this.
+    /// Number of calls so far that start with `call`.
     pub fn count_of(&self, call: &str) -> usize {
         self.game_server().asked.iter().filter(|asked| asked.starts_with(call)).count()
     }
 
-    /// Waits until more than `known` calls start with this.
+    /// Waits until there have been more than `known` calls that start with `call`.
     pub async fn hears_after(&self, known: usize, call: &str) {
         let heard = async {
             while self.count_of(call) <= known {
@@ -135,7 +135,7 @@ async fn accept(listener: TcpListener, game_server: Arc<Mutex<GameServer>>) {
             let service = service_fn(async |request| {
                 Ok::<_, Infallible>(answer(request, &game_server).await)
             });
-            // The server may have given up.
+            // The server may have given up on the call.
             let _ = http1::Builder::new().serve_connection(TokioIo::new(stream), service).await;
         });
     }

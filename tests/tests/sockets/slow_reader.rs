@@ -1,4 +1,4 @@
-//! A client that stops reading: it delays no other client, and later gets the newest state in one keyframe.
+//! Checks that a client that stops reading delays no other client, and later gets the newest state in one keyframe.
 
 use crate::client::{Client, LONG};
 use crate::server::Server;
@@ -29,8 +29,8 @@ async fn a_slow_reader_delays_no_one_and_gets_the_newest_state() {
     let mut carl = Client::join(other.address, "restless", "Carl").await;
     tokio::spawn(async move { while carl.socket.next().await.is_some() {} });
 
-    // From here on `slow` reads nothing until Ann has received more than any buffer could hold. In the meantime Ann
-    // misses hardly more ticks than Bob, who also loses some on a busy machine.
+    // From here on, `slow` reads nothing until Ann has received more than any buffer could hold. In the meantime Ann
+    // misses hardly more ticks than Bob, who also misses some on a busy machine.
     let stopped_tick = slow.newest.tick;
     let (stopped_bytes, before) = (ann.bytes, [&ann, &bob].map(Progress::of));
     let mut seen = BTreeMap::new();
@@ -58,7 +58,7 @@ async fn a_slow_reader_delays_no_one_and_gets_the_newest_state() {
     let resumed_tick = ann.newest.tick;
     let elapsed = resumed_tick - stopped_tick;
 
-    // The slow client catches up at once, with far fewer messages than ticks, and its state is correct.
+    // The slow client catches up immediately, with far fewer messages than ticks, and its state is correct.
     let before = slow.snapshots;
     slow.until("the newest state", |snapshot| snapshot.tick >= resumed_tick).await;
     let messages = slow.snapshots - before;
@@ -96,7 +96,7 @@ async fn a_client_that_reads_nothing_for_too_long_is_closed() {
     back.keeps_playing().await;
 }
 
-/// A client's newest tick at some moment, and its number of snapshots.
+/// A client's newest tick and its number of snapshots at some moment.
 struct Progress {
     tick: u32,
     snapshots: u32,
@@ -107,7 +107,7 @@ impl Progress {
         Progress { tick: client.newest.tick, snapshots: client.snapshots }
     }
 
-    /// Share of the ticks since then without a snapshot.
+    /// The share of ticks since then that came without a snapshot.
     fn share_missed(&self, client: &Client) -> f64 {
         let ticks = f64::from(client.newest.tick - self.tick).max(1.0);
         1.0 - f64::from(client.snapshots - self.snapshots) / ticks
@@ -121,7 +121,7 @@ pub async fn connect_small(server: SocketAddr) -> Client {
     Client::connect_over(small, server, "restless").await
 }
 
-/// Reads until both have seen the same tick, and compares the snapshots.
+/// Reads until both clients have seen the same tick, and compares their snapshots.
 async fn same_tick(
     ann: &mut Client,
     slow: &mut Client,

@@ -1,7 +1,8 @@
-//! All faults from docs/faults.md in one soak test. While two players keep playing, peers repeatedly cause rows 1 to
-//! 23, each at its own pace, and the machine causes rows 24 to 30. Each fault checks the answer that it gets, and at
-//! the end the counters must equal the sum of the faults. The games are recorded: replayed without faults, with the
-//! accepted inputs, each has the same hash at every tick, and the two players saw the same states.
+//! All faults from docs/faults.md in one soak test. While two players keep playing, peers repeatedly cause the faults
+//! in rows 1 to 23, each at its own pace, and the machine causes those in rows 24 to 30. Each fault checks the response
+//! that it gets, and at the end the counters must equal the sum of the faults. The games are recorded. When they are
+//! replayed without faults, with the accepted inputs, each must have the same hash at every tick, and the two players
+//! must have seen the same states.
 
 mod bytes;
 mod crowds;
@@ -27,19 +28,19 @@ use std::time::Duration;
 use tokio::sync::watch;
 use tokio::time::{Instant, sleep, timeout};
 
-/// Time for which peers cause faults before the machine does, and for which a tab is in the background, unless
+/// How long peers cause faults before the machine does, and how long a tab is in the background, unless
 /// `JOSTLE_SOAK_SECONDS` is set.
 const SECONDS: u64 = 5;
-/// Snapshots that a player receives before the machine's faults, and again after them.
+/// Number of snapshots that a player receives before the machine's faults, and again after them.
 const SNAPSHOTS: usize = 600;
-/// Rows of faults that peers cause repeatedly. Row 11 is part of row 10.
+/// Rows of the faults that peers cause repeatedly. Row 11 is part of row 10.
 const PEERS: [&str; 20] = [
     "1", "2", "3", "4", "5", "6", "7", "8", "9", "10", "12", "13", "14", "15", "16", "17", "18",
     "19", "20", "23",
 ];
-/// Rows of faults caused by networks, if the machine has enough addresses.
+/// Rows of the faults caused by networks, if the machine has enough addresses.
 const NETWORKS: [&str; 5] = ["4a", "21f", "21h", "21i", "21l"];
-/// Refusals whose counts must be exact, because only these faults cause them.
+/// Refusals that must be counted exactly, because only these faults cause them.
 const EXACT: [&str; 12] = [
     "version",
     "bad_message",
@@ -86,24 +87,24 @@ async fn fault(row: &str, stage: &Stage) {
     }
 }
 
-/// All rows of faults that peers cause.
+/// Rows of all faults that peers cause.
 fn rows() -> impl Iterator<Item = &'static str> {
     let networks = if cfg!(target_os = "linux") { &NETWORKS[..] } else { &[] };
     PEERS.into_iter().chain(networks.iter().copied())
 }
 
-/// Causes one fault repeatedly until told to stop; returns how often.
+/// Causes one fault repeatedly until told to stop; returns the number of times.
 async fn repeat(row: &str, stage: Arc<Stage>, stop: Arc<AtomicBool>) -> u32 {
     let mut rounds = 0;
     let number = row.trim_end_matches(|letter: char| letter.is_ascii_alphabetic());
     let number: u64 = number.parse().expect("a number");
     while !stop.load(Ordering::Relaxed) {
-        // A background tab is away for longer than the machine's faults can be delayed.
+        // A background tab is away for longer than the machine's faults can be postponed.
         let quiet = match row {
             "8" => None,
             _ => Some(stage.machine.read().await),
         };
-        // The machine's faults may have ended the soak.
+        // The machine faults may have ended the soak test.
         if stop.load(Ordering::Relaxed) {
             break;
         }
@@ -115,7 +116,7 @@ async fn repeat(row: &str, stage: Arc<Stage>, stop: Arc<AtomicBool>) -> u32 {
     rounds
 }
 
-/// Plays until the server closes and counts the snapshots; returns them by tick.
+/// Plays until the server closes, counting the snapshots; returns the snapshots by tick.
 async fn play_to_the_end(
     mut player: Client,
     received: watch::Sender<usize>,
@@ -161,7 +162,7 @@ fn changes(replay: &Replay) -> usize {
 }
 
 /// Waits until a player has received enough snapshots for a comparison. On a busy machine, waiting for a fixed time
-/// would not suffice.
+/// would not be enough.
 async fn plays_on(receives: &mut watch::Receiver<usize>) {
     let goal = *receives.borrow() + SNAPSHOTS;
     let received = timeout(LONG, receives.wait_for(|received| *received >= goal)).await;
@@ -227,13 +228,13 @@ async fn faults_change_no_game_except_by_accepted_inputs() {
             assert!(replay.last_tick() >= failed_tick, "up to the tick that failed");
         }
         if replay.start().room == "arena" {
-            // Only the two players were ever in this game.
+            // No one but the two players ever joined this game.
             assert!(changes(&replay) <= 2);
             compared += seen.iter().map(|seen| compare(&replay, seen)).sum::<u32>();
         }
     }
     let ticks: usize = seen.iter().map(BTreeMap::len).sum();
     println!("{compared} of {ticks} snapshots compared with games without faults");
-    // The disk faults cost some ticks.
+    // Some ticks were lost to the disk faults.
     assert!(compared as usize >= SNAPSHOTS, "{compared} of {ticks}");
 }

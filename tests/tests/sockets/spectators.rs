@@ -1,4 +1,4 @@
-//! Spectators: they can watch a full room, are counted separately, and cannot affect the game.
+//! Checks that spectators can watch a full room, are counted separately, and cannot affect the game.
 
 use crate::client::Client;
 use crate::hosts::open;
@@ -11,7 +11,7 @@ use std::net::SocketAddr;
 /// A scene with one seat and a hero that moves freely.
 const DUEL: &str = "title = \"Duel\"\nsize = [40, 30]\ngroups = [\"a\"]\n[limits]\nplayers = 1\n";
 
-/// A spectator with its first snapshot.
+/// Connects a spectator and waits for its first snapshot.
 async fn watch(server: SocketAddr, room: &str, host_key: Option<Token>) -> Client {
     let mut client = Client::connect(server, room).await;
     let appearance = Appearance { name: "Eye".into(), color: 1 };
@@ -24,7 +24,7 @@ async fn watch(server: SocketAddr, room: &str, host_key: Option<Token>) -> Clien
     client
 }
 
-/// The entry of a room in the server's list.
+/// A room's entry in the server's list.
 async fn listed(server: &Server, room: &str) -> [u64; 3] {
     let list = get(server.address, "/api/rooms").await.json();
     let rooms = list["rooms"].as_array().expect("a list");

@@ -1,4 +1,4 @@
-//! The cost to the server of connections that request a large file but do not read it.
+//! Measures the cost to the server of connections that request a large file but do not read it.
 
 use crate::client::LONG;
 use crate::http::{get, get_at_last};
@@ -10,13 +10,13 @@ use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::time::{sleep, timeout};
 
-/// Connections that stall at the same time.
+/// Number of connections that stall at the same time.
 const STALLED: usize = 256;
-/// Maximum memory for all of them together, bytes. The requested file is 4 MiB.
+/// Maximum memory for all of them together, in bytes. The requested file is 4 MiB.
 const GROWTH_MAX: f64 = (16 << 20) as f64;
 const REQUEST: &[u8] = b"GET /assets/big.bin HTTP/1.1\r\nHost: localhost.example.org\r\n\r\n";
 
-/// Physical memory of the server, bytes.
+/// The server's physical memory in bytes.
 async fn resident_bytes(host: &Host) -> f64 {
     let body = get_at_last(host.process.ops, "/metrics").await.body;
     let text = String::from_utf8(body).expect("text");
@@ -36,7 +36,7 @@ async fn ask<S: AsyncRead + AsyncWrite + Unpin>(mut stream: S) -> S {
     stream
 }
 
-/// Checks that the connections take less than [`GROWTH_MAX`].
+/// Checks that the connections take less memory than [`GROWTH_MAX`].
 async fn cost_little<S>(stalled: Vec<S>, host: &Host, before: f64) {
     // Wait until the server has filled all its buffers, however long that takes.
     let (mut growth, mut grown) = (0.0, true);
@@ -55,7 +55,7 @@ async fn stalled_downloads_cost_little_memory() {
     let dir = Dir::new("stalled");
     let host = Host::start(dir.path());
     let address = host.process.address;
-    // The file itself is mapped into memory once for all connections.
+    // The file itself is mapped into memory only once for all connections.
     assert_eq!(get(address, "/assets/big.bin").await.body.len(), 4 << 20);
     let before = resident_bytes(&host).await;
     let mut stalled = Vec::new();

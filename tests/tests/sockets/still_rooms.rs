@@ -1,4 +1,5 @@
-//! A room whose thread hangs while others keep playing: it is detected, its players stay, and it can be closed.
+//! Checks that if a room's thread hangs while other rooms keep playing, the room is detected, keeps its players, and
+//! can be closed.
 
 use crate::client::{Client, LONG};
 use crate::http::{admin, get};
@@ -25,7 +26,7 @@ const THREAD: &str = "room still";
 
 static GATE: LazyLock<Gate> = LazyLock::new(Gate::default);
 
-/// Blocks the room's thread when it next logs something, which is between two steps of its work.
+/// Blocks the room's thread the next time it logs something, which is between two steps of its work.
 #[derive(Default)]
 struct Gate {
     state: Mutex<State>,
@@ -36,7 +37,7 @@ struct Gate {
 struct State {
     is_shut: bool,
     held: Option<ThreadId>,
-    /// Lines logged by the thread after it was blocked.
+    /// Number of lines logged by the thread since it was blocked.
     said_since: u32,
 }
 
@@ -98,7 +99,7 @@ impl Subscriber for Lines {
     fn exit(&self, _: &Id) {}
 }
 
-/// A server whose rooms must answer an operator within 0.3 s.
+/// Configuration of a server whose rooms must answer an operator within 0.3 s.
 fn config(state: &Dir) -> Config {
     let mut config = patient();
     let scene = config.scenes[0].source.clone();
@@ -133,14 +134,14 @@ async fn a_room_that_stands_still_is_seen_keeps_its_players_and_can_be_closed() 
     bob.hello(VERSION, "Bob", None).await;
     GATE.until("a room that is held", |state| state.held.is_some()).await;
 
-    // More than the room's inbox holds, but no more than a session may send.
+    // More messages than the room's inbox holds, but no more than a session may send.
     for sent in 0..INBOX_MAX + 20 {
         ann.input(Buttons::default(), None).await;
         if sent > MESSAGES_BURST_MAX as usize - 20 {
             sleep(Duration::from_secs(1) / MESSAGES_PER_SECOND_MAX).await;
         }
     }
-    // Ann's session answers this, not the room.
+    // Ann's session answers this rather than the room.
     ann.tick().await;
     cid.keeps_playing().await;
     let still = listed(&server, ROOM).await.expect("a listed room");
@@ -156,7 +157,7 @@ async fn a_room_that_stands_still_is_seen_keeps_its_players_and_can_be_closed() 
     bob.is_refused(Refusal::RoomFailed).await;
     assert!(listed(&server, ROOM).await.is_none());
 
-    // From now on the name belongs to a new room, whatever the old thread does when it wakes.
+    // From now on, the name belongs to a new room, whatever the old thread does when it wakes.
     let mut dan = Client::join(server.address, ROOM, "Dan").await;
     GATE.open();
     GATE.until("the end of the old thread", |state| state.said_since > 0).await;

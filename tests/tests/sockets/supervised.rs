@@ -1,4 +1,4 @@
-//! Notifications to systemd: when the server is ready, while it is alive, and when it ends.
+//! Tests of notifications to systemd: when the server is ready, while it is alive, and when it exits.
 
 use crate::client::{Client, LONG};
 use crate::process::Process;
@@ -8,9 +8,9 @@ use std::time::Duration;
 use tokio::net::UnixDatagram;
 use tokio::time::timeout;
 
-/// The watchdog interval of systemd.
+/// systemd's watchdog interval.
 const WITHIN: Duration = Duration::from_millis(300);
-/// Notifications that the server sends within that interval.
+/// Number of notifications that the server sends within that interval.
 const SIGNS: usize = 3;
 
 const READY: &str = "READY=1\n";
@@ -31,7 +31,7 @@ async fn a_service_manager_hears_of_the_whole_life_of_a_server() {
     let socket = UnixDatagram::bind(&path).expect("a socket");
     let serve = move || Process::serve_supervised(&path, WITHIN, Stdio::inherit());
     let process = tokio::task::spawn_blocking(serve).await.expect("a server");
-    // A server that starts slowly reports that it is alive before it is ready.
+    // A server that starts slowly reports that it is alive even before it is ready.
     let mut first = sign(&socket).await;
     while first == ALIVE {
         first = sign(&socket).await;
@@ -39,7 +39,7 @@ async fn a_service_manager_hears_of_the_whole_life_of_a_server() {
     assert_eq!(first, READY);
     assert_eq!(sign(&socket).await, ALIVE, "also without a room");
 
-    // Skip notifications that were sent earlier. Later ones are sent while a room plays.
+    // Skip notifications that were sent earlier. Later ones are sent while a room is running.
     let mut client = Client::join(process.address, "arena", "Ann").await;
     let mut bytes = [0; 256];
     while socket.try_recv(&mut bytes).is_ok() {}

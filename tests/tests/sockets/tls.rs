@@ -1,4 +1,4 @@
-//! The players' port under TLS, with certificates made for each test.
+//! Tests of the players' port with TLS, with certificates generated for each test.
 
 use crate::client::{Client, LONG};
 use crate::http::{Answer, raw_over};
@@ -30,11 +30,11 @@ use tokio_rustls::rustls::{ClientConfig, RootCertStore};
 
 /// The unit that operators install.
 const UNIT: &str = include_str!("../../../deploy/jostle.service");
-/// Name of the server in the certificates.
+/// The server's name in the certificates.
 const NAME: &str = "jostle.example.org";
 const GET: &str = "GET / HTTP/1.1\r\nHost: jostle.example.org\r\nConnection: close\r\n\r\n";
 
-/// A certificate for [`NAME`] in files.
+/// A certificate for [`NAME`], stored in files.
 pub struct Identity {
     dir: PathBuf,
     made: CertifiedKey<KeyPair>,
@@ -60,14 +60,14 @@ impl Identity {
         self.dir.join(name)
     }
 
-    /// Replaces the files with those of another identity.
+    /// Replaces this identity's files with those of another.
     fn become_of(&self, other: &Identity) {
         for name in ["certificate.pem", "key.pem"] {
             fs::copy(other.path(name), self.path(name)).expect("a copied file");
         }
     }
 
-    /// Waits until the server presents this certificate to new connections.
+    /// Waits until the server presents this identity's certificate to new connections.
     async fn is_shown(&self, address: SocketAddr) {
         let shown = async {
             while self.connect(address).await.is_err() {
@@ -83,7 +83,7 @@ impl Identity {
         Server::start_with(Config { tls, waits, ..patient() }).await
     }
 
-    /// Connects to a server, which must present this certificate.
+    /// Connects to a server, which must present this identity's certificate.
     pub async fn connect(&self, address: SocketAddr) -> std::io::Result<TlsStream<TcpStream>> {
         let mut roots = RootCertStore::empty();
         roots.add(self.made.cert.der().clone()).expect("a certificate");
@@ -127,7 +127,7 @@ async fn pages_load_and_players_play_to_the_end() {
 /// Reads until the server closes the connection.
 async fn until_closed(mut stream: TcpStream) {
     let mut bytes = Vec::new();
-    // A reset also ends the connection.
+    // A reset ends the connection too.
     let _ = timeout(LONG, stream.read_to_end(&mut bytes)).await.expect("an end in time");
     assert!(!bytes.starts_with(b"HTTP"), "nothing is served in the clear");
 }
@@ -205,7 +205,7 @@ async fn a_changed_certificate_is_taken_up_by_itself() {
     ann.keeps_playing().await;
 }
 
-/// Waits until the log contains a text this many times.
+/// Waits until the log contains a text `times` times.
 #[cfg(unix)]
 async fn logged(log: &Path, text: &str, times: usize) {
     let said = async {
@@ -230,10 +230,10 @@ async fn a_hangup_has_the_certificate_read_again() {
     };
     let process = tokio::task::spawn_blocking(serve).await.expect("a server");
     let mut ann = old.join(process.address).await;
-    // The file has not changed, so only the signal causes it to be read.
+    // The file has not changed, so it is read only because of the signal.
     process.signal("HUP");
     logged(&log, "it is unchanged", 1).await;
-    // An unusable file is reported, and the previous one stays in use.
+    // An unusable file is reported, and the previous file stays in use.
     old.write("certificate.pem", "nonsense");
     process.signal("HUP");
     let reason =
@@ -248,7 +248,7 @@ async fn a_hangup_has_the_certificate_read_again() {
     ann.keeps_playing().await;
 }
 
-/// The lines with this key in the recipes at the top of the unit file.
+/// The lines that have the given key in the recipes at the top of the unit file.
 #[cfg(unix)]
 fn recipe(key: &str) -> Vec<String> {
     let lines = UNIT.lines().filter_map(|line| line.strip_prefix("#   "));
@@ -269,13 +269,13 @@ fn the_unit_and_its_recipe_for_tls_are_right() {
     let text = format!("[Service]\n{}\n", lines.join("\n"));
     fs::write(drop_in.join("override.conf"), text).expect("a file");
     let verified = Command::new("systemd-analyze").arg("verify").arg(&unit).output();
-    // Not every machine has this program.
+    // This program may be missing on some machines.
     let Ok(verified) = verified else { return };
     let said = String::from_utf8_lossy(&verified.stderr);
     assert!(verified.status.success() && !said.contains("jostle.service"), "{said}");
 }
 
-/// Creates credentials as systemd does: copies that only their owner may read, in a directory that is equally
+/// Creates credentials as systemd does, as copies that only their owner may read, in a directory that is equally
 /// protected.
 #[cfg(unix)]
 fn hand_over(identity: &Identity, name: &str, credential: &str) {

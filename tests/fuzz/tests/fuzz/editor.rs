@@ -1,5 +1,5 @@
-//! The scene editor, with any text and any sequence of actions: it never fails, all actions can be undone and redone
-//! byte for byte, and every reported range lies within the text.
+//! Tests the scene editor with any text and any sequence of actions: it must never fail, all actions must be undone and
+//! redone byte for byte, and every reported range must lie within the text.
 
 use jostle_client_web::editor::drag::EditPointer;
 use jostle_client_web::editor::form::rows;
@@ -15,7 +15,7 @@ use proptest::test_runner::{Config, RngSeed, TestRunner};
 use std::fs;
 use std::path::Path;
 
-/// An action: which one, and where, in thousandths of the world.
+/// An action: its kind, and its position in thousandths of the world.
 type Act = (u8, u16, u16);
 
 fn texts() -> Vec<String> {

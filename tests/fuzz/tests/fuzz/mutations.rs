@@ -1,4 +1,4 @@
-//! Truncated and mutated replays: each is refused or plays as far as it can be read.
+//! Tests that truncated and mutated replays are refused or play as far as they can be read.
 
 use jostle_fuzz::mutations::{bases, run};
 use jostle_protocol::replay::{Ending, Replay};
@@ -37,7 +37,7 @@ fn mutated_replays_are_refused_or_play_as_far_as_they_go() {
     let count = crate::cases(4000);
     let tally = run(&bases, 0..count, |_| {});
     assert_eq!(tally.count(), count);
-    // Every outcome occurs.
+    // Every outcome must occur.
     for outcome in [tally.refused, tally.equal, tally.stopped, tally.differs] {
         assert!(outcome > count / 100, "{tally:?}");
     }

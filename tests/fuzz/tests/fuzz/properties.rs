@@ -1,5 +1,5 @@
 //! Checks that the properties hold for the corpus, for thousands of mutations of it, and for random bytes. The fuzzer
-//! does the same, guided by coverage and for as long as wanted.
+//! does the same, guided by coverage and for as long as desired.
 
 use jostle_fuzz::{corpus, property};
 use proptest::prelude::*;
@@ -15,7 +15,7 @@ fn here() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The corpus of a property, and other valid inputs.
+/// Returns a property's corpus and other valid inputs.
 fn inputs(name: &str) -> Vec<Vec<u8>> {
     let mut inputs = corpus(name);
     if name == "scene" {
@@ -51,7 +51,7 @@ fn mutated(mut bytes: Vec<u8>, other: &[u8], edits: &[Edit]) -> Vec<u8> {
     bytes
 }
 
-/// Tries the corpus, and this many mutations and random inputs.
+/// Tries the corpus and `cases` mutations and random inputs.
 fn check(name: &str, cases: u32) {
     let property = property(name).expect("a property");
     let inputs = inputs(name);

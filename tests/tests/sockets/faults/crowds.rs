@@ -1,4 +1,4 @@
-//! Crowds: connections, departures, and requests to the operators' port.
+//! Tests of crowds: connections, departures, and requests to the operators' port.
 
 use super::refusals;
 use crate::client::{Client, LONG};
@@ -13,16 +13,16 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::{TcpSocket, TcpStream};
 use tokio::time::timeout;
 
-/// Sockets of the crowd.
+/// Number of sockets in the crowd.
 const CROWD: u16 = 500;
-/// Players of the arena.
+/// Number of seats in the arena.
 const SEATS: usize = 64;
 
-/// Local addresses of misbehaving clients.
+/// Local addresses used by misbehaving clients.
 const EVE: Ipv4Addr = Ipv4Addr::new(127, 0, 1, 1);
 const MALLORY: Ipv4Addr = Ipv4Addr::new(127, 0, 1, 2);
 
-/// A socket bound to a local address.
+/// Creates a socket bound to a local address.
 fn socket_of(own: Ipv4Addr) -> TcpSocket {
     let socket = TcpSocket::new_v4().expect("a socket");
     socket.bind(SocketAddr::new(IpAddr::V4(own), 0)).expect("an address of this machine");
@@ -31,7 +31,7 @@ fn socket_of(own: Ipv4Addr) -> TcpSocket {
 
 /// Joins a room from one of several local networks; returns a seat or the refusal.
 pub async fn attempt(server: SocketAddr, room: &str, number: u16) -> Result<Client, Refusal> {
-    // No network has more than a quarter of the seats; beyond that it would lose some to others.
+    // No network has more than a quarter of the seats; with more it would lose some to others.
     let own = Ipv4Addr::new(127, 0, (number % 32) as u8 + 1, 1);
     let mut client = Client::connect_over(socket_of(own), server, room).await;
     client.hello(VERSION, "Many", None).await;
@@ -78,7 +78,7 @@ async fn five_hundred_connect_at_once_and_leave_at_once() {
 /// An empty scene with four seats.
 const SMALL: &str = "title = \"Small\"\nsize = [40, 30]\ngroups = [\"a\"]\n[limits]\nplayers = 4\n";
 
-/// Joins from a local address, optionally plays, and vanishes; returns `false` if no seat was free.
+/// Joins from a local address, plays if requested, and vanishes. Returns `false` if no seat was free.
 async fn join_and_vanish(server: SocketAddr, own: Ipv4Addr, plays: bool) -> bool {
     let mut client = Client::connect_over(socket_of(own), server, "small").await;
     client.hello(VERSION, "Gone", None).await;
@@ -97,7 +97,7 @@ async fn join_and_vanish(server: SocketAddr, own: Ipv4Addr, plays: bool) -> bool
 async fn clients_that_join_and_vanish_fill_no_room() {
     let server = Server::start_with_scene("small", SMALL).await;
     let mut ann = Client::join(server.address, "small", "Ann").await;
-    // Without an input no seat is held. After one, a full room reassigns held seats of the same address.
+    // Without an input, no seat is held. After an input, a full room reassigns held seats of the same address.
     for plays in [false, true] {
         for _ in 0..9 {
             assert!(join_and_vanish(server.address, EVE, plays).await);
@@ -105,7 +105,7 @@ async fn clients_that_join_and_vanish_fill_no_room() {
         }
     }
     assert!(server.count("jostle_leaves_total{how=\"displaced\"}").await > 0);
-    // A client from another address still finds a seat.
+    // A client from another address still gets a seat.
     assert!(join_and_vanish(server.address, MALLORY, true).await);
     assert_eq!(server.count(&refusals("room_full")).await, 0);
     ann.keeps_playing().await;
@@ -114,7 +114,7 @@ async fn clients_that_join_and_vanish_fill_no_room() {
 /// Connects without sending anything; returns the server's response.
 async fn response_to_silence(mut stream: TcpStream) -> String {
     let mut said = String::new();
-    // The connection may already be closed; the answer is then empty.
+    // The connection may already be closed; the response is then empty.
     let _ = stream.shutdown().await;
     let _ = timeout(LONG, stream.read_to_string(&mut said)).await.expect("an end in time");
     said
@@ -169,7 +169,7 @@ async fn a_flooded_operators_port_costs_players_nothing() {
         timeout(LONG, asked).await.expect("answers in time").expect("only good answers");
     }
 
-    // Holding all of its connections open blocks only the operators' port.
+    // Holding all of the operators' port's connections open blocks only that port.
     let mut held = Vec::new();
     while held.len() < OPS_CONNECTIONS_MAX + 4 {
         held.push(TcpStream::connect(ops).await.expect("a connection"));
@@ -183,7 +183,7 @@ async fn a_flooded_operators_port_costs_players_nothing() {
     assert!(server.count(&refusals("ops_busy")).await >= 4);
 }
 
-/// Retries until the server has noticed that connections are free again.
+/// Retries until the server has noticed that connections are available again.
 async fn until_answered(ops: SocketAddr) {
     loop {
         let mut stream = TcpStream::connect(ops).await.expect("a connection");

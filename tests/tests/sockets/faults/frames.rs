@@ -1,4 +1,4 @@
-//! Bytes that no page sends: broken, huge or fragmented heads, frames and inputs.
+//! Tests of bytes that no page sends: broken, huge or fragmented heads, frames and inputs.
 
 use super::refusals;
 use crate::client::{Client, LONG};
@@ -14,7 +14,7 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::time::{sleep, timeout};
 
-/// First byte of an unfragmented binary frame, of the first, a middle and the last fragment, and of a ping.
+/// First bytes of an unfragmented binary frame, of the first, a middle and the last fragment, and of a ping.
 pub const WHOLE: u8 = 0x82;
 pub const FIRST: u8 = 0x02;
 pub const NEXT: u8 = 0x00;
@@ -44,15 +44,15 @@ pub async fn write(client: &mut Client, bytes: &[u8]) {
     let _ = timeout(LONG, client.socket.get_mut().write_all(bytes)).await.expect("time");
 }
 
-/// Writes these bytes repeatedly until the server refuses them as a flood. Its limits are rates, so a server that reads
-/// slowly accepts more.
+/// Writes the given bytes repeatedly until the server refuses them as a flood. The limits are rates, so a server that
+/// reads slowly accepts more.
 pub async fn flood(client: &mut Client, bytes: &[u8]) {
     let mut many = bytes.repeat((32 << 10) / bytes.len());
     many.extend(frame(PING, &[]));
     let refused = async {
         loop {
             write(client, &many).await;
-            // Nothing may be written after the refusal, which a connection reset could otherwise discard.
+            // Nothing may be written after the refusal, because a connection reset could otherwise discard it.
             if let Err(refusal) = client.pong().await {
                 return (refusal, client.close_code(refusal).await);
             }
@@ -71,14 +71,14 @@ async fn broken_frames_are_refused_before_and_after_the_hello() {
         claims(1 << 63),
         claims(u64::MAX),
         claims(CLIENT_MESSAGE_BYTES_MAX as u64 + 1),
-        // No mask, although clients must use one.
+        // No mask, even though clients must use one.
         [&[WHOLE, 4][..], &[2, 0, 0, 0]].concat(),
-        // A reserved bit, a reserved opcode, a fragmented ping, a ping that is too long.
+        // A reserved bit, a reserved opcode, a fragmented ping, and a ping that is too long.
         frame(WHOLE | 0x40, &input(1)),
         frame(0x83, &input(1)),
         frame(0x09, b"half"),
         [&[0x89, 0xfe, 0, 126, 0, 0, 0, 0][..], &[0; 126]].concat(),
-        // A final fragment without a first one, a message inside another, and fragments whose sum is too large.
+        // A final fragment without a first one, a message inside another, and fragments whose total size is too large.
         frame(LAST, &input(1)),
         [frame(FIRST, &[1]), frame(WHOLE, &input(1))].concat(),
         [frame(FIRST, &[1; 100]), frame(NEXT, &[1; 100])].concat(),
@@ -196,7 +196,7 @@ async fn a_head_of_twenty_megabytes_is_cut_off() {
             Err(_closed) => break,
         }
     }
-    // The kernel buffers some megabytes; the server itself never holds more than its buffer.
+    // The kernel buffers a few megabytes; the server itself never holds more than its buffer.
     assert!(taken < 20 << 20, "all {taken} bytes were taken, {HTTP_BUFFER_BYTES_MAX} are allowed");
     server.counts(&refusals("bad_request"), 1).await;
     ann.keeps_playing().await;
@@ -228,7 +228,7 @@ async fn pointers_that_are_no_position_are_refused() {
     let wrong = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, -1.1e6];
     for x in wrong {
         let mut eve = Client::join(server.address, "arena", "Eve").await;
-        // An input ends with the pointer.
+        // An input ends with its pointer.
         let mut bytes = input(1);
         let at = bytes.len() - 8;
         bytes[at..at + 4].copy_from_slice(&x.to_le_bytes());

@@ -1,4 +1,4 @@
-//! Faults of the machine, with the real program: the process stalls, or no descriptors are left.
+//! Tests of machine faults with the real program: the process stalls, or no descriptors are left.
 #![cfg(unix)]
 
 use super::refusals;
@@ -22,8 +22,7 @@ async fn a_stalled_server_skips_the_time_and_plays_on() {
     process.signal("STOP");
     sleep(Duration::from_millis(250)).await;
     process.signal("CONT");
-    // About 15 ticks were due, of which 5 are caught up. The bound leaves room for some that were due just before or
-    // after.
+    // About 15 ticks were due, of which 5 are caught up. The bound allows for some that were due just before or after.
     until_count(process.ops, "jostle_ticks_missed_total", before + 8).await;
     ann.keeps_playing().await;
     assert_eq!(count(process.ops, "jostle_leaves_total{how=\"lost\"}").await, 0);
@@ -31,7 +30,7 @@ async fn a_stalled_server_skips_the_time_and_plays_on() {
     assert_eq!(process.exit_status().await, Some(0));
 }
 
-/// Descriptor limit: enough for the program itself and a few players.
+/// The descriptor limit, which is enough for the program itself and a few players.
 const DESCRIPTORS: u32 = 48;
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -101,7 +100,7 @@ async fn operators_are_answered_when_no_descriptor_is_left() {
     for path in ["/healthz", "/readyz", "/metrics", "/healthz"] {
         assert_eq!(get(process.ops, path).await.status, 200, "{path}");
     }
-    // Two connections at a time, one of them silent.
+    // Two simultaneous connections, one of them silent.
     let held = TcpStream::connect(process.ops).await.expect("a connection");
     assert_eq!(get(process.ops, "/readyz").await.status, 200);
     drop(held);

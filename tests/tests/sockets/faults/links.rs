@@ -1,4 +1,4 @@
-//! Links that are slow, silent or lost, and tokens presented over them.
+//! Tests of links that are slow, silent or lost, and of tokens presented over them.
 
 use super::refusals;
 use crate::client::{Client, LONG};
@@ -25,7 +25,7 @@ async fn a_peer_that_vanished_is_closed_and_may_come_back() {
     let server = Server::start_with_waits(waits).await;
     let mut gone = Client::join(server.address, "arena", "Gone").await;
     gone.play_one_input().await;
-    // This socket is not read, so no pings are answered, and it is never closed from this side.
+    // This socket is not read, so no pings are answered, and it is never closed from this end.
     server.counts(&refusals("silent"), 1).await;
     server.counts("jostle_leaves_total{how=\"lost\"}", 1).await;
     let mut back = Client::connect(server.address, "arena").await;
@@ -71,7 +71,7 @@ async fn a_used_or_forged_token_gives_no_seat_back() {
     let mut bob = Client::connect(server.address, "arena").await;
     bob.enter("Bob", Some(used)).await;
     assert_ne!(bob.token, used, "every session gets a token of its own");
-    // The first input proves that the new token arrived; from then on the old one is invalid.
+    // The first input proves that the new token has arrived; after that, the old one is invalid.
     bob.keeps_playing().await;
     let mut forged = ann.token;
     forged.0[0] ^= 1;
@@ -104,8 +104,8 @@ async fn a_token_of_another_room_or_process_gives_no_seat_back() {
     bob.keeps_playing().await;
 }
 
-/// One direction of a slow link: bytes arrive in order, each chunk 100 to 200 ms after it was sent; every fifteenth
-/// chunk, and with it everything behind it, arrives half a second later.
+/// One direction of a slow link. Bytes arrive in order, each chunk 100 to 200 ms after it was sent, except that every
+/// fifteenth chunk, and everything behind it, is delayed by another half a second.
 async fn delayed(mut from: OwnedReadHalf, mut to: OwnedWriteHalf, mut seed: u32) {
     let (sender, mut parts) = mpsc::unbounded_channel::<(Instant, Vec<u8>)>();
     let reading = async move {
@@ -130,7 +130,7 @@ async fn delayed(mut from: OwnedReadHalf, mut to: OwnedWriteHalf, mut seed: u32)
     tokio::join!(reading, writing);
 }
 
-/// A port that forwards one connection to `server` over a link with a round trip of 200 to 400 ms.
+/// Opens a port that forwards one connection to `server` over a link with a round trip of 200 to 400 ms.
 pub async fn far_away(server: SocketAddr) -> SocketAddr {
     let listener = TcpListener::bind("127.0.0.1:0").await.expect("a free port");
     let address = listener.local_addr().expect("a bound port");
@@ -143,8 +143,8 @@ pub async fn far_away(server: SocketAddr) -> SocketAddr {
     address
 }
 
-/// A port that forwards one connection to `server` through a buffering proxy, which accepts everything from the server
-/// and withholds it on command.
+/// Opens a port that forwards one connection to `server` through a buffering proxy, which accepts everything from the
+/// server and withholds it on command.
 async fn buffering_proxy(server: SocketAddr) -> (SocketAddr, watch::Sender<bool>) {
     let listener = TcpListener::bind("127.0.0.1:0").await.expect("a free port");
     let address = listener.local_addr().expect("a bound port");
@@ -158,7 +158,7 @@ async fn buffering_proxy(server: SocketAddr) -> (SocketAddr, watch::Sender<bool>
         let reading = async move {
             let mut buffer = [0; 4096];
             while let Ok(count @ 1..) = news.read(&mut buffer).await {
-                // The client may be gone already.
+                // The client may already be gone.
                 let _ = sender.send(buffer[..count].to_vec());
             }
         };
@@ -175,7 +175,7 @@ async fn buffering_proxy(server: SocketAddr) -> (SocketAddr, watch::Sender<bool>
     (address, hold)
 }
 
-/// A client behind a buffering proxy that has played for a while.
+/// Creates a client that has been playing for a while behind a buffering proxy.
 async fn behind_a_buffering_proxy(hearing: Duration) -> (Server, Client, watch::Sender<bool>) {
     let waits = Timeouts { hearing, ..PATIENT };
     let mut config = Config { waits, ..Config::default() };

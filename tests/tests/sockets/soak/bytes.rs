@@ -1,4 +1,4 @@
-//! Bytes that no page sends: rows 5, 6 and 9 to 18 of docs/faults.md.
+//! Bytes that no page sends, in rows 5, 6 and 9 to 18 of docs/faults.md.
 
 use super::stage::Stage;
 use crate::client::{Client, LONG};
@@ -19,14 +19,14 @@ async fn connect(stage: &Stage) -> TcpStream {
     stream
 }
 
-/// Reads everything until the other side closes or resets the connection.
+/// Reads everything until the peer closes or resets the connection.
 async fn read_all(stream: &mut TcpStream) -> String {
     let mut answer = Vec::new();
     let _ = timeout(LONG, stream.read_to_end(&mut answer)).await.expect("an end in time");
     String::from_utf8_lossy(&answer).into_owned()
 }
 
-/// Row 5: a head sent byte by byte, a body that never arrives, a missing hello.
+/// Row 5: a head sent byte by byte, a body that never arrives, and a missing hello.
 pub async fn slow_handshakes(stage: &Stage) {
     tokio::join!(slow_head(stage), slow_body(stage), no_hello(stage));
 }
@@ -80,7 +80,7 @@ pub async fn segments_of_a_byte(stage: &Stage) {
     stage.leave(guest).await;
 }
 
-/// Row 9: a head of 20 MB.
+/// Row 9: a request head of 20 MB.
 pub async fn endless_head(stage: &Stage) {
     let mut stream = connect(stage).await;
     stream.write_all(b"GET / HTTP/1.1\r\nHost: localhost\r\nX-Filler: ").await.expect("a socket");
@@ -129,14 +129,14 @@ pub async fn flood(stage: &Stage) {
     flooded(stage, guest, &again).await;
 }
 
-/// A guest who writes these bytes endlessly loses the socket and returns to the seat.
+/// Checks that a guest who writes bytes endlessly loses the socket and can return to the seat.
 async fn flooded(stage: &Stage, mut guest: Client, bytes: &[u8]) {
     frames::flood(&mut guest, bytes).await;
     stage.refuses("flood");
     stage.returns(ROOM, guest).await;
 }
 
-/// Row 14: a client of another version.
+/// Row 14: a client with a different version.
 pub async fn another_version(stage: &Stage) {
     let mut old = Client::connect(stage.address, ROOM).await;
     old.hello(VERSION + 1, "Old", None).await;
@@ -144,7 +144,7 @@ pub async fn another_version(stage: &Stage) {
     stage.refuses("version");
 }
 
-/// Row 15: a page of another site.
+/// Row 15: a page from another site.
 pub async fn foreign_page(stage: &Stage) {
     let mut stream = connect(stage).await;
     let request = "GET /arena HTTP/1.1\r\nHost: localhost\r\nOrigin: http://elsewhere\r\n\
@@ -159,7 +159,7 @@ pub async fn foreign_page(stage: &Stage) {
 pub async fn invalid_pointers(stage: &Stage) {
     for x in [f32::NAN, f32::INFINITY, f32::MAX, -1.1e6] {
         let mut guest = stage.join(ROOM, "Nowhere").await;
-        // An input ends with the pointer.
+        // An input ends with its pointer.
         let mut bytes = input(guest.seq + 1);
         let at = bytes.len() - 8;
         bytes[at..at + 4].copy_from_slice(&x.to_le_bytes());
@@ -168,7 +168,7 @@ pub async fn invalid_pointers(stage: &Stage) {
     }
 }
 
-/// Row 17: inputs from other times.
+/// Row 17: inputs from the far future and the past.
 pub async fn inputs_from_other_times(stage: &Stage) {
     let mut guest = stage.join(ROOM, "Then").await;
     let seq = guest.seq;

@@ -1,4 +1,4 @@
-//! Crowds: rows 21 to 23 of docs/faults.md.
+//! Crowds, in rows 21 to 23 of docs/faults.md.
 
 use super::stage::Stage;
 use crate::client::LONG;
@@ -10,7 +10,7 @@ use tokio::io::AsyncReadExt;
 use tokio::net::TcpStream;
 use tokio::time::timeout;
 
-/// Sockets of the crowd.
+/// Number of sockets in the crowd.
 const CROWD: u16 = 500;
 
 /// Rows 21 and 22: five hundred clients connect and leave simultaneously.

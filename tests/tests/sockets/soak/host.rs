@@ -1,4 +1,4 @@
-//! The server of the soak test: a separate process on a machine that fails on demand.
+//! The soak test's server, which is a separate process on a machine that fails on demand.
 
 use crate::process::Process;
 use crate::tls::Identity;

@@ -1,4 +1,5 @@
-//! Links that are cut, silent or slow, and tokens presented over them: rows 1 to 4, 7, 8, 19 and 20 of docs/faults.md.
+//! Links that are cut, silent or slow, and tokens presented over them, in rows 1 to 4, 7, 8, 19 and 20 of
+//! docs/faults.md.
 
 use super::stage::{Stage, Ticket};
 use crate::client::Client;
@@ -36,7 +37,7 @@ pub async fn killed_inside_a_frame(stage: &Stage) {
 pub async fn half_open(stage: &Stage) {
     let guest = stage.join(ROOM, "Gone").await;
     let mut witness = stage.join(ROOM, "Witness").await;
-    // Its socket is not read, so no pings are answered, and it is never closed from this side.
+    // The socket is not read, so no pings are answered, and it is never closed from this end.
     until_lost(&mut witness, guest.seat).await;
     stage.refuses("silent");
     let back = stage.resume(ROOM, Ticket::of(&guest)).await;
@@ -44,7 +45,7 @@ pub async fn half_open(stage: &Stage) {
     stage.leave(witness).await;
 }
 
-/// Waits until another player sees that this player's socket was closed.
+/// Waits until another player sees that a player's socket was closed.
 async fn until_lost(witness: &mut Client, seat: u16) {
     witness
         .until("the end of a slow socket", |snapshot| {
@@ -70,7 +71,7 @@ pub async fn stops_reading(stage: &Stage) {
     stage.leave(witness).await;
 }
 
-/// Row 4: reads a few bytes per second.
+/// Row 4: a client reads a few bytes per second.
 pub async fn reads_byte_by_byte(stage: &Stage) {
     let mut witness = stage.join(RESTLESS, "Witness").await;
     let mut slow = connect_small(stage.address).await;
@@ -110,8 +111,8 @@ pub async fn far_link(stage: &Stage) {
     stage.leave(far).await;
 }
 
-/// Row 8: a tab in the background. Like a page, it reads its socket and occasionally sends something; when it returns,
-/// it has the newest state and keeps playing.
+/// Row 8: a tab in the background. Like a page, it reads from its socket and occasionally sends something. When it
+/// returns, it has the newest state and keeps playing.
 pub async fn background_tab(stage: &Stage) {
     let mut tab = stage.join(ROOM, "Tab").await;
     let before = tab.snapshots;
@@ -144,7 +145,7 @@ pub async fn invalid_tokens(stage: &Stage) {
     stage.leave(back).await;
 }
 
-/// Row 20: two sockets with one token. In the end one of them has the seat.
+/// Row 20: two sockets with one token. In the end, one of them has the seat.
 pub async fn two_sockets_with_one_token(stage: &Stage) {
     let mut first = stage.join(ROOM, "Twice").await;
     let second = stage.resume(ROOM, Ticket::of(&first)).await;

@@ -1,4 +1,4 @@
-//! Faults of the machine: rows 24 to 29 of docs/faults.md, one after another, without other faults in the meantime.
+//! Machine faults, in rows 24 to 29 of docs/faults.md, one after another and without other faults in the meantime.
 
 use super::host::Host;
 use super::stage::Stage;
@@ -18,7 +18,7 @@ pub async fn stands_still(stage: &Stage, host: &mut Host) {
     host.process.signal("STOP");
     sleep(Duration::from_millis(250)).await;
     host.process.signal("CONT");
-    // In each room about 15 ticks were due, of which 5 are caught up. The bound leaves room for some that were due just
+    // In each room about 15 ticks were due, of which 5 are caught up. The bound allows for some that were due just
     // before or after.
     stage.moved("jostle_ticks_missed_total", before, 8).await;
     stage.counts("jostle_ticks_missed_total", 8);
@@ -29,7 +29,7 @@ async fn replays(stage: &Stage) -> usize {
     list["replays"].as_array().expect("a list").len()
 }
 
-/// Row 25: the wall clock steps by more than replays are kept.
+/// Row 25: the wall clock jumps by more than the time that replays are kept.
 pub async fn clock_steps(stage: &Stage, host: &mut Host) {
     let before = replays(stage).await;
     assert!(before > 0);
@@ -40,11 +40,11 @@ pub async fn clock_steps(stage: &Stage, host: &mut Host) {
     }
 }
 
-/// Rows 26 and 27: the disk is full, then no files can be created, then it recovers.
+/// Rows 26 and 27: the disk is full, then no files can be created, and then the disk recovers.
 pub async fn disk_fails(stage: &Stage, host: &mut Host) {
     const ERRORS: &str = "jostle_replay_errors_total";
-    // A room that has ended sees only one error. Several errors show that the continuing room has seen one too and
-    // tries to create a file.
+    // A room that has ended encounters only one error. Several errors show that the continuing room has encountered one
+    // too and is trying to create a file.
     for (fault, errors) in [("disk full", 4), ("disk closed", 1)] {
         let before = stage.count(ERRORS).await;
         host.order(fault);
@@ -56,12 +56,12 @@ pub async fn disk_fails(stage: &Stage, host: &mut Host) {
     stage.moved("jostle_replay_bytes_total", before, 1).await;
 }
 
-/// Row 28: no descriptors are left. Present players keep playing, others wait.
+/// Row 28: no descriptors are left. Players who are present keep playing, and others wait.
 pub async fn no_descriptors(stage: &Stage, host: &mut Host) {
     // The counter cannot be read in the meantime, and on a busy machine the server may not have tried to accept yet.
     while stage.count(&refusals("cannot_accept")).await == 0 {
         host.order("descriptors none");
-        // Some connections get the descriptors of sockets that have just closed.
+        // Some connections get descriptors from sockets that have just closed.
         let mut waiting = Vec::new();
         while waiting.len() < 32 {
             waiting.push(TcpStream::connect(stage.address).await.expect("a place in the queue"));
@@ -74,7 +74,7 @@ pub async fn no_descriptors(stage: &Stage, host: &mut Host) {
     stage.leave(guest).await;
 }
 
-/// Row 29: a room panics. Returns the last tick that its player saw.
+/// Row 29: a room panics. Returns the last tick that the room's player saw.
 pub async fn room_panics(stage: &Stage) -> u32 {
     let mut guest = Client::join(stage.address, "cracked", "Doomed").await;
     guest.keeps_playing().await;

@@ -1,5 +1,5 @@
-//! Networks that exhaust shared resources, and peers that impersonate others: rows 4a and 21e to 21l of docs/faults.md.
-//! Linux treats all of 127.0.0.0/8 as local addresses; the server trusts [`PROXY`] as a proxy.
+//! Networks that exhaust shared resources, and peers that impersonate others, in rows 4a and 21e to 21l of
+//! docs/faults.md. Linux treats all of 127.0.0.0/8 as local addresses; the server trusts [`PROXY`] as a proxy.
 
 use super::stage::Stage;
 use crate::client::{Client, LONG};
@@ -23,21 +23,21 @@ const CROWD: Ipv4Addr = Ipv4Addr::new(127, 7, 0, 1);
 const NEIGHBOUR: Ipv4Addr = Ipv4Addr::new(127, 7, 0, 9);
 const NEWCOMER: Ipv4Addr = Ipv4Addr::new(127, 8, 0, 1);
 const VISITOR: Ipv4Addr = Ipv4Addr::new(127, 10, 0, 1);
-/// A client behind the proxy that floods, its network, and a well-behaved client.
+/// A flooding client behind the proxy, its network, and a well-behaved client.
 const FLOODER: &str = "203.0.113.7";
 const FLOODERS: &str = "203.0.113.0/24";
 const BYSTANDER: &str = "198.51.100.1";
 
 const ROOMS: &str = "GET /api/rooms HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n";
 
-/// A socket with this local address.
+/// Creates a socket with the given local address.
 fn socket_of(own: Ipv4Addr) -> TcpSocket {
     let socket = TcpSocket::new_v4().expect("a socket");
     socket.bind(SocketAddr::new(own.into(), 0)).expect("an address of this machine");
     socket
 }
 
-/// A request from an address that no other fault uses, so that no limits apply to it.
+/// Sends a request from an address that no other fault uses, so that no limits apply to it.
 async fn ask(stage: &Stage, request: &str) -> Answer {
     raw_over(connect_from(VISITOR, stage.address).await, request).await
 }
@@ -46,7 +46,7 @@ async fn connect_from(own: Ipv4Addr, server: SocketAddr) -> TcpStream {
     socket_of(own).connect(server).await.expect("a connection")
 }
 
-/// A client's request as forwarded by the proxy.
+/// A client's request, as forwarded by the proxy.
 fn passed_on(method: &str, path: &str, client: &str, body: &str) -> String {
     format!(
         "{method} {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\
@@ -60,7 +60,7 @@ async fn ask_through_proxy(stage: &Stage, method: &str, client: &str, body: &str
     raw_over(stream, &passed_on(method, "/api/rooms", client, body)).await
 }
 
-/// Row 4a: downloads that are not read. Others still get the whole file.
+/// Row 4a: downloads that are not read. Other clients still get the whole file.
 pub async fn slow_downloads(stage: &Stage) {
     let request = "GET /assets/big.bin HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n";
     let mut held = Vec::new();
@@ -75,7 +75,8 @@ pub async fn slow_downloads(stage: &Stage) {
     assert_eq!(ask(stage, request).await.body.len(), 4 << 20);
 }
 
-/// Row 21e: the networks of one access line open as many rooms as they can. Others can still open one and play in it.
+/// Row 21e: the networks of one access line open as many rooms as they can. Other players can still open one and play
+/// in it.
 pub async fn many_networks(stage: &Stage) {
     const NETWORKS: usize = 64;
     let arena = r#"{"scene":"arena"}"#;
@@ -97,13 +98,13 @@ pub async fn many_networks(stage: &Stage) {
     stage.leave(guest).await;
 }
 
-/// Row 21f: idle players from one network occupy all seats of a room. A newcomer from another network gets one.
+/// Row 21f: idle players from one network occupy all seats of a room. A newcomer from another network still gets one.
 pub async fn idle_crowd(stage: &Stage) {
     let mut crowd = JoinSet::new();
     for number in 0..4 {
         let mut client = Client::connect_over(socket_of(CROWD), stage.address, SMALL).await;
         client.enter(&format!("Crowd {number}"), None).await;
-        // This client only reads.
+        // This client does nothing but read.
         crowd
             .spawn(async move { while client.frame().await.is_some_and(|frame| frame.is_ok()) {} });
     }
@@ -138,7 +139,7 @@ pub async fn idle_crowd(stage: &Stage) {
     timeout(LONG, empty).await.expect("an empty room in time");
 }
 
-/// Joins the small room from this address; `None` if it is full.
+/// Joins the small room from the given address; `None` if the room is full.
 async fn enter_small(stage: &Stage, own: Ipv4Addr) -> Option<Client> {
     let mut client = Client::connect_over(socket_of(own), stage.address, SMALL).await;
     client.hello(VERSION, "Newcomer", None).await;
@@ -152,8 +153,8 @@ async fn enter_small(stage: &Stage, own: Ipv4Addr) -> Option<Client> {
     }
 }
 
-/// Row 21h: unreadable client addresses from the proxy, and a client outside it that claims another's address. All are
-/// answered.
+/// Row 21h: unreadable client addresses from the proxy, and a client outside the proxy that claims another client's
+/// address. All of them get a response.
 pub async fn forged_clients(stage: &Stage) {
     for nonsense in ["unknown", "999.1.1.1", "::1::"] {
         assert_eq!(ask_through_proxy(stage, "GET", nonsense, "").await.status, 200);
@@ -163,7 +164,7 @@ pub async fn forged_clients(stage: &Stage) {
     assert_eq!(ask(stage, &request).await.status, 200, "no proxy, so it is not read");
 }
 
-/// Row 21i: no Host header, two of them, or that of another site.
+/// Row 21i: no Host header, two of them, or one for another site.
 pub async fn foreign_hosts(stage: &Stage) {
     for hosts in ["", "Host: localhost\r\nHost: localhost\r\n", "Host: evil.example\r\n"] {
         let request = format!("GET /api/rooms HTTP/1.1\r\n{hosts}Connection: close\r\n\r\n");
@@ -189,7 +190,7 @@ pub async fn banned_flood(stage: &Stage) {
         assert_eq!(ban(stage, "POST", FLOODERS).await, 200);
         assert_eq!(ask_through_proxy(stage, "GET", "203.0.113.99", "").await.status, 403);
         assert_eq!(ask_through_proxy(stage, "GET", BYSTANDER, "").await.status, 200);
-        // A ban applies to the address, not to clients that merely claim it.
+        // A ban applies to the address, not to clients that merely claim to have it.
         let forged = passed_on("GET", "/api/rooms", FLOODER, "");
         assert_eq!(ask(stage, &forged).await.status, 200);
         stop.store(true, Ordering::Relaxed);
@@ -201,7 +202,7 @@ pub async fn banned_flood(stage: &Stage) {
     stage.refuses("requests_too_fast");
 }
 
-/// Sends the flooder's requests over one connection of the proxy; returns how many were refused.
+/// Sends the flooder's requests over one of the proxy's connections; returns how many were refused.
 async fn flood(stage: &Stage) -> usize {
     const REQUESTS: usize = 500;
     let (mut reads, mut writes) = connect_from(PROXY, stage.address).await.into_split();
@@ -223,7 +224,7 @@ async fn flood(stage: &Stage) -> usize {
 
 async fn ban(stage: &Stage, method: &str, network: &str) -> u16 {
     let request = admin_request(method, &format!("ban/{network}"));
-    // The port may be at its limit of connections (row 23).
+    // The port may be at its connection limit (row 23).
     let asking = async {
         loop {
             let stream = TcpStream::connect(stage.ops).await.expect("a connection");
@@ -236,7 +237,7 @@ async fn ban(stage: &Stage, method: &str, network: &str) -> u16 {
     timeout(LONG, asking).await.expect("an answer in time")
 }
 
-/// Row 21l: names that look like another player's.
+/// Row 21l: names that look like another player's name.
 pub async fn look_alikes(stage: &Stage) {
     let join = async |name| {
         let mut guest = Client::connect_over(socket_of(VISITOR), stage.address, "impulse").await;
@@ -245,7 +246,7 @@ pub async fn look_alikes(stage: &Stage) {
         guest
     };
     let first = join("Olga").await;
-    // Names with a Greek and a Cyrillic letter.
+    // Names with a Greek letter and a Cyrillic letter.
     let greek = join("\u{39f}lga").await;
     let mut cyrillic = join("Olg\u{430}").await;
     let seats = [first.seat, greek.seat, cyrillic.seat];

@@ -1,4 +1,4 @@
-//! Shared state of the soak test: the server's two ports, and a tally of the expected counter values.
+//! The soak test's shared state: the server's two ports and a tally of the expected counter values.
 
 use crate::client::{Client, LONG};
 use crate::faults::refusals;
@@ -18,9 +18,9 @@ use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
 pub struct Stage {
     pub address: SocketAddr,
     pub ops: SocketAddr,
-    /// Time that a tab stays in the background.
+    /// How long a tab stays in the background.
     pub background: Duration,
-    /// Read-locked by faults of peers and write-locked by those of the machine, which happen alone.
+    /// Read-locked by peers' faults and write-locked by machine faults, which occur one at a time and alone.
     pub machine: RwLock<()>,
     tally: Mutex<BTreeMap<String, u64>>,
 }
@@ -42,7 +42,7 @@ impl Stage {
         Stage { address, ops, background, machine: RwLock::default(), tally: Mutex::default() }
     }
 
-    /// Notes that a counter will increase by this much.
+    /// Notes that a counter will increase by `by`.
     pub fn counts(&self, series: &str, by: u64) {
         let mut tally = self.tally.lock().unwrap_or_else(PoisonError::into_inner);
         *tally.entry(series.to_owned()).or_default() += by;
@@ -79,25 +79,25 @@ impl Stage {
         self.counts("jostle_leaves_total{how=\"left\"}", 1);
     }
 
-    /// Expects that the guest is refused; it then returns to its seat and leaves.
+    /// Checks that the guest is refused, lets it return to its seat, and makes it leave.
     pub async fn ends(&self, room: &str, mut guest: Client, refusal: Refusal, reason: &str) {
         guest.is_refused(refusal).await;
         self.refuses(reason);
         self.returns(room, guest).await;
     }
 
-    /// Returns a guest who lost the socket to its seat, then leaves.
+    /// Lets a guest who lost the socket return to its seat, and makes it leave.
     pub async fn returns(&self, room: &str, guest: Client) {
         let back = self.resume(room, Ticket::of(&guest)).await;
         self.leave(back).await;
     }
 
-    /// Current value of a counter.
+    /// The current value of a counter.
     pub async fn count(&self, series: &str) -> u64 {
         count(self.ops, series).await
     }
 
-    /// Waits until a counter has increased by this much since `before`.
+    /// Waits until a counter has increased by `by` since `before`.
     pub async fn moved(&self, series: &str, before: u64, by: u64) {
         until_count(self.ops, series, before + by).await;
     }
