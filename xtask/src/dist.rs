@@ -1,6 +1,6 @@
 //! `cargo xtask dist`: builds a release in `target/dist`. For each target, an archive contains a static program, which
-//! needs no libraries of the system, and the files for its installation. Added to these are lists of the crates used,
-//! and digests of all files.
+//! needs no system libraries, and the files for installing it. The release also has lists of the crates used and
+//! digests of all files.
 
 mod papers;
 mod program;
@@ -62,7 +62,7 @@ fn name(target: &ReleaseTarget) -> String {
     format!("jostle-{VERSION}-{}", target.name)
 }
 
-/// Packs an archive reproducibly: entries are sorted by name, carry the commit's date and belong to no user.
+/// Packs an archive reproducibly: entries are sorted by name, have the commit's date and belong to no user.
 fn pack(target: &ReleaseTarget, program: &Path, licences: &Path, out: &Path) -> Result<()> {
     let dir = out.join(name(target));
     fs::create_dir_all(&dir)?;

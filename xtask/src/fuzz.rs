@@ -13,17 +13,17 @@ const FUZZ_DIR: &str = "tests/fuzz/targets";
 const TARGET: &str = "property";
 const TOOL: &str = "cargo-fuzz";
 const TOOL_VERSION: &str = "0.13.2";
-/// Folders of the corpus, one per fuzzing program, with the program's build flags.
+/// Folders of the corpus, one per fuzzing program, each with the program's build flags.
 const PROGRAMS: [(&str, &[&str]); 2] = [("rooms", &[]), ("servers", &["--features", "server"])];
-/// Additional inputs, by property.
+/// Folders with additional inputs, by property.
 const MORE_INPUTS: [(&str, &str); 2] = [("scene", "assets/scenes"), ("scene", "tests/scenes")];
-/// Lines of the fuzzer's output that are shown after a failure.
+/// Number of lines of the fuzzer's output to show after a failure.
 const LINES_SHOWN: usize = 60;
-/// Limits: length of an input, seconds per input, megabytes in total and per allocation.
+/// Limits on the length of an input, the seconds per input, and the megabytes in total and per allocation.
 const LIMITS: [&str; 4] =
     ["-max_len=8192", "-timeout=20", "-rss_limit_mb=2048", "-malloc_limit_mb=256"];
 
-/// Tries one property, or all of them one after another, for this many seconds each. Failures are reported at the end.
+/// Tries one property, or all of them one after another, for `seconds` each. Failures are reported at the end.
 pub fn fuzz(only: Option<&str>, seconds: u32) -> Result<()> {
     let corpus = ["run", "--quiet", "--package", "jostle-fuzz", "--example", "corpus", "--"];
     run(cargo(&corpus).arg(dir("seeds")))?;
@@ -56,7 +56,7 @@ struct Chosen {
     name: String,
 }
 
-/// The properties with a corpus, in the order in which the programs are built.
+/// The properties that have a corpus, in the order in which the programs are built.
 fn chosen(only: Option<&str>) -> Result<Vec<Chosen>> {
     let mut all = Vec::new();
     for (program, features) in PROGRAMS {
@@ -101,7 +101,7 @@ fn installed() -> PathBuf {
     dir("tools/bin").join(TOOL)
 }
 
-/// A command in the environment of the nightly compiler instead of this task's.
+/// A command that runs in the environment of the nightly compiler instead of this task's.
 fn nightly(program: &str) -> Command {
     let mut command = Command::new("rustup");
     command.args(["run", "nightly", program]).current_dir(root()).env_remove("CARGO");
@@ -117,8 +117,8 @@ fn tool(task: &str, features: &[&str]) -> Command {
     command
 }
 
-/// Returns the number of inputs tried and, after a failure, the fuzzer's last lines, which name the input and how to
-/// reproduce it. New inputs are kept next to the corpus for the next run.
+/// Returns the number of inputs tried and, after a failure, the fuzzer's last lines, which name the input and say how
+/// to reproduce it. New inputs are kept next to the corpus for the next run.
 fn try_property(
     name: &str,
     seeds: &Path,

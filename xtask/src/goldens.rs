@@ -24,7 +24,7 @@ pub fn check() -> Result<()> {
     verify_with("debug", "debug", &[])
 }
 
-/// Verifies with release builds: one for any processor, and one for all features of this one.
+/// Verifies with two release builds, one for any processor and one that uses all features of this one.
 pub fn check_builds() -> Result<()> {
     let release = ["--package", PROGRAM, "--release"];
     verify("release", &mut program(&release), "release", &[])?;
@@ -92,7 +92,7 @@ fn verify_with(name: &str, place: &str, runner: &[&str]) -> Result<()> {
     Ok(())
 }
 
-/// Files with an extension in a directory, relative to the root and sorted by name.
+/// Lists the files in a directory that have a given extension, relative to the root and sorted by name.
 fn files(dir: &str, ending: &str) -> Result<Vec<String>> {
     let entries = fs::read_dir(root().join(dir)).with_context(|| format!("no {dir}"))?;
     let mut names = Vec::new();

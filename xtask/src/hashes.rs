@@ -16,8 +16,8 @@ const HASHES: &str = "tests/goldens/hashes.txt";
 const HEADER: &str =
     "# scene, seed, ticks, final hash; written by `cargo xtask test --update-hashes`\n";
 
-/// Plays every built-in scene and compares the final state hashes with the golden ones. The program has already been
-/// compiled.
+/// Plays every built-in scene and compares the final state hashes with the golden ones. Expects the program to be
+/// compiled already.
 pub fn check() -> Result<()> {
     let played = play_all()?;
     let path = root().join(HASHES);
@@ -55,14 +55,14 @@ fn differences(golden: &str, played: &[String]) -> Vec<String> {
     missing.chain(new.map(|line| format!("played   {line}"))).collect()
 }
 
-/// The replays recorded by the last [`check`].
+/// The replays recorded by the most recent [`check`].
 pub fn replays() -> Result<Vec<String>> {
     let scenes = scenes()?;
     let paths = scenes.iter().map(|scene| replay_of(scene).display().to_string());
     Ok(paths.collect())
 }
 
-/// Plays all scenes; returns a golden line for each.
+/// Plays all scenes and returns a golden line for each.
 fn play_all() -> Result<Vec<String>> {
     let dir = dir();
     fs::create_dir_all(&dir).with_context(|| format!("cannot make {}", dir.display()))?;

@@ -50,7 +50,7 @@ enum Task {
         /// Skip the browser tests
         #[arg(long)]
         quick: bool,
-        /// Also run the tests for a release: other builds of the simulation, 64-bit Arm, the measuring programs
+        /// Also run the tests for a release: other builds of the simulation, 64-bit Arm, and the measuring programs
         #[arg(long, conflicts_with = "quick")]
         all: bool,
         /// Run only the fast tests of code affected by changes since a revision
@@ -72,7 +72,7 @@ enum Task {
         /// Compile in seconds instead of minutes; the result is larger and slower
         #[arg(long)]
         dev: bool,
-        /// Also write the page without a server into target/static, for any file host
+        /// Also write a version that needs no server into target/static, for any file host
         #[arg(long = "static")]
         is_static: bool,
     },
@@ -81,7 +81,7 @@ enum Task {
     Dist,
     /// Check the conventions of the code base: links, dependencies, cycles, file sizes, words
     Tidy {
-        /// Print figures on the size and coupling of the code instead
+        /// Print figures about the size and coupling of the code instead
         #[arg(long)]
         figures: bool,
         /// Measure another checkout, for comparison
@@ -92,7 +92,7 @@ enum Task {
     Docs,
     /// Try the decoders, replays, scenes, rooms and handshakes on millions of broken inputs
     Fuzz {
-        /// Only this property, such as keyframe
+        /// Try only this property, such as keyframe
         property: Option<String>,
         /// Seconds per property
         #[arg(long, value_name = "N", default_value_t = 60)]
@@ -100,7 +100,7 @@ enum Task {
     },
     /// Measure error against run time, and stability, and write a page with plots and tables
     Report {
-        /// Take a few minutes instead of an hour: fewer runs, and no largest variants
+        /// Take a few minutes instead of an hour, with fewer runs and without the largest variants
         #[arg(long)]
         quick: bool,
         /// Compile Box2D and rapier2d and measure them too
@@ -128,7 +128,7 @@ enum Task {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         options: Vec<String>,
     },
-    /// Simulate the directory of fleets of several sizes through failures
+    /// Simulate the directory of fleets of several sizes and its response to failures
     Fleet {
         /// Options of the simulation: --nodes, --rooms, --seed
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
@@ -136,7 +136,7 @@ enum Task {
     },
     /// Take the README's screenshot from a game with three players
     Pictures,
-    /// Open a page once its server answers
+    /// Open a page once its server responds
     #[command(hide = true)]
     OpenWhenReady { link: String, address: SocketAddr },
 }

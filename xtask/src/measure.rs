@@ -1,5 +1,5 @@
 //! `cargo xtask report`, `load`, `latency` and `fleet`: build a measuring program in `bench` and the programs that it
-//! measures, and start it.
+//! measures, then start it.
 
 use crate::shell::{build_server, cargo_of_bench, output_of, root, run, say, target_dir};
 use crate::{packages, web};
@@ -26,14 +26,15 @@ pub fn report(quick: bool, peers: bool, out: &Path) -> Result<()> {
     run(&mut command)
 }
 
-/// Builds the program whose instructions are counted, with the ordinary settings whatever the report is built with.
+/// Builds the program whose instructions are counted, always with the ordinary settings, regardless of how the report
+/// is built.
 fn steps() -> Result<PathBuf> {
     let mut build = cargo_of_bench(&["build", "--quiet", "--release"]);
     run(build.args(["--package", "jostle-report", "--bin", "steps"]))?;
     Ok(optimised("steps"))
 }
 
-/// The short hash of the commit, marked if the working tree differs from it.
+/// The short hash of the commit, with a mark if the working tree differs from it.
 fn commit() -> Result<String> {
     let mut git = Command::new("git");
     git.args(["describe", "--always", "--dirty", "--exclude", "*"]).current_dir(root());
@@ -45,13 +46,14 @@ fn compiler() -> Result<String> {
     Ok(output_of(rustc.arg("--version").current_dir(root()))?.trim().to_owned())
 }
 
-/// The current date in UTC, by the system clock.
+/// The current date in UTC according to the system clock.
 fn today() -> String {
     let now = OffsetDateTime::now_utc();
     format!("{}-{:02}-{:02}", now.year(), u8::from(now.month()), now.day())
 }
 
-/// Measures a server under load, with options of `jostle-load`. To count allocations, a specially built server is used.
+/// Measures a server under load. Takes the options of `jostle-load`. Counting allocations requires a special build of
+/// the server.
 pub fn load(options: &[String], allocations: bool) -> Result<()> {
     say("load", "build the server and the bots, optimised");
     build_server(&["--bin", "jostle"])?;
@@ -79,7 +81,7 @@ pub fn latency(presses: u32, json: Option<&Path>) -> Result<()> {
     run(&mut measure)
 }
 
-/// Simulates the directory of fleets with thousands of nodes, with options of `jostle-fleet`.
+/// Simulates the directory of fleets with thousands of nodes. Takes the options of `jostle-fleet`.
 pub fn fleet(options: &[String]) -> Result<()> {
     say("fleet", "build the simulation, optimised");
     run(&mut cargo_of_bench(&["build", "--release", "--package", "jostle-fleet"]))?;

@@ -1,21 +1,21 @@
 //! Programs that the tests need besides Rust. Missing ones are installed as Debian packages if possible; otherwise the
-//! command for it is shown.
+//! command to install them is shown.
 
 use crate::shell::{in_path, output_of, run, say, target_dir};
 use anyhow::{Context, Result, bail};
 use std::fs::File;
 use std::process::{Command, Stdio};
 
-/// Chromium without a user interface, which takes a sixth less time than the full program.
+/// Chromium without a user interface, which is a sixth faster than the full program.
 const SHELL: &str = "chromium-headless-shell";
-/// Names under which the browser may be installed; `JOSTLE_CHROMIUM` takes precedence.
+/// Names that the browser may be installed under; `JOSTLE_CHROMIUM` takes precedence.
 const BROWSERS: [&str; 5] =
     [SHELL, "chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
-/// Debian packages; the libraries provide WebGL without a graphics card.
+/// Debian packages for the browser tests; the libraries provide WebGL without a graphics card.
 const BROWSER_PACKAGES: [&str; 5] =
     [SHELL, "libegl1", "libegl-mesa0", "libgl1-mesa-dri", "libgles2"];
 
-/// Makes sure that the browser can be started.
+/// Makes sure that the browser is available.
 pub fn provide_browser() -> Result<()> {
     let browser =
         std::env::var_os("JOSTLE_CHROMIUM").is_some() || BROWSERS.into_iter().any(in_path);
@@ -35,13 +35,13 @@ pub fn provide_nats() -> Result<()> {
     provide("the fleet tests (nats-server, or Go 1.21 or newer to build it)", missing)
 }
 
-/// Makes sure that Python can be started.
+/// Makes sure that Python is available.
 pub fn provide_python() -> Result<()> {
     let missing: &[&str] = if in_path("python3") { &[] } else { &["python3"] };
     provide("the tests of the clients in docs/examples", missing)
 }
 
-/// Installs packages. `what` says what needs them, in case the user has to install them.
+/// Installs packages. `what` describes what needs them, in case the user has to install them.
 pub fn provide(what: &str, packages: &[&str]) -> Result<()> {
     if packages.is_empty() {
         return Ok(());
@@ -53,7 +53,7 @@ pub fn provide(what: &str, packages: &[&str]) -> Result<()> {
     if !is_root()? {
         bail!("{what} need packages that are not installed; run: sudo {install}");
     }
-    // Several concurrent test steps may need packages; without this lock, the second would find apt's lists locked.
+    // Several concurrent test steps may need packages; without this lock, the second one would find apt's lists locked.
     let lock = File::create(target_dir().join("apt.lock")).context("target/apt.lock")?;
     lock.lock().context("target/apt.lock")?;
     say("packages", &install);
@@ -61,7 +61,7 @@ pub fn provide(what: &str, packages: &[&str]) -> Result<()> {
     run(apt().args(["install", "--yes", "--no-install-recommends"]).args(packages))
 }
 
-/// Whether a package is installed; true on systems without Debian packages.
+/// Whether a package is installed; always true on systems without Debian packages.
 pub fn has(package: &str) -> bool {
     if !in_path("dpkg-query") {
         return true;

@@ -14,7 +14,7 @@ const READY_WITHIN: Duration = Duration::from_secs(30);
 pub fn play(listen: SocketAddr, open: bool) -> Result<()> {
     web::build(web::Profile::Small)?;
     say("play", "build the server");
-    // A server draws nothing, and without the replay renderer it builds in half the time.
+    // A server does not draw, and without the replay renderer it builds in half the time.
     let mut build = cargo(&["build", "--release", "--package", "jostle-cli", "--bin", "jostle"]);
     run(build.arg("--no-default-features"))?;
     let local = reachable(listen);
@@ -31,7 +31,7 @@ pub fn play(listen: SocketAddr, open: bool) -> Result<()> {
     become_server(server)
 }
 
-/// Replaces this process with the server, so that ctrl-c goes to the server, which may take its time to shut down.
+/// Replaces this process with the server, so that ctrl-c goes to the server, which may then take its time to shut down.
 #[cfg(unix)]
 fn become_server(mut server: Command) -> Result<()> {
     use std::os::unix::process::CommandExt;
@@ -44,7 +44,7 @@ fn become_server(mut server: Command) -> Result<()> {
     run(&mut server)
 }
 
-/// An address at which this machine can reach a server that listens at `listen`.
+/// Returns an address at which this machine can reach a server listening on `listen`.
 fn reachable(listen: SocketAddr) -> SocketAddr {
     if listen.ip().is_unspecified() {
         SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), listen.port())

@@ -1,5 +1,5 @@
-//! `cargo xtask tidy`: checks the conventions of this code base, so that reviews need not. Each check reads tracked
-//! files and returns findings; none changes anything.
+//! `cargo xtask tidy`: checks the conventions of this code base, so that reviews do not have to. Each check reads
+//! tracked files and returns findings, and none modifies anything.
 
 mod arrows;
 mod circles;
@@ -21,7 +21,7 @@ use files::File;
 use finding::Finding;
 use std::path::Path;
 
-/// Maximum size of a tracked file; pictures are the largest.
+/// Maximum size of a tracked file; the largest are pictures.
 const FILE_BYTES_MAX: usize = 1_500_000;
 
 /// Runs all checks and prints all findings; fails if there are any.
@@ -51,13 +51,13 @@ pub fn tidy() -> Result<()> {
     Ok(())
 }
 
-/// Prints the figures of a checkout: this one, or another for comparison.
+/// Prints the figures for a checkout, either this one or another one for comparison.
 pub fn figures(root: &Path) -> Result<()> {
     print!("{}", figures::figures(&files::read(root)?)?);
     Ok(())
 }
 
-/// Checks that all deterministic crates forbid the same functions.
+/// Checks that all deterministic crates forbid the same set of functions.
 fn one_set_of_lints(files: &[File]) -> Vec<Finding> {
     const FIRST: &str = "sim/clippy.toml";
     let text = |path: &str| files.iter().find(|file| file.path == path)?.text.as_deref();

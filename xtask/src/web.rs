@@ -1,4 +1,4 @@
-//! Builds the web client: compiles it to wasm and lets the program `xtask-web` turn it into `client-web/dist`.
+//! Builds the web client: compiles it to wasm and runs the program `xtask-web`, which turns it into `client-web/dist`.
 
 use crate::shell::{self, cargo, root, run, say};
 use anyhow::{Context, Result};
@@ -6,29 +6,29 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Rust's name of the page's target.
+/// Rust's name for the page's target.
 pub const TARGET: &str = "wasm32-unknown-unknown";
 /// All maintained browsers with WebGL2 support these instructions.
 const FEATURES: &str = "-Ctarget-feature=+simd128";
-/// Loops are unrolled and vectorised by hand where it is worth the bytes, and less is inlined than usual. This saves 8
-/// kB in the simulation, which is compiled for speed.
+/// Disables automatic unrolling and vectorisation, which are done by hand where they are worth the bytes, and inlines
+/// less than usual. This saves 8 kB in the simulation, which is compiled for speed.
 const SMALL: [&str; 4] = [
     "-Cno-vectorize-loops",
     "-Cllvm-args=-unroll-allow-partial=false",
     "-Cllvm-args=-unroll-runtime=false",
     "-Cllvm-args=-inlinedefault-threshold=55",
 ];
-/// Maximum compressed size of a build for users: a phone on 2 Mbit/s takes 4 seconds to download it.
+/// Maximum compressed size of a build for users; a phone with 2 Mbit/s takes 4 seconds to download it.
 const PROGRAM_BYTES_MAX: u64 = 955_000;
 
 /// How the client is compiled.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Profile {
-    /// For users: small to download.
+    /// For users; a small download.
     Small,
     /// Like `Small`, with the best compression.
     Release,
-    /// For development: quick to compile.
+    /// For development; quick to compile.
     Dev,
 }
 
@@ -41,7 +41,7 @@ impl Profile {
         }
     }
 
-    /// Compression effort for the files.
+    /// How much effort to put into compressing the files.
     fn effort(self) -> &'static str {
         match self {
             Profile::Small => "good",
@@ -75,14 +75,14 @@ fn build_with(profile: Profile, more: &[&OsStr]) -> Result<()> {
     run(make.args(more))
 }
 
-/// A cargo command for the program that makes the page, using the page's target directory.
+/// A cargo command for the program that builds the page, using the page's target directory.
 pub fn maker(command: &str) -> Command {
     let mut cargo = cargo(&[command, "--package", "xtask-web", "--target-dir"]);
     cargo.arg(target_dir());
     cargo
 }
 
-/// Adds the wasm target if the toolchain lacks it.
+/// Adds the wasm target if the toolchain does not have it.
 fn add_target() -> Result<()> {
     let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
     let libdir = Command::new(rustc)
@@ -113,8 +113,8 @@ pub fn cargo_for_page(command: &str, profile: Profile) -> Command {
     cargo
 }
 
-/// Compiler flags. Panic messages name files of other crates without their directory on this machine, so that the
-/// program is smaller and the same on every machine.
+/// Compiler flags. Panic messages name files of other crates without their local directory, so that the program is
+/// smaller and the same on every machine.
 fn flags() -> Vec<String> {
     let home = std::env::home_dir().unwrap_or_default();
     let home = std::env::var_os("CARGO_HOME").map_or(home.join(".cargo"), PathBuf::from);

@@ -6,15 +6,15 @@ use serde::Deserialize;
 use std::path::PathBuf;
 
 /// Selects all crates except those that other steps compile: the page builder, and native drawing, which takes long.
-/// The same selection is used everywhere, since another would enable different features of shared dependencies and
-/// compile those again.
+/// The same selection is used everywhere, since a different one would enable other features of shared dependencies and
+/// recompile them.
 pub const USUAL_CRATES: [&str; 5] =
     ["--workspace", "--exclude", "xtask-web", "--exclude", "jostle-picture"];
 
 /// A crate of the workspace.
 #[derive(Deserialize)]
 pub struct Package {
-    /// Name as in the manifest.
+    /// The name given in the manifest.
     pub name: String,
     /// Path of its manifest.
     pub manifest_path: PathBuf,
@@ -22,10 +22,10 @@ pub struct Package {
     pub dependencies: Vec<Dependency>,
 }
 
-/// A dependency as declared.
+/// A dependency, as declared in a manifest.
 #[derive(Deserialize)]
 pub struct Dependency {
-    /// Name of the crate depended on.
+    /// Name of the crate that is depended on.
     pub name: String,
 }
 
@@ -34,7 +34,7 @@ struct Metadata {
     packages: Vec<Package>,
 }
 
-/// The workspace's crates, without external dependencies.
+/// Lists the workspace's crates, without external dependencies.
 pub fn packages() -> Result<Vec<Package>> {
     let text = output_of(&mut cargo(&["metadata", "--no-deps", "--format-version", "1"]))?;
     let metadata: Metadata = serde_json::from_str(&text).context("cargo metadata")?;

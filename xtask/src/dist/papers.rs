@@ -8,20 +8,20 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Names and versions of the programs, with the features to build them with.
+/// Names and versions of the programs, and the features to build them with.
 const LICENCES: [&str; 3] = ["cargo-about", "0.9.3", "cli"];
 const CRATES: [&str; 3] = ["cargo-cyclonedx", "0.5.9", ""];
-/// A file name that does not occur in any crate.
+/// File name of the list, which does not occur in any crate.
 const LIST: &str = "jostle-list-of-crates";
 
-/// Writes the licences of all crates in the program and the page, and returns the file. about.toml, next to this file,
-/// lists the accepted licences.
+/// Writes the licences of all crates in the program and the page, and returns the file's path. about.toml, next to this
+/// file, lists the accepted licences.
 pub fn licences() -> Result<PathBuf> {
     say("dist", "gather the licences of all crates");
     let file = target_dir().join("licences.txt");
     let beside = root().join("xtask/src/dist");
     let mut about = Command::new(provide(LICENCES)?);
-    // Uses only files from the crates themselves, so that the same commit gives the same text.
+    // Use only files from the crates themselves, so that the same commit gives the same text.
     run(&mut cargo(&["fetch", "--locked"]))?;
     about.args([
         "generate",
@@ -36,7 +36,7 @@ pub fn licences() -> Result<PathBuf> {
     Ok(file)
 }
 
-/// Writes the list of the crates that one of our crates depends on for a target, in CycloneDX format. `dir` is the
+/// Writes a list, in CycloneDX format, of the crates that one of our crates depends on for a target. `dir` is the
 /// crate's directory.
 pub fn crates(dir: &str, target: &str, out: &Path) -> Result<()> {
     say("dist", &format!("list the crates of {dir} for {target}"));
@@ -70,7 +70,7 @@ fn provide([name, version, features]: [&str; 3]) -> Result<PathBuf> {
     if !program.is_file() {
         let mut install =
             cargo(&["install", name, "--version", version, "--locked", "--features", features]);
-        // The tools run for seconds, so minutes of optimisation would not pay off.
+        // The tools run only for seconds, so minutes of optimisation would not pay off.
         install.env("CARGO_PROFILE_RELEASE_LTO", "off");
         run(install.arg("--root").arg(dir))?;
     }

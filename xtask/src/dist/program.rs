@@ -10,17 +10,17 @@ use std::process::Command;
 
 /// A target system of a release.
 pub struct ReleaseTarget {
-    /// Rust's name of the target.
+    /// Rust's name for the target.
     pub name: &'static str,
     /// Prefix of the names of the C compiler and the archiver.
     tools: &'static str,
-    /// Debian packages with these tools and with the headers of a C library.
+    /// Debian packages that contain these tools and the headers of a C library.
     packages: [&'static str; 2],
-    /// Emulator with its Debian package, if this processor cannot run the target's programs.
+    /// The emulator and its Debian package, if this processor cannot run the target's programs.
     pub emulator: Option<[&'static str; 2]>,
 }
 
-/// Linux on 64-bit x86 and Arm, of any distribution.
+/// Linux on 64-bit x86 and Arm, in any distribution.
 pub const TARGETS: [ReleaseTarget; 2] = [
     ReleaseTarget {
         name: "x86_64-unknown-linux-musl",
@@ -49,7 +49,7 @@ pub fn build(target: &ReleaseTarget) -> Result<PathBuf> {
     let mut build = cargo(&["build", "--locked", "--release", "--target", name]);
     build.args(["--package", "jostle-cli", "--bin", "jostle"]);
     build.args(["--no-default-features", "--features", "nats"]);
-    // Keeps function names in the backtraces of panics.
+    // Keep function names in panic backtraces.
     build.args(["--config", "profile.release.strip=\"debuginfo\""]);
     build.env(format!("CARGO_TARGET_{}_LINKER", variable.to_uppercase()), "rust-lld");
     build.env(format!("CC_{variable}"), format!("{}gcc", target.tools));

@@ -1,4 +1,5 @@
-//! A short game with a released program, as a smoke test: it serves the page, plays, and shuts down cleanly.
+//! Plays a short game with a released program as a smoke test, which checks that it serves the page, plays, and shuts
+//! down cleanly.
 
 use super::program::ReleaseTarget;
 use crate::packages;
@@ -12,7 +13,7 @@ use std::process::{Child, Command, Stdio};
 const BOTS: &str = "2";
 const SECONDS: &str = "3";
 
-/// A running server, killed if the trial fails.
+/// A running server, which is killed if the trial fails.
 struct Server(Child);
 
 impl Drop for Server {

@@ -1,5 +1,5 @@
-//! The test programs: compiled once by cargo, then started without it. Cargo locks its directory while it compiles,
-//! which would make steps of other lanes wait.
+//! The test programs, which cargo compiles once and which are then started without it. Cargo locks its directory while
+//! it compiles, which would make steps of other lanes wait.
 
 use crate::shell::{cargo, line_of, target_dir};
 use crate::workspace::USUAL_CRATES;
@@ -14,18 +14,18 @@ use std::process::{Command, Stdio};
 use std::sync::Mutex;
 use std::thread;
 
-/// Read by tests that start the program `jostle`; without it they would build the program.
+/// Environment variable read by tests that start the program `jostle`; without it they would build the program.
 const PROGRAM_VARIABLE: &str = "JOSTLE_PROGRAM";
 
 /// A compiled test program.
 #[derive(Deserialize, Serialize)]
 pub struct Binary {
     pub package: String,
-    /// Name of the target: an integration test, a library or a program.
+    /// Name of the target, which is an integration test, a library or a program.
     pub name: String,
     /// Whether it is an integration test.
     pub is_integration: bool,
-    /// The crate's directory, in which its tests run.
+    /// The crate's directory, which its tests run in.
     dir: PathBuf,
     program: PathBuf,
 }
@@ -35,7 +35,7 @@ pub struct Binary {
 /// Clippy's driver is a compiler with more lints, so one pass gives both results; `cargo clippy` would check every
 /// dependency a second time.
 pub fn compile() -> Result<()> {
-    // If compilation fails, no step may mistake the results of an earlier run for these.
+    // If compilation fails, no step may mistake the results of an earlier run for current ones.
     for path in [list(), warnings()] {
         fs::remove_file(path).or_else(|error| match error.kind() {
             ErrorKind::NotFound => Ok(()),
@@ -50,7 +50,7 @@ pub fn compile() -> Result<()> {
     let text = String::from_utf8(output.stdout).context("cargo printed no UTF-8")?;
     let said = text.lines().map(parse).collect::<Result<Vec<_>>>()?;
     let mut found = Vec::new();
-    // Warnings that a library gives both with and without its tests are shown once.
+    // Warnings that occur both with and without a library's tests are shown only once.
     let mut warned = BTreeSet::new();
     for said in said.into_iter().flatten() {
         match said {
@@ -82,7 +82,7 @@ pub fn check_warnings() -> Result<()> {
 /// A relevant message from cargo.
 enum Said {
     Test(Binary),
-    /// A warning, as the compiler prints it.
+    /// A warning, as printed by the compiler.
     Warning(String),
     Error(String),
 }
@@ -91,7 +91,7 @@ enum Said {
 fn parse(line: &str) -> Result<Option<Said>> {
     let message: Value = serde_json::from_str(line).context("a message of cargo")?;
     if let Some(text) = message["message"]["rendered"].as_str() {
-        // Summaries such as "3 warnings emitted" have no position.
+        // Summaries such as "3 warnings emitted" do not have a position.
         let has_place = message["message"]["spans"].as_array().is_some_and(|all| !all.is_empty());
         return Ok(match message["message"]["level"].as_str() {
             Some("warning") if has_place => Some(Said::Warning(text.to_owned())),
@@ -118,7 +118,7 @@ fn parse(line: &str) -> Result<Option<Said>> {
     })))
 }
 
-/// The programs that [`compile`] made.
+/// The programs built by [`compile`].
 pub fn all() -> Result<Vec<Binary>> {
     let path = list();
     let text = fs::read(&path).with_context(|| format!("no {}", path.display()))?;
@@ -133,7 +133,8 @@ fn warnings() -> PathBuf {
     target_dir().join("test/warnings.txt")
 }
 
-/// Runs all programs to the end, even after failures, two at a time, because most end with one or two slow tests.
+/// Runs all programs to completion, even after failures, and always two concurrently, because most end with one or two
+/// slow tests.
 pub fn run_all(binaries: &[&Binary], args: &[&str]) -> Result<()> {
     if binaries.is_empty() {
         bail!("no such tests were compiled");

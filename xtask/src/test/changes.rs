@@ -1,4 +1,4 @@
-//! Determines what a change can affect: the crates that it touches, and all that depend on them.
+//! Determines what a change can affect: the crates that it touches and all crates that depend on them.
 
 use crate::shell::{output_of, root};
 use crate::workspace::{Package, packages};
@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::Command;
 
-/// Files outside of the crates that are compiled into one.
+/// Files outside the crates that are compiled into one of them.
 const DATA: [(&str, &str); 11] = [
     ("shaders/", "jostle-client-web"),
     ("assets/scenes/", "jostle-game"),
@@ -25,16 +25,16 @@ const DATA: [(&str, &str); 11] = [
 const SHARED: [&str; 5] =
     ["Cargo.toml", "Cargo.lock", "rust-toolchain.toml", "clippy.toml", ".cargo/config.toml"];
 
-/// The difference between a revision and the working tree.
+/// The differences between a revision and the working tree.
 pub struct TreeChange {
     /// Changed, new and removed files, relative to the root.
     pub paths: Vec<String>,
-    /// Names of the affected crates, and of all that depend on them.
+    /// Names of the affected crates and of all crates that depend on them.
     pub packages: Vec<String>,
 }
 
 impl TreeChange {
-    /// Asks git for the differences from a revision.
+    /// Asks git for the differences between a revision and the working tree.
     pub fn since(revision: &str) -> Result<TreeChange> {
         let git = |args: &[&str]| output_of(Command::new("git").args(args).current_dir(root()));
         let changed = git(&["diff", "--name-only", "--no-renames", revision, "--"])
@@ -55,7 +55,7 @@ impl TreeChange {
         self.paths.iter().any(|path| prefixes.iter().any(|prefix| path.starts_with(prefix)))
     }
 
-    /// Whether one of these crates or a dependency of them has changed.
+    /// Whether one of these crates, or one of their dependencies, has changed.
     pub fn affects(&self, names: &[&str]) -> bool {
         self.packages.iter().any(|package| names.contains(&package.as_str()))
     }
@@ -71,7 +71,7 @@ fn directories(packages: &[Package]) -> Vec<(String, &str)> {
     packages.iter().map(|package| (directory(package), package.name.as_str())).collect()
 }
 
-/// The crates that contain these files; of nested crates, the innermost counts.
+/// The crates that contain these files. If crates are nested, the innermost counts.
 fn touched<'a>(paths: &[String], directories: &[(String, &'a str)]) -> BTreeSet<&'a str> {
     if paths.iter().any(|path| SHARED.contains(&path.as_str())) {
         return directories.iter().map(|(_, name)| *name).collect();
@@ -89,7 +89,7 @@ fn touched<'a>(paths: &[String], directories: &[(String, &'a str)]) -> BTreeSet<
     paths.iter().filter_map(owner).collect()
 }
 
-/// These crates and all that depend on them, by any kind of dependency.
+/// The given crates and all that depend on them through any kind of dependency.
 fn above<'a>(touched: &BTreeSet<&'a str>, packages: &'a [Package]) -> BTreeSet<&'a str> {
     let mut found = touched.clone();
     loop {

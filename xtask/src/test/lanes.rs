@@ -1,4 +1,4 @@
-//! Runs steps in lanes, each lane in order; a step waits for the steps in other lanes that it needs.
+//! Runs steps in lanes. The steps of a lane run in order; a step waits for the steps in other lanes that it needs.
 
 use super::steps::{LANES, TestExtent, TestStep};
 use crate::shell::{Skipped, in_path, target_dir};
@@ -10,21 +10,21 @@ use std::sync::{Condvar, Mutex, OnceLock};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Exit status of a step that cannot run on this machine, as in automake.
+/// Exit status of a step that cannot run on this machine, following automake.
 const SKIPPED_STATUS: i32 = 77;
 
-/// Starts a program at a lower priority.
+/// The command that starts a program at a lower priority.
 const NICE: &str = "nice";
 /// Less than the niceness of guest room threads, since niceness can only be raised, and well below the maximum of 19,
-/// or the test that raises it would see no change.
+/// because otherwise the test that raises it would see no change.
 const NICENESS: &str = "9";
 
-/// Read by tests that do more before a release.
+/// Environment variable read by tests that do more before a release.
 const LONG: &str = "JOSTLE_LONG";
 
-/// Options that apply to all steps.
+/// Options for all steps.
 pub struct How {
-    /// The crates to which steps are restricted, where possible.
+    /// The crates that steps are restricted to where possible.
     pub packages: Option<Vec<String>>,
     pub extent: TestExtent,
 }
@@ -50,7 +50,7 @@ struct Board {
     changed: Condvar,
 }
 
-/// Runs all steps and prints their output and a table; returns whether none failed.
+/// Runs all steps and prints their output and a table. Returns whether none failed.
 pub fn run(steps: &[&TestStep], how: &How) -> bool {
     let began = Instant::now();
     let board = Board { ended: Mutex::new(Vec::new()), changed: Condvar::new() };
@@ -106,7 +106,7 @@ fn run_step(step: &TestStep, steps: &[&TestStep], board: &Board, how: &How) {
 }
 
 impl Board {
-    /// Waits until all of these steps have ended; returns one that did not pass, if any.
+    /// Waits until all of the named steps have ended; returns one that did not pass, if any.
     fn wait_for<'a>(&self, names: &[&'a str]) -> Option<&'a str> {
         let mut ended = self.ended.lock().expect("no lane panicked");
         let open =
@@ -163,7 +163,7 @@ fn own_program() -> Result<&'static Path> {
     COPY.get_or_init(copy).as_deref().context("cannot copy xtask into target/test")
 }
 
-/// The exit status with which a step's process reports its result. Prints the reason if it is not 0.
+/// Returns the exit status that a step's process reports its result with. Prints the reason if it is not 0.
 pub fn status_of(result: Result<()>) -> i32 {
     let Err(error) = result else { return 0 };
     println!("{error:#}");

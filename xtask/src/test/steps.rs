@@ -10,15 +10,15 @@ use std::thread;
 
 const BROWSER_TEST: &str = "browser";
 const SOCKET_TEST: &str = "sockets";
-/// Path of the fleet tests, which are in the same program.
+/// Path of the fleet tests, which are part of the socket test program.
 const FLEET_TESTS: &str = "fleet::";
-/// Socket tests mostly wait, so more of them run than there are processors.
+/// Number of threads for the socket tests; more than there are processors, because these tests mostly wait.
 const SOCKET_TEST_THREADS: &str = "6";
-/// Threads of the socket tests with `--since`, when little else runs at the same time.
+/// Number of threads for the socket tests with `--since`, when little else runs at the same time.
 const CUT_SOCKET_TEST_THREADS: &str = "16";
-/// Path of the soak tests, which take a minute.
+/// Path of the soak tests, which take a minute to run.
 const SOAK_TESTS: &str = "soak::";
-/// Each fleet test starts up to three NATS servers.
+/// Number of threads for the fleet tests, each of which starts up to three NATS servers.
 const FLEET_TEST_THREADS: &str = "2";
 
 const COMPILE: &str = "tests, compiled";
@@ -26,46 +26,47 @@ const HASHES: &str = "golden hashes";
 const BROWSER: &str = "browser, found or installed";
 const WEB: &str = "web client";
 
-/// How much is tested.
+/// How much to test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum TestExtent {
     /// Steps that need neither a browser nor drawing.
     Quick,
     /// The steps of continuous integration.
     Usual,
-    /// The steps for a release: also other builds of the simulation, native drawing and the measuring programs.
+    /// The steps for a release, which also cover other builds of the simulation, native drawing and the measuring
+    /// programs.
     All,
 }
 
-/// A lane; its steps run one after another.
+/// A lane, whose steps run one after another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TestLane {
     /// Native compilation and tests.
     Native,
     /// The page, from compilation to tests in the browser.
     Page,
-    /// Tests of servers, which mostly wait for clocks and each other, and replays.
+    /// Tests of servers, which mostly wait for clocks and each other, and of replays.
     Servers,
 }
 
 pub const LANES: [TestLane; 3] = [TestLane::Native, TestLane::Page, TestLane::Servers];
 
-/// A part of the run, in a separate process.
+/// A part of the test run, executed in a separate process.
 pub struct TestStep {
     pub name: &'static str,
     pub lane: TestLane,
-    /// Steps that have to pass first.
+    /// Names of steps that have to pass first.
     pub needs: &'static [&'static str],
     /// The smallest extent that includes the step.
     from: TestExtent,
     /// Whether the step runs at a lower priority, because the other lanes wait for servers and pages, which respond
     /// late on a busy machine.
     pub yields: bool,
-    /// External programs that the step needs, to show to the user.
+    /// External programs that the step needs, to be shown to the user.
     programs: &'static str,
     /// Whether a change makes the step necessary.
     concerns: fn(&TreeChange) -> bool,
-    /// Runs the step, restricted to these crates if possible.
+    /// Runs the step, restricted to the given crates if possible.
     run: fn(Option<&[String]>) -> Result<()>,
 }
 
@@ -80,7 +81,7 @@ const STEP: TestStep = TestStep {
     run: |_| Ok(()),
 };
 
-/// Crates that determine the course of a game.
+/// Crates that determine how a game plays out.
 const SIMULATION: [&str; 4] = ["jostle-sim", "jostle-game", "jostle-protocol", "jostle-room"];
 const PAGE_PATHS: [&str; 7] = [
     "client-web/",
@@ -93,7 +94,7 @@ const PAGE_PATHS: [&str; 7] = [
 ];
 const FLEET_PATHS: [&str; 3] = ["server/src/fleet/", "tests/tests/fleet/", "tests/src/"];
 
-/// All steps, in the order of each lane. Unless dependencies decide, the slowest come first.
+/// All steps, in the order of each lane. The slowest come first unless dependencies prevent it.
 pub const STEPS: [TestStep; 19] = [
     TestStep { name: "tidy", lane: TestLane::Servers, run: |_| tidy::tidy(), ..STEP },
     TestStep { name: "format", lane: TestLane::Servers, run: |_| format(), ..STEP },
@@ -228,13 +229,13 @@ pub const STEPS: [TestStep; 19] = [
     },
 ];
 
-/// The steps of this extent that a change makes necessary, or all.
+/// The steps of the given extent that a change makes necessary, or all of them if there is no change.
 pub fn chosen(extent: TestExtent, change: Option<&TreeChange>) -> Vec<&'static TestStep> {
     let asked = |step: &&TestStep| change.is_none_or(|change| (step.concerns)(change));
     STEPS.iter().filter(|step| step.from <= extent).filter(asked).collect()
 }
 
-/// Prints the external programs that the steps need, before the first one runs.
+/// Lists the external programs that the steps need, before the first step runs.
 pub fn say_needs(steps: &[&TestStep]) {
     for step in steps.iter().filter(|step| !step.programs.is_empty()) {
         println!("{} need {}; as root they are installed", step.name, step.programs);
@@ -264,7 +265,7 @@ fn plays(change: &TreeChange) -> bool {
     change.affects(&SIMULATION) || change.touches(&["tests/"])
 }
 
-/// Whether a change affects the page. Compiling it takes minutes, so with `--since` only changes to its own files
+/// Whether a change affects the page. Compiling the page takes minutes, so with `--since` only changes to its own files
 /// count.
 fn is_of_page(change: &TreeChange) -> bool {
     change.touches(&PAGE_PATHS)
@@ -286,7 +287,7 @@ fn clippy_wasm() -> Result<()> {
 
 fn documentation() -> Result<()> {
     let mut command = cargo(&["doc", "--no-deps"]);
-    // The overview at the top of a module may link to private items.
+    // Module overviews may link to private items.
     let flags = "--deny warnings --allow rustdoc::private-intra-doc-links";
     run(command.args(USUAL_CRATES).env("RUSTDOCFLAGS", flags))
 }
@@ -303,11 +304,11 @@ fn unit_tests(packages: Option<&[String]>) -> Result<()> {
         !is_step && packages.is_none_or(|packages| packages.contains(&binary.package))
     };
     let chosen: Vec<&Binary> = all.iter().filter(is_one).collect();
-    // Crates such as that of the socket tests have no unit tests.
+    // Some crates, such as the one with the socket tests, have no unit tests.
     if chosen.is_empty() && packages.is_some() {
         return Ok(());
     }
-    // Two programs run at a time, so that there are no more threads than processors.
+    // Two programs run concurrently, so this avoids having more threads than processors.
     let threads = thread::available_parallelism().map_or(1, |all| all.get() / 2).max(1);
     binaries::run_all(&chosen, &["--test-threads", &threads.to_string()])
 }
@@ -318,7 +319,7 @@ fn integration(name: &str, args: &[&str]) -> Result<()> {
     binaries::run_all(&all.iter().filter(is_it).collect::<Vec<_>>(), args)
 }
 
-/// Runs all socket tests, or with `--since` all except the soak tests.
+/// Runs all socket tests or, with `--since`, all except the soak tests.
 fn socket_tests(packages: Option<&[String]>) -> Result<()> {
     packages::provide_python()?;
     let mut args = vec!["--skip", FLEET_TESTS, "--test-threads"];
@@ -334,7 +335,7 @@ fn fleet_tests() -> Result<()> {
     integration(SOCKET_TEST, &[FLEET_TESTS, "--test-threads", FLEET_TEST_THREADS])
 }
 
-/// Runs the browser tests. One case follows a room to another server of a fleet and needs NATS.
+/// Runs the browser tests. One of them follows a room to another server in a fleet and therefore needs NATS.
 fn browser_tests() -> Result<()> {
     packages::provide_nats()?;
     integration(BROWSER_TEST, &[])

@@ -1,4 +1,4 @@
-//! Checks the dependencies between crates: which may depend on which.
+//! Checks that crates depend only on crates that they may depend on.
 
 use super::finding::Finding;
 use crate::workspace::Package;
@@ -13,7 +13,7 @@ const LAYERS: [&[&str]; 7] = [
     &["jostle-picture"],
     &["jostle-cli"],
 ];
-/// Crates that may depend on all others, but on which no shipped crate may depend.
+/// Crates that may depend on all others, but that no shipped crate may depend on.
 const TOOLS: [&str; 6] =
     ["jostle-tests", "jostle-fuzz", "jostle-goldens", "jostle-simulation", "xtask", "xtask-web"];
 /// Crates for sockets, runtimes and browsers, which the inner crates must not use.
@@ -55,7 +55,7 @@ fn check_one(package: &Package, packages: &[Package]) -> Vec<Finding> {
     findings
 }
 
-/// The manifest of a crate, whose folder follows from its name.
+/// The path of a crate's manifest; the folder follows from the crate's name.
 fn manifest(name: &str) -> String {
     format!("{}/Cargo.toml", name.trim_start_matches("jostle-"))
 }

@@ -1,4 +1,4 @@
-//! Import cycles: files of a crate that import each other, directly or indirectly.
+//! Finds import cycles, which are files of a crate that import each other directly or indirectly.
 
 use super::finding::Finding;
 use super::imports::Imports;
@@ -11,7 +11,7 @@ pub struct Circle<'a> {
     pub ties: Vec<String>,
 }
 
-/// Finds the cycles: strongly connected components of more than one file.
+/// Finds the cycles, which are strongly connected components with more than one file.
 pub fn circles<'a>(imports: &Imports<'a>) -> Vec<Circle<'a>> {
     let mut nexts: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
     for (from, to) in imports.keys() {
@@ -73,7 +73,7 @@ mod tests {
 
     const MANIFEST: &str = "[package]\nname = \"jostle-sim\"\n";
 
-    /// Findings for a crate with these files.
+    /// Returns the findings for a crate that consists of the given files.
     fn messages(files: &[(&str, &str)]) -> Vec<String> {
         let mut tree = vec![File::text("sim/Cargo.toml", MANIFEST)];
         tree.extend(files.iter().map(|(path, text)| File::text(&format!("sim/src/{path}"), text)));

@@ -6,12 +6,12 @@ use regex::Regex;
 use std::collections::BTreeSet;
 
 const ROWS: &str = "docs/physics.md";
-/// Stored results, whose numbers have other meanings.
+/// Stored results, in which such numbers have other meanings.
 const RESULTS: &str = "docs/report/";
-/// Comment markers by file extension. Documents are checked completely.
+/// Comment markers by file extension. Documents are checked in full.
 const COMMENTS: [(&str, &str); 6] =
     [(".rs", "//"), (".wgsl", "//"), (".js", "//"), (".toml", "#"), (".html", "<!--"), (".md", "")];
-/// A letter from A to D, one or two digits, and in A a second number; rows of C may end in a letter.
+/// A letter from A to D, one or two digits and, in A, a second number. Rows of C may end in a letter.
 const CITATION: &str = r"\b(?:[A-D]\d{1,2}(?:\.\d{1,2})?|C\d{1,2}[a-z])\b";
 
 pub fn check(files: &[File]) -> Vec<Finding> {

@@ -1,4 +1,4 @@
-//! `cargo xtask tidy --figures`: figures on the size and coupling of the code.
+//! `cargo xtask tidy --figures`: figures about the size and coupling of the code.
 
 use super::circles::circles;
 use super::files::File;
@@ -14,9 +14,9 @@ use syn::{Block, FnArg, ImplItemFn, ItemFn, ItemStruct, Signature, TraitItemFn, 
 const FUNCTION_LINES_MAX: usize = 55;
 const STRUCT_FIELDS_MAX: usize = 14;
 const MOST_IMPORTS: usize = 10;
-/// A doc comment of at most this many words is likely to just repeat a name.
+/// A doc comment with at most this many words probably just repeats a name.
 const SHORT_DOC_WORDS: usize = 3;
-/// Parts of the code whose production lines are counted, by prefixes and suffixes of paths.
+/// Parts of the code whose production lines are counted, given by prefixes and suffixes of paths.
 const PARTS: [(&str, &[(&str, &str)]); 3] = [
     ("page/dom", &[("client-web/src/page/dom", "")]),
     (
@@ -46,7 +46,7 @@ const PARTS: [(&str, &[(&str, &str)]); 3] = [
     ),
 ];
 
-/// The figures of a checkout, as text.
+/// Returns the figures for a checkout as text.
 ///
 /// Production lines are all lines of tracked `*.rs` files, including comments and empty lines, but excluding the
 /// top-level directories `tests` and `bench`, folders `tests` and `benches`, files `tests.rs`, and inline `#[cfg(test)]
@@ -81,7 +81,7 @@ fn list(title: &str, lines: &[String]) -> String {
     format!("{title}: {}\n{lines}", lines.lines().count())
 }
 
-/// All cycles, and how many would remain if no file imported a module that contains it.
+/// Returns all cycles and the number that would remain if no file imported a module that contains it.
 fn circles_of(imports: &Imports) -> String {
     let mut beside = imports.clone();
     beside.retain(|(from, to), _| !lies_below(from, to));
@@ -94,7 +94,7 @@ fn circles_of(imports: &Imports) -> String {
     out
 }
 
-/// Whether a file belongs to a module inside the module of another file.
+/// Whether a file belongs to a module inside another file's module.
 fn lies_below(file: &str, other: &str) -> bool {
     let endings = ["/lib.rs", "/main.rs", "/mod.rs", ".rs"];
     let dir = endings.iter().find_map(|ending| other.strip_suffix(ending)).unwrap_or(other);
@@ -110,7 +110,8 @@ fn lines(sources: &[SourceFile]) -> String {
     format!("production lines: {}\n{each}", lines.values().sum::<usize>())
 }
 
-/// Counts that need no parsing: tracked files, lines of tests, lines of [`PARTS`], short comments and `mod.rs`.
+/// Counts everything that needs no parsing: tracked files, lines of tests, lines of [`PARTS`], short comments and
+/// `mod.rs` files.
 fn counts(files: &[File], sources: &[SourceFile]) -> String {
     let rust = files.iter().filter(|file| file.path.ends_with(".rs"));
     let own = rust.filter(|file| !file.path.starts_with("bench/"));
@@ -153,7 +154,7 @@ fn most_imports(imports: &Imports) -> Vec<String> {
     most.iter().take(MOST_IMPORTS).map(|(file, count)| format!("{count:4} {file}")).collect()
 }
 
-/// Findings in the files read so far.
+/// Collects figures from the files read so far.
 #[derive(Default)]
 struct FigureVisitor {
     /// Path of the current file.

@@ -16,7 +16,7 @@ pub struct File {
 }
 
 impl File {
-    /// A file that exists only in memory, for tests.
+    /// Creates a file that exists only in memory, for tests.
     #[cfg(test)]
     pub fn text(path: &str, text: &str) -> Self {
         Self { path: path.into(), bytes: text.len(), text: Some(text.into()) }
@@ -30,7 +30,7 @@ pub fn read(root: &Path) -> Result<Vec<File>> {
     let listed = output_of(git.current_dir(root)).context("tidy works in a git checkout")?;
     let mut files = Vec::new();
     for path in listed.split('\0').filter(|path| !path.is_empty()) {
-        // A file that was removed but not yet staged is still listed.
+        // A file whose removal has not been staged is still listed.
         if let Ok(content) = fs::read(root.join(path)) {
             let bytes = content.len();
             files.push(File { path: path.into(), text: String::from_utf8(content).ok(), bytes });

@@ -6,18 +6,18 @@ use std::fmt::{self, Display};
 #[derive(Debug, PartialEq)]
 pub struct Finding {
     path: String,
-    /// Line number from 1; 0 for the file as a whole.
+    /// Line number, counted from 1; 0 for the file as a whole.
     line: usize,
     text: String,
 }
 
 impl Finding {
-    /// A problem at a line of a file.
+    /// Creates a finding at a line of a file.
     pub fn at(path: &str, line: usize, text: impl Into<String>) -> Finding {
         Finding { path: path.to_owned(), line, text: text.into() }
     }
 
-    /// A problem of a file as a whole.
+    /// Creates a finding about a file as a whole.
     pub fn of(path: &str, text: impl Into<String>) -> Finding {
         Finding::at(path, 0, text)
     }

@@ -1,15 +1,14 @@
 //! Finds the imports between the files of a workspace.
 //!
-//! An import of `crate::a::b::Name` is an import of the deepest file on that path, `a/b.rs`.
-//! Re-exports are not followed: `super::Name` imports the parent module's file, even if a `pub use` there re-exports
-//! the name; that `pub use` is an import by the parent. Tests, visibilities, attributes and documentation do not count
-//! as imports.
+//! An import of `crate::a::b::Name` imports the deepest file on that path, `a/b.rs`. Re-exports are not followed:
+//! `super::Name` imports the parent module's file, even if a `pub use` there re-exports the name; that `pub use` is an
+//! import by the parent. Tests, visibilities, attributes and documentation do not count as imports.
 
 use super::source::{Crate, SourceFile};
 use proc_macro2::{Group, TokenStream, TokenTree};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The names that one file imports from another, by the paths of both.
+/// The names that one file imports from another, by the paths of both files.
 pub type Imports<'a> = BTreeMap<(&'a str, &'a str), BTreeSet<String>>;
 /// A path in code, starting with the name of the crate.
 type ModulePath = Vec<String>;
@@ -32,7 +31,7 @@ pub fn imports<'a>(sources: &'a [SourceFile], crates: &[Crate]) -> Imports<'a> {
     imports
 }
 
-/// The path of a file's module. Outside `src`, each folder counts as a crate.
+/// Returns the path of a file's module. Outside `src`, each folder counts as a crate.
 fn module_path(path: &str, crates: &[Crate], sources: &[SourceFile]) -> ModulePath {
     let package = crates.iter().find(|package| path.starts_with(&package.dir));
     let dir = package.map_or("", |package| package.dir.as_str());
@@ -42,7 +41,7 @@ fn module_path(path: &str, crates: &[Crate], sources: &[SourceFile]) -> ModulePa
     let mut module = vec![ident.unwrap_or_else(|| format!("{dir}{folder}"))];
     module.extend(rest.split('/').map(str::to_owned));
     let library = format!("{dir}src/lib.rs");
-    // Next to a library, a program counts as one more module.
+    // If there is also a library, a program counts as one more module.
     let is_root = match rest {
         "main" => !sources.iter().any(|source| source.path == library),
         _ => rest == "lib" || rest.ends_with("/mod") || rest.ends_with("/main"),
@@ -57,7 +56,7 @@ struct ImportReader<'a, 'm> {
     from: &'a str,
     /// Path of the current module, including inline ones.
     here: ModulePath,
-    /// Names that `use` declarations brought into the file.
+    /// Names brought into the file by `use` declarations.
     aliases: BTreeMap<String, ModulePath>,
     imports: Imports<'a>,
 }
@@ -84,7 +83,7 @@ impl ImportReader<'_, '_> {
         }
     }
 
-    /// Records an import of the deepest file on a path, with the first name after its module path.
+    /// Records an import of the deepest file on a path, with the first name that follows its module path.
     fn import(&mut self, absolute: &[String]) {
         let found = (1..=absolute.len())
             .rev()
@@ -94,7 +93,7 @@ impl ImportReader<'_, '_> {
         self.imports.entry((self.from, file)).or_default().insert(name);
     }
 
-    /// Records the import of a path as written. In a `use`, it also brings a name into the file.
+    /// Records the import of a path as written. A path in a `use` also brings a name into the file.
     fn import_written(&mut self, written: &[String], is_use: bool, alias: Option<String>) {
         let Some(absolute) = self.absolute(written).filter(|_| is_use || written.len() > 1) else {
             return;
@@ -174,7 +173,7 @@ impl ImportReader<'_, '_> {
     }
 }
 
-/// Whether a group is `(in path)`, as after `pub`.
+/// Whether a group has the form `(in path)`, as after `pub`.
 fn is_visibility(group: &Group) -> bool {
     let first = group.stream().into_iter().next();
     matches!(first, Some(TokenTree::Ident(ident)) if ident == "in")
@@ -186,7 +185,7 @@ mod tests {
     use crate::tidy::files::File;
     use crate::tidy::source::{crates, parse};
 
-    /// The imports of `sim/src/a.rs`, one per line: the file and the names.
+    /// Lists the imports of `sim/src/a.rs`, one file per line with the imported names.
     fn imported(text: &str) -> Vec<String> {
         let manifest = |name: &str| format!("[package]\nname = \"jostle-{name}\"\n");
         let mut files = vec![File::text("sim/Cargo.toml", &manifest("sim"))];

@@ -1,4 +1,4 @@
-//! The Rust files of a checkout, parsed once for all checks of code.
+//! The Rust files of a checkout, parsed once for all code checks.
 
 use super::files::File;
 use anyhow::{Context, Result};
@@ -9,14 +9,14 @@ use syn::{Attribute, Item, Path};
 
 /// Top-level directories whose code is never shipped.
 const MEASURING: [&str; 2] = ["tests", "bench"];
-/// Folders of a crate that hold tests and benchmarks.
+/// Folders of a crate that contain tests and benchmarks.
 const TEST_FOLDERS: [&str; 2] = ["tests", "benches"];
 
 /// A parsed Rust file.
 pub struct SourceFile {
     /// Path relative to the root, with slashes.
     pub path: String,
-    /// Items that are built outside tests.
+    /// Items that are compiled outside of tests.
     pub items: Vec<Item>,
     /// The file's items as tokens.
     pub tokens: TokenStream,
@@ -96,7 +96,7 @@ fn is_production(path: &str) -> bool {
     !measures && !tests && name != Some("tests.rs")
 }
 
-/// Attributes of an item of a kind that may be built only for tests.
+/// The attributes of an item, if it is of a kind that can be compiled only for tests.
 fn attributes(item: &Item) -> &[Attribute] {
     match item {
         Item::Mod(item) => &item.attrs,
@@ -112,7 +112,7 @@ fn is_for_tests(attribute: &Attribute) -> bool {
     condition.is_some_and(|path| path.is_ok_and(|path| path.is_ident("test")))
 }
 
-/// Number of lines of an inline module with its attributes; 0 for anything else.
+/// Number of lines in an inline module, including its attributes; 0 for anything else.
 fn inline_lines(item: &Item) -> usize {
     let Item::Mod(module) = item else { return 0 };
     let Some((braces, _)) = &module.content else { return 0 };

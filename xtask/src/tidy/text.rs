@@ -1,10 +1,10 @@
-//! Checks single lines for text that is forbidden in source files.
+//! Checks individual lines for text that is forbidden in source files.
 
 use super::files::File;
 use super::finding::Finding;
 use regex::Regex;
 
-/// Patterns that no line of a text file may match, each with the remedy. Patterns are written so that they do not match
+/// Patterns that no line of a text file may match, each with a remedy. They are written so that they do not match
 /// themselves.
 const EVERYWHERE: [(&str, &str); 4] = [
     (
@@ -25,7 +25,7 @@ const PURE_CRATES: [&str; 4] = ["sim/src/", "game/src/", "protocol/src/", "room/
 const IMPURE: [&str; 7] =
     ["std::env", "std::fs", "std::net", "std::thread", "std::time", "HashMap", "HashSet"];
 const ARCHITECTURE_LINES_MAX: usize = 199;
-/// Rust files with more lines are listed, to check whether they still have a single subject.
+/// Rust files with more lines than this are listed, so that someone can check whether they still have a single subject.
 const RUST_LINES_NOTED: usize = 600;
 const TEXT_ENDINGS: [&str; 10] =
     [".rs", ".toml", ".md", ".wgsl", ".html", ".css", ".js", ".sh", ".yml", ".json"];
@@ -43,7 +43,7 @@ pub fn check(files: &[File]) -> Vec<Finding> {
             findings
                 .extend(impure(file, line).map(|fault| Finding::at(&file.path, index + 1, fault)));
         }
-        // A test file is explained by the code that it tests.
+        // A test file needs no explanation besides the code that it tests.
         let is_explained = text.starts_with("//!") || file.path.ends_with("/tests.rs");
         if file.path.ends_with(".rs") && !is_explained {
             let fault = "does not open with `//!`; each file says what lives in it; add that line";
@@ -58,7 +58,7 @@ pub fn check(files: &[File]) -> Vec<Finding> {
     findings
 }
 
-/// Rust files that are long enough to review; not an error.
+/// Lists Rust files that are long enough to be reviewed, which is not an error.
 pub fn long_files(files: &[File]) -> Vec<String> {
     let rust = files.iter().filter(|file| file.path.ends_with(".rs"));
     let counted = rust.map(|file| (file, file.text.as_deref().unwrap_or("").lines().count()));
@@ -83,7 +83,7 @@ mod tests {
     use super::{check, long_files};
     use crate::tidy::files::File;
 
-    /// Number of findings in a file with this line.
+    /// Number of findings in a file that consists of this line.
     fn faults(path: &str, line: &str) -> usize {
         check(&[File::text(path, &format!("//! X.\n{line}\n"))]).len()
     }

@@ -1,4 +1,4 @@
-//! Figures on types for `cargo xtask tidy --figures`: their size, the number of files over which they are spread, and
+//! Figures about types for `cargo xtask tidy --figures`: their size, the number of files they are spread over, and
 //! names used more than once.
 
 use super::source::SourceFile;
@@ -8,13 +8,13 @@ use syn::{Ident, ImplItem, ItemEnum, ItemImpl, ItemStruct, ItemTrait, ItemUnion,
 
 pub const METHODS_MAX: usize = 50;
 pub const FILES_MAX: usize = 3;
-/// Names shared by at least this many types are listed.
+/// A name is listed if at least this many types share it.
 pub const OFTEN: usize = 4;
 
-/// Findings about types, one per line.
+/// Figures about types, one per line.
 #[derive(Default)]
 pub struct Types {
-    /// Types with more than [`METHODS_MAX`] methods, not counting those of traits.
+    /// Types with more than [`METHODS_MAX`] methods, not counting trait methods.
     pub large: Vec<String>,
     /// Types with methods in more than [`FILES_MAX`] files.
     pub spread: Vec<String>,
@@ -25,7 +25,7 @@ pub struct Types {
 }
 
 /// Collects the figures. If several types in a crate have the same name, methods are attributed to the one whose file
-/// is nearest.
+/// is closest.
 pub fn types(sources: &[SourceFile]) -> Types {
     let mut reader = TypeVisitor::default();
     for source in sources {

@@ -1,10 +1,10 @@
-//! Rejects names that the code no longer uses because the field has established terms.
+//! Rejects names that the code has abandoned in favour of the field's established terms.
 
 use super::finding::Finding;
 use super::source::SourceFile;
 use proc_macro2::{TokenStream, TokenTree};
 
-/// Old names of modules, then of types and modules of the same name, each with its replacement.
+/// Old names of modules, followed by old names shared by types and modules, each with its replacement.
 const WORDS: [(&str, &str); 51] = [
     ("ask", "confirm"),
     ("words", "strings"),
@@ -58,10 +58,10 @@ const WORDS: [(&str, &str); 51] = [
     ("Words", "StateIo"),
     ("Listing", "StateDump"),
 ];
-/// Keywords before the name of a declaration.
+/// Keywords that precede the name of a declaration.
 const KEYWORDS: [&str; 5] = ["struct", "enum", "type", "trait", "mod"];
 
-/// Reports files and declarations with an old name.
+/// Reports files and declarations that have an old name.
 pub fn check(sources: &[SourceFile]) -> Vec<Finding> {
     let mut findings = Vec::new();
     for source in sources {
@@ -78,13 +78,13 @@ pub fn check(sources: &[SourceFile]) -> Vec<Finding> {
     findings
 }
 
-/// Module name of a file: both `world/step.rs` and `world/step/mod.rs` give `step`.
+/// The module name of a file: `step` for both `world/step.rs` and `world/step/mod.rs`.
 fn file_stem(path: &str) -> &str {
     let path = path.trim_end_matches(".rs").trim_end_matches("/mod").trim_end_matches("/main");
     path.rsplit('/').next().unwrap_or(path)
 }
 
-/// Collects declared names with their lines.
+/// Collects declared names with their line numbers.
 fn collect(tokens: TokenStream, declared: &mut Vec<(String, usize)>) {
     let mut is_declaration = false;
     for token in tokens {

@@ -36,7 +36,7 @@ pub fn bind(wasm: &Path, out: &Path) -> Result<()> {
 }
 
 /// Replaces the imports' names in the script with short ones. The original names end with incompressible 16-digit
-/// hashes, which cost 5 kB in the program and as much in the script.
+/// hashes, which take 5 kB in the program and as much again in the script.
 fn renamed(script: &str, names: &BTreeMap<String, String>) -> Result<String> {
     let mut found = 0;
     let lines = script.lines().map(|line| {

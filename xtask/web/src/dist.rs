@@ -9,17 +9,17 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::thread;
 
-/// Smaller files get the best compression even in a hurry, since the dictionary saves up to 8 %.
+/// Files smaller than this get the best compression even in a hurry, since the dictionary saves up to 8 %.
 const LARGE_BYTES: usize = 256 << 10;
-/// Block sizes, and whether brotli's dictionary is used. Results for the program differ by 0.2 %, and the best setting
-/// varies from build to build.
+/// Block sizes, each with whether to use brotli's dictionary. Results for the program differ by 0.2 %, and the best
+/// setting varies from build to build.
 const SETTINGS: [(i32, bool); 7] =
     [(16, true), (17, true), (18, true), (19, true), (16, false), (17, false), (19, false)];
 
 /// How much time compression may take.
 #[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Effort {
-    /// About a second, for development.
+    /// About a second; for development.
     Hurried,
     /// The best of several settings, so that measured sizes are those of a release.
     Good,
@@ -34,7 +34,7 @@ pub fn write_changed(dist: &Path, files: &Files, effort: Effort) -> Result<()> {
         let packed = packed_name(&path);
         let same = fs::read(&path).is_ok_and(|old| old == *content);
         let is_packed = same && packed.exists() && effort != Effort::Release;
-        // Write the variant first: if a file is up to date, its variant must be too.
+        // Write the variant first, so that if a file is up to date, its variant is too.
         if compressible(name) && !is_packed {
             write(&packed, &compress(content, effort)?)?;
         }
@@ -67,7 +67,7 @@ fn packed_name(path: &Path) -> PathBuf {
     name.into()
 }
 
-/// Compresses a file with the best of the settings.
+/// Compresses a file with whichever setting works best.
 fn compress(content: &[u8], effort: Effort) -> Result<Vec<u8>> {
     let (quality, settings) = match effort {
         Effort::Hurried if content.len() > LARGE_BYTES => (2, &SETTINGS[..1]),
@@ -99,7 +99,7 @@ fn compress_with(
     Ok(packed)
 }
 
-/// Removes files of earlier builds that this one does not have.
+/// Removes files from earlier builds that are not part of this one.
 pub fn remove_others(dist: &Path, files: &Files) -> Result<()> {
     let mut present = BTreeMap::new();
     add_tree(&mut present, dist, Path::new(""))?;
@@ -115,7 +115,7 @@ pub fn remove_others(dist: &Path, files: &Files) -> Result<()> {
     Ok(())
 }
 
-/// Prints the size of the page's program; returns its compressed size.
+/// Prints the size of the page's program and returns its compressed size.
 pub fn report(dist: &Path, files: &Files) -> Result<u64> {
     let wasm = files.get(Path::new("client_bg.wasm")).map_or(0, Vec::len);
     let packed = fs::metadata(dist.join("client_bg.wasm.br")).context("the program")?.len();

@@ -7,7 +7,7 @@ use std::fs;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 
-/// Files of a page: path below `dist` -> content.
+/// The files of a page, as a map from the path below `dist` to the content.
 pub type Files = BTreeMap<PathBuf, Vec<u8>>;
 
 /// Gathers all files of the page.
@@ -27,8 +27,8 @@ pub fn gather(root: &Path, bound: &Path) -> Result<Files> {
     Ok(files)
 }
 
-/// Puts a digest of everything into the URLs in the document, and into a file for the server. Browsers cache files with
-/// such URLs forever.
+/// Puts a digest of all files into the URLs in the document, and into a file for the server. Browsers may cache files
+/// with such URLs forever.
 pub fn stamp(files: &mut Files) -> Result<()> {
     let mut digest = DefaultHasher::new();
     files.hash(&mut digest);

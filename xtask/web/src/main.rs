@@ -12,7 +12,7 @@ use clap::Parser;
 use dist::Effort;
 use std::path::PathBuf;
 
-/// Makes the page from its compiled program
+/// Builds the page from its compiled program
 #[derive(Parser)]
 struct WebArguments {
     /// The workspace's root
@@ -24,10 +24,10 @@ struct WebArguments {
     /// Directory for the output of wasm-bindgen
     #[arg(long, value_name = "DIR")]
     bound: PathBuf,
-    /// Directory for the page without a server, for any file host
+    /// Directory for a version of the page that needs no server, for any file host
     #[arg(long, value_name = "DIR")]
     static_page: Option<PathBuf>,
-    /// How well to compress
+    /// How much effort to put into compression
     #[arg(long, value_enum)]
     effort: Effort,
     /// Fail if the compressed program is larger than this

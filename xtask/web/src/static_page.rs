@@ -1,5 +1,5 @@
-//! The page without a server: a folder for any file host. It is the page that the server embeds, with relative URLs, a
-//! mark on the document, and the list of scenes as a file.
+//! The page without a server: a folder for any file host. It is the same page that the server embeds, but with relative
+//! URLs, a mark in the document, and the list of scenes as a file.
 
 use anyhow::{Context, Result, ensure};
 use jostle_game::Scene;
@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Start of the page's document.
+/// The start of the page's document.
 const ROOT: &str = "<html ";
 
 /// Writes the files of a page into the folder `out`, replacing its previous contents.
@@ -25,8 +25,8 @@ pub fn write(out: &Path, files: &BTreeMap<PathBuf, Vec<u8>>) -> Result<()> {
     Ok(())
 }
 
-/// All files of the folder, by relative path. All except the document are in a folder named by their digest, so that no
-/// browser mixes two versions.
+/// All files of the folder, by relative path. All except the document are in a folder named after their digest, so that
+/// no browser mixes two versions.
 fn site(files: &BTreeMap<PathBuf, Vec<u8>>) -> Result<BTreeMap<PathBuf, Vec<u8>>> {
     let text = |name: &str| {
         let content = files.get(Path::new(name)).with_context(|| format!("no {name}"))?;
@@ -47,7 +47,7 @@ fn site(files: &BTreeMap<PathBuf, Vec<u8>>) -> Result<BTreeMap<PathBuf, Vec<u8>>
     Ok(site)
 }
 
-/// The document with relative URLs, marked with the folder of all other files.
+/// Returns the document with relative URLs, marked with the folder that contains all other files.
 fn document(page: &str, folder: &str) -> Result<String> {
     ensure!(page.contains(ROOT), "index.html has no {ROOT:?}");
     let marked = page.replacen(ROOT, &format!("{ROOT}data-static=\"{folder}\" "), 1);
@@ -56,7 +56,7 @@ fn document(page: &str, folder: &str) -> Result<String> {
     Ok(relative)
 }
 
-/// The content of a server's `/api/scenes`, for a file.
+/// What a server would return for `/api/scenes`, to be stored in a file.
 fn scenes(folder: &str, files: &BTreeMap<PathBuf, Vec<u8>>) -> Scenes {
     let card = |scene: &Scene| {
         let picture = format!("pictures/{}.webp", scene.name);

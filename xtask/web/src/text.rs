@@ -1,4 +1,4 @@
-//! Removes parts of the page's text files that browsers do not need.
+//! Strips the page's text files of parts that browsers do not need.
 
 /// Removes comments, except HTML ones, and indentation from a script, a style sheet or a document. Comments must start
 /// at the beginning of a line, and strings and preformatted text must not contain newlines.
