@@ -1,6 +1,6 @@
-//! Bodies as plain vectors by slot, and the list of those that move.
+//! Bodies, stored as plain vectors by slot, and the list of those that move.
 //!
-//! A slot is reused after its body is removed, with a new generation. All loops visit slots in ascending order, so
+//! After its body is removed, a slot is reused with a new generation. All loops visit slots in ascending order, so
 //! the order in which bodies were created matters only through the slots they received.
 
 use crate::body::{BodyDef, BodyId, GROUPS_MAX, Material, Motion};
@@ -17,17 +17,18 @@ pub(crate) const REACH_MIN: f32 = 0.125;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Bodies {
     pub shape: Vec<Shape>,
-    /// Half extent of `shape`; for a circle the radius on both axes.
+    /// Half extent of `shape`; for a circle, the radius on both axes.
     pub half: Vec<Vec2>,
     pub center: Vec<Vec2>,
     pub velocity: Vec<Vec2>,
     /// 1 / mass; 0 for static and kinematic bodies and for free slots.
     pub inverse_mass: Vec<f32>,
-    /// Factor in [0, 1] applied to the last step's impulses when they warm start the next step; see `relaxation`.
+    /// Factor in [0, 1] applied to this step's impulses when they warm-start the next one; see `relaxation`.
     pub warm_start_scale: Vec<f32>,
     /// Distance within which the step looks for other bodies, world units; see `pairs`.
     pub reach: Vec<f32>,
-    /// Number of times the solver moved the body. Not part of the state: it is only compared to detect a change.
+    /// Number of times the solver has moved the body. It is not part of the state, since it is only compared to detect
+    /// changes.
     pub moves: Vec<u32>,
     pub gravity_scale: Vec<f32>,
     pub material: Vec<Material>,
@@ -35,9 +36,10 @@ pub(crate) struct Bodies {
     pub group: Vec<u8>,
     pub generation: Vec<u32>,
     pub alive: Vec<bool>,
-    /// Smallest half-size of all bodies; `None` until it is next needed.
+    /// Smallest half-size among all bodies; `None` until it is next needed.
     thinnest: Option<f32>,
-    /// Slots of the dynamic and kinematic bodies that a step visits, ascending: all except sleeping and steady ones.
+    /// Slots of the dynamic and kinematic bodies that a step visits, ascending. These are all except sleeping and
+    /// steady ones.
     pub moving: Vec<u32>,
     /// Free slots in descending order, so that the lowest is taken first.
     free: Vec<u32>,
@@ -80,7 +82,7 @@ impl Bodies {
         self.id(slot)
     }
 
-    /// Returns the body in a slot. Always inlined, so that fields the caller does not read cost nothing.
+    /// Returns the body in a slot. It is always inlined, so that fields that the caller does not read cost nothing.
     #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     pub fn body(&self, slot: u32) -> Body {
         let slot = slot as usize;
@@ -139,7 +141,7 @@ impl Bodies {
         slot
     }
 
-    /// Rebuilds the list of free slots after all bodies are restored.
+    /// Rebuilds the list of free slots once all bodies are restored.
     pub fn list_free(&mut self) {
         let slots = (0u32..).zip(&self.alive).filter_map(|(slot, &alive)| (!alive).then_some(slot));
         self.free = slots.collect();
@@ -178,8 +180,8 @@ impl Bodies {
         index < self.alive.len() && self.alive[index] && self.generation[index] == id.generation
     }
 
-    /// Returns the slot of a body. Looking up a removed body is a caller's bug: debug builds panic, others return
-    /// `None`.
+    /// Returns the slot of a body. Looking up a removed body is a bug in the caller: debug builds panic, other
+    /// builds return `None`.
     #[cfg_attr(not(target_arch = "wasm32"), inline)]
     pub fn find(&self, id: BodyId) -> Option<usize> {
         let exists = self.contains(id);
@@ -199,7 +201,7 @@ impl Bodies {
         self.alive.len() - self.free.len()
     }
 
-    /// Smallest half-size of all bodies, world units; infinite if there are none.
+    /// Smallest half-size among all bodies, world units; infinite if there are none.
     pub fn thinnest(&mut self) -> f32 {
         *self.thinnest.get_or_insert_with(|| {
             let alive = self.alive.iter().zip(&self.shape).filter(|(alive, _)| **alive);
@@ -214,7 +216,7 @@ impl Bodies {
         (center.x + velocity.x + center.y + velocity.y).is_finite()
     }
 
-    /// Moves a body and counts the move. A zero shift, as for a body of infinite mass, is not counted.
+    /// Moves a body and counts the move. A shift of zero, as for a body of infinite mass, is not counted.
     #[cfg_attr(not(target_arch = "wasm32"), inline)]
     pub fn shift(&mut self, slot: usize, shift: Vec2) {
         if shift != Vec2::ZERO {

@@ -4,12 +4,12 @@ use crate::forces::air::Drag;
 use crate::shape::Shape;
 use glam::Vec2;
 
-/// Permanent id of a body: after a removal, `index` is reused with another `generation`.
+/// Permanent id of a body. After its removal, `index` is reused with another `generation`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct BodyId {
     /// Slot in the world's arrays.
     pub index: u32,
-    /// Number of times the slot was used before.
+    /// Number of times that the slot was used before.
     pub generation: u32,
 }
 
@@ -18,7 +18,7 @@ pub struct BodyId {
 pub enum Motion {
     /// Never moves; infinite mass.
     Static,
-    /// Moves only by its own velocity, for example a lift; infinite mass.
+    /// Moves only by its own velocity, like a lift; infinite mass.
     Kinematic,
     /// Moved by gravity and contacts.
     Dynamic,
@@ -49,7 +49,7 @@ pub struct BodyDef {
     pub restitution: f32,
     /// Coulomb friction coefficient, 0..=10; a pair uses the geometric mean.
     pub friction: f32,
-    /// Factor on the world's gravity; 0 for none.
+    /// Factor applied to the world's gravity; 0 for none.
     pub gravity_scale: f32,
     /// Air drag; only dynamic bodies in a world with forces use it.
     pub drag: Drag,

@@ -1,5 +1,5 @@
-//! Checks of arguments, one function for each kind of value and never inlined: a message in every calling place would
-//! add kilobytes to the page's program.
+//! Argument checks, with one function for each kind of value. They are never inlined, since a message at every call
+//! site would add kilobytes to the page's program.
 
 use glam::Vec2;
 

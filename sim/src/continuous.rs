@@ -1,5 +1,6 @@
-//! Continuous collision: bodies that move by more than their size within a step neither tunnel nor miss each other.
-//! Only the conjugate solver uses it; with the relaxation solver `speed_max` has to be low enough.
+//! Continuous collision keeps bodies that move by more than their size within a step from tunnelling through or
+//! missing each other. Only the conjugate solver uses it; with the relaxation solver, `speed_max` has to be low
+//! enough.
 
 pub(crate) mod crowd;
 pub(crate) mod impact_prediction;

@@ -1,14 +1,14 @@
-//! Features of a world that cost time; a step reads them from the scene's plan.
+//! Features of a world that cost time. They come from the scene's plan.
 //!
-//! A step skips features that no body of the world has. A world starts with the features of its settings and gains
-//! those of every body that is added, so a plan that names too many costs time but never makes a result wrong.
-//! Features are not state: the hashes are the same with all of them enabled.
+//! A step skips features that no body of the world has. A world starts with the features in its settings and gains
+//! those of every body that is added, so no plan can make a result wrong; one that names too many features only
+//! costs time. Features are not state, since the hashes are the same with all of them enabled.
 
 use crate::body::{BodyDef, Motion};
 use crate::shape::{Shape, shapes};
 
 /// Whether to leave out the special code for contacts without friction and for a single kind of shape. The general
-/// code computes the same bits, and the page, which is downloaded, contains only that.
+/// code computes the same bits, and is the only one in the page, which has to be downloaded.
 pub(crate) const GENERAL_ONLY: bool = cfg!(target_arch = "wasm32");
 
 /// Features of a world; see the module documentation.
@@ -18,17 +18,17 @@ pub struct Features {
     pub circles: bool,
     /// Some bodies are boxes.
     pub boxes: bool,
-    /// Contacts have friction: a dynamic body has some. A pair uses the geometric mean of its two coefficients, and
-    /// one of the bodies is dynamic.
+    /// Contacts have friction because some dynamic body does. A pair uses the geometric mean of its two
+    /// coefficients, and one of its bodies is dynamic.
     pub friction: bool,
-    /// Contacts bounce: a body that is not static has restitution. A pair uses the smaller value.
+    /// Contacts bounce because some body that is not static has restitution. A pair uses the smaller value.
     pub restitution: bool,
     /// Particles and emitters.
     pub particles: bool,
 }
 
 impl Features {
-    /// No features: an empty world, which gains them as bodies are added.
+    /// No features, as in an empty world, which gains them as bodies are added.
     pub const NONE: Features = Features {
         circles: false,
         boxes: false,
@@ -36,7 +36,7 @@ impl Features {
         restitution: false,
         particles: false,
     };
-    /// All features: a step runs the general code.
+    /// All features, so that a step runs the general code.
     pub const ALL: Features =
         Features { circles: true, boxes: true, friction: true, restitution: true, particles: true };
 
@@ -84,7 +84,7 @@ impl Features {
         }
     }
 
-    /// Features of either of the two.
+    /// The features of both combined.
     pub fn with(self, other: Features) -> Features {
         Features {
             circles: self.circles || other.circles,

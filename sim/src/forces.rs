@@ -1,16 +1,16 @@
-//! Forces besides gravity: air drag, wind and springs. A world whose settings do not enable them has no such state,
-//! runs no such loop and hashes nothing of it.
+//! Forces other than gravity: air drag, wind and springs. A world whose settings do not enable them has no such
+//! state, runs no such loops and hashes nothing for them.
 //!
-//! A step asks for the [`Move`]s of all bodies that feel a force: the path of free flight through the whole step, and
-//! the velocity at its end. Contacts act on these. There is one file for each method:
-//! - `flight`: a single body, in closed form: drag, wind, springs of zero length to fixed points;
-//! - `network`: bodies joined by springs, with an implicit step, solved by `elimination`;
-//! - `obstacles`: what blocks stiff springs, which then take an implicit step;
-//! - `energy_guard`: keeps contacts from adding energy to bodies on springs;
-//! - `euler`: bodies in groups selected by a scene, by one of Euler's methods, for comparison.
+//! A step asks for the [`Move`]s of all bodies subject to a force. A move consists of the path of free flight through
+//! the whole step and the velocity at its end, on which contacts act. There is one file for each method:
+//! - `flight` moves a single body in closed form, under drag, wind, and springs of zero length to fixed points;
+//! - `network` moves bodies joined by springs with an implicit step, solved by `elimination`;
+//! - `obstacles` finds what blocks stiff springs, which then take an implicit step;
+//! - `energy_guard` keeps contacts from adding energy to bodies on springs;
+//! - `euler` moves bodies in groups selected by a scene with one of Euler's methods, for comparison.
 //!
-//! Forces are computed in double precision, which is just as reproducible on every target as single: a stiff spring
-//! multiplies the rounding errors of the positions it joins by its stiffness.
+//! Forces are computed in double precision, because a stiff spring multiplies the rounding errors of the positions
+//! it joins by its stiffness. Double precision is just as reproducible on every target as single precision.
 
 pub(crate) mod air;
 pub(crate) mod elimination;
@@ -41,19 +41,19 @@ use springs::{Spring, SpringEnd};
 pub struct ForceSettings {
     /// Velocity of the air, units/s.
     pub wind: Vec2,
-    /// Maximum number of springs at a time.
+    /// Maximum number of springs at any time.
     pub springs_max: usize,
     /// Groups that are moved by one of Euler's methods.
     pub euler: EulerGroups,
 }
 
-/// Constants of a step.
+/// Constants for a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Surroundings {
     pub gravity: Vec2,
     pub dt: f32,
     pub speed_max: f32,
-    /// For each group, the groups that it collides with.
+    /// For each group, the groups with which it collides.
     pub meets: [u32; GROUPS_MAX],
 }
 
@@ -63,7 +63,7 @@ pub(crate) struct Forces {
     wind: Vec2,
     springs_max: usize,
     euler: EulerGroups,
-    /// Bodies with drag, by ascending slot.
+    /// Bodies with drag, in ascending slot order.
     pub dragged: Vec<(u32, Drag)>,
     pub springs: Vec<Spring>,
     /// Whether the three fields below are up to date.
@@ -71,11 +71,11 @@ pub(crate) struct Forces {
     euler_bodies: Vec<EulerBody>,
     flights: Vec<Flight>,
     networks: Vec<Network>,
-    /// Spring visits of this step before the current moves were computed.
+    /// Number of spring visits in this step before the current moves were computed.
     visits_before: u64,
     guard: SpringGuard,
     obstacles: Obstacles,
-    /// Slots and inverse masses of bodies held by obstacles.
+    /// Slots and original inverse masses of bodies held by obstacles.
     masses: Vec<(u32, f32)>,
     /// Moves of this step.
     pub moves: Vec<Move>,
@@ -98,7 +98,7 @@ impl Forces {
         }
     }
 
-    /// Drops the drag and the springs of bodies that were removed.
+    /// Drops the drag and the springs of removed bodies.
     pub fn keep_alive(&mut self, bodies: &Bodies) {
         let lives = |slot: u32| bodies.alive[slot as usize];
         let counts = (self.dragged.len(), self.springs.len());
@@ -113,7 +113,7 @@ impl Forces {
         at.map_or(Drag::NONE, |at| self.dragged[at].1)
     }
 
-    /// Adds a spring; returns `false` if there are too many.
+    /// Adds a spring, or returns `false` if there are too many.
     pub fn add_spring(&mut self, spring: Spring) -> bool {
         spring.check();
         let fits = self.springs.len() < self.springs_max;
@@ -124,7 +124,7 @@ impl Forces {
         fits
     }
 
-    /// Visits of springs in the last step.
+    /// Number of spring visits in the latest step.
     pub fn spring_visits(&self) -> u64 {
         self.visits_before + self.networks.iter().map(|network| network.visits.all()).sum::<u64>()
     }
@@ -160,7 +160,7 @@ impl Forces {
     }
 
     /// Divides [`VISITS_MAX`] among the networks in proportion to the visits they want. A small network gets twice
-    /// what it wants, up to an equal share, regardless of the others; the total may thus reach twice the limit.
+    /// what it wants, up to an equal share, regardless of the others, so the total may reach twice the limit.
     fn share_visits(&mut self) {
         let all = self.networks.iter().map(|network| network.visits.wanted).sum::<u64>();
         let equal = VISITS_MAX / self.networks.len().max(1) as u64;
@@ -171,7 +171,7 @@ impl Forces {
         }
     }
 
-    /// Extends the reach of bodies on stiff springs; returns whether there are any.
+    /// Extends the reach of bodies on stiff springs, and returns whether there are any.
     pub fn extend_reach(&self, bodies: &mut Bodies) -> bool {
         let mut any = false;
         for found in &self.moves {
@@ -185,8 +185,8 @@ impl Forces {
         any
     }
 
-    /// For each slot, finds how springs bend the body's path: the acceleration on the parabola that ends where its
-    /// move does.
+    /// For each slot, finds how springs bend the body's path, as the acceleration on the parabola that ends where
+    /// its move does.
     pub fn find_sprung(&self, bodies: &Bodies, dt: f32, sprung: &mut Vec<Option<Vec2>>) {
         sprung.clear();
         if !self.has_springs() {
@@ -202,7 +202,7 @@ impl Forces {
         }
     }
 
-    /// Begins a step: saves positions and velocities for the energy guard.
+    /// Begins a step by saving positions and velocities for the energy guard.
     pub fn begin(&mut self, bodies: &Bodies) {
         self.visits_before = 0;
         self.networks.iter_mut().for_each(|network| network.visits.forget());
@@ -218,7 +218,7 @@ impl Forces {
         contacts: impl Iterator<Item = [u32; 2]>,
         gravity: Vec2,
     ) {
-        // Without moves all of them are at rest.
+        // Without moves, all of them are at rest.
         if self.has_springs() && !self.moves.is_empty() {
             self.guard.contacts.clear();
             self.guard.contacts.extend(contacts);
@@ -282,9 +282,9 @@ impl Forces {
         }
     }
 
-    /// Sorts bodies into those moved by Euler's methods, single ones in flight, and those joined by springs.
+    /// Sorts bodies into those moved by Euler's methods, single bodies in flight, and those joined by springs.
     fn classify(&mut self, bodies: &Bodies) {
-        // By slot: whether forces act on it, and whether springs join it to other bodies or have a length.
+        // By slot: whether forces act on the body, and whether its springs join it to other bodies or have a length.
         let mut acts = vec![(false, false); bodies.alive.len()];
         for &(slot, _) in &self.dragged {
             acts[slot as usize].0 = true;

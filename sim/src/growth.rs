@@ -1,7 +1,7 @@
-//! Growth of long lists by a quarter, where a `Vec` would double, and the decision when to release scratch.
+//! Makes long lists grow by a quarter, where a `Vec` would double, and decides when to release scratch memory.
 
-/// Steps over which the use of scratch is observed. It is released if its capacity exceeds the items used by more
-/// than a factor of [`FAR_TOO_LARGE`] plus [`ITEMS_MIN`].
+/// Number of steps over which the use of scratch memory is observed. The memory is released if its capacity
+/// exceeds [`FAR_TOO_LARGE`] times the items used plus [`ITEMS_MIN`].
 const WATCHED_STEPS: u32 = 128;
 const FAR_TOO_LARGE: usize = 4;
 const ITEMS_MIN: usize = 256;
@@ -15,7 +15,7 @@ pub(crate) struct ScratchUse {
 }
 
 impl ScratchUse {
-    /// Counts a step that used this many items; returns whether the recent steps used only a small part of the
+    /// Counts a step that used this many items, and returns whether recent steps used only a small part of the
     /// capacity.
     pub fn is_small(&mut self, used: usize, capacity: usize) -> bool {
         (self.steps, self.most) = (self.steps + 1, self.most.max(used));
@@ -35,8 +35,8 @@ pub(crate) fn push<T>(list: &mut Vec<T>, item: T) {
     list.push(item);
 }
 
-/// Makes room for `len` items. A growing list gets a quarter more than it needs; one that doubles would waste half of
-/// its length on average.
+/// Makes room for `len` items. A growing list gets a quarter more than it needs. If it doubled, it would waste half
+/// of its length on average.
 #[cold]
 #[inline(never)]
 pub(crate) fn reserve<T>(list: &mut Vec<T>, len: usize) {

@@ -1,8 +1,8 @@
-//! The state hash: xxh3 over raw bits, fed in id order.
+//! The state hash is xxh3 over raw bits, fed in id order.
 
 use xxhash_rust::xxh3::Xxh3;
 
-/// Collects 32-bit words and digests them; the same words give the same digest on every target.
+/// Collects 32-bit words and digests them. The same words give the same digest on every target.
 ///
 /// Words are collected into blocks, because the digest is fast on blocks and slow on single words.
 pub struct StateHasher {
@@ -31,7 +31,7 @@ impl StateHasher {
         }
     }
 
-    /// Adds two words, the low one first.
+    /// Adds two words, low one first.
     pub fn push_u64(&mut self, word: u64) {
         self.push(word as u32);
         self.push((word >> 32) as u32);

@@ -1,10 +1,10 @@
-//! Integration of positions: exact in free flight, exact at the surface of a contact.
+//! Integrates positions, exactly in free flight and exactly at the surface of a contact.
 //!
 //! A body that falls or slides has a constant acceleration, and x += h (v0 + v1) / 2 is its exact
-//! path. Along an axis on which a contact holds it the velocity jumps instead, and x += h v1 is the
-//! motion that the constraints solved for. In between, friction that stops a slide with a share t
-//! of its greatest impulse has done so after a share t of the step, and the body then rests: x += h
-//! (v1 + t (v0 - v1) / 2). One weight of v0 for each body and axis covers all cases.
+//! path. Along an axis on which a contact holds it, the velocity jumps instead, and x += h v1 is
+//! the motion for which the constraints were solved. In between, friction that stops a slide with a
+//! share t of its greatest impulse does so after a share t of the step, after which the body rests,
+//! so x += h (v1 + t (v0 - v1) / 2). A single weight of v0 per body and axis covers all cases.
 
 use crate::bodies::{Bodies, REACH_MIN};
 use crate::forces::{Move, MoveKind};
@@ -17,11 +17,12 @@ use glam::Vec2;
 /// Weight of v0 in free flight.
 const FREE: f32 = 0.5;
 
-/// Scratch of the integration, by slot.
+/// Scratch memory for the integration, by slot.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Displacements {
     pub start_velocity: Vec<Vec2>,
-    /// Weights of v0 in the path, in [0, 0.5]. Once the bodies have moved, the displacements of a position pass.
+    /// Weights of v0 in the path, in [0, 0.5]. Once the bodies have moved, this holds the displacements of a position
+    /// pass.
     pub weight: Vec<Vec2>,
     /// The path in this step, then the path in a position pass. Zero between steps, and always zero for bodies that
     /// do not move.
@@ -30,10 +31,10 @@ pub(crate) struct Displacements {
     given: Vec<(u32, Vec2)>,
 }
 
-/// Saves the velocities in `start_velocity`, by slot, and adds gravity to them; returns whether all
+/// Saves the velocities in `start_velocity`, by slot, and adds gravity to them. Returns whether all
 /// positions and velocities are finite.
-// Inlined into its caller the loop compiles to slower code; the same holds for the other `never` attributes in this
-// crate.
+// When inlined into its caller, the loop compiles to slower code. The same holds for the other `never` attributes
+// in this crate.
 #[inline(never)]
 pub(crate) fn accelerate(
     bodies: &mut Bodies,
@@ -64,8 +65,8 @@ pub(crate) fn reach_paths(bodies: &mut Bodies, dt: f32) {
     }
 }
 
-/// The second half of symplectic Euler: positions from the new velocities. `start_velocity` holds the velocities at
-/// the start of the step, by slot.
+/// The second half of symplectic Euler, which derives positions from the new velocities. `start_velocity` holds the
+/// velocities at the start of the step, by slot.
 pub(crate) fn advance(bodies: &mut Bodies, moves: &[Move], start_velocity: &[Vec2], dt: f32) {
     let Bodies { moving, velocity, center, reach, .. } = bodies;
     for &slot in moving.iter() {
@@ -93,8 +94,8 @@ pub(crate) fn advance(bodies: &mut Bodies, moves: &[Move], start_velocity: &[Vec
     }
 }
 
-/// Replaces the effect of gravity by the moves of other forces. The stored start velocity is chosen so that the mean
-/// of both ends gives the exact path.
+/// Replaces the effect of gravity with the moves due to other forces. The stored start velocity is chosen so that
+/// the mean of both ends gives the exact path.
 pub(crate) fn apply_moves(
     bodies: &mut Bodies,
     moves: &[Move],
@@ -113,8 +114,8 @@ pub(crate) fn apply_moves(
     }
 }
 
-/// Completes the moves of stiff springs after contacts have acted on them: finds their paths, and the final
-/// velocities where nothing was in the way.
+/// Completes the moves of stiff springs after contacts have acted on them, by finding their paths, and the
+/// final velocities if nothing was in the way.
 pub(crate) fn finish_moves(
     bodies: &mut Bodies,
     moves: &[Move],
@@ -171,7 +172,7 @@ pub(crate) fn move_bodies(
     for &slot in &bodies.moving {
         let slot = slot as usize;
         if is_rounding(bodies, slot, displacements, rest_speed) {
-            // Its position would change in every step and keep others from resting.
+            // Its position would change in every step and keep other bodies from resting.
             bodies.velocity[slot] = Vec2::ZERO;
             displacements.path[slot] = Vec2::ZERO;
         }
@@ -191,7 +192,7 @@ pub(crate) fn move_bodies(
     Moved { is_finite, separation_min, overlaps }
 }
 
-/// Finds the weights of v0 in the paths: those of free flight, limited by the contacts that hold a body.
+/// Finds the weights of v0 in the paths, which are those of free flight, limited by the contacts that hold a body.
 #[inline]
 fn find_weights(
     bodies: &Bodies,
@@ -205,7 +206,7 @@ fn find_weights(
     }
     for (constraint, info) in contacts.constraints.iter().zip(&contacts.infos) {
         let inv_mass = constraint.inv_mass_a + constraint.inv_mass_b;
-        // Rounding leaves tiny impulses between bodies that fall side by side; these hold neither body.
+        // Rounding leaves tiny impulses between bodies that fall side by side, which hold neither body.
         let velocity = bodies.velocity[constraint.a as usize].abs();
         let least = context.rounding() + SPEED_ROUNDING * max(velocity.x, velocity.y);
         if constraint.normal_impulse * inv_mass <= least {
@@ -266,8 +267,8 @@ fn find_paths(bodies: &Bodies, displacements: &mut Displacements, dt: f32) {
     }
 }
 
-/// Constraints were solved for v1. Where the mean of v0 and v1 would let a pair without an impulse overlap, or
-/// overlap more, by more than rounding, both bodies use v1. Returns whether there are such pairs.
+/// Constraints were solved for v1. If the mean of v0 and v1 would make a pair without an impulse overlap, or
+/// overlap further, by more than rounding error, both bodies use v1. Returns whether there are such pairs.
 fn limit_overlapping(
     constraints: &[ContactConstraint],
     infos: &[ContactInfo],

@@ -1,6 +1,6 @@
-//! The simulation: a [`World`] of circles and axis-aligned boxes, and its particles.
+//! The simulation of a [`World`] of circles and axis-aligned boxes, and of its particles.
 //!
-//! The same calls give the same state hash after every step, bit for bit, on every target. Nothing here does IO,
+//! The same calls produce the same state hash after every step, bit for bit, on every target. Nothing here does IO,
 //! reads a clock, spawns a thread or iterates a hash map. Arithmetic is + - * / sqrt on f32 (on f64 for forces), and
 //! [`math`] holds the few transcendental functions.
 

@@ -1,15 +1,15 @@
-//! Deterministic arithmetic beyond + - * / sqrt: angles through the pinned `libm`, and comparisons
+//! Deterministic arithmetic beyond + - * / sqrt: functions from the pinned `libm`, and comparisons
 //! that never depend on the sign of zero.
 
 use glam::Vec2;
 
-/// The larger of two numbers by a plain comparison: `f32::max` may return either zero.
+/// The larger of two numbers by plain comparison, since `f32::max` may return either zero.
 #[inline]
 pub fn max(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
-/// The smaller of two numbers by a plain comparison: `f32::min` may return either zero.
+/// The smaller of two numbers by plain comparison, since `f32::min` may return either zero.
 #[inline]
 pub fn min(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
@@ -35,7 +35,7 @@ pub fn clamp_length(value: Vec2, length_max: f32) -> Vec2 {
     if squared > length_max * length_max { value * (length_max / squared.sqrt()) } else { value }
 }
 
-/// The bits of a finite f32 as an unsigned key that sorts in the same order.
+/// The bits of a finite f32, as an unsigned key that sorts in the same order.
 #[inline]
 pub fn ordered_bits(value: f32) -> u32 {
     let bits = (value + 0.0).to_bits();
@@ -73,7 +73,7 @@ pub fn exp(x: f64) -> f64 {
     libm::exp(x)
 }
 
-/// e to the power of `x`, less 1, in double precision, the same bits on every target.
+/// e to the power of `x`, minus 1, in double precision, the same bits on every target.
 #[inline]
 pub fn exp_m1(x: f64) -> f64 {
     libm::expm1(x)
@@ -94,8 +94,9 @@ pub fn sin_cos(angle: f64) -> (f64, f64) {
 /// See [`without_dust`].
 pub(crate) const DUST: f32 = 1e-12;
 
-/// Rounds a number below 1e-12 to a multiple of about 1e-19, and hardly changes others. Friction passes an ever
-/// smaller share of a speed from row to row of a tower; once speeds are subnormal, a step takes five times as long.
+/// Rounds numbers below 1e-12 to a multiple of about 1e-19, and hardly changes others. In a tower, friction passes
+/// on an ever smaller share of a speed from row to row, and once speeds become subnormal, a step takes five times
+/// as long.
 #[inline]
 pub(crate) fn without_dust(number: f32) -> f32 {
     (number + DUST) - DUST

@@ -1,8 +1,8 @@
-//! Particles, their recipes and emitters. The server and, driven by emitter events, every client run the same code,
-//! so single particles cost nothing on the wire.
+//! Particles, their recipes and emitters. The server and every client, driven by emitter events, run the same code,
+//! so individual particles cost nothing on the wire.
 //!
-//! A particle is a point with a lifetime; colour and size follow from its age and its own seed and are never stored.
-//! An emitter decides when, where and how many particles are made; a recipe decides how they look and move.
+//! A particle is a point with a lifetime. Its colour and size follow from its age and its own seed, and are never
+//! stored. An emitter decides when, where and how many particles are made; a recipe decides how they look and move.
 
 mod emitter;
 mod obstacles;
@@ -22,7 +22,7 @@ use emitter::Emitter;
 use glam::Vec2;
 use obstacles::ObstacleGrid;
 
-/// Properties of an emitter's particles (A3.18); values are drawn from the ranges for each particle.
+/// Properties of an emitter's particles (A3.18). For each particle, values are drawn from the ranges.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recipe {
     /// Name in the scene file.
@@ -35,20 +35,20 @@ pub struct Recipe {
     pub color_end: [[f32; 4]; 2],
     /// Width at birth in world units, low and high.
     pub size: [f32; 2],
-    /// Factor on the size per tick; 1 keeps the size (C24a).
+    /// Factor applied to the size every tick; 1 keeps the size (C24a).
     pub size_factor: f32,
     /// Velocity at birth, low and high corner, units/s.
     pub velocity: [Vec2; 2],
-    /// Whether velocities fill the ellipse between the two corners instead of the box, for a round burst.
+    /// Whether velocities come from the ellipse within the box instead of the box itself, for a round burst.
     pub round: bool,
     /// Acceleration, units/s^2; independent of the bodies' gravity (A3.14).
     pub acceleration: Vec2,
-    /// Factor on the velocity per tick of 1/60 s (C24l).
+    /// Factor applied to the velocity every tick of 1/60 s (C24l).
     pub drag: f32,
 }
 
 impl Default for Recipe {
-    /// The flame of the chapter (A3.18).
+    /// The chapter's flame (A3.18).
     fn default() -> Recipe {
         Recipe {
             name: "fire".to_owned(),
@@ -68,23 +68,23 @@ impl Default for Recipe {
 /// Current appearance of a particle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ParticleAppearance {
-    /// RGBA tint, components may exceed 1.
+    /// RGBA tint; components may exceed 1.
     pub color: [f32; 4],
     /// Width and height in world units.
     pub size: f32,
 }
 
-/// Upper limit of the size, whatever the size factor; world units.
+/// Upper limit on the size regardless of the size factor, world units.
 const SIZE_MAX: f32 = 256.0;
 
-/// Maximum number of emitters running at a time; further ones are not started.
+/// Maximum number of emitters running at any time. Beyond this, no more are started.
 pub const EMITTERS_RUNNING_MAX: usize = 1024;
 
-/// Bytes of a saved emitter, and of a saved particle.
+/// Size in bytes of a saved emitter, and of a saved particle.
 const EMITTER_BYTES: usize = 41;
 const PARTICLE_BYTES: usize = 25;
 
-/// All live particles and emitters of a world; particles as structure of arrays.
+/// All live particles and emitters of a world, with particles as a structure of arrays.
 #[derive(Clone, Debug, Default)]
 pub struct Particles {
     recipes: Vec<Recipe>,
@@ -96,7 +96,7 @@ pub struct Particles {
     age: Vec<u16>,
     life: Vec<u16>,
     recipe: Vec<u8>,
-    /// Seed of the properties that are drawn for each particle.
+    /// Seed for the properties that are drawn for each particle.
     seed: Vec<u32>,
     grid: ObstacleGrid,
 }
@@ -113,7 +113,7 @@ pub(crate) struct Particle {
 }
 
 impl Particles {
-    /// Creates an empty set. At most `limit` particles live at a time; particles that emitters make beyond that are
+    /// Creates an empty set with at most `limit` particles at any time. Any that emitters make beyond that are
     /// lost.
     pub fn new(recipes: Vec<Recipe>, limit: usize) -> Particles {
         assert!(recipes.len() <= 256, "{} recipes, at most 256 fit an emitter", recipes.len());
@@ -125,13 +125,13 @@ impl Particles {
     }
 
     /// Limits the memory for obstacles to this many grid entries, one for each cell that an obstacle touches, and
-    /// their time to sixteen times as many comparisons with particles per tick. Beyond either limit
-    /// [`Particles::is_over`] is true and particles meet no further obstacles.
+    /// their time to sixteen times as many comparisons with particles per tick. Beyond either limit,
+    /// [`Particles::is_over`] is true and particles ignore further obstacles.
     pub fn limit_obstacle_cells(&mut self, most: usize) {
         self.grid = ObstacleGrid::limited(most);
     }
 
-    /// Whether obstacles touched more cells than is allowed, or too many were compared with particles.
+    /// Whether obstacles touched more cells than allowed, or too many were compared with particles.
     pub fn is_over(&self) -> bool {
         self.grid.is_over()
     }
@@ -151,9 +151,9 @@ impl Particles {
     /// Advances by a tick: removes expired particles (A3.13), moves the others and pushes them out
     /// of obstacles, then lets emitters emit (A4.7).
     ///
-    /// A particle with a lifetime of L ticks moves exactly L times, reaches its final colour and size exactly, is
-    /// visible like that for one tick and is removed in the next (C24b). `locate` returns the quantised centre of a
-    /// followed body, or `None` once it is removed; the emitter then stays at its last position.
+    /// A particle with a lifetime of L ticks moves exactly L times, reaches its final colour and size exactly,
+    /// stays visible in that state for one tick, and is removed in the next (C24b). `locate` returns the quantised
+    /// centre of a followed body, or `None` once it is removed; the emitter then stays at its last position.
     pub fn step(&mut self, obstacles: &[Obstacle], locate: impl Fn(BodyId) -> Option<Vec2>) {
         self.remove_expired();
         self.integrate();
@@ -183,7 +183,7 @@ impl Particles {
         self.seed.truncate(kept);
     }
 
-    /// Integrates a tick: v += a dt, v *= drag, x += v dt (A3.7).
+    /// Integrates over a tick: v += a dt, v *= drag, x += v dt (A3.7).
     fn integrate(&mut self) {
         let bodies = self.position.iter_mut().zip(&mut self.velocity);
         for (((position, velocity), age), &recipe) in bodies.zip(&mut self.age).zip(&self.recipe) {
@@ -194,8 +194,8 @@ impl Particles {
         }
     }
 
-    /// Moves particles out of shapes by the shortest way (A3.15, A3.16); the particles lose the inward part of their
-    /// velocity (C24k).
+    /// Moves particles out of shapes by the shortest way (A3.15, A3.16). They lose the inward part of their velocity
+    /// (C24k).
     fn push_out(&mut self, obstacles: &[Obstacle]) {
         if obstacles.is_empty() || self.is_empty() {
             return;
@@ -257,7 +257,7 @@ impl Particles {
         self.emitters.len()
     }
 
-    /// Positions of all live particles, world units.
+    /// The positions of all live particles, world units.
     pub fn positions(&self) -> &[Vec2] {
         &self.position
     }
@@ -267,7 +267,7 @@ impl Particles {
         &self.velocity
     }
 
-    /// Ticks lived, and lifetime in ticks, of particle `index`.
+    /// The age of particle `index` and its lifetime, in ticks.
     pub fn age(&self, index: usize) -> (u16, u16) {
         (self.age[index], self.life[index])
     }
@@ -318,7 +318,7 @@ impl Particles {
         })
     }
 
-    /// Every particle.
+    /// All particles, one by one.
     fn rows(&self) -> impl ExactSizeIterator<Item = Particle> {
         let moves = self.position.iter().zip(&self.velocity);
         let ages = self.age.iter().zip(&self.life);
@@ -335,7 +335,7 @@ impl Particles {
         )
     }
 
-    /// Fills an empty set.
+    /// Fills an empty set with emitters and particles.
     pub(crate) fn fill(&mut self, emitters: Vec<Emitter>, particles: &[Particle]) {
         self.emitters = emitters;
         particles.iter().for_each(|particle| self.push(particle));
@@ -350,7 +350,7 @@ impl Particles {
         self.recipe.push(particle.recipe);
     }
 
-    /// Digest of the raw bits of all particles and emitters, for comparing both ends of a stream.
+    /// Digest of the raw bits of all particles and emitters, used to compare both ends of a stream.
     pub fn digest(&self) -> u64 {
         let mut hasher = StateHasher::default();
         self.state(&mut hasher);
@@ -382,7 +382,7 @@ impl Birth {
     }
 }
 
-/// Maps a point of the unit square into the inscribed disc: each line of the square becomes an arc
+/// Maps a point in the unit square into the inscribed disc. Each line of the square becomes an arc
 /// of an ellipse.
 fn into_disc(point: Vec2) -> Vec2 {
     let from_middle = point * 2.0 - Vec2::ONE;
@@ -391,7 +391,7 @@ fn into_disc(point: Vec2) -> Vec2 {
     bent * 0.5 + Vec2::splat(0.5)
 }
 
-/// `base` to an integer power by repeated squaring, the same bits on every target.
+/// `base` raised to an integer power by repeated squaring, the same bits on every target.
 fn power(base: f32, mut exponent: u16) -> f32 {
     let (mut result, mut square) = (1.0, base);
     while exponent > 0 {

@@ -1,6 +1,6 @@
 //! Seeded random numbers, the simulation's only source of randomness.
 
-/// A seeded generator: PCG-XSH-RR 64/32 (O'Neill 2014). Its state is part of the state hash.
+/// A seeded PCG-XSH-RR 64/32 generator (O'Neill 2014). Its state is part of the state hash.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Rng {
     state: u64,
@@ -8,7 +8,7 @@ pub struct Rng {
 }
 
 impl Rng {
-    /// Creates a generator for `seed`; each `stream` gives an independent sequence for that seed.
+    /// Creates a generator for `seed`. Each `stream` gives an independent sequence for the same seed.
     pub fn new(seed: u64, stream: u64) -> Rng {
         let mut rng = Rng { state: 0, increment: stream << 1 | 1 };
         rng.next_u32();
@@ -17,7 +17,7 @@ impl Rng {
         rng
     }
 
-    /// Returns the next 32 uniform bits.
+    /// Returns the next 32 random bits.
     pub fn next_u32(&mut self) -> u32 {
         let old = self.state;
         self.state = old.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(self.increment);
@@ -35,7 +35,7 @@ impl Rng {
         low + (high - low) * self.unit()
     }
 
-    /// Returns a uniform integer in [0, count); `count` must be positive. The bias is below count / 2^32.
+    /// Returns a uniform integer in [0, count). `count` must be positive. The bias is below count / 2^32.
     pub fn below(&mut self, count: u32) -> u32 {
         assert!(count > 0, "Rng::below needs a positive count");
         ((u64::from(self.next_u32()) * u64::from(count)) >> 32) as u32

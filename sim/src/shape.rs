@@ -1,5 +1,5 @@
-//! Shapes without a position: a circle or an axis-aligned box, one per body, centred on it. Shapes do not rotate
-//! (A2.39).
+//! Shapes without a position. Each body has one, a circle or an axis-aligned box, centred on the body. Shapes do
+//! not rotate (A2.39).
 
 use crate::check;
 use crate::math::{max, min};
@@ -21,20 +21,20 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// Creates a circle; panics unless the radius is positive and finite.
+    /// Creates a circle. Panics unless the radius is positive and finite.
     pub fn circle(radius: f32) -> Shape {
         check::number(radius > 0.0 && radius.is_finite(), "circle radius", radius);
         Shape::Circle { radius }
     }
 
-    /// Creates a box of this full width and height; panics unless both are positive and finite.
+    /// Creates a box of this full width and height. Panics unless both are positive and finite.
     pub fn rect(width: f32, height: f32) -> Shape {
         check::number(width > 0.0 && width.is_finite(), "box width", width);
         check::number(height > 0.0 && height.is_finite(), "box height", height);
         Shape::Box { half: Vec2::new(width, height) * 0.5 }
     }
 
-    /// Half of the extent along x and y.
+    /// Half the extent along x and y.
     #[inline]
     pub fn half_extent(&self) -> Vec2 {
         match *self {
@@ -85,7 +85,7 @@ impl Aabb {
         Aabb { low: center - half, high: center + half }
     }
 
-    /// Whether the interiors overlap; touching edges do not.
+    /// Whether the interiors overlap. Touching edges do not count.
     #[inline]
     pub fn overlaps(&self, other: &Aabb) -> bool {
         self.low.x < other.high.x
@@ -104,7 +104,7 @@ impl Aabb {
     }
 }
 
-/// Kinds of shapes in a world; if there is only one kind, the shape of a body is never looked up.
+/// Kinds of shapes in a world. If there is only one kind, a body's shape is never looked up.
 pub(crate) mod shapes {
     pub const BOTH: u8 = 0;
     pub const CIRCLES: u8 = 1;

@@ -1,6 +1,6 @@
-//! Sorting of short lists.
+//! Sorts short lists.
 
-/// Sorts a list that is short or nearly sorted, by a stable insertion sort. The library's sort takes 3 kB of the
+/// Sorts a short or nearly sorted list with a stable insertion sort. The library's sort would add 3 kB to the
 /// page's program for each type of entry.
 pub fn sort_few<T>(list: &mut [T], is_before: impl Fn(&T, &T) -> bool) {
     for end in 1..list.len() {

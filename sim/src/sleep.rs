@@ -1,15 +1,15 @@
-//! Sleep: islands at rest are left out of the step until something happens to them.
+//! Islands at rest sleep: the step leaves them out until something happens to them.
 //!
-//! An island is a set of bodies joined by constraints between movable bodies. It falls asleep as a whole once each of
-//! its bodies has been still for half a second and an immovable body supports it. Its velocities are then set to
-//! zero, and its impulses and touches are stored in a [`SleepingIsland`]. "Still" is measured relative to the
-//! velocity g h that gravity adds in a step. The velocity of a flying body changes by g h in every step, so it is
-//! never below a small share of that twice in a row, however weak gravity is. An island also wakes as a whole: by a
-//! constraint with an awake body, by any change to one of its bodies, or when an immovable body near it is added,
-//! removed or starts to move. A kinematic body without velocity sleeps by itself; an awake one wakes the bodies that
-//! it touches.
+//! An island is a set of movable bodies joined by constraints. It falls asleep as a whole once each of its bodies has
+//! been still for half a second and an immovable body supports the island. Its velocities are then set to zero, and
+//! its impulses and touches are stored in a [`SleepingIsland`]. Stillness is measured relative to the velocity g h
+//! that gravity adds in a step. The velocity of a flying body changes by g h in every step, so it is never below a
+//! small share of that twice in a row, however weak gravity is. An island also wakes as a whole: when it gets a
+//! constraint with an awake body, when one of its bodies is changed in any way, or when an immovable body near it is
+//! added, removed or starts to move. A kinematic body without velocity sleeps on its own; an awake one wakes the
+//! bodies that it touches.
 //!
-//! Sleeping bodies are in no list that a step iterates; their pairs are found like those of static bodies
+//! No list over which a step iterates contains sleeping bodies. Their pairs are found like those of static bodies
 //! (`broad_phase::static_grid`). (After Catto 2022, "Simulation islands"; the criterion for stillness is our own.)
 
 use crate::bodies::{Bodies, REACH_MIN};
@@ -31,33 +31,34 @@ const STILL_SHARE: f32 = 0.06;
 const STILL_SPEED: f32 = 0.05;
 /// Largest speed of a still body without gravity, units/s.
 const STILL_SPEED_FLOATING: f32 = 1e-5;
-/// Maximum number of times that a step may wake further islands; after that it wakes all of them.
+/// Maximum number of times that a step may wake more islands. After that, it wakes all of them.
 const WAKE_ROUNDS_MAX: u32 = 16;
-/// Stands for the index of an island if the body is awake.
+/// Takes the place of an island's index if the body is awake.
 pub(crate) const AWAKE: u32 = u32::MAX;
 
-/// The lowest slot of the sleeping island, or [`AWAKE`], and the number of steps for which a body was still.
+/// The lowest slot of a body's sleeping island, or [`AWAKE`], and the number of steps for which the body has been
+/// still.
 pub(crate) type RestState = (u32, u16);
 
 /// Sleeping islands, and the time for which the other bodies have been still.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Sleep {
-    /// Whether bodies of this world ever sleep.
+    /// Whether bodies in this world can sleep.
     is_on: bool,
-    /// By slot: consecutive steps in which the body was still.
+    /// By slot: number of consecutive steps in which the body was still.
     pub still_steps: Vec<u16>,
     /// By slot: index of its sleeping island, or [`AWAKE`].
     pub island: Vec<u32>,
     /// Sleeping islands; those without bodies are vacant.
     pub islands: Vec<SleepingIsland>,
     vacant: Vec<u32>,
-    /// Scratch: union-find over slots and, for each root, the state of its island.
+    /// Scratch for union-find over slots and, for each root, the state of its island.
     parent: Vec<u32>,
     states: Vec<IslandState>,
-    /// Scratch: islands that are about to wake.
+    /// Scratch for islands that are about to wake.
     to_wake: Vec<u32>,
     /// Slot, position and velocity of the bodies that were awake at the start of the step or have been woken since,
-    /// and the number of times that islands were woken.
+    /// and the number of times that islands have been woken.
     step_start: Vec<(u32, Vec2, Vec2)>,
     wake_rounds: u32,
 }
@@ -66,11 +67,11 @@ pub(crate) struct Sleep {
 pub(crate) struct SleepingIsland {
     /// Slots in ascending order.
     pub bodies: Vec<u32>,
-    /// Positions of the bodies: a step that wakes them may have moved them.
+    /// Positions of the bodies, because a step that wakes them may already have moved them.
     positions: Vec<Vec2>,
-    /// Pairs that had an impulse when the island fell asleep, in (a, b) order.
+    /// The pairs that had an impulse when the island fell asleep, in (a, b) order.
     pub pairs: Vec<Pair>,
-    /// Touches when the island fell asleep, in (a, b) order.
+    /// The touches at the time when the island fell asleep, in (a, b) order.
     pub touches: Vec<Touch>,
 }
 
@@ -88,7 +89,7 @@ struct IslandState {
     still: bool,
     /// Whether an immovable body supports it, or gravity affects none of its bodies.
     held: bool,
-    /// Index of the sleeping island into which it turns.
+    /// Index of the sleeping island that it becomes.
     sleeping: u32,
 }
 
@@ -105,7 +106,7 @@ impl Sleep {
         self.states.resize(slots, IslandState { still: false, held: false, sleeping: AWAKE });
     }
 
-    /// Whether the body in the slot sleeps.
+    /// Whether the body in the slot is asleep.
     #[inline]
     pub fn has(&self, slot: u32) -> bool {
         self.island.get(slot as usize).is_some_and(|&island| island != AWAKE)
@@ -117,7 +118,7 @@ impl Sleep {
         self.islands.iter().map(|island| island.bodies.len()).sum()
     }
 
-    /// Whether no body sleeps.
+    /// Whether no body is asleep.
     fn is_empty(&self) -> bool {
         self.vacant.len() == self.islands.len()
     }
@@ -138,7 +139,7 @@ impl Sleep {
 impl Sleep {
     // --- Falling asleep -------------------------------------------------------------------------
 
-    /// Puts islands to sleep that have been at rest for long enough, at the end of a step.
+    /// At the end of a step, puts islands to sleep that have been at rest for long enough.
     pub fn fall_asleep(
         &mut self,
         awake: &mut Awake,
@@ -158,7 +159,7 @@ impl Sleep {
         }
     }
 
-    /// Counts the steps in which bodies were still; returns whether any body has been still for long enough.
+    /// Counts the steps in which bodies were still, and returns whether any body has been still for long enough.
     fn count_still_steps(
         &mut self,
         bodies: &Bodies,
@@ -231,7 +232,7 @@ impl Sleep {
         }
     }
 
-    /// Puts the bodies of islands at rest to sleep; returns whether there were any.
+    /// Puts the bodies of islands at rest to sleep, and returns whether there were any.
     fn put_islands_to_sleep(&mut self, awake: &mut Awake) -> bool {
         let mut any = false;
         for index in 0..awake.bodies.moving.len() {
@@ -249,7 +250,7 @@ impl Sleep {
         any
     }
 
-    /// Puts a body to sleep in an island; the body stays in the moving list.
+    /// Puts a body to sleep in an island. The body stays in the moving list.
     fn put_to_sleep(&mut self, bodies: &mut Bodies, pairs: &mut PairList, slot: u32, island: u32) {
         let index = slot as usize;
         self.reserve(bodies.alive.len());
@@ -262,7 +263,7 @@ impl Sleep {
         pairs.insert_static(slot, bodies);
     }
 
-    /// Returns the sleeping island that stores the pair of two bodies, if any.
+    /// Returns the sleeping island that stores the pair of these bodies, if any.
     pub fn island_of(&mut self, bodies: &Bodies, a: u32, b: u32) -> Option<&mut SleepingIsland> {
         let sleeps =
             |&slot: &u32| self.has(slot) && bodies.motion[slot as usize] == Motion::Dynamic;
@@ -270,7 +271,7 @@ impl Sleep {
         Some(&mut self.islands[self.island[slot as usize] as usize])
     }
 
-    /// Removes pairs from the list if neither body moves any longer; the island keeps those with an impulse.
+    /// Removes pairs of which neither body moves any longer from the list. The island keeps those with an impulse.
     fn store_pairs(&mut self, awake: &mut Awake) {
         let bodies = &*awake.bodies;
         awake.pairs.pairs.retain_mut(|pair| {
@@ -298,7 +299,7 @@ impl Sleep {
 
     // --- Waking ---------------------------------------------------------------------------------
 
-    /// Saves the start of the step if any body is asleep.
+    /// Saves the state at the start of the step if any body is asleep.
     pub fn save_step_start(&mut self, bodies: &Bodies) {
         self.wake_rounds = 0;
         self.step_start.clear();
@@ -309,8 +310,8 @@ impl Sleep {
         }
     }
 
-    /// Wakes the islands that an awake body met in this step, and resets all bodies to the start of the step, which
-    /// is then repeated as if they had not slept. Returns whether any island woke.
+    /// Wakes the islands that an awake body met in this step, and resets all bodies to their state at the start of
+    /// the step, which is then repeated as if the islands had not been asleep. Returns whether any island woke.
     pub fn wake_touched(&mut self, awake: &mut Awake, met: impl Iterator<Item = [u32; 2]>) -> bool {
         if self.is_empty() {
             return false;
@@ -336,8 +337,8 @@ impl Sleep {
         true
     }
 
-    /// Wakes bodies that are changed from outside, with their islands. If such a body does not move, the bodies
-    /// sleeping near it wake too, because they may rest on it.
+    /// Wakes bodies that are changed from outside, along with their islands. If such a body does not move, the
+    /// bodies sleeping near it wake too, because they may rest on it.
     pub fn wake_around(&mut self, awake: &mut Awake, ids: &[BodyId]) {
         if !self.is_on {
             return;
@@ -359,7 +360,7 @@ impl Sleep {
         let motion = awake.bodies.motion[slot as usize];
         let rests = asleep || awake.bodies.velocity[slot as usize] == Vec2::ZERO;
         if motion == Motion::Static || motion == Motion::Kinematic && rests {
-            // The reach of its last motion is not saved, and a restored world starts from the minimum.
+            // The reach from its last motion is not saved, so a restored world starts from the minimum.
             awake.bodies.reach[slot as usize] = REACH_MIN;
             let Sleep { island, to_wake, .. } = self;
             awake.pairs.for_each_static_near(slot, awake.bodies, |other| {
@@ -368,8 +369,8 @@ impl Sleep {
         }
     }
 
-    /// Registers a body that was added or repositioned. A static body is inserted into the grid, since its own motion
-    /// never finds pairs, and wakes the bodies that sleep near its new position.
+    /// Registers a body that was added or repositioned. A static body is inserted into the grid, since it never moves
+    /// and thus never finds pairs itself, and wakes the bodies that sleep near its new position.
     pub fn body_placed(&mut self, awake: &mut Awake, slot: u32) {
         if !self.is_on {
             return;
@@ -436,8 +437,8 @@ impl Sleep {
         self.islands.get(island as usize)
     }
 
-    /// Puts a restored body to sleep in the island whose lowest slot is `lowest`, or sets its count of still steps.
-    /// Returns `false` if that is impossible. Slots must come in ascending order.
+    /// Puts a restored body to sleep in the island whose lowest slot is `lowest`, or sets its number of still
+    /// steps. Returns `false` if that is impossible. Slots must be given in ascending order.
     pub fn restore_rest(
         &mut self,
         bodies: &mut Bodies,
@@ -471,7 +472,8 @@ impl Sleep {
         true
     }
 
-    /// Completes a restore: removes sleeping bodies from the moving list, and inserts the static ones into the grid.
+    /// Completes a restore by removing sleeping bodies from the moving list and inserting the static ones into the
+    /// grid.
     pub fn finish_restore(&self, bodies: &mut Bodies, pairs: &mut PairList) {
         bodies.moving.retain(|&slot| self.island[slot as usize] == AWAKE);
         for slot in 0..bodies.alive.len() {
@@ -485,7 +487,7 @@ impl Sleep {
 /// Number of steps in [`STILL_SECONDS`].
 fn steps_to_sleep(settings: &WorldSettings) -> u16 {
     let steps = STILL_SECONDS / settings.dt;
-    // At least two: a flying body is still for at most one step.
+    // At least two, since a flying body is still for at most one step.
     (steps.ceil() as u16).clamp(2, u16::MAX - 1)
 }
 

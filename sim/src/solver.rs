@@ -1,4 +1,4 @@
-//! Contact solvers of a world.
+//! The contact solvers that a world can use.
 
 mod agitation;
 pub(crate) mod as_listed;
@@ -25,9 +25,9 @@ use settings::{Conjugate, Relaxation};
 /// A solver and its settings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Solver {
-    /// The chapter's method (A0.13): projection and impulses, in a limited number of passes.
+    /// The chapter's method (A0.13), which uses projection and impulses in a limited number of passes.
     Relaxation(Relaxation),
-    /// Velocities that satisfy all contacts at once, by sweeps until convergence.
+    /// Finds velocities that satisfy all contacts at once, by sweeping until they converge.
     Conjugate(Conjugate),
 }
 

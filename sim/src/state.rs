@@ -1,8 +1,9 @@
-//! The state: [`io`] describes each type once; [`bytes`] saves and restores it. The hash digests it word by word in a
-//! fixed order, and the search for the first difference lists and compares the same words.
+//! The state of the simulation. [`io`] describes each type once, and [`bytes`] saves and restores it. The hash
+//! digests it word by word in a fixed order, and the search for the first difference lists and compares the same
+//! words.
 //!
-//! Saved bytes leave out everything that can be derived, and store data shared by many bodies once; the hash covers
-//! every word of each body.
+//! Saved bytes leave out everything that can be derived, and store data shared by many bodies only once. The hash
+//! covers every word of each body.
 
 pub mod bytes;
 pub mod io;
@@ -13,7 +14,7 @@ use crate::hash::StateHasher;
 use io::{Field, StateIo};
 use std::fmt;
 
-/// The first word, in the order of the state hash, in which two states differ.
+/// The first word in which two states differ, in the order of the state hash.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Difference {
     /// Owner of the word.
@@ -72,7 +73,7 @@ impl StateDump {
             {
                 Some(Difference { subject, field, values: [Some(one), Some(other)] })
             }
-            // From here on the lists are out of step: one has a subject that the other lacks.
+            // From here on, the lists are out of step because one has a subject that the other lacks.
             (Some(&(subject, field, one)), None) => {
                 Some(Difference { subject, field, values: [Some(one), None] })
             }
@@ -85,7 +86,7 @@ impl StateDump {
         }
     }
 
-    /// Whether the list has words of a subject; its `twin` always counts.
+    /// Whether the list has words of a subject. This is always so if the subject is `twin`.
     fn has(&self, subject: Subject, twin: Subject) -> bool {
         subject == twin || self.words.iter().any(|&(other, ..)| other == subject)
     }

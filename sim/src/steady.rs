@@ -1,12 +1,12 @@
-//! Steady islands: a step leaves them unchanged, bit for bit, so the next step leaves them out.
+//! Steady islands are those that a step leaves unchanged, bit for bit, so that the next step can leave them out.
 //!
-//! A pile at rest reaches a fixed point of the conjugate solver: positions, velocities and impulses no longer change.
-//! A step is a function of its inputs, so while nothing that it reads for an island changes, it would compute the
-//! same result again. Such an island leaves the list of moving bodies; its impulses stay in the pair list and its
-//! touches in the list of touches. Unlike sleep, this is not state: there is no threshold, nothing is set to zero,
-//! and a world that leaves nothing out has the same bits in every step.
+//! A pile at rest reaches a fixed point of the conjugate solver, where positions, velocities and impulses no longer
+//! change. A step is a function of its inputs, so while nothing that it reads for an island changes, it would compute
+//! the same result again. The bodies of such an island leave the list of moving bodies, while its impulses stay in
+//! the pair list and its touches in the list of touches. Unlike sleep, this is not state. There is no threshold,
+//! nothing is set to zero, and a world that leaves nothing out has the same bits in every step.
 //!
-//! An island is readmitted when something that is not steady meets it, through a constraint or an impact; the step is
+//! An island is readmitted when something that is not steady meets it, through a constraint or an impact. The step is
 //! then repeated from its start with the island included. It is also readmitted when one of its bodies is changed
 //! from outside. All islands are readmitted when a static or kinematic body is added, removed, repositioned, started
 //! or stopped, since they may rest on it.
@@ -18,9 +18,9 @@ use crate::solver::contact_constraint::ContactConstraint;
 use crate::solver::islands::Islands;
 use glam::Vec2;
 
-/// Stands for the index of an island if there is no island.
+/// Takes the place of an island's index if there is no island.
 const NONE: u32 = u32::MAX;
-/// Maximum number of repetitions of a step for islands that were met; after that all islands are readmitted.
+/// Maximum number of times that a step is repeated because islands were met. After that, all islands are readmitted.
 const REPEATS_MAX: u32 = 2;
 
 /// The steady islands of a world.
@@ -30,19 +30,19 @@ pub(crate) struct Steady {
     bodies: Vec<u32>,
     /// By slot: the lowest slot of its steady island, or [`NONE`].
     island: Vec<u32>,
-    /// By slot: whether the body is steady, or is immovable and at rest. Pairs of two such bodies take no part in a
+    /// By slot: whether the body is steady, or is immovable and at rest. Pairs of such bodies take no part in a
     /// step.
     pub takes_no_part: Vec<bool>,
     /// By slot: positions and velocities at the start of the step.
     center: Vec<Vec2>,
     velocity: Vec<Vec2>,
-    /// Scratch: islands that are about to be readmitted.
+    /// Scratch for islands that are about to be readmitted.
     to_readmit: Vec<u32>,
     /// Whether this step may leave islands out of the next one.
     pub is_on: bool,
     /// Number of times that the step was repeated.
     repeats: u32,
-    /// Whether to leave nothing out, for comparing the bits.
+    /// Whether to leave nothing out, in order to compare the bits.
     #[cfg(test)]
     pub is_off: bool,
 }
@@ -123,7 +123,7 @@ impl Steady {
         true
     }
 
-    /// Readmits the steady islands among those of bodies that are changed from outside.
+    /// Readmits the steady islands that contain bodies which are changed from outside.
     pub fn readmit_around(&mut self, bodies: &mut Bodies, ids: &[BodyId]) {
         for id in ids {
             let island = self.island.get(id.index as usize).copied().unwrap_or(NONE);
@@ -134,7 +134,7 @@ impl Steady {
         self.readmit_pending(bodies);
     }
 
-    /// Readmits all islands where a body that nothing pushes appears, disappears, starts or stops.
+    /// Readmits all islands if a body that nothing can push appears, disappears, starts or stops.
     pub fn readmit_if_fixed(&mut self, bodies: &mut Bodies, id: BodyId) {
         if bodies.motion[id.index as usize] != Motion::Dynamic {
             self.readmit_all(bodies);

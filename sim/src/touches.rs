@@ -1,4 +1,4 @@
-//! Touches: pairs of bodies in contact at the end of a step.
+//! Touches are pairs of bodies in contact at the end of a step.
 
 use crate::bodies::Bodies;
 use crate::body::BodyId;
@@ -16,7 +16,7 @@ pub struct Touch {
     pub b: BodyId,
     /// Unit vector from a to b.
     pub normal: Vec2,
-    /// Overlap, world units, positive.
+    /// Overlap, world units; positive.
     pub depth: f32,
     /// Largest closing speed along the normal in this step, units/s, not negative.
     pub closing: f32,
@@ -24,25 +24,25 @@ pub struct Touch {
     pub began: bool,
 }
 
-/// A touch found by a solver, with bodies given as slots.
+/// A touch found by a solver, with the bodies given as slots.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Found {
     pub a: u32,
     pub b: u32,
     /// Unit vector from a to b.
     pub normal: Vec2,
-    /// Overlap, world units, not negative.
+    /// Overlap, world units; not negative.
     pub depth: f32,
     /// Largest closing speed in the step, units/s, not negative.
     pub closing: f32,
 }
 
-/// The touches of the last step.
+/// The touches of the latest step.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Touches {
     /// Touches in (a, b) order.
     pub now: Vec<Touch>,
-    /// Scratch: slots that touched in the previous step.
+    /// Scratch for slots that touched in the previous step.
     before: Vec<[u32; 2]>,
 }
 
@@ -56,7 +56,7 @@ const NO_TOUCH: Touch = Touch {
     began: false,
 };
 
-/// Sorts touches by (a, b) as plain numbers, since sorting this type would take 3 kB of the page's program.
+/// Sorts touches by (a, b) as plain numbers, since sorting this type would add 3 kB to the page's program.
 pub(crate) fn sort(touches: &mut Vec<Touch>) {
     let key = |touch: &Touch| pairs::key(touch.a.index, touch.b.index);
     let mut keys: Vec<u64> = touches.iter().map(key).collect();
@@ -75,7 +75,7 @@ impl Touches {
         self.before = Vec::new();
     }
 
-    /// Lists the touches of a step, found in (a, b) order; the touches of steady bodies are kept.
+    /// Lists a step's touches, found in (a, b) order. The touches of steady bodies are kept.
     pub fn report(
         &mut self,
         bodies: &Bodies,
@@ -98,7 +98,7 @@ impl Touches {
         }
     }
 
-    /// Keeps the touches of steady bodies and makes room for others; returns how many were kept and the total.
+    /// Keeps the touches of steady bodies and makes room for others. Returns how many were kept and the total.
     #[inline(never)]
     fn begin(&mut self, found: usize, steady: &Steady) -> (usize, usize) {
         let Touches { now, before } = self;
@@ -116,7 +116,7 @@ impl Touches {
     }
 }
 
-/// The slots of both bodies. The touches of a removed body are removed with it, so that no other body inherits them.
+/// The slots of both bodies. A removed body's touches are removed with it, so that no other body inherits them.
 fn slots(touch: &Touch) -> [u32; 2] {
     [touch.a.index, touch.b.index]
 }

@@ -1,4 +1,4 @@
-//! The World: bodies as plain vectors by id, their contacts, particles, and one `step`.
+//! The World consists of bodies in plain vectors by id, their contacts, particles, and one `step`.
 
 pub(crate) mod settings;
 mod solvers;
@@ -24,12 +24,12 @@ use crate::touches::{Touch, Touches};
 use glam::Vec2;
 use solvers::Solvers;
 
-/// The phases of a step after which [`World::step_watched`] calls back.
+/// The phases of a step, after each of which [`World::step_watched`] calls back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StepPhase {
     /// Velocities and positions have been integrated. The conjugate solver does this last.
     Integrate,
-    /// The pairs that take part have been found.
+    /// The pairs that take part in the step have been found.
     Pairs,
     /// Contacts have been solved and overlaps removed.
     Relax,
@@ -37,8 +37,8 @@ pub enum StepPhase {
 
 /// Bodies, contacts and particles.
 ///
-/// Using a removed body is a caller bug. Debug builds panic; release builds treat it as a static circle at rest at
-/// the origin and ignore changes to it.
+/// Using a removed body is a bug in the caller. Debug builds panic; release builds treat it as a static circle at
+/// rest at the origin and ignore changes to it.
 #[derive(Clone, Debug)]
 pub struct World {
     pub(crate) settings: WorldSettings,
@@ -51,25 +51,25 @@ pub struct World {
     pub(crate) forces: Forces,
     touches: Touches,
     departed: Departed,
-    /// Whether steps follow the chapter's listing.
+    /// Whether steps follow the chapter's code as printed.
     listed: bool,
     pub(crate) solvers: Solvers,
-    /// Scratch of the particles.
+    /// Scratch for the particles.
     obstacles: Vec<Obstacle>,
 }
 
-/// Bodies that the last step removed.
+/// Bodies that the latest step removed.
 #[derive(Clone, Debug, Default)]
 pub struct Departed {
-    /// All removed bodies, with their last position.
+    /// All removed bodies, with their last positions.
     pub bodies: Vec<(BodyId, Vec2)>,
-    /// Those whose position or velocity was not finite, removed before they could touch anything. This never happens; if
-    /// it does, report it.
+    /// Those that were removed because their position or velocity was not finite, before they could touch anything.
+    /// This should never happen; if it does, report it.
     pub quarantined: Vec<BodyId>,
 }
 
 impl Departed {
-    /// Lists the bodies that the present step removes.
+    /// Lists the bodies that the current step removes.
     fn find(&mut self, bodies: &Bodies, kill_zone: &Aabb) {
         self.bodies.clear();
         self.quarantined.clear();
@@ -88,7 +88,7 @@ impl Departed {
 }
 
 impl World {
-    /// Creates an empty world. Panics on settings outside their documented ranges.
+    /// Creates an empty world. Panics if settings are outside their documented ranges.
     pub fn new(settings: WorldSettings) -> World {
         settings.check();
         World {
@@ -107,8 +107,8 @@ impl World {
         }
     }
 
-    /// Adds a body, or returns `None` when `bodies_max` is reached. Panics on a definition outside
-    /// the documented ranges.
+    /// Adds a body, or returns `None` if `bodies_max` is reached. Panics if the definition is
+    /// outside the documented ranges.
     pub fn add(&mut self, def: &BodyDef) -> Option<BodyId> {
         if self.bodies.count() >= self.settings.bodies_max {
             return None;
@@ -125,7 +125,7 @@ impl World {
         Some(id)
     }
 
-    /// Removes a body; returns `false` if it does not exist.
+    /// Removes a body, or returns `false` if it does not exist.
     pub fn remove(&mut self, id: BodyId) -> bool {
         let exists = self.bodies.contains(id);
         self.remove_all(&[id]);
@@ -204,12 +204,12 @@ impl World {
         self.bodies.find(id).map_or(0.0, |index| self.bodies.inverse_mass[index])
     }
 
-    /// A body's factor on the world's gravity.
+    /// The factor applied to the world's gravity for a body.
     pub fn gravity_scale(&self, id: BodyId) -> f32 {
         self.bodies.find(id).map_or(0.0, |index| self.bodies.gravity_scale[index])
     }
 
-    /// Adds a spring; returns `false` when `springs_max` is reached. Panics on numbers outside
+    /// Adds a spring, or returns `false` if `springs_max` is reached. Panics if numbers are outside
     /// their documented ranges, and in a world without forces.
     pub fn add_spring(&mut self, spring: Spring) -> bool {
         let other = match spring.end {
@@ -247,8 +247,8 @@ impl World {
         self.sleep.body_placed(&mut awake, id.index);
     }
 
-    /// Sets a velocity. Panics unless it is finite. The velocity of a static body is always zero (C20): setting
-    /// another one is a caller bug, like using a removed body.
+    /// Sets a velocity. Panics unless it is finite. The velocity of a static body is always zero (C20), and
+    /// setting any other is a bug in the caller, like using a removed body.
     pub fn set_velocity(&mut self, id: BodyId, velocity: Vec2) {
         check::vector(velocity.is_finite(), "velocity", velocity);
         let Some(index) = self.bodies.find(id) else { return };
@@ -264,15 +264,15 @@ impl World {
         }
     }
 
-    /// Wakes bodies, each with those that rest on it: all at once, which takes far less time than one after another, as changes
-    /// of them would. Bodies that do not exist are passed over.
+    /// Wakes bodies, along with those that rest on them. Waking all at once takes far less time than waking one after
+    /// another, as changing them would. Bodies that do not exist are skipped.
     pub fn wake(&mut self, ids: &[BodyId]) {
         self.steady.readmit_around(&mut self.bodies, ids);
         let mut awake = awake(&mut self.bodies, &mut self.pairs, &mut self.touches);
         self.sleep.wake_around(&mut awake, ids);
     }
 
-    /// Sets the factor on gravity. Panics unless it is finite.
+    /// Sets the factor applied to gravity for a body. Panics unless it is finite.
     pub fn set_gravity_scale(&mut self, id: BodyId, scale: f32) {
         check::number(scale.is_finite(), "gravity scale", scale);
         let Some(index) = self.bodies.find(id) else { return };
@@ -282,14 +282,14 @@ impl World {
         }
     }
 
-    /// Switches from the relaxation solver to the chapter's solver as printed, or back; other solvers are not
+    /// Switches from the relaxation solver to the chapter's solver as printed, or back. Other solvers are not
     /// affected. While it is on, forces do not act. It is a setting, not state.
     pub fn set_listed(&mut self, listed: bool) {
         self.listed = listed;
     }
 
-    /// Changes gravity, units/s^2, and wakes all bodies. It is a setting, not state: to restore
-    /// such a world, pass the settings that it had. Panics unless finite.
+    /// Changes gravity, units/s^2, and wakes all bodies. It is a setting, not state, so pass the
+    /// settings that the world had in order to restore it. Panics unless it is finite.
     pub fn set_gravity(&mut self, gravity: Vec2) {
         check::vector(gravity.is_finite(), "gravity", gravity);
         self.settings.gravity = gravity;
@@ -298,8 +298,8 @@ impl World {
         self.sleep.wake_all(&mut awake);
     }
 
-    /// Returns the body with the lowest index that strictly contains the point and satisfies
-    /// `wanted`.
+    /// Returns the body with the lowest index among those that strictly contain the point and
+    /// satisfy `wanted`.
     pub fn body_at(&self, point: Vec2, wanted: impl Fn(BodyId) -> bool) -> Option<BodyId> {
         self.ids().find(|&id| {
             let index = id.index as usize;
@@ -307,9 +307,9 @@ impl World {
         })
     }
 
-    /// Advances bodies by one step: integrates, finds pairs, solves contacts, removes the bodies
-    /// that left the kill zone. Particles move in [`World::step_particles`], so that rules can act
-    /// in between.
+    /// Advances bodies by one step: integrates, finds pairs, solves contacts, and removes the
+    /// bodies that left the kill zone. Particles move in [`World::step_particles`], so that rules
+    /// can act in between.
     pub fn step(&mut self) {
         self.advance(&mut |_, _| {});
     }
@@ -343,17 +343,17 @@ impl World {
         });
     }
 
-    /// Touches at the end of the last step, in (a, b) order.
+    /// Touches at the end of the latest step, in (a, b) order.
     pub fn touches(&self) -> &[Touch] {
         &self.touches.now
     }
 
-    /// Bodies that left the kill zone in the last step and were removed.
+    /// Bodies that left the kill zone in the latest step and were removed.
     pub fn departed(&self) -> &Departed {
         &self.departed
     }
 
-    /// Counts of the last step.
+    /// Counts of the latest step.
     pub fn step_counts(&self) -> StepCounts {
         let (moving, pairs) = (self.bodies.moving.len(), self.pairs.pairs.len());
         StepCounts {
@@ -364,25 +364,25 @@ impl World {
         }
     }
 
-    /// Whether a step needed more than its [`StepBudget`]. That step was broken off, and no further step is made, so
-    /// the game cannot continue. The work of a step depends on when the pair list was built and which islands were
-    /// left out, so a restored world may exceed its budget some steps earlier or later.
+    /// Whether a step needed more than its [`StepBudget`]. That step was aborted, and no more steps are made, so the
+    /// game cannot continue. The work in a step depends on when the pair list was built and which islands were left
+    /// out, so a restored world may exceed its budget some steps earlier or later.
     pub fn is_over_budget(&self) -> bool {
         self.pairs.is_over() || self.solvers.conjugate.is_over() || self.particles.is_over()
     }
 
-    /// Number of pairs found in the last step, which [`StepBudget::pairs`] bounds.
+    /// Number of pairs found in the latest step, which [`StepBudget::pairs`] limits.
     pub fn pair_count(&self) -> usize {
         self.pairs.pairs.len()
     }
 
-    /// Whether a body sleeps: it is at rest and costs nothing. Bodies sleep only in worlds with sleep. Touches of
-    /// sleeping bodies are not reported.
+    /// Whether a body is asleep, that is, at rest and costing nothing. Bodies sleep only in worlds with sleep.
+    /// Touches of sleeping bodies are not reported.
     pub fn is_asleep(&self, id: BodyId) -> bool {
         self.bodies.find(id).is_some_and(|index| self.sleep.has(index as u32))
     }
 
-    /// Starts an emitter; returns `false` if too many are running. Panics if its recipe does not
+    /// Starts an emitter, or returns `false` if too many are running. Panics if its recipe does not
     /// exist.
     pub fn start_emitter(&mut self, emitter: EmitterDef) -> bool {
         self.settings.features.particles = true;
@@ -394,7 +394,7 @@ impl World {
         &self.particles
     }
 
-    /// The settings of the world, among them the features that steps handle so far.
+    /// The settings of the world, including the features that steps currently handle.
     pub fn settings(&self) -> &WorldSettings {
         &self.settings
     }
@@ -405,7 +405,7 @@ impl World {
     }
 }
 
-/// An empty set of particles for a world with these settings.
+/// Creates an empty set of particles for a world with these settings.
 fn particles(settings: &WorldSettings) -> Particles {
     let mut particles = Particles::new(settings.recipes.clone(), settings.particles_max);
     particles.limit_obstacle_cells(settings.budget.obstacle_cells);

@@ -1,13 +1,12 @@
-//! The sorted list of pairs that may come into contact, with the impulses carried from step to step.
+//! The sorted list of pairs that may come into contact, along with the impulses kept from step to step.
 //!
-//! The list only speeds up the search. Every box in it is grown by a margin (a fat AABB), so it stays valid while
-//! bodies stay inside their fat boxes, and an exact test in each step decides which pairs take part. When and how the
-//! list is built therefore cannot change a single bit of the result.
+//! The list only speeds up the search. It is built from boxes grown by a margin (fat AABBs), so it stays valid as
+//! long as bodies stay inside their fat boxes, and an exact test in each step decides which pairs take part. When and
+//! how the list is built therefore cannot change a single bit of the result.
 //!
 //! Moving bodies are sorted along the axis on which they are spread out further, and swept. In a world that sleeps,
-//! all other bodies are kept in a [`StaticGrid`], which each moving body queries. Where only some bodies have
-//! outgrown their boxes, their missing pairs are added; pairs that are no longer needed stay until the list is
-//! rebuilt.
+//! all other bodies are kept in a [`StaticGrid`], which each moving body queries. If only some bodies have outgrown
+//! their boxes, their missing pairs are added; pairs that are no longer needed stay until the list is rebuilt.
 
 use super::static_grid::StaticGrid;
 use crate::bodies::Bodies;
@@ -19,36 +18,36 @@ use glam::{Vec2, Vec2Swizzles};
 
 /// Smallest margin of a fat box, world units.
 const MARGIN: f32 = 0.25;
-/// Margin of the fat box of a body that does not move, beyond its reach, world units.
+/// Margin added to the reach of a body that does not move to get its fat box, world units.
 const STATIC_MARGIN: f32 = 0.1;
 
-/// Maximum number of outgrown bodies for which the list is extended instead of rebuilt: this many, or this part of
-/// the moving bodies if that is more. In a crowd of 4000, extending would pay off for even more; memory sets the
-/// limit.
+/// Maximum number of outgrown bodies for which the list is extended instead of rebuilt: this many, or this
+/// fraction of the moving bodies if that is more. In a crowd of 4000, extending would pay off for even more
+/// bodies, but memory sets the limit.
 const OUTGROWN_MAX: usize = 32;
 const OUTGROWN_PART: usize = 16;
-/// The list is rebuilt once more than this part of its pairs was added since the last build, or more than this part
-/// of its bodies has left the sorted boxes. This keeps obsolete pairs and useless comparisons few.
+/// The list is rebuilt once more than this fraction of its pairs has been added since the last build, or more than
+/// this fraction of its bodies has left the sorted boxes. This limits obsolete pairs and useless comparisons.
 const ADDED_PART: usize = 8;
 const ASIDE_PART: usize = 4;
 /// Boxes wider than this multiple of the mean are compared with all others.
 const WIDE: f32 = 4.0;
-/// Boxes tested before the overlaps among them are listed.
+/// Number of boxes tested before the overlaps among them are listed.
 const BESIDE: usize = 32;
-/// Pairs that can be moved in the time it takes to list one.
+/// Number of pairs that can be moved in the time it takes to list one.
 const MOVED_PER_LISTED: u64 = 8;
-/// Total margin of a box on its four sides, relative to its body's reach, beyond which the box is too large; a new
+/// Total margin of a box on its four sides, relative to its body's reach, beyond which the box is too large. A new
 /// box has at most 5.4. The list is rebuilt once more than one box in [`LARGE_BOXES_PART`] is too large.
 const LARGE_BOX: f32 = 12.0;
 const LARGE_BOXES_PART: usize = 16;
 
-/// Refreshes without a search after which the search's scratch memory is released.
+/// Number of refreshes without a search after which the search's scratch memory is released.
 const IDLE_REFRESHES_MAX: u32 = 128;
 
-/// The axis of the box face that carried the contact in the last step.
+/// The axis of the box face on which the contact was in the previous step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Axis {
-    /// No face carried the contact, or the solver does not use the axis.
+    /// The contact was on no face, or the solver does not use the axis.
     #[default]
     Free,
     X,
@@ -60,11 +59,11 @@ pub(crate) enum Axis {
 pub(crate) struct Pair {
     pub a: u32,
     pub b: u32,
-    /// Normal impulse that held the two apart at rest in the last step; not negative.
+    /// Normal impulse that held the two apart at rest in the previous step; not negative.
     pub normal_impulse: f32,
-    /// Friction impulse of the same contact, along the normal turned left.
+    /// Friction impulse of the same contact, along the normal rotated 90 degrees to the left.
     pub tangent_impulse: f32,
-    /// Only meaningful where `normal_impulse` is positive; otherwise `Free`.
+    /// Meaningful only if `normal_impulse` is positive; otherwise `Free`.
     pub axis: Axis,
 }
 
@@ -94,9 +93,9 @@ impl Pair {
 /// Decides which bodies may pair.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Filter<'a> {
-    /// For each group, the groups that it collides with.
+    /// For each group, the groups with which it collides.
     pub meets: &'a [u32; GROUPS_MAX],
-    /// Whether pairs of two immovable bodies are listed too, for contacts that are only detected.
+    /// Whether pairs of immovable bodies are listed too, because contacts are only detected.
     pub immovable: bool,
     /// Maximum number of pairs that the list may hold.
     pub pairs_max: usize,
@@ -123,34 +122,35 @@ pub(crate) struct PairList {
     fat: Vec<Aabb>,
     /// Whether bodies were added or repositioned since the list was built.
     stale: bool,
-    /// Whether there were more pairs than the list may hold; some are then missing.
+    /// Whether there were more pairs than the list may hold, so that some are missing.
     is_over: bool,
     /// All bodies outside the moving list, in a world that sleeps.
     static_grid: Option<StaticGrid>,
-    /// Slots that have outgrown their boxes, up to one more than the list would be extended for.
+    /// Slots of bodies that have outgrown their boxes, up to one more than the list would be extended for.
     outgrown: Vec<u32>,
     /// Number of pairs added since the list was built.
     added: usize,
     sorted: SortedBoxes,
-    /// Refreshes since pairs were last searched for.
+    /// Number of refreshes since pairs were last searched for.
     idle_refreshes: u32,
     /// Work done on the list in this step. A build counts all pairs and sorted bodies; an extension counts the pairs
     /// found and a share of the pairs moved.
     pub listed: u64,
-    /// Scratch: keys of the pairs found.
+    /// Scratch for the keys of the pairs found.
     keys: Vec<u64>,
 }
 
-/// The boxes of the bodies as they were sorted when the list was built; none after they were released.
+/// The bodies' boxes as they were sorted when the list was built; empty once they have been released.
 #[derive(Clone, Debug, Default)]
 struct SortedBoxes {
-    /// Slots sorted by lower edge, and their boxes in this order.
+    /// Slots sorted by lower edge, and their boxes in the same order.
     order: Vec<u64>,
     boxes: Vec<Aabb>,
-    /// Whether the boxes are turned, and the width of the widest one that is not aside.
+    /// Whether the boxes have their axes swapped, and the width of the widest one that is not aside.
     is_upright: bool,
     widest: f32,
-    /// Slots that the sorted boxes do not cover: their boxes have changed, or are too wide to be found by the sweep.
+    /// Slots that the sorted boxes do not cover, because their boxes have changed or are too wide to be found by the
+    /// sweep.
     aside: Vec<u32>,
     /// By slot: whether its sorted entry must be ignored, because the body is in `aside`, stopped moving or was
     /// removed.
@@ -163,7 +163,7 @@ impl PairList {
         PairList { static_grid: sleeping.then(StaticGrid::default), ..PairList::default() }
     }
 
-    /// In a world that sleeps: adds a body that has left the moving list or never moves.
+    /// In a world that sleeps, adds a body that has left the moving list or never moves.
     pub fn insert_static(&mut self, slot: u32, bodies: &Bodies) {
         let Some(grid) = &mut self.static_grid else { return };
         let index = slot as usize;
@@ -177,16 +177,16 @@ impl PairList {
         self.sorted.leave_out(slot);
     }
 
-    /// In a world that sleeps: removes a body that starts to move or is removed.
+    /// In a world that sleeps, removes a body that starts to move or is removed.
     pub fn remove_static(&mut self, slot: u32) {
         if self.static_grid.as_mut().is_some_and(|grid| grid.remove(slot)) {
             self.stale = true;
         }
     }
 
-    /// Sorts pairs that were appended to the list; of two equal pairs the one with an impulse is kept.
+    /// Sorts pairs that were appended to the list. Of two equal pairs, the one with an impulse is kept.
     pub fn merge(&mut self) {
-        // Sorts plain numbers: sorting this type would add 3 kB to the page's program.
+        // This sorts plain numbers, since sorting this type would add 3 kB to the page's program.
         let mut keys: Vec<u64> = self.pairs.iter().map(Pair::key).collect();
         keys.sort_unstable();
         keys.dedup();
@@ -226,7 +226,7 @@ impl PairList {
         }
     }
 
-    /// Drops the pairs of removed bodies at once, so that new bodies in their slots inherit nothing.
+    /// Immediately drops the pairs of removed bodies, so that new bodies in their slots inherit nothing.
     pub fn keep_alive(&mut self, bodies: &Bodies) {
         let lives = |slot: u32| bodies.alive[slot as usize];
         self.pairs.retain(|pair| lives(pair.a) && lives(pair.b));
@@ -237,7 +237,7 @@ impl PairList {
         self.is_over
     }
 
-    /// Makes the list complete for the current positions, unless there are too many pairs. Returns whether the list
+    /// Completes the list for the current positions, unless there are too many pairs. Returns whether the list
     /// changed.
     pub fn refresh(&mut self, bodies: &Bodies, filter: Filter) -> bool {
         let most = OUTGROWN_MAX.max(bodies.moving.len() / OUTGROWN_PART);
@@ -265,10 +265,10 @@ impl PairList {
         true
     }
 
-    /// Marks the list as outdated where many bodies have slowed down so much that their boxes are far too large,
-    /// since most of its pairs are then far apart. Returns whether the list is outdated. Call it between a refresh
-    /// and the first impact, when reach is already extended for impacts; a box that this needs in every step does not
-    /// count as too large.
+    /// Marks the list as outdated if many bodies have slowed down so much that their boxes are far too large, since
+    /// most of its pairs are then far apart. Returns whether the list is outdated. Must be called between a refresh
+    /// and the first impact, when reach has already been extended for impacts, so that a box which needs this
+    /// extension in every step does not count as too large.
     pub fn drop_large_boxes(&mut self, bodies: &Bodies) -> bool {
         let fat = &self.fat;
         let is_large = |&&slot: &&u32| {
@@ -301,7 +301,7 @@ impl PairList {
         self.outgrown.extend(found.take(most));
     }
 
-    /// Sorts and sweeps.
+    /// Rebuilds the list by sorting and sweeping.
     fn rebuild(&mut self, bodies: &Bodies, filter: Filter) {
         self.fat.resize(bodies.alive.len(), EMPTY_BOX);
         let only_moving = self.static_grid.is_some();
@@ -348,7 +348,7 @@ impl PairList {
         Some(self.add_pairs())
     }
 
-    /// Finds the pairs of some moving bodies with bodies that do not move.
+    /// Finds the pairs that some moving bodies form with bodies that do not move.
     fn find_static_pairs(&mut self, bodies: &Bodies, moving: &[u32], filter: Filter) {
         let PairList { static_grid, fat, keys, .. } = self;
         let Some(grid) = static_grid else { return };
@@ -366,10 +366,11 @@ impl PairList {
         }
     }
 
-    /// Replaces `pairs` by those of the sorted keys. Pairs that were listed before keep their impulses.
+    /// Replaces `pairs` with those of the sorted keys. Pairs that were listed before keep their impulses.
     fn carry_impulses(&mut self) {
         let PairList { pairs, keys, .. } = self;
-        // A pair without an impulse has nothing to carry and is simply created again: seven of eight in a crowd.
+        // A pair without an impulse has nothing to carry over and is simply recreated. In a crowd, these are seven of
+        // eight pairs.
         let has_kept =
             |pair: &Pair| pair.normal_impulse > 0.0 && keys.binary_search(&pair.key()).is_ok();
         pairs.retain(has_kept);
@@ -377,7 +378,7 @@ impl PairList {
         self.merge_keys(len);
     }
 
-    /// Adds the pairs of the sorted keys that are not listed yet; returns whether there were any.
+    /// Adds those pairs of the sorted keys that are not listed yet. Returns whether there were any.
     fn add_pairs(&mut self) -> bool {
         let PairList { pairs, keys, .. } = self;
         keys.retain(|key| pairs.binary_search_by_key(key, Pair::key).is_err());
@@ -410,14 +411,14 @@ impl PairList {
 }
 
 impl SortedBoxes {
-    /// Excludes a body's sorted entry from extensions until the list is rebuilt.
+    /// Makes extensions ignore a body's sorted entry until the list is rebuilt.
     fn leave_out(&mut self, slot: u32) {
         if let Some(is_left_out) = self.is_left_out.get_mut(slot as usize) {
             *is_left_out = true;
         }
     }
 
-    /// Finds the pairs of a body with the sorted bodies and with those in `aside`.
+    /// Finds the pairs that a body forms with the sorted bodies and with those in `aside`.
     fn find_pairs_of(
         &self,
         a: u32,
@@ -429,7 +430,7 @@ impl SortedBoxes {
         let SortedBoxes { order, boxes, aside, is_left_out, widest, .. } = self;
         let fat_a = fat[a as usize];
         let bounds = turned(fat_a, self.is_upright);
-        // Twice the width, since rounding may take that much from it far away from the origin.
+        // Twice the width, since rounding may lose that much far away from the origin.
         let from = boxes.partition_point(|other| other.low.x < bounds.low.x - 2.0 * *widest);
         let to = boxes.partition_point(|other| other.low.x < bounds.high.x).max(from);
         for at in 0..to - from + aside.len() {
@@ -444,7 +445,8 @@ impl SortedBoxes {
         }
     }
 
-    /// Sorts by the lower edge along the axis on which the bodies are spread out further, which comes first in `boxes`.
+    /// Sorts by the lower edge along the axis on which the bodies are spread out further. This axis comes first in
+    /// `boxes`.
     fn sort_by_edge(&mut self, bodies: &Bodies, only_moving: bool, fat: &[Aabb]) {
         self.is_upright = is_upright(bodies);
         let SortedBoxes { order, boxes, is_upright, .. } = self;
@@ -473,7 +475,7 @@ impl SortedBoxes {
             if width <= wide {
                 *widest = max(*widest, width);
             } else {
-                // If any box is not finite, all boxes come here.
+                // If any box is not finite, all boxes end up here.
                 push(aside, slot);
                 is_left_out[slot as usize] = true;
             }
@@ -488,7 +490,7 @@ impl SortedBoxes {
         for (rank, (&a, bounds)) in order.iter().zip(boxes).enumerate() {
             let beside = order[rank + 1..].chunks(BESIDE).zip(boxes[rank + 1..].chunks(BESIDE));
             for (slots, boxes) in beside {
-                // Without an unpredictable branch: few of the boxes beside it overlap.
+                // This avoids an unpredictable branch, since few of the neighbouring boxes overlap.
                 let (mut count, mut is_last) = (0, false);
                 for (&b, other) in slots.iter().zip(boxes) {
                     if other.low.x >= bounds.high.x {
@@ -515,7 +517,7 @@ impl SortedBoxes {
     }
 }
 
-/// A box as it is, or with its axes exchanged.
+/// A box as it is, or with its axes swapped.
 fn turned(bounds: Aabb, is_upright: bool) -> Aabb {
     match is_upright {
         true => Aabb { low: bounds.low.yx(), high: bounds.high.yx() },
@@ -523,7 +525,7 @@ fn turned(bounds: Aabb, is_upright: bool) -> Aabb {
     }
 }
 
-/// A box that overlaps and contains nothing.
+/// A box that neither overlaps nor contains anything.
 const EMPTY_BOX: Aabb = Aabb { low: Vec2::INFINITY, high: Vec2::NEG_INFINITY };
 
 /// The key of a pair, by which the list is sorted.
@@ -531,7 +533,8 @@ pub(crate) fn key(a: u32, b: u32) -> u64 {
     u64::from(a.min(b)) << 32 | u64::from(a.max(b))
 }
 
-/// The box of a body, grown by the distance it may travel in the next step, and ahead of it by one step more.
+/// A body's box, grown by the distance that the body may travel in the next step, and in its direction of motion by one
+/// more step.
 fn grown(bodies: &Bodies, slot: u32) -> Aabb {
     let slot = slot as usize;
     let reach = bodies.reach[slot];
@@ -544,7 +547,7 @@ fn grown(bodies: &Bodies, slot: u32) -> Aabb {
     Aabb { low, high }
 }
 
-/// The bodies that are sorted and swept: all of them, or only the moving ones.
+/// The bodies that are sorted and swept, which are all of them or only the moving ones.
 fn swept(bodies: &Bodies, moving: bool) -> impl Iterator<Item = u32> + '_ {
     let some = if moving { bodies.moving.as_slice() } else { &[] };
     let all = (!moving).then(|| bodies.slots());
@@ -566,7 +569,7 @@ fn is_upright(bodies: &Bodies) -> bool {
     spread.y > spread.x
 }
 
-/// Whether two bodies are within reach of each other: the exact test behind the list.
+/// Whether two bodies are within reach of each other. This is the exact test behind the list.
 #[inline]
 pub(crate) fn near(bodies: &Bodies, a: u32, b: u32) -> bool {
     let (a, b) = (a as usize, b as usize);

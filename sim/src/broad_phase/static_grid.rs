@@ -1,22 +1,22 @@
-//! A hashed grid of the bodies that do not move, with one level for each size class.
+//! A hashed grid of bodies that do not move, with one level for each size class.
 //!
-//! A body lies in the cell of its centre, on the level whose cells are at least as wide as its box. A box therefore
-//! overlaps only bodies whose cells are within half a cell of it. Cells share a table by their hash and the chains
-//! are linked through the slots, so insertion and removal take constant time (Teschner et al. 2003, "Optimized
-//! spatial hashing"; levels as in Ericson 2005, "Real-time collision detection", 7.2). Bodies in the grid are visited
-//! only if something moves close by.
+//! A body is stored in the cell that contains its centre, on the level whose cells are at least as wide as its box. A
+//! box therefore overlaps only bodies whose cells are within half a cell of it. Cells share a table indexed by their
+//! hash, and chains are linked through the slots, so insertion and removal take constant time (Teschner et al. 2003,
+//! "Optimized spatial hashing"; levels as in Ericson 2005, "Real-time collision detection", 7.2). Bodies in the grid
+//! are visited only if something moves close by.
 
 use crate::shape::Aabb;
 
-/// End of a chain.
+/// Marks the end of a chain.
 const NONE: u32 = u32::MAX;
 /// Cells of the finest level are 2^`FINEST` world units wide.
 const FINEST: i32 = -8;
-/// Number of levels; the last one has a single cell, for everything too large for the other levels.
+/// Number of levels. The last one has a single cell, for everything that is too large for the other levels.
 const LEVELS: usize = 32;
-/// Smallest ratio of a cell's width to the box in it; leaves room for rounding.
+/// Smallest ratio of a cell's width to that of a box in it. It leaves room for rounding.
 const CELL_SHARE_MIN: f32 = 1.25;
-/// Entries of the smallest table.
+/// Number of entries in the smallest table.
 const TABLE_MIN: usize = 64;
 
 /// A cell of a level.
@@ -50,7 +50,7 @@ pub(crate) struct StaticGrid {
 }
 
 impl StaticGrid {
-    /// Inserts a body with this box; it must not be in the grid.
+    /// Inserts a body with this box. The body must not be in the grid yet.
     pub fn insert(&mut self, slot: u32, bounds: &Aabb) {
         if self.links.len() <= slot as usize {
             self.links.resize(slot as usize + 1, UNLISTED);
@@ -163,7 +163,7 @@ impl StaticGrid {
     }
 }
 
-/// Width of the cells of a level; the last level is one cell.
+/// Width of a level's cells; the last level is a single cell.
 fn width(level: usize) -> f32 {
     f32::from_bits(((level as i32 + FINEST + 127) as u32) << 23)
 }

@@ -1,10 +1,11 @@
-//! Bounces of bodies in a crowd: velocities only, pair by pair, in the order of their times.
+//! Bounces of bodies in a crowd change only velocities, pair by pair, in chronological order.
 //!
 //! Where bodies lie close to each other, the queue of impacts needs hundreds of predictions per impact, and paths
-//! that bend at each of them are worth little: the contact solver decides where bodies end. In a crowd a bounce
-//! therefore only changes the two velocities before the step, to those with which the pair leaves its point of
-//! impact, as if the impact happened now. Bouncing one pair at a time keeps energy and momentum exactly. Bodies on
-//! springs always count as crowded, because their path within a step cannot be traced back to its start.
+//! that bend at each impact are worth little, because the contact solver decides where bodies end up. In a crowd,
+//! a bounce therefore only changes the two velocities before the step to those with which the pair leaves its
+//! point of impact, as if the impact happened now. Bouncing one pair at a time conserves energy and momentum
+//! exactly. Bodies on springs always count as crowded, because their path within a step cannot be traced back to
+//! its start.
 
 use super::impact_prediction::{gravity_on, restitution, restitution_of};
 use crate::bodies::Bodies;
@@ -16,17 +17,17 @@ use crate::solver::contact_constraint::{ContactConstraint, ContactInfo, ContactS
 use crate::solver::step_context::StepContext;
 use glam::Vec2;
 
-/// Gap between two bodies up to which they are close, as a share of a half-size.
+/// Largest gap at which two bodies count as close, as a share of a half-size.
 const CLOSE: f32 = 0.5;
-/// Searches for bouncing pairs per step: each bounce may bring the next pair together.
+/// Number of searches for bouncing pairs per step. Each bounce may bring another pair together.
 const LOOKS: u32 = 4;
 
-/// The crowded bodies of a step, and scratch memory.
+/// A step's crowded bodies, and scratch memory.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Crowd {
     /// By slot: whether another movable body is close.
     is_crowded: Vec<bool>,
-    /// Bounces to come: the time in the upper half, the index of the constraint in the lower half.
+    /// Upcoming bounces, with the time in the upper half and the constraint's index in the lower half.
     bounces: Vec<u64>,
     /// Whether this step had any bounces.
     pub has_bounced: bool,
@@ -36,15 +37,15 @@ pub(crate) struct Crowd {
 struct Bounce {
     /// Closing speed, units/s.
     closing: f32,
-    /// Increase of the squared closing speed by gravity until the impact.
+    /// Increase in the squared closing speed due to gravity until the impact.
     gain: f32,
     /// Seconds into the step.
     time: f32,
 }
 
 impl Crowd {
-    /// Finds the crowded bodies: those close to another movable one. Without gravity, elastic bodies never count as
-    /// crowded, since the contact solver would not keep their energy.
+    /// Finds the crowded bodies, which are those close to another movable one. Without gravity, elastic bodies
+    /// never count as crowded, since the contact solver would not conserve their energy.
     pub fn find(&mut self, bodies: &Bodies, pairs: &[Pair], paths: &Paths, context: &StepContext) {
         self.is_crowded.clear();
         self.is_crowded.resize(bodies.alive.len(), false);
@@ -55,7 +56,7 @@ impl Crowd {
         for pair in pairs {
             let (a, b) = (pair.a as usize, pair.b as usize);
             if self.is_crowded[a] && self.is_crowded[b] {
-                // Both are already known to be crowded.
+                // Both bodies are already known to be crowded.
                 continue;
             }
             if bodies.inverse_mass[a] == 0.0 || bodies.inverse_mass[b] == 0.0 {
@@ -65,7 +66,7 @@ impl Crowd {
             let gap = (bodies.center[b] - bodies.center[a]).abs() - bodies.half[a] - bodies.half[b];
             let gap = max(gap.x, gap.y);
             if !near(bodies, pair.a, pair.b) {
-                // The listed pairs beyond reach depend on when the list was built.
+                // Which pairs beyond reach are listed depends on when the list was built.
                 continue;
             }
             if is_weightless && restitution(bodies, pair) >= 1.0 {
@@ -82,8 +83,9 @@ impl Crowd {
         self.is_crowded[slot as usize]
     }
 
-    /// Bounces all pairs that still close and touch within the step: those of crowded bodies, and those whose impact
-    /// gravity delays beyond the end of the step although their final velocities would make them touch before it.
+    /// Bounces all pairs that are still closing and touch within the step. These include pairs of crowded bodies,
+    /// and pairs whose impact gravity delays beyond the end of the step although their final velocities would make
+    /// them touch earlier.
     pub fn bounce(
         &mut self,
         bodies: &mut Bodies,
@@ -121,7 +123,7 @@ impl Crowd {
     }
 }
 
-/// The bounce of a pair that closes faster than the threshold and touches within the step.
+/// The bounce of a pair that is closing faster than the threshold and touches within the step.
 fn next_bounce(
     bodies: &Bodies,
     constraint: &ContactConstraint,
@@ -146,8 +148,8 @@ fn next_bounce(
     Some(Bounce { closing, gain: 2.0 * pull * distance, time: distance / closing })
 }
 
-/// Applies the impulse of a bounce. At the point of impact the pair separates at e times its closing speed w there,
-/// w^2 = c^2 + gain; so here it separates at the speed c' with c'^2 = e^2 w^2 - gain.
+/// Applies the impulse of a bounce. At the point of impact, the pair separates at e times its closing speed w
+/// there, where w^2 = c^2 + gain. Here it therefore separates at the speed c' with c'^2 = e^2 w^2 - gain.
 fn apply(bodies: &mut Bodies, constraint: &ContactConstraint, bounce: &Bounce) {
     let Bounce { closing, gain, .. } = *bounce;
     let restitution = restitution_of(bodies, constraint.a, constraint.b);
@@ -156,7 +158,7 @@ fn apply(bodies: &mut Bodies, constraint: &ContactConstraint, bounce: &Bounce) {
     let slide = constraint.normal.perp().dot(constraint.relative_velocity(&bodies.velocity));
     let limit = constraint.friction * normal;
     if !(normal + slide + limit).is_finite() {
-        // The speeds are near the largest number; the step quarantines such bodies.
+        // The speeds are close to the largest representable number; the step quarantines such bodies.
         return;
     }
     let tangent = clamp(-slide * constraint.effective_mass, -limit, limit);

@@ -1,7 +1,7 @@
-//! Prediction of impacts: when two bodies meet on their current paths, and how fast.
+//! Predicts when and how fast two bodies on their current paths meet.
 //!
-//! Times are exact under gravity. A pair that closes a separation s from speed c with acceleration g touches at speed
-//! w, w^2 = c^2 + 2 g s, after 2 s / (c + w).
+//! Times are exact under gravity. A pair that closes a separation s with initial speed c and acceleration g touches
+//! at speed w, where w^2 = c^2 + 2 g s, after a time of 2 s / (c + w).
 
 use super::paths::{Paths, overlap_limit, thickness};
 use crate::bodies::Bodies;
@@ -17,15 +17,15 @@ pub(crate) struct Hit {
     pub normal: Vec2,
     /// Closing speed at the time of impact, units/s.
     pub closing: f32,
-    /// Closing acceleration by gravity, units/s^2.
+    /// Closing acceleration due to gravity, units/s^2.
     pub gain: f32,
     /// Time of impact, seconds into the step.
     pub time: f32,
-    /// Penetration caused by gravity until then, world units; 0 unless the pair rests.
+    /// Penetration caused by gravity until the impact, world units; 0 unless the pair rests.
     pub depth: f32,
 }
 
-/// Predicts the next contact of a pair on its current paths, up to a given time. Bodies on springs are left to
+/// Predicts a pair's next contact on its current paths, up to a given time. Bodies on springs are left to
 /// `crowd`.
 pub(crate) fn predict(
     bodies: &Bodies,
@@ -50,7 +50,7 @@ pub(crate) fn predict(
     at_b.center += ahead;
     let apart =
         (at_b.center - at_a.center).abs() - at_a.shape.half_extent() - at_b.shape.half_extent();
-    // On each axis on which their boxes are apart, the bodies must close.
+    // The bodies must be closing on each axis on which their boxes are apart.
     let toward = (at_a.center - at_b.center).signum() * path;
     if apart.x > max(toward.x, 0.0) || apart.y > max(toward.y, 0.0) {
         return None;
@@ -78,7 +78,7 @@ pub(crate) fn restitution(bodies: &Bodies, pair: &Pair) -> f32 {
     restitution_of(bodies, pair.a, pair.b)
 }
 
-/// Restitution between two bodies: the smaller of the two.
+/// Restitution between two bodies: the smaller of their two values.
 #[inline]
 pub(crate) fn restitution_of(bodies: &Bodies, a: u32, b: u32) -> f32 {
     let of = |slot: u32| bodies.material[slot as usize].restitution;
@@ -93,7 +93,7 @@ pub(crate) fn bounces(bodies: &Bodies, pair: &Pair, hit: &Hit, context: &StepCon
         && restitution(bodies, pair) > 0.0
 }
 
-/// Overlap left to the constraints, which handle the effect of gravity within a step.
+/// Overlap that is left to the constraints, which handle the effect of gravity within a step.
 #[inline]
 fn allowed_overlap(bodies: &Bodies, pair: &Pair, context: &StepContext) -> f32 {
     overlap_limit(thickness(bodies, pair), context.settings.slop + context.fall_distance())
@@ -105,8 +105,8 @@ pub(crate) fn tunnels(bodies: &Bodies, pair: &Pair, hit: &Hit, context: &StepCon
     (context.dt - hit.time) * hit.closing > allowed_overlap(bodies, pair, context)
 }
 
-/// Returns the contact that stops a pair which would otherwise overlap too far: its impact or, if only gravity pulls
-/// the bodies further, a resting contact at that time.
+/// Returns the contact that stops a pair which would otherwise overlap too far. This is its impact or, if only
+/// gravity pulls the bodies further, a resting contact at that time.
 #[inline]
 pub(crate) fn as_obstruction(
     bodies: &Bodies,

@@ -1,20 +1,21 @@
-//! Impacts are the first part of a step: one pair at a time, each at its own time of impact.
+//! The first part of a step handles impacts, one pair at a time, each at its own time of impact.
 //!
-//! Simultaneous impact laws spread an impact over everything that touches and lose energy; handling one pair at a
-//! time keeps energy and momentum exactly. A queue holds the next impacts, ordered by (time, pair). Each gives the
-//! two bodies their impulse (Newton's law of restitution, with Coulomb friction); then their other pairs are
-//! predicted again (Alder and Wainwright 1959, "Studies in molecular dynamics"; see `impact_prediction`).
+//! Simultaneous impact laws spread an impact over everything in contact and lose energy; handling one pair at a
+//! time conserves energy and momentum exactly. A queue holds the next impacts, ordered by (time, pair). Each
+//! impact gives the two bodies their impulse (by Newton's law of restitution, with Coulomb friction), after which
+//! their other pairs are predicted again (Alder and Wainwright 1959, "Studies in molecular dynamics"; see
+//! `impact_prediction`).
 //!
 //! A body has one position and one velocity per step. Both belong to its path after its last impact, extended
-//! backwards to the start of the step: an impulse at time t that changes the velocity by d moves that start by -d t.
-//! The rest of the step only needs the time from which the path is valid.
+//! backwards to the start of the step. An impulse at time t that changes the velocity by d therefore moves the start
+//! of the path by -d t. The rest of the step only needs the time from which the path is valid.
 //!
 //! Pairs that do not bounce are handled here too if one body moves by more than the size of the other. A constraint
-//! is a tangent for the whole step, and a body that is stopped and then slides within the step soon leaves it far
-//! behind. All other pairs are left to the constraints, unless one of their bodies has an impact later in the step:
-//! then they stop there first, and resting contacts hold until then. A path is swept along its chord, since shapes
-//! are swept along straight lines. Gravity bends it, so before each impact both bodies are checked for obstructions
-//! up to that time.
+//! is a single tangent for the whole step, and a body that is stopped and then slides within the step soon leaves
+//! it far behind. All other pairs are left to the constraints, unless one of their bodies has an impact later in
+//! the step. In that case they first stop each other here, and resting contacts hold until that impact. A path is
+//! swept along its chord, since shapes are swept along straight lines. Gravity bends it, so before each impact both
+//! bodies are checked for obstructions up to that time.
 
 use super::crowd::Crowd;
 use super::impact_prediction::{
@@ -31,26 +32,26 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::ops::Range;
 
-/// Impacts of a body per step. After this many a body stays at its last impact point; the contact
-/// solver handles the rest of the step.
+/// Maximum number of impacts of a body per step. After this many, it stays at its last impact
+/// point, and the contact solver handles the rest of the step.
 const IMPACTS_MAX: u32 = 32;
-/// A pair is fast if one of the two moves in a step by more than this many half-sizes of the
-/// smaller one.
+/// A pair is fast if one of the two bodies moves by more than this many half-sizes of the smaller
+/// one in a step.
 const FAST: f32 = 4.0;
-/// Predictions in a step, for each movable body and in total, after which the remaining impacts are left to the
-/// crowd; for worlds with more such bodies than [`FEW_BODIES`]. In a small room a few fast bodies may need more and
-/// would gain energy without them, so there [`PREDICTIONS_FEW_MAX`] bounds the step.
+/// Number of predictions in a step, per movable body and in total, after which the remaining impacts are handled as
+/// in a crowd. This applies to worlds with more such bodies than [`FEW_BODIES`]. In a small room, a few fast bodies
+/// may need more predictions and would gain energy without them, so there the limit is [`PREDICTIONS_FEW_MAX`].
 const PREDICTIONS_PER_BODY: u64 = 40;
 const PREDICTIONS_MIN: u64 = 40_000;
 const FEW_BODIES: usize = 128;
 const PREDICTIONS_FEW_MAX: u64 = 700_000;
-/// Waiting bodies that can be searched in the time of one prediction; every impact searches them all.
+/// Number of waiting bodies that can be searched in the time of one prediction. Every impact searches them all.
 const WAITING_PER_PREDICTION: u64 = 8;
-/// Pairs within reach that a round can check in the time of one prediction.
+/// Number of pairs within reach that a round can check in the time of one prediction.
 const PAIRS_PER_PREDICTION: u64 = 8;
 /// Maximum depth of the search for an obstruction that is itself obstructed.
 const OBSTRUCTIONS_MAX: u32 = 8;
-/// Impacts that may be queued at a time, for each pair that the budget allows; outdated ones count too.
+/// Maximum number of queued impacts for each pair that the budget allows. Outdated ones count too.
 const QUEUED_PER_PAIR: usize = 4;
 
 /// An impact of this step.
@@ -67,7 +68,7 @@ pub(crate) struct Impact {
 struct Event {
     time_bits: u32,
     pair: u32,
-    /// Number of impacts of both bodies so far.
+    /// Number of impacts that both bodies together have had so far.
     version: u32,
 }
 
@@ -104,14 +105,14 @@ pub(crate) struct ImpactQueue {
 pub(crate) enum Progress {
     /// All impacts are done.
     Done,
-    /// There may be more, with bodies beyond the reach so far.
+    /// There may be more, with bodies beyond the current reach.
     BeyondReach,
-    /// The impacts need more predictions than the step may spend.
+    /// The impacts need more predictions than the step may make.
     OverBudget,
 }
 
 impl ImpactQueue {
-    /// Returns a queue without impacts but with the same count of predictions.
+    /// Returns a queue without impacts, but with the same prediction count.
     pub fn counts(&self) -> ImpactQueue {
         ImpactQueue { predictions: self.predictions, ..ImpactQueue::default() }
     }
@@ -135,8 +136,8 @@ impl ImpactQueue {
         self.impacted.is_empty()
     }
 
-    /// Finds the bodies that may have an impact: fast ones, and those that may bounce. If two bodies close faster
-    /// than the threshold, at least one is faster than half of it. Returns whether there are any.
+    /// Finds the bodies that may have an impact, which are fast ones and those that may bounce. If two bodies
+    /// close faster than the threshold, at least one is faster than half of it. Returns whether any were found.
     pub fn find_candidates(&mut self, bodies: &mut Bodies, context: &StepContext) -> bool {
         self.may_impact.clear();
         self.may_impact.resize(bodies.alive.len(), false);
@@ -154,9 +155,9 @@ impl ImpactQueue {
         any
     }
 
-    /// Leaves out crowded bodies; returns whether any other body may have an impact. Extends the reach of fast bodies
-    /// and of those of a gas to twice their path plus their own thickness, since a bounce may make them faster.
-    /// Bodies that outrun it take another round.
+    /// Leaves out crowded bodies, and returns whether any other body may have an impact. Extends the reach of fast
+    /// bodies, and of bodies in a gas, to twice their path plus their own thickness, since a bounce may make them
+    /// faster. Bodies that outrun this reach take another round.
     pub fn leave_out_crowd(
         &mut self,
         bodies: &mut Bodies,
@@ -196,10 +197,10 @@ impl ImpactQueue {
         }
     }
 
-    /// Processes impacts in the order of their times, until more than `predictions_max` were needed. Except in the
-    /// `last` round, a body that becomes faster than its reach allows waits, since the list may lack some of its
-    /// pairs. Every body within its reach waits too, as it would otherwise be ahead in time. The next round continues
-    /// with the waiting bodies.
+    /// Processes impacts in chronological order, stopping when more than `predictions_max` predictions were needed.
+    /// Except in the `last` round, a body that becomes faster than its reach allows has to wait, since the list may
+    /// lack some of its pairs. Every body within its reach waits too, as it would otherwise get ahead in time. The
+    /// next round continues with the waiting bodies.
     pub fn process(
         &mut self,
         bodies: &mut Bodies,
@@ -238,7 +239,7 @@ impl ImpactQueue {
                 continue;
             }
             let (pair, hit) = match obstruction {
-                // Between closing walls this would never end; the constraints hold both bodies.
+                // Between closing walls this would never end, so the constraints hold both bodies.
                 Some((other, _)) if self.has_exhausted_impacts(other) => continue,
                 Some(found) => found,
                 None => match predict(bodies, &self.paths, pair, context.dt, context) {
@@ -252,7 +253,7 @@ impl ImpactQueue {
         if self.waiting.is_empty() { Progress::Done } else { Progress::BeyondReach }
     }
 
-    /// Queues the impacts that follow an event, which was one of `pair`. Both bodies go on, unless it was their last one.
+    /// Queues the impacts that follow an event involving `pair`. Both bodies move on, unless it was their last one.
     #[inline]
     fn follow_up(
         &mut self,
@@ -281,7 +282,7 @@ impl ImpactQueue {
         }
     }
 
-    /// Queues the first impacts of a round: of all pairs, or of the bodies that waited for it.
+    /// Queues the first impacts of a round: those of all pairs, or of the bodies that waited for it.
     fn fill_queue(&mut self, bodies: &Bodies, pairs: &[Pair], context: &StepContext) {
         self.queue.clear();
         self.near.clear();
@@ -300,7 +301,7 @@ impl ImpactQueue {
                 self.push_next_impact(bodies, index, pair, context);
             }
         }
-        // Pairs beyond reach are not counted: how many are listed depends on when the list was built.
+        // Pairs beyond reach are not counted, since the number that are listed depends on when the list was built.
         self.predictions += self.near.len() as u64 / PAIRS_PER_PREDICTION;
         for slot in self.waiting.drain(..) {
             self.waits[slot as usize] = false;
@@ -333,7 +334,7 @@ impl ImpactQueue {
         self.impact_count[pair.a as usize] + self.impact_count[pair.b as usize]
     }
 
-    /// Leaves a body at its last impact point, with a whole step ahead of it.
+    /// Leaves a body at its last impact point, with the whole step still ahead of it.
     fn stop_at_impact(&mut self, bodies: &mut Bodies, slot: u32, context: &StepContext) {
         let slot = slot as usize;
         if bodies.inverse_mass[slot] > 0.0 {
@@ -395,7 +396,7 @@ impl ImpactQueue {
         self.starts[slot] as usize..self.starts[slot + 1] as usize
     }
 
-    /// Groups the near pairs by body, by a counting sort.
+    /// Groups the near pairs by body with a counting sort.
     fn list_pairs(&mut self, bodies: &Bodies, pairs: &[Pair]) {
         let pushed = |&slot: &u32| bodies.inverse_mass[slot as usize] > 0.0;
         self.starts.clear();
@@ -436,7 +437,7 @@ impl ImpactQueue {
         for _ in 1..OBSTRUCTIONS_MAX {
             match self.first_obstruction(bodies, pairs, found.0, found.1.time, context) {
                 Some(next) if next.1.time < found.1.time => found = next,
-                // The pair rests on an obstruction that has the same time.
+                // The pair rests on an obstruction with the same time.
                 Some(next) if next.1.depth > 0.0 && found.1.depth == 0.0 => found = next,
                 Some(_) | None => break,
             }
@@ -444,7 +445,7 @@ impl ImpactQueue {
         Some(found)
     }
 
-    /// Returns the first pair of either body that would have tunnelled by then.
+    /// Returns the first pair of either body that would have tunnelled by that time.
     fn first_obstruction<'a>(
         &mut self,
         bodies: &Bodies,
@@ -513,8 +514,8 @@ impl ImpactQueue {
     }
 }
 
-/// Predictions in a step after which the remaining impacts are left to the crowd, in a world with this many `movable`
-/// bodies.
+/// Number of predictions in a step after which the remaining impacts are handled as in a crowd, in a world with this
+/// many `movable` bodies.
 fn max_predictions(movable: usize) -> u64 {
     match movable {
         0..=FEW_BODIES => PREDICTIONS_FEW_MAX,
@@ -522,8 +523,8 @@ fn max_predictions(movable: usize) -> u64 {
     }
 }
 
-/// Speed from which a body may bounce. If two bodies close faster than the threshold, at least one is faster than
-/// half of it, apart from the effect of gravity.
+/// Minimum speed at which a body may bounce. If two bodies close faster than the threshold, at least one is
+/// faster than half of it, apart from the effect of gravity.
 fn bounce_speed(context: &StepContext) -> f32 {
     0.5 * context.settings.bounce_threshold - context.gravity.length() * context.dt
 }

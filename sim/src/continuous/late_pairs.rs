@@ -1,11 +1,11 @@
-//! Pairs without a constraint that the solved velocities bring together.
+//! Late pairs are those without a constraint that the solved velocities bring together.
 //!
 //! Constraints are gathered for the velocities before the step. A body at rest that is hit hard may leave its reach
-//! within the same step, and a fast one may be deflected towards another. So once the velocities are solved, bodies
-//! that outran their reach or may jump over another body are checked again. Every body is also checked against
-//! immovable ones: a ball that one corner of a narrow passage turns towards the other would have passed that corner
-//! on its earlier path. Pairs that would touch at the new velocities get a constraint, and their islands are solved
-//! again from their current impulses.
+//! within the same step, and a fast one may be deflected towards another body. So once the velocities are solved,
+//! bodies that outran their reach or may jump over another body are checked again. Every body is also checked
+//! against immovable ones. For example, one corner of a narrow passage may deflect a ball towards the other corner,
+//! which it would have passed on its earlier path. Pairs that would touch at the new velocities get a constraint,
+//! and their islands are solved again from their current impulses.
 
 use super::impact_prediction::restitution;
 use super::paths::{Paths, is_fast, predict_manifold};
@@ -23,16 +23,16 @@ use glam::Vec2;
 /// Maximum number of rounds of late pairs in a step.
 pub(crate) const ROUNDS_MAX: u32 = 3;
 
-/// Constraints to add, and the bodies that outran their reach.
+/// The constraints to add, and the bodies that outran their reach.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LatePairs {
     outruns_reach: Vec<bool>,
-    /// By slot: whether the body outruns its reach or moves by more than the thinnest body's half-size; a pair needs
-    /// such a body to be late. `None` for bodies that the step does not move and may have left out.
+    /// By slot: whether the body outruns its reach or moves by more than the thinnest body's half-size. Only pairs
+    /// with such a body can be late. `None` for bodies that the step does not move and may have left out.
     may_be_late: Vec<Option<bool>>,
     /// Whether any island is in motion.
     pub any_in_motion: bool,
-    /// By slot: whether its island is in motion. No pair of two such bodies is added; the next step detects their
+    /// By slot: whether its island is in motion. Pairs of such bodies are not added; the next step detects their
     /// overlaps.
     is_in_motion: Vec<bool>,
     late: ContactSet,
@@ -41,7 +41,7 @@ pub(crate) struct LatePairs {
 }
 
 impl LatePairs {
-    /// Begins a step: no island is in motion.
+    /// Begins a step, in which no island is in motion yet.
     pub fn begin(&mut self, slots: usize) {
         self.any_in_motion = false;
         self.is_in_motion.clear();
@@ -58,7 +58,7 @@ impl LatePairs {
         }
     }
 
-    /// Extends the reach of bodies that became faster; returns whether any body moves.
+    /// Extends the reach of bodies that became faster, and returns whether any body moves.
     pub fn extend_reach(&mut self, bodies: &mut Bodies, moves: &[Move], dt: f32) -> bool {
         self.outruns_reach.clear();
         self.outruns_reach.resize(bodies.alive.len(), false);
@@ -70,12 +70,12 @@ impl LatePairs {
         for &slot in moving.iter() {
             let slot = slot as usize;
             let path = velocity[slot].length() * dt;
-            // The other half of the smallest reach is for the motion of other bodies.
+            // The other half of the smallest reach is reserved for the motion of other bodies.
             if path > reach[slot] - REACH_MIN * 0.5 {
                 reach[slot] = REACH_MIN + path;
                 self.outruns_reach[slot] = true;
             }
-            // The length of a vector may be rounded below its longest component.
+            // A vector's length may be rounded to less than its longest component.
             let speed = velocity[slot].abs();
             let is_fast = path > thinnest || max(speed.x, speed.y) * dt > thinnest;
             self.may_be_late[slot] = Some(self.outruns_reach[slot] || is_fast);
@@ -95,7 +95,7 @@ impl LatePairs {
         any
     }
 
-    /// Adds constraints for pairs that would touch; returns whether there are any.
+    /// Adds constraints for pairs that would touch, and returns whether there are any.
     pub fn gather(
         &mut self,
         bodies: &Bodies,
@@ -113,7 +113,7 @@ impl LatePairs {
             }
             let (a, b) = (pair.a as usize, pair.b as usize);
             if self.is_in_motion[a] && self.is_in_motion[b] {
-                // See `is_in_motion`. Most pairs of a crowd end here.
+                // See `is_in_motion`. Most pairs in a crowd are dismissed here.
                 continue;
             }
             let path = (bodies.velocity[b] - bodies.velocity[a]) * dt;
@@ -125,7 +125,7 @@ impl LatePairs {
             let manifold = predict_manifold(bodies, paths, pair, path, dt);
             let overlaps = |manifold: &Manifold| {
                 let along = manifold.normal.dot(path);
-                // A flying body ends above the path of its final velocity, and bounces in the next step.
+                // A flying body ends up above the path of its final velocity, and bounces in the next step.
                 let bounces = -along > threshold * dt && restitution(bodies, pair) > 0.0;
                 let fallen = if bounces { context.fall_distance() } else { 0.0 };
                 manifold.separation + along < -OVERLAP - fallen
@@ -134,7 +134,7 @@ impl LatePairs {
                 let [a, b] = [pair.a, pair.b].map(|slot| PackedBody::of(bodies, slot));
                 let (constraint, info) =
                     make_contact::<{ shapes::BOTH }>([&a, &b], pair, index, manifold, dt);
-                // The impulse stored by the last step was not applied in this one.
+                // The impulse stored by the previous step was not applied in this one.
                 let constraint =
                     ContactConstraint { normal_impulse: 0.0, tangent_impulse: 0.0, ..constraint };
                 self.late.push(constraint, info);
@@ -147,15 +147,15 @@ impl LatePairs {
         true
     }
 
-    /// Whether one of a pair outran its reach, or may have passed over the other.
+    /// Whether one body of a pair outran its reach, or may have jumped over the other.
     fn may_be_late(&self, bodies: &Bodies, pair: &Pair, dt: f32) -> bool {
         let (a, b) = (pair.a as usize, pair.b as usize);
         (self.may_be_late[a] == Some(true) || self.may_be_late[b] == Some(true))
             && (self.outruns_reach[a] || self.outruns_reach[b] || is_fast(bodies, pair, dt, 1.0))
     }
 
-    /// Whether a contact may have turned a body towards an immovable one: their boxes overlap at the end of the step
-    /// and neither body is in an island in motion.
+    /// Whether a contact may have deflected a body into an immovable one. This is so if their boxes overlap at the
+    /// end of the step and neither body is in an island in motion.
     fn ends_in_wall(&self, bodies: &Bodies, pair: &Pair, path: Vec2) -> bool {
         let (a, b) = (pair.a as usize, pair.b as usize);
         let end = (bodies.center[b] - bodies.center[a] + path).abs();
@@ -167,7 +167,7 @@ impl LatePairs {
         may_meet && end.x < reach.x && end.y < reach.y
     }
 
-    /// Merges the late constraints into the others from the back, in (a, b) order.
+    /// Merges the late constraints into the others, back to front, in (a, b) order.
     fn merge(&mut self, contacts: &mut ContactSet) {
         let mut from = contacts.constraints.len();
         let mut to = from + self.late.constraints.len();

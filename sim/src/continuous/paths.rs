@@ -1,5 +1,5 @@
-//! Paths of bodies within a step: straight lines, after an impact from the point of impact; and how far they are compared
-//! with the sizes of bodies.
+//! Paths of bodies within a step, and whether they are long compared with the bodies. A path is a straight line, which
+//! starts at the point of impact if there was one.
 
 use crate::bodies::Bodies;
 use crate::broad_phase::pairs::Pair;
@@ -9,20 +9,20 @@ use crate::narrow_phase::separation::{self, placed};
 use crate::solver::tolerances::TOLERATED_SHARE;
 use glam::Vec2;
 
-/// Last impact of each body in the step, by slot.
+/// Each body's last impact in the step, by slot.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Paths {
     /// Time of the impact, seconds into the step; 0 without an impact.
     pub impact_time: Vec<f32>,
-    /// Position at the impact; empty in a world that never had one.
+    /// Position at the impact; empty in a world that has never had one.
     pub impact_position: Vec<Vec2>,
-    /// Acceleration on the parabola that ends where springs take a body in the step, units/s^2; empty in a world without
-    /// springs.
+    /// Acceleration on the parabola that ends where springs take a body in the step, units/s^2. Empty in a world
+    /// without springs.
     pub sprung: Vec<Option<Vec2>>,
 }
 
 impl Paths {
-    /// Time from which both paths of a pair hold.
+    /// Time from which both paths of a pair are valid.
     #[inline]
     pub fn start_time(&self, pair: &Pair) -> f32 {
         max(self.impact_time[pair.a as usize], self.impact_time[pair.b as usize])
@@ -34,8 +34,8 @@ impl Paths {
         self.sprung.get(slot as usize).copied().flatten()
     }
 
-    /// Position of a body at a time after its impact, on the straight line to where its current velocity takes it in
-    /// the step.
+    /// Position of a body at a time after its impact, on the straight line to where its current velocity takes it by
+    /// the end of the step.
     pub fn position_at(&self, bodies: &Bodies, slot: u32, time: f32, dt: f32) -> Vec2 {
         let slot = slot as usize;
         let (center, velocity, since) =
@@ -53,7 +53,7 @@ impl Paths {
 }
 
 /// Predicts the manifold of a pair whose body b moves by `path` relative to a in the step. After an impact within the
-/// step the bodies are swept only from there on, but the separation is measured from the start of their paths, where
+/// step, the bodies are swept only from there on, but the separation is measured from the start of their paths, where
 /// they may overlap.
 #[inline(never)]
 pub(crate) fn predict_manifold(
@@ -76,7 +76,7 @@ pub(crate) fn predict_manifold(
     Some(Manifold { separation: manifold.separation - manifold.normal.dot(ahead), ..manifold })
 }
 
-/// Whether one of a pair moves in a step by more than `times` the smaller one's half-size.
+/// Whether either body of a pair moves in a step by more than `times` the smaller one's half-size.
 #[inline]
 pub(crate) fn is_fast(bodies: &Bodies, pair: &Pair, dt: f32, times: f32) -> bool {
     let speed = |slot: u32| {
@@ -86,7 +86,7 @@ pub(crate) fn is_fast(bodies: &Bodies, pair: &Pair, dt: f32, times: f32) -> bool
     max(speed(pair.a), speed(pair.b)) * dt > times * thickness(bodies, pair)
 }
 
-/// The smaller half-size of a pair, world units.
+/// The smaller of a pair's half-sizes, world units.
 #[inline]
 pub(crate) fn thickness(bodies: &Bodies, pair: &Pair) -> f32 {
     let of = |slot: u32| bodies.thickness(slot as usize);

@@ -1,13 +1,13 @@
-//! The final check against immovable bodies, based on positions.
+//! The final, position-based check against immovable bodies.
 //!
-//! Sweeps end when their budget is used up, a solved velocity may take a body to a wall without a constraint, and
-//! overlapping bodies are pushed apart by separate displacements. None of this may take a body through a wall. The
-//! check runs after a step in which a body moved by more than half of the thinnest body's half-size, overlapped
-//! another, or may have met a wall without a constraint. It sweeps every pair with an immovable side once more, in up
-//! to four rounds, from the last impact in the step to the end: n.d >= -max(-s, slop), with the separation s and the
-//! normal n of the manifold. Where this is violated the body ends on the wall, the deepest first, and its velocity
-//! towards the wall is removed, as if by an impulse of the wall. This adds no energy, and any overlap it causes is
-//! corrected in the next step.
+//! Sweeps may end early because their budget is used up, a solved velocity may take a body to a wall for which it has
+//! no constraint, and overlapping bodies are pushed apart by separate displacements. None of this may take a body
+//! through a wall. The check runs after a step in which a body moved by more than half of the thinnest body's
+//! half-size, overlapped another, or may have met a wall without a constraint. It sweeps every pair with an immovable
+//! body once more, in up to four rounds, from the last impact in the step to the end, and requires n.d >= -max(-s,
+//! slop), with the separation s and the normal n of the manifold. Where this is violated, the body is put onto the
+//! wall, deepest first, and its velocity towards the wall is removed, as if by an impulse from the wall. This adds no
+//! energy, and any overlap it causes is corrected in the next step.
 
 use super::paths::{Paths, overlap_limit, thickness};
 use crate::bodies::Bodies;
@@ -20,20 +20,20 @@ use crate::narrow_phase::separation::placed;
 use crate::solver::step_context::StepContext;
 use glam::Vec2;
 
-/// Maximum number of rounds: in a corner, a body that leaves one wall may end in the other. The last round sees only
-/// static bodies, so that a body between a platform and the ground stays above the ground.
+/// Maximum number of rounds. In a corner, a body moved out of one wall may end up in the other. The last round
+/// considers only static bodies, so that a body between a platform and the ground stays above the ground.
 const ROUNDS: u32 = 4;
 
 #[derive(Clone, Debug, Default)]
 pub(crate) struct StaticClamp {
     /// By slot: position at the start of the step.
     start: Vec<Vec2>,
-    /// Pairs with an immovable side that the step may have brought together.
+    /// Pairs with an immovable body that the step may have brought together.
     pairs: Vec<Pair>,
-    /// Bodies that moved beyond their reach, and the immovable bodies if there are any such.
+    /// Bodies that moved beyond their reach, and, if there are any, also the immovable bodies.
     outran: Vec<u32>,
     immovable: Vec<u32>,
-    /// Penetrating pairs, deepest first: the inverted bits of the depth, then the index of the pair.
+    /// Penetrating pairs, deepest first, each stored as the inverted bits of the depth followed by the pair's index.
     penetrating: Vec<u64>,
 }
 
@@ -45,7 +45,7 @@ impl StaticClamp {
 
     /// Whether a body moved so far, or is so deep inside another one, that it may have passed a wall.
     /// `separation_min` is the smallest separation at the end of the step; `is_unsure` says whether bodies may touch
-    /// a wall without a constraint. Never false where `resolve` would act.
+    /// a wall without a constraint. Never returns false if `resolve` would do something.
     pub fn may_tunnel(
         &self,
         bodies: &mut Bodies,
@@ -54,7 +54,7 @@ impl StaticClamp {
         is_unsure: bool,
     ) -> bool {
         let thickness_min = bodies.thinnest();
-        // The wall itself may move half of the way.
+        // The wall itself may cover half of the distance.
         let half = 0.5 * thickness_min;
         let far = |slot: &u32| {
             let slot = *slot as usize;
@@ -65,7 +65,7 @@ impl StaticClamp {
             || bodies.moving.iter().any(far)
     }
 
-    /// Moves bodies that passed a wall back to its surface.
+    /// Moves bodies that passed into a wall back to its surface.
     pub fn resolve(
         &mut self,
         bodies: &mut Bodies,
@@ -80,8 +80,8 @@ impl StaticClamp {
         self.pairs = pairs;
     }
 
-    /// Finds the pairs with an immovable side within reach of each other. The list is complete only for bodies that
-    /// stayed within their reach; overlaps and late pairs may take others further.
+    /// Finds the pairs within reach of each other of which one body is immovable. The list is complete only for
+    /// bodies that stayed within their reach, and overlaps and late pairs may take others further.
     fn find_pairs(&mut self, bodies: &mut Bodies, listed: &[Pair], context: &StepContext) {
         self.outran.clear();
         for index in 0..bodies.moving.len() {
@@ -166,7 +166,7 @@ impl StaticClamp {
             _ => paths.impact_position[slot],
         };
         match self.sweep_pair(bodies, pair, (from(a), from(b))) {
-            // Even the point of impact was inside the wall.
+            // The point of impact itself was inside the wall.
             Some((manifold, _)) if since > 0.0 && manifold.separation < -slop => {
                 self.sweep_pair(bodies, pair, (self.start[a], self.start[b]))
             }
@@ -176,8 +176,8 @@ impl StaticClamp {
         .filter(|&(_, beyond)| beyond > 0.0)
     }
 
-    /// Sweeps a pair in a straight line from these positions to the current ones; returns the manifold and the depth
-    /// at the end.
+    /// Sweeps a pair in a straight line from these positions to the current ones, and returns the manifold and the
+    /// depth at the end.
     fn sweep_pair(
         &self,
         bodies: &Bodies,
@@ -193,12 +193,12 @@ impl StaticClamp {
     }
 }
 
-/// Whether one side of a pair is static.
+/// Whether one body of a pair is static.
 fn is_fixed(bodies: &Bodies, pair: &Pair) -> bool {
     [pair.a, pair.b].iter().any(|&slot| bodies.motion[slot as usize] == Motion::Static)
 }
 
-/// Moves the body of a pair to the surface of its wall, and removes its velocity towards the wall.
+/// Moves a pair's body to the surface of the pair's wall, and removes its velocity towards the wall.
 fn clamp_to_surface(bodies: &mut Bodies, pair: &Pair, normal: Vec2, depth: f32) {
     let (a, b) = (pair.a as usize, pair.b as usize);
     let closing = -normal.dot(bodies.velocity[b] - bodies.velocity[a]);

@@ -1,21 +1,21 @@
-//! Drag against the air, the constants of a step with forces, and its moves.
+//! Air drag, the constants for a step with forces, and the step's moves.
 
 use glam::{DVec2, Vec2};
 
-/// Largest rate of drag, 1/s and 1/unit, and largest stiffness and damping of a spring.
+/// Largest drag rates, 1/s and 1/unit, and largest stiffness and damping of a spring.
 pub const FORCE_MAX: f32 = 1e18;
 
 /// Drag on a body: its velocity u relative to the wind changes at the rate -(linear + quadratic |u|) u.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Drag {
-    /// 1/s, 0..=[`FORCE_MAX`].
+    /// Rate of linear drag, 1/s, 0..=[`FORCE_MAX`].
     pub linear: f32,
-    /// 1/unit, 0..=[`FORCE_MAX`].
+    /// Rate of quadratic drag, 1/unit, 0..=[`FORCE_MAX`].
     pub quadratic: f32,
 }
 
 impl Drag {
-    /// No drag: velocities keep their length.
+    /// No drag.
     pub const NONE: Drag = Drag { linear: 0.0, quadratic: 0.0 };
 
     pub(super) fn is_valid(self) -> bool {
@@ -24,7 +24,7 @@ impl Drag {
     }
 }
 
-/// Flight of a body through a step.
+/// A body's flight through a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Move {
     pub slot: u32,
@@ -37,15 +37,15 @@ pub(crate) struct Move {
 /// How contacts act on a move.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum MoveKind {
-    /// Nearly a parabola: contacts act on the velocity at its end, as they do in free fall.
+    /// The path is nearly a parabola. Contacts act on the velocity at its end, as they do in free fall.
     Smooth,
-    /// By a spring that turns over within a few steps, so that the velocity at the end says nothing about the path.
-    /// Contacts act on the mean velocity.
+    /// The body is moved by a spring that turns over within a few steps, so that the velocity at the end says
+    /// nothing about the path. Contacts act on the mean velocity.
     Fast {
-        /// Path of an implicit step.
+        /// Path that an implicit step would take.
         implicit: Vec2,
     },
-    /// By such a spring, blocked by something: the path follows from the velocity at the end.
+    /// The body is moved by such a spring, but blocked by something. The path follows from the velocity at the end.
     Held(Hold),
 }
 
@@ -54,11 +54,11 @@ pub(crate) enum MoveKind {
 pub(crate) struct Hold {
     /// Velocity to which contacts add, units/s.
     pub velocity: Vec2,
-    /// Inverse of the mass that resists contacts, springs included.
+    /// Inverse of the mass that resists contacts, including the effect of springs.
     pub inverse_mass: f32,
 }
 
-/// Constants of a step, in double precision.
+/// Constants for a step, in double precision.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Air {
     pub gravity: DVec2,
@@ -79,7 +79,7 @@ impl Air {
 /// Phase by which an oscillation must advance in a step to count as fast, radians.
 pub(super) const FAST_PHASE: f64 = 0.5;
 
-/// Limits the length of a vector; one that is not finite becomes zero.
+/// Limits the length of a vector. One that is not finite becomes zero.
 fn limited(vector: DVec2, limit: f64) -> DVec2 {
     let squared = vector.length_squared();
     if squared <= limit * limit {

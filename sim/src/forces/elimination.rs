@@ -1,18 +1,18 @@
 //! A sparse symmetric system with one 2 by 2 block for each body and for each pair joined by a spring or a contact,
-//! solved by block elimination: L D L^T without square roots. Bodies are eliminated in the order of least degree
+//! solved by block elimination, as L D L^T without square roots. Bodies are eliminated in minimum-degree order
 //! (Tinney and Walker 1967), so that ropes and trees cost one block per spring, and only meshes cause fill-in. For a
-//! network of springs, the order and the fill-in are found when springs change; for an island of contacts
+//! network of springs, the order and the fill-in are determined when springs change; for an island of contacts
 //! (`solver::direct`), within the step.
 
 use glam::{DMat2, DVec2};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// The pattern and this step's numbers. Unknowns are identified by their index in the order of elimination.
+/// The pattern and this step's numbers. Unknowns are identified by their index in the elimination order.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Elimination {
     diagonal: Vec<DMat2>,
-    /// Column j has its blocks below the diagonal at `start[j]..start[j + 1]`, in ascending order of rows.
+    /// Column j has its blocks below the diagonal at `start[j]..start[j + 1]`, in ascending row order.
     start: Vec<u32>,
     row: Vec<u32>,
     block: Vec<DMat2>,
@@ -20,14 +20,14 @@ pub(crate) struct Elimination {
     products: u64,
 }
 
-/// The order of elimination of a pattern, and scratch memory.
+/// A pattern's elimination order, and scratch memory.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct EliminationOrder {
     /// The new index of each unknown.
     pub index_of: Vec<u32>,
-    /// Unknowns in the order of elimination.
+    /// Unknowns in elimination order.
     pub nodes: Vec<u32>,
-    /// By unknown: those it shares a block with; once eliminated, those that were left at that time.
+    /// By unknown: those with which it shares a block; once it is eliminated, those that were left at that time.
     near: Vec<Vec<u32>>,
     waiting: BinaryHeap<Reverse<(usize, u32)>>,
     is_done: Vec<bool>,
@@ -43,7 +43,7 @@ impl EliminationOrder {
             join(&mut near[a as usize], &[b]);
             join(&mut near[b as usize], &[a]);
         }
-        // An entry with an outdated degree is skipped: a later one follows.
+        // An entry with an outdated degree is skipped, since a later one follows.
         let degrees = (0u32..).zip(&near[..count]).map(|(node, near)| Reverse((near.len(), node)));
         waiting.extend(degrees);
         is_done.clear();
@@ -92,12 +92,12 @@ impl Elimination {
         self.clear();
     }
 
-    /// Block products of a factorisation, a measure of its cost.
+    /// Number of block products in a factorisation, a measure of its cost.
     pub fn products(&self) -> u64 {
         self.products
     }
 
-    /// Number of off-diagonal blocks; a solution reads each of them twice.
+    /// Number of off-diagonal blocks. Each solve reads them twice.
     pub fn blocks(&self) -> u64 {
         self.block.len() as u64
     }
@@ -137,7 +137,7 @@ impl Elimination {
             for p in range.clone() {
                 let (i, share) = (self.row[p], self.block[p] * inverse);
                 self.diagonal[i as usize] -= share * self.block[p].transpose();
-                // Column i has every later row of this one, in the same order.
+                // Column i contains every later row of this one, in the same order.
                 let mut at = self.start[i as usize] as usize;
                 for q in p + 1..range.end {
                     while self.row[at] != self.row[q] {
@@ -175,7 +175,7 @@ fn join(set: &mut Vec<u32>, more: &[u32]) {
         at += set[at..].iter().take_while(|&&other| other < node).count();
         missing += usize::from(set.get(at) != Some(&node));
     }
-    // From the back, so that each node moves once.
+    // Works from the back, so that each node moves once.
     let mut from = set.len();
     set.resize(from + missing, 0);
     let mut to = set.len();
@@ -196,7 +196,7 @@ mod tests {
     use crate::rng::Rng;
     use glam::{DMat2, DVec2};
 
-    /// A mesh of 4 by 4 nodes, with fill-in, and a tail, without.
+    /// A mesh of 4 by 4 nodes, which has fill-in, and a tail, which has none.
     #[test]
     fn the_solution_solves_the_system() {
         let mut edges = vec![(15, 16), (16, 17)];

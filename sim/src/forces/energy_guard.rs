@@ -1,27 +1,27 @@
 //! Keeps contacts from adding energy to bodies on springs.
 //!
-//! A contact acts once in a step, and its body is moved out of any overlap. Against a spring both may add energy: a
-//! bounce inside a floor towards which a spring pulls is faster than one on its surface, and pushing a body against a
-//! stiff spring stores energy that nothing has lost. So bodies joined by springs and contacts may not have more
-//! energy after a step than before it. The excess is taken from their speeds and, where these have too little, from
-//! their paths: the step then ends where the springs turn the bodies around.
+//! A contact acts once in a step, and its body is moved out of any overlap. Where springs are involved, both may add
+//! energy: a bounce inside a floor towards which a spring pulls is faster than one on its surface, and pushing a body
+//! against a stiff spring stores energy that nothing has lost. So bodies joined by springs and contacts may not have
+//! more energy after a step than before it. The excess is taken from their speeds and, if these have too little, from
+//! their paths, in which case the step ends where the springs turn the bodies around.
 
 use super::springs::{Spring, SpringEnd};
 use crate::bodies::Bodies;
 use crate::solver::islands;
 use glam::{DVec2, Vec2};
 
-/// Bisections used to shorten a path.
+/// Number of bisections used to shorten a path.
 const BISECTIONS: u32 = 10;
 
-/// Bodies joined by springs and contacts.
+/// A group of bodies joined by springs and contacts.
 #[derive(Clone, Copy, Debug, Default)]
 struct Group {
     is_sprung: bool,
     /// Whether something may have added energy: a contact, or a step that did not converge.
     is_touched: bool,
     /// Whether its bodies touch each other, or moved further than resolving an overlap would take them. Bodies pushed
-    /// out of something immovable may gain a little energy, or they would never get out.
+    /// out of something immovable are allowed to gain a little energy, or they would never get out.
     may_turn: bool,
     /// Whether something outside the group does work on it.
     may_gain: bool,
@@ -31,7 +31,7 @@ struct Group {
     kinetic: f64,
     potential: f64,
     share: f64,
-    /// Bounds of the share at which the path ends.
+    /// Bounds on the share of the path at which it ends.
     least: f64,
     most: f64,
 }
@@ -43,16 +43,16 @@ impl Group {
     }
 }
 
-/// The bodies at the start of a step, and their groups at its end.
+/// Bodies at the start of a step, and their groups at its end.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SpringGuard {
     center: Vec<Vec2>,
     velocity: Vec<Vec2>,
     /// Pairs of slots on which contacts acted.
     pub contacts: Vec<[u32; 2]>,
-    /// By slot: another member of its group with a lower number, or itself.
+    /// By slot: another member of its group with a lower number, or the slot itself.
     parent: Vec<u32>,
-    /// Groups, by the slot that is its own parent.
+    /// Groups, indexed by the slot that is its own parent.
     groups: Vec<Group>,
 }
 
@@ -62,8 +62,8 @@ impl SpringGuard {
         self.velocity.clone_from(&bodies.velocity);
     }
 
-    /// Limits the energy of all groups that include a slot of `contacts` or `unsure`, except those with a slot of
-    /// `may_gain`.
+    /// Limits the energy of all groups that include a slot from `contacts` or `unsure`, except those with a slot
+    /// from `may_gain`.
     pub fn limit(
         &mut self,
         bodies: &mut Bodies,
@@ -181,7 +181,7 @@ impl SpringGuard {
         }
     }
 
-    /// Finds the potential energy of each group after its share of the path; gravity's part is 0 at the start of the
+    /// Finds the potential energy of each group after its share of the path. Gravity's part is 0 at the start of the
     /// step.
     fn find_potential(&mut self, bodies: &Bodies, springs: &[Spring], gravity: Vec2) {
         self.groups.iter_mut().for_each(|group| group.potential = 0.0);

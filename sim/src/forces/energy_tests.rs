@@ -1,5 +1,5 @@
-//! Springs never add energy: tests the sum of the kinetic energy and the potential energies of gravity and springs,
-//! in free flight, against a floor and among moving bodies, with both solvers.
+//! Tests that springs never add energy, by checking the sum of the kinetic energy and the potential energies of
+//! gravity and springs in free flight, against a floor and among moving bodies, with both solvers.
 
 use super::*;
 use crate::rng::Rng;
@@ -8,7 +8,7 @@ use crate::solver::Solver;
 use crate::world::{BodyDef, World, WorldSettings};
 use crate::{BodyId, Conjugate};
 
-/// Share of the starting energy by which rounding may raise it.
+/// Share of the initial energy by which rounding may raise it.
 const ROUNDING_SHARE: f64 = 2e-3;
 
 fn solvers() -> [Solver; 2] {
@@ -41,7 +41,7 @@ fn floor(restitution: f32) -> BodyDef {
     BodyDef { shape, position, motion, friction: 0.3, restitution, ..BodyDef::default() }
 }
 
-/// Total energy of all bodies and springs; gravity's part is 0 at this height.
+/// Total energy of all bodies and springs. Gravity's part is 0 at this height.
 fn energy(world: &World, height: f64) -> f64 {
     let gravity = -f64::from(world.settings().gravity.y);
     let bodies = &world.bodies;
@@ -58,7 +58,7 @@ fn energy(world: &World, height: f64) -> f64 {
     of_bodies.sum::<f64>() + of_springs.sum::<f64>()
 }
 
-/// The least and the greatest energy over this many steps, as shares of the starting energy.
+/// The least and the greatest energy over this many steps, as shares of the initial energy.
 fn extremes(world: &mut World, height: f64, steps: u32) -> (f64, f64) {
     let start = energy(world, height);
     let (mut least, mut most) = (1.0f64, 1.0f64);
@@ -71,7 +71,7 @@ fn extremes(world: &mut World, height: f64, steps: u32) -> (f64, f64) {
     (least, most)
 }
 
-/// A ball held by a spring of this length, stretched by `amplitude`, to a point or to a second ball.
+/// A ball attached to a point or to a second ball by a spring of this length, stretched by `amplitude`.
 fn stretched(
     solver: Solver,
     frequency: f32,
@@ -163,7 +163,7 @@ fn assert_no_gain(
     }
 }
 
-/// A ball above a floor, on a spring to a point at this height.
+/// A ball above a floor, attached by a spring to a point at this height.
 fn bouncing(world: &mut World, restitution: f32, frequency: f32, (mass, end): (f32, f32)) {
     add(world, floor(restitution));
     let def = ball(5.0, mass, Vec2::new(100.0, 40.0));
@@ -265,7 +265,7 @@ fn a_ball_that_falls_on_a_sprung_plate_gains_no_energy() {
     }
 }
 
-/// Planks in a row, joined and held at both ends, under a ball of this mass.
+/// A row of planks, joined together and held at both ends, under a ball of this mass.
 fn chain(world: &mut World, restitution: f32, frequency: f32, (mass, count): (f32, u8)) {
     let def = BodyDef { restitution, ..ball(3.0, 1.0, Vec2::ZERO) };
     let join = |world: &mut World, body, end| {
@@ -327,7 +327,7 @@ fn a_raft_of_stiff_springs_sinks_under_the_weight_that_it_carries() {
             add(&mut world, ball(3.0, 5.0, Vec2::new(100.0, 66.0)));
             (0..1800).for_each(|_| world.step());
             let sum: f32 = planks.iter().map(|&id| world.position(id).y).sum();
-            // All three springs together carry 8 masses.
+            // The three springs together support a mass of 8.
             let (mean, expected) = (sum / 3.0, 60.0 - 8.0 * 50.0 / 60.0);
             assert!((mean - expected).abs() < off, "{solver:?} {frequency} Hz: {mean} {expected}");
         }
@@ -452,8 +452,9 @@ fn tangle(world: &mut World, rng: &mut Rng, (bodies, springs): (u32, u32), stiff
 #[test]
 fn a_tangle_of_springs_gains_no_energy_and_its_work_is_bounded() {
     let (soft, stiff) = ([1.0, 30.0, 100.0], [1e4, 1e7, 1e9]);
-    // Moves are computed twice where something bounces. A factorisation of the densest ones takes nearly all visits,
-    // and four are needed: to probe the step, to find the moves without and with obstacles, and for the response.
+    // Moves are computed twice if something bounces. In the densest networks, a factorisation uses up nearly all
+    // visits, and four are needed: to probe the step, to find the moves without and with obstacles, and for the
+    // response.
     let most = 2 * 4 * VISITS_MAX + VISITS_MAX;
     for solver in solvers() {
         for (seed, (size, stiffness, steps)) in (0..).zip([

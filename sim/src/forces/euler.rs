@@ -1,8 +1,8 @@
 //! Euler's two methods, for scenes that demonstrate them.
 //!
 //! Both add h a to the velocity, where a is the acceleration at the start of the step. The explicit method moves a
-//! body by its velocity at the start, the symplectic one by its velocity at the end. The energy of an orbit grows
-//! with the first and oscillates about its true value with the second.
+//! body by its velocity at the start of the step, and the symplectic one by its velocity at the end. An orbit's
+//! energy grows with the first method and oscillates about its true value with the second.
 
 use super::air::{Air, Drag, Move};
 use super::springs::{LENGTH_MIN, Spring, SpringEnd};
@@ -10,7 +10,7 @@ use crate::bodies::Bodies;
 use glam::DVec2;
 
 /// Groups whose dynamic bodies are moved by one of Euler's methods, one bit each. These methods are unstable where
-/// forces are stiff; only the world's speed limit bounds the speeds.
+/// forces are stiff, and only the world's speed limit bounds the speeds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct EulerGroups {
     /// Groups moved by the explicit method.
@@ -28,7 +28,7 @@ impl EulerGroups {
     }
 }
 
-/// A body of one of these groups.
+/// A body in one of these groups.
 #[derive(Clone, Debug)]
 pub(super) struct EulerBody {
     slot: u32,

@@ -1,15 +1,15 @@
-//! A single body, in closed form.
+//! Moves a single body in closed form.
 //!
-//! Linear drag, wind, and springs of zero length to fixed points make one damped oscillator under a constant force,
-//! x'' = f - c x' - w² x, the same along every axis. Its exact step is a matrix of four numbers, computed once for a
-//! body and kept as long as c, w² and the step do not change.
+//! Linear drag, wind, and springs of zero length to fixed points amount to a damped oscillator under a constant
+//! force, x'' = f - c x' - w² x, which is the same along every axis. Its exact step is a matrix of four numbers,
+//! which is computed once per body and kept as long as c, w² and the step do not change.
 //!
 //! Quadratic drag alone, u' = g - k |u| u: with E = exp(k times the path length), E u = u0 + g J where J' = E and J''
-//! = k |u0 + g J|. That norm is replaced by its chord over the step, s + b J, which is exact where u stays along g
-//! (the fall that ends in vt tanh(g t / vt)) and of third order elsewhere. Then J'' = k s + k b J has J and E in
-//! closed form, and ln(E) / k is the length of the path. (The substitution is the classical one for ballistics, due
-//! to Legendre and Euler.) Combined with other forces, quadratic drag acts in two halves, before and after their
-//! exact step (Strang 1968).
+//! = k |u0 + g J|. That norm is replaced by its chord over the step, s + b J, which is exact if u stays parallel to g
+//! (a fall with speed vt tanh(g t / vt)) and of third order otherwise. Then J'' = k s + k b J has J and E in closed
+//! form, and ln(E) / k is the length of the path. (The substitution is the classical one for ballistics, due to
+//! Legendre and Euler.) Combined with other forces, quadratic drag acts in two halves, before and after their exact
+//! step (Strang 1968).
 
 use super::air::{Air, Drag, FAST_PHASE, Hold, Move, MoveKind};
 use super::obstacles::NearbyObstacle;
@@ -21,11 +21,11 @@ use glam::DVec2;
 /// Largest share of its speed that a body may lose to drag in a step for the smooth path formula to be used.
 const SMOOTH: f64 = 0.5;
 
-/// Square of the growth rate times the step beyond which the terminal speed is reached at once; the exponential would
-/// overflow.
+/// Square of the growth rate times the step beyond which the terminal speed is taken to be reached immediately, since
+/// the exponential would overflow.
 const GROWN: f64 = 1e4;
 
-/// Rounds over the obstacles of a body: in a corner one may push it into another.
+/// Number of rounds over a body's obstacles. In a corner, one may push it into another.
 const HOLD_ROUNDS: u32 = 4;
 
 /// A body that no spring joins to another body.
@@ -33,7 +33,7 @@ const HOLD_ROUNDS: u32 = 4;
 pub(super) struct Flight {
     slot: u32,
     drag: Drag,
-    /// Sums over its springs: stiffness, damping, stiffness times position.
+    /// Sums over its springs of the stiffness, the damping, and the stiffness times the position.
     stiffness: f64,
     damping: f64,
     pull: DVec2,
@@ -94,7 +94,7 @@ impl Flight {
         Move { kind: MoveKind::Fast { implicit }, ..found }
     }
 
-    /// The same with obstacles, by an implicit step.
+    /// Does the same in the presence of obstacles, with an implicit step.
     pub fn hold(&self, bodies: &Bodies, obstacles: &[NearbyObstacle], air: &Air) -> Move {
         let (free, resistance) = self.implicit_velocity(bodies, air);
         let mut velocity = free;
@@ -113,8 +113,7 @@ impl Flight {
         Move { kind: MoveKind::Held(hold), ..found }
     }
 
-    /// Velocity at the end of a step of the implicit Euler method, and the factor by which springs and drag raise the
-    /// mass in it.
+    /// Velocity at the end of an implicit Euler step, and the factor by which springs and drag raise the mass in it.
     fn implicit_velocity(&self, bodies: &Bodies, air: &Air) -> (DVec2, f64) {
         let slot = self.slot as usize;
         let (position, velocity) =
@@ -140,7 +139,7 @@ fn slow_down(velocity: DVec2, wind: DVec2, rate: f64, time: f64) -> DVec2 {
     wind + through_air / (1.0 + rate * through_air.length() * time)
 }
 
-/// Quadratic drag and gravity: velocity through the air and path after `time`.
+/// Velocity through the air and path after `time`, under quadratic drag and gravity.
 pub(super) fn fall(start: DVec2, gravity: DVec2, rate: f64, time: f64) -> (DVec2, DVec2) {
     let first = start.length();
     let last = (start + gravity * time).length();
@@ -149,7 +148,7 @@ pub(super) fn fall(start: DVec2, gravity: DVec2, rate: f64, time: f64) -> (DVec2
     let speed = first + (2.0 * middle - first - last) / 3.0;
     let shed = rate * speed * time;
     let mut slope = (last - first) / time;
-    // Where drag dominates, a braking body slows down long before the chord would say so.
+    // Where drag dominates, a braking body slows down long before the chord would indicate.
     if slope < 0.0 && shed > SMOOTH {
         slope = 0.0;
     }
@@ -165,8 +164,8 @@ pub(super) fn fall(start: DVec2, gravity: DVec2, rate: f64, time: f64) -> (DVec2
     (velocity, path(start, velocity, gravity, rate, time, growth))
 }
 
-/// Path by Hermite's formula (both ends and both slopes, of fourth order) where the step is smooth;
-/// else the exact length along the mean direction.
+/// Path by Hermite's fourth-order formula, from both ends and both slopes, if the step is smooth;
+/// otherwise the exact length along the mean direction.
 fn path(start: DVec2, end: DVec2, gravity: DVec2, rate: f64, time: f64, growth: f64) -> DVec2 {
     let bend = |velocity: DVec2| gravity - velocity * (rate * velocity.length());
     let mean = (start + end) * (time / 2.0);
@@ -179,7 +178,7 @@ fn path(start: DVec2, end: DVec2, gravity: DVec2, rate: f64, time: f64, growth: 
 /// Stumpff's functions cosh(z), sinh(z)/z and (cosh(z) - 1)/z² of y = z², also for negative y.
 fn stumpff(y: f64) -> (f64, f64, f64) {
     if y * y <= 1.0 {
-        // 1/(2n)! and 1/(2n+1)!, nested; the next term is below 1e-17.
+        // The terms 1/(2n)! and 1/(2n+1)!, nested. The next one is below 1e-17.
         let v = 0.5
             * (1.0
                 + y / 12.0
@@ -218,15 +217,15 @@ fn stumpff(y: f64) -> (f64, f64, f64) {
 /// The exact step of x'' = f - c x' - w² x.
 #[derive(Clone, Copy, Debug, Default)]
 struct FlightStep {
-    /// c, w² and the seconds for which the other fields were computed; 0 seconds if they were not.
+    /// c, w² and the time in seconds for which the other fields were computed; the time is 0 if they were not.
     of: (f64, f64, f64),
-    /// Path and change of velocity, per unit of distance from the point where the force vanishes ...
+    /// Path and change in velocity, per unit of distance from the point where the force vanishes ...
     path_of_position: f64,
     change_of_position: f64,
     /// ... and per unit of velocity.
     path_of_speed: f64,
     change_of_speed: f64,
-    /// Path per unit of force without a spring.
+    /// Path per unit of force, without a spring.
     path_of_force: f64,
 }
 
@@ -243,7 +242,7 @@ impl FlightStep {
         self.of = (rate, stiffness, time);
     }
 
-    /// Without a spring: velocities tend to f / c.
+    /// The step without a spring, in which velocities tend to f / c.
     fn free(rate: f64, time: f64) -> FlightStep {
         let change_of_speed = exp_m1(-rate * time);
         let small = rate * time < 1e-4;
@@ -264,7 +263,7 @@ impl FlightStep {
         let half = rate / 2.0;
         let spread = half * half - stiffness;
         let (a, b, d) = if spread * time * time > 1.0 {
-            // Two decays; the slow one is computed without cancellation.
+            // There are two decays, of which the slow one is computed without cancellation.
             let root = spread.sqrt();
             let (slow, fast) = (-stiffness / (half + root), -(half + root));
             let (late, early) = (exp(slow * time), exp(fast * time));

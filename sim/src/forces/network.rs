@@ -1,19 +1,19 @@
-//! Bodies joined by springs, or held by a spring of nonzero length: an implicit step.
+//! Moves bodies that are joined by springs, or held by a spring of nonzero length, with an implicit step.
 //!
-//! With t in [1/2, 1] the path of a body is h ((1-t) v0 + t v1), and each spring pulls with its mean length (1-t)
-//! |r0| + t |r1| along the mean direction. At t = 1/2 this is the midpoint rule with the discrete gradient of
-//! Gonzalez (1996): of second order, and it keeps energy exactly, however stiff a spring is. Damping needs a larger
-//! t: decay by y in a step is e^-y if t = 1 / (1 - e^-y) - 1/y (Liniger and Willoughby 1970). This never overshoots
-//! and is 1/2 + y/12 where y is small, so the order is preserved. It is used for springs that do not oscillate, or
-//! oscillate too fast for the step. Each connected component is a network with a single t, that of its fastest decay,
-//! and the system is symmetric.
+//! With t in [1/2, 1], the path of a body is h ((1-t) v0 + t v1), and each spring pulls according to its mean length
+//! (1-t) |r0| + t |r1| along the mean direction. At t = 1/2 this is the midpoint rule with the discrete gradient of
+//! Gonzalez (1996), which is of second order and conserves energy exactly, however stiff a spring is. Damping needs a
+//! larger t: a decay by y in a step comes out as e^-y if t = 1 / (1 - e^-y) - 1/y (Liniger and Willoughby 1970). This
+//! never overshoots and is 1/2 + y/12 for small y, so the order is preserved. It is used for springs that do not
+//! oscillate, or that oscillate too fast for the step. Each connected component is a network with a single t, that of
+//! its fastest decay, and the system is symmetric.
 //!
-//! A network whose fastest oscillation advances by more than [`SUBSTEP_PHASE`] in a step takes substeps, as far as
-//! [`VISITS_MAX`] allows. Oscillations that damping ends within a few steps need none. Newton's method finds v1; a
-//! compressed spring gets no stiffness across its axis, so every system is positive definite. Where springs are at
-//! rest the move is zero for any step, so rest points are exact.
+//! A network whose fastest oscillation advances by more than [`SUBSTEP_PHASE`] in a step takes substeps, to the
+//! extent that [`VISITS_MAX`] allows. Oscillations that damping ends within a few steps need none. Newton's method
+//! finds v1. A compressed spring gets no stiffness across its axis, so every system is positive definite. Where
+//! springs are at rest, the move is zero for any step size, so rest points are exact.
 //!
-//! Where something blocks a network with fast oscillations, it takes another kind of step instead (see `held`).
+//! If something blocks a network with fast oscillations, it takes another kind of step instead (see `held`).
 
 pub(super) mod build;
 mod held;
@@ -28,34 +28,35 @@ use link::{LinkEnd, NetworkLink, Plane, max_or_nan};
 
 /// Phase of the fastest oscillation in a substep, radians.
 const SUBSTEP_PHASE: f64 = 1.0;
-/// Damping that takes more than about this share of an oscillation's energy in a step makes substeps unnecessary: the
-/// oscillation ends before errors of its phase matter. Substeps for a damped rope of ten bodies would take five times
-/// as long.
+/// Damping that takes more than about this share of an oscillation's energy in a step makes substeps unnecessary,
+/// since the oscillation ends before errors in its phase matter. Substeps for a damped rope of ten bodies would take
+/// five times as long.
 const DAMPED: f64 = 0.15;
 /// Maximum number of substeps in a step.
 const SUBSTEPS_MAX: u64 = 100;
-/// Spring visits in rounds of Newton's method that the networks of a world share for their substeps, each time moves
-/// are computed: 50 springs take 100 substeps each, in about a millisecond. Each network takes at least one step.
+/// Number of spring visits in rounds of Newton's method that a world's networks share for their substeps, each time
+/// moves are computed. It suffices for 50 springs to take 100 substeps each, in about a millisecond. Each network
+/// takes at least one step.
 pub(super) const VISITS_MAX: u64 = 20_480;
 /// Maximum number of rounds of Newton's method in a substep, and the expected number.
 const ROUNDS_MAX: u32 = 12;
 const ROUNDS: u64 = 4;
-/// Maximum number of rounds of an implicit step that Newton's method cannot solve; enough for stability.
+/// Maximum number of rounds of an implicit step that Newton's method cannot solve. It is enough for stability.
 const SAFE_ROUNDS: u32 = 6;
-/// A network is too dense for Newton's method, which may factor in each round, if this many factorisations exceed its
-/// visits.
+/// A network is too dense for Newton's method, which may factor in each round, if this many factorisations would
+/// exceed its visits.
 const DENSE: u64 = 4;
-/// Factorisation products, and solution blocks, that take as long as one spring visit: 4 ns and 4 to 8 ns, against
-/// 60.
+/// Number of factorisation products, or of solution blocks, that take as long as one spring visit. They take 4 ns
+/// and 4 to 8 ns, while a visit takes 60 ns.
 const PRODUCTS_PER_VISIT: u64 = 16;
 const BLOCKS_PER_VISIT: u64 = 8;
-/// Convergence limit: the change of a velocity, as a share of the largest one. Errors accumulate over the steps, and
-/// so does the energy error unless damping removes it.
+/// Convergence limit for the change in a velocity, as a share of the largest velocity. Errors accumulate over the
+/// steps, and so does the energy error unless damping removes it.
 const PRECISION: f64 = 1e-9;
 const PRECISION_DAMPED: f64 = 1e-7;
-/// A round that leaves more than this share of the previous change triggers a new factorisation.
+/// If more than this share of the previous change remains after a round, the matrix is factored again.
 const SLOW: f64 = 0.1;
-/// Final change beyond which the rounds did not converge, in a substep and in an implicit step.
+/// Final change beyond which the rounds count as not having converged, in a substep and in an implicit step.
 const DIVERGED: f64 = 1e-6;
 const DIVERGED_IMPLICIT: f64 = 1e-3;
 /// Rounds are abandoned if the change after half of them exceeds this; converging rounds are far below it by then.
@@ -72,7 +73,7 @@ const PHASE_MAX: f64 = 4.0;
 struct NetworkNode {
     slot: u32,
     drag: Drag,
-    /// The fields from here on hold values of this step.
+    /// The fields from here on are values for this step.
     mass: f64,
     gravity_scale: f64,
     /// Path since the start of the step.
@@ -80,7 +81,7 @@ struct NetworkNode {
     /// Velocity without obstacles, and the mass that resists them.
     free: DVec2,
     resistance: f64,
-    /// The fields from here on hold values of this substep. Rate of drag against the wind, 1/s.
+    /// The fields from here on are values for this substep. Rate of drag against the wind, 1/s.
     rate: f64,
     /// Decay y in the substep.
     decay: f64,
@@ -92,13 +93,13 @@ struct NetworkNode {
 /// A connected component of bodies and springs.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Network {
-    /// Bodies in the order of elimination.
+    /// Bodies in elimination order.
     nodes: Vec<NetworkNode>,
     links: Vec<NetworkLink>,
     system: Elimination,
-    /// Scratch: residual of the velocities, then the change that corrects it.
+    /// Scratch for the residual of the velocities, then for the change that corrects it.
     residual: Vec<DVec2>,
-    /// Upper bound of the angular frequency of its fastest oscillation, rad/s.
+    /// Upper bound on the angular frequency of its fastest oscillation, rad/s.
     frequency: f64,
     /// Whether the network turns over within a few steps and something may block it.
     is_fast: bool,
@@ -106,24 +107,24 @@ pub(super) struct Network {
     /// Whether implicit steps are left to safe rounds (see `solve_safely`), and whether the current one is safe.
     is_hard: bool,
     is_safe: bool,
-    /// Whether contacts act on its neighbours too in this step.
+    /// Whether contacts also act on a node's neighbours in this step.
     responds: bool,
     /// Whether part of this step is a first-order implicit one, because Newton's method failed or its visits were
     /// used up.
     pub has_diverged: bool,
     /// Whether damping ends all its oscillations within a few steps.
     is_damped: bool,
-    /// Weight t of the end of a substep.
+    /// Weight t given to the end of a substep.
     weight: f64,
     planes: Vec<Plane>,
 }
 
-/// Visits of springs in a step.
+/// Spring visits in a step.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Visits {
-    /// By rounds.
+    /// Visits made by rounds.
     done: u64,
-    /// Those that factorisations stand for.
+    /// Visits to which factorisations are equivalent.
     factored: u64,
     pub wanted: u64,
     pub allowed: u64,
@@ -139,7 +140,7 @@ impl Visits {
     }
 }
 
-/// An end of a link: position at the start, velocities at start and end.
+/// An end of a link, with its position at the start and its velocities at the start and the end.
 #[derive(Clone, Copy)]
 struct EndState {
     position: DVec2,
@@ -177,7 +178,7 @@ impl Network {
     }
 
     /// Computes the moves of a step within roughly the allowed visits. Fast networks that may touch something first
-    /// take an implicit step, to find where it leads.
+    /// take an implicit step to find out where it leads.
     pub fn fly(&mut self, bodies: &Bodies, air: &Air, moves: &mut Vec<Move>) {
         let first = moves.len();
         self.is_hard = self.is_dense(self.visits.allowed);
@@ -191,7 +192,7 @@ impl Network {
                 moves.push(Move { kind: MoveKind::Fast { implicit: found.path }, ..found });
             }
         }
-        // If even one implicit step is hard to solve, substeps far larger than they should be are hard too.
+        // If even one implicit step is hard to solve, then so are substeps that are far larger than they should be.
         if self.is_hard && !is_resolved {
             self.has_diverged = true;
             if !self.is_fast {
@@ -210,8 +211,8 @@ impl Network {
         }
     }
 
-    /// Advances by a step. Where Newton's method fails because springs turn over within a substep, or the visits are
-    /// used up, one implicit step covers the rest: stability is enough, and the guard limits the energy.
+    /// Advances by a step. If Newton's method fails because springs turn over within a substep, or the visits are
+    /// used up, one implicit step covers the rest. There, stability is enough, and the guard limits the energy.
     fn advance_in_substeps(&mut self, bodies: &Bodies, air: &Air) {
         let most = (self.visits.allowed / self.visits_of_substep()).max(1);
         let substeps = self.substeps(air.dt).min(most);
@@ -245,7 +246,7 @@ impl Network {
         link.damping * (inv_masses[0] + inv_masses[1])
     }
 
-    /// Number of substeps that its oscillations need in `dt` seconds.
+    /// Number of substeps that its oscillations need over `dt` seconds.
     fn substeps(&self, dt: f64) -> u64 {
         let phases = (self.frequency * dt / SUBSTEP_PHASE).ceil() as u64;
         if self.is_damped { 1 } else { phases.clamp(1, SUBSTEPS_MAX) }
@@ -265,10 +266,10 @@ impl Network {
         DENSE * self.visits_of_factorisation() > visits
     }
 
-    /// Finds an upper bound of the fastest oscillation: by Gershgorin's theorem, the square of its frequency is at
+    /// Finds an upper bound on the fastest oscillation. By Gershgorin's theorem, the square of its frequency is at
     /// most the largest row sum of K / m.
     fn find_frequency(&mut self) {
-        // Used only as scratch here.
+        // This is used only as scratch here.
         self.residual.fill(DVec2::ZERO);
         for link in &self.links {
             let (ends, inv_masses) = inverse_masses(link, &self.nodes);
@@ -283,7 +284,7 @@ impl Network {
         self.frequency = squared.sqrt();
     }
 
-    /// Advances by a substep that begins `elapsed` seconds after the start of the step; returns whether it was
+    /// Advances by a substep that begins `elapsed` seconds after the start of the step. Returns whether it was
     /// solved.
     fn advance(&mut self, bodies: &Bodies, air: &Air, elapsed: f64) -> bool {
         self.begin_substep(air);
@@ -313,7 +314,7 @@ impl Network {
         }
     }
 
-    /// Chooses the weight, which is that of the fastest decay.
+    /// Chooses the weight that fits the fastest decay.
     fn choose_weight(&mut self, dt: f64) {
         for node in &mut self.nodes {
             node.decay = node.rate * dt;
@@ -334,13 +335,13 @@ impl Network {
         }
     }
 
-    /// Resets to the velocities at the start, which are also the result if numbers overflow.
+    /// Resets the velocities to those at the start, which are also the result if numbers overflow.
     fn reset_velocities(&mut self) {
         self.nodes.iter_mut().for_each(|node| node.velocity = node.before);
     }
 
-    /// Sets the first guess: the current velocity or, where a spring may turn over along it, the velocity for which
-    /// nothing moves.
+    /// Sets the first guess, which is the current velocity or, if a spring might turn over along it, the velocity
+    /// for which nothing moves.
     fn guess_velocities(&mut self, dt: f64) {
         let rests = !self.is_damped && self.frequency * dt > SUBSTEP_PHASE;
         let factor = if rests { 1.0 - 1.0 / self.weight } else { 1.0 };
@@ -376,9 +377,9 @@ impl Network {
         change <= tolerance
     }
 
-    /// For an implicit step: runs rounds with each spring's stiffness in every direction, an upper bound of the true
-    /// one. Starting from rest, each round lowers the energy of the step, if slowly (Bouaziz and others 2014,
-    /// projective dynamics), and one factorisation serves them all.
+    /// For an implicit step, runs rounds in which each spring has its full stiffness in every direction, an upper
+    /// bound on the true one. Starting from rest, each round lowers the energy of the step, if only slowly (Bouaziz
+    /// and others 2014, projective dynamics), and one factorisation suffices for them all.
     fn solve_safely(&mut self, bodies: &Bodies, air: &Air, elapsed: f64) {
         self.nodes.iter_mut().for_each(|node| node.velocity = DVec2::ZERO);
         self.is_safe = true;

@@ -1,9 +1,10 @@
 //! Obstacles in the way of stiff springs.
 //!
-//! A spring that turns over within a few steps may take a body through a floor and back, or leave it at the end of
-//! the step with any velocity. Where such a body would end inside another one, or where an implicit Euler step would
-//! run into one, the body takes that implicit step instead, with immovable obstacles as constraints. The implicit
-//! step never leads past the point where the springs are at rest, and it loses energy whatever the contacts do.
+//! A spring that turns over within a few steps may take a body through a floor and back, or leave it with an
+//! arbitrary velocity at the end of the step. If such a body would end up inside another one, or if an implicit
+//! Euler step would run into one, the body takes that implicit step instead, with immovable obstacles as
+//! constraints. The implicit step never leads past the point where the springs are at rest, and it loses energy no
+//! matter what the contacts do.
 
 use super::air::{Move, MoveKind};
 use crate::bodies::Bodies;
@@ -23,8 +24,8 @@ pub(super) struct NearbyObstacle {
     pub other: u32,
     /// Unit vector towards the body.
     pub normal: DVec2,
-    /// Smallest velocity along the normal that does not lead into the obstacle, units/s; not finite for an obstacle
-    /// that can be pushed away.
+    /// Smallest velocity along the normal that does not lead into the obstacle, units/s. It is not finite for an
+    /// obstacle that can be pushed away.
     pub speed_min: f64,
 }
 
@@ -32,7 +33,7 @@ pub(super) struct NearbyObstacle {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Obstacles {
     all: Vec<NearbyObstacle>,
-    /// Scratch: the obstacles in the order of pairs, and the slot and index of each.
+    /// Scratch for the obstacles in pair order, and the slot and index of each.
     found: Vec<NearbyObstacle>,
     order: Vec<u64>,
     /// By slot: index of the body's move, if a stiff spring moves it.

@@ -5,10 +5,10 @@ use crate::body::BodyId;
 use crate::check;
 use glam::{DVec2, Vec2};
 
-/// Springs shorter than this have no direction, world units.
+/// Length below which springs have no direction, world units.
 pub(super) const LENGTH_MIN: f64 = 1e-9;
 
-/// The far end of a spring.
+/// The other end of a spring.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SpringEnd {
     /// A fixed point, world units.
@@ -25,7 +25,7 @@ pub struct Spring {
     pub body: BodyId,
     /// The other end.
     pub end: SpringEnd,
-    /// Rest length, not negative, world units.
+    /// Rest length, world units; not negative.
     pub rest_length: f32,
     /// Force per unit of length, 0..=[`FORCE_MAX`].
     pub stiffness: f32,
@@ -35,8 +35,8 @@ pub struct Spring {
 }
 
 impl Spring {
-    /// A spring of zero length on which `mass` oscillates `frequency` times a second; a damping ratio of 1 is
-    /// critical. For a spring between two bodies, pass m1 m2 / (m1 + m2) as the mass.
+    /// A spring of zero length on which `mass` oscillates `frequency` times per second. A damping ratio of 1
+    /// is critical. For a spring between two bodies, pass m1 m2 / (m1 + m2) as the mass.
     pub fn tuned(
         body: BodyId,
         end: SpringEnd,

@@ -1,4 +1,4 @@
-//! Serialization of drag and springs (12 bytes for a body with drag, 29 for a spring).
+//! Serialization of drag and springs (12 bytes per body with drag, 29 per spring).
 
 use super::Forces;
 use super::air::{Drag, FORCE_MAX};
@@ -12,7 +12,7 @@ const DRAG_BYTES: usize = 12;
 const SPRING_BYTES: usize = 29;
 
 impl Forces {
-    /// Describes the drag of bodies, and the springs.
+    /// Describes the bodies' drag, and the springs.
     pub fn state(&self, bodies: &Bodies, io: &mut impl StateIo) -> (Vec<(u32, Drag)>, Vec<Spring>) {
         (self.drag_state(bodies, io), self.spring_state(bodies, io))
     }

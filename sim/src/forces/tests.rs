@@ -1,4 +1,4 @@
-//! Compares forces with their closed forms, with both solvers and any stiffness.
+//! Compares forces with closed-form solutions, under both solvers and at any stiffness.
 
 use super::*;
 use crate::GROUPS_MAX;
@@ -85,7 +85,7 @@ fn quadratic_drag_of_any_strength_keeps_its_terminal_speed_and_stops_fast_bodies
             let (x, v) = one(thrown, 50.0, Vec2::ZERO, solver, 3000);
             let terminal = (50.0 / f64::from(rate)).sqrt();
             assert!((v.length() / terminal - 1.0).abs() < 1e-3, "{rate}: {v} {terminal}");
-            // The free path after this time is an upper bound.
+            // The path of free flight after this time is an upper bound.
             assert!(
                 x.x <= crate::math::ln_1p(f64::from(rate) * 1e4 * 50.0) / f64::from(rate) * 1.01
             );
@@ -129,7 +129,7 @@ fn an_anchored_body_oscillates_exactly_for_a_hundred_periods() {
     }
 }
 
-/// All kinds of springs: to a point, with and without rest length, and between bodies.
+/// Worlds with all kinds of springs: to a point, with and without rest length, and between bodies.
 fn stiff_worlds(turn: f32, ratio: f32, solver: Solver) -> Vec<World> {
     let mut worlds = Vec::new();
     for (length, two) in [(0.0, false), (2.0, false), (2.0, true), (0.0, true)] {
@@ -148,7 +148,7 @@ fn stiff_worlds(turn: f32, ratio: f32, solver: Solver) -> Vec<World> {
     worlds
 }
 
-/// Extension of the only spring of a world beyond its rest length.
+/// Extension of a world's only spring beyond its rest length.
 fn stretch(world: &World) -> f64 {
     let spring = world.springs()[0];
     let far = match spring.end {
@@ -178,7 +178,7 @@ fn springs_of_any_stiffness_stay_bounded_and_come_to_rest_at_their_length() {
                         assert!(ratio < 1.0 || towards, "{what}: {last} to {now}");
                         last = now;
                     }
-                    // Overdamped: the slow part has decayed at its own rate.
+                    // The spring is overdamped, and the slow part has decayed at its own rate.
                     let slow = f64::from(turn) * (5.0 - 24f64.sqrt()) * 10.0;
                     let decay = if ratio < 5.0 { f64::from(turn * ratio) * 10.0 } else { slow };
                     if decay > 15.0 {
@@ -280,7 +280,7 @@ fn a_restored_world_continues_as_if_it_had_never_stopped() {
     }
 }
 
-/// A stiff spring notices a fast body from further away than a slow one, in a restored world too.
+/// A stiff spring notices a fast body from further away than a slow one, even in a restored world.
 #[test]
 fn a_restored_spring_meets_what_flies_past() {
     for solver in solvers() {
@@ -341,7 +341,7 @@ fn any_bytes_are_read_without_a_panic() {
     }
 }
 
-/// A force whose path the contacts do not undo would lift resting bodies a little in every step.
+/// A force whose displacement the contacts do not undo would lift resting bodies a little in every step.
 #[test]
 fn a_stack_rests_under_drag_wind_and_springs() {
     for (drag, wind, pull) in [
@@ -384,7 +384,7 @@ fn a_stack_rests_under_drag_wind_and_springs() {
     }
 }
 
-/// A ball that oscillates about a point once a second with this method. Returns its energy at the end of each second,
+/// Lets a ball oscillate about a point once a second with this method. Returns its energy at the end of each second,
 /// relative to the start.
 fn orbit(euler: EulerGroups, solver: Solver) -> Vec<f64> {
     let mut settings = settings(0.0, Vec2::ZERO, solver);

@@ -1,7 +1,7 @@
-//! Whether two placed shapes overlap, how deeply and along which normal.
+//! Determines whether two shapes at given positions overlap, how deeply, and along which normal.
 //!
-//! All comparisons are strict: touching is not a contact. Every normal has unit length, and no placement of finite
-//! shapes gives NaN (C01 to C06).
+//! All comparisons are strict, so touching is not a contact. Every normal has unit length, and no arrangement of
+//! finite shapes produces NaN (C01 to C06).
 
 use crate::bodies::Bodies;
 use crate::math::{self, ordered_bits};
@@ -14,7 +14,7 @@ use glam::Vec2;
 /// half-size.
 const SPREAD: f32 = 0.25;
 const TWO_TO_32: f32 = 4_294_967_296.0;
-/// The golden angle in radians; its consecutive multiples never line up.
+/// The golden angle in radians. Its consecutive multiples never line up.
 const GOLDEN_ANGLE: f32 = 2.399_963_2;
 
 /// Returns the overlap of two shapes, or `None`. Touching is not a contact.
@@ -43,7 +43,7 @@ pub fn collide(
     }
 }
 
-/// Two circles: penetration r1 + r2 - d along the line of centres (A2.16).
+/// For two circles, the penetration is r1 + r2 - d along the line of centres (A2.16).
 #[inline]
 pub(crate) fn circle_circle(
     offset: Vec2,
@@ -59,7 +59,7 @@ pub(crate) fn circle_circle(
     Some(circles_at_rest(offset, squared, reach, ids))
 }
 
-/// The manifold of two circles, overlapping or not, from the squared distance of their centres.
+/// The manifold of two circles, overlapping or not, given the squared distance between their centres.
 #[inline]
 pub(crate) fn circles_at_rest(offset: Vec2, squared: f32, reach: f32, ids: (u32, u32)) -> Manifold {
     let distance = squared.sqrt();
@@ -69,8 +69,8 @@ pub(crate) fn circles_at_rest(offset: Vec2, squared: f32, reach: f32, ids: (u32,
     Manifold { normal: offset / distance, separation: distance - reach }
 }
 
-/// The direction in which two concentric circles separate: +y for the first pair, then turned by
-/// the golden angle with the two ids.
+/// The direction in which two concentric circles separate. It is +y for the first pair, and is
+/// rotated by multiples of the golden angle depending on the two ids.
 #[cold]
 pub(crate) fn parting_normal((id_a, id_b): (u32, u32)) -> Vec2 {
     let (low, high) = if id_a < id_b { (id_a, id_b) } else { (id_b, id_a) };
@@ -79,8 +79,8 @@ pub(crate) fn parting_normal((id_a, id_b): (u32, u32)) -> Vec2 {
     if id_a < id_b { normal } else { -normal }
 }
 
-/// Two boxes: the axis of least overlap. A tie goes to y; concentric boxes separate in the positive direction
-/// (A2.15).
+/// For two boxes, the axis of least overlap. A tie goes to y, and concentric boxes separate in the positive
+/// direction (A2.15).
 #[inline]
 pub(crate) fn box_box(offset: Vec2, reach: Vec2) -> Option<Manifold> {
     let separation = offset.abs() - reach;
@@ -94,8 +94,9 @@ pub(crate) fn box_box(offset: Vec2, reach: Vec2) -> Option<Manifold> {
     })
 }
 
-/// A box and a circle (A2.14): the normal runs from the nearest point of the box to the circle's centre. A centre
-/// inside or on the border leaves by the nearest side, with a penetration of r + distance to that side (C02, C03).
+/// For a box and a circle (A2.14), the normal runs from the nearest point of the box to the circle's centre. A
+/// centre inside the box or on its border leaves through the nearest side, with a penetration of r + distance to
+/// that side (C02, C03).
 #[inline]
 fn box_circle(offset: Vec2, half: Vec2, radius: f32) -> Option<Manifold> {
     let outside = offset.abs() - half;
@@ -109,8 +110,8 @@ fn box_circle(offset: Vec2, half: Vec2, radius: f32) -> Option<Manifold> {
     Some(box_circle_at_rest(offset, outside, half, radius))
 }
 
-/// The manifold of a box and a circle, overlapping or not: from the nearest point of the box or, for
-/// a centre inside it, through the nearest side.
+/// The manifold of a box and a circle, overlapping or not. It starts from the nearest point of the
+/// box or, for a centre inside it, leads through the nearest side.
 #[inline]
 pub(crate) fn box_circle_at_rest(offset: Vec2, outside: Vec2, half: Vec2, radius: f32) -> Manifold {
     if outside.x <= 0.0 && outside.y <= 0.0 {
@@ -128,7 +129,7 @@ pub(crate) fn box_circle_at_rest(offset: Vec2, outside: Vec2, half: Vec2, radius
     Manifold { normal, separation: distance - radius }
 }
 
-/// Unit normal and distance from a box corner. Where the square of the distance underflows, the normal points outward
+/// Unit normal and distance from a box corner. If the square of the distance underflows, the normal points outward
 /// along the longer axis.
 #[inline]
 pub(crate) fn corner_normal(difference: Vec2, squared: f32) -> (Vec2, f32) {
@@ -145,8 +146,8 @@ pub(crate) fn corner_normal(difference: Vec2, squared: f32) -> (Vec2, f32) {
     (normal, 0.0)
 }
 
-/// The nearest exit for a point inside a box or on its border: through the side with the smallest half - |v|; a tie
-/// goes to y (C02). The separation may be 0.
+/// The nearest exit for a point inside a box or on its border, which is through the side with the smallest half -
+/// |v|. A tie goes to y (C02). The separation may be 0.
 #[inline]
 pub fn nearest_exit(point: Vec2, half: Vec2) -> Manifold {
     let separation = point.abs() - half;
@@ -157,7 +158,7 @@ pub fn nearest_exit(point: Vec2, half: Vec2) -> Manifold {
     }
 }
 
-/// -1 for negative numbers, else +1.
+/// Returns -1 for negative numbers, else +1.
 #[inline]
 pub(crate) fn side(value: f32) -> f32 {
     if value < 0.0 { -1.0 } else { 1.0 }
@@ -176,7 +177,7 @@ pub(crate) fn overlap(bodies: &Bodies, a: u32, b: u32) -> Option<Manifold> {
     )
 }
 
-/// [`overlap`] in a world that has only these [`shapes`].
+/// Like [`overlap`], in a world that has only these [`shapes`].
 #[inline]
 pub(crate) fn overlap_of<const SHAPES: u8>(bodies: &Bodies, a: u32, b: u32) -> Option<Manifold> {
     let (index_a, index_b) = (a as usize, b as usize);
@@ -199,8 +200,8 @@ pub(crate) fn separation_along(bodies: &Bodies, (a, b): (u32, u32), normal: Vec2
     normal.dot(bodies.center[b] - bodies.center[a]) - extent(a) - extent(b)
 }
 
-/// The manifold of two bodies that overlap too deeply to tell their sides apart: along the line of centres, as if the
-/// bodies of a heap at one point had been spread evenly.
+/// The manifold of two bodies that overlap too deeply to tell their sides apart. It is along the line of centres, as
+/// if the bodies of a heap at one point had been spread out evenly.
 #[cold]
 pub(crate) fn spread_manifold(bodies: &Bodies, (a, b): (u32, u32)) -> Manifold {
     let offset = bodies.center[b as usize] - bodies.center[a as usize];
@@ -224,9 +225,9 @@ pub(crate) fn spread_circles(bodies: &Bodies, pair: (u32, u32), manifold: Manifo
     }
 }
 
-/// Position of a body in the unit square, for a heap at one point: the bodies separate as if they had been spread
-/// evenly (multiples of the inverses of the plastic number and of its square; Roberts 2018, "The unreasonable
-/// effectiveness of quasirandom sequences").
+/// Position of a body in the unit square, for a heap at one point, whose bodies separate as if they had been
+/// spread out evenly (multiples of the inverses of the plastic number and of its square; Roberts 2018, "The
+/// unreasonable effectiveness of quasirandom sequences").
 fn spread(slot: u32) -> Vec2 {
     const STEPS: [u32; 2] = [3_242_174_889, 2_447_445_414];
     let unit = |step: u32| slot.wrapping_mul(step) as f32 / TWO_TO_32;

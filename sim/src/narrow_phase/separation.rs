@@ -1,13 +1,13 @@
-//! Signed separation of two bodies, and the normal along which they will meet.
+//! Finds the signed separation of two bodies, and the normal along which they will meet.
 //!
 //! A constraint of the solver requires that the relative displacement d of a step satisfies n.d >= -s. That is a
 //! half-plane, and the free space around a shape is not one, so it matters where the shape is replaced by its
-//! tangent. The tangent is taken where the current velocities lead: at the time of impact within the step, or else at
-//! the closest approach. Bodies that pass each other are therefore unaffected, and a body cannot tunnel through
-//! another one. Pairs that move by more than their size and pass each other have no constraint: a tangent at the
-//! place where they might have met says nothing about where they end if another contact stops them (see
-//! `late_pairs`). The sweep against a box is the slab test (Kay and Kajiya 1986) with rounded corners (Ericson 2005,
-//! section 5.5.7).
+//! tangent. The tangent is taken at the place to which the current velocities lead: at the time of impact within the
+//! step, or else at the closest approach. Bodies that pass each other are therefore unaffected, and a body cannot
+//! tunnel through another one. Pairs that move by more than their size and pass each other have no constraint, since
+//! a tangent at the place where they might have met says nothing about where they end up if another contact stops
+//! them (see `late_pairs`). The sweep against a box is the slab test (Kay and Kajiya 1986) with rounded corners
+//! (Ericson 2005, section 5.5.7).
 
 use crate::bodies::Bodies;
 use crate::broad_phase::pairs::Axis;
@@ -18,7 +18,7 @@ use crate::shape::Shape;
 use crate::solver::tolerances::{CORNER, CORNER_SHARE, ROUNDING, STRAIGHT};
 use glam::Vec2;
 
-/// A placed shape of a pair.
+/// One of a pair's shapes at its position.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PlacedShape {
     pub shape: Shape,
@@ -33,9 +33,9 @@ pub(crate) fn placed(bodies: &Bodies, slot: u32) -> PlacedShape {
 }
 
 /// The manifold of two bodies if b moves by `path` relative to a without being stopped. `kept` is the axis of the
-/// face that carried the contact in the last step. `None` if the two pass each other: two boxes around a corner, or
-/// any two shapes on a path longer than the smaller one.
-// A call would take a fifth of a pair's time; the page, which is downloaded, makes one anyway.
+/// face on which the contact was in the previous step. Returns `None` if the two pass each other, as two boxes may
+/// around a corner, and any two shapes on a path longer than the smaller one.
+// A call would take a fifth of the time spent on a pair. The page makes one anyway, since it is downloaded.
 #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 pub(crate) fn between(a: PlacedShape, b: PlacedShape, path: Vec2, kept: Axis) -> Option<Manifold> {
     let offset = b.center - a.center;
@@ -60,7 +60,7 @@ fn is_fast(path: Vec2, smallest: f32) -> bool {
     path.length_squared() > smallest * smallest
 }
 
-/// The axis that a contact keeps: that of a box's face.
+/// The axis that a contact keeps, which is that of a box's face.
 #[inline]
 pub(crate) fn axis_of(a: Shape, b: Shape, normal: Vec2) -> Axis {
     match (a, b) {
@@ -71,7 +71,7 @@ pub(crate) fn axis_of(a: Shape, b: Shape, normal: Vec2) -> Axis {
     }
 }
 
-/// Two circles: the tangent at the end of the path, across the line of centres.
+/// For two circles, the tangent at the end of the path, perpendicular to the line of centres.
 #[inline]
 fn circles(offset: Vec2, path: Vec2, radii: (f32, f32), ids: (u32, u32)) -> Option<Manifold> {
     let reach = radii.0 + radii.1;
@@ -108,7 +108,7 @@ fn first_touch_of_circle(offset: Vec2, path: Vec2, reach: f32) -> Option<f32> {
     if along >= 0.0 {
         return None;
     }
-    // Via the closest approach: the textbook discriminant loses its digits far from the origin.
+    // Uses the closest approach, since the textbook discriminant loses its digits far from the origin.
     let nearest = -along / length_squared;
     let miss = (offset + path * nearest).length_squared();
     let inside = reach * reach - miss;
@@ -119,7 +119,7 @@ fn first_touch_of_circle(offset: Vec2, path: Vec2, reach: f32) -> Option<f32> {
     (share <= 1.0).then_some(max(share, 0.0))
 }
 
-/// Two boxes: the axis on which they begin to overlap last, or on which they overlap least.
+/// For two boxes, the axis on which they begin to overlap last, or on which they overlap least.
 #[inline]
 fn boxes(offset: Vec2, path: Vec2, halves: (Vec2, Vec2), kept: Axis) -> Option<Manifold> {
     let reach = halves.0 + halves.1;
@@ -131,12 +131,12 @@ fn boxes(offset: Vec2, path: Vec2, halves: (Vec2, Vec2), kept: Axis) -> Option<M
     } else if let Some(axis) = last_entry(offset, path, reach - Vec2::splat(corner)) {
         axis
     } else {
-        // Measured on the side where the path starts: on the other side the box has already passed.
+        // Measured on the side where the path starts, because on the other side the box has already passed.
         let ahead = reach - (offset + path) * Vec2::new(side(offset.x), side(offset.y));
         let apart = overlap.x < -corner || overlap.y < -corner;
         let has_passed = ahead.x > corner && ahead.y > corner;
         let is_at_corner = ahead.x.abs() < corner && ahead.y.abs() < corner;
-        // If so, the tangent of the face is valid wherever another contact stops the bodies.
+        // In that case, the tangent to the face is valid wherever another contact stops the bodies.
         let end = reach - (offset + path).abs();
         let stays_over_face =
             overlap.x > corner && end.x > corner || overlap.y > corner && end.y > corner;
@@ -166,7 +166,7 @@ fn least_overlap(overlap: Vec2, kept: Axis, faith: f32) -> Axis {
     if x < y { Axis::X } else { Axis::Y }
 }
 
-/// The axis on which a point enters a box last, if it enters along its path.
+/// The axis on which a point enters a box last, if it enters the box along its path.
 #[inline]
 fn last_entry(offset: Vec2, path: Vec2, half: Vec2) -> Option<Axis> {
     let (enter_x, leave_x) = slab(offset.x, path.x, half.x)?;
@@ -210,8 +210,8 @@ fn box_circle(offset: Vec2, path: Vec2, half: Vec2, radius: f32, size: Vec2) -> 
     Some(closest_approach(offset, path, half, radius, start))
 }
 
-/// The manifold of a circle that misses the box: at its start if it moves away, otherwise at its end or where it
-/// passes the corner closest to its path, whichever is nearer.
+/// The manifold of a circle that misses the box, taken at the start of its path if it moves away, and otherwise
+/// at the end or where it passes the corner closest to its path, whichever is nearer.
 #[inline]
 fn closest_approach(
     offset: Vec2,
@@ -245,10 +245,10 @@ fn stays_over_face(offset: Vec2, outside: Vec2, path: Vec2, half: Vec2) -> bool 
     outside.x <= 0.0 && end.x <= 0.0 || outside.y <= 0.0 && end.y <= 0.0
 }
 
-/// First contact of a circle with a box that it starts outside of: the share of the path and the normal there.
+/// First contact of a circle with a box outside which it starts, as the share of the path and the normal there.
 ///
-/// The centre must enter the box grown by the radius. If it does so beside a corner, it touches only within the
-/// radius of that corner. The four corner squares are apart, so a centre cannot get from one to another without
+/// The centre must enter the box grown by the radius. If it does so in a corner square, it touches only within the
+/// radius of that corner. The four corner squares are separate, so a centre cannot get from one to another without
 /// touching. Passing a corner by less than `graze` counts as rounding, so that a circle can roll from tile to tile.
 #[inline]
 fn first_touch_of_box(

@@ -15,14 +15,14 @@ pub enum Source {
     Body(BodyId),
 }
 
-/// Definition of an emitter, also sent in events; its particles depend on nothing else.
+/// Definition of an emitter, which is also sent in events. Its particles depend on nothing else.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EmitterDef {
     /// Index into the scene's recipes.
     pub recipe: u8,
-    /// Total number of particles; the emitter makes exactly this many (C24e).
+    /// Total number of particles. The emitter makes exactly this many (C24e).
     pub count: u16,
-    /// Seed of all random properties of its particles.
+    /// Seed for all random properties of its particles.
     pub seed: u32,
     /// Position, or body to follow.
     pub source: Source,
@@ -51,7 +51,7 @@ impl Emitter {
         Emitter { left: def.count, position, rng, def }
     }
 
-    /// Moves to the followed body; stays in place if the body was removed.
+    /// Moves to the followed body, or stays in place if the body was removed.
     pub fn follow(&mut self, locate: impl Fn(BodyId) -> Option<Vec2>) {
         if let Source::Body(id) = self.def.source
             && let Some(center) = locate(id)
@@ -60,8 +60,8 @@ impl Emitter {
         }
     }
 
-    /// Number of particles to make in this update: all of them if few remain, otherwise a random share of up to 20 %
-    /// of the rest, and at least 5.
+    /// Number of particles to make in this update. If few remain, this is all of them; otherwise it is a random
+    /// share of up to 20 % of the rest, but at least 5.
     pub fn next_amount(&mut self) -> u16 {
         let left = u32::from(self.left);
         let share = (left as f32 * SHARE_MAX * self.rng.unit()) as u32;
@@ -103,7 +103,7 @@ impl Emitter {
         io.bits("recipe and particles left", u32::from(def.recipe) << 16 | u32::from(self.left));
         def.recipe = io.saved("recipe", [def.recipe])[0];
         io.check("recipe", || usize::from(def.recipe) < recipes);
-        // The initial values of an emitter no longer decide anything.
+        // The emitter's initial values no longer affect anything.
         def.count = io.saved_short("particles in all", def.count);
         def.seed = io.saved_word("seed", def.seed);
         self.left = io.saved_short("particles left", self.left);

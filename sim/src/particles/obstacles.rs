@@ -1,33 +1,34 @@
-//! Obstacles of particles, and a grid that finds the obstacles near a point.
+//! Obstacles for particles, and a grid that finds the obstacles near a point.
 
 use crate::math::max;
 use crate::narrow_phase::overlap::nearest_exit;
 use crate::shape::{Aabb, Shape};
 use glam::Vec2;
 
-/// A placed shape that particles are pushed out of. Its centre is the quantised one that clients see, so that server
-/// and clients agree bit for bit.
+/// A shape at a position, out of which particles are pushed. Its centre is the quantised one that clients see, so
+/// that server and clients agree bit for bit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Obstacle {
-    /// Shape, around the centre.
+    /// Shape, centred on `center`.
     pub shape: Shape,
     /// Centre in world units, a multiple of the scene's quantum.
     pub center: Vec2,
 }
 
-/// Rounds a position to whole quanta, half away from zero; saturates far outside of any world.
+/// Rounds a position to whole quanta, with halves away from zero. Saturates far outside any world.
 pub fn quantise(position: Vec2, quantum: f32) -> [i32; 2] {
     let quanta = position / quantum;
     [quanta.x.round() as i32, quanta.y.round() as i32]
 }
 
-/// Returns the position of whole quanta. Exact if the quantum is a power of two and the quanta are below 2^24.
+/// Returns the position given by whole quanta. This is exact if the quantum is a power of two and the quanta are below
+/// 2^24.
 pub fn dequantise(quanta: [i32; 2], quantum: f32) -> Vec2 {
     Vec2::new(quanta[0] as f32, quanta[1] as f32) * quantum
 }
 
 impl Obstacle {
-    /// Creates the obstacle of a body at the position seen by clients.
+    /// Creates the obstacle for a body at the position seen by clients.
     pub fn new(shape: Shape, quanta: [i32; 2], quantum: f32) -> Obstacle {
         Obstacle { shape, center: dequantise(quanta, quantum) }
     }
@@ -36,8 +37,8 @@ impl Obstacle {
         Aabb::around(self.center, self.shape.half_extent())
     }
 
-    /// Moves a point that lies strictly inside to the border and removes the inward part of its
-    /// velocity, so that it slides (C24k).
+    /// Moves a point that lies strictly inside to the border, and removes the inward part of its
+    /// velocity so that it slides (C24k).
     #[inline]
     pub(super) fn push_out(&self, position: &mut Vec2, velocity: &mut Vec2) {
         let offset = *position - self.center;
@@ -59,7 +60,7 @@ impl Obstacle {
     }
 }
 
-/// Exit from a circle: along the radius, and straight up from the exact centre (C17).
+/// The exit from a circle, which is along the radius, or straight up from the exact centre (C17).
 fn circle_exit(offset: Vec2, radius: f32) -> (Vec2, f32) {
     let squared = offset.length_squared();
     if squared <= f32::MIN_POSITIVE {
@@ -69,52 +70,52 @@ fn circle_exit(offset: Vec2, radius: f32) -> (Vec2, f32) {
     (offset / distance, radius - distance)
 }
 
-/// Cells along the longer side of the grid.
+/// Number of cells along the longer side of the grid.
 const CELLS: f32 = 64.0;
-/// Obstacles that particles may be compared with in a tick, for each entry of a limited grid.
+/// Maximum number of comparisons between obstacles and particles in a tick, per entry of a limited grid.
 const LOOKS_PER_ENTRY: usize = 16;
 
-/// A uniform grid of the obstacles, rebuilt each tick: the obstacle lists of all cells in one array. A particle is
-/// tested against the obstacles of the cell it moved into; an obstacle that it is then pushed into is handled in the
-/// next tick.
+/// A uniform grid of the obstacles, rebuilt every tick. A single array contains the obstacle lists of all cells. A
+/// particle is tested against the obstacles in the cell into which it moved. If it is then pushed into another
+/// obstacle, that one is handled in the next tick.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ObstacleGrid {
     low: Vec2,
     cell: f32,
     columns: usize,
     rows: usize,
-    /// Index of each cell's first entry in `entries`; one more at the end.
+    /// Index of each cell's first entry in `entries`, with one more index at the end.
     starts: Vec<u32>,
     entries: Vec<u32>,
     /// Maximum number of entries that the grid may have, if limited.
     entries_max: Option<usize>,
-    /// Whether there were more entries, or too many comparisons with particles; the grid then finds no further
+    /// Whether there were more entries, or too many comparisons with particles. The grid then finds no more
     /// obstacles.
     is_over: bool,
 }
 
 impl ObstacleGrid {
-    /// Creates an empty grid with this limit of entries.
+    /// Creates an empty grid with this limit on entries.
     pub fn limited(entries_max: usize) -> ObstacleGrid {
         ObstacleGrid { entries_max: Some(entries_max), ..ObstacleGrid::default() }
     }
 
-    /// Whether the limit of entries or of comparisons was exceeded.
+    /// Whether the limit on entries or on comparisons was exceeded.
     pub fn is_over(&self) -> bool {
         self.is_over
     }
 
-    /// Maximum number of comparisons of obstacles with particles in a tick.
+    /// Maximum number of comparisons between obstacles and particles in a tick.
     pub fn looks_max(&self) -> usize {
         self.entries_max.map_or(usize::MAX, |most| most.saturating_mul(LOOKS_PER_ENTRY))
     }
 
-    /// Records that the limit of comparisons was exceeded.
+    /// Records that the limit on comparisons was exceeded.
     pub fn exceed(&mut self) {
         self.is_over = true;
     }
 
-    /// Sorts the obstacles into all cells that their boxes touch, by a counting sort.
+    /// Sorts the obstacles into all cells that their boxes touch, using a counting sort.
     pub fn fill(&mut self, obstacles: &[Obstacle]) {
         self.choose_cells(obstacles);
         self.starts.clear();
@@ -141,7 +142,7 @@ impl ObstacleGrid {
             });
         }
         self.entries = entries;
-        // Filling advanced each start to that of the next cell; shift them back.
+        // Filling advanced each start to that of the next cell, so shift them back.
         self.starts.rotate_right(1);
         self.starts[0] = 0;
     }

@@ -1,4 +1,5 @@
-//! Tests of particles (A3.7 to A3.18), emitters (A4.2 to A4.7), and the defects of both (C17, C24a to C24k).
+//! Tests particles (A3.7 to A3.18), emitters (A4.2 to A4.7), and that both avoid the chapter's defects (C17, C24a to
+//! C24k).
 
 use super::*;
 use crate::Shape;

@@ -1,5 +1,5 @@
-//! Running emitters and live particles as sent to a joining client: exact to the last bit, without anything that can
-//! be derived. Particles are in the order of their birth, so that consecutive ones with the same recipe and age share
+//! Running emitters and live particles as sent to a joining client. They are exact to the last bit, and omit anything
+//! that can be derived. Particles are in order of birth, so that consecutive ones with the same recipe and age share
 //! both.
 
 use super::emitter::Emitter;
@@ -17,7 +17,7 @@ pub const fn encoded_bytes_max(particles: usize) -> usize {
     4 + EMITTERS_RUNNING_MAX * EMITTER_BYTES + 4 + particles * (RUN_BYTES + PARTICLE_BYTES)
 }
 
-/// Consecutive particles that share recipe and age.
+/// A run of consecutive particles with the same recipe and age.
 #[derive(Clone, Copy)]
 struct ParticleRun {
     recipe: u8,
@@ -33,8 +33,8 @@ impl Particles {
         out.0
     }
 
-    /// Decodes particles encoded by [`Particles::encode`], bit for bit, with the recipes and the limit of the scene.
-    /// Any bytes are safe to decode, and the result can be stepped.
+    /// Decodes particles encoded by [`Particles::encode`], bit for bit, using the scene's recipes and limit. Any
+    /// bytes are safe to decode, and the result can be stepped.
     pub fn decode(
         recipes: Vec<Recipe>,
         limit: usize,
@@ -49,7 +49,7 @@ impl Particles {
     }
 
     /// Describes the encoding. A run that could have been longer is refused, so that equal particles always have
-    /// equal bytes.
+    /// equal encodings.
     fn wire<Io: StateIo>(&self, io: &mut Io) -> (Vec<Emitter>, Vec<Particle>) {
         let emitters = self.emitter_state(io);
         let limits = [self.limit, PARTICLE_BYTES];
@@ -61,7 +61,7 @@ impl Particles {
             let goes_on = || before.is_some_and(|before: ParticleRun| before.goes_on_in(run));
             let fits = (1..=left).contains(&length);
             io.check("particles alike", || fits && !goes_on());
-            // A run that does not fit was refused; its particles are not used.
+            // A run that does not fit has been refused, and its particles are not used.
             let length = if fits { length } else { left };
             for _ in 0..length {
                 let particle = self.wire_particle(run, rows.next().unwrap_or_default(), io);
@@ -104,7 +104,7 @@ impl ParticleRun {
         self
     }
 
-    /// Whether the particles of another run could have been part of this one.
+    /// Whether another run's particles could have been part of this one.
     fn goes_on_in(self, next: ParticleRun) -> bool {
         (self.recipe, self.age) == (next.recipe, next.age) && self.length < u8::MAX
     }

@@ -45,7 +45,7 @@ fn ball_at(x: f32, y: f32) -> BodyDef {
     BodyDef { shape: Shape::circle(1.0), ..crate_at(x, y) }
 }
 
-/// Adds a stack of boxes, starting on the floor.
+/// Adds a stack of boxes that stands on the floor.
 fn stack(world: &mut World, x: f32, count: usize) -> Vec<BodyId> {
     (0..count).map(|index| add(world, crate_at(x, 1.0 + 2.0 * index as f32))).collect()
 }
@@ -100,7 +100,7 @@ fn an_island_sleeps_as_a_whole_or_not_at_all() {
 fn a_flying_body_never_sleeps_however_weak_gravity_is() {
     for gravity in [1e-6, 1e-3, 0.1, 1.0, 50.0] {
         let mut world = World::new(settings(gravity));
-        // The flyer rises for a second and falls again.
+        // The flyer rises for a second and then falls.
         let velocity = Vec2::new(0.0, gravity);
         let flyer = add(&mut world, BodyDef { velocity, ..ball_at(0.0, 0.0) });
         for step in 0..600 {
@@ -108,7 +108,7 @@ fn a_flying_body_never_sleeps_however_weak_gravity_is() {
             assert!(!world.is_asleep(flyer), "gravity {gravity}, step {step}");
         }
     }
-    // Nor does a body that falls at the world's maximum speed, however low that is.
+    // Nor does a body sleep that falls at the world's maximum speed, however low that is.
     let mut world = World::new(WorldSettings { speed_max: 0.02, ..settings(50.0) });
     let faller = add(&mut world, ball_at(0.0, 0.0));
     steps(&mut world, 120);
@@ -131,7 +131,7 @@ fn weightless_bodies_sleep_only_at_rest() {
 
 #[test]
 fn a_slow_body_without_support_does_not_sleep() {
-    // Two bodies pressed together without ground: one falls up, the other down.
+    // Two bodies are pressed together without ground, as one falls up and the other down.
     let mut world = World::new(WorldSettings { speed_max: 1.0, ..settings(50.0) });
     let up = add(&mut world, BodyDef { gravity_scale: -1.0, ..crate_at(0.0, 0.0) });
     let down = add(&mut world, crate_at(0.0, 2.0));
@@ -288,7 +288,7 @@ fn a_lift_that_starts_takes_its_riders_along() {
             world.step();
             let gap = world.position(bodies[3]).y - world.position(lift).y - 17.0;
             assert_eq!(asleep(&world, &bodies), 0);
-            // A lift that starts downwards initially leaves them behind.
+            // A lift that starts moving down leaves them behind at first.
             assert!(gap > -0.01 && gap < 0.3, "{gap} at step {step}");
         }
         world.set_velocity(lift, Vec2::ZERO);
@@ -420,7 +420,7 @@ fn check_that_no_body_sleeps_in_the_air(world: &World, game: u64) {
     awake.wake(&world.ids().collect::<Vec<_>>());
     steps(&mut awake, 20);
     steps(&mut as_it_is, 20);
-    // Bodies that are woken by another one in the meantime prove nothing.
+    // Bodies that another one wakes in the meantime prove nothing.
     for id in as_it_is.ids().filter(|&id| as_it_is.is_asleep(id) && world.is_asleep(id)) {
         let moved = awake.position(id).distance(world.position(id));
         assert!(moved < 0.05, "game {game}: body {} went {moved} after waking", id.index);

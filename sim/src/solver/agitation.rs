@@ -1,9 +1,9 @@
-//! Classifies how the bodies of a large island move, which decides how it is swept. In motion, where the next step
-//! sees other contacts, sweeps are over-relaxed and use a coarser tolerance; an island that is landing is swept by
-//! colour; one near its solution, with forests.
+//! Classifies how the bodies of a large island move, which decides how it is swept. If it is in motion, so that
+//! the next step sees other contacts, sweeps are over-relaxed and use a coarser tolerance. An island that is
+//! landing is swept by colour, and one near its solution with forests.
 //!
-//! In a collapsing pile most contacts are solved after a few sweeps, and a few dozen never are: they contradict each
-//! other, or slide back and forth at their limits. The number of sweeps is therefore kept small.
+//! In a collapsing pile, most contacts are solved after a few sweeps, and a few dozen never are, because they
+//! contradict each other or slide back and forth at their limits. The number of sweeps is therefore kept small.
 //!
 //! Stopping at any time adds no energy, since no visit lowers the objective (see `warm_start`).
 
@@ -13,37 +13,39 @@ use super::tolerances::{AGITATED, AGITATED_MIN, SLOW};
 use crate::math::max;
 use glam::Vec2;
 
-/// Minimum number of sweeps over a large island. With 12, piles overlap more and are hardly faster.
+/// Minimum number of sweeps over a large island. With only 12, piles overlap more and are hardly faster.
 const SWEEPS: u32 = 16;
-/// Sweeps over an island in motion, relative to the square root of its number of contacts: after this many
-/// over-relaxed sweeps, one end of the island feels an impact at the other. With 16 sweeps, a crowd of 4000 that is
-/// pulled together overlaps twice as deeply.
+/// Number of sweeps over an island in motion, relative to the square root of its number of contacts. After this
+/// many over-relaxed sweeps, one end of the island feels an impact at the other. With only 16 sweeps, a crowd of
+/// 4000 bodies that is pulled together overlaps twice as deeply.
 const SWEEPS_PER_ROOT: f32 = 0.35;
-/// Maximum number of sweeps of such an island if it is large and has no heavy body; small ones take up to
-/// [`SMALL_SWEEPS_MAX`].
+/// Maximum number of sweeps over such an island if it is large and has no heavy body. Small ones take up
+/// to [`SMALL_SWEEPS_MAX`].
 const SWEEPS_MAX: u32 = 40;
 /// Mass ratio beyond which the heavier bodies are worth more visits.
 const HEAVY_MASS_RATIO: f32 = 50.0;
-/// The same three limits for islands with such a heavy body. A crowd with many of them overlaps a seventh less with
-/// 2.5 times the usual sweeps than with twice as many; twice as many are enough for a bed on which one of them falls.
+/// The same three limits for islands with such a heavy body. Twice the usual number of sweeps is enough for a bed on
+/// which one such body falls; in a crowd with many of them, 2.5 times the usual number reduces overlaps by another
+/// seventh.
 const HEAVY_SWEEPS: u32 = 2 * SWEEPS;
 const HEAVY_SWEEPS_PER_ROOT: f32 = 2.5 * SWEEPS_PER_ROOT;
 const HEAVY_SWEEPS_MAX: u32 = 5 * SWEEPS_MAX / 2;
-/// Threshold of sliding that counts as motion in islands with such a heavy body, relative to others: with too little
-/// support the body sinks into its bed, which then boils.
+/// Threshold from which sliding counts as motion in islands with such a heavy body, relative to others. With too
+/// little support, the body sinks into its bed, which then boils.
 const HEAVY_AGITATION: f32 = 8.0;
-/// Visits that every island in motion may take, and the most sweeps. In rain, small islands determine when it comes
-/// to rest.
+/// Number of visits that every island in motion may take, and its maximum number of sweeps. In rain, it is the
+/// small islands that determine when everything comes to rest.
 const SMALL_VISITS: u32 = 4400;
 const SMALL_SWEEPS_MAX: u32 = 128;
-/// Visits that every other island may take. With 6400, a rain of 4000 bodies overlaps by ten slops when it lands.
+/// Number of visits that every other island may take. With only 6400, a rain of 4000 bodies overlaps by ten slops when
+/// it lands.
 pub(crate) const CALM_VISITS: u32 = 8800;
-/// Divisor of the maximum number of sweeps for an island that is solved again with late pairs.
+/// Divisor for the maximum number of sweeps over an island that is solved again with late pairs.
 const LATE_PART: u32 = 2;
 /// Sweeps over an island in motion end when relative velocities change by less than this share of its mean sliding
 /// velocity.
 const SLIDING_SHARE: f32 = 0.2;
-/// Contacts beyond which an island left unsolved by its sweeps counts as still moving.
+/// Number of contacts beyond which an island that its sweeps leave unsolved counts as still moving.
 pub(crate) const UNSOLVED_MIN: usize = 200;
 
 /// How an island moved at the start of its sweeps.
@@ -51,8 +53,8 @@ pub(crate) const UNSOLVED_MIN: usize = 200;
 pub(crate) struct Agitation {
     /// Whether its residual is so small that the first sweep is likely to be the last.
     is_near: bool,
-    /// Whether its bodies move past each other: the next step then sees other contacts, and few loads follow a
-    /// column.
+    /// Whether its bodies move past each other, in which case the next step sees other contacts, and few loads
+    /// follow a column.
     pub in_motion: bool,
     pub is_slow: bool,
     /// Mean sliding velocity of its contacts, units/s.
@@ -86,10 +88,10 @@ impl Agitation {
         }
     }
 
-    /// Limits of the sweeps over an island of `count` contacts. In motion, islands with far heavier bodies get more
-    /// sweeps, and small islands, which cost little, as many as they need. Islands that are solved again with late
-    /// pairs start near their solution and get fewer. If the settings ask for a finer tolerance than the default, all
-    /// limits are multiplied by `precision`.
+    /// Limits on the sweeps over an island of `count` contacts. Among islands in motion, those with far heavier
+    /// bodies get more sweeps, and small ones, which cost little, get as many as they need. Islands that are solved
+    /// again with late pairs start near their solution and get fewer. If the settings ask for a finer tolerance than
+    /// the default, all limits are multiplied by `precision`.
     pub fn limits(
         &self,
         limits: SweepLimits,

@@ -1,8 +1,8 @@
 //! The chapter's solver as printed, including its defects, for scenes that demonstrate them
-//! ([docs/physics.md](../../../docs/physics.md) lists them as C01 to C22a). Divisions by zero are left out (C03,
-//! C15), and so is the separate loop for each rule of pairs (C22f): all pairs are relaxed together.
+//! ([docs/physics.md](../../../docs/physics.md) lists them as C01 to C22a). Divisions by zero are avoided (C03,
+//! C15), and instead of a separate loop for each pair rule (C22f), all pairs are relaxed together.
 //!
-//! It uses only the number of iterations and the correction from the settings of the relaxation solver.
+//! Of the relaxation solver's settings, it uses only the number of iterations and the correction.
 
 use crate::bodies::Bodies;
 use crate::broad_phase::pairs::Pair;
@@ -16,7 +16,7 @@ use glam::Vec2;
 
 /// Tangential speed below which there is no braking, units/s (A2.20).
 const SLIDE_MIN: f32 = 0.01;
-/// Depth of two concentric circles, as a share of their radii (C04).
+/// Overlap of two concentric circles, as a share of their radii (C04).
 const SAME_CENTER_DEPTH: f32 = 0.1;
 
 /// Multiplies each body's gravity by its inverse mass, although gravity has already been applied (C18).
@@ -31,8 +31,8 @@ pub(crate) fn weigh(bodies: &mut Bodies, gain: Vec2, speed_max: f32) {
     }
 }
 
-/// Runs the passes and returns their number, which is one less than the setting (C22a). Nothing is carried over from
-/// one step to the next.
+/// Runs the passes and returns their number, which is one less than the setting (C22a). Nothing is kept from one
+/// step to the next.
 pub(crate) fn solve(
     bodies: &mut Bodies,
     constraints: &mut [RelaxationConstraint],
@@ -57,7 +57,7 @@ pub(crate) fn solve(
     settings.iterations - 1
 }
 
-/// The contact of two bodies.
+/// The contact between two bodies.
 fn contact(bodies: &Bodies, (a, b): (usize, usize)) -> Option<Manifold> {
     let offset = bodies.center[b] - bodies.center[a];
     match (bodies.shape[a], bodies.shape[b]) {
@@ -74,7 +74,7 @@ fn contact(bodies: &Bodies, (a, b): (usize, usize)) -> Option<Manifold> {
     }
 }
 
-/// Two circles: touching counts as contact (C01), and concentric circles overlap by a tenth of their radii (C04).
+/// For two circles, touching counts as contact (C01), and concentric circles overlap by a tenth of their radii (C04).
 fn circles(offset: Vec2, reach: f32) -> Option<Manifold> {
     let distance = offset.length();
     if distance > reach {
@@ -86,8 +86,8 @@ fn circles(offset: Vec2, reach: f32) -> Option<Manifold> {
     }
 }
 
-/// Two boxes. In double precision, as in the chapter, passes shrink an overlap forever (C19). Here it soon becomes 0,
-/// so touching has to count as contact.
+/// For two boxes in double precision, as in the chapter, passes shrink an overlap forever (C19). Here it soon becomes
+/// 0, so touching has to count as contact.
 fn boxes(offset: Vec2, reach: Vec2) -> Option<Manifold> {
     let Vec2 { x, y } = offset.abs() - reach;
     if x > 0.0 || y > 0.0 {
@@ -99,8 +99,9 @@ fn boxes(offset: Vec2, reach: Vec2) -> Option<Manifold> {
     }
 }
 
-/// A box and a circle, where touching counts as contact too. A centre inside leaves along the axis on which it is
-/// nearest to the upper or right side, which is wrong for many points left of or below the middle (C02).
+/// For a box and a circle, touching counts as contact too. A centre inside the box leaves along the axis on which
+/// it is nearest to the upper or right side, which is wrong for many points to the left of or below the middle
+/// (C02).
 fn box_circle(offset: Vec2, half: Vec2, radius: f32) -> Option<Manifold> {
     let outside = offset.abs() - half;
     let outside = Vec2::new(max(outside.x, 0.0), max(outside.y, 0.0));
@@ -121,7 +122,8 @@ fn box_circle(offset: Vec2, half: Vec2, radius: f32) -> Option<Manifold> {
     Some(Manifold { normal, separation: -(radius + inside) })
 }
 
-/// Corrects the positions, applies friction, then bounces (A2.19 to A2.21); returns the closing speed.
+/// Corrects the positions, applies friction, and then lets the bodies bounce (A2.19 to A2.21). Returns the closing
+/// speed.
 fn resolve(
     bodies: &mut Bodies,
     (a, b): (usize, usize),
@@ -145,7 +147,7 @@ fn resolve(
     if speed > 0.0 {
         return 0.0;
     }
-    // Bodies bounce however slowly they meet (C16).
+    // Bodies bounce no matter how slowly they meet (C16).
     let (material_a, material_b) = (bodies.material[a], bodies.material[b]);
     let restitution = min(material_a.restitution, material_b.restitution);
     let impulse = normal * (-(1.0 + restitution) * speed / inv_mass);
@@ -154,9 +156,9 @@ fn resolve(
     -speed
 }
 
-/// Takes a fixed speed off the body's own tangential velocity: regardless of how much is left (C09), of the normal
-/// force (C10), of the other body's speed (C11) and material (C12), and even while they separate (C13), once per pass
-/// (C14).
+/// Subtracts a fixed amount from the body's own tangential speed, once per pass (C14), regardless of how much is left
+/// (C09), the normal force (C10), and the other body's speed (C11) and material (C12), and even while they separate
+/// (C13).
 fn brake(bodies: &mut Bodies, slot: usize, normal: Vec2, share: f32) {
     let along = normal.perp();
     let slide = bodies.velocity[slot].dot(along);

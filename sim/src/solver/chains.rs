@@ -1,13 +1,13 @@
-//! Chains of contacts along an axis, each solved exactly within a sweep.
+//! Chains of contacts along an axis, each of which is solved exactly within a sweep.
 //!
 //! Constraints whose normal is exactly +-x or +-y are the edges of one graph per axis. The graph is covered by
-//! edge-disjoint paths, first from every body that nothing supports on that axis, then from the rest. Each path
-//! follows the unused edge with the largest stored impulse, which is the path of the load. A column of any height,
-//! with masses of any ratio, is then one exact step of the sweep; solving one constraint after another would need a
-//! number of sweeps that grows with the square of its height.
+//! edge-disjoint paths, starting first from every body that nothing supports on that axis, then from the rest. At
+//! each body, a path follows the unused edge with the largest stored impulse, along which the load is transmitted.
+//! A column of any height, with any mass ratio, is then solved in one exact step of the sweep, whereas solving one
+//! constraint after another would need a number of sweeps that grows with the square of its height.
 //!
-//! A chain removes its own impulses from the velocities, pools (see `pava`), and sums the impulses from its free end:
-//! the change of each impulse is the change of the momentum beyond it.
+//! A chain removes its own impulses from the velocities, pools (see `pava`), and sums the impulses from its free end,
+//! where the change in each impulse is the change in the momentum beyond it.
 
 use super::gauss_seidel::{SweepChange, solve_friction};
 use crate::math::{max, without_dust};
@@ -15,14 +15,14 @@ use crate::solver::contact_constraint::ContactConstraint;
 use crate::solver::pava::{ChainNode, Pool, pool};
 use glam::Vec2;
 
-/// Shortest chain, in constraints, and the mass ratio from which two constraints also form a chain.
+/// Minimum number of constraints in a chain, and the mass ratio from which even two constraints form a chain.
 const LINKS_MIN: usize = 3;
 const MASS_RATIO_MIN: f32 = 20.0;
 
-/// A chain of constraints along an axis, in the plus direction.
+/// A chain of constraints along an axis, in the positive direction.
 #[derive(Clone, Copy, Debug)]
 struct Chain {
-    /// Index of its first body in `bodies`; it has one more body than constraints.
+    /// Index of its first body in `bodies`. A chain has one more body than constraints.
     bodies: u32,
     /// Index of its first constraint in `links`.
     links: u32,
@@ -38,12 +38,12 @@ pub(crate) struct Chains {
     bodies: Vec<u32>,
     masses: Vec<f32>,
     links: Vec<u32>,
-    /// Constraints of the island that are in no chain, with faces before slanted normals: a body that moves from face
-    /// to face is carried by them, so the edge in between has nothing left to push.
+    /// Constraints of the island that are in no chain, with faces before slanted normals. A body that moves from face
+    /// to face is supported by the faces, so that the edge in between has nothing left to push.
     pub others: Vec<u32>,
     edges: Vec<Edge>,
-    /// By slot: the last edge up from the body, the number of unused edges down from it, and the last path through
-    /// it.
+    /// By slot: the last edge going up from the body, the number of unused edges going down from it, and the last
+    /// path through it.
     up: Vec<u32>,
     supports: Vec<u32>,
     visited_by: Vec<u32>,
@@ -53,7 +53,7 @@ pub(crate) struct Chains {
     changes: Vec<f32>,
 }
 
-/// A constraint as an edge from the lower to the higher body.
+/// A constraint, seen as an edge from the lower to the higher body.
 #[derive(Clone, Copy, Debug)]
 struct Edge {
     constraint: u32,
@@ -91,7 +91,7 @@ impl Chains {
         self.others.extend(island.iter().filter(|&&index| slanted(&constraints[index as usize])));
     }
 
-    /// Puts every constraint of an island outside of chains.
+    /// Leaves every constraint of an island outside chains.
     pub fn find_none(&mut self, island: &[u32]) {
         self.clear();
         self.others.extend(island);
@@ -194,9 +194,9 @@ impl Chains {
         self.visited_by[slot as usize] = self.path;
     }
 
-    /// Returns the unused edge up from a body with the largest impulse. Excluded are edges from an immovable body,
-    /// which ends a chain, edges to a body already on the path, and edges that would give the chain an immovable body
-    /// at both ends.
+    /// Returns the unused edge with the largest impulse going up from a body. Edges from an immovable body, which
+    /// ends a chain, edges to a body that is already on the path, and edges that would give the chain an immovable
+    /// body at both ends are excluded.
     fn next_link(&self, slot: u32, constraints: &[ContactConstraint]) -> Option<usize> {
         if self.masses.last() == Some(&f32::INFINITY) {
             return None;
@@ -214,7 +214,7 @@ impl Chains {
             };
             let open = !edge.used && self.visited_by[edge.high as usize] != self.path;
             if open && !(from_fixed && inv_mass == 0.0) {
-                // The list runs from high constraints to low ones: among equals the lowest wins.
+                // The list runs from high constraints to low ones, so among equals the lowest wins.
                 if best.is_none_or(|(_, largest)| constraint.normal_impulse >= largest) {
                     best = Some((at as usize, constraint.normal_impulse));
                 }
@@ -316,8 +316,8 @@ impl Chains {
     }
 }
 
-/// Sums the changes of the impulses around a pool. No impulse acts between two pools; inside a pool, consecutive
-/// changes differ by the change of a body's momentum, summed from the end that can move.
+/// Sums the changes in the impulses around a pool. No impulse acts between two pools. Inside a pool, consecutive
+/// changes differ by the change in a body's momentum, summed from the end that can move.
 #[inline]
 fn sum_impulses(
     pool: Pool,

@@ -1,27 +1,27 @@
-//! The conjugate solver: velocities that satisfy all contacts at once, found by accelerated sweeps
-//! until they converge.
+//! The conjugate solver finds velocities that satisfy all contacts at once, by accelerated sweeps
+//! that continue until they converge.
 //!
-//! One file for each stage, in the order of a step:
-//! 1. `impact_queue`: bounces, pair by pair, each at its time of impact;
-//! 2. `contact_constraint`: pairs that may touch within the step (`separation` predicts when and
-//!    along which normal); `crowd`: the bounces of bodies that lie close to others;
-//! 3. `integrate`: gravity, and other forces (see `forces`);
+//! There is one file for each stage. In the order of a step, they are:
+//! 1. `impact_queue`: pairs bounce one by one, each at its time of impact;
+//! 2. `contact_constraint`: pairs that may touch within the step get constraints (`separation`
+//!    predicts when and along which normal); `crowd`: bodies that lie close to others bounce;
+//! 3. `integrate`: gravity and other forces act (see `forces`);
 //! 4. `islands`: constraints that share no movable body are solved separately (`solve_island`); the motion of an
 //!    island (`agitation`) decides how:
-//!    - `warm_start`: the last step's impulses, as far as they cannot add energy,
-//!    - `sweep::solve_in_motion`: where bodies move past each other, a few over-relaxed sweeps over
-//!      `graph_coloring`: four contacts at a time, that share no movable body,
+//!    - `warm_start`: the previous step's impulses, to the extent that they cannot add energy,
+//!    - `sweep::solve_in_motion`: if bodies move past each other, a few over-relaxed sweeps by
+//!      colour (`graph_coloring`) over groups of four contacts that share no movable body,
 //!    - `sweep`: Gauss-Seidel with conjugate directions until the residual is small, over
-//!      `spanning_forest`: the contacts that carry the load, solved exactly if none begins to slide
-//!      or to separate, `chains`: along an axis, solved exactly in any case by pooling (`pava`),
-//!      and the rest,
-//!    - `direct`: elimination of up to 128 contacts, where masses differ too much for sweeps to converge,
-//!    - `energy_guard`: plain sweeps or rest, where masses differ too much for f32;
+//!      `spanning_forest` (the contacts that bear the load, solved exactly if none begins to slide
+//!      or to separate), `chains` (contacts along an axis, solved exactly in any case by pooling,
+//!      see `pava`), and the rest,
+//!    - `direct`: elimination of up to 128 contacts, if masses differ too much for sweeps to converge,
+//!    - `energy_guard`: plain sweeps or rest, if masses differ too much for f32;
 //!
 //!    then once more with `late_pairs`, which only the new velocities bring together;
 //! 5. `integrate`: the bodies move;
 //! 6. `position_correction`: removes overlap beyond the slop;
-//! 7. `static_clamp`: no body ends inside an immovable one.
+//! 7. `static_clamp`: makes sure that no body ends up inside an immovable one.
 
 mod solve_island;
 
@@ -52,7 +52,7 @@ use glam::Vec2;
 /// Maximum number of times that a step may extend the reach of bodies that bounces have sped up.
 const BOUNCE_ROUNDS_MAX: u32 = 16;
 
-/// Scratch of a step; not part of the state.
+/// Scratch memory for a step; not part of the state.
 #[derive(Debug, Default)]
 pub(crate) struct ConjugateSolver {
     pub contacts: ContactSet,
@@ -73,29 +73,29 @@ pub(crate) struct ConjugateSolver {
     pub work: StepWork,
 }
 
-/// Work of a step, and how much it may take.
+/// The work done in a step, and how much it may take.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct StepWork {
-    /// Sweeps of the island that needed the most.
+    /// Number of sweeps over the island that needed the most.
     pub sweeps: u32,
-    /// Constraint visits by sweeps, and predictions of impacts.
+    /// Number of constraint visits by sweeps, and of impact predictions.
     pub done: u64,
-    /// The part of `work` that stands for elimination.
+    /// The part of the work that was charged for elimination.
     eliminated: u64,
-    /// Visits by sweeps over very stiff islands before elimination.
+    /// Visits made by sweeps over very stiff islands before elimination.
     very_stiff: u64,
-    /// Constraint visits by the passes over positions.
+    /// Constraint visits made by the passes over positions.
     pub corrections: u64,
     /// Bodies, pairs, eliminations and predictions of earlier attempts at the current step, if any.
     earlier: StepCounts,
-    /// Work left for the step.
+    /// Work that the step may still do.
     left: u64,
     /// Whether the step needed more work than that.
     is_over: bool,
 }
 
 impl StepWork {
-    /// Spends work from the step's budget; returns whether there was enough.
+    /// Spends work from the step's budget, and returns whether there was enough.
     fn spend(&mut self, work: u64) -> bool {
         self.is_over |= work > self.left;
         self.left = self.left.saturating_sub(work);
@@ -103,7 +103,8 @@ impl StepWork {
     }
 }
 
-/// Leaves out scratch that is not read when worlds are compared within a step: a page that predicts clones its world.
+/// Leaves out scratch, except what is read when worlds are compared within a step, since a page that predicts clones
+/// its world.
 impl Clone for ConjugateSolver {
     fn clone(&self) -> ConjugateSolver {
         let constraints = self.contacts.constraints.clone();
@@ -136,7 +137,7 @@ impl ConjugateSolver {
         self.work = StepWork { sweeps, is_over, left: work_max, ..StepWork::default() };
         self.blocks.swept = Swept::default();
         if is_large_world(bodies, steady) != self.is_large_world {
-            // Islands are solved differently in a world of the other size.
+            // Islands are solved differently in a world of the other size class.
             steady.readmit_all(bodies);
         }
         steady.begin(bodies, leaves_out);
@@ -160,7 +161,7 @@ impl ConjugateSolver {
         }
     }
 
-    /// Begins another attempt at the same step. The page counts nothing, so it drops the earlier counts.
+    /// Begins another attempt at the same step. The page does not count work, so it drops the earlier counts.
     pub fn try_again(&mut self, moving: usize, pairs: usize) {
         if !GENERAL_ONLY {
             self.work.earlier = self.counts(moving, pairs);
@@ -173,8 +174,8 @@ impl ConjugateSolver {
         self.work.is_over
     }
 
-    /// Finds the contact constraints of a step after all bounces, which change velocities and thereby the pairs that
-    /// may touch. Finds none once the budget is used up.
+    /// Finds a step's contact constraints after all bounces, which change velocities and thereby which pairs may
+    /// touch. Finds none once the budget is used up.
     pub fn find_contacts(
         &mut self,
         bodies: &mut Bodies,
@@ -248,7 +249,7 @@ impl ConjugateSolver {
         self.impact_queue.crowd.has_bounced || !self.impact_queue.is_empty()
     }
 
-    /// Makes the pair list complete after the reach of bodies was extended.
+    /// Completes the pair list after the reach of bodies was extended.
     pub fn refresh(&mut self, bodies: &Bodies, pairs: &mut PairList, context: &StepContext) {
         if pairs.refresh(bodies, context.filter) && !pairs.is_over() {
             late_pairs::reindex_pairs(&mut self.contacts.constraints, &pairs.pairs);
@@ -291,7 +292,7 @@ impl ConjugateSolver {
             .chain(self.contacts.constraints.iter().map(|constraint| [constraint.a, constraint.b]))
     }
 
-    /// Finds the velocities at the end of the step; solves again as long as they bring new pairs
+    /// Finds the velocities at the end of the step, solving again as long as they bring new pairs
     /// together.
     pub fn find_velocities(
         &mut self,
@@ -370,7 +371,7 @@ impl ConjugateSolver {
         }
     }
 
-    /// Updates the masses in the constraints, which springs may have raised.
+    /// Updates the constraints' masses, which springs may have raised.
     fn set_masses(&mut self, bodies: &Bodies) {
         for constraint in &mut self.contacts.constraints {
             constraint.inv_mass_a = bodies.inverse_mass[constraint.a as usize];
@@ -379,7 +380,7 @@ impl ConjugateSolver {
         }
     }
 
-    /// Adds pairs that the new velocities bring together, and solves their islands; returns whether there were any.
+    /// Adds pairs that the new velocities bring together, and solves their islands. Returns whether there were any.
     fn add_late_pairs(
         &mut self,
         bodies: &mut Bodies,
@@ -416,7 +417,7 @@ impl ConjugateSolver {
         contact_constraint::store(bodies, constraints, pairs, &steady.takes_no_part);
     }
 
-    /// Leaves everything that this step did not change out of the next step.
+    /// Excludes everything that this step did not change from the next step.
     pub fn leave_out(
         &self,
         bodies: &mut Bodies,
@@ -425,7 +426,7 @@ impl ConjugateSolver {
         context: &StepContext,
     ) {
         let constraints = &self.contacts.constraints;
-        // Constraints of bodies that are not finite were dropped, so the islands differ. Eliminations and the sweeps
+        // If constraints of bodies that are not finite were dropped, the islands differ. Eliminations and the sweeps
         // before them count towards limits shared by all islands.
         let is_complete = constraints.len() == self.is_changed.len()
             && self.work.eliminated == 0
@@ -502,7 +503,7 @@ fn movable(bodies: &Bodies, steady: &Steady) -> usize {
     bodies.moving.len() + steady.count()
 }
 
-/// The reach of a body with this squared speed, if gravity moves it by `fall` in a step.
+/// The reach of a body with this squared speed if gravity moves it by `fall` in a step.
 fn reach(squared_speed: f32, fall: f32, dt: f32) -> f32 {
     REACH_MIN + fall + squared_speed.sqrt() * dt
 }

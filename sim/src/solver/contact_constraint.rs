@@ -1,8 +1,8 @@
-//! Contact constraints: the solver's data for every pair that may touch within the step.
+//! Contact constraints are the solver's data for every pair that may touch within the step.
 //!
 //! A constraint makes two demands on the velocities at the end of the step. Along the normal, the bodies may close by
 //! no more than their separation: n.(vb - va) >= -s / h, enforced by an impulse that only pushes. Across it, Coulomb
-//! friction opposes sliding with at most mu times that impulse. Pairs that are still apart have constraints too
+//! friction opposes sliding with at most mu times that impulse. Pairs that are still apart also have constraints
 //! (speculative contacts; Catto 2013, "Continuous collision"), so that a body lands exactly and nothing overlaps. A
 //! constraint without an impulse costs one comparison per sweep.
 
@@ -17,15 +17,16 @@ use crate::shape::{Shape, shapes};
 use crate::solver::tolerances::{DEEP_SHARE, ROUNDING, SLIDING, SPECULATIVE};
 use glam::Vec2;
 
-/// Deep contacts that a body keeps in any case; beyond this, a contact is dropped if its partner has as many.
+/// Number of deep contacts that a body keeps in any case. Beyond this, a contact is dropped if the other body has as
+/// many.
 const DEEP_CONTACTS_MAX: u8 = 32;
 
-/// Data of a pair that a sweep reads and writes: one cache line.
+/// A pair's data that a sweep reads and writes. It fits in one cache line.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ContactConstraint {
     pub a: u32,
     pub b: u32,
-    /// Unit vector from a to b; friction acts along this vector turned left.
+    /// Unit vector from a to b. Friction acts along this vector rotated 90 degrees to the left.
     pub normal: Vec2,
     /// Smallest allowed relative speed along the normal, units/s; not positive.
     pub min_normal_velocity: f32,
@@ -33,9 +34,9 @@ pub(crate) struct ContactConstraint {
     pub effective_mass: f32,
     pub inv_mass_a: f32,
     pub inv_mass_b: f32,
-    /// Coulomb coefficient: the geometric mean of both bodies' values.
+    /// Coulomb coefficient, the geometric mean of both bodies' values.
     pub friction: f32,
-    /// Accumulated impulses of this step: along the normal (not negative) and across it.
+    /// Accumulated impulses of this step, along the normal (not negative) and across it.
     pub normal_impulse: f32,
     pub tangent_impulse: f32,
     /// Values of the impulses before the last sweep.
@@ -48,27 +49,27 @@ pub(crate) struct ContactConstraint {
     pub pair: u32,
 }
 
-/// Data of a constraint that sweeps do not need.
+/// A constraint's data that sweeps do not need.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ContactInfo {
-    /// Distance by which the two may close along the normal, world units; negative where they overlap.
+    /// Distance by which the two may close along the normal, world units; negative if they overlap.
     pub separation: f32,
-    /// Separation after the bodies moved, measured along the normal and therefore never more than the distance of the
-    /// shapes.
+    /// Separation after the bodies have moved, measured along the normal and therefore never more than the distance
+    /// between the shapes.
     pub separation_after: f32,
-    /// Whether `separation_after` and the normal hold for the shapes at their current positions.
+    /// Whether `separation_after` and the normal are valid for the shapes at their current positions.
     pub exact: bool,
     /// Largest closing speed in this step, units/s; not negative.
     pub closing: f32,
     /// Whether the two bounced in this step.
     pub bounced: bool,
-    /// Whether the two slid on each other in the last step.
+    /// Whether the two slid on each other in the previous step.
     pub slid: bool,
     /// How a remaining overlap is corrected.
     pub correction: Correction,
 }
 
-/// Share of the slop beyond which overlaps are pushed; leftovers of rounding stay below it.
+/// Share of the slop beyond which overlaps are pushed apart. What rounding leaves behind stays below it.
 pub(crate) const PUSHED_FROM: f32 = 0.999;
 
 impl ContactInfo {
@@ -86,14 +87,14 @@ impl ContactInfo {
 pub(crate) enum Correction {
     /// In several passes, until only the slop is left.
     Thorough,
-    /// With little time spent on small overlaps, because the bodies are still moving and the next step sees other
-    /// overlaps. The rest is pushed apart contact by contact.
+    /// With little time spent on small overlaps, because the bodies are still moving and the next step will see
+    /// other overlaps. The rest is pushed apart contact by contact.
     Light,
-    /// Contact by contact only, because the bodies slide past each other.
+    /// Only contact by contact, because the bodies slide past each other.
     Singly,
 }
 
-/// The contact constraints of a step in (a, b) order, with hot and cold data separated.
+/// A step's contact constraints in (a, b) order, with hot and cold data kept apart.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ContactSet {
     /// Data read and written by every sweep.
@@ -136,11 +137,11 @@ impl ContactSet {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct GatherScratch {
     packed: Vec<PackedBody>,
-    /// By slot: number of contacts in which the body is too deep inside another to tell the sides apart.
+    /// By slot: number of contacts in which the body is too deep inside another one to tell the sides apart.
     deep_contacts: Vec<u8>,
 }
 
-/// Constants of a step that constraints depend on.
+/// Constants for a step, on which constraints depend.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct GatherStep {
     /// Length of the step, seconds.
@@ -149,7 +150,7 @@ pub(crate) struct GatherStep {
     pub fall: f32,
 }
 
-/// The data of a body that gathering reads, packed into 40 bytes.
+/// The data about a body that gathering reads, packed into 40 bytes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PackedBody {
     center: Vec2,
@@ -180,7 +181,7 @@ impl PackedBody {
         }
     }
 
-    /// Returns its shape in a world that has only these [`shapes`]; if there is one kind, no lookup is needed.
+    /// Returns its shape in a world that has only these [`shapes`]. If there is only one kind, no lookup is needed.
     #[inline(always)]
     fn shape<const SHAPES: u8>(&self) -> Shape {
         let is_circle = SHAPES == shapes::CIRCLES || SHAPES != shapes::BOXES && self.is_circle;
@@ -214,9 +215,9 @@ fn pack(bodies: &Bodies, takes_no_part: &[bool], paths: &Paths, packed: &mut Vec
     }));
 }
 
-/// Gathers the constraints of a step in (a, b) order, except between two bodies that [take no part], from the current
-/// positions and the velocities before gravity and contacts act, in a world that has only these [`shapes`]. A heap at
-/// one point has a number of pairs that grows with the square of its bodies; there each body gets
+/// Gathers a step's constraints in (a, b) order, except between two bodies that [take no part], from the current
+/// positions and the velocities before gravity and contacts act, in a world that has only these [`shapes`]. In a heap
+/// at one point, the number of pairs grows with the square of the number of bodies, so there each body gets
 /// [`DEEP_CONTACTS_MAX`] contacts, which separate first.
 ///
 /// [take no part]: crate::steady::Steady::takes_no_part
@@ -247,7 +248,7 @@ pub(crate) fn gather<const SHAPES: u8>(
         let manifold = if a.is_impacted || b.is_impacted {
             predict_manifold(bodies, paths, pair, path, dt)
         } else {
-            // Their boxes stay apart by more than the distance for which constraints are created.
+            // Their boxes stay further apart than the distance within which constraints are created.
             let thinnest = min(a.thickness(), b.thickness());
             let near = path.abs() + Vec2::splat(SPECULATIVE + fall + thinnest);
             if apart.x >= near.x || apart.y >= near.y {
@@ -274,10 +275,10 @@ pub(crate) fn gather<const SHAPES: u8>(
 }
 
 /// Distance by which a pair may close in the step. It follows from the bodies' own velocities and not from the
-/// relative one: a contact that stops one of them must not let it overlap the other, which fell beside it at the same
-/// speed. It exceeds the relative path by at most a half-size; if a third body pushes further, that is a late pair.
-/// With half of that limit, bodies that fall side by side land in each other; without it, most flying pairs would
-/// have a useless constraint.
+/// relative one, since a contact that stops one of them must not let it overlap the other, which fell next to it at
+/// the same speed. It exceeds the relative path by at most a half-size. If a third body pushes further, that is a
+/// late pair. With half of that limit, bodies that fall side by side would land inside each other; without it, most
+/// flying pairs would have a useless constraint.
 #[inline(always)]
 fn closing_distance([a, b]: PackedPair, manifold: &Manifold, dt: f32) -> f32 {
     let approach = max(-manifold.normal.dot(b.velocity - a.velocity), 0.0);
@@ -285,7 +286,7 @@ fn closing_distance([a, b]: PackedPair, manifold: &Manifold, dt: f32) -> f32 {
     min(speeds * dt, approach * dt + min(a.thickness(), b.thickness()))
 }
 
-/// Creates the constraint of a pair.
+/// Creates a pair's constraint.
 #[inline]
 pub(crate) fn make_contact<const SHAPES: u8>(
     [a, b]: PackedPair,
@@ -297,7 +298,7 @@ pub(crate) fn make_contact<const SHAPES: u8>(
     let approach = -manifold.normal.dot(b.velocity - a.velocity);
     let size = manifold.normal.abs().dot(a.center.abs() + b.center.abs());
     let is_apart = manifold.separation > ROUNDING * size;
-    // The impulse of one face says nothing about another face or a corner: it would push a circle that has just left
+    // The impulse of one face says nothing about another face or a corner. It would push a circle that has just left
     // a tile.
     let axis = || separation::axis_of(a.shape::<SHAPES>(), b.shape::<SHAPES>(), manifold.normal);
     let is_kept = pair.axis == Axis::Free || pair.axis == axis();
@@ -352,7 +353,7 @@ impl ContactConstraint {
         self.normal * normal + self.normal.perp() * tangent
     }
 
-    /// The same; if `FRICTION` is false, without the friction impulse, which is then 0.
+    /// The same, but if `FRICTION` is false, without the friction impulse, which is then 0.
     #[inline]
     pub fn impulse_of<const FRICTION: bool>(&self, normal: f32, tangent: f32) -> Vec2 {
         if FRICTION { self.impulse(normal, tangent) } else { self.normal * normal }
@@ -364,7 +365,7 @@ impl ContactConstraint {
         self.impulse_of::<FRICTION>(self.normal_impulse, self.tangent_impulse)
     }
 
-    /// Both bodies, each with its inverse mass.
+    /// Both bodies with their inverse masses.
     #[inline]
     pub fn bodies(&self) -> [(u32, f32); 2] {
         [(self.a, self.inv_mass_a), (self.b, self.inv_mass_b)]
@@ -376,7 +377,7 @@ impl ContactConstraint {
         (self.normal_before, self.tangent_before) = (self.normal_impulse, self.tangent_impulse);
     }
 
-    /// Whether friction holds the two together; meaningless without friction.
+    /// Whether friction keeps the two from sliding; meaningless without friction.
     #[inline]
     pub fn sticks(&self) -> bool {
         self.tangent_impulse.abs() < SLIDING * self.friction * self.normal_impulse
@@ -391,7 +392,7 @@ impl ContactConstraint {
         separation < -DEEP_SHARE * min(thickness(self.a), thickness(self.b))
     }
 
-    /// The values that the pair keeps for the next step: both impulses, and the axis of the face.
+    /// The values that the pair keeps for the next step, which are both impulses and the axis of the face.
     #[inline]
     fn stored(&self, bodies: &Bodies) -> (f32, f32, Axis) {
         if self.normal_impulse <= 0.0 {

@@ -1,29 +1,29 @@
 //! Solves islands by elimination in double precision if sweeps fail because heavy bodies rest on light ones.
 //!
-//! An augmented Lagrangian with an active set (Hestenes 1969; Hintermueller, Ito and Kunisch 2002). Contacts that
-//! hold are stiff springs whose forces become impulses in each round; a round solves one sparse system with a 2 by 2
-//! block for each body and each contact. Where whole steps do not converge, the solution starts again with a line
-//! search to the minimum in each step (Newton's method for a convex function), and impulses are updated only once the
+//! It uses an augmented Lagrangian with an active set (Hestenes 1969; Hintermueller, Ito and Kunisch 2002). Contacts
+//! that hold are stiff springs whose forces become impulses in each round. A round solves one sparse system with a 2
+//! by 2 block for each body and each contact. If whole steps do not converge, the solver starts over with a line
+//! search for the minimum in each step (Newton's method for a convex function), and updates impulses only once the
 //! contacts that hold are known.
 
 use crate::forces::elimination::{Elimination, EliminationOrder};
 use crate::solver::contact_constraint::ContactConstraint;
 use glam::{DMat2, DVec2, Vec2};
 
-/// Mass ratio from which elimination is worth its time, and the most contacts.
+/// Mass ratio from which elimination is worth the time, and the maximum number of contacts.
 const MASS_RATIO: f32 = 20.0;
 const CONTACTS_MAX: usize = 128;
-/// Visits of sweeps that take as long as a round takes per contact.
+/// Number of sweep visits that take as long as a round takes per contact.
 pub(crate) const VISITS: u32 = 16;
-/// Maximum number of sweeps over a very stiff island before elimination, and of visits by such sweeps in a step.
+/// Maximum number of sweeps over a very stiff island before elimination, and of visits made by such sweeps in a step.
 const SWEEPS_BEFORE: u32 = 64;
 const STEP_VISITS_BEFORE: u64 = 8000;
-/// Maximum number of visits charged for eliminations in a step. In a collapsing heap, several islands would fail in
-/// every step.
+/// Maximum number of visits charged for eliminations in a step. In a collapsing heap, several islands would need
+/// elimination in every step.
 const STEP_VISITS: u64 = 100_000;
-/// Maximum number of rounds. In the first half of an island's rounds, steps are whole.
+/// Maximum number of rounds. In the first half of an island's rounds, whole steps are taken.
 const ROUNDS_MAX: u32 = 80;
-/// Halvings of the way to a round's solution in the search for the minimum.
+/// Maximum number of times that the way to a round's solution is halved in the search for the minimum.
 const HALVINGS: u32 = 10;
 /// Stiffness of a contact, in multiples of the heaviest body's mass.
 const STIFFNESS: f64 = 1e5;
@@ -32,7 +32,7 @@ const STIFFNESS: f64 = 1e5;
 #[derive(Clone, Debug)]
 struct Contact {
     index: u32,
-    /// The unknowns of both bodies; `None` for an immovable one.
+    /// The unknowns of both bodies; `None` for an immovable body.
     ends: [Option<u32>; 2],
     normal: DVec2,
     /// Impulses along the normal and across it.
@@ -41,7 +41,7 @@ struct Contact {
     driven: DVec2,
     min: f64,
     friction: f64,
-    /// Friction limit that follows from the normal impulse of the last round.
+    /// Friction limit that follows from the normal impulse of the previous round.
     limit: f64,
 }
 
@@ -63,14 +63,14 @@ impl Contact {
         self.normal * parts.x + self.normal.perp() * parts.y
     }
 
-    /// Speed in excess of the smallest allowed one along the normal, and speed across it.
+    /// Speed along the normal in excess of the smallest allowed one, and speed across the normal.
     fn errors(&self, velocity: &[DVec2]) -> DVec2 {
         let relative = self.relative(velocity) + self.driven;
         DVec2::new(self.normal.dot(relative) - self.min, self.normal.perp().dot(relative))
     }
 
-    /// The impulses of the contact's springs at these velocities, and whether they depend on the velocities: along
-    /// the normal and across it.
+    /// The impulses of the contact's springs at these velocities, along the normal and across it, and whether each
+    /// depends on the velocities.
     fn springs(&self, velocity: &[DVec2], stiffness: f64) -> (DVec2, [bool; 2]) {
         let free = self.impulse - self.errors(velocity) * stiffness;
         if free.x <= 0.0 {
@@ -125,7 +125,7 @@ pub(crate) struct DirectSolver {
     edges: Vec<(u32, u32)>,
     system: Elimination,
     order: EliminationOrder,
-    /// By body, in the order of elimination: mass, velocity, and momentum without the impulses.
+    /// By body, in elimination order: mass, velocity, and momentum without the impulses.
     masses: Vec<f64>,
     speed: Vec<DVec2>,
     momentum: Vec<DVec2>,
@@ -133,7 +133,7 @@ pub(crate) struct DirectSolver {
     /// Velocities at the start, and the velocities found by a round.
     start: Vec<DVec2>,
     target: Vec<DVec2>,
-    /// Change of the velocities in a round, and the velocities after a part of it.
+    /// Change in the velocities in a round, and the velocities after part of it.
     change: Vec<DVec2>,
     next: Vec<DVec2>,
     /// By contact: whether the contact holds along the normal and across it.
@@ -192,7 +192,7 @@ impl DirectSolver {
         (false, rounds_max)
     }
 
-    /// Lists the bodies of an island, and finds the order in which they are eliminated.
+    /// Lists an island's bodies, and finds the order in which they are eliminated.
     fn list_bodies(&mut self, constraints: &[ContactConstraint], island: &[u32]) {
         let DirectSolver { slots, edges, order, system, .. } = self;
         let bodies = || island.iter().flat_map(|&index| constraints[index as usize].bodies());
@@ -289,7 +289,7 @@ impl DirectSolver {
         }
     }
 
-    /// Moves to the minimum on the way to the solution of a round.
+    /// Moves to the minimum on the way to a round's solution.
     fn step_to_lowest(&mut self) {
         self.change.clear();
         let ways = self.target.iter().zip(&self.speed).map(|(&to, &from)| to - from);
@@ -334,12 +334,12 @@ impl DirectSolver {
     }
 }
 
-/// The index of a body among those of the island; `None` for one that does not move.
+/// A body's index among those of the island; `None` if it does not move.
 fn unknown(slots: &[u32], (slot, inv_mass): (u32, f32)) -> Option<u32> {
     (inv_mass > 0.0).then(|| slots.binary_search(&slot).expect("listed") as u32)
 }
 
-/// Adds an impulse to the second of two bodies, and its opposite to the first.
+/// Adds an impulse to the second of two bodies, and the opposite impulse to the first.
 fn push(momentum: &mut [DVec2], ends: [Option<u32>; 2], impulse: DVec2) {
     for (end, impulse) in ends.into_iter().zip([-impulse, impulse]) {
         if let Some(end) = end {

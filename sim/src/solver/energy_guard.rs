@@ -1,11 +1,12 @@
 //! Guards islands whose masses differ so much that f32 may not solve them.
 //!
 //! Correct impulses can only lower the energy of an island: with l.(b - J v*) >= l.A.l / 2 and b <= 0 (see
-//! `warm_start`) its kinetic energy ends at or below its initial value, except for the work of kinematic bodies.
-//! Search directions and exact blocks spread a heavy body's rounding errors, and violate that rule by any factor
-//! where a light body carries 10^12 times its mass. So the energy of such an island is compared before and after. If
-//! it grew, the island is solved again from zero by plain sweeps, which only ever move a pair towards its target. If
-//! it grew even then, the island does not move for a step: a body without velocity passes no wall and gains nothing.
+//! `warm_start`), its kinetic energy ends up at or below its initial value, except for the work done by kinematic
+//! bodies. Search directions and exact blocks spread a heavy body's rounding errors, and can violate this rule by
+//! any factor if a light body supports 10^12 times its own mass. The energy of such an island is therefore compared
+//! before and after. If it grew, the island is solved again from zero by plain sweeps, which only ever move a pair
+//! towards its target. If it grew even then, the island does not move for a step, since a body without velocity
+//! passes no wall and gains nothing.
 
 use crate::math::max;
 use crate::solver::contact_constraint::ContactConstraint;
@@ -13,7 +14,7 @@ use crate::solver::sweep;
 use crate::solver::tolerances::ENERGY_ROUNDING;
 use glam::Vec2;
 
-/// Maximum and minimum number of plain sweeps, and the visits that they may take over a large island.
+/// Maximum and minimum number of plain sweeps, and the number of visits that they may take over a large island.
 const SWEEPS_MAX: usize = 60;
 const SWEEPS_MIN: usize = 8;
 const VISITS: usize = 16_000;
@@ -23,17 +24,18 @@ const VISITS: usize = 16_000;
 struct IslandMember {
     body: u32,
     inv_mass: f32,
-    /// Velocity before any impulse of the step, and after the warm start.
+    /// Velocity before any impulse in the step, and after the warm start.
     free: Vec2,
     warm_started: Vec2,
 }
 
-/// State of an island before its sweeps.
+/// State of an island before it is swept.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct EnergyGuard {
-    /// All bodies of its constraints, once each: an infinite impulse turns even the velocity of a wall into NaN.
+    /// All bodies in its constraints, once each. Walls are included, since an infinite impulse turns even their
+    /// velocity into NaN.
     members: Vec<IslandMember>,
-    /// Scratch: slots, and the bits of their inverse masses.
+    /// Scratch for slots, and the bits of their inverse masses.
     slots: Vec<u64>,
     /// Largest speed of the immovable bodies, units/s.
     driven_speed_max: f32,
@@ -109,7 +111,7 @@ impl EnergyGuard {
             && self.members.iter().all(numbers)
     }
 
-    /// Twice the kinetic energy in excess of the work of kinematic bodies; NaN stays NaN.
+    /// Twice the kinetic energy in excess of the work done by kinematic bodies. NaN stays NaN.
     fn energy(&self, velocity: impl Fn(&IslandMember) -> Vec2) -> f64 {
         let mut sum = 0.0;
         for member in self.members.iter().filter(|member| member.inv_mass > 0.0) {

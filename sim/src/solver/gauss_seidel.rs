@@ -1,14 +1,14 @@
-//! Gauss-Seidel, one contact constraint at a time: first the normal impulse that stops the two bodies from closing
-//! too fast, then friction, whose limit is then known (Moreau 1988; Jean 1999).
+//! Gauss-Seidel solves contact constraints one by one. For each, it finds first the normal impulse that stops the
+//! two bodies from closing too fast, and then friction, whose limit is known by then (Moreau 1988; Jean 1999).
 
 use super::contact_constraint::ContactConstraint;
 use crate::math::{clamp, max, without_dust};
 use glam::Vec2;
 
-/// Changes made by a sweep.
+/// The changes made by a sweep.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct SweepChange {
-    /// Largest change of a relative velocity, units/s.
+    /// Largest change in a relative velocity, units/s.
     pub worst: f32,
     /// |d|^2.
     pub squared: f32,
@@ -28,7 +28,7 @@ impl SweepChange {
 }
 
 /// Solves both impulses of a constraint. The normal impulse leaves the sliding velocity unchanged, since nothing
-/// rotates, so the velocities are read only once. Returns the largest change of a relative velocity.
+/// rotates, so the velocities are read only once. Returns the largest change in a relative velocity.
 #[inline]
 pub(crate) fn solve_contact<const FRICTION: bool>(
     constraint: &mut ContactConstraint,
@@ -46,7 +46,7 @@ pub(crate) fn solve_contact<const FRICTION: bool>(
     change * (constraint.inv_mass_a + constraint.inv_mass_b)
 }
 
-/// The largest change of a relative velocity that [`solve_contact`] would make, units/s.
+/// The largest change in a relative velocity that [`solve_contact`] would make, units/s.
 #[inline]
 pub(crate) fn visit_change(constraint: &ContactConstraint, velocity: &[Vec2]) -> f32 {
     let relative = constraint.relative_velocity(velocity);
@@ -60,7 +60,7 @@ pub(crate) fn visit_change(constraint: &ContactConstraint, velocity: &[Vec2]) ->
     change * (constraint.inv_mass_a + constraint.inv_mass_b)
 }
 
-/// Solves the friction of a constraint whose normal impulse is known. Returns the change of the
+/// Solves the friction of a constraint whose normal impulse is known. Returns the change in the
 /// sliding velocity.
 #[inline]
 pub(crate) fn solve_friction(constraint: &mut ContactConstraint, velocity: &mut [Vec2]) -> f32 {
@@ -72,7 +72,7 @@ pub(crate) fn solve_friction(constraint: &mut ContactConstraint, velocity: &mut 
     change.abs() * (constraint.inv_mass_a + constraint.inv_mass_b)
 }
 
-/// Applies friction against a relative velocity; returns the change of its impulse.
+/// Applies friction opposing a relative velocity; returns the change in the friction impulse.
 #[inline]
 fn apply_friction(constraint: &mut ContactConstraint, relative: Vec2) -> f32 {
     let limit = constraint.friction * constraint.normal_impulse;
@@ -84,7 +84,7 @@ fn apply_friction(constraint: &mut ContactConstraint, relative: Vec2) -> f32 {
 }
 
 /// Limits a friction impulse. Never returns -0, so that a limit of 0 leaves no trace. A NaN limit, caused by an
-/// infinite impulse without friction, counts as 0 too.
+/// infinite impulse without friction, also counts as 0.
 #[inline]
 pub(crate) fn limited(tangent: f32, limit: f32) -> f32 {
     if limit > 0.0 { clamp(tangent, -limit, limit) + 0.0 } else { 0.0 }

@@ -1,10 +1,10 @@
-//! Graph colouring: contacts of one colour share no movable body, so four of them are solved side
-//! by side, in the lanes of vector registers.
+//! Graph colouring: contacts of the same colour share no movable body, so four of them can be
+//! solved side by side in the lanes of vector registers.
 //!
-//! Colours are assigned greedily, in the order of the contacts: each takes the lowest colour that neither of its
-//! movable bodies has (Catto 2024, "SIMD Matters"). A lane computes the same as [`solve_contact`], operation by
-//! operation, except for the factor on its step; with factor 1 only the order of the visits differs. Only the changes
-//! are summed across lanes, from the first lane to the last, so every machine computes the same bits.
+//! Colours are assigned greedily, in contact order: each contact takes the lowest colour that neither of its movable
+//! bodies has (Catto 2024, "SIMD Matters"). A lane computes the same as [`solve_contact`], operation by operation,
+//! except that its step is scaled by a factor. With a factor of 1, only the order of the visits differs. Only the
+//! changes are summed across lanes, from the first lane to the last, so every machine computes the same bits.
 //!
 //! [`solve_contact`]: super::gauss_seidel::solve_contact
 
@@ -16,12 +16,12 @@ use glam::{Vec2, Vec4};
 
 /// Number of contacts solved side by side.
 const LANES: usize = 4;
-/// Stands for the constraint index of an empty lane.
+/// Takes the place of the constraint index in an empty lane.
 const EMPTY: u32 = u32::MAX;
-/// Number of colours; a contact that finds none left gets a vector to itself.
+/// Number of colours. A contact for which none is left gets a vector to itself.
 const COLORS_MAX: usize = 64;
 
-/// Up to four contacts of one colour. Empty lanes change nothing.
+/// Up to four contacts of the same colour. Empty lanes change nothing.
 #[derive(Clone, Debug, Default)]
 struct WideContact {
     /// Indices of the constraints; [`EMPTY`] for an empty lane.
@@ -47,7 +47,7 @@ struct WideContact {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ColoredContacts {
     wide: Vec<WideContact>,
-    /// By slot: bit set of the colours at the body; 0 between uses.
+    /// By slot: bit set of the colours used at the body; 0 between uses.
     colors: Vec<u64>,
     /// Colours of the contacts.
     color_of: Vec<u8>,
@@ -66,7 +66,7 @@ impl ColoredContacts {
         self.wide.len() as u64
     }
 
-    /// Colours these constraints and copies them to lanes.
+    /// Colours these constraints, and copies them to lanes.
     pub fn color(&mut self, constraints: &[ContactConstraint], indices: &[u32]) {
         let mut ends = [0; COLORS_MAX + 1];
         self.color_of.clear();
@@ -104,8 +104,8 @@ impl ColoredContacts {
         }
     }
 
-    /// Returns the lowest colour that is free at both bodies and marks it as used, or [`COLORS_MAX`] if no colour is
-    /// free.
+    /// Returns the lowest colour that is free at both bodies and marks it as used. Returns [`COLORS_MAX`] if no
+    /// colour is free.
     fn next_color(&mut self, constraint: &ContactConstraint) -> usize {
         let movable = constraint.bodies().map(|(slot, inv_mass)| (slot as usize, inv_mass > 0.0));
         let mut taken = 0;
@@ -121,8 +121,8 @@ impl ColoredContacts {
         color
     }
 
-    /// Visits every contact once, taking `factor` times the step to its solution, in (0, 2); beyond 1 this is
-    /// successive over-relaxation.
+    /// Visits every contact once, taking `factor` times the step to its solution. The factor is in (0, 2);
+    /// above 1, this is successive over-relaxation.
     pub fn sweep<const FRICTION: bool>(
         &mut self,
         velocity: &mut [Vec2],
@@ -161,7 +161,7 @@ impl ColoredContacts {
 impl WideContact {
     fn new(constraints: &[ContactConstraint], members: &[u32]) -> WideContact {
         let first = &constraints[members[0] as usize];
-        // Empty lanes load and store velocities of the first contact's bodies; see `store`.
+        // Empty lanes load and store the velocities of the first contact's bodies; see `store`.
         let mut wide = WideContact {
             constraints: [EMPTY; LANES],
             a: [first.a; LANES],
@@ -259,7 +259,7 @@ impl WideContact {
         (Vec4::new(low.x, low.z, high.x, high.z), Vec4::new(low.y, low.w, high.y, high.w))
     }
 
-    /// Applies an impulse to each b and its opposite to each a.
+    /// Applies an impulse to each b, and the opposite impulse to each a.
     #[inline(always)]
     fn apply(&self, velocity: &mut [Vec2], normal: Vec4, tangent: Vec4) {
         let x = self.normal_x * normal - self.normal_y * tangent;
@@ -273,8 +273,8 @@ impl WideContact {
     }
 }
 
-/// Loads the velocities of four bodies, two per register. Written without `map`, which in the page's program would be
-/// a call per body.
+/// Loads the velocities of four bodies, two per register. It does not use `map`, which would be a call per body in
+/// the page's program.
 #[inline(always)]
 fn load(velocity: &[Vec2], slots: [u32; LANES]) -> [Vec4; 2] {
     let pair = |first: u32, second: u32| {
@@ -285,7 +285,7 @@ fn load(velocity: &[Vec2], slots: [u32; LANES]) -> [Vec4; 2] {
 }
 
 /// The inverse of [`load`]. The first lane is stored last, because empty lanes refer to its bodies too. An immovable
-/// body may be in several lanes, which all store the value they loaded.
+/// body may be in several lanes, which all store the value that they loaded.
 #[inline(always)]
 fn store(velocity: &mut [Vec2], slots: [u32; LANES], [low, high]: [Vec4; 2]) {
     velocity[slots[3] as usize] = Vec2::new(high.z, high.w);
@@ -300,7 +300,7 @@ fn paired(x: Vec4, y: Vec4) -> [Vec4; 2] {
     [Vec4::new(x.x, y.x, x.y, y.y), Vec4::new(x.z, y.z, x.w, y.w)]
 }
 
-/// The larger number in each lane; see `math::max`. `Vec4::max` treats NaN differently on different machines.
+/// The larger number in each lane; see `math::max`. `Vec4::max` treats NaN differently from machine to machine.
 #[inline(always)]
 fn greater(a: Vec4, b: Vec4) -> Vec4 {
     Vec4::select(a.cmpgt(b), a, b)

@@ -1,12 +1,13 @@
-//! Islands: sets of constraints that share no movable body. Each is solved separately, with its own search direction
-//! and its own termination, so that a body landing far away costs a body at rest nothing.
+//! Islands are sets of constraints that share no movable body with each other. Each island is solved separately,
+//! with its own search direction and its own termination, so that a body landing far away costs nothing for a body
+//! at rest.
 //!
-//! Union-find over the constraints between movable bodies, with path halving (Tarjan and van Leeuwen 1984). Islands
-//! are in the order of their first constraint, and constraints keep their order, so that the result in an island does
-//! not depend on the rest of the world. There are three exceptions: the number of moving bodies (see
-//! `tolerances::LARGE_WORLD`, and `impact_queue` for small rooms), eliminations or the sweeps before them that
-//! earlier islands of a step have used up (see `direct::rounds_left` and `direct::sweeps_before`), and predictions
-//! that bounces elsewhere have used up (see `impact_queue`).
+//! They are found by union-find over the constraints between movable bodies, with path halving (Tarjan and van
+//! Leeuwen 1984). Islands are in the order of their first constraints, and constraints keep their order, so that an
+//! island's result does not depend on the rest of the world. There are three exceptions: it can depend on the number
+//! of moving bodies (see `tolerances::LARGE_WORLD`, and `impact_queue` for small rooms), on how many eliminations, or
+//! sweeps before them, earlier islands have used up in a step (see `direct::rounds_left` and
+//! `direct::sweeps_before`), and on how many predictions bounces elsewhere have used up (see `impact_queue`).
 
 use crate::solver::contact_constraint::ContactConstraint;
 
@@ -32,7 +33,7 @@ impl Islands {
         self.starts.len() - 1
     }
 
-    /// Range of an island's constraints in `constraints`; their indices ascend.
+    /// Range of an island's constraints in `constraints`, whose indices ascend.
     pub fn range(&self, island: usize) -> std::ops::Range<usize> {
         self.starts[island] as usize..self.starts[island + 1] as usize
     }
@@ -64,7 +65,7 @@ impl Islands {
         self.sort_constraints(some);
     }
 
-    /// Counts a constraint towards its island in `starts`; returns the number of the island.
+    /// Counts a constraint towards its island in `starts`, and returns the island's number.
     #[inline]
     fn count_constraint(&mut self, constraint: &ContactConstraint) -> u32 {
         let movable = if constraint.inv_mass_a > 0.0 { constraint.a } else { constraint.b };
@@ -78,7 +79,7 @@ impl Islands {
         *number
     }
 
-    /// Groups the constraints by island, by a counting sort.
+    /// Groups the constraints by island with a counting sort.
     fn sort_constraints(&mut self, some: Option<&[u32]>) {
         let mut sum = 0;
         for start in &mut self.starts {
@@ -109,7 +110,7 @@ pub(crate) fn root(parent: &mut [u32], mut slot: u32) -> u32 {
     slot
 }
 
-/// Joins the sets of two slots; the lower of the two roots remains the root.
+/// Joins the sets that contain two slots. The lower of the two roots remains the root.
 pub(crate) fn join(parent: &mut [u32], a: u32, b: u32) {
     let (a, b) = (root(parent, a), root(parent, b));
     parent[a.max(b) as usize] = a.min(b);

@@ -1,26 +1,26 @@
-//! Pool adjacent violators: the exact velocities of bodies in a chain.
+//! The pool adjacent violators algorithm finds the exact velocities of bodies in a chain.
 //!
 //! Bodies 0..m in a chain have target speeds v*, and each may close on the next by no more than g:
-//! `v[k+1] >= v[k] - g[k]`. The speeds nearest to v* in the norm of the masses are found by pooling:
-//! a body that would overtake the next is joined with it, and a pool moves with its mean (Ayer,
-//! Brunk, Ewing, Reid and Silverman 1955; Best and Chakravarti 1990). An immovable body has
-//! infinite weight. One pass along the chain, for any length and any masses.
+//! `v[k+1] >= v[k] - g[k]`. The speeds nearest to v* in the mass norm are found by pooling: a body
+//! that would overtake the next is joined with it, and a pool moves at its mean speed (Ayer, Brunk,
+//! Ewing, Reid and Silverman 1955; Best and Chakravarti 1990). An immovable body has infinite
+//! weight. One pass along the chain suffices for any length and any masses.
 //!
-//! The mean is a speed and not a sum of impulses, so a light body under a heavy one keeps all its
-//! digits: its own rounding error has its own small weight.
+//! The mean is a speed and not a sum of impulses, so a light body under a heavy one loses no
+//! digits: its own rounding error has only its own small weight.
 
 /// A body of a chain.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ChainNode {
-    /// Target speed at first, then the result.
+    /// The target speed at first, then the resulting speed.
     pub speed: f32,
     /// Mass; infinite for an immovable body.
     pub mass: f32,
-    /// Largest speed at which it may close on the next body; meaningless for the last.
+    /// Largest speed at which it may close on the next body; meaningless for the last body.
     pub closing_max: f32,
 }
 
-/// Neighbours that move together.
+/// Neighbouring bodies that move together.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pool {
     /// First node.
@@ -61,8 +61,8 @@ pub(crate) fn pool(nodes: &mut [ChainNode], pools: &mut Vec<Pool>) {
     for pool in pools.iter() {
         let nodes = &mut nodes[pool.first..pool.end];
         let gained = set_off(nodes, pool.speed);
-        // Joining rounds; this must not make a free pool drift. A pool with an immovable body, or with absurd masses,
-        // has no finite drift.
+        // Joining pools involves rounding, which must not make a free pool drift. A pool with an immovable body, or
+        // with absurd masses, has no finite drift.
         let drift = gained / pool.mass;
         if drift.is_finite() {
             nodes.iter_mut().for_each(|node| node.speed -= drift);
@@ -70,7 +70,7 @@ pub(crate) fn pool(nodes: &mut [ChainNode], pools: &mut Vec<Pool>) {
     }
 }
 
-/// Sets the speeds of a pool's nodes from that of the first; returns the momentum gained.
+/// Sets the speeds of a pool's nodes from that of the first node, and returns the momentum gained.
 #[inline]
 fn set_off(nodes: &mut [ChainNode], first: f32) -> f32 {
     let (mut speed, mut gained) = (first, 0.0);
@@ -82,7 +82,7 @@ fn set_off(nodes: &mut [ChainNode], first: f32) -> f32 {
     gained
 }
 
-/// Joins two pools; the speed of the result is that of its first node.
+/// Joins two pools. The speed of the resulting pool is that of its first node.
 #[inline]
 fn join(lower: Pool, upper: Pool) -> Pool {
     let behind = lower.span + upper.closing_max;

@@ -1,14 +1,14 @@
-//! Corrects penetration: the overlap beyond the slop that is left after the velocities are solved.
+//! Corrects penetration, which is the overlap beyond the slop that is left once the velocities are solved.
 //!
 //! Velocities are not affected (a push-out term in a rigid constraint feeds its own warm start and keeps piles
-//! boiling). Where they converge there is nothing to correct. Bodies that were created inside each other, or that a
-//! moving wall squeezes, separate by a share of the overlap in each pass. A pass makes the same demand on
+//! boiling). Where they converge, there is nothing to correct. Bodies that were created inside each other, or that
+//! are squeezed by a moving wall, separate by a share of the overlap in each pass. A pass makes the same demand on
 //! displacements as constraints make on velocities, n.(db - da) >= -separation, so the same sweeps find the smallest
-//! displacements in the norm of the masses (split impulses and pseudo velocities; Guendelman, Bridson and Fedkiw
-//! 2003), without friction and starting from zero.
+//! displacements in the mass norm (split impulses and pseudo velocities; Guendelman, Bridson and Fedkiw 2003),
+//! without friction and starting from zero.
 //!
-//! Where bodies slide past each other the next step sees other overlaps, and smallest displacements are not worth
-//! their time: overlapping pairs are then pushed apart one by one (see `pushes` and [`Correction`]).
+//! Where bodies slide past each other, the next step sees other overlaps, and finding the smallest displacements
+//! is not worth the time. Overlapping pairs are then pushed apart one by one (see `pushes` and [`Correction`]).
 
 use crate::bodies::Bodies;
 use crate::broad_phase::pairs::Pair;
@@ -33,27 +33,27 @@ mod pushes;
 #[cfg(test)]
 mod tests;
 
-/// Minimum and maximum number of sweeps of a pass.
+/// Minimum and maximum number of sweeps in a pass.
 const SWEEPS_MIN: u32 = 2;
 const SWEEPS_MAX: u32 = 20;
-/// Maximum number of visits of an island's constraints in the first pass, and the divisor that limits them to a share
-/// of the step's budget. Each further pass takes half as many. In a fallen tower of 1000, whole passes would take
-/// five times as many.
+/// Maximum number of visits to an island's constraints in the first pass, and the divisor that limits them to a share
+/// of the step's budget. Each subsequent pass takes half as many. In a fallen tower of 1000 bodies, whole passes
+/// would take five times as many.
 const VISITS_MAX: u32 = 20_000;
 const WORK_SHARE: u32 = 8;
-/// Distance of a body that was not reached.
+/// Distance assigned to a body that was not reached.
 const UNREACHED: u8 = u8::MAX;
-/// Distance from an overlap, in contacts, within which bodies may be displaced. So few sweeps reach no further, and a
-/// pile with one deep overlap need not be handled as a whole.
+/// Distance from an overlap, in contacts, within which bodies may be displaced. With so few sweeps, effects reach no
+/// further, and a pile with one deep overlap need not be handled as a whole.
 const LAYERS: u8 = 8;
-/// Overlap that counts as deep, in slops: a whole pass is then worth its time even in an island that is still moving.
-/// With 10, a heap at one point takes more than a second to come apart; with 100, overlaps of bodies are twice as
-/// deep.
+/// Overlap that counts as deep, in slops. From here on, a whole pass is worth the time even in an island that is
+/// still moving. With 10, a heap at one point takes more than a second to come apart; with 100, overlaps between
+/// bodies are twice as deep.
 const DEEP_SLOPS: f32 = 30.0;
-/// Replaces [`LAYERS`] around other overlaps of such an island.
+/// Replaces [`LAYERS`] around other overlaps in such an island.
 const LIGHT_LAYERS: u8 = 2;
-/// Sweeps of a pass over such an island, by colour. With 6, a heap at one point takes more than a second to come
-/// apart.
+/// Number of sweeps by colour in a pass over such an island. With 6, a heap at one point takes more than a
+/// second to come apart.
 const LIGHT_SWEEPS: u32 = 12;
 
 #[derive(Clone, Debug, Default)]
@@ -63,7 +63,7 @@ pub(crate) struct PositionCorrection {
     ends: Vec<[u32; 2]>,
     /// By slot: distance of a movable body from an overlap, in contacts, if at most [`LAYERS`].
     layer: Vec<u8>,
-    /// The contacts that take part, and the numbers of each that a pass temporarily replaces.
+    /// The contacts that take part, and the numbers that a pass temporarily replaces in each.
     taken: Vec<u32>,
     solved: Vec<Solved>,
     islands: Islands,
@@ -74,7 +74,7 @@ pub(crate) struct PositionCorrection {
 
 /// By slot: how the corrections moved a body.
 struct Corrections<'a> {
-    /// Path in the last pass.
+    /// Path in the latest pass.
     path: &'a mut [Vec2],
     /// Whether any pass moved the body.
     ever: &'a mut [bool],
@@ -85,7 +85,7 @@ impl Corrections<'_> {
         self.path.fill(Vec2::ZERO);
     }
 
-    /// Moves a body. Very different masses may cause an overflow here; a position that is not finite is skipped.
+    /// Moves a body. Very different masses may cause an overflow here, so a position that is not finite is skipped.
     fn displace(&mut self, bodies: &mut Bodies, slot: usize, displacement: Vec2) {
         let position = bodies.center[slot] + displacement;
         if position.is_finite() {
@@ -96,8 +96,8 @@ impl Corrections<'_> {
     }
 
     /// Moves all bodies by their paths, each by at most its half-size. Pushes ignore walls beyond a body's reach, and
-    /// without this limit small bodies among large ones were pushed through a wall. Very different masses may cause
-    /// an overflow here; a position that is not finite is skipped.
+    /// without this limit, small bodies among large ones were pushed through a wall. Very different masses may cause
+    /// an overflow here, so a position that is not finite is skipped.
     fn apply(&mut self, bodies: &mut Bodies) {
         for (slot, path) in
             self.path.iter_mut().enumerate().filter(|(_, path)| **path != Vec2::ZERO)
@@ -191,8 +191,8 @@ impl PositionCorrection {
     }
 
     /// Pushes overlapping pairs apart one by one, in a few rounds, along the normals at their current positions. Each
-    /// push removes the whole overlap. Only done in islands that the passes leave unsolved. Returns the cost in
-    /// visits.
+    /// push removes the whole overlap. This is done only in islands that the passes leave unsolved. Returns the cost
+    /// in visits.
     fn push_apart(
         &mut self,
         bodies: &mut Bodies,
@@ -232,7 +232,7 @@ impl PositionCorrection {
         visits
     }
 
-    /// Finds the displacements of a pass over an island. Returns the number of constraint visits.
+    /// Finds the displacements for a pass over an island. Returns the number of constraint visits.
     fn separate_island(
         &self,
         island: usize,
@@ -263,7 +263,8 @@ impl PositionCorrection {
         u64::from(sweeps) * indices.len() as u64
     }
 
-    /// Gathers the constraints that are few contacts away from an overlap, with displacements in place of velocities.
+    /// Gathers the constraints that are only a few contacts away from an overlap, with displacements in place of
+    /// velocities.
     fn gather(
         &mut self,
         bodies: &Bodies,
@@ -297,7 +298,7 @@ impl PositionCorrection {
         }
     }
 
-    /// Sets the layer of bodies that overlap by more than the tolerance; returns whether there are any.
+    /// Sets the layer of bodies that overlap by more than the tolerance, and returns whether there are any.
     fn find_overlaps(
         &mut self,
         pass: u32,
@@ -335,7 +336,7 @@ impl PositionCorrection {
         any
     }
 
-    /// Moves the bodies of an island, each by at most the limit: tangents say nothing about positions further away.
+    /// Moves an island's bodies, each by at most the limit, since tangents say nothing about positions further away.
     fn apply_displacements(
         &self,
         island: usize,
@@ -361,7 +362,7 @@ impl PositionCorrection {
     }
 }
 
-/// Numbers of a constraint that a pass temporarily replaces.
+/// A constraint's numbers that a pass temporarily replaces.
 #[derive(Clone, Copy, Debug)]
 struct Solved {
     min_normal_velocity: f32,
@@ -371,7 +372,7 @@ struct Solved {
 }
 
 impl Solved {
-    /// Turns a constraint into one that separates its bodies, or lets them close, by the distance allowed in a pass.
+    /// Turns a constraint into one that separates its bodies, or lets them close, by the distance permitted in a pass.
     fn replace(
         constraint: &mut ContactConstraint,
         info: &ContactInfo,
@@ -436,8 +437,8 @@ fn find_exact(
 }
 
 /// The manifold of a pair at its current positions. Bodies that overlap too deeply to tell their sides apart are
-/// separated along the line of centres: outwards in a heap at one point, and slightly out of the row in a row that
-/// fills its container from wall to wall.
+/// separated along the line of centres. In a heap at one point, this leads outwards, and in a row that fills its
+/// container from wall to wall, slightly out of the row.
 fn current_manifold(
     bodies: &Bodies,
     constraint: &ContactConstraint,
@@ -455,8 +456,8 @@ fn current_manifold(
     Some(spread_manifold(bodies, (constraint.a, constraint.b)))
 }
 
-/// The movable bodies of a contact. If one is immovable, the other is listed twice: an immovable body transmits
-/// nothing.
+/// The movable bodies of a contact. If one is immovable, the other is listed twice, since an immovable body
+/// transmits nothing.
 #[inline]
 fn movable_ends(constraint: &ContactConstraint) -> [u32; 2] {
     let [(a, inv_mass_a), (b, inv_mass_b)] = constraint.bodies();
@@ -467,7 +468,7 @@ fn movable_ends(constraint: &ContactConstraint) -> [u32; 2] {
 /// indexed by slot, and all other bodies start as [`UNREACHED`]. Bodies further away keep a value above
 /// `distance_max`.
 fn spread(layer: &mut [u8], ends: &[[u32; 2]], distance_max: u8) {
-    // After n passes all distances up to n are right; usually a few passes find all of them.
+    // After n passes, all distances up to n are right. Usually a few passes find them all.
     for _ in 0..distance_max {
         let mut any = false;
         for &[a, b] in ends {

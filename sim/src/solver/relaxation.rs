@@ -1,18 +1,18 @@
-//! The relaxation solver (A0.13): projection and impulses, all pairs of the scene together in id order (C22f, C22h),
-//! in at most N passes (C22a), ending early when nothing is left to correct.
+//! The relaxation solver (A0.13) uses projection and impulses. It handles all pairs of the scene together in id
+//! order (C22f, C22h), in at most N passes (C22a), ending early when nothing is left to correct.
 //!
 //! A step calls `start`, `advance`, `gather` and `solve`. Each pass visits every pair at the current positions: it
 //! finds the contact, applies the normal impulse and friction, and then separates the two by a share of the overlap.
 //!
-//! A body between two others that close on it cannot satisfy both, and both impulses grow with every pass. Several
-//! rules bound the outcome. Impulses that held nothing at rest are not applied again. A warm start changes no
-//! velocity by many times the change from gravity. Corrections move a body in a step no further than its half-size or
-//! than the largest speed would. Where the passes end before they converge, immovable bodies take precedence. Pushes
-//! do not depend on where a body came from, so before the passes it is moved back along its path, out of gaps and
-//! boxes that it could not have entered.
+//! A body between two others that close in on it cannot satisfy both contacts, and both impulses grow with every
+//! pass. Several rules limit the damage. Impulses that held nothing at rest are not applied again. A warm start
+//! changes no velocity by many times as much as gravity does. Corrections move a body no further in a step than its
+//! half-size or than the largest speed would. If the passes end before they converge, immovable bodies take
+//! precedence. Pushes do not depend on where a body came from, so before the passes it is moved back along its path,
+//! out of gaps and boxes that it could not have entered.
 //!
-//! The passes are compiled for each set of shapes, with and without friction and restitution: features that no body
-//! has are not even tested for. All variants give the same bits.
+//! The passes are compiled for each set of shapes, with and without friction and restitution, so that features
+//! which no body has are not even tested for. All variants produce the same bits.
 
 pub(crate) mod constraint;
 mod step_back;
@@ -34,24 +34,24 @@ use crate::world::settings::WorldSettings;
 use constraint::RelaxationConstraint;
 use glam::Vec2;
 
-/// Scratch of the relaxation solver.
+/// Scratch memory for the relaxation solver.
 #[derive(Debug, Default)]
 pub(crate) struct RelaxationSolver {
     /// The pairs that take part in the step, in (a, b) order.
     pub constraints: Vec<RelaxationConstraint>,
     /// Normals of this step's warm start, in (a, b) order.
     warm_normals: Vec<WarmNormal>,
-    /// By slot: velocity of a moving body at the start of the step, and before the warm start.
+    /// By slot: velocity of a moving body at the start of the step, and its velocity before the warm start.
     start_velocity: Vec<Vec2>,
     free_velocity: Vec<Vec2>,
-    /// By slot: position before the passes, and before the bodies moved.
+    /// By slot: position before the passes, and position before the bodies moved.
     start_position: Vec<Vec2>,
     from: Vec<Vec2>,
-    /// Pairs with an immovable body: the slot of the other body, then the slot of the immovable one.
+    /// Pairs with an immovable body, stored as the slot of the other body followed by that of the immovable one.
     walls: Vec<u64>,
     /// By slot: `Some` if springs act on the body; empty in a world without springs.
     sprung: Vec<Option<Vec2>>,
-    /// Passes made in the last step.
+    /// Number of passes made in the latest step.
     pub passes: u32,
 }
 
@@ -63,7 +63,7 @@ struct WarmNormal {
     normal: Vec2,
 }
 
-/// Leaves scratch out, as in the conjugate solver.
+/// Leaves out scratch, as in the conjugate solver.
 impl Clone for RelaxationSolver {
     fn clone(&self) -> RelaxationSolver {
         let (constraints, passes) = (self.constraints.clone(), self.passes);
@@ -77,7 +77,7 @@ impl RelaxationSolver {
         *self = self.clone();
     }
 
-    /// Integrates the velocities (first half of symplectic Euler), and applies the resting impulses of the last step.
+    /// Integrates the velocities (first half of symplectic Euler), and applies the previous step's resting impulses.
     pub fn start(
         &mut self,
         bodies: &mut Bodies,
@@ -98,11 +98,11 @@ impl RelaxationSolver {
         self.from.clone_from(&bodies.center);
     }
 
-    /// Applies the resting impulses of the last step to the velocities, before the bodies move.
+    /// Applies the previous step's resting impulses to the velocities, before the bodies move.
     ///
     /// Resting impulses balance the effect of gravity and other forces on a body in the step. If they cause a change
-    /// of velocity many times greater, a balancing impulse is gone: the body then gets only the share that changes
-    /// its velocity no more than the forces alone.
+    /// in velocity that is many times greater, a balancing impulse must be missing. The body then gets only the
+    /// share that changes its velocity no more than the forces alone.
     fn warm_start(&mut self, bodies: &mut Bodies, pairs: &mut [Pair]) {
         if pairs.iter().all(|pair| pair.normal_impulse <= 0.0) {
             return;
@@ -145,9 +145,9 @@ impl RelaxationSolver {
         gather(bodies, pairs, &self.warm_normals, &mut self.constraints);
     }
 
-    /// Lets bodies on springs bounce at the speeds they had at the start of the step: the speed that a spring adds
-    /// while pressing a body on to another would keep it hopping. Elastic bodies keep this speed; the energy guard
-    /// limits them.
+    /// Lets bodies on springs bounce at the speeds they had at the start of the step, since the speed that a
+    /// spring adds while pressing one body onto another would keep it hopping. Elastic bodies keep this speed, as
+    /// the energy guard limits them.
     pub fn limit_bounces(&mut self, bodies: &Bodies, forces: &Forces, dt: f32) {
         forces.find_sprung(bodies, dt, &mut self.sprung);
         if self.sprung.is_empty() {
@@ -202,15 +202,15 @@ impl RelaxationSolver {
         self.find_warm_start_scales(bodies, world.gravity.length() * world.dt);
     }
 
-    /// Finds the share of each body's impulses with which the next step begins, which is 1 for a body at rest.
-    /// `free_change` is the change of velocity by gravity in a step, units/s.
+    /// Finds the share of each body's impulses with which the next step begins. It is 1 for a body at rest.
+    /// `free_change` is the change in velocity due to gravity in a step, units/s.
     fn find_warm_start_scales(&self, bodies: &mut Bodies, free_change: f32) {
         for &slot in &bodies.moving {
             let slot = slot as usize;
             let change = bodies.velocity[slot] - self.start_velocity[slot];
             bodies.warm_start_scale[slot] = warm_start_scale_of(change.length(), free_change);
         }
-        // Two bodies that are still closing were not at rest on the impulse between them.
+        // If two bodies are still closing, the impulse between them did not hold them at rest.
         for constraint in self.constraints.iter().filter(|found| found.normal_impulse > 0.0) {
             let closing = -constraint.relative_velocity(bodies).dot(constraint.normal);
             if closing > free_change {
@@ -225,7 +225,7 @@ impl RelaxationSolver {
         }
     }
 
-    /// Drops the constraints of bodies whose position or velocity is not finite; these bodies leave the world at the
+    /// Drops the constraints of bodies whose position or velocity is not finite. These bodies leave the world at the
     /// end of the step.
     pub fn drop_non_finite(&mut self, bodies: &Bodies) {
         if !bodies.moving.iter().all(|&slot| bodies.is_finite(slot as usize)) {
@@ -305,13 +305,14 @@ fn gather<const SHAPES: u8>(
     }
 }
 
-/// Limits of the passes.
+/// Limits on the passes.
 #[derive(Clone, Copy, Debug)]
 struct Limits<'a> {
     settings: &'a Relaxation,
     /// By slot: position before the passes.
     start: &'a [Vec2],
-    /// Longest distance by which corrections may move a body in a step, world units, unless its half-size is less.
+    /// Longest distance by which corrections may move a body in a step, world units; a body's half-size is also a
+    /// limit.
     correction_max: f32,
 }
 
@@ -329,7 +330,7 @@ impl Limits<'_> {
     }
 }
 
-/// Makes at most N passes over all constraints; returns the number of passes made.
+/// Makes at most N passes over all constraints, and returns the number of passes made.
 type Passes = fn(&mut Bodies, &mut [RelaxationConstraint], &Limits) -> u32;
 
 /// Selects the passes compiled for exactly these features.
@@ -361,7 +362,7 @@ fn passes<const SHAPES: u8, const FRICTION: bool, const RESTITUTION: bool>(
 }
 
 /// Gives immovable bodies precedence where the passes ended before they converged, and static ones precedence over
-/// kinematic ones: an overlap of two bodies is better than a body inside a wall.
+/// kinematic ones, since an overlap between two bodies is better than a body inside a wall.
 fn hold_at_immovable(
     bodies: &mut Bodies,
     constraints: &mut [RelaxationConstraint],
@@ -383,7 +384,7 @@ fn hold_at_immovable(
     }
 }
 
-/// Relaxes a pair in one pass; returns whether it changed enough to need another pass.
+/// Relaxes a pair in one pass, and returns whether it changed enough to need another pass.
 #[inline]
 fn relax_pair<const SHAPES: u8, const FRICTION: bool, const RESTITUTION: bool>(
     bodies: &mut Bodies,
@@ -404,11 +405,12 @@ fn relax_pair<const SHAPES: u8, const FRICTION: bool, const RESTITUTION: bool>(
     }
 }
 
-/// Applies the normal impulse (A2.21): a bounce above the threshold (C16), else the impulse that
-/// stops the approach, accumulated so that later passes may take back an excess.
+/// Applies the normal impulse (A2.21), which is a bounce above the threshold (C16), and otherwise
+/// the impulse that stops the approach. It is accumulated so that later passes may take back an
+/// excess.
 ///
-/// A pair that already holds a load does not bounce: inside a pile the passes cause closing speeds that no impact
-/// ever had, and bouncing at those would keep the pile boiling.
+/// A pair that is already under load does not bounce. Inside a pile, the passes cause closing speeds that no
+/// impact ever had, and bouncing at those would keep the pile boiling.
 #[inline]
 fn solve_normal<const RESTITUTION: bool>(
     bodies: &mut Bodies,
@@ -455,7 +457,7 @@ fn solve_friction(bodies: &mut Bodies, constraint: &mut RelaxationConstraint) ->
     change.abs() > RELAXED_SPEED * constraint.effective_mass
 }
 
-/// Positional correction (A2.19): each body moves by its part of a share of the overlap beyond the slop (C19).
+/// Corrects positions (A2.19). Each body moves by its part of a share of the overlap beyond the slop (C19).
 #[inline]
 fn correct_position(
     bodies: &mut Bodies,
@@ -473,8 +475,8 @@ fn correct_position(
     true
 }
 
-/// Releases a pair that was held but is separating: the excess of its impulse, which drives it apart, is taken back
-/// together with the friction that belongs to it.
+/// Releases a pair that was held but is separating. The excess of its impulse, which drives it apart, is taken back
+/// along with the corresponding friction.
 #[inline]
 fn release<const FRICTION: bool>(
     bodies: &mut Bodies,
@@ -498,8 +500,8 @@ fn store(constraints: &[RelaxationConstraint], pairs: &mut [Pair]) {
     }
 }
 
-/// Factor on a body's impulses when they are applied again in the next step: 1 at rest, falling as the change of
-/// velocity in the step exceeds that of gravity alone (`free_change`, units/s).
+/// Factor applied to a body's impulses when they are applied again in the next step. It is 1 at rest, and falls
+/// as the change in velocity in the step exceeds that due to gravity alone (`free_change`, units/s).
 #[inline]
 fn warm_start_scale_of(change: f32, free_change: f32) -> f32 {
     if change <= free_change { 1.0 } else { free_change / change }

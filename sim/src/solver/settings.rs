@@ -5,7 +5,7 @@ use crate::check;
 /// Settings of the relaxation solver (A2.18).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Relaxation {
-    /// Passes over all pairs per step, 1..=240. Default 15.
+    /// Maximum number of passes over all pairs per step, 1..=240. Default 15.
     pub iterations: u32,
     /// Share of the overlap removed per pass, in (0, 1]. Default 0.8.
     pub correction: f32,
@@ -13,7 +13,7 @@ pub struct Relaxation {
     pub slop: f32,
     /// Closing speed below which nothing bounces, units/s, not negative. Default 2.
     pub bounce_threshold: f32,
-    /// Whether a step starts from the last step's resting impulses. Default true.
+    /// Whether a step starts from the previous step's resting impulses. Default true.
     pub warm_start: bool,
 }
 
@@ -48,18 +48,18 @@ pub(crate) const TOLERANCE: f32 = 0.005;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conjugate {
     /// Sweeps end when no relative velocity changes by more than this share of the velocity that gravity adds in a
-    /// step, in (0, 1]. Default 0.005. For a smaller value, islands with a limited number of sweeps (see
+    /// step, in (0, 1]. Default 0.005. With a smaller value, islands whose number of sweeps is limited (see
     /// `sweeps_max`) take proportionally more.
     pub tolerance: f32,
-    /// Maximum number of sweeps over an island per step, 1..=1000. Default 400. Within this and `work_max`, more
-    /// limits apply to islands of more than 16 contacts, except in worlds of more than 6000 moving bodies. Islands in
-    /// motion take at most 16 to 128 sweeps. Slower ones take at most 8800 visits in all, or 16 sweeps if they have
-    /// 64 contacts or more and that is more. Islands that are solved again take half as many. With mass ratios beyond
-    /// 10^4, slower ones take 32,000 visits, and up to 64 sweeps before an elimination.
+    /// Maximum number of sweeps over an island per step, 1..=1000. Default 400. Besides this and `work_max`, more
+    /// limits apply to islands with more than 16 contacts, except in worlds with more than 6000 moving bodies.
+    /// Islands in motion take at most 16 to 128 sweeps. Slower ones take at most 8800 visits in total or, if they
+    /// have at least 64 contacts, 16 sweeps if that is more. Islands that are solved again take half as many. With
+    /// mass ratios beyond 10^4, slower islands take 32,000 visits, and up to 64 sweeps before an elimination.
     pub sweeps_max: u32,
-    /// Maximum number of visits of contact constraints by the sweeps over an island, 1000..=1e9, which bounds the
-    /// time for each. Every island gets at least four sweeps. Default 2e6: with less, a pile of 20,000 comes to rest
-    /// late or never, and takes more time in all.
+    /// Maximum number of visits to contact constraints by the sweeps over an island, 1000..=1e9, which limits the
+    /// time spent on each island. Every island gets at least four sweeps. Default 2e6. With less, a pile of 20,000
+    /// bodies comes to rest late or never, and takes more time overall.
     pub work_max: u32,
     /// Closing speed below which nothing bounces, units/s, 0..=100. Default 2.
     pub bounce_threshold: f32,
@@ -69,7 +69,7 @@ pub struct Conjugate {
     pub correction: f32,
     /// Largest displacement of a pair or a body in a pass, world units, in (0, 100]. Default 0.3.
     pub correction_max: f32,
-    /// Correction passes over the positions per step, 0..=60. Default 4.
+    /// Maximum number of correction passes over the positions per step, 0..=60. Default 4.
     pub position_passes: u32,
 }
 

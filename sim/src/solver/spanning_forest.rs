@@ -1,15 +1,16 @@
-//! The contacts that carry the load, solved exactly within a sweep.
+//! The contacts that bear the load, which are solved exactly within a sweep.
 //!
-//! Where nothing rotates, a sticking contact takes both degrees of freedom of a body. A pile at rest therefore has
-//! about as many contacts as bodies, and they form a forest: each body is joined by the contact that contributes most
-//! to its total impulse, which at rest is the one it rests on, down to the ground. On a tree the equations need no
-//! iteration: from the leaves to the roots each body adds its apparent mass to its carrier, and on the way back each
-//! gets its velocity (the articulated bodies of Featherstone 1983, without rotation). A sticking contact passes on
-//! all of the mass, a sliding one, whose friction is at its limit, only the part along its normal, and an open one
-//! nothing. The state of each contact is guessed from the impulses so far and updated where the solution contradicts
-//! it (a primal-dual active set; Hintermueller, Ito and Kunisch 2002). Impulses that are still impossible after that
-//! are clamped. The solution of the forest may not be a solution of the island, so impulses move towards it only as
-//! far as the island's own objective rises; the rest of the sweep corrects the contacts outside the trees.
+//! Where nothing rotates, a sticking contact takes away both of a body's degrees of freedom. A pile at rest therefore
+//! has about as many contacts as bodies, and they form a forest: each body is joined by the contact that contributes
+//! most to its total impulse, which at rest is the one on which it rests, down to the ground. On a tree, the
+//! equations need no iteration: from the leaves to the roots, each body adds its apparent mass to its carrier, and on
+//! the way back each gets its velocity (the articulated bodies of Featherstone 1983, without rotation). A sticking
+//! contact passes on all of the mass, a sliding one, whose friction is at its limit, passes on only the part along
+//! its normal, and an open one passes on nothing. The state of each contact is guessed from the impulses so far and
+//! updated where the solution contradicts it (a primal-dual active set; Hintermueller, Ito and Kunisch 2002).
+//! Impulses that are still impossible after that are clamped. The forest's solution need not be a solution for the
+//! island, so impulses move towards it only for as long as the island's own objective rises. The rest of the sweep
+//! corrects the contacts outside the trees.
 
 use super::gauss_seidel::limited;
 use crate::math::{clamp, max, without_dust};
@@ -17,7 +18,7 @@ use crate::solver::contact_constraint::ContactConstraint;
 use crate::solver::tolerances::{FOREST_SHARE_MIN, OVERSHOOT};
 use glam::Vec2;
 
-/// Rounds of the active set in a sweep.
+/// Maximum number of active set rounds in a sweep.
 const ACTIVE_SET_ROUNDS_MAX: u32 = 3;
 
 const NONE: u32 = u32::MAX;
@@ -29,31 +30,31 @@ enum ContactState {
     Stick,
     /// Friction is at its limit; the normal impulse holds.
     Slide,
-    /// The contact carries nothing.
+    /// The contact bears no load.
     Open,
 }
 
-/// A body and the contact that carries it.
+/// A body, and the contact that supports it.
 #[derive(Clone, Copy, Debug)]
 struct TreeNode {
     slot: u32,
     /// The contact; `NONE` for a floating root.
     constraint: u32,
-    /// Index of the node that carries it, which is always lower; `NONE` on the ground.
+    /// Index of the node that supports it, which is always lower; `NONE` on the ground.
     carrier: u32,
     state: ContactState,
-    /// Normal of the contact, towards this body.
+    /// Normal of the contact, pointing towards this body.
     normal: Vec2,
     /// Mass of this body.
     own_mass: f32,
-    /// Apparent mass including all bodies that it carries, and the impulse that keeps its velocity.
+    /// Apparent mass including all bodies that it supports, and the impulse that maintains its velocity.
     mass: Symmetric,
     bias: Vec2,
-    /// Change of the velocity relative to the carrier that would make the contact stick.
+    /// Change in the velocity relative to the carrier that would make the contact stick.
     stick_change: Vec2,
-    /// Change of the friction impulse of a sliding contact.
+    /// Change in the friction impulse of a sliding contact.
     friction_change: f32,
-    /// Solution: change of the body's velocity, and the impulse that causes it.
+    /// The solution: the change in the body's velocity, and the impulse that causes it.
     change: Vec2,
     impulse: Vec2,
 }
@@ -95,11 +96,11 @@ impl Symmetric {
 /// The forest of an island, and scratch memory.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SpanningForest {
-    /// Nodes, with carriers before the bodies that they carry.
+    /// Nodes, with carriers before the bodies that they support.
     nodes: Vec<TreeNode>,
     bodies: Vec<u32>,
     /// By slot: the sum of all impulses, the constraint that contributes most, its contribution, and a list of the
-    /// bodies carried.
+    /// bodies supported.
     sum: Vec<Vec2>,
     best: Vec<u32>,
     contribution: Vec<f32>,
@@ -117,7 +118,7 @@ impl SpanningForest {
         self.next.resize(slots, NONE);
     }
 
-    /// Finds the forest of an island from the current impulses. Bodies that carry each other in a cycle are left out.
+    /// Finds an island's forest from the current impulses. Bodies that support each other in a cycle are left out.
     pub fn find<const FRICTION: bool>(
         &mut self,
         constraints: &[ContactConstraint],
@@ -189,7 +190,7 @@ impl SpanningForest {
             if inv_mass == 0.0 {
                 self.add_node(slot, NONE, constraints);
             } else if self.best[other as usize] == best && slot < other {
-                // Two bodies carry each other: the one with the lower slot floats.
+                // The two bodies support each other, so the one with the lower slot floats.
                 self.add_node(slot, NONE, constraints);
                 self.nodes.last_mut().expect("just added").constraint = NONE;
             } else {
@@ -229,9 +230,9 @@ impl SpanningForest {
         self.nodes.clear();
     }
 
-    /// Solves the forest: moves impulses and velocities to the solution, or as far towards it as D rises (see
-    /// `warm_start`). Returns whether this is more than [`FOREST_SHARE_MIN`] of the way. `FRICTION` is as in
-    /// [`crate::solver::sweep`].
+    /// Solves the forest by moving impulses and velocities to the solution, or towards it for as long as D
+    /// rises (see `warm_start`). Returns whether this is more than [`FOREST_SHARE_MIN`] of the way.
+    /// `FRICTION` is as in [`crate::solver::sweep`].
     pub fn solve<const FRICTION: bool>(
         &mut self,
         constraints: &mut [ContactConstraint],
@@ -267,9 +268,9 @@ impl SpanningForest {
         share > FOREST_SHARE_MIN
     }
 
-    /// The share of the way to the solution at which D is greatest; 1 if D is hardly less at the solution.
+    /// The share of the way to the solution at which D is greatest, or 1 if D is hardly less at the solution.
     fn step_share(&self, constraints: &[ContactConstraint], velocity: &[Vec2]) -> f32 {
-        // Slopes of D at both ends of the way; along it D is a parabola.
+        // Slopes of D at both ends of the way, along which D is a parabola.
         let (mut start, mut end) = (0.0, 0.0);
         for node in self.nodes.iter().filter(|node| node.constraint != NONE) {
             start += node.impulse.dot(node.stick_change);
@@ -306,7 +307,7 @@ impl SpanningForest {
         }
     }
 
-    /// Finds the change of each body, from the roots to the leaves.
+    /// Finds each body's change, from the roots to the leaves.
     fn propagate_changes<const FRICTION: bool>(&mut self, constraints: &[ContactConstraint]) {
         for index in 0..self.nodes.len() {
             let carrier_change = self.carrier_change(index);
@@ -315,7 +316,7 @@ impl SpanningForest {
         }
     }
 
-    /// Change of the velocity of a node's carrier.
+    /// Change in the velocity of a node's carrier.
     #[inline]
     fn carrier_change(&self, index: usize) -> Vec2 {
         match self.nodes[index].carrier {
@@ -324,7 +325,7 @@ impl SpanningForest {
         }
     }
 
-    /// Updates the state of each contact that contradicts the solution; returns whether any changed.
+    /// Updates the state of each contact that contradicts the solution, and returns whether any changed.
     fn update_states<const FRICTION: bool>(&mut self, constraints: &[ContactConstraint]) -> bool {
         let mut any = false;
         for index in 0..self.nodes.len() {
@@ -342,7 +343,7 @@ impl SpanningForest {
     }
 }
 
-/// Initial state of the contact of a node, from its impulses and velocities.
+/// Initial state of a node's contact, given its impulses and velocities.
 #[inline]
 fn classify<const FRICTION: bool>(
     node: &mut TreeNode,
@@ -360,7 +361,7 @@ fn classify<const FRICTION: bool>(
     node.stick_change = stick_change(node, constraint, velocity);
 }
 
-/// Change of a node's velocity relative to its carrier that would make the contact stick.
+/// Change in a node's velocity relative to its carrier that would make the contact stick.
 #[inline]
 fn stick_change(node: &TreeNode, constraint: &ContactConstraint, velocity: &[Vec2]) -> Vec2 {
     let relative = constraint.relative_velocity(velocity);
@@ -390,7 +391,7 @@ fn passed_to_carrier<const FRICTION: bool>(
     }
 }
 
-/// Change of a node's velocity and the impulse that causes it, given the change of its carrier.
+/// Change in a node's velocity and the impulse that causes it, given the change in its carrier's velocity.
 #[inline]
 fn solve_node<const FRICTION: bool>(
     node: &TreeNode,
@@ -442,7 +443,7 @@ fn removal_impulse<const FRICTION: bool>(
     }
 }
 
-/// Updates the state of a node's contact; returns whether it changed.
+/// Updates the state of a node's contact, and returns whether it changed.
 #[inline]
 fn update_state<const FRICTION: bool>(
     node: &mut TreeNode,
@@ -462,7 +463,7 @@ fn update_state<const FRICTION: bool>(
             node.friction_change = clamp(tangent, -limit, limit) - constraint.tangent_impulse;
             ContactState::Slide
         }
-        // Friction would act in the direction of the slide, so the contact must stick.
+        // Friction would act in the direction of sliding, so the contact must stick.
         ContactState::Slide if slides && tangent * node.normal.perp().dot(relative) > 0.0 => {
             ContactState::Stick
         }
@@ -492,7 +493,7 @@ fn total<const FRICTION: bool>(node: &TreeNode, constraint: &ContactConstraint) 
     (normal, tangent)
 }
 
-/// Applies the impulse of a node within the limits of its contact; `impulse` is set to the applied impulse.
+/// Applies a node's impulse within the limits of its contact, and sets `impulse` to the applied impulse.
 #[inline]
 fn apply_impulse<const FRICTION: bool>(
     node: &mut TreeNode,
@@ -512,7 +513,7 @@ fn apply_impulse<const FRICTION: bool>(
     node.impulse = if node.slot == constraint.b { change } else { -change };
 }
 
-/// Scales the applied impulse of a node down to a share.
+/// Scales a node's applied impulse down to a share.
 #[inline]
 fn scale_back<const FRICTION: bool>(
     node: &TreeNode,

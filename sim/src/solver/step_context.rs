@@ -1,4 +1,4 @@
-//! The constants of a step.
+//! The constants for a step.
 
 use crate::broad_phase::pairs::Filter;
 use crate::features::Features;
@@ -8,7 +8,7 @@ use crate::solver::tolerances::{GRAVITY_GAIN_MIN, NO_SWEEP_SHARE};
 use crate::world::settings::WorldSettings;
 use glam::Vec2;
 
-/// Constants of a step that do not depend on the bodies.
+/// Constants for a step that do not depend on the bodies.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct StepContext<'a> {
     pub settings: &'a Conjugate,
@@ -20,23 +20,23 @@ pub(crate) struct StepContext<'a> {
 }
 
 impl<'a> StepContext<'a> {
-    /// Creates the constants of a world's next step.
+    /// Creates the constants for a world's next step.
     pub fn new(settings: &'a Conjugate, world: &'a WorldSettings) -> StepContext<'a> {
         let WorldSettings { gravity, dt, speed_max, features, .. } = *world;
         StepContext { settings, gravity, dt, speed_max, features, filter: world.filter() }
     }
 
-    /// Change of a relative velocity at which sweeps end, units/s, before the adjustment for the size of the island.
+    /// Change in a relative velocity at which sweeps end, units/s, before the adjustment for the size of the island.
     pub fn tolerance(&self) -> f32 {
         max(self.gravity.length() * self.dt, GRAVITY_GAIN_MIN) * self.settings.tolerance
     }
 
-    /// Change of a relative velocity that counts as rounding in an island at rest, units/s.
+    /// Change in a relative velocity that counts as rounding in an island at rest, units/s.
     pub fn rounding(&self) -> f32 {
         self.tolerance() * NO_SWEEP_SHARE
     }
 
-    /// Distance that a body falls in a step from rest.
+    /// Distance that a body at rest falls in a step.
     pub fn fall_distance(&self) -> f32 {
         self.gravity.length() * self.dt * self.dt
     }

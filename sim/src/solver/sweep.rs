@@ -1,13 +1,13 @@
-//! Block Gauss-Seidel, accelerated by nonlinear conjugate gradients.
+//! Block Gauss-Seidel accelerated by nonlinear conjugate gradients.
 //!
-//! A sweep solves the forest, then the chains, then every other constraint: first the normal impulse that stops the
-//! two from closing too fast, then friction, whose limit is then known (Moreau 1988; Jean 1999). The change of a
-//! sweep, d, acts as the negative gradient in the norm of the effective masses. Between sweeps the impulses are
-//! extrapolated along p by beta = |d|^2 / |previous d|^2, and p becomes beta p + d; where beta exceeds 1 the
-//! direction is reset (Silcowitz-Hansen, Niebe and Erleben 2010, "A nonsmooth nonlinear conjugate gradient method for
-//! interactive contact force problems"). The last step is always a sweep: the one in which no constraint changes a
-//! relative velocity by more than the tolerance. `FRICTION` is false if nothing has friction, so that its zeros are
-//! not computed.
+//! A sweep solves the forest, then the chains, then every other constraint. For each of the latter, it finds first
+//! the normal impulse that stops the two bodies from closing too fast, and then friction, whose limit is known by
+//! then (Moreau 1988; Jean 1999). The change made by a sweep, d, acts as the negative gradient in the norm of the
+//! effective masses. Between sweeps, the impulses are extrapolated along p by beta = |d|^2 / |previous d|^2, and p
+//! becomes beta p + d. If beta exceeds 1, the direction is reset (Silcowitz-Hansen, Niebe and Erleben 2010, "A
+//! nonsmooth nonlinear conjugate gradient method for interactive contact force problems"). The final step is always a
+//! sweep, in which no constraint changes a relative velocity by more than the tolerance. `FRICTION` is false if
+//! nothing has friction, so that no time is spent on computing zeros.
 //!
 //! `solve_in_motion` and `Sequence::Colors` work without forests: they visit contacts colour by colour and over-relax
 //! each visit. `solve_in_motion` does not use search directions either.
@@ -22,7 +22,7 @@ use crate::solver::spanning_forest::SpanningForest;
 use crate::solver::tolerances::{FIRST_SWEEP_SHARE, NEAR_SOLUTION};
 use glam::Vec2;
 
-/// Sweeps for which a forest is kept. If it does not help, the wait for the next one doubles.
+/// Number of sweeps for which a forest is kept. If it does not help, the wait for the next one doubles.
 const FOREST_SWEEPS: u32 = 4;
 
 /// Parts of an island that a sweep solves exactly.
@@ -37,11 +37,11 @@ pub(crate) struct Blocks {
 /// Counts of the work in a step.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Swept {
-    /// Visits of contacts one after another.
+    /// Visits to contacts one after another.
     pub singles: u64,
-    /// Visits of four contacts side by side.
+    /// Visits to four contacts side by side.
     pub wide: u64,
-    /// Visits of contacts in chains.
+    /// Visits to contacts in chains.
     pub links: u64,
     /// Number of bodies moved by forests.
     pub nodes: u64,
@@ -58,13 +58,13 @@ impl Blocks {
     }
 }
 
-/// Limits of an island's sweeps.
+/// Limits on an island's sweeps.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SweepLimits {
-    /// Change of a relative velocity at which sweeps end, units/s.
+    /// Change in a relative velocity at which sweeps end, units/s.
     pub tolerance: f32,
-    /// Change of a relative velocity that counts as rounding, units/s: an island that no visit would change by more
-    /// needs no sweep.
+    /// Change in a relative velocity that counts as rounding, units/s. An island that no visit would change by more
+    /// than this needs no sweep.
     pub rounding: f32,
     pub sweeps_max: u32,
     /// Order of the visits.
@@ -78,24 +78,25 @@ pub(crate) struct SweepLimits {
 pub(crate) enum Sequence {
     /// One after another, with forests.
     Forests,
-    /// By colour, four at a time, in less than half of the time; for sweeps that end early anyway.
+    /// By colour, four side by side, in less than half the time; for sweeps that end early anyway.
     Colors,
 }
 
-/// Sweeps over only the contacts with immovable bodies; two walls that meet in a corner need no more.
+/// Number of sweeps over only the contacts with immovable bodies. Two walls that meet in a corner need no more.
 const IMMOVABLE_SWEEPS: u32 = 2;
 
-/// Factor on the steps of coloured sweeps with search directions.
+/// Factor applied to the steps of sweeps by colour with search directions.
 const CALM_FACTOR: f32 = 1.5;
-/// The same for an island in motion, without search directions. With 1.8, overlaps are 1.5 times as deep.
+/// The same for an island in motion, which is swept without search directions. With 1.8, overlaps are 1.5 times as
+/// deep.
 const MOTION_FACTOR: f32 = 1.9;
-/// Final sweeps over such an island that take whole steps, so that no impulse ends too large.
+/// Number of final sweeps over such an island that take whole steps, so that no impulse ends up too large.
 const LAST_SWEEPS: u32 = 2;
 
-/// Sweeps an island in motion by colour, with over-relaxation (Young 1954); returns the number of sweeps.
+/// Sweeps an island in motion by colour, with over-relaxation (Young 1954). Returns the number of sweeps.
 ///
-/// Like a whole step, a step by a factor in (0, 2) lowers the remaining kinetic energy of the problem, so stopping at
-/// any time adds none.
+/// Like a whole step, a step scaled by a factor in (0, 2) lowers the remaining kinetic energy of the problem, so
+/// stopping at any time adds none.
 pub(crate) fn solve_in_motion(
     constraints: &mut [ContactConstraint],
     island: &[u32],
@@ -124,7 +125,7 @@ pub(crate) fn solve_in_motion(
     sweeps
 }
 
-/// Solves an island; returns the number of sweeps.
+/// Solves an island, and returns the number of sweeps.
 pub(crate) fn solve(
     constraints: &mut [ContactConstraint],
     island: &[u32],
@@ -145,8 +146,8 @@ pub(crate) fn solve(
     }
 }
 
-/// Solves an island without forests: chain by chain, and the contacts outside the chains (`others`) by colour.
-/// Returns the number of sweeps.
+/// Solves an island without forests, by solving chain after chain, and the contacts outside the chains
+/// (`others`) by colour. Returns the number of sweeps.
 fn solve_colored<const FRICTION: bool>(
     constraints: &mut [ContactConstraint],
     blocks: &mut Blocks,
@@ -182,14 +183,14 @@ fn solve_colored<const FRICTION: bool>(
     sweeps
 }
 
-/// Length of the step along the direction, or `None` where the change has grown, so that the direction is reset.
+/// Length of the step along the direction, or `None` if the change has grown, so that the direction is reset.
 fn beta(squared: f32, squared_before: f32) -> Option<f32> {
     let ratio = if squared_before > 0.0 { squared / squared_before } else { 0.0 };
-    // Sums of squares of implausible numbers may be infinite, and their ratio may be NaN.
+    // For implausible numbers, sums of squares may be infinite, and their ratio may be NaN.
     (ratio <= 1.0).then_some(ratio)
 }
 
-/// Solves an island contact by contact, with the forest of its constraints as the first block where that helps.
+/// Solves an island contact by contact, with the forest of its constraints as the first block if that helps.
 /// Returns the number of sweeps.
 fn solve_with_forests<const FRICTION: bool>(
     constraints: &mut [ContactConstraint],
@@ -263,7 +264,7 @@ fn residual(constraints: &[ContactConstraint], island: &[u32], velocity: &[Vec2]
             worst = max(worst, lack);
         } else {
             worst = max(worst, lack.abs());
-            // Never true without friction.
+            // This is never true without friction.
             if constraint.sticks() {
                 worst = max(worst, constraint.normal.perp().dot(relative).abs());
             }
@@ -319,7 +320,7 @@ fn stay_at_rest(constraint: &ContactConstraint, velocity: &mut [Vec2], rounding:
     }
 }
 
-/// A sweep without chains, forests and search directions.
+/// A sweep without chains, forests or search directions.
 pub(crate) fn plain_sweep(
     constraints: &mut [ContactConstraint],
     island: &[u32],
@@ -330,8 +331,8 @@ pub(crate) fn plain_sweep(
     }
 }
 
-/// Gives immovable bodies precedence where sweeps ended before they converged: an overlap of two bodies is better
-/// than a body inside a wall.
+/// Gives immovable bodies precedence where sweeps ended before they converged, since an overlap between two
+/// bodies is better than a body inside a wall.
 pub(crate) fn sweep_immovable(
     constraints: &mut [ContactConstraint],
     island: &[u32],

@@ -1,11 +1,11 @@
-//! Warm start: starts from the last step's impulses, scaled so that they cannot add energy.
+//! A warm start begins with the previous step's impulses, scaled so that they cannot add energy.
 //!
-//! With impulses l, D(l) = l.(b - J v*) - l.A.l / 2 is the objective that the constraints maximise,
+//! For impulses l, D(l) = l.(b - J v*) - l.A.l / 2 is the objective that the constraints maximise,
 //! and the kinetic energy changes by l.b - D(l), where b <= 0. So impulses with D >= 0 never raise
-//! the energy, and a sweep never lowers D. Along the stored impulses D is a parabola c x - q x^2 /
-//! 2: positive up to x = 2 c / q, greatest at x = c / q. Where the world has not changed the stored
-//! impulses solve the new step, c = q, and all of them are applied; those of a past impact are not
-//! applied again.
+//! the energy, and a sweep never lowers D. Along the stored impulses, D is a parabola c x - q x^2 /
+//! 2, which is positive up to x = 2 c / q and greatest at x = c / q. If the world has not changed,
+//! the stored impulses solve the new step, so c = q, and they are applied in full. Those from a
+//! past impact are not applied again.
 
 use crate::solver::contact_constraint::ContactConstraint;
 use crate::solver::tolerances::WARM_START_SHARE;

@@ -1,5 +1,5 @@
-//! Saved states as bytes: fixed-size little-endian words. Saved bytes may come from anywhere, so every number is
-//! checked as it is read.
+//! Saves states as bytes, in fixed-size little-endian words. Saved bytes may come from anywhere, so every number
+//! is checked as it is read.
 
 use super::io::{Field, StateIo, Subject};
 use crate::hash::StateHasher;
@@ -12,7 +12,7 @@ pub struct StateError {
     pub at: usize,
     /// Name of the field.
     pub field: Field,
-    /// "missing" or "out of range".
+    /// Either "missing" or "out of range".
     pub problem: &'static str,
 }
 
@@ -86,7 +86,7 @@ impl StateIo for StateReader<'_> {
     }
 }
 
-/// Hashes the saved bytes of a state instead of its words; each subject begins a new word.
+/// Hashes a state's saved bytes instead of its words. Each subject begins a new word.
 pub struct ByteHasher<'a>(/** Digests the bytes. */ pub &'a mut StateHasher);
 
 impl StateIo for ByteHasher<'_> {

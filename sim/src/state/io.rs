@@ -12,9 +12,9 @@ pub enum Subject {
     Body(BodyId),
     /// Two bodies that hold each other apart, the lower slot first.
     Contact(u32, u32),
-    /// A subject of which there is only one, such as the world.
+    /// The only one of its kind, such as the world.
     One(&'static str),
-    /// One of several, such as a particle, counted from 0; or a player, by seat.
+    /// One of several, such as a particle, counted from 0, or a player, given by seat.
     Numbered(&'static str, u32),
 }
 
@@ -55,15 +55,15 @@ impl fmt::Display for Word {
 /// Name of a field, in differences and errors.
 pub type Field = &'static str;
 
-/// Runs descriptions of state. A description is a function that takes a value, passes its fields on in a fixed order,
-/// each with a check, and returns a value made of the results.
+/// Runs descriptions of state. A description is a function that takes a value, passes on its fields in a fixed order,
+/// each with a check, and returns a value made from the results.
 ///
 /// Hashes, lists for comparison and saved bytes are made from the values passed in; a restored state consists of the
 /// values returned. A field is therefore named only once, and everything that is saved is also hashed, except for
 /// values passed to [`StateIo::saved`]. After the first invalid byte, a reader returns the values passed in and runs
 /// no further checks; its results must not be used until its error has been checked.
 pub trait StateIo: Sized {
-    /// Whether values come from saved bytes. Only then are they checked and are lists returned.
+    /// Whether values come from saved bytes. Only then are values checked and lists returned.
     const READS: bool = false;
 
     /// Names the owner of the fields that follow.
@@ -81,7 +81,7 @@ pub trait StateIo: Sized {
         given
     }
 
-    /// Returns `given` or, when reading, the meaning of the last value read; `None` makes the value invalid.
+    /// Returns `given` or, when reading, the meaning of the last value read. `None` makes that value invalid.
     #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn checked<T>(&mut self, _: Field, given: T, _read: impl FnOnce() -> Option<T>) -> T {
         given
@@ -137,7 +137,7 @@ pub trait StateIo: Sized {
         u32::from_le_bytes(self.saved(field, value.to_le_bytes()))
     }
 
-    /// Takes 64 bits, the low half first.
+    /// Takes 64 bits, low half first.
     #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn long(&mut self, field: Field, value: u64) -> u64 {
         let low = self.word(field, value as u32);
@@ -177,7 +177,7 @@ pub trait StateIo: Sized {
         self.saved_body(field, body)
     }
 
-    /// Takes the id of a body, or `None`, that is only saved, like [`StateIo::saved`].
+    /// Takes the id of a body or `None`, which is only saved, like [`StateIo::saved`].
     #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn saved_body(&mut self, field: Field, body: Option<BodyId>) -> Option<BodyId> {
         let BodyId { index, generation } = body.unwrap_or(NOBODY);
@@ -217,15 +217,15 @@ pub trait StateIo: Sized {
         read
     }
 
-    /// Takes a number of entries, which is not hashed. It is refused before anything is allocated if it exceeds
-    /// `most`, or if fewer than `size` bytes are left for each entry.
+    /// Takes the number of entries, which is not hashed. It is refused before anything is allocated if it
+    /// exceeds `most`, or if fewer than `size` bytes per entry are left.
     fn count(&mut self, field: Field, given: usize, [most, size]: [usize; 2]) -> usize {
         let count = self.saved_word(field, given as u32) as usize;
         let most = most.min(self.bytes_left() / size);
         self.checked(field, given, || (count <= most).then_some(count))
     }
 
-    /// Takes a list. `limits` holds the largest number of entries and the smallest number of bytes per entry. Entries
+    /// Takes a list. `limits` holds the maximum number of entries and the minimum number of bytes per entry. Entries
     /// to be read start as `blank`.
     #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn list<T: Clone>(
@@ -257,10 +257,10 @@ pub trait StateIo: Sized {
     }
 }
 
-/// Stands for no body.
+/// Represents the absence of a body.
 pub const NOBODY: BodyId = BodyId { index: u32::MAX, generation: 0 };
 
-/// Exceeds every number in a game, yet is small enough that a step with it stays finite.
+/// Exceeds every number in a game, yet is so small that a step with it stays finite.
 pub const PLAUSIBLE_MAX: f32 = 1e9;
 
 /// Whether a number can occur in a game: its magnitude is below [`PLAUSIBLE_MAX`].

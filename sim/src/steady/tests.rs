@@ -1,4 +1,5 @@
-//! Tests that steady islands change no bit, and are readmitted as soon as anything happens to them.
+//! Tests that leaving out steady islands changes no bit, and that they are readmitted as soon as anything happens to
+//! them.
 
 use crate::rng::Rng;
 use crate::state::bytes::{StateReader, StateWriter};
@@ -33,7 +34,7 @@ fn stack(world: &mut World, x: f32, count: usize) -> Vec<BodyId> {
     (0..count).map(|row| add(world, box_at(x, 1.0 + 2.0 * row as f32, 2.0, 2.0))).collect()
 }
 
-/// Two stacks at rest, of 3 and 5 boxes.
+/// Two stacks of 3 and 5 boxes, at rest.
 fn two_stacks() -> (World, Vec<BodyId>, Vec<BodyId>) {
     let mut world = world();
     let (one, other) = (stack(&mut world, -10.0, 3), stack(&mut world, 10.0, 5));
@@ -47,7 +48,7 @@ fn two_stacks() -> (World, Vec<BodyId>, Vec<BodyId>) {
 /// A change to a world before a step.
 type Happens<'a> = &'a dyn Fn(&mut World, u32, &mut Rng);
 
-/// Steps a world and a twin that leaves nothing out, and compares their bits; returns the largest number of bodies
+/// Steps a world and a twin that leaves nothing out, and compares their bits. Returns the largest number of bodies
 /// left out.
 fn compare(mut world: World, steps: u32, happens: Happens) -> usize {
     let mut twin = world.clone();
@@ -189,7 +190,7 @@ fn a_kinematic_body_that_starts_turns_or_stops_takes_its_load_along() {
     let lift = BodyDef { motion: Motion::Kinematic, ..box_at(0.0, 1.0, 6.0, 2.0) };
     let lift = add(&mut world, lift);
     let load = add(&mut world, box_at(0.0, 3.0, 2.0, 2.0));
-    // The box overhangs so far that the lift leaves it without support within a tick.
+    // The box juts out so far that the lift leaves it without support within a tick.
     add(&mut world, box_at(-3.9, 3.0, 2.0, 2.0));
     (0..60).for_each(|_| world.step());
     assert_eq!(world.steady.count(), 2);
@@ -270,11 +271,11 @@ fn worlds_that_sleep_or_have_forces_leave_nothing_out() {
 
 #[test]
 fn friction_at_its_limit_ends_with_the_pull_that_needed_it() {
-    // One box, and a stack: a single contact and an island are solved differently.
+    // Tests one box, and a stack, since a single contact and an island are solved differently.
     for count in [1, 3] {
         let mut world = World::new(WorldSettings {
             solver: Some(Solver::Conjugate(Conjugate::default())),
-            // Beyond the share of the limit from which a contact counts as sliding.
+            // This is beyond the share of the limit from which a contact counts as sliding.
             gravity: Vec2::new(0.4998 * 50.0, -50.0),
             ..WorldSettings::default()
         });

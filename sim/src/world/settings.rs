@@ -14,19 +14,19 @@ use glam::Vec2;
 /// Settings of a world.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WorldSettings {
-    /// Seconds in one step of the bodies, above 0 and at most [`STEP_MAX`]. Rules, scenes and particles count in
-    /// steps of [`DT`], the default; other values are for measurements.
+    /// Length of one step of the bodies in seconds, above 0 and at most [`STEP_MAX`]. Rules, scenes and
+    /// particles count in steps of [`DT`], the default; other values are for measurements.
     pub dt: f32,
     /// Gravity, units/s^2.
     pub gravity: Vec2,
-    /// Drag, wind and springs; `None` for gravity and contacts only.
+    /// Drag, wind and springs; `None` if there are only gravity and contacts.
     pub forces: Option<ForceSettings>,
-    /// Solver of the contacts; `None` only detects them (A1.4).
+    /// Solver for contacts; with `None`, they are only detected (A1.4).
     pub solver: Option<Solver>,
-    /// Whether islands at rest fall asleep, so that they cost nothing until something happens to them. Only available
-    /// with the conjugate solver.
+    /// Whether islands at rest fall asleep, so that they cost nothing until something happens to them. This is
+    /// available only with the conjugate solver.
     pub sleeping: bool,
-    /// For each group, the set of groups that it collides with, one bit each; symmetric.
+    /// For each group, the set of groups with which it collides, one bit each; symmetric.
     pub meets: [u32; GROUPS_MAX],
     /// Groups that push particles out, one bit each.
     pub meets_particles: u32,
@@ -34,34 +34,37 @@ pub struct WorldSettings {
     pub kill_zone: Aabb,
     /// Positions seen by clients are rounded to multiples of this, a power of two.
     pub quantum: f32,
-    /// Speed cap of every body, units/s.
+    /// Maximum speed of any body, units/s.
     pub speed_max: f32,
-    /// Maximum number of bodies at a time.
+    /// Maximum number of bodies at any time.
     pub bodies_max: usize,
-    /// Maximum number of particles at a time.
+    /// Maximum number of particles at any time.
     pub particles_max: usize,
     /// Recipes available to emitters.
     pub recipes: Vec<Recipe>,
-    /// Features that steps handle. They widen with the bodies that have others, never narrow, and are not state.
+    /// Features that steps handle. Adding bodies with other features extends them; they never shrink, and are not
+    /// state.
     pub features: Features,
     /// Upper limits on the cost of a step.
     pub budget: StepBudget,
 }
 
-/// Upper limits on the cost of a step, for worlds made by strangers. A step that needs more is broken off before it
-/// allocates or solves more, and the world makes no further step ([`World::is_over_budget`]).
+/// Upper limits on the cost of a step, for worlds made by strangers. A step that needs more is aborted before it
+/// allocates or solves more, and the world makes no more steps ([`World::is_over_budget`]).
 ///
 /// [`World::is_over_budget`]: crate::World::is_over_budget
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StepBudget {
-    /// Pairs of bodies that may come into contact: those within reach of each other plus a margin. They determine a
-    /// step's memory for contacts, and the visits in a pass of the relaxation solver.
+    /// Maximum number of pairs of bodies that may come into contact, which are those within reach of each other
+    /// plus a margin. They determine a step's memory for contacts, and the visits in a pass of the relaxation
+    /// solver.
     pub pairs: usize,
-    /// Work of a step of the conjugate solver: contact visits by its sweeps, predictions of impacts, and each visit
-    /// of a pair. The last island may exceed it by a sweep, by the few sweeps that every island in motion gets, or by
-    /// an elimination. Corrections of positions may exceed it too, since they are counted afterwards.
+    /// Maximum work in a step of the conjugate solver, consisting of contact visits by its sweeps, impact
+    /// predictions, and each visit to a pair. The last island may exceed it by a sweep, by the few sweeps that every
+    /// island in motion gets, or by an elimination. Position corrections may exceed it too, since they are counted
+    /// afterwards.
     pub work: u64,
-    /// Maximum number of entries in the grid in which particles find obstacles: one for each cell that an obstacle
+    /// Maximum number of entries in the grid in which particles find obstacles, one for each cell that an obstacle
     /// touches. Per tick, particles may be compared with 16 times as many obstacles in total.
     pub obstacle_cells: usize,
 }
@@ -108,7 +111,7 @@ impl WorldSettings {
         Filter { meets: &self.meets, immovable, pairs_max }
     }
 
-    /// Constants of a step with forces.
+    /// Constants for a step with forces.
     pub(super) fn surroundings(&self) -> Surroundings {
         let WorldSettings { gravity, dt, speed_max, meets, .. } = *self;
         Surroundings { gravity, dt, speed_max, meets }

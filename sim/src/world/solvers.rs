@@ -1,11 +1,11 @@
-//! The solvers of a world, one of which is used, and their part of the counts of a step.
+//! A world's solvers, of which one is used, and their part of a step's counts.
 
 use crate::growth::ScratchUse;
 use crate::solver::conjugate::ConjugateSolver;
 use crate::solver::relaxation::RelaxationSolver;
 use crate::step_counts::StepCounts;
 
-/// Scratch of the two solvers. That of the one that is not used is empty, and counts nothing.
+/// Scratch for the two solvers. That of the unused one is empty, and counts nothing.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Solvers {
     pub relaxation: RelaxationSolver,
@@ -14,8 +14,8 @@ pub(crate) struct Solvers {
 }
 
 impl Solvers {
-    /// Releases the scratch where it is far larger than the last steps needed: a heap that came apart or to rest once had
-    /// many constraints. Returns whether it was.
+    /// Releases the scratch if it is far larger than recent steps needed, since a heap that has come apart or to rest
+    /// once had many constraints. Returns whether it was.
     pub fn release(&mut self) -> bool {
         let (relaxed, solved) =
             (&self.relaxation.constraints, &self.conjugate.contacts.constraints);
@@ -28,7 +28,7 @@ impl Solvers {
         is_too_large
     }
 
-    /// Number of passes or sweeps over the contacts in the last step.
+    /// Number of passes or sweeps over the contacts in the latest step.
     #[cfg(test)]
     pub fn passes(&self) -> u32 {
         self.relaxation.passes + self.conjugate.work.sweeps
@@ -40,8 +40,8 @@ impl Solvers {
         relaxed.chain(self.conjugate.contacts.constraints.iter().map(|pair| (pair.a, pair.b)))
     }
 
-    /// Counts of the last step, among these moving bodies and pairs, of which some touch. Where the conjugate solver began
-    /// again, because it woke bodies, all its attempts count.
+    /// Counts of the latest step, given its numbers of moving bodies, pairs and touching pairs. If the conjugate solver
+    /// started over because it woke bodies, all its attempts count.
     pub fn counts(&self, moving: usize, pairs: usize, touching: usize) -> StepCounts {
         let RelaxationSolver { passes, constraints, .. } = &self.relaxation;
         let visits = u64::from(*passes) * constraints.len() as u64;

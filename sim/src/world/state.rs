@@ -1,8 +1,9 @@
-//! The World's state: visited word by word, saved as bytes, and restored from bytes.
+//! The World's state, which can be visited word by word, saved as bytes, and restored from bytes.
 //!
-//! Saves only what the next step depends on. The pair list, which merely speeds up the search, is saved as the pairs
-//! that hold or touch; properties shared by many bodies (size, mass, material) are saved once in a palette. A body
-//! takes 26 bytes plus at most 27 in the palette, and 6 more in a world that sleeps; a contact takes 17.
+//! Only what the next step depends on is saved. Of the pair list, which merely speeds up the search, only the pairs
+//! that hold an impulse or touch are saved, and properties shared by many bodies (size, mass, material) are saved
+//! once in a palette. A body takes 26 bytes plus at most 27 in the palette, and 6 more in a world that sleeps; a
+//! contact takes 17.
 
 use super::{World, WorldSettings};
 use crate::bodies::{Bodies, Body};
@@ -26,22 +27,22 @@ const SLOT_BYTES_MIN: usize = 6;
 const CONTACT_BYTES: usize = 17;
 /// Exceeds every possible impulse, even in the heaviest stack of the heaviest bodies.
 const IMPULSE_MAX: f32 = 1e15;
-/// Stands for the index of a prototype in a free slot.
+/// Takes the place of the prototype's index in a free slot.
 const FREE: u16 = u16::MAX;
 
-/// A pair that holds or touches, and whether it touches.
+/// A pair that holds an impulse or touches, and whether it touches.
 type Contact = (Pair, bool);
 
 impl World {
-    /// Digest of the raw bits of all state in id order: bodies, generations of free slots, resting
-    /// impulses, particles and emitters.
+    /// Digest of the raw bits of all state in id order, including bodies, generations of free
+    /// slots, resting impulses, particles and emitters.
     pub fn hash(&self) -> u64 {
         let mut hasher = StateHasher::default();
         self.visit(&mut hasher);
         hasher.finish()
     }
 
-    /// Returns the first difference between two worlds within a step: in the state first, then in the pairs.
+    /// Returns the first difference between two worlds within a step, looking first at the state, then at the pairs.
     pub fn first_difference(&self, other: &World) -> Option<Difference> {
         let (mut one, mut two) = (StateDump::default(), StateDump::default());
         self.visit_in_step(&mut one);
@@ -49,7 +50,7 @@ impl World {
         one.first_difference(&two)
     }
 
-    /// Visits the state within a step: all of [`World::visit`], and the pairs that take part.
+    /// Visits the state within a step, which is all of [`World::visit`] and the pairs that take part.
     pub fn visit_in_step(&self, io: &mut impl StateIo) {
         self.visit(io);
         for (a, b) in self.solvers.pairs() {
@@ -92,8 +93,8 @@ impl World {
         }
     }
 
-    /// Restores a saved world, with the settings that it had. Any bytes are safe to pass: bytes that are not the
-    /// state of such a world are refused.
+    /// Restores a saved world, given the settings that it had. Any bytes are safe to pass: anything but the
+    /// state of such a world is refused.
     pub fn restore(settings: WorldSettings, bytes: &mut StateReader) -> Result<World, StateError> {
         let mut world = World::new(settings);
         let World { settings, bodies, sleep, pairs, touches, particles, forces, .. } = &mut world;
@@ -131,8 +132,8 @@ impl World {
 }
 
 impl Bodies {
-    /// Describes how bodies are saved: first the shared properties, once each, then the individual values of each
-    /// slot.
+    /// Describes how bodies are saved: first the shared properties, once each, and then the individual values of
+    /// each slot.
     fn saved(&self, sleep: &Sleep, settings: &WorldSettings, io: &mut impl StateIo) -> Vec<Slot> {
         let (palette, slots) = self.prototypes(sleep);
         let most = settings.bodies_max;
@@ -179,8 +180,8 @@ impl Bodies {
     }
 }
 
-/// Visits the sleeping island or the still steps of every movable body, and the impulses of each sleeping island
-/// along with its lowest slot.
+/// Visits the sleeping island or the number of still steps of every movable body, and each sleeping island's
+/// impulses along with its lowest slot.
 fn visit_sleep(sleep: &Sleep, bodies: &Bodies, io: &mut impl StateIo) {
     for slot in bodies.slots().filter(|&slot| bodies.motion[slot as usize] != Motion::Static) {
         io.subject(Subject::Body(bodies.id(slot)));
@@ -191,7 +192,7 @@ fn visit_sleep(sleep: &Sleep, bodies: &Bodies, io: &mut impl StateIo) {
     }
 }
 
-/// Describes the pairs that hold or touch, in (a, b) order.
+/// Describes the pairs that hold an impulse or touch, in (a, b) order.
 fn saved_contacts(given: Vec<Contact>, bodies: &Bodies, io: &mut impl StateIo) -> Vec<Contact> {
     let lives = |slot: u32| bodies.alive.get(slot as usize) == Some(&true);
     let limits = [usize::MAX, CONTACT_BYTES];
@@ -206,7 +207,7 @@ fn saved_contacts(given: Vec<Contact>, bodies: &Bodies, io: &mut impl StateIo) -
     })
 }
 
-/// The pairs that hold or touch, in (a, b) order.
+/// The pairs that hold an impulse or touch, in (a, b) order.
 fn contacts(pairs: &PairList, touches: &Touches, sleep: &Sleep) -> Vec<Contact> {
     let islands = &sleep.islands;
     let pairs = pairs.pairs.iter().chain(islands.iter().flat_map(|it| &it.pairs));
@@ -235,7 +236,7 @@ fn features(bodies: &Bodies, pairs: &PairList, particles: &Particles) -> Feature
     features
 }
 
-/// A touch of the last step; its closing speed is not saved, since no later step needs it.
+/// A touch from the previous step. Its closing speed is not saved, since no later step needs it.
 fn restored_touch(bodies: &Bodies, a: u32, b: u32) -> Touch {
     let manifold = overlap(bodies, a, b);
     Touch {
@@ -283,7 +284,7 @@ fn rest((lowest, still_steps): RestState, io: &mut impl StateIo) -> RestState {
     (lowest, io.short("steps at rest", still_steps))
 }
 
-/// A slot. If it is free, only its generation counts.
+/// A slot. If it is free, only its generation matters.
 #[derive(Clone, Copy)]
 struct Slot {
     generation: u32,

@@ -1,4 +1,4 @@
-//! The steps of a world, one for each solver.
+//! A world's steps, one for each solver.
 
 use super::{StepPhase, World, awake};
 use crate::body::BodyId;
@@ -34,7 +34,8 @@ impl World {
         }
     }
 
-    /// Symplectic Euler, then passes over all overlapping pairs; without solver settings, contacts are only detected.
+    /// Takes a step of symplectic Euler, followed by passes over all overlapping pairs. Without solver settings,
+    /// contacts are only detected.
     fn step_relaxation(
         &mut self,
         settings: Option<&Relaxation>,
@@ -43,7 +44,7 @@ impl World {
         self.forces.begin(&self.bodies);
         self.find_moves();
         if self.forces.has_springs() {
-            // The reach from the last step is not state.
+            // The reach from the previous step is not state.
             integrate::reach_paths(&mut self.bodies, self.settings.dt);
         }
         if self.forces.extend_reach(&mut self.bodies) {
@@ -78,7 +79,7 @@ impl World {
         self.forces.limit_energy(&mut self.bodies, solver.contacts(), self.settings.gravity);
     }
 
-    /// The same step as listed in the chapter.
+    /// Takes the same step as printed in the chapter.
     fn step_listed(&mut self, settings: &Relaxation, watch: &mut dyn FnMut(StepPhase, &mut World)) {
         let WorldSettings { gravity, dt, speed_max, .. } = self.settings;
         let (bodies, pairs) = (&mut self.bodies, &mut self.pairs.pairs);
@@ -103,7 +104,7 @@ impl World {
         self.touches.report(&self.bodies, overlaps, &self.steady);
     }
 
-    /// Impacts in the order of their times, velocities that satisfy all contacts, then positions.
+    /// Handles impacts in chronological order, then finds velocities that satisfy all contacts, then positions.
     fn step_conjugate(
         &mut self,
         settings: &Conjugate,
@@ -111,7 +112,7 @@ impl World {
     ) {
         self.sleep.save_step_start(&self.bodies);
         self.forces.begin(&self.bodies);
-        // Sleep counts the steps of bodies at rest, and forces may change by themselves.
+        // Sleep counts the steps for which bodies rest, and forces may change by themselves.
         let leaves_out = !self.settings.sleeping && self.settings.forces.is_none();
         let work_max = self.settings.budget.work;
         self.solvers.conjugate.begin(&mut self.bodies, &mut self.steady, leaves_out, work_max);
@@ -179,7 +180,7 @@ impl World {
         self.forces.respond(&mut self.bodies, true, self.settings.speed_max);
     }
 
-    /// Wakes or readmits the islands that a moving body met; returns whether the step must be repeated.
+    /// Wakes or readmits the islands that a moving body met, and returns whether the step must be repeated.
     fn wake_touched(&mut self) -> bool {
         if self.is_over_budget() {
             return false;

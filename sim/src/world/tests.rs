@@ -1,5 +1,6 @@
-//! Tests of movement (A0.5), the relaxation solver (A0.10, A0.11, A0.13, A0.14, A2.18 to A2.23), bodies (A2.7 to
-//! A2.11, A2.29), and the defects of solver and loop (C08 to C20, C22a to C22m, C23a).
+//! Tests movement (A0.5), the relaxation solver (A0.10, A0.11, A0.13, A0.14, A2.18 to A2.23), bodies (A2.7 to
+//! A2.11, A2.29), and that the defects of the chapter's solver and loop are avoided (C08 to C20, C22a to C22m,
+//! C23a).
 
 mod as_listed;
 mod budget;
@@ -229,7 +230,7 @@ fn a_shorter_step_halves_the_error_of_a_flight() {
         steps(&mut world, (60.0 / share) as usize);
         world.position(id).y + 25.0
     };
-    // Symplectic Euler is off by g * h * t / 2, here after t = 1 s.
+    // The error of symplectic Euler is g * h * t / 2, here for t = 1 s and t = 0.25 s.
     close(error(1.0), -50.0 / 120.0, 1e-3);
     close(error(0.25), -50.0 / 480.0, 1e-3);
 }

@@ -1,4 +1,4 @@
-//! Tests that the list is complete, and that the time at which it is built changes nothing.
+//! Tests that the list is complete, and that it makes no difference when it is built.
 
 use super::*;
 use crate::rng::Rng;
@@ -28,7 +28,7 @@ fn gas(count: u32, speed: f32) -> World {
     world
 }
 
-/// Finds the pairs that are near each other by brute force.
+/// Finds by brute force the pairs that are near each other.
 fn near_pairs(bodies: &Bodies) -> Vec<(u32, u32)> {
     let slots: Vec<u32> = bodies.slots().collect();
     let after = |a: u32| slots.iter().map(move |&b| (a, b)).filter(|&(a, b)| a < b);
@@ -45,8 +45,8 @@ fn the_list_holds_every_near_pair_at_every_step() {
     let mut world = gas(150, 60.0);
     for step in 0..240 {
         world.step();
-        // The positions for which the step built its pairs are gone. A fresh refresh at the current positions must be
-        // complete as well.
+        // The positions for which the step built its pairs are gone. Refreshing the list at the current positions
+        // must make it complete as well.
         world.pairs.refresh(&world.bodies, world.settings.filter());
         let listed: Vec<(u32, u32)> = world
             .pairs

@@ -1,4 +1,5 @@
-//! The networks of a world: its connected components of bodies and springs, rebuilt when springs or bodies change.
+//! Builds a world's networks, which are its connected components of bodies and springs. They are rebuilt when springs
+//! or bodies change.
 
 use super::link::{LinkEnd, NetworkLink};
 use super::{Network, NetworkNode};
@@ -11,11 +12,11 @@ use glam::DVec2;
 /// A body on springs: its slot and drag.
 type Sprung = (u32, Drag);
 
-/// Builds the networks of these bodies, given by ascending slot, and of all springs attached to them.
+/// Builds the networks of these bodies, given in ascending slot order, and of all springs attached to them.
 pub(in crate::forces) fn networks(bodies: &[Sprung], springs: &[Spring]) -> Vec<Network> {
     let mut parent: Vec<u32> = (0..bodies.len() as u32).collect();
-    // Upper half: the owner of the entry, first a node and then a component; lower half: a node or a spring. Plain
-    // numbers sort faster.
+    // The upper half is the owner of the entry, first a node and then a component, and the lower half is a node or
+    // a spring. Plain numbers sort faster.
     let mut nodes: Vec<u64> = (0..bodies.len() as u64).map(|node| node << 32 | node).collect();
     let mut touching = Vec::new();
     for (index, spring) in (0u64..).zip(springs) {
@@ -50,7 +51,7 @@ fn index_of(bodies: &[Sprung], slot: u32) -> Option<u32> {
 }
 
 impl Network {
-    /// Builds the network of these bodies, given by ascending slot, and of the springs attached to them.
+    /// Builds the network of these bodies, given in ascending slot order, and of the springs attached to them.
     fn new(bodies: &[Sprung], springs: &[&Spring]) -> Network {
         let edge = |spring: &&Spring| match spring.end {
             SpringEnd::Body(other) => {

@@ -1,6 +1,6 @@
 //! A network blocked by something takes one implicit Euler step in which no node passes an obstacle. Its nodes resist
-//! contacts with the mass of their response to an impulse, and the impulses of the contacts are then spread over all
-//! nodes, so that springs transmit weight.
+//! contacts with the mass given by their response to an impulse. The impulses of the contacts are then spread over
+//! all nodes, so that springs transmit weight.
 
 use super::link::{Plane, max_or_nan};
 use super::{DIVERGED_IMPLICIT, Network};
@@ -90,8 +90,8 @@ impl Network {
         true
     }
 
-    /// Spreads the impulses of contacts over the springs: a node whose velocity was changed by contacts takes its
-    /// neighbours along.
+    /// Spreads the impulses of contacts over the springs, so that a node whose velocity was changed by contacts
+    /// takes its neighbours along.
     pub fn respond(&mut self, bodies: &mut Bodies, is_free: bool, speed_max: f32) {
         if !std::mem::take(&mut self.responds) {
             return;
@@ -125,7 +125,7 @@ impl Network {
             if self.is_hard {
                 self.solve_safely(bodies, air, elapsed);
             }
-            // Checks for planes only if another round can follow; a second round always can.
+            // Checks for planes only if another round can follow. A second round always can.
             let has_time = round == 1 || self.has_time_to_factor();
             if round == PLANE_ROUNDS_MAX || !has_time || !self.meet_planes() {
                 break;
@@ -134,7 +134,7 @@ impl Network {
         self.move_nodes(air.dt);
     }
 
-    /// Activates the planes that nodes pass; returns whether there are new ones.
+    /// Activates the planes that nodes would pass, and returns whether there are new ones.
     fn meet_planes(&mut self) -> bool {
         let mut any = false;
         for plane in &mut self.planes {
@@ -146,7 +146,8 @@ impl Network {
         any
     }
 
-    /// Stores in `residual.x`, by node, the mass that resists a change of velocity while the neighbours do not move.
+    /// For each node, stores in `residual.x` the mass that resists a change in velocity while its neighbours do not
+    /// move.
     fn find_resistances(&mut self, dt: f64) {
         for (row, node) in self.residual.iter_mut().zip(&self.nodes) {
             *row = DVec2::splat(node.mass);

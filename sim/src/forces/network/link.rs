@@ -12,7 +12,7 @@ pub(super) enum LinkEnd {
     Point(DVec2),
 }
 
-/// A spring of the network.
+/// A spring in the network.
 #[derive(Clone, Debug)]
 pub(super) struct NetworkLink {
     pub a: LinkEnd,
@@ -24,10 +24,10 @@ pub(super) struct NetworkLink {
 
 /// Force of a spring.
 pub(super) struct Pull {
-    /// Force on the far end.
+    /// Force on the other end.
     pub force: DVec2,
     direction: DVec2,
-    /// Transverse stiffness: tension over length if the spring pulls.
+    /// Transverse stiffness, which is tension divided by length if the spring pulls.
     across: f64,
 }
 
@@ -75,7 +75,7 @@ impl Pull {
     }
 }
 
-/// Unit vector; the x axis for a vector that has no direction.
+/// Unit vector in the direction of a vector; the x axis if it has no direction.
 fn unit(vector: DVec2) -> DVec2 {
     let length = vector.length();
     if length > LENGTH_MIN { vector / length } else { DVec2::X }
@@ -86,7 +86,7 @@ pub(super) fn max_or_nan(a: f64, b: f64) -> f64 {
     if a > b || a.is_nan() { a } else { b }
 }
 
-/// The surface of an immovable obstacle: a stiff damper holds a node that would pass it.
+/// The surface of an immovable obstacle. A stiff damper holds a node that would pass it.
 #[derive(Clone, Debug)]
 pub(super) struct Plane {
     pub node: u32,

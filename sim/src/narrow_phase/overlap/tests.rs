@@ -1,5 +1,5 @@
-//! Tests which shapes overlap (A1.12 to A1.17), how deeply and along which normal (A2.13 to A2.17), and the defects
-//! of detection (C01 to C07).
+//! Tests which shapes overlap (A1.12 to A1.17), how deeply and along which normal (A2.13 to A2.17), and that the
+//! chapter's defects of detection are avoided (C01 to C07).
 
 use super::*;
 use crate::rng::Rng;

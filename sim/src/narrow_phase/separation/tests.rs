@@ -1,4 +1,5 @@
-//! Separations are right at rest, exact where the current velocities lead, and do not affect pairs that pass.
+//! Tests that separations are right at rest, are exact where the current velocities lead, and do not affect pairs that
+//! pass each other.
 
 use super::*;
 use crate::narrow_phase::overlap::collide;
@@ -69,7 +70,7 @@ fn a_body_that_hits_is_stopped_at_the_surface() {
     let (ball, block) = (Shape::circle(1.0), Shape::rect(4.0, 2.0));
     // Centres 6 apart along x and 1.2 along y: the circles touch when they are 1.6 apart along x.
     expect(manifold_at(ball, ball, (-6.0, 1.2), (10.0, 0.0)), (-0.8, 0.6), 4.4 * 0.8);
-    // Onto the corner; the normal at rest would lean far to the side.
+    // The ball hits the corner, while the normal at rest would lean far to the side.
     expect(manifold_at(block, ball, (-9.0, 1.6), (20.0, 0.0)), (-0.8, 0.6), 6.2 * 0.8);
     // The two boxes begin to overlap on y first and on x last.
     expect(manifold_at(block, block, (-9.0, 3.0), (8.0, -2.0)), (-1.0, 0.0), 5.0);
@@ -90,7 +91,8 @@ fn the_manifold_holds_every_hit_and_no_pass_at_the_present_velocities() {
         if collide(a, Vec2::ZERO, b, at, (0, 1)).is_some() {
             continue;
         }
-        // Sampled finely, with a margin so that neither a graze nor the tolerance of a corner decides.
+        // The path is sampled finely, with a margin so that neither a graze nor the tolerance at corners makes a
+        // difference.
         let deepest = (0..=2000)
             .filter_map(|k| collide(a, Vec2::ZERO, b, at + path * (k as f32 / 2000.0), (0, 1)))
             .fold(0.0, |deepest, overlap| max(deepest, -overlap.separation));
@@ -113,7 +115,7 @@ fn boxes_keep_their_axis_and_never_catch_on_a_corner() {
     let between = |at: (f32, f32), kept| {
         between(placed(block, 0.0, 0.0, 0), placed(block, at.0, at.1, 1), Vec2::ZERO, kept)
     };
-    // Overlaps of 0.1 and 0.11: the axis of least overlap, unless the other axis carried the contact.
+    // With overlaps of 0.1 and 0.11, this is the axis of least overlap, unless the contact was on the other axis.
     expect(between((1.9, 1.89), Axis::Free), (1.0, 0.0), -0.1);
     expect(between((1.9, 1.89), Axis::Y), (0.0, 1.0), -0.11);
     expect(between((1.9, 1.85), Axis::Y), (1.0, 0.0), -0.1);

@@ -1,5 +1,5 @@
-//! Solves an island: a single constraint by a visit, others by sweeps, with limits that depend on their masses and
-//! motion.
+//! Solves an island. A single constraint takes one visit, while larger islands are swept within limits that depend
+//! on their masses and motion.
 
 use super::ConjugateSolver;
 use crate::bodies::Bodies;
@@ -16,13 +16,13 @@ use crate::solver::tolerances::{
 };
 use glam::Vec2;
 
-/// Minimum number of sweeps over an island, however many constraints it has.
+/// Minimum number of sweeps over an island, no matter how many constraints it has.
 pub(super) const SWEEPS_MIN: u32 = 4;
 
-/// Limits of the work on an island.
+/// Limits on the work for an island.
 #[derive(Clone, Copy, Debug)]
 struct IslandLimits {
-    /// Limits of its sweeps.
+    /// Limits on its sweeps.
     sweeps: SweepLimits,
     /// Ratio of the greatest mass to the smallest.
     mass_ratio: f32,
@@ -31,8 +31,8 @@ struct IslandLimits {
 }
 
 impl ConjugateSolver {
-    /// Solves a constraint that shares its movable bodies with no other constraint. One visit is exact, since both
-    /// impulses act on the same masses; a second visit removes the rounding error of the first.
+    /// Solves a constraint whose movable bodies have no other constraint. One visit is exact, since both impulses
+    /// act on the same masses. A second visit removes the rounding error of the first.
     pub(super) fn solve_single(&mut self, index: u32, bodies: &mut Bodies, context: &StepContext) {
         const VISITS: u32 = 2;
         let rounding = self.rounding(&[index], &bodies.velocity, context);
@@ -104,7 +104,7 @@ impl ConjugateSolver {
         self.work.sweeps = self.work.sweeps.max(sweeps);
     }
 
-    /// Sweeps an island within its limits; returns the number of sweeps.
+    /// Sweeps an island within its limits, and returns the number of sweeps.
     #[inline]
     fn sweep_island(&mut self, number: usize, found: IslandLimits, velocity: &mut [Vec2]) -> u32 {
         let IslandLimits { sweeps: mut limits, agitation, .. } = found;
@@ -118,13 +118,13 @@ impl ConjugateSolver {
         if agitation.is_some_and(|agitation| agitation.is_slow)
             && 2 * blocks.chains.links().len() > island.len()
         {
-            // A fallen tower: its columns lean on each other, and sweeps by colour would let it keep creeping.
+            // This is a fallen tower, whose columns lean on each other. Sweeping by colour would let it keep creeping.
             limits.sequence = Sequence::Forests;
         }
         sweep::solve(constraints, island, blocks, velocity, limits)
     }
 
-    /// The limits of the sweeps over an island.
+    /// The limits on the sweeps over an island.
     fn limits(
         &self,
         number: usize,
@@ -144,15 +144,15 @@ impl ConjugateSolver {
             .filter(|agitation| agitation.in_motion || island.len() >= calm_min);
         let mut work_max = context.settings.work_max / island.len() as u32;
         if agitation.is_none() {
-            // One sweep more than the step has left, so that an island that needs it exceeds the budget instead of
-            // being solved less precisely. Islands with an agitation take few sweeps.
+            // One sweep more than the step has left, so that an island which needs it exceeds the budget instead
+            // of being solved less precisely. Islands with an agitation take few sweeps.
             let work_left = (self.work.left / island.len() as u64).saturating_add(1);
             work_max = work_max.min(u32::try_from(work_left).unwrap_or(u32::MAX));
         }
         let precision = max(TOLERANCE / context.settings.tolerance, 1.0);
         if agitation.is_none() && !is_stiff && !self.is_large_world {
-            // As many visits as a larger island that is not in motion. Without a limit, small islands would cause the
-            // longest steps of small scenes.
+            // As many visits as a larger island that is not in motion gets. Without a limit, small islands would
+            // cause the longest steps in small scenes.
             work_max = work_max.min((CALM_VISITS as f32 * precision) as u32 / island.len() as u32);
         }
         if is_stiff && direct::is_worth(island.len(), mass_ratio) {
@@ -173,7 +173,7 @@ impl ConjugateSolver {
         IslandLimits { sweeps, mass_ratio, agitation }
     }
 
-    /// Change of a relative velocity that counts as rounding in an island that was at rest, units/s; 0 in other
+    /// Change in a relative velocity that counts as rounding in an island that was at rest, units/s; 0 in other
     /// islands.
     fn rounding(&self, island: &[u32], velocity: &[Vec2], context: &StepContext) -> f32 {
         let start_velocity = &self.displacements.start_velocity;
@@ -196,7 +196,7 @@ impl ConjugateSolver {
     }
 }
 
-/// Returns the change of a relative velocity at which the sweeps over an island end, units/s, and the ratio of its
+/// Returns the change in a relative velocity at which the sweeps over an island end, units/s, and the ratio of its
 /// greatest mass to the smallest.
 fn tolerance(
     constraints: &[ContactConstraint],
@@ -220,8 +220,8 @@ fn tolerance(
     (max(context.tolerance() * share, fastest * SPEED_ROUNDING), lightest / heaviest)
 }
 
-/// Whether an island has at most [`STIFF_BODIES`] movable bodies and more than the three contacts each that they can
-/// have at once; their room is then small compared with their paths.
+/// Whether an island has at most [`STIFF_BODIES`] movable bodies and more than three contacts per body, the most
+/// that they can have at once. In this case, the space that they have is small compared with their paths.
 fn is_overfull(constraints: &[ContactConstraint], island: &[u32]) -> bool {
     let mut known = [u32::MAX; STIFF_BODIES];
     let mut count = 0;

@@ -1,4 +1,4 @@
-//! Tests of the solver on the cases it is built for, with the accepted limits.
+//! Tests the solver on the cases for which it is built, with the accepted limits.
 
 mod bounces;
 mod gaps;
@@ -30,7 +30,7 @@ fn world() -> World {
     world_with(Conjugate::default(), 50.0)
 }
 
-/// A world in which everything bounces, however slowly.
+/// A world in which everything bounces, no matter how slowly it moves.
 fn bouncy_world(gravity: f32) -> World {
     world_with(Conjugate { bounce_threshold: 0.0, ..Conjugate::default() }, gravity)
 }
@@ -196,8 +196,8 @@ fn a_rider_is_carried_by_a_moving_platform() {
         close(world.velocity(rider).y, up, 1e-4);
         close(world.position(rider).y - world.position(slab).y, 2.5, SLOP);
     }
-    // The floor swings sideways at up to 10 units/s. Friction 0.6 is enough to hold the body, so no slip may
-    // accumulate.
+    // The floor swings sideways at up to 10 units/s. A friction of 0.6 is enough to hold the body, so no
+    // slip may accumulate.
     let mut worst = 0.0;
     for step in 0..240 {
         let phase = step as f32 / 240.0;
@@ -242,8 +242,8 @@ enum Target {
     Bullet,
 }
 
-/// Fires one shot in each of a hundred lanes, at speeds of 10 to 10^4, at walls 0.01 to 0.1 thick or at each other;
-/// returns how many pass.
+/// Fires one shot in each of a hundred lanes, at speeds of 10 to 10^4, at walls 0.01 to 0.1 thick or at each other.
+/// Returns how many pass.
 fn shoot(target: Target, seed: u64) -> usize {
     let mut world = world_with(Conjugate::default(), 0.0);
     let mut rng = Rng::new(seed, 0);
@@ -385,7 +385,7 @@ fn the_same_steps_give_the_same_hash() {
 
 // --- Rain ---------------------------------------------------------------------------------------
 
-/// The generator mulberry32, with which the shared scenes are defined.
+/// The mulberry32 generator, which defines the shared scenes.
 struct Mulberry(u32);
 
 impl Mulberry {
@@ -402,8 +402,8 @@ impl Mulberry {
     }
 }
 
-/// Rain: `count` bodies, half of them circles and half boxes, above the floor of a container with four times as many
-/// columns as rows. `examples/rain.rs` runs larger ones.
+/// A rain of `count` bodies, half of them circles and half boxes, above the floor of a container, with four times as
+/// many columns as rows. `examples/rain.rs` runs larger ones.
 fn rain(count: u32) -> World {
     let mut world = world();
     let columns = f64::from(4 * count).sqrt().ceil() as u32;

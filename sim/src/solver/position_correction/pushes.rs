@@ -1,4 +1,4 @@
-//! Pushes overlapping pairs apart where bodies slide past each other, along the normals at their current positions.
+//! Pushes overlapping pairs apart along the normals at their current positions, where bodies slide past each other.
 
 use crate::bodies::Bodies;
 use crate::growth::push;
@@ -6,22 +6,23 @@ use crate::math::{max, min};
 use crate::solver::contact_constraint::{ContactConstraint, ContactInfo};
 use glam::Vec2;
 
-/// Maximum number of rounds over all pairs, each pushed by its whole overlap. With more, a compressed heap takes
-/// longer to come apart.
+/// Maximum number of rounds over all pairs, in which each is pushed apart by its whole overlap. With more
+/// rounds, a compressed heap takes longer to come apart.
 const ROUNDS: u32 = 6;
-/// Sweeps over the pairs whose overlap or distance is at most [`SHALLOW_SLOPS`] slops, and that move past each other
-/// by no more than that in a step: a crowd that comes to rest then stays within the slop.
+/// Number of sweeps over the pairs whose overlap or distance is at most [`SHALLOW_SLOPS`] slops, and which move past
+/// each other by no more than that in a step. This keeps a crowd that comes to rest within the slop.
 const SHALLOW_SWEEPS: u32 = 12;
 const SHALLOW_SLOPS: f32 = 4.0;
-/// Factor on the steps of these sweeps (successive over-relaxation), and the number of final sweeps with whole steps.
+/// Factor applied to the steps of these sweeps (successive over-relaxation), and the number of final sweeps with whole
+/// steps.
 const FACTOR: f32 = 1.7;
 const LAST_SWEEPS: u32 = 2;
-/// Share of the slop to which a push reduces an overlap. With 0.9 or 0.98, more crushed crowds end beyond the slop.
+/// Share of the slop to which a push reduces an overlap. With 0.9 or 0.98, more crushed crowds end up beyond the slop.
 const SLOP_LEFT: f32 = 0.95;
 /// Number of pushes that take as long as one visit of a pass.
 const PER_VISIT: u64 = 8;
 
-/// The data of a contact that pushes read: 28 bytes.
+/// The 28 bytes of a contact's data that pushes read.
 #[derive(Clone, Copy, Debug)]
 struct Push {
     a: u32,
@@ -52,7 +53,7 @@ impl Push {
     }
 }
 
-/// Limits of pushes, world units.
+/// Limits on pushes, world units.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PushLimits {
     /// Overlap beyond which a pair is pushed.
@@ -72,7 +73,7 @@ impl Pushes {
         self.pushes.clear();
     }
 
-    /// Adds the pair of a contact.
+    /// Adds a contact's pair.
     pub fn add(&mut self, constraint: &ContactConstraint, info: &ContactInfo) {
         let ContactConstraint { a, b, normal, inv_mass_a, inv_mass_b, .. } = *constraint;
         let share = inv_mass_a / (inv_mass_a + inv_mass_b);
@@ -82,7 +83,7 @@ impl Pushes {
 
     /// Finds the paths of the bodies, which must be 0 on entry. Returns the cost in visits.
     ///
-    /// Islands are not treated separately. If no pair of an island overlaps by more than the slop, the island is left
+    /// Islands are not treated separately, but an island in which no pair overlaps by more than the slop is left
     /// unchanged.
     pub fn find_paths(
         &mut self,
@@ -118,7 +119,7 @@ impl Pushes {
         visits / PER_VISIT
     }
 
-    /// Pushes each overlapping pair apart by its whole overlap; returns whether there were any.
+    /// Pushes each overlapping pair apart by its whole overlap, and returns whether there were any.
     fn push_each(&self, path: &mut [Vec2], PushLimits { slop, distance_max }: PushLimits) -> bool {
         let mut any = false;
         for push in &self.pushes {
@@ -131,7 +132,8 @@ impl Pushes {
         any
     }
 
-    /// Moves each pair towards the smallest displacement that removes its overlap; returns whether anything changed.
+    /// Moves each pair towards the smallest displacement that removes its overlap, and returns whether anything
+    /// changed.
     fn sweep(
         &mut self,
         path: &mut [Vec2],

@@ -1,4 +1,4 @@
-//! Tests with few and many bodies that are created inside each other.
+//! Tests few and many bodies that are created inside each other.
 
 use crate::Conjugate;
 use crate::math::max;
@@ -35,7 +35,7 @@ fn add(world: &mut World, def: &BodyDef) -> BodyId {
     world.add(def).expect("there is room")
 }
 
-/// The largest overlap between crates and balls of size 1, and with the walls.
+/// The largest overlap of crates and balls of size 1 with each other and with the walls.
 fn deepest(world: &World) -> f32 {
     let bodies: Vec<(Vec2, bool)> = world
         .ids()

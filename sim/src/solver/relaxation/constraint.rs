@@ -1,4 +1,4 @@
-//! A pair in a relaxation step: its contact at the current positions, and the impulses applied so far.
+//! A pair in a relaxation step, with its contact at the current positions and the impulses applied so far.
 
 use crate::bodies::Bodies;
 use crate::broad_phase::pairs::Pair;
@@ -24,23 +24,23 @@ pub(crate) struct RelaxationConstraint {
     pub inv_mass_b: f32,
     /// Effective mass: 1 / (sum of the inverse masses).
     pub effective_mass: f32,
-    /// Coulomb coefficient of the pair: the geometric mean.
+    /// Coulomb coefficient of the pair, which is the geometric mean.
     pub friction: f32,
-    /// Restitution of the pair: the smaller value.
+    /// Restitution of the pair, which is the smaller value.
     pub restitution: f32,
-    /// Normal, from a to b, of the last contact or, before the first one, of the warm start.
+    /// Normal from a to b of the latest contact or, before the first contact, of the warm start.
     pub normal: Vec2,
     /// Normal along which the impulses were applied.
     pub impulse_normal: Vec2,
-    /// Separation, world units: negative while the two overlap, 0 while they are apart.
+    /// Separation, world units. It is negative while the two overlap, and 0 while they are apart.
     pub separation: f32,
     /// Largest closing speed so far in this step, units/s; not negative.
     pub closing: f32,
     /// Normal impulse that holds the pair apart; later passes may reduce it to 0.
     pub normal_impulse: f32,
-    /// Normal impulse spent on bounces; final.
+    /// Normal impulse spent on bounces, which is final.
     pub bounce_impulse: f32,
-    /// Friction impulse along the normal turned left.
+    /// Friction impulse, along the normal rotated 90 degrees to the left.
     pub tangent_impulse: f32,
 }
 
@@ -95,8 +95,8 @@ impl RelaxationConstraint {
         }
     }
 
-    /// Returns the manifold of a body and an immovable one on the side where the passes began: other bodies may have
-    /// pushed it past the middle of a wall, but it must not leave on the far side.
+    /// Returns the manifold of a body and an immovable one on the side where the body was before the passes. Other
+    /// bodies may have pushed it past the middle of a wall, but it must not leave on the far side.
     #[cold]
     pub fn on_its_side(&self, bodies: &Bodies, start: &[Vec2], manifold: Manifold) -> Manifold {
         let began = start[self.b as usize] - start[self.a as usize];
@@ -107,7 +107,7 @@ impl RelaxationConstraint {
         Manifold { normal, separation: separation_along(bodies, (self.a, self.b), normal) }
     }
 
-    /// The same, but only if one of the bodies has moved since: the manifold is a pure function of the two positions,
+    /// The same, but only if one of the bodies has moved since. The manifold is a pure function of the two positions,
     /// and in a settled pile nothing moves.
     #[inline]
     pub fn refresh_manifold<const SHAPES: u8>(&mut self, bodies: &Bodies, start: &[Vec2]) {
@@ -118,9 +118,9 @@ impl RelaxationConstraint {
         }
     }
 
-    /// Takes back impulses that were applied along another normal. Where the contact of two boxes jumps from a top to
-    /// a side, the load that it held must not become a push along the new normal. The two then close no faster than
-    /// before; any other effect of the impulse is for another contact to take back.
+    /// Takes back impulses that were applied along another normal. If the contact between two boxes jumps from a top
+    /// to a side, the load that it held must not become a push along the new normal. Afterwards the two close no
+    /// faster than before; any other effect of the impulse is left for other contacts to take back.
     #[inline]
     pub fn undo_if_turned(&mut self, bodies: &mut Bodies) {
         let holds = self.normal_impulse > 0.0 || self.tangent_impulse != 0.0;
@@ -130,7 +130,7 @@ impl RelaxationConstraint {
         self.impulse_normal = self.normal;
     }
 
-    /// Takes the impulses back; see `undo_if_turned`.
+    /// Takes back the impulses; see `undo_if_turned`.
     #[cold]
     pub fn undo(&mut self, bodies: &mut Bodies) {
         let leaving = self.relative_velocity(bodies).dot(self.impulse_normal);
@@ -148,7 +148,7 @@ impl RelaxationConstraint {
         self.refresh_manifold::<{ shapes::BOTH }>(bodies, &bodies.center);
     }
 
-    /// The movable body of a pair, then the immovable one.
+    /// The movable body of a pair, followed by the immovable one.
     pub fn ends(&self) -> (u32, u32) {
         if self.inv_mass_a > 0.0 { (self.a, self.b) } else { (self.b, self.a) }
     }
@@ -170,7 +170,7 @@ impl RelaxationConstraint {
         bodies.velocity[self.b as usize] - bodies.velocity[self.a as usize]
     }
 
-    /// Applies an impulse to b and its opposite to a.
+    /// Applies an impulse to b, and the opposite impulse to a.
     #[inline]
     pub fn apply(&self, bodies: &mut Bodies, impulse: Vec2) {
         bodies.velocity[self.a as usize] -= impulse * self.inv_mass_a;

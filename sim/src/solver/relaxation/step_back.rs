@@ -1,5 +1,5 @@
-//! Takes back motion by which a body cannot have reached its position inside immovable ones: through a side of a box
-//! although it was above the top, or into a gap narrower than itself.
+//! Takes back motion by which a body cannot really have reached its position inside immovable ones, such as through
+//! a side of a box although it was above the top, or into a gap narrower than itself.
 
 use super::RelaxationSolver;
 use crate::bodies::Bodies;
@@ -11,18 +11,18 @@ use crate::shape::Shape;
 use crate::solver::tolerances::{OVERLAP, SAME_FACE};
 use glam::Vec2;
 
-/// Maximum number of other immovable bodies checked for a gap with each immovable body near a movable one; bounds the
-/// time on floors of tiles.
+/// Maximum number of other immovable bodies checked for a gap with each immovable body near a movable one. This
+/// limits the time taken on tiled floors.
 const WALLS_MAX: usize = 16;
-/// Tolerance by which a gap may be narrower than a body, world units. Rounding may double it while both move.
+/// Amount by which a gap may be narrower than a body, world units. Rounding may double it while both move.
 const NARROW: f32 = 2.0 * OVERLAP;
-/// Maximum number of points on a path at which gaps are looked for, one for each half-size of the body.
+/// Maximum number of points on a path that are checked for gaps, one for each half-size of the body.
 const LOOKS_MAX: f32 = 16.0;
-/// Bisections of the path between two such points to find where the gap becomes too narrow.
+/// Number of bisections of the path between two such points to find where the gap becomes too narrow.
 const GAP_HALVINGS: u32 = 12;
 
 impl RelaxationSolver {
-    /// Moves bodies that cannot have got where they are back along their paths.
+    /// Moves bodies back along their paths if they cannot really have got where they are.
     pub(super) fn step_back(&mut self, bodies: &mut Bodies, slop: f32) {
         self.walls.clear();
         for constraint in self.constraints.iter().filter(|constraint| !constraint.is_free()) {
@@ -41,8 +41,8 @@ impl RelaxationSolver {
     }
 }
 
-/// Moves a body whose centre entered an immovable box back to the face through which it came. At the seam of two
-/// boxes each would otherwise push it into the other.
+/// Moves a body whose centre entered an immovable box back to the face through which it came. At the seam
+/// between two boxes, each would otherwise push it into the other.
 fn leave_by_entry(bodies: &mut Bodies, from: &[Vec2], (slot, wall): (u32, u32), slop: f32) {
     let (began, half) = (from[slot as usize] - from[wall as usize], bodies.half[wall as usize]);
     let now = bodies.center[slot as usize] - bodies.center[wall as usize];
@@ -52,7 +52,7 @@ fn leave_by_entry(bodies: &mut Bodies, from: &[Vec2], (slot, wall): (u32, u32), 
     if !is_box || !entered {
         return;
     }
-    // The axis on which the body came inside last.
+    // The axis on which the body entered last.
     let axis = usize::from(outside.y * (outside.x + inside.x) > outside.x * (outside.y + inside.y));
     let mut face = Vec2::ZERO;
     face[axis] = side(began[axis]);
@@ -61,8 +61,9 @@ fn leave_by_entry(bodies: &mut Bodies, from: &[Vec2], (slot, wall): (u32, u32), 
     bodies.shift(slot as usize, face * max(back, 0.0));
 }
 
-/// Moves a body that two immovable ones push towards each other back along its path, to where they did not, and stops
-/// it if it cannot move at all. If they did so from the start, they are squeezing it, and it stays.
+/// Moves a body that two immovable ones each push into the other back along its path to a point where they did not,
+/// and stops it if it cannot move at all. If they did so from the start, they are squeezing it, and it stays where it
+/// is.
 fn leave_gap(bodies: &mut Bodies, from: &[Vec2], (slot, walls): (u32, [u32; 2])) {
     let end = bodies.center[slot as usize];
     // Its starting position relative to the walls' current positions.
@@ -79,7 +80,7 @@ fn leave_gap(bodies: &mut Bodies, from: &[Vec2], (slot, walls): (u32, [u32; 2]))
         !are_opposed || one.separation + other.separation >= -tolerated
     };
     let back = (starts[0] + starts[1]) * 0.5 - end;
-    // A long path may lead through the gap and out again.
+    // A long path may lead into the gap and out again.
     let looks = clamp(back.length() / bodies.thickness(slot as usize), 0.0, LOOKS_MAX).ceil();
     let blocked =
         (1..=looks as u32).map(|look| look as f32 / looks).find(|&at| !is_free_at(at, NARROW));

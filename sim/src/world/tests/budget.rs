@@ -1,4 +1,4 @@
-//! Tests that a step which needs more than its budget is broken off before it spends more.
+//! Tests that a step which needs more than its budget is aborted before it spends more.
 
 use super::*;
 use crate::{Conjugate, EmitterDef, Recipe, Source, StepBudget};
@@ -88,7 +88,7 @@ fn impacts_and_sweeps_take_no_more_work_than_the_budget_has() {
     );
 }
 
-/// Columns of crates, which fall a little at first, side by side.
+/// Columns of crates side by side, which fall a little at first.
 fn columns(height: u32, columns: u32, work: u64) -> World {
     let budget = StepBudget { work, ..StepBudget::UNLIMITED };
     let mut world = heap(solvers()[1], 0, 1.0, budget);
@@ -105,7 +105,7 @@ fn columns(height: u32, columns: u32, work: u64) -> World {
 
 #[test]
 fn an_island_that_needs_more_than_the_budget_is_over_and_never_solved_less_well() {
-    // A single column, and a calm heap.
+    // Tests a single column, and a calm heap.
     for (height, count) in [(20, 1), (12, 10)] {
         let mut free = columns(height, count, u64::MAX);
         free.step();
@@ -132,7 +132,7 @@ fn corrections_of_positions_count_too() {
     let (height, count) = (12, 10);
     let mut free = columns(height, count, u64::MAX);
     free.step();
-    // Includes the most that finding the pairs can take.
+    // This includes the most work that finding the pairs can take.
     let solved = free.step_counts().solves + 2 * u64::from(height * count) * 8;
     let corrections = free.solvers.conjugate.work.corrections;
     let is_over = |work| {
@@ -198,7 +198,7 @@ fn particles_that_are_all_in_a_cell_full_of_obstacles_end_a_world() {
         let shape = Shape::circle(0.01);
         add(world, BodyDef { shape, position, motion: Motion::Static, ..BodyDef::default() });
     };
-    // Two bodies far away make the cells wide; a hundred more share a single cell.
+    // Two bodies far away make the cells wide, and a hundred more share a single cell.
     tiny(&mut world, Vec2::new(-1000.0, 0.0));
     tiny(&mut world, Vec2::new(1000.0, 0.0));
     (0..100).for_each(|index| tiny(&mut world, Vec2::new(5.0 + 0.03 * index as f32, 0.0)));

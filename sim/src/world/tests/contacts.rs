@@ -1,4 +1,4 @@
-//! Contacts in the relaxation solver: impulses, projection, friction.
+//! Tests contacts in the relaxation solver: impulses, projection and friction.
 
 use super::*;
 
@@ -141,7 +141,7 @@ fn masses_of_1_and_3_move_3_to_1() {
 #[test]
 fn n_passes_for_n_and_one_is_enough_to_stand() {
     for iterations in [1, 2, 5, 15, 60] {
-        // Full correction is valid, and a pair with opposing overlaps never converges.
+        // Full correction is a valid setting, and a pair with opposing overlaps never converges.
         let settings =
             Relaxation { iterations, correction: 1.0, slop: 0.0, ..Relaxation::default() };
         let mut jammed = world(settings, 0.0);
@@ -200,7 +200,7 @@ fn bodies_at_one_point_separate_and_stay_finite() {
 
 // --- Friction -----------------------------------------------------------------------------------
 
-/// Lets a crate slide over a floor at 20 units/s; returns how far it slid, and in how many steps.
+/// Lets a crate slide over a floor at 20 units/s, and returns how far it slid and in how many steps.
 fn slide(
     friction: f32,
     floor_friction: f32,
@@ -256,7 +256,7 @@ fn both_surfaces_count() {
 
 #[test]
 fn either_body_of_a_pair_is_braked_and_momentum_is_kept() {
-    // The second body of the pair slides over the first; both are free (C08, C11).
+    // The second body of the pair slides over the first, and both are free (C08, C11).
     let mut world = world(Relaxation::default(), 50.0);
     floor(&mut world, 0.0);
     let sled =
@@ -377,7 +377,7 @@ fn a_pair_of_one_group_touches_once() {
 
 #[test]
 fn projection_alone_separates_and_impulses_alone_stop() {
-    // Overlapping bodies at rest separate without gaining speed (A0.10); closing bodies that hardly overlap are
+    // Overlapping bodies at rest separate without gaining speed (A0.10). Closing bodies that hardly overlap are
     // stopped, not thrown apart (A0.11).
     let mut still = world(Relaxation::default(), 0.0);
     let a = add(&mut still, crate_at(0.0, 0.0));

@@ -1,13 +1,13 @@
-//! Gaps and seams between immovable bodies, with bodies shot at them.
+//! Tests gaps and seams between immovable bodies by shooting bodies at them.
 
 use super::*;
 use crate::rng::Rng;
 
-/// Two boxes side by side, and shots at the place where they meet; with x and y exchanged if `turned`.
+/// Two boxes side by side, and shots at the place where they meet. x and y are swapped if `turned`.
 #[derive(Clone, Copy, Debug)]
 struct Shots {
     turned: bool,
-    /// Width of the gap between the two.
+    /// Width of the gap between the two boxes.
     gap: f32,
     /// Thickness of the two boxes, and their speed towards the shots.
     thickness: f32,

@@ -1,11 +1,11 @@
-//! Memory of a world, counted on a test's thread: bytes per body, and no allocations in a steady step.
+//! Tests a world's memory, counted on a test's thread: its bytes per body, and that a steady step makes no allocations.
 
 use super::*;
 use crate::rng::Rng;
 use crate::solver::settings::Conjugate;
 use allocation_counter::measure;
 
-/// Steps between two shakes.
+/// Number of steps between two shakes.
 const SHAKE_STEPS: u32 = 30;
 
 /// Balls and crates between walls.
@@ -67,7 +67,7 @@ impl Pile {
     }
 }
 
-/// Bytes per body in a world of 1000 bodies: after it was shaken, and after it came to rest.
+/// Bytes per body in a world of 1000 bodies, first after it was shaken, and then after it came to rest.
 fn bytes_a_body(solver: Solver) -> [i64; 2] {
     let (mut pile, mut after) = (None, [0; 2]);
     let shaken = measure(|| {
@@ -104,7 +104,8 @@ fn a_steady_step_allocates_nothing() {
     }
 }
 
-/// Stacks in which heavy crates rest on light ones, pushed back and forth, so that sweeps do not solve their islands.
+/// Stacks in which heavy crates rest on light ones are pushed back and forth, so that sweeps do not solve their
+/// islands.
 #[test]
 fn a_step_with_eliminations_allocates_nothing() {
     let solver = Solver::Conjugate(Conjugate::default());
@@ -127,7 +128,7 @@ fn a_step_with_eliminations_allocates_nothing() {
             steps(&mut world, 30);
         }
     };
-    // The capacity follows the largest island so far, and larger ones become rare.
+    // The capacity follows the largest island so far, and larger islands become rare.
     push(400);
     assert_eq!(measure(|| push(4)).count_total, 0);
 }

@@ -1,4 +1,4 @@
-//! Bodies whose position or velocity is not finite. The tests plant these values, because they cannot arise.
+//! Tests bodies whose position or velocity is not finite. The tests plant these values, because they cannot arise.
 
 use super::*;
 use crate::Conjugate;
@@ -18,7 +18,7 @@ fn scene(solver: Solver) -> (World, BodyId, BodyId) {
     (world, resting.expect("there are crates"), flying)
 }
 
-/// Position of a planted NaN or infinity.
+/// Where a NaN or infinity is planted.
 #[derive(Clone, Copy, Debug)]
 enum Plant {
     Position(Vec2),
@@ -84,7 +84,7 @@ fn last_of(solver: Solver) -> StepPhase {
 fn a_body_not_finite_within_a_step_affects_no_other() {
     for (solver, what) in solvers().into_iter().flat_map(|one| PLANTS.map(|what| (one, what))) {
         let (mut world, _, flying) = scene(solver);
-        // Until the two are close enough to take part in a step together, but do not touch yet.
+        // Steps until the two are close enough to take part in a step together, but do not touch yet.
         while world.position(flying).y > 6.5 {
             world.step();
         }

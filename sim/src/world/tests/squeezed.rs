@@ -1,11 +1,11 @@
-//! Bodies whose constraints the relaxation solver cannot all satisfy: squeezed, pressed into walls, piled on one
-//! point.
+//! Tests bodies whose constraints the relaxation solver cannot all satisfy, because they are squeezed, pressed
+//! into walls, or piled up at one point.
 
 use super::*;
 use crate::Conjugate;
 use crate::math::{max, min};
 
-/// A wall or lift.
+/// Adds a wall or lift.
 fn slab(world: &mut World, motion: Motion, center: Vec2, size: Vec2) -> BodyId {
     let shape = Shape::rect(size.x, size.y);
     add(world, BodyDef { shape, position: center, motion, ..BodyDef::default() })
@@ -25,7 +25,7 @@ fn step_within_limits(world: &mut World) {
     }
 }
 
-/// A lift that rises under a ceiling with bodies in between; returns the greatest height that any of them reaches.
+/// Raises a lift under a ceiling with bodies in between, and returns the greatest height that any of them reaches.
 fn squeeze(solver: Solver, lift_speed: f32, thickness: f32, bodies: &[BodyDef]) -> f32 {
     let mut world = world(Relaxation::default(), 50.0);
     world.settings.solver = Some(solver);

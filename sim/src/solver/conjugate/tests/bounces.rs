@@ -1,8 +1,8 @@
-//! Tests that elastic bounces keep their energy.
+//! Tests that elastic bounces conserve energy.
 
 use super::*;
 
-/// Elastic bodies in rows in a closed square, without gravity and friction, with random sizes, masses and velocities.
+/// Elastic bodies in rows in a closed square, without gravity or friction, with random sizes, masses and velocities.
 struct Gas {
     rows: u32,
     /// Distance between neighbours in a row.
@@ -57,7 +57,7 @@ impl Gas {
 #[test]
 fn a_gas_keeps_its_energy() {
     let slow = Gas { rows: 10, pitch: 12.0, sizes: [2.0, 7.0], speed: 50.0, boxes: false };
-    // Discs close together meet several others in a step.
+    // Discs that are close together meet several others in a step.
     let crowded = Gas { rows: 10, pitch: 3.0, sizes: [2.0, 2.0], speed: 30.0, boxes: false };
     let fast = |speed, boxes| Gas { rows: 5, pitch: 20.0, sizes: [4.0, 10.0], speed, boxes };
     for (gas, count) in [
@@ -75,7 +75,7 @@ fn a_gas_keeps_its_energy() {
     }
 }
 
-/// At such speeds the rounds of a step do not suffice for all bodies that outrun their reach.
+/// At such speeds, the rounds in a step do not suffice for all bodies that outrun their reach.
 #[test]
 fn a_large_gas_at_thousands_of_units_per_second_loses_little_energy() {
     let gas = Gas { rows: 11, pitch: 18.0, sizes: [4.0, 8.0], speed: 2000.0, boxes: false };
@@ -83,7 +83,7 @@ fn a_large_gas_at_thousands_of_units_per_second_loses_little_energy() {
     assert!((0.98..1.0).contains(&share), "energy times {share}");
 }
 
-/// Greatest relative change of a body's energy while it bounces on a floor for 10 s.
+/// Greatest relative change in a body's energy while it bounces on a floor for 10 s.
 fn energy_error(shape: Shape, thickness: f32, height: f32, across: bool) -> f32 {
     let turn = |v: Vec2| if across { Vec2::new(v.y, v.x) } else { v };
     let mut world = World::new(WorldSettings {
@@ -126,7 +126,7 @@ fn a_bounce_at_the_end_of_a_step_keeps_its_energy() {
     }
 }
 
-/// A single ball bounces at the exact times: it falls from a height, leaves at e times its speed, and so on.
+/// A single ball that falls from a height and leaves at e times its speed, again and again, bounces at the exact times.
 #[test]
 fn a_ball_alone_bounces_at_the_exact_times() {
     let (restitution, gravity, drop) = (0.9, 50.0, 20.0);

@@ -1,8 +1,8 @@
-//! Passages between two immovable bodies that are too narrow for the balls shot at them.
+//! Tests passages between two immovable bodies that are too narrow for the balls shot at them.
 
 use super::*;
 
-/// A passage and the shots at it; the passage leads along y unless it is `across`.
+/// A passage, and the shots at it. The passage runs along y unless it is `across`.
 #[derive(Clone, Copy, Debug)]
 struct Passage {
     across: bool,
@@ -10,7 +10,7 @@ struct Passage {
     width: f32,
     radius: f32,
     speeds: [f32; 2],
-    /// Half-sizes of the two sides, in radii of the ball; if they are round, the sides are circles.
+    /// Half-sizes of the two sides, in radii of the ball. If they are round, the sides are circles.
     side: Vec2,
     round: bool,
     /// Velocity of the sides along the passage.
@@ -33,7 +33,7 @@ const PASSAGE: Passage = Passage {
     restitution: 0.0,
 };
 
-/// Shoots balls from random positions at random speeds; returns how many pass.
+/// Shoots balls from random positions at random speeds, and returns how many pass.
 fn pass(passage: Passage, shots: usize) -> usize {
     let Passage { radius, side_speed, friction, restitution, .. } = passage;
     let turn = |v: Vec2| if passage.across { Vec2::new(v.y, v.x) } else { v };

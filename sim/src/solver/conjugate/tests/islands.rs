@@ -1,4 +1,4 @@
-//! Tests that the result in an island depends on nothing outside it.
+//! Tests that the result for an island depends on nothing outside it.
 
 use super::*;
 use crate::rng::Rng;
@@ -31,7 +31,7 @@ fn tray(world: &mut World, x: f32, rng: &mut Rng) -> Vec<BodyId> {
     bodies
 }
 
-/// Every 20th step, changes each body's velocity by up to `most` units/s.
+/// In every 20th step, changes each body's velocity by up to `most` units/s.
 fn shake(world: &mut World, bodies: &[BodyId], step: u32, most: f32, rng: &mut Rng) {
     if step % 20 == 19 {
         for &id in bodies {
@@ -54,7 +54,7 @@ fn stays_the_same_beside_another(seed: u64) {
     let ours = tray(&mut alone, 0.0, &mut rngs[0]);
     assert_eq!(tray(&mut beside, 0.0, &mut rngs[1]), ours);
     let mut other_rng = Rng::new(seed, 1);
-    // So far away that nothing thrown out of the other tray gets here.
+    // This is so far away that nothing thrown out of the other tray gets here.
     let others = tray(&mut beside, 32_768.0, &mut other_rng);
     for step in 0..400 {
         shake(&mut alone, &ours, step, 40.0, &mut rngs[0]);

@@ -1,9 +1,9 @@
-//! Heaps of bodies whose masses differ by many orders of magnitude.
+//! Tests heaps of bodies whose masses differ by many orders of magnitude.
 
 use super::*;
 use crate::rng::Rng;
 
-/// Beyond the masses allowed in scenes, sweeps in f32 fail; without its guard, a heap throws bodies up at 250,000
+/// Beyond the masses allowed in scenes, sweeps in f32 fail. Without the guard, a heap throws bodies up at 250,000
 /// units/s.
 #[test]
 fn heaps_of_any_masses_throw_nothing_far_up() {

@@ -1,11 +1,11 @@
-//! Rooms so small that gravity crosses them in less than a step, with bodies thinner than the slop: failures found by
-//! random extreme scenes, each with a single cause.
+//! Tests rooms so small that a body falls across them in less than a step, with bodies thinner than the slop. These
+//! are failures found by random extreme scenes, each with a single cause.
 
 use super::*;
 
 const DT: f32 = 0.02;
 const GRAVITY: f32 = 500.0;
-/// Side of a room; a body falls ten times as far in a step.
+/// Side of a room. A body falls ten times as far in a step.
 const SIDE: f32 = 0.02;
 const RADIUS: f32 = 0.001;
 

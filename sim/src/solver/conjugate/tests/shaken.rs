@@ -1,4 +1,4 @@
-//! A pile that is shaken: tests for bounded work, little overlap, no lost bodies and no hidden state.
+//! Shakes a pile, and tests that work is bounded, overlaps are small, no bodies are lost and there is no hidden state.
 
 use super::*;
 use crate::state::bytes::{StateReader, StateWriter};
@@ -27,7 +27,7 @@ fn pile(rng: &mut Rng, restitution: f32) -> World {
     world
 }
 
-/// Every 30th step, changes each velocity by up to 40 units/s in x and in y, then steps.
+/// Takes a step, and before every 30th one changes each velocity by up to 40 units/s in x and in y.
 fn shaken_step(world: &mut World, step: u32, rng: &mut Rng) {
     if step % 30 == 29 {
         let bodies: Vec<BodyId> = dynamic(world).collect();
@@ -45,7 +45,7 @@ fn a_shaken_pile_takes_bounded_work_and_overlaps_little() {
     let mut world = pile(&mut rng, 0.0);
     for step in 0..400 {
         shaken_step(&mut world, step, &mut rng);
-        // About 700 contacts; with whole sweeps only, up to 660,000 visits were observed.
+        // There are about 700 contacts, and with whole sweeps only, up to 660,000 visits were observed.
         assert!(
             world.step_counts().solves <= 40_000,
             "step {step}: {} visits",
@@ -71,7 +71,7 @@ fn a_shaken_pile_with_bodies_of_any_weight_takes_bounded_work() {
         }
         for step in 0..400 {
             shaken_step(&mut world, step, &mut rng);
-            // More than 130,000 were observed when such islands were swept as a whole.
+            // More than 130,000 visits were observed when such islands were swept as a whole.
             let visits = world.step_counts().solves;
             // Small islands with such mass ratios are solved by elimination.
             let most = if ratio < 5000.0 { 120_000 } else { 400_000 };
@@ -121,7 +121,7 @@ fn an_elastic_gas_that_is_pulled_to_a_point_takes_bounded_work_and_gains_no_ener
         let before = energy(&world);
         world.step();
         let visits = world.step_counts().solves;
-        // Up to 280,000 were observed without a limit.
+        // Up to 280,000 visits were observed without a limit.
         assert!(visits <= 140_000, "step {step}: {visits} visits and predictions");
         let gained = energy(&world) / before - 1.0;
         assert!(gained < 1e-5, "step {step}: {gained}");
@@ -135,7 +135,7 @@ fn a_shaken_pile_that_bounces_takes_bounded_work() {
         let mut world = pile(&mut rng, restitution);
         for step in 0..400 {
             shaken_step(&mut world, step, &mut rng);
-            // Up to 230,000 were observed without a limit for crowds.
+            // Up to 230,000 visits were observed without a limit for crowds.
             let visits = world.step_counts().solves;
             assert!(visits <= 120_000, "restitution {restitution}, step {step}: {visits} visits");
         }

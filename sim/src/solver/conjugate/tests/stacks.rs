@@ -1,8 +1,8 @@
-//! Stacks, pyramids and heaps: tests how they carry their load, and how soon they come to rest.
+//! Tests how stacks, pyramids and heaps bear their load, and how soon they come to rest.
 
 use super::*;
 
-/// Stacks boxes of height 2 and returns the top one.
+/// Stacks boxes of height 2, and returns the top one.
 fn stack(world: &mut World, masses: &[f32], gap: f32) -> BodyId {
     floor(world);
     let mut top = None;
@@ -119,7 +119,7 @@ fn a_crooked_tower_is_a_tree_and_takes_one_sweep() {
     for _ in 0..60 {
         let mass = rng.range(0.1, 10.0);
         carrier = add(&mut world, BodyDef { mass, friction: 0.3, ..ball_at(x, y) });
-        // Friction 0.3 holds a slope of 0.29; nothing rotates, so nothing rolls off.
+        // A friction of 0.3 holds on a slope of 0.29. Nothing rotates, so nothing rolls off.
         let lean = rng.range(-0.4, 0.4);
         x += lean;
         y += (4.0 - lean * lean).sqrt();
