@@ -1,11 +1,11 @@
-//! Emitters: starts those of the scene that are due, and reports every start.
+//! Starts the scene's emitters when they are due, and reports every start.
 
 use crate::event::Event;
 use crate::scene::{Condition, Location, Scene, ScheduledEmitter};
 use jostle_sim::Rng;
 use jostle_sim::{BodyId, EmitterDef, Source, World};
 
-/// Starts the emitters of the scene that are due in this tick.
+/// Starts the scene's emitters that are due in this tick.
 pub(crate) fn start_due(
     world: &mut World,
     scene: &Scene,

@@ -1,11 +1,11 @@
-//! Events: facts that a tick reports.
+//! Events, which are facts that a tick reports.
 
 use crate::input::Seat;
 use crate::scene::Kind;
 use glam::Vec2;
 use jostle_sim::{BodyId, EmitterDef};
 
-/// A fact reported by a tick; events are in the order in which they happened.
+/// A fact reported by a tick. Events are listed in the order in which they happened.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Event {
     /// Two bodies, at least one of them dynamic, began to touch while closing faster than the scene's report speed.
@@ -30,22 +30,22 @@ pub enum Event {
         /// Contact point, world units.
         point: Vec2,
     },
-    /// A body left the kill zone; a hero respawns.
+    /// A body left the kill zone. A hero respawns.
     BodyLeft {
         /// Kind of the body.
         kind: Kind,
-        /// Id of the body, no longer valid.
+        /// Id of the body, which is no longer valid.
         body: BodyId,
         /// Last position of the body, world units.
         point: Vec2,
     },
     /// An emitter was started.
     EmitterStarted(EmitterDef),
-    /// An emitter of the scene at a fixed position was started again; see [`Scene::emitter`](crate::Scene::emitter).
+    /// One of the scene's emitters, at a fixed position, was started; see [`Scene::emitter`](crate::Scene::emitter).
     ScheduledEmitterStarted {
         /// Index into the scene's emitters.
         index: u8,
-        /// Seed of all random properties of its particles this time.
+        /// Seed for all random properties of this run's particles.
         seed: u32,
     },
     /// A rule says its line; see [`Effects::say`](crate::scene::Effects::say).
@@ -59,6 +59,6 @@ pub enum Event {
     },
     /// A player took a seat.
     Joined(Seat),
-    /// A player left a seat; the player's hero and packs are gone.
+    /// A player left a seat, and their hero and packs are gone.
     Left(Seat),
 }

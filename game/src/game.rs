@@ -1,8 +1,8 @@
 //! The Game: a World and the rules of its scene.
 //!
-//! The order of a tick: steering acts on velocities, the World steps, rules act on its reports, tools
-//! make new bodies, particles move. The chapter moves its bodies kind by kind and solves contacts
-//! last (B6).
+//! In each tick, steering changes velocities, the World steps, rules act on what it reports, tools
+//! make new bodies, and particles move. The chapter instead moves its bodies kind by kind and solves
+//! contacts last (B6).
 
 use crate::event::Event;
 use crate::input::{Input, Seat};
@@ -27,11 +27,11 @@ pub struct SnapshotBody {
     pub id: BodyId,
     /// Kind of the body, which decides who may move it.
     pub kind: Kind,
-    /// The player to whom the body belongs, for heroes and packs.
+    /// The player who owns the body, if it is a hero or pack.
     pub owner: Option<Seat>,
     /// Collision group, as an index into the scene's groups.
     pub group: u8,
-    /// Shape, around the centre.
+    /// Shape, centred on the body.
     pub shape: Shape,
     /// Centre, in quanta of the scene's world.
     pub quanta: [i32; 2],
@@ -48,13 +48,13 @@ pub struct PlayerInfo {
     pub selected: Option<BodyId>,
     /// The body that the player holds.
     pub held: Option<BodyId>,
-    /// Hits scored with packs.
+    /// Number of hits scored with packs.
     pub score: u16,
-    /// Pointer in quanta; the eyes of the hero follow it.
+    /// Pointer in quanta, which the hero's eyes follow.
     pub pointer: Option<[i32; 2]>,
 }
 
-/// A World and the rules of its scene.
+/// A World together with the rules of its scene.
 #[derive(Clone, Debug)]
 pub struct Game {
     pub(crate) scene: Arc<Scene>,
@@ -62,22 +62,22 @@ pub struct Game {
     pub(crate) ticks: u32,
     pub(crate) roster: Roster,
     pub(crate) rngs: Rngs,
-    /// The state of the rules, in a scene that has rules.
+    /// The state of the rules, if the scene has any.
     pub(crate) rules: Option<Rules>,
     events: Vec<Event>,
-    /// Joins and leaves since the last tick.
+    /// Joins and leaves since the previous tick.
     pub(crate) pending: Vec<Event>,
-    /// Scratch memory of a tick.
+    /// Scratch memory for a tick.
     prey: PackTargets,
     hard_touches: Vec<u64>,
     nearby: Vec<BodyId>,
 }
 
-/// A callback after each phase of a tick.
+/// A function called after each phase of a tick.
 type Watch<'a> = dyn FnMut(Phase, &mut World) + 'a;
 
 impl Game {
-    /// Creates a game at tick 0, without players. The same scene and seed give the same game.
+    /// Creates a game without players at tick 0. The same scene and seed always give the same game.
     pub fn new(scene: Arc<Scene>, seed: u64) -> Game {
         let world = World::new(scene.world_settings());
         let mut layouts = Rng::new(seed, LAYOUT_STREAM);
@@ -129,13 +129,13 @@ impl Game {
         self.rules.as_ref().is_some_and(Rules::begins_round)
     }
 
-    /// Ticks played since the start of the game.
+    /// Number of ticks played since the start of the game.
     pub fn tick_count(&self) -> u32 {
         self.ticks
     }
 
-    /// Seats a player. If the scene has heroes, the player gets one, at once if a position is clear. Panics if the
-    /// seat is taken or not below [`SEATS_MAX`].
+    /// Seats a player. If the scene has heroes, the player gets one, immediately if there is a clear position.
+    /// Panics if the seat is taken or not below [`SEATS_MAX`].
     pub fn join(&mut self, seat: Seat) {
         assert!(usize::from(seat.0) < SEATS_MAX, "seat {} is past the last one", seat.0);
         let slot = match self.slot_of(seat) {
@@ -158,7 +158,7 @@ impl Game {
         self.pending.push(Event::Joined(seat));
     }
 
-    /// Removes a player, with hero and packs. Panics if the seat is empty.
+    /// Removes a player together with their hero and packs. Panics if the seat is empty.
     pub fn leave(&mut self, seat: Seat) {
         let slot = match self.slot_of(seat) {
             Ok(slot) => slot,
@@ -177,8 +177,8 @@ impl Game {
         self.roster.players.binary_search_by_key(&seat, |player| player.seat)
     }
 
-    /// Plays one tick. `inputs` holds at most one entry per seat, in seat order; a seat without an entry has no
-    /// buttons down.
+    /// Plays one tick. `inputs` holds at most one entry per seat, in seat order. For a seat without an entry,
+    /// no buttons are down.
     pub fn tick(&mut self, inputs: &[(Seat, Input)]) {
         self.run(inputs, &mut |_, _| {}, |world, _| world.step());
     }
@@ -212,7 +212,7 @@ impl Game {
         self.begin_tick(inputs);
         watch(Phase::Inputs, &mut self.world);
 
-        // Nothing moves until the round begins, and the world still reports the bodies that left it in its last step.
+        // Nothing moves until the round begins, and the world still lists the bodies that left it in the previous step.
         let steps = !self.rules.as_ref().is_some_and(Rules::stands_still);
         if steps {
             step(&mut self.world, watch);
@@ -228,7 +228,7 @@ impl Game {
         self.ticks += 1;
     }
 
-    /// What acts before the step.
+    /// Does everything that comes before the step.
     fn begin_tick(&mut self, inputs: &[(Seat, Input)]) {
         let Game { scene, world, roster, rngs, events, prey, rules, .. } = self;
         let tick = self.ticks;
@@ -256,7 +256,7 @@ impl Game {
         }
     }
 
-    /// What follows from the step, if there was one.
+    /// Does everything that comes after the step, if there was one.
     fn end_tick(&mut self, steps: bool) {
         let Game { scene, world, roster, rngs, events, prey, rules, .. } = self;
         let tick = self.ticks;
@@ -278,13 +278,13 @@ impl Game {
         emitters::start_due(world, scene, &roster.placed, tick, allows, &mut rngs.emit, events);
     }
 
-    /// Whether a tick needed more than the scene's [`StepBudget`](jostle_sim::StepBudget). That tick was broken off,
-    /// and no further tick is played.
+    /// Whether a tick needed more than the scene's [`StepBudget`](jostle_sim::StepBudget). That tick was aborted,
+    /// and no more ticks are played.
     pub fn is_over_budget(&self) -> bool {
         self.world.is_over_budget()
     }
 
-    /// Events of the last tick, preceded by joins and leaves since the tick before it, in order.
+    /// Events of the latest tick, preceded by the joins and leaves since the tick before it, in order.
     pub fn events(&self) -> &[Event] {
         &self.events
     }
@@ -301,7 +301,7 @@ impl Game {
         })
     }
 
-    /// Public state of the rules; `None` in a scene without rules.
+    /// Publicly visible state of the rules; `None` in a scene without rules.
     pub fn round(&self) -> Option<RoundInfo> {
         let mut round = None;
         self.capture_round(&mut round);
@@ -319,8 +319,8 @@ impl Game {
         }
     }
 
-    /// The player's score: hits with packs in a playground, or the points of the player's side in a game, if not
-    /// negative.
+    /// The player's score: pack hits in a playground, or the points of the player's side in a game (0 if
+    /// negative).
     fn score_of(&self, player: &Player) -> u16 {
         let Some(rules) = self.rules.as_ref().filter(|_| self.scene.rules.round.is_some()) else {
             return player.score;

@@ -1,4 +1,4 @@
-//! Heroes of players: where they appear and how they are steered.
+//! The players' heroes: where they appear and how they are steered.
 
 use crate::event::Event;
 use crate::input::Buttons;
@@ -11,11 +11,11 @@ use glam::Vec2;
 use jostle_sim::math::{clamp_length, max};
 use jostle_sim::{BodyDef, DT, Rng, World};
 
-/// Ticks from the loss of a hero to its respawn.
+/// Ticks between the loss of a hero and its respawn.
 pub(crate) const RESPAWN_TICKS: u32 = 30;
 /// Ticks between two attempts to find a clear position.
 const RETRY_TICKS: u32 = 10;
-/// Random positions tried when no spawn point is clear.
+/// Number of random positions tried when no spawn point is clear.
 const POSITIONS_TRIED: u32 = 16;
 
 /// Spawns the heroes of players who have none and have waited long enough.
@@ -36,7 +36,7 @@ pub(crate) fn spawn_due(
     }
 }
 
-/// Spawns the hero of a player, or makes the player wait if no position is clear.
+/// Spawns a player's hero, or makes the player wait if no position is clear.
 pub(crate) fn spawn(
     world: &mut World,
     roster: &mut Roster,
@@ -66,7 +66,7 @@ fn is_out(player: &Player, teams: &[SideState]) -> bool {
 }
 
 /// Finds a position where a hero touches nothing that it collides with: the checkpoint, otherwise a spawn point,
-/// starting from the player's own, otherwise a random position in the world. Adds the number of positions tried to
+/// starting with the player's own, otherwise a random position in the world. Adds the number of positions tried to
 /// `tried`.
 fn clear_position(
     world: &World,
@@ -102,7 +102,8 @@ fn clear_position(
     None
 }
 
-/// Changes the velocities of heroes by WASD. Above the scene's speed limit, thrust only changes the direction.
+/// Changes the heroes' velocities according to WASD. Above the scene's speed limit, thrust changes only their
+/// direction.
 pub(crate) fn thrust(world: &mut World, players: &[Player], scene: &Scene) {
     let Some(spec) = &scene.hero else { return };
     if !scene.tools.contains(Tools::STEER) {
@@ -132,14 +133,15 @@ pub(crate) fn keep_lanes(world: &mut World, players: &[Player], scene: &Scene) {
             let rise =
                 world.shape(hero).half_extent().y + world.shape(carried.body).half_extent().y;
             let place = world.position(hero) + Vec2::new(0.0, rise);
-            // Set directly: driven there by a velocity, the body would lift a hero under which it comes to lie.
+            // The position is set directly: if a velocity drove the body there, it would lift a hero that it ended up
+            // under.
             world.set_position(carried.body, place);
             world.set_velocity(carried.body, world.velocity(hero));
         }
     }
 }
 
-/// Reports bodies that left the kill zone; players who lost their hero wait for a new one.
+/// Reports bodies that left the kill zone. Players who lost their hero this way wait for a new one.
 pub(crate) fn report_departed(world: &mut World, roster: &mut Roster, events: &mut Vec<Event>) {
     if world.departed().bodies.is_empty() {
         return;

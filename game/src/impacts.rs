@@ -1,4 +1,4 @@
-//! Reports of hard contacts.
+//! Reports hard contacts.
 
 use crate::event::Event;
 use crate::scene::Scene;
@@ -6,7 +6,7 @@ use glam::Vec2;
 use jostle_sim::Touch;
 use jostle_sim::{Shape, World, math};
 
-/// Maximum number of impacts that a tick reports, hardest first; further ones still take effect.
+/// Maximum number of impacts reported per tick, hardest first. The others still take effect.
 pub(crate) const IMPACTS_PER_TICK_MAX: usize = 32;
 
 /// Reports contacts that began harder than the scene's report speed, hardest first. `hard` is
@@ -31,7 +31,7 @@ pub(crate) fn report(world: &World, scene: &Scene, hard: &mut Vec<u64>, events: 
     }));
 }
 
-/// The middle of an overlap.
+/// The centre of the region in which two bodies overlap.
 fn contact_point(world: &World, touch: &Touch) -> Vec2 {
     let (shape_a, shape_b) = (world.shape(touch.a), world.shape(touch.b));
     let (center_a, center_b) = (world.position(touch.a), world.position(touch.b));
@@ -46,7 +46,7 @@ fn contact_point(world: &World, touch: &Touch) -> Vec2 {
     }
 }
 
-/// The middle of the overlap of two intervals.
+/// The centre of the overlap between two intervals.
 fn middle(center_a: f32, half_a: f32, center_b: f32, half_b: f32) -> f32 {
     let low = math::max(center_a - half_a, center_b - half_b);
     let high = math::min(center_a + half_a, center_b + half_b);

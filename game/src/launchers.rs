@@ -1,4 +1,4 @@
-//! Launchers of a scene: they make marbles, and packs without an owner that chase every player's hero.
+//! A scene's launchers, which make marbles, and ownerless packs that chase every player's hero.
 
 use crate::packs::{self, PackTargets};
 use crate::placing::is_clear;

@@ -1,6 +1,6 @@
-//! Games: a [`Scene`] file describes a game, and a [`Game`] plays it on a [`World`](jostle_sim::World).
+//! A [`Scene`] file describes a game, and a [`Game`] plays it on a [`World`](jostle_sim::World).
 //!
-//! One scene, one seed and one input log give one state hash for every tick, bit for bit, on every
+//! The same scene, seed and input log give the same state hash in every tick, bit for bit, on every
 //! target. Nothing here does IO, reads a clock, spawns a thread or iterates a hash map.
 
 #![warn(missing_docs)]

@@ -1,4 +1,4 @@
-//! Minions either wander at a fixed speed or rest, and recover the motion that bounces take from them.
+//! Minions either wander at a fixed speed or rest, and return to that motion after a bounce.
 
 use crate::roster::{Actor, Rule};
 use crate::scene::Kind;
@@ -8,7 +8,7 @@ use jostle_sim::{BodyId, DT, Motion, World};
 
 /// Below this share of its wander speed, a minion's heading no longer follows its motion.
 const ASTRAY: f32 = 0.5;
-/// Below this share of its wander speed, a minion counts as stopped by a lighter body in its way.
+/// Below this share of its wander speed, a minion counts as having been stopped by a lighter body in its way.
 const STOPPED: f32 = 0.1;
 
 /// Brings wandering minions back towards their wander speed along their heading (C38), and minions that started at
@@ -27,15 +27,15 @@ pub(crate) fn steer(world: &mut World, actors: &[Option<Actor>], recovery: f32) 
     }
 }
 
-/// Whether a body can move and does not fall; falling bodies come to rest on the floor by themselves.
+/// Whether a body can move but does not fall. Falling bodies come to rest on the floor by themselves.
 fn floats(world: &World, id: BodyId) -> bool {
     let gravity = world.settings().gravity * world.gravity_scale(id);
     world.motion(id) == Motion::Dynamic && gravity == Vec2::ZERO
 }
 
-/// After a step, minions head where they move, and a blocked minion turns away from its obstacle. A lighter body is
-/// no obstacle while it can be pushed along. A lighter dye pack never turns a minion, whichever of the two is faster
-/// (A2.34): the minion keeps its heading until it has recovered.
+/// After a step, points minions in the direction in which they move, and turns a blocked minion away from its
+/// obstacle. A lighter body is not an obstacle as long as it can be pushed along. A lighter dye pack never turns a
+/// minion, no matter which of the two is faster (A2.34): the minion keeps its heading until it has recovered.
 pub(crate) fn turn(world: &World, actors: &mut [Option<Actor>], recovery: f32) {
     for touch in world.touches() {
         let sides = [(touch.a, touch.b, touch.normal), (touch.b, touch.a, -touch.normal)];

@@ -1,8 +1,8 @@
-//! Dye packs: launched or thrown by players, or made by launchers, they chase a hero and burst on it.
+//! Dye packs are launched or thrown by players, or made by launchers. They chase a hero and burst on it.
 //!
 //! A pack's velocity is its own motion plus its drift. Contacts act on its own motion (C21), so a pack pushes like
-//! any other body; the change that they cause becomes drift, which decays. A pack in front of a platform therefore
-//! slides along it, and a hero behind a platform has cover (C39).
+//! any other body. The change in velocity that they cause becomes drift, which decays. A pack in front of a
+//! platform therefore slides along it, and a hero behind a platform has cover (C39).
 
 use crate::emitters;
 use crate::event::Event;
@@ -17,8 +17,8 @@ use jostle_sim::{BodyDef, BodyId, EmitterDef, Motion, Rng, Shape, Source, World,
 /// Direction of a new pack (B3).
 const FRONT_AT_START: Vec2 = Vec2::X;
 
-/// The heroes that packs may chase, listed once per phase in which packs act; the list is kept between ticks to reuse
-/// its memory. Rules may have removed some of the heroes since, so each is looked up.
+/// The heroes that packs may chase, listed once in every phase in which packs act. The list is kept between ticks to
+/// reuse its memory. Rules may have removed some of the heroes in the meantime, so each is looked up.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PackTargets {
     heroes: Vec<BodyId>,
@@ -34,7 +34,7 @@ impl PackTargets {
         self.hits_owner = roster.players.len() == 1 && spec.throw_every.is_none();
     }
 
-    /// The heroes on which a player's packs may burst: all but the player's own. The own hero counts too if the
+    /// The heroes on which a player's packs may burst: all except the player's own, which counts only if the
     /// player is alone and packs cannot be thrown.
     fn of<'a>(
         &'a self,
@@ -45,7 +45,7 @@ impl PackTargets {
         heroes.filter(move |hero| hero.owner != owner || self.hits_owner)
     }
 
-    /// Of the heroes on which this player's packs may burst, the centre of the one nearest to a position.
+    /// The centre of the hero nearest to a position, among those on which this player's packs may burst.
     pub fn nearest_to(
         &self,
         position: Vec2,
@@ -64,7 +64,7 @@ impl PackTargets {
         nearest.map(|(_, center)| center)
     }
 
-    /// The first hero that the pack touches, and the contact point.
+    /// The first hero touched by the pack, and the contact point.
     fn touched(&self, pack: Actor, world: &World, roster: &Roster) -> Option<(Actor, Vec2)> {
         let (shape, center) = (world.shape(pack.id), world.position(pack.id));
         let touched = |hero: &&Actor| {
@@ -100,7 +100,7 @@ pub(crate) fn steer(world: &mut World, roster: &mut Roster, scene: &Scene, prey:
     }
 }
 
-/// After a step, turns the change that contacts made to a pack's velocity into drift.
+/// After a step, turns the change in a pack's velocity caused by contacts into drift.
 pub(crate) fn take_drift(world: &World, actors: &mut [Option<Actor>], scene: &Scene) {
     if scene.pack.is_none() {
         return;
@@ -112,7 +112,7 @@ pub(crate) fn take_drift(world: &World, actors: &mut [Option<Actor>], scene: &Sc
     }
 }
 
-/// Removes packs that touch a hero (A4.8), scores and reports the hits; the burst starts in the same tick (B7).
+/// Removes packs that touch a hero (A4.8), and scores and reports the hits. The burst starts in the same tick (B7).
 pub(crate) fn burst(
     world: &mut World,
     roster: &mut Roster,
@@ -150,8 +150,8 @@ pub(crate) fn burst(
     }
 }
 
-/// Launches a pack of a player towards `aim`, within the player's cap: it appears at the pointer or is thrown from
-/// the hero.
+/// Launches one of a player's packs towards `aim`, unless the player already has the maximum number of packs. It
+/// appears at the pointer or is thrown from the hero.
 pub(crate) fn launch(
     world: &mut World,
     roster: &mut Roster,
@@ -213,14 +213,14 @@ pub(crate) fn add(
     roster.add(world, &def, Kind::Pack, owner, rule);
 }
 
-/// Returns `front` turned by a share of the signed angle to `way` (A4.9).
+/// Returns `front` rotated by a share of the signed angle to `way` (A4.9).
 fn turned(front: Vec2, way: Vec2, share: f32) -> Vec2 {
     let angle = atan2(front.perp_dot(way), front.dot(way));
     let turned = rotate(front, angle * share);
     turned / turned.length()
 }
 
-/// The point of a placed shape nearest to `from`, which is `from` itself if it lies inside.
+/// The point nearest to `from` in a shape at this position: `from` itself if it lies inside.
 fn nearest_point(shape: Shape, center: Vec2, from: Vec2) -> Vec2 {
     let away = from - center;
     match shape {

@@ -1,4 +1,4 @@
-//! The phases of a tick after which two runs can be compared.
+//! The phases of a tick. Two runs can be compared after each of them.
 
 use jostle_sim::StepPhase;
 
@@ -9,7 +9,7 @@ pub enum Phase {
     Inputs,
     /// Velocities are integrated, then positions.
     Integrate,
-    /// The pairs that take part are found.
+    /// The pairs that take part in the step are found.
     Pairs,
     /// Contacts are solved and overlaps removed.
     Relax,

@@ -1,17 +1,17 @@
-//! The start of a game: places the bodies of the scene file, and layouts at positions derived from the seed.
+//! Sets up a game: places the scene file's bodies, and the layouts at positions derived from the seed.
 
 use crate::roster::{Roster, Rule};
 use crate::scene::{Kind, Layout, Location, Path, Placed, Scene};
 use glam::Vec2;
 use jostle_sim::{Aabb, BodyDef, BodyId, Motion, Rng, Shape, Spring, SpringEnd, World, collide};
 
-/// Positions tried for a body in its cell, and again in the whole area, before the body is left out.
+/// Number of positions tried for a body in its cell, and then in the whole area, before the body is left out.
 const TRIES: u32 = 256;
-/// Consecutive bodies of a layout without room after which the layout counts as full.
+/// Number of consecutive bodies for which there is no room, after which a layout counts as full.
 const FAILURES_MAX: u32 = 8;
 
-/// Fills the world: first the bodies at fixed positions for which `there` is true, by index, then the layouts in file
-/// order.
+/// Fills the world, first with the bodies at fixed positions for whose index `there` returns true, then with the
+/// layouts in file order.
 pub(crate) fn fill(
     world: &mut World,
     roster: &mut Roster,
@@ -47,7 +47,7 @@ pub(crate) fn fill(
     }
 }
 
-/// Adds the springs, except those of bodies that found no room.
+/// Adds the springs, except those attached to bodies for which there was no room.
 fn add_springs(world: &mut World, placed: &[Option<BodyId>], scene: &Scene) {
     for spring in &scene.springs {
         let end = match spring.to {
@@ -66,7 +66,7 @@ fn add_springs(world: &mut World, placed: &[Option<BodyId>], scene: &Scene) {
     }
 }
 
-/// Adds a body of the scene file.
+/// Adds a body from the scene file.
 pub(crate) fn place_body(
     world: &mut World,
     roster: &mut Roster,
@@ -76,7 +76,7 @@ pub(crate) fn place_body(
     place(world, roster, body.kind, body.def, body.start_speed, rng)
 }
 
-/// Adds a body; one with a `start_speed` sets off to the left or right at random.
+/// Adds a body. If it has a `start_speed`, it sets off to the left or right at random.
 fn place(
     world: &mut World,
     roster: &mut Roster,
@@ -103,7 +103,7 @@ pub(crate) fn either_side(speed: f32, rng: &mut Rng) -> Vec2 {
     if rng.below(2) == 0 { Vec2::new(speed, 0.0) } else { Vec2::new(-speed, 0.0) }
 }
 
-/// Whether a body at this position touches none of `others` that it collides with.
+/// Whether a body at this position would touch none of the `others` with which it collides.
 pub(crate) fn is_clear(
     world: &World,
     scene: &Scene,
@@ -118,14 +118,14 @@ pub(crate) fn is_clear(
     })
 }
 
-/// Regions around spawn points, which layouts leave clear (C37).
+/// Regions around spawn points, which layouts keep clear (C37).
 fn spawn_regions(scene: &Scene) -> Vec<Aabb> {
     let Some(hero) = &scene.hero else { return Vec::new() };
     let half = hero.body.shape.half_extent();
     hero.spawns.iter().map(|&spawn| Aabb::around(spawn, half)).collect()
 }
 
-/// The regions that a body on a path passes through.
+/// The regions through which a body on a path passes.
 fn swept(path: &Path, shape: Shape) -> impl Iterator<Item = Aabb> {
     let half = shape.half_extent();
     path.points()
@@ -133,8 +133,8 @@ fn swept(path: &Path, shape: Shape) -> impl Iterator<Item = Aabb> {
         .map(move |leg| Aabb::around(leg[0], half).union(&Aabb::around(leg[1], half)))
 }
 
-/// Finds room for the layout's next body: at the centre of its cell if the layout is exact. Otherwise it gets a
-/// random position with room around it in its cell or, if that is full, anywhere in the area.
+/// Finds room for the layout's next body. In an exact layout, this is the centre of its cell. Otherwise it is a
+/// random position with room around it, in its cell or, if that is full, anywhere in the area.
 fn find_room(
     layout: &Layout,
     number: u32,

@@ -4,7 +4,7 @@ use crate::scene::Scene;
 use jostle_sim::{BodyId, World};
 
 /// Gives bodies on a path the velocity that takes them to their position at the end of the tick. `tick_of` returns
-/// the path tick of each.
+/// the path tick of each body.
 pub(crate) fn drive(
     world: &mut World,
     placed: &[Option<BodyId>],

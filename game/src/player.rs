@@ -5,11 +5,11 @@ use crate::side::SideState;
 use glam::Vec2;
 use jostle_sim::{BodyId, Motion, World};
 
-/// A body that a player holds.
+/// A body held by a player.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct HeldBody {
     pub body: BodyId,
-    /// Gravity scale that is restored to the body on release.
+    /// Gravity scale to restore when the body is released.
     pub gravity_scale: f32,
 }
 
@@ -30,7 +30,7 @@ pub(crate) struct Player {
     pub throw_wait: u32,
     /// Position where the hero last appeared.
     pub home: Vec2,
-    /// Position where the hero respawns instead, if set.
+    /// Position where the hero respawns instead, if one is set.
     pub checkpoint: Option<Vec2>,
     /// The body carried by the hero.
     pub carried: Option<HeldBody>,
@@ -39,19 +39,19 @@ pub(crate) struct Player {
     pub controls: PlayerControls,
 }
 
-/// Pointer and keys of a player.
+/// A player's pointer and keys.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PlayerControls {
-    /// Whether no input arrived for this tick, because the connection is closed or silent. Hits on such a player do
-    /// not score.
+    /// Whether no input arrived for this tick because the connection is closed or silent. Hits on such a player
+    /// score nothing.
     pub is_away: bool,
     /// Ticks during which the player's keys do nothing.
     pub stun: u32,
-    /// Last pointer position inside the world.
+    /// Most recent pointer position inside the world.
     pub pointer: Option<Vec2>,
     /// The same, one tick earlier.
     pub pointer_before: Option<Vec2>,
-    /// Pointer in this tick, if inside the world.
+    /// Pointer in this tick, if it is inside the world.
     pub aim: Option<Vec2>,
     /// Buttons that are down.
     pub down: Buttons,
@@ -60,8 +60,8 @@ pub(crate) struct PlayerControls {
 }
 
 impl PlayerControls {
-    /// Takes the input of a tick, `None` while the player is away: nothing is down then. A pointer outside the world is
-    /// ignored: the last one stays (B1).
+    /// Takes the input for a tick. It is `None` while the player is away, in which case no button is down. A pointer
+    /// outside the world is ignored, and the previous one is kept (B1).
     pub fn take(&mut self, input: Option<Input>, world_size: Vec2) {
         let inside = |pointer: &Vec2| {
             (0.0..=world_size.x).contains(&pointer.x) && (0.0..=world_size.y).contains(&pointer.y)
@@ -100,7 +100,7 @@ impl Player {
         self.hero_wait = 0;
     }
 
-    /// Attaches a body to the hero in place of any other, provided that the body still exists and is dynamic.
+    /// Attaches a body to the hero in place of any other, provided the body still exists and is dynamic.
     pub fn carry(&mut self, body: BodyId, world: &mut World) {
         if !world.contains(body) || world.motion(body) != Motion::Dynamic {
             return;
@@ -139,7 +139,7 @@ impl Player {
     }
 }
 
-/// Gives each player its input of this tick.
+/// Gives each player their input for this tick.
 pub(crate) fn take_inputs(players: &mut [Player], inputs: &[(Seat, Input)], world_size: Vec2) {
     for player in players {
         let found = inputs.binary_search_by_key(&player.seat, |&(seat, _)| seat);

@@ -1,12 +1,12 @@
-//! Random number generators of a game.
+//! A game's random number generators.
 
 use jostle_sim::Rng;
 use jostle_sim::state::io::StateIo;
 
-/// Stream of the generator that places the layouts; it is used only once, at the start of a game.
+/// Stream of the generator that places the layouts. It is used only at the start of a game.
 pub(crate) const LAYOUT_STREAM: u64 = 1;
 
-/// One generator for each purpose, so that the draws of one rule never shift those of another.
+/// One generator for each purpose, so that one rule's random draws never shift another's.
 #[derive(Clone, Debug)]
 pub(crate) struct Rngs {
     pub spawn: Rng,

@@ -1,4 +1,4 @@
-//! The roster: the roles of the World's bodies, and the players.
+//! The roster lists the players and the roles of the World's bodies.
 
 use crate::input::Seat;
 use crate::player::Player;
@@ -16,7 +16,7 @@ pub(crate) struct Actor {
     pub rule: Rule,
 }
 
-/// Motion that a body makes by itself.
+/// How a body moves by itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Rule {
     Still,
@@ -24,13 +24,13 @@ pub(crate) enum Rule {
         heading: Vec2,
         /// Units/s, positive.
         speed: f32,
-        /// Whether a dye pack has pushed the body off its path, to which it returns.
+        /// Whether a dye pack has pushed the body off its path, so that it has to return.
         is_pushed: bool,
     },
     Chase {
         /// Direction of the pack's own motion, a unit vector.
         front: Vec2,
-        /// Velocity that contacts have added to the pack's own motion, units/s.
+        /// Velocity added to the pack's own motion by contacts, units/s.
         drift: Vec2,
         /// Velocity set for this step, units/s.
         driven: Vec2,
@@ -38,7 +38,7 @@ pub(crate) enum Rule {
     },
 }
 
-/// Roles of the bodies, and the players.
+/// The players, and the roles of the bodies.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Roster {
     /// Roles by body index.
@@ -47,7 +47,7 @@ pub(crate) struct Roster {
     pub players: Vec<Player>,
     /// Ids of the bodies in [`Scene::bodies`], in that order; `None` once a body is gone.
     pub placed: Vec<Option<BodyId>>,
-    /// Positions tried for heroes in the last tick; not part of the state.
+    /// Number of positions tried for heroes in the latest tick; not part of the state.
     pub positions_tried: u32,
 }
 
@@ -57,7 +57,7 @@ impl Roster {
         self.players.iter().any(|player| Some(player.seat) == seat && player.controls.is_away)
     }
 
-    /// Adds a body with its role; `None` when the world is full.
+    /// Adds a body with its role; `None` if the world is full.
     pub fn add(
         &mut self,
         world: &mut World,
@@ -80,7 +80,7 @@ impl Roster {
         self.remove_all(world, &[id]);
     }
 
-    /// Removes all bodies that match.
+    /// Removes all bodies for which `matches` returns true.
     pub fn remove_matching(&mut self, world: &mut World, matches: &dyn Fn(&Actor) -> bool) {
         let mut ids: Vec<BodyId> = Vec::new();
         for actor in self.actors.iter().flatten() {
@@ -126,7 +126,7 @@ impl Roster {
         player.and_then(|player| player.team).map_or(Side::Player(seat), Side::Team)
     }
 
-    /// The team with a free place and the fewest players; the first one among equals.
+    /// The team with the fewest players among those with a free place; in a tie, the first one.
     pub fn team_for(&self, scene: &Scene) -> Option<u8> {
         let teams = (0..).zip(&scene.rules.teams).map(|(index, team): (u8, _)| {
             let players = self.players.iter().filter(|player| player.team == Some(index)).count();
@@ -135,7 +135,7 @@ impl Roster {
         teams.min().map(|(_, _, index)| index)
     }
 
-    /// The next team after this player's, in file order, that is open and has a free place.
+    /// The next open team with a free place after this player's team, in file order.
     pub fn team_after(
         &self,
         scene: &Scene,
@@ -153,7 +153,7 @@ impl Roster {
         others.into_iter().find(|&team| is_open(team) && has_place(team))
     }
 
-    /// Number of players of the same team who sit before this one.
+    /// Number of players of the same team in lower seats.
     pub fn place_in_team(&self, slot: usize) -> usize {
         let team = self.players[slot].team;
         self.players[..slot].iter().filter(|player| player.team == team).count()
@@ -173,7 +173,7 @@ impl Roster {
         self.placed[index]
     }
 
-    /// Returns whether tools may make another body; room is reserved for heroes that have yet to appear.
+    /// Returns whether tools may make another body. Room is reserved for heroes that have yet to appear.
     pub fn has_room(&self, world: &World, scene: &Scene) -> bool {
         let heroes = self.players.iter().filter(|player| player.hero.is_some()).count();
         let reserved = match scene.hero {

@@ -1,8 +1,9 @@
-//! The rules of a scene during play: rounds, zones, signals, and the effects of their edges.
+//! A scene's rules during play: rounds, zones, signals, and the effects of their edges.
 //!
-//! At the start of a tick the levels of the last tick take effect: bodies come and go, paths run or stop. After the
-//! step, a single pass evaluates zones, signals, rules and the verdict, in file order. Zones and signals see the
-//! changes made by a rule in the next tick, so nothing cascades. The exact semantics are in `docs/scenes.md`.
+//! At the start of a tick, the levels of the previous tick take effect: bodies come and go, and paths run or stop.
+//! After the step, a single pass evaluates zones, signals, rules and the verdict, in file order. Zones and signals
+//! do not see the changes made by a rule until the next tick, so nothing cascades. The exact semantics are in
+//! `docs/scenes.md`.
 
 mod body_notes;
 mod breakage;

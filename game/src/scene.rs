@@ -1,7 +1,8 @@
-//! Scenes: described by TOML files, checked and ready to be played.
+//! Scenes, which are described by TOML files, checked, and ready to be played.
 //!
-//! `docs/scenes.md` is the reference of the file format. A scene that was parsed successfully can be played: every
-//! number is finite and in its range, every name is resolved, and there is room for everything placed.
+//! `docs/scenes.md` is the reference for the file format. A scene that was parsed successfully can be played:
+//! every number is finite and within its range, every name is resolved, and there is room for everything that it
+//! places.
 
 mod actors;
 mod bodies;
@@ -102,8 +103,8 @@ impl Scene {
         document.checked(scene)
     }
 
-    /// The fields that a file has or may have, as far as it can be read. Errors in the scene are ignored, except for
-    /// invalid TOML.
+    /// The fields that a file has or may have, insofar as it can be read. Errors in the scene are ignored, except
+    /// for invalid TOML.
     pub fn fields(source: &str) -> Vec<FieldInfo> {
         let document = Document::noting("fields.toml", source);
         if let Ok(entries) = toml::de::DeTable::parse(source) {

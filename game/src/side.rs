@@ -1,9 +1,9 @@
-//! Sides: teams, or single players if there are no teams.
+//! Sides, which are teams, or individual players if there are no teams.
 
 use crate::input::Seat;
 use crate::scene::POINTS_MAX;
 
-/// A side that can win or lose: a team, or a player in a scene without teams.
+/// A side that can win or lose, which is a team, or a player in a scene without teams.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Side {
     /// The team with this index in the file.
@@ -12,15 +12,15 @@ pub enum Side {
     Player(Seat),
 }
 
-/// Standing of a side in the round.
+/// A side's standing in the round.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct SideState {
     pub score: i32,
     /// Lives left; meaningless in a round without lives.
     pub lives: i32,
-    /// Whether it takes part: it had players at the start of the round, or is a player who joined later.
+    /// Whether it takes part, because it had players at the start of the round or is a player who joined later.
     pub plays: bool,
-    /// Whether it lost its last life.
+    /// Whether it has lost its last life.
     pub out: bool,
 }
 
@@ -43,8 +43,8 @@ impl SideState {
         self.lives = self.lives.saturating_add(lives);
     }
 
-    /// Limits points and lives after all changes of a tick have been added. Lives given and taken in the same tick
-    /// thus cancel out, whichever rule comes first.
+    /// Limits points and lives once all of a tick's changes have been added. Lives given and taken in the same
+    /// tick thus cancel out, whichever rule comes first.
     pub fn settle(&mut self) {
         self.score = self.score.clamp(-POINTS_MAX, POINTS_MAX);
         self.lives = self.lives.clamp(0, POINTS_MAX);

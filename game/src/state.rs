@@ -1,7 +1,7 @@
-//! The Game's state: hashed, compared, saved as bytes and restored from them.
+//! The Game's state, which can be hashed, compared, saved as bytes and restored from them.
 //!
-//! A saved state contains the states of the World and of the rules. It is only valid with its scene, and is saved
-//! between two ticks, so the events of the last tick are not included.
+//! A saved state contains the states of the World and of the rules. It is valid only for its scene, and is saved
+//! between two ticks, so the events of the previous tick are not included.
 
 use crate::event::Event;
 use crate::game::Game;
@@ -18,7 +18,7 @@ use jostle_sim::state::{StateDump, Subject};
 use jostle_sim::{BodyId, Difference, Motion, Rng, StateError, StateHasher, World};
 use std::sync::Arc;
 
-/// Stands for the absence of a seat.
+/// Represents the absence of a seat.
 const NO_SEAT: u8 = u8::MAX;
 /// Seats from this number on take two bytes.
 const LONG_SEATS: u16 = 128;
@@ -35,7 +35,7 @@ impl Game {
         hasher.finish()
     }
 
-    /// The first difference between two games, in the order of the state hash.
+    /// The first difference between two games, in state hash order.
     pub fn first_difference(&self, other: &Game) -> Option<Difference> {
         let (mut one, mut two) = (StateDump::default(), StateDump::default());
         for (game, dump) in [(self, &mut one), (other, &mut two)] {
@@ -46,7 +46,7 @@ impl Game {
         one.first_difference(&two)
     }
 
-    /// The whole state as bytes, between two ticks: at most 64 per body and 8 per contact, not counting particles,
+    /// The whole state between two ticks as bytes, at most 64 per body and 8 per contact, not counting particles,
     /// emitters and players.
     pub fn save(&self) -> Vec<u8> {
         let mut out = StateWriter::default();
@@ -56,8 +56,8 @@ impl Game {
         out.0
     }
 
-    /// Restores a saved game, which then continues exactly like the original. Any bytes are safe to pass: those that
-    /// are not the state of a game of this scene are refused.
+    /// Restores a saved game, which then continues exactly like the original. Any bytes are safe to pass: anything
+    /// but the state of a game of this scene is refused.
     pub fn restore(scene: Arc<Scene>, bytes: &[u8]) -> Result<Game, StateError> {
         let bytes = &mut StateReader::new(bytes);
         let world = World::restore(scene.world_settings(), bytes)?;
@@ -210,7 +210,7 @@ fn is_loose(id: BodyId, world: &World) -> bool {
     world.contains(id) && world.motion(id) == Motion::Dynamic
 }
 
-/// Describes a held body and its gravity scale.
+/// Describes a held body and the gravity scale to restore.
 pub(crate) fn held_state(
     [name, scale]: [Field; 2],
     held: Option<HeldBody>,
@@ -246,7 +246,8 @@ pub(crate) fn seat_state(field: Field, seat: Option<Seat>, io: &mut impl StateIo
     saved_seat(field, seat, io)
 }
 
-/// Saves a seat: one byte below 128, the usual case, otherwise two with the high bits first; one byte for no seat.
+/// Saves a seat in one byte if it is below 128, the usual case, and otherwise in two, high bits first. No seat takes
+/// one byte.
 #[inline]
 fn saved_seat(field: Field, seat: Option<Seat>, io: &mut impl StateIo) -> Option<Seat> {
     let [first, second] = match seat {

@@ -1,4 +1,4 @@
-//! Tests of the rules of a game, on small scenes made for each test.
+//! Tests a game's rules, in small scenes made for each test.
 
 mod bodies;
 mod budget;
@@ -22,7 +22,7 @@ use jostle_sim::math::max;
 use jostle_sim::{BodyId, Shape, Source};
 use std::sync::Arc;
 
-/// Pairs (B6) and tools (B5) of the scene `impulse`, over a bare floor whose top is at 3.5.
+/// The pairs (B6) and tools (B5) of the scene `impulse`, with only a floor whose top is at 3.5.
 const FLOOR: &str = r#"
 title = "Floor"
 size = [400, 200]
@@ -48,7 +48,7 @@ fn game_of(text: &str) -> Game {
     Game::new(Arc::new(scene), 7)
 }
 
-/// [`FLOOR`] with more entries at its end.
+/// A game of [`FLOOR`] with more entries at its end.
 fn floor_with(more: &str) -> Game {
     game_of(&format!("{FLOOR}\n{more}"))
 }
@@ -69,7 +69,7 @@ fn input(buttons: &[Buttons], pointer: Option<Vec2>) -> Input {
 
 const FIRST: Seat = Seat(0);
 
-/// Plays a tick with an input from the first seat only.
+/// Plays a tick with input from the first seat only.
 fn play(game: &mut Game, buttons: &[Buttons], pointer: Option<Vec2>) {
     game.tick(&[(FIRST, input(buttons, pointer))]);
 }
@@ -95,7 +95,7 @@ fn hero_of(game: &Game, seat: Seat) -> BodyId {
     player.hero.expect("a hero")
 }
 
-/// Root mean square of the speeds of all bodies of a kind.
+/// Root mean square of the speeds of all bodies of one kind.
 fn rms_speed(game: &Game, kind: Kind) -> f32 {
     let ids = all(game, kind);
     let sum: f32 = ids.iter().map(|&id| game.world().velocity(id).length_squared()).sum();

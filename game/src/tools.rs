@@ -1,4 +1,4 @@
-//! Tools of players: Z, X, C, V, the click, and H, M and P with dragging.
+//! The players' tools: Z, X, C, V, clicking, and H, M and P with dragging.
 
 use crate::event::Event;
 use crate::input::Buttons;
@@ -12,18 +12,18 @@ use glam::Vec2;
 use jostle_sim::math::{clamp_length, min};
 use jostle_sim::{Aabb, BodyDef, BodyId, DT, EmitterDef, Motion, Rng, Shape, Source, World};
 
-/// Largest change by C of each component of a velocity in a tick, units/s.
+/// Largest change that C makes to each velocity component in a tick, units/s.
 const AGITATE_SPEED: f32 = 5.0;
-/// Speed at which a held body follows the pointer, units/s: fast, but too slow to tunnel.
+/// Maximum speed at which a held body follows the pointer, units/s; fast, but too slow to tunnel.
 const HOLD_SPEED_MAX: f32 = 120.0;
-/// Positions at which Z tries to drop a marble in a tick, each in a larger square around the pointer.
+/// Number of positions at which Z tries to drop a marble in a tick, each in a larger square around the pointer.
 const DROP_TRIES: u32 = 16;
-/// Half the side of the first square (C45), and its growth from one try to the next, as shares of the marble's half
-/// extent. The last square has room for 36 marbles.
+/// Half the side of the first square (C45), and its growth with each try, relative to the marble's half extent. The
+/// last square has room for 36 marbles.
 const DROP_SPREAD: f32 = 0.5;
 const DROP_GROWTH: f32 = 0.4;
 
-/// Runs the tools that act on bodies, before the step: V, C, selection and dragging, X.
+/// Runs the tools that act on bodies, before the step: V, C, selecting and dragging, and X.
 pub(crate) fn act_on_bodies(world: &mut World, roster: &mut Roster, scene: &Scene, rng: &mut Rng) {
     let allows = |tool| scene.tools.contains(tool);
     let any = |button| roster.players.iter().any(|player| player.controls.holds(button));
@@ -105,8 +105,8 @@ fn drop_marble(
     }
 }
 
-/// Finds a position near the pointer where a marble touches nothing and is on the same side of every wall; `None` if
-/// all tries fail. Bodies made inside each other would burst apart, even through walls. `nearby` is scratch memory.
+/// Finds a position near the pointer, on the same side of every wall, where a marble touches nothing; `None` if all
+/// tries fail. Bodies made inside each other would burst apart, even through walls. `nearby` is scratch memory.
 fn free_place(
     world: &World,
     scene: &Scene,
@@ -124,8 +124,8 @@ fn free_place(
     (0..DROP_TRIES).find_map(|attempt| {
         let spread = half * (DROP_SPREAD + DROP_GROWTH * attempt as f32);
         let position = aim + Vec2::new(rng.range(-1.0, 1.0), rng.range(-1.0, 1.0)) * spread;
-        // Immovable bodies may not reach into the rectangle between pointer and position. A rectangle without area
-        // would touch nothing.
+        // Immovable bodies must not reach into the rectangle between pointer and position. A rectangle without
+        // area would touch nothing.
         let between = (position - aim).abs() * 0.5 + Vec2::splat(1e-3);
         let way = BodyDef { shape: Shape::Box { half: between }, ..*marble };
         let is_fixed = |id: &BodyId| world.motion(*id) != Motion::Dynamic;
@@ -136,7 +136,7 @@ fn free_place(
     })
 }
 
-/// Selects a body by its key, or by a press on it.
+/// Selects a body by its key or by pressing the pointer on it.
 fn select(world: &World, roster: &mut Roster, scene: &Scene, slot: usize) {
     let keys = [
         (Buttons::PICK_HERO, Kind::Hero),
@@ -160,8 +160,8 @@ fn select(world: &World, roster: &mut Roster, scene: &Scene, slot: usize) {
     }
 }
 
-/// Returns the body that a press at a point selects, given bodies with their kinds, shapes and centres: the one
-/// already selected, otherwise the one drawn on top.
+/// Returns the body that a press at a point selects, given bodies with their kinds, shapes and centres. It is
+/// the one that is already selected, otherwise the one drawn on top.
 pub fn selectable_at(
     bodies: impl Iterator<Item = (BodyId, Kind, Shape, Vec2)>,
     selected: Option<BodyId>,
@@ -188,8 +188,8 @@ fn drag(world: &mut World, player: &Player) {
     world.set_velocity(body, Vec2::ZERO);
 }
 
-/// Holds the first body that comes under the pointer while X is down, until X is released (C44). The body is driven
-/// towards the pointer, and gravity does not act on it meanwhile.
+/// Holds the first body that comes under the pointer while X is down, until X is released (C44). Meanwhile the body
+/// is driven towards the pointer, and gravity does not act on it.
 fn hold(world: &mut World, roster: &mut Roster, slot: usize, speed_max: f32) {
     let player = &mut roster.players[slot];
     if !player.controls.holds(Buttons::HOLD) {
@@ -206,7 +206,7 @@ fn hold(world: &mut World, roster: &mut Roster, slot: usize, speed_max: f32) {
     world.set_velocity(held.body, clamp_length(way / DT, speed_max));
 }
 
-/// Grabs the body under the pointer, if players may hold it and no player holds it yet.
+/// Grabs the body under the pointer, if players may hold it and no one holds it yet.
 fn grab(world: &mut World, roster: &Roster, aim: Vec2) -> Option<HeldBody> {
     let is_loose = |id: BodyId| {
         let actor = roster.actors[id.index as usize];
@@ -220,7 +220,7 @@ fn grab(world: &mut World, roster: &Roster, aim: Vec2) -> Option<HeldBody> {
     Some(HeldBody { body, gravity_scale })
 }
 
-/// Releases the body that a player holds.
+/// Releases the body held by a player.
 pub(crate) fn release(world: &mut World, player: &mut Player) {
     if let Some(held) = player.held.take() {
         world.set_gravity_scale(held.body, held.gravity_scale);

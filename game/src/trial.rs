@@ -1,10 +1,10 @@
-//! A trial of a scene: the scene is played for up to some minutes, and the work of each tick is counted. From the
-//! counts follows the duration of a busy tick without a clock, so a trial has the same result on every machine and
+//! In a trial, a scene is played for up to some minutes, and the work in each tick is counted. The counts
+//! determine how long a busy tick takes, without a clock, so a trial has the same result on every machine and
 //! under any load.
 //!
-//! Players press all keys. First the scene is left to them. Then all its bodies are stirred repeatedly, which is
-//! harder than anything players do: first in new games, where a layout is as dense as it ever gets, then in the game
-//! that was played. Each part ends early once its counts amount to [`PART_US`].
+//! Players press all keys. First they play the scene undisturbed. Then all its bodies are stirred repeatedly, which
+//! is harder on the solver than anything players do: first in new games, where a layout is as dense as it ever gets,
+//! then in the game that was played. Each part ends early once its counts add up to [`PART_US`].
 
 use crate::scene::{WorstTick, made_max};
 use crate::{Buttons, Game, Input, Kind, Phase, Scene, Seat, Tools};
@@ -13,33 +13,34 @@ use jostle_sim::math::{max, min};
 use jostle_sim::{Motion, Rng, StepBudget, StepCounts, World};
 use std::sync::Arc;
 
-/// Seed of the game, of its players' keys and of the stirring.
+/// Seed for the game, its players' keys and the stirring.
 const SEED: u64 = 7;
-/// Ticks between two stirs. Of each such period, the worst tick counts.
+/// Number of ticks between two stirs. The worst tick in each such period counts.
 pub const STIR_TICKS: u32 = 40;
 /// Maximum number of periods in which the scene is left to its players, and in which it is stirred. The first number
-/// is smaller where players can do nothing.
+/// is reduced if players cannot do anything.
 const PERIODS: [u32; 2] = [160, 400];
 const IDLE_PERIODS: u32 = 10;
-/// Number of games that are stirred from their start, and periods of each.
+/// Number of games that are stirred from their start, and the number of periods in each.
 const NEW_GAMES: u64 = 3;
 const NEW_PERIODS: u32 = 2;
-/// Maximum time that the counts of one of these games may amount to, microseconds.
+/// Maximum time that the counts of one of these games may add up to, microseconds.
 const NEW_US: f32 = 300_000.0;
-/// Maximum time that the counts of each part may amount to, microseconds.
+/// Maximum time that the counts of each part may add up to, microseconds.
 const PART_US: [f32; 2] = [1_000_000.0, 2_500_000.0];
-/// Largest change of each velocity component by a stir, units/s.
+/// Largest change that a stir makes to each velocity component, units/s.
 const STIR_SPEED: f32 = 60.0;
-/// Budget of a step in a trial; a scene that needs more is not tried any further.
+/// Budget for a step in a trial. A scene that needs more is not tried any further.
 const STEP: StepBudget = StepBudget { pairs: 50_000, work: 4_000_000, obstacle_cells: 1_000_000 };
 
-/// A count of a step, and its time in microseconds.
+/// A count taken in a step, and its cost in microseconds.
 type Counted = (fn(&StepCounts) -> u64, f32);
-/// Listed pairs per moving body up to which each pair takes longer; a longer list is in order in memory.
+/// Number of listed pairs per moving body up to which each pair takes longer; longer lists are accessed in memory
+/// order.
 const LISTED_FEW: u64 = 80;
-/// Counts of both solvers with their times. The times were fitted to the slowest ticks of several hundred stirred
-/// random scenes of 10 to 800 bodies with up to 500 springs, in release builds on one virtual core of a shared Intel
-/// Xeon server. For nine in ten such ticks, the counts give the time within 30 %.
+/// The cost of each count, per solver. The costs were fitted to the slowest ticks of several hundred stirred random
+/// scenes with 10 to 800 bodies and up to 500 springs, in release builds on one virtual core of a shared Intel Xeon
+/// server. For nine in ten such ticks, the counts give the time to within 30 %.
 const CONJUGATE_US: [Counted; 10] = [
     (|done| done.moving, 0.49),
     (|done| done.listed, 0.05),
@@ -62,24 +63,24 @@ const RELAXATION_US: [Counted; 6] = [
 ];
 /// Microseconds per spring visit, with either solver.
 const SPRING_US: f32 = 0.036;
-/// Microseconds per body for each player and zone: tools and rules check all bodies.
+/// Microseconds per body for each player and zone, since tools and rules check all bodies.
 const LOOK_US: f32 = 0.004;
-/// Microseconds per body for each position tried for a hero, and per body in the tick in which a round places the
-/// bodies.
+/// Microseconds per body for each position tried for a hero, and per body in the tick that places the bodies for
+/// a round.
 const TRY_US: f32 = 0.003;
 const PLACED_US: f32 = 0.4;
-/// Microseconds for the rules of a round in a tick.
+/// Microseconds per tick for the rules of a round.
 const ROUND_US: f32 = 3.0;
 
-/// Time added to every estimate, microseconds, for uncounted work and for memory that is not in the cache.
+/// Time added to every estimate to allow for uncounted work and for memory that is not in the cache, microseconds.
 const ANY_TICK_US: f32 = 2.0;
-/// Factor between the two worst ticks of the trial by their counts, however rare, and the worst tick that is
-/// promised: games have worse moments than a trial, and ticks with the same counts may differ in time. The sweeps of
-/// the conjugate solver vary more.
+/// Factor from the two worst ticks of the trial by their counts, however rare, to the worst tick that is promised.
+/// Games have worse moments than a trial, and ticks with the same counts may take different times. The conjugate
+/// solver's sweeps vary more.
 const RELAXATION_MARGIN: f32 = 2.0;
 const CONJUGATE_MARGIN: f32 = 2.15;
-/// The same factor for the part without stirring, where players can do nothing: every other game then runs much like
-/// it.
+/// The same factor for the part without stirring if players cannot do anything, in which case all other games run
+/// much like it.
 const IDLE_MARGIN: f32 = 1.5;
 
 /// Results of a trial.
@@ -87,16 +88,16 @@ const IDLE_MARGIN: f32 = 1.5;
 pub struct Trial {
     /// Number of ticks played.
     pub ticks: u32,
-    /// Whether no step exceeded the budget of a trial; otherwise the trial ended at that step.
+    /// Whether all steps stayed within the trial's budget. Otherwise the trial ended at the step that did not.
     pub is_complete: bool,
-    /// Time that the counts of all ticks amount to, microseconds.
+    /// Time that the counts of all ticks add up to, microseconds.
     pub total_us: f32,
     /// Time of the worst tick in each period of a part, derived from its counts, microseconds.
     peaks_us: [Vec<f32>; 2],
     /// Whether players can do anything.
     has_actors: bool,
     is_conjugate: bool,
-    /// Largest number of bodies at a time, and of bodies made by tools and launchers.
+    /// Largest number of bodies at any time, and of bodies made by tools and launchers.
     bodies: u32,
     made: u32,
     /// Maximum number of bodies that tools and launchers may make, and of all bodies.
@@ -104,7 +105,7 @@ pub struct Trial {
     bodies_max: u32,
 }
 
-/// Estimates the worst tick of a busy game of this scene by a [`Trial`].
+/// Estimates the worst tick of a busy game of this scene with a [`Trial`].
 pub fn worst_tick(scene: &Scene) -> WorstTick {
     Trial::of(scene).worst_tick(scene)
 }
@@ -125,14 +126,14 @@ impl Trial {
         trier.found
     }
 
-    /// Estimates the worst tick of a busy game of the scene that was played. If the trial was cut short by a step
-    /// that exceeded its budget, this is at least the worst tick by the scene's limits.
+    /// Estimates the worst tick of a busy game of the scene that was played. If a step exceeded its budget and
+    /// ended the trial, the estimate is at least the worst tick that the scene's limits allow.
     pub fn worst_tick(&self, scene: &Scene) -> WorstTick {
         let (limits, ms) = (WorstTick::of(scene), self.worst_ms());
         WorstTick { ms: if self.is_complete { ms } else { max(ms, limits.ms) }, ..limits }
     }
 
-    /// Milliseconds of the worst tick in a busy game.
+    /// Duration of the worst tick in a busy game, milliseconds.
     pub fn worst_ms(&self) -> f32 {
         let [played, stirred] = &self.peaks_us;
         let margin = if self.is_conjugate { CONJUGATE_MARGIN } else { RELAXATION_MARGIN };
@@ -141,8 +142,8 @@ impl Trial {
         (ANY_TICK_US + us * self.growth()) / 1000.0
     }
 
-    /// Ratio of the largest possible number of bodies to the number in the trial, in which tools and launchers may
-    /// not have made all of theirs.
+    /// Ratio of the largest possible number of bodies to the number in the trial, where tools and launchers may
+    /// not have made as many as they can.
     fn growth(&self) -> f32 {
         let missing = self.made_max.saturating_sub(self.made);
         (self.bodies + missing).min(self.bodies_max) as f32 / self.bodies.max(1) as f32
@@ -204,7 +205,7 @@ impl RandomGame {
     }
 }
 
-/// Plays a tick of a game; if the flag is true, its bodies are stirred.
+/// Plays a tick of a game, stirring its bodies if the flag is true.
 pub type TickFn<'a> = dyn FnMut(&mut RandomGame, bool) + 'a;
 
 /// A trial in progress, with the game being played.
@@ -236,7 +237,7 @@ impl<'a> Trier<'a> {
         is_within
     }
 
-    /// Plays periods of a part until their counts amount to this many microseconds. Returns whether its steps stayed
+    /// Plays periods of a part until their counts add up to this many microseconds. Returns whether its steps stayed
     /// within the budget.
     fn play_part(&mut self, part: usize, periods: u32, most_us: f32) -> bool {
         let end_us = self.found.total_us + most_us;
@@ -276,8 +277,8 @@ impl<'a> Trier<'a> {
     }
 }
 
-/// Time of a game's last tick derived from its counts, microseconds, on the machine for which the times were fitted,
-/// without [`ANY_TICK_US`].
+/// Time of a game's latest tick, derived from its counts, in microseconds on the machine for which the costs were
+/// fitted, without [`ANY_TICK_US`].
 pub fn tick_us(game: &Game) -> f32 {
     let (scene, world) = (game.scene(), game.world());
     let us: &[Counted] = if scene.world.is_conjugate() { &CONJUGATE_US } else { &RELAXATION_US };
@@ -292,7 +293,7 @@ pub fn tick_us(game: &Game) -> f32 {
     step_us + SPRING_US * done.springs as f32 + body_us * bodies + round_us
 }
 
-/// Returns the scene with rounds that begin at once, since nothing moves before a round begins.
+/// Returns the scene with rounds that begin immediately, since nothing moves before a round begins.
 fn without_waits(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     if let Some(round) = &mut scene.rules.round {
@@ -313,7 +314,7 @@ fn stir(world: &mut World, rng: &mut Rng) {
     }
 }
 
-/// A player who holds some keys and a pointer position for some ticks, then changes them.
+/// A player who holds down some keys and keeps the pointer at a position for some ticks, then changes both.
 #[derive(Clone)]
 struct TrialPlayer {
     rng: Rng,
@@ -326,7 +327,7 @@ impl TrialPlayer {
         TrialPlayer { rng, input: Input::default(), ticks: 0 }
     }
 
-    /// Returns the input of the next tick, from all keys except those that clear the world and change the team.
+    /// Returns the input for the next tick, chosen from all keys except those that clear the world and change the team.
     fn next(&mut self, size: Vec2) -> Input {
         if self.ticks == 0 {
             let rng = &mut self.rng;
@@ -345,7 +346,7 @@ impl TrialPlayer {
 mod tests {
     use super::*;
 
-    /// A scene with blocks in a closed square without gravity.
+    /// A scene with blocks in a closed square, without gravity.
     fn blocks(side: u32, count: u32, block: &str) -> Scene {
         let (middle, far, long) = (side / 2, side + 5, side + 40);
         let wall = |x: u32, y: u32, w: u32, h: u32| {

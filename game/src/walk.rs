@@ -1,4 +1,4 @@
-//! Walking heroes: they run along the ground and jump off it.
+//! Walking heroes, which run along the ground and jump off it.
 
 use crate::input::Buttons;
 use crate::scene::{HeroSpec, Scene, WalkSpec};
@@ -6,16 +6,16 @@ use glam::Vec2;
 use jostle_sim::math::{clamp, max};
 use jostle_sim::{BodyId, DT, World, collide};
 
-/// Distance below a hero's feet within which a body counts as ground, world units: more than a hero sinks in or
-/// bounces at rest.
+/// Distance below a hero's feet within which a body counts as ground, world units. It is more than a hero at
+/// rest sinks in or bounces.
 const REACH: f32 = 0.25;
-/// Steepest allowed ground: the least component of its normal against gravity.
+/// Steepest ground on which a hero can stand, as the minimum component of its normal against gravity.
 const STEEP: f32 = 0.7;
-/// Time to reach running speed from standing, seconds.
+/// Time that a hero takes to reach running speed from a standstill, seconds.
 const RUN_UP: f32 = 0.1;
 
 impl WalkSpec {
-    /// The velocity of a hero after a tick with these buttons down, before the world steps; `ground` is the velocity
+    /// The velocity of a hero after a tick with these buttons down, before the world steps. `ground` is the velocity
     /// of the ground under it.
     fn steered(self, velocity: Vec2, down: Buttons, ground: Option<Vec2>) -> Vec2 {
         let run = down.axis(Buttons::RIGHT, Buttons::LEFT) * self.speed;
@@ -43,8 +43,8 @@ impl HeroSpec {
     }
 }
 
-/// The velocity of the ground under a hero, if it stands on any: that of the first body below its feet, in id order,
-/// unless the hero is leaving it.
+/// The velocity of the ground under a hero, if it stands on any. This is the velocity of the first body below its
+/// feet, in id order, unless the hero is leaving it.
 fn ground_of(world: &World, scene: &Scene, hero: BodyId) -> Option<Vec2> {
     let (shape, group, velocity) = (world.shape(hero), world.group(hero), world.velocity(hero));
     let feet = world.position(hero) - Vec2::new(0.0, REACH);
@@ -53,7 +53,7 @@ fn ground_of(world: &World, scene: &Scene, hero: BodyId) -> Option<Vec2> {
         let found = collide(shape, feet, world.shape(id), world.position(id), (0, 1));
         found.is_some_and(|manifold| manifold.normal.y <= -STEEP)
     });
-    // A hero that rises from the ground faster than it takes to settle on it has jumped.
+    // A hero that rises from the ground too fast to be settling on it has jumped.
     grounds.find_map(|id| {
         let ground = world.velocity(id);
         (velocity.y - ground.y <= REACH / DT).then_some(ground)

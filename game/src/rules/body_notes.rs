@@ -1,5 +1,5 @@
-//! Facts about bodies that rules remember: where they started, who touched them last, and whether they are held. Bodies of the
-//! scene come and go by conditions, and return to their starts.
+//! Facts about bodies that rules remember, such as where they started, who touched them last, and whether they rest.
+//! The scene's bodies come and go depending on conditions, and return to their starts.
 
 use super::context::RuleContext;
 use crate::input::Seat;
@@ -9,17 +9,17 @@ use crate::scene::{Kind, Levels, Scene};
 use glam::Vec2;
 use jostle_sim::{BodyId, Motion, World};
 
-/// Facts about a body that rules remember.
+/// What rules remember about a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct BodyNote {
     pub id: BodyId,
-    /// Collision group of the body, needed by rules about lost bodies.
+    /// Collision group of the body, which rules about lost bodies need.
     pub group: u8,
-    /// Index of the body in the scene, if it belongs to the scene.
+    /// Index of the body in the scene file, if it comes from there.
     pub placed: Option<usize>,
     /// Position and velocity at the start.
     pub start: BodyStart,
-    /// The last player to touch it with a hero or pack.
+    /// The last player who touched it with a hero or pack.
     pub touched_by: Option<Seat>,
     /// Set while the body rests at its start after returning there.
     pub rests: Option<BodyRest>,
@@ -36,7 +36,7 @@ pub(crate) struct BodyStart {
     pub velocity: Vec2,
 }
 
-/// A body's rest at its start after it returned there.
+/// A body's rest at its start after returning there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct BodyRest {
     pub ticks: u32,
@@ -44,14 +44,14 @@ pub(crate) struct BodyRest {
     pub gravity_scale: f32,
 }
 
-/// What rules remember of all bodies.
+/// What rules remember about all bodies.
 #[derive(Clone, Debug)]
 pub(crate) struct BodyNotes {
-    /// By body slot.
+    /// Notes by body slot.
     notes: Vec<Option<BodyNote>>,
-    /// Whether each body of the scene has appeared since its condition began to hold.
+    /// For each of the scene's bodies, whether it has appeared since its condition began to hold.
     pub(super) came: Vec<bool>,
-    /// Ticks for which each body of the scene has been stopped on its path.
+    /// Number of ticks for which each of the scene's bodies has been stopped on its path.
     pub(super) stood: Vec<u32>,
 }
 
@@ -60,14 +60,14 @@ impl BodyNotes {
         BodyNotes { notes: Vec::new(), came, stood }
     }
 
-    /// Bodies of the scene at the start of a round.
+    /// Determines which of the scene's bodies are present at the start of a round.
     pub fn settle(&mut self, scene: &Scene, levels: Levels) {
         let bodies = scene.bodies.iter().zip(&mut self.came);
         bodies.for_each(|(body, came)| *came = body.presence.all(levels));
         self.stood.fill(0);
     }
 
-    /// Notes which bodies of the scene were placed.
+    /// Creates notes for the scene's bodies that were placed.
     pub fn note_placed(&mut self, world: &World, roster: &Roster) {
         for (body, &id) in roster.placed.iter().enumerate() {
             if let Some(id) = id {
@@ -76,8 +76,9 @@ impl BodyNotes {
         }
     }
 
-    /// Bodies come and go by the levels of the last tick, before the tick of the round that `clock` counts. One that should
-    /// come waits until nothing that can move is in its place: a door closes on nobody.
+    /// Lets bodies come and go according to the levels of the previous tick, before the tick of the round that `clock`
+    /// counts. A body that should appear waits until nothing that can move is in its place, so that a door never closes
+    /// on anyone.
     pub fn update_presence(
         &mut self,
         levels: Levels,
@@ -121,7 +122,7 @@ impl BodyNotes {
     }
 
     /// Records the positions of all bodies before a step, and adds new bodies. Forgets bodies that were already gone,
-    /// which a saved state does not contain either.
+    /// since a saved state does not contain them either.
     pub fn observe(&mut self, world: &World, roster: &Roster) {
         for note in &mut self.notes {
             note.take_if(|note| !world.contains(note.id));
@@ -155,12 +156,12 @@ impl BodyNotes {
         self.get(id).copied().unwrap_or_else(|| BodyNote::new(id, world))
     }
 
-    /// Position of a body before the step; for a body made since then, its current position.
+    /// Position of a body before the step, or its current position if it was made since then.
     pub fn position_before(&self, id: BodyId, world: &World) -> Vec2 {
         self.get(id).map_or_else(|| world.position(id), |note| note.before)
     }
 
-    /// Records who touched whom in the step.
+    /// Records who touched which body in the step.
     pub fn follow_touches(&mut self, world: &World, roster: &Roster) {
         for touch in world.touches() {
             for (id, other) in [(touch.a, touch.b), (touch.b, touch.a)] {
@@ -171,7 +172,7 @@ impl BodyNotes {
         }
     }
 
-    /// Returns a body of the scene to its start, where it rests for this many ticks.
+    /// Returns one of the scene's bodies to its start, where it rests for this many ticks.
     pub fn reset(&mut self, body: usize, ticks: u32, table: &mut RuleContext) {
         match table.roster.placed[body] {
             Some(id) => self.send_back(id, ticks, table),
@@ -179,7 +180,7 @@ impl BodyNotes {
         }
     }
 
-    /// Returns a body to its start. If it is gone and belongs to the scene, it is made again.
+    /// Returns a body to its start. If it is gone and comes from the scene file, it is recreated.
     pub fn send_back(&mut self, id: BodyId, ticks: u32, table: &mut RuleContext) {
         if !table.world.contains(id) {
             let placed = self.get(id).and_then(|note| note.placed);
@@ -212,7 +213,7 @@ impl BodyNotes {
         }
     }
 
-    /// Recreates a body of the scene that is gone, at its start.
+    /// Recreates one of the scene's bodies at its start after it is gone.
     fn bring_back(&mut self, body: usize, ticks: u32, table: &mut RuleContext) {
         let RuleContext { scene, world, roster, rngs, .. } = table;
         if !self.came[body] {
@@ -249,7 +250,7 @@ impl BodyNotes {
     }
 }
 
-/// Sets off a body from its start; one that first set off to a random side does so again.
+/// Sets a body in motion from its start. One that first set off to a random side does so again.
 fn set_off(id: BodyId, note: &BodyNote, table: &mut RuleContext) {
     let start_speed = note.placed.map_or(0.0, |body| table.scene.bodies[body].start_speed);
     let velocity = match start_speed > 0.0 {
@@ -266,13 +267,13 @@ fn set_off(id: BodyId, note: &BodyNote, table: &mut RuleContext) {
     }
 }
 
-/// The player to whom a body belongs, if it is a hero or pack.
+/// The owner of a body, if it is a hero or pack.
 fn acts(actor: Option<Actor>) -> Option<Seat> {
     actor.filter(|actor| matches!(actor.kind, Kind::Hero | Kind::Pack))?.owner
 }
 
 impl BodyNote {
-    /// Creates the note of a body that was just made.
+    /// Creates the note for a body that was just made.
     pub fn new(id: BodyId, world: &World) -> BodyNote {
         let start = BodyStart { position: world.position(id), velocity: world.velocity(id) };
         let group = world.group(id);

@@ -10,7 +10,7 @@ use jostle_sim::{BodyId, Touch, World};
 /// The bodies that broke in this tick.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Breakage {
-    /// Whether anything can break.
+    /// Whether anything in the scene can break.
     pub is_on: bool,
     pub(super) broken: Vec<Broken>,
 }
@@ -25,7 +25,8 @@ pub(super) struct Broken {
 }
 
 impl Breakage {
-    /// Breaks bodies that were hit too hard in the step, in the order of contacts, and cracks those hit half as hard. A blow by something that no player touched counts for the `shooter`.
+    /// Breaks bodies that were hit too hard in the step, in the order of contacts, and cracks those hit more than half
+    /// as hard. A blow from something that no player touched is credited to the `shooter`.
     pub fn update(
         &mut self,
         notes: &mut BodyNotes,
@@ -67,13 +68,13 @@ impl Breakage {
     }
 }
 
-/// Who made `other` hit `it`: whose it is, or who touched it last.
+/// Who made `other` hit `it`: the owner of `other`, or whoever touched it last.
 fn who_hit(it: BodyId, other: BodyId, notes: &BodyNotes, table: &RuleContext) -> Option<Seat> {
     let touched = |id| notes.get(id).and_then(|note| note.touched_by);
     table.roster.owner_of(other).or_else(|| touched(other)).or_else(|| touched(it))
 }
 
-/// The impulse that stops two bodies along their normal, mass times units/s. Slow pressure breaks nothing.
+/// The impulse that stops two bodies along their normal, in mass times units/s. Slow pressure breaks nothing.
 fn blow(world: &World, touch: &Touch) -> f32 {
     let inverse_mass = world.inverse_mass(touch.a) + world.inverse_mass(touch.b);
     if inverse_mass > 0.0 { touch.closing / inverse_mass } else { 0.0 }

@@ -4,7 +4,7 @@
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u8)]
 pub enum RoundPhase {
-    /// Players are missing; nothing counts.
+    /// Players are still missing, and nothing counts.
     #[default]
     Waiting,
     /// Everything is in place, and heroes cannot move.
@@ -16,7 +16,7 @@ pub enum RoundPhase {
 }
 
 impl RoundPhase {
-    /// Every phase, in wire order.
+    /// All phases, in wire order.
     pub const ALL: [RoundPhase; 4] =
         [RoundPhase::Waiting, RoundPhase::Countdown, RoundPhase::Running, RoundPhase::Over];
 }
@@ -42,7 +42,7 @@ impl Round {
         self.phase == RoundPhase::Running
     }
 
-    /// Changes to a phase in which this many ticks have been played, including the current one.
+    /// Switches to a phase in which this many ticks have been played, including the current one.
     pub fn enter(&mut self, phase: RoundPhase, ticks: u32) {
         *self = Round { phase, ticks, ..*self };
     }

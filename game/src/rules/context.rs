@@ -20,7 +20,7 @@ pub(crate) struct RuleContext<'a> {
 }
 
 impl RuleContext<'_> {
-    /// Particles at a body.
+    /// Emits particles at a body.
     pub fn splash(&mut self, recipe: u8, body: BodyId) {
         let source = Source::Point(self.world.position(body));
         let seed = self.rngs.emit.next_u32();

@@ -1,5 +1,5 @@
-//! The state of the rules, the order in which a tick plays them, and rounds: waiting for players, a countdown, the game, and
-//! a pause with the result.
+//! The state of the rules, the order in which a tick evaluates them, and the phases of a round: waiting for players, a
+//! countdown, the game itself, and a pause that shows the result.
 
 use super::body_notes::BodyNotes;
 use super::breakage::Breakage;
@@ -16,27 +16,27 @@ use crate::side::Side;
 use crate::{heroes, placing, tools};
 use jostle_sim::{Rng, World};
 
-/// Minimum number of ticks for which a result is shown.
+/// Minimum number of ticks for which the result is shown.
 const RESULT_TICKS: u32 = 60;
 
 /// The state of a scene's rules.
 #[derive(Clone, Debug)]
 pub(crate) struct Rules {
     pub round: Round,
-    /// Levels of the last tick.
+    /// Levels of the previous tick.
     pub levels: Levels,
     pub zones: Zones,
     pub(super) signals: Signals,
     pub teams: Teams,
     pub notes: BodyNotes,
-    /// State of the sling, in a scene that has one.
+    /// State of the sling, if the scene has one.
     pub(super) sling: Option<Sling>,
     pub(super) breakage: Breakage,
     /// Winners of the round that is over.
     pub winners: Vec<Side>,
     /// Generator that places the layouts.
     pub(super) layouts: Rng,
-    /// Scratch memory of a tick.
+    /// Scratch memory for a tick.
     pub(super) claims: Claims,
 }
 
@@ -65,7 +65,7 @@ impl Rules {
         Some(rules)
     }
 
-    /// Sets the levels at the start of a round: zones are empty, and signals come on without an edge.
+    /// Sets the levels at the start of a round, when zones are empty and signals come on without an edge.
     fn settle(&mut self, scene: &Scene) {
         let levels = Levels { teams: self.teams.levels(), ..Levels::default() };
         self.zones.states.fill(ZoneState::default());
@@ -74,7 +74,7 @@ impl Rules {
         self.notes.settle(scene, self.levels);
     }
 
-    /// Starts a tick: the clock advances, and the levels of the last tick take effect.
+    /// Starts a tick: the clock advances, and the levels of the previous tick take effect.
     pub fn begin_tick(&mut self, table: &mut RuleContext) {
         self.advance_clock(table);
         let stands_still = self.stands_still();
@@ -92,7 +92,7 @@ impl Rules {
         condition.all(self.levels)
     }
 
-    /// Before the step: works the sling, and holds bodies that rest at their starts.
+    /// Before the step, operates the sling, and holds bodies that rest at their starts.
     pub fn hold_bodies(&mut self, table: &mut RuleContext) {
         let scene = table.scene;
         if let (Some(spec), Some(sling)) = (&scene.sling, &mut self.sling) {
@@ -101,12 +101,12 @@ impl Rules {
         self.notes.hold_resting(table);
     }
 
-    /// The tick on its path that a body of the scene should reach in this tick.
+    /// The tick on its path that one of the scene's bodies should reach in this tick.
     pub fn path_tick(&self, body: usize) -> u32 {
         self.round.clock - self.notes.stood[body]
     }
 
-    /// The tick of the round used by launchers, counted from 0; `None` while nothing moves.
+    /// The current tick of the round as launchers count it, from 0; `None` while nothing moves.
     pub fn launch_tick(&self) -> Option<u32> {
         (!self.stands_still()).then(|| self.round.clock - 1)
     }
@@ -132,7 +132,7 @@ impl Rules {
         self.judge(table);
     }
 
-    /// Ends the round if something decides it, and takes out the sides that lost their last life.
+    /// Ends the round if something decides it, and eliminates the sides that lost their last life.
     fn judge(&mut self, table: &mut RuleContext) {
         let Some(spec) = &table.scene.rules.round else { return };
         let winners = self.claims.winners(spec, self.round.ticks, &self.teams, table.roster);
@@ -160,7 +160,7 @@ impl Rules {
 
     // --- Rounds ---------------------------------------------------------------------------------
 
-    /// Advances the clock to this tick. A new round places everything again.
+    /// Advances the clock to this tick. When a new round begins, everything is placed again.
     fn advance_clock(&mut self, table: &mut RuleContext) {
         self.round.ticks += 1;
         self.round.clock += u32::from(!self.stands_still());
@@ -187,7 +187,7 @@ impl Rules {
         self.round.ticks == 1 && self.round.clock == 1
     }
 
-    /// Handles the players' requests of this tick: to change team, or to start the next round.
+    /// Handles the players' requests in this tick to change teams or to start the next round.
     pub fn take_wishes(&mut self, table: &mut RuleContext) {
         self.change_teams(table);
         let Some(spec) = &table.scene.rules.round else { return };
@@ -195,13 +195,13 @@ impl Rules {
             && self.round.ticks >= RESULT_TICKS
             && all_go_on(table.roster)
         {
-            // The next tick begins the next round.
+            // The next round begins in the next tick.
             self.round.ticks = self.round.ticks.max(spec.pause);
         }
     }
 
-    /// Moves players who press the team key to another team, and their heroes with them. During a round the new team
-    /// must be taking part in it.
+    /// Moves players who press the team key to another team, along with their heroes. During a round, the new team
+    /// must be one that is taking part.
     fn change_teams(&self, table: &mut RuleContext) {
         let RuleContext { scene, world, roster, .. } = table;
         if scene.rules.teams.len() < 2 {
@@ -226,13 +226,13 @@ impl Rules {
         }
     }
 
-    /// Clears the progress and zones of a seat, so that a new player does not inherit those of the previous one.
+    /// Clears a seat's progress and zones, so that a new player does not inherit those of the previous one.
     pub fn forget(&mut self, seat: Seat) {
         self.zones.forget(Side::Player(seat));
         self.signals.forget(Side::Player(seat));
     }
 
-    /// Removes everything except the players, and places everything as at the start of a game.
+    /// Removes everything except the players, and places everything anew as at the start of a game.
     fn restart(&mut self, phase: RoundPhase, table: &mut RuleContext) {
         let RuleContext { scene, world, roster, rngs, .. } = table;
         self.round.enter(phase, 1);
@@ -249,7 +249,7 @@ impl Rules {
         }
     }
 
-    /// Places the bodies of the scene that exist from the start, and the layouts.
+    /// Places the layouts, and those of the scene's bodies that exist from the start.
     pub fn place(&mut self, scene: &Scene, world: &mut World, roster: &mut Roster) {
         let mut rng = self.layouts.clone();
         placing::fill(world, roster, scene, &mut rng, |body| self.notes.came[body]);
@@ -260,7 +260,7 @@ impl Rules {
     }
 }
 
-/// Returns whether all players hold the key for the next round, not counting players who are away.
+/// Returns whether all players hold down the key for the next round, not counting players who are away.
 fn all_go_on(roster: &Roster) -> bool {
     let mut present = roster.players.iter().filter(|player| !player.controls.is_away).peekable();
     present.peek().is_some() && present.all(|player| player.controls.holds(Buttons::AGAIN))

@@ -1,4 +1,4 @@
-//! Occasions that rules wait for, and the effects that rules have.
+//! The occasions that trigger rules, and the effects of rules.
 
 use super::body_notes::BodyNotes;
 use super::context::RuleContext;
@@ -11,14 +11,14 @@ use crate::scene::{Condition, Effects, Levels, RuleSpec, To, Trigger};
 use crate::side::{Side, SideState};
 use jostle_sim::BodyId;
 
-/// Maximum number of occurrences on which rules act in a tick, in rule order; further ones have no effect. A heap in
-/// which all bodies touch has, for each rule, a number of occurrences that grows with the square of its bodies.
+/// Maximum number of occurrences on which rules act in a tick, in rule order; any more have no effect. In a heap
+/// where all bodies touch, the number of occurrences for each rule grows with the square of the number of bodies.
 const OCCURRENCES_MAX: usize = 4096;
 
 /// A single occasion on which a rule applies.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Occurrence {
-    /// The body that the rule is about, which may be gone.
+    /// The body that the rule is about. It may be gone.
     pub it: Option<BodyId>,
     /// The other body of a touch.
     pub other: Option<BodyId>,
@@ -29,8 +29,8 @@ pub(super) struct Occurrence {
 }
 
 impl Rules {
-    /// Applies the rules in file order; `before` holds the levels of the last tick. All occurrences are listed before
-    /// anything acts on them, so that no rule takes one away from another.
+    /// Applies the rules in file order; `before` holds the levels of the previous tick. All occurrences are listed
+    /// before anything acts on them, so that no rule can take an occurrence away from another.
     pub(super) fn apply(&mut self, before: Levels, table: &mut RuleContext) {
         self.claims.clear();
         let scene = table.scene;
@@ -111,7 +111,7 @@ impl Rules {
         }
     }
 
-    /// Lists the occurrences of an occasion in this tick, in the order in which they are found.
+    /// Lists an occasion's occurrences in this tick, in the order in which they are found.
     fn list_occurrences(
         &self,
         occasion: Trigger,
@@ -166,7 +166,7 @@ impl Rules {
     }
 
     /// Lists the edge of a condition that began to hold. A condition that names a lap applies once to each player or
-    /// side that completes it, regardless of the tick before; if it names several laps, the last one counts.
+    /// side that completes it, regardless of the previous tick. If it names several laps, the last one counts.
     fn list_edge(
         &self,
         condition: Condition,

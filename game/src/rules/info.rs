@@ -1,4 +1,4 @@
-//! Public facts about the rules, for snapshots.
+//! What snapshots say about the rules.
 
 use super::clock::RoundPhase;
 use super::core::Rules;
@@ -14,13 +14,13 @@ use crate::side::{Side, SideState};
 pub struct RoundInfo {
     /// Phase of the round.
     pub phase: RoundPhase,
-    /// Ticks of the game before this phase began.
+    /// Number of ticks played before this phase began.
     pub since: u32,
-    /// The teams, in the order of the file.
+    /// The teams, in file order.
     pub teams: Vec<SideInfo>,
     /// The players, in seat order.
     pub players: Vec<RoundPlayer>,
-    /// Winners, once the round is over.
+    /// The winners, once the round is over.
     pub winners: Vec<Side>,
     /// Holder of each zone, in file order.
     pub holders: Vec<Option<Side>>,
@@ -28,35 +28,35 @@ pub struct RoundInfo {
     pub zones: u64,
     /// Zones that are drawn but not in force, one bit each.
     pub resting: u64,
-    /// Sides that are about to take a zone, in the order of the zones.
+    /// Sides that are about to take a zone, in zone order.
     pub takings: Vec<Taking>,
-    /// Progress of players in the orders, in file order.
+    /// The players' progress in the orders, in file order.
     pub orders: Vec<OrderProgress>,
-    /// State of the sling, in a scene that has one.
+    /// State of the sling, if the scene has one.
     pub sling: Option<SlingInfo>,
     /// Indices of the cracked bodies, ascending.
     pub cracked: Vec<u32>,
 }
 
-/// A side that is alone in a zone that it does not hold yet.
+/// A side that is alone in a zone which it does not hold yet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Taking {
     /// Index of the zone.
     pub zone: u8,
     /// The player or team that is taking the zone.
     pub side: Side,
-    /// Ticks of the game before the side was alone in the zone.
+    /// Number of ticks played before the side was alone in the zone.
     pub since: u32,
 }
 
-/// Completed steps of an order.
+/// Completed steps in an order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OrderProgress {
     /// Index of the signal.
     pub signal: u8,
     /// The side that completed them; `None` for all players together.
     pub side: Option<Side>,
-    /// Number of steps, from 1.
+    /// Number of steps, at least 1.
     pub steps: u8,
 }
 
@@ -69,14 +69,14 @@ pub struct SlingInfo {
     pub is_flying: bool,
 }
 
-/// Standing of a side.
+/// A side's standing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SideInfo {
     /// Points in this round.
     pub score: i32,
     /// Lives left; 0 in a scene without lives.
     pub lives: i32,
-    /// Whether the side takes part and can still win.
+    /// Whether the side is taking part and can still win.
     pub is_in: bool,
 }
 
@@ -87,7 +87,7 @@ pub struct RoundPlayer {
     pub seat: Seat,
     /// The team, in a scene with teams.
     pub team: Option<u8>,
-    /// Standing of the player, in a scene without teams.
+    /// The player's standing, in a scene without teams.
     pub side: SideInfo,
     /// Whether the player's keys do nothing.
     pub is_stunned: bool,
@@ -101,7 +101,7 @@ fn refill<T>(list: &mut Vec<T>, with: impl Iterator<Item = T>) {
 }
 
 impl RoundInfo {
-    /// Fills in what players see of the rules after this many ticks of the game.
+    /// Fills in what players see of the rules after this many ticks.
     pub(crate) fn capture(&mut self, rules: &Rules, scene: &Scene, roster: &Roster, ticks: u32) {
         let Rules { round, levels, .. } = rules;
         let zones = (0..64u64).zip(&scene.rules.zones);
@@ -118,7 +118,7 @@ impl RoundInfo {
         refill(&mut self.players, players.map(|player| RoundPlayer::of(player, is_over)));
         refill(&mut self.winners, rules.winners.iter().copied());
         refill(&mut self.holders, rules.zones.holders());
-        // Outside of a running round zones rest.
+        // Zones are inactive except while a round is running.
         let takings = rules.zones.takings().filter(|_| round.is_running());
         let since = |alone: u32| ticks - alone.min(ticks);
         let taking = |(zone, side, alone)| Taking { zone, side, since: since(alone) };
@@ -140,7 +140,7 @@ impl RoundInfo {
         found.map_or(0, |order| order.steps)
     }
 
-    /// Standing of a side, if it exists.
+    /// A side's standing, if the side exists.
     pub fn side(&self, side: Side) -> Option<SideInfo> {
         match side {
             Side::Team(team) => self.teams.get(usize::from(team)).copied(),
@@ -148,7 +148,7 @@ impl RoundInfo {
         }
     }
 
-    /// A player in the round.
+    /// A player's state in the round.
     pub fn player(&self, seat: Seat) -> Option<&RoundPlayer> {
         let index = self.players.binary_search_by_key(&seat, |player| player.seat).ok()?;
         Some(&self.players[index])

@@ -1,4 +1,4 @@
-//! Signals: levels derived from zones and from signals listed above them.
+//! Signals are levels derived from zones and from signals listed above them.
 
 use super::context::RuleContext;
 use crate::input::Seat;
@@ -25,9 +25,9 @@ pub(super) enum SignalState {
 /// State of a signal that depends on levels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct RelayState {
-    /// Consecutive ticks for which its condition has held.
+    /// Number of consecutive ticks for which its condition has held.
     pub held: u32,
-    /// Ticks for which it stays on after its condition stops holding.
+    /// Remaining ticks for which it stays on after its condition has stopped holding.
     pub left: u32,
     /// Whether it is on, disregarding a toggle.
     pub base: bool,
@@ -38,7 +38,7 @@ pub(super) struct RelayState {
 /// Progress in an order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct OrderState {
-    /// Number of completed steps, for everyone who has made progress; sorted.
+    /// Number of completed steps for everyone who has made progress, sorted.
     pub done: Vec<(Walker, u8)>,
 }
 
@@ -49,7 +49,7 @@ pub(super) enum Walker {
     Player(Seat),
 }
 
-/// A lap: a side or player completed its own order in this tick.
+/// A lap: the completion of an order by a side or player in this tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Lap {
     pub signal: u8,
@@ -58,12 +58,12 @@ pub(super) struct Lap {
 }
 
 impl Signals {
-    /// Signals that are off.
+    /// Creates signals, all of them off.
     pub fn new(states: Vec<SignalState>) -> Signals {
         Signals { states, laps: Vec::new() }
     }
 
-    /// Begins a round: signals come on without an edge. Returns the levels with theirs.
+    /// Begins a round, in which signals come on without an edge. Returns the levels with those of the signals added.
     pub fn settle(&mut self, specs: &[SignalSpec], mut levels: Levels) -> Levels {
         for (index, (spec, state)) in specs.iter().zip(&mut self.states).enumerate() {
             *state = SignalState::new(spec);
@@ -74,8 +74,8 @@ impl Signals {
         levels
     }
 
-    /// Updates signals in file order: each sees zones, of which some bodies `entered`, and signals above it, of this tick.
-    /// Returns the levels with theirs.
+    /// Updates signals in file order. Each one sees this tick's zones, with the bodies that `entered` them, and the
+    /// signals above it. Returns the levels with those of the signals added.
     pub fn update(
         &mut self,
         mut levels: Levels,
@@ -108,8 +108,8 @@ impl Signals {
         levels
     }
 
-    /// The levels as they apply to a player: of this tick's laps, only those of the player and of the player's side
-    /// count. Without a player, all laps count.
+    /// The levels as they apply to a player: of this tick's laps, only those completed by the player or the
+    /// player's side count. Without a player, all laps count.
     pub fn levels_of(&self, mut levels: Levels, player: Option<Seat>, roster: &Roster) -> Levels {
         let Some(seat) = player else { return levels };
         let own = [Walker::Player(seat), Walker::Side(roster.side_of(seat))];
@@ -120,7 +120,7 @@ impl Signals {
         levels
     }
 
-    /// Drops the progress of a side.
+    /// Discards a side's progress.
     pub fn forget(&mut self, side: Side) {
         for signal in &mut self.states {
             if let SignalState::Order(order) = signal {
@@ -129,7 +129,7 @@ impl Signals {
         }
     }
 
-    /// Steps of orders that were taken: the signal, by whom, and how many.
+    /// Steps completed in orders: the signal, who completed them, and how many.
     pub fn progress(&self) -> impl Iterator<Item = (u8, Option<Side>, u8)> {
         (0..).zip(&self.states).flat_map(|(signal, state)| {
             let done = match state {
@@ -193,7 +193,7 @@ impl RelayState {
 }
 
 impl Walker {
-    /// As what it is saved.
+    /// The side that represents it in a saved state.
     pub fn side(self) -> Option<Side> {
         match self {
             Walker::All => None,
@@ -202,7 +202,7 @@ impl Walker {
         }
     }
 
-    /// The inverse: who a saved side stands for.
+    /// The walker that a saved side represents.
     pub fn of(each: Each, side: Option<Side>) -> Option<Walker> {
         match (each, side) {
             (Each::All, None) => Some(Walker::All),
@@ -214,8 +214,8 @@ impl Walker {
 }
 
 impl OrderState {
-    /// Takes the steps of a tick, by bodies that entered zones and by signals above that came on; returns whether the order
-    /// is complete.
+    /// Takes a tick's steps, made by bodies that entered zones and by signals above that came on. Returns whether the
+    /// order is complete.
     fn advance(
         &mut self,
         order: &OrderSpec,
@@ -265,7 +265,7 @@ impl OrderState {
         }
     }
 
-    /// Takes one step; returns whether that completes the order.
+    /// Takes one step, and returns whether that completes the order.
     fn step(&mut self, order: &OrderSpec, walker: Walker, step: Step) -> bool {
         let done = self.steps(walker);
         let steps = &order.steps;

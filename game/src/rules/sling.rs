@@ -1,4 +1,4 @@
-//! The sling: its ball waits at its start, is pulled back by a player, flies, and returns.
+//! The sling. Its ball waits at its start, is pulled back by a player, flies, and returns.
 
 use super::body_notes::BodyNotes;
 use super::context::RuleContext;
@@ -8,15 +8,16 @@ use glam::Vec2;
 use jostle_sim::math::clamp_length;
 use jostle_sim::{BodyId, World};
 
-/// Distance from the ball at which a pull may begin, as a share of the longest pull: fingers are thick.
+/// Distance from the ball at which a pull may begin, as a share of the longest pull. It is generous because fingers are
+/// thick.
 const GRAB: f32 = 1.0;
 
-/// What a sling is at.
+/// State of a sling.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Sling {
     /// Shots left, including the one in the sling.
     pub shots: u8,
-    /// The player who is pulling, or who pulled last.
+    /// The player who is pulling, or the last one who did.
     pub shooter: Option<Seat>,
     /// Whether the shooter holds the ball.
     pub is_pulled: bool,
@@ -25,7 +26,7 @@ pub(crate) struct Sling {
 }
 
 impl Sling {
-    /// The sling at the start of a round.
+    /// The state of the sling at the start of a round.
     pub fn at_start(scene: &Scene) -> Option<Sling> {
         scene.sling.map(|spec| Sling { shots: spec.shots, ..Sling::default() })
     }
@@ -41,7 +42,8 @@ impl Sling {
         on(self.is_spent(), Levels::SPENT).or(on(self.flight > 0, Levels::FLYING))
     }
 
-    /// Before the step, lets players pull the ball, releases it, and brings it back. `levels` are those of the last tick.
+    /// Before the step, lets players pull the ball, releases it, and brings it back. `levels` are those of the previous
+    /// tick.
     pub fn work(
         &mut self,
         spec: &SlingSpec,
@@ -52,12 +54,12 @@ impl Sling {
     ) {
         if self.flight > 0 {
             self.flight += 1;
-            // In the first tick everything may still lie still.
+            // In the first ticks, nothing may have moved yet.
             let settled = self.flight > 2 && spec.over.is_some_and(|over| over.all(levels));
             let ball = table.roster.placed[spec.ball];
             if settled || self.flight > spec.over_time || ball.is_none() {
                 self.flight = 0;
-                // The ball comes back for the next shot, or is gone after the last one.
+                // The ball comes back for the next shot, and is removed after the last one.
                 match (ball, self.shots > 0) {
                     (_, true) => notes.reset(spec.ball, 0, table),
                     (Some(ball), false) => table.roster.remove(table.world, ball),
@@ -124,8 +126,8 @@ fn hold(world: &mut World, ball: BodyId, place: Vec2) {
     world.set_velocity(ball, Vec2::ZERO);
 }
 
-/// The path of a ball released here, one point per tick for up to this many ticks while it meets nothing. It is
-/// computed by the engine's own steps, so the ball flies in exactly this way.
+/// The path of a ball released here, with one point per tick, for up to this many ticks, until it hits
+/// something. It is computed with the engine's own steps, so the ball will fly exactly along it.
 pub fn sling_path(scene: &Scene, pull: Vec2, ticks: u32) -> Vec<Vec2> {
     let Some((spec, velocity)) = scene.sling.and_then(|spec| Some((spec, spec.launch(pull)?)))
     else {

@@ -1,4 +1,4 @@
-//! The rules' part of a game's state. Its hash digests the saved bytes subject by subject.
+//! The rules' part of a game's state. The hash covers the saved bytes, subject by subject.
 
 use super::body_notes::{BodyNote, BodyNotes, BodyRest};
 use super::breakage::Breakage;
@@ -22,7 +22,7 @@ use jostle_sim::{Motion, World};
 const BODY_BYTES: usize = 8;
 
 impl Rules {
-    /// Describes the rules and the players' state in the round. When reading, starts from rules that have not begun.
+    /// Describes the rules and the players' state in the round. Reading starts from rules that have not begun.
     pub fn state<Io: StateIo>(
         &self,
         scene: &Scene,
@@ -112,7 +112,7 @@ impl Rules {
     }
 }
 
-/// Describes a zone; bodies listed in it may be gone by now.
+/// Describes a zone. Bodies listed in it may be gone by now.
 fn zone_state(it: &ZoneState, scene: &Scene, teams: usize, io: &mut impl StateIo) -> ZoneState {
     let (limits, given) = ([scene.world.bodies_max, BODY_BYTES], it.inside.iter().copied());
     let inside =

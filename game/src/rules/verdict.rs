@@ -1,4 +1,4 @@
-//! The verdict: how the sides stand, whether the round is over, and who won it.
+//! The verdict says how the sides stand, whether the round is over, and who won it.
 
 use crate::roster::Roster;
 use crate::scene::{AtTime, RoundSpec, Scene};
@@ -9,7 +9,7 @@ use jostle_sim::short_sort::sort_few;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Teams {
     pub standings: Vec<SideState>,
-    /// Whether the round began with two sides or more.
+    /// Whether the round began with at least two sides.
     pub(super) contested: bool,
 }
 
@@ -20,13 +20,13 @@ impl Teams {
         Teams { standings: vec![standing; set.teams.len()], contested: false }
     }
 
-    /// A bit for each team that is in.
+    /// One bit for each team that is in.
     pub fn levels(&self) -> u8 {
         let teams = self.standings.iter().enumerate().filter(|(_, team)| team.is_in());
         teams.fold(0, |all, (index, _)| all | 1 << index)
     }
 
-    /// Enters all sides that have players now into the round that begins, without points.
+    /// Enters all sides that currently have players into the round that is about to begin, without points.
     pub fn count_in(&mut self, scene: &Scene, roster: &mut Roster) {
         let lives = scene.rules.lives();
         let has_players = |team| roster.players.iter().any(|player| player.team == Some(team));
@@ -79,12 +79,12 @@ impl Teams {
     }
 }
 
-/// Claims in a tick that the round is won or lost.
+/// A tick's claims that the round is won or lost.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Claims {
     pub won: Vec<Side>,
     pub lost: Vec<Side>,
-    /// Scratch: sides that are not out.
+    /// Scratch memory for the sides that are not out.
     standings: Vec<(Side, SideState)>,
 }
 
@@ -94,8 +94,9 @@ impl Claims {
         self.lost.clear();
     }
 
-    /// Who won the round, if something decides it: a claim, the goal, lives, then time. No order of rules or
-    /// sides matters: who decides it in the same tick shares it. Sides that are out have no part in it.
+    /// The winners of the round, if it is decided, which can be by a claim, the goal, lives or time, in that
+    /// order. The order of rules and sides does not matter: those who decide the round in the same tick
+    /// share the win. Sides that are out have no part in it.
     pub fn winners(
         &mut self,
         spec: &RoundSpec,
@@ -111,7 +112,7 @@ impl Claims {
             .or_else(|| by_time(spec, &self.standings, ticks))
     }
 
-    /// Decides by claims: a win beats a loss, and where a side lost, the others won.
+    /// Decides by claims. A win takes precedence over a loss, and if a side lost, the others won.
     fn by_claims(&mut self, spec: &RoundSpec) -> Option<Vec<Side>> {
         let Claims { won, lost, standings } = self;
         if !won.is_empty() {
@@ -124,8 +125,8 @@ impl Claims {
     }
 }
 
-/// Decides by lives: the last side with lives wins, and sides that lose their last lives in the same tick share
-/// the win. A side that plays alone loses.
+/// Decides by lives. The last side that has lives wins, and sides that lose their last lives in the same tick
+/// share the win. A side that plays alone loses.
 fn by_lives(
     spec: &RoundSpec,
     standings: &[(Side, SideState)],
@@ -161,7 +162,8 @@ fn alive<'a>(
     standings.iter().filter(move |(_, standing)| !lives_count || standing.lives > 0)
 }
 
-/// Decides by the goal: the side with the most points wins once one has reached the goal; equal sides share the win.
+/// Decides by the goal. Once any side has reached it, the side with the most points wins; in a tie, sides share the
+/// win.
 fn by_goal(spec: &RoundSpec, standings: &[(Side, SideState)]) -> Option<Vec<Side>> {
     let goal = spec.goal?;
     let winners = best(standings.iter().filter(|(_, standing)| standing.score >= goal));

@@ -1,4 +1,4 @@
-//! Zones: which bodies are inside, which entered and left, and who holds each zone.
+//! Keeps track of which bodies are inside zones, which entered and left, and who holds each zone.
 
 use super::body_notes::BodyNotes;
 use super::context::RuleContext;
@@ -16,22 +16,22 @@ pub(crate) struct Zones {
     /// Zones in file order, bodies in id order.
     pub(super) entered: Vec<(u8, BodyId)>,
     pub(super) left: Vec<(u8, BodyId)>,
-    /// Scratch: who is in a zone now.
+    /// Scratch memory for the bodies that are currently in a zone.
     inside: Vec<BodyId>,
 }
 
-/// What a zone knows.
+/// State of a zone.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct ZoneState {
-    /// Bodies that were inside in the last tick, in id order.
+    /// Bodies that were inside in the previous tick, in id order.
     pub inside: Vec<BodyId>,
     pub holder: Option<Side>,
-    /// The side that is alone in the zone, and for how many ticks.
+    /// The side that is alone in the zone, and the number of ticks for which it has been.
     pub taking: Option<(Side, u32)>,
 }
 
 impl Zones {
-    /// This many zones, all empty.
+    /// Creates this many empty zones.
     pub fn new(count: usize) -> Zones {
         Zones { states: vec![ZoneState::default(); count], ..Zones::default() }
     }
@@ -41,7 +41,8 @@ impl Zones {
         self.states.iter().map(|zone| zone.holder)
     }
 
-    /// Zones that a side is about to take, the side, and for how many ticks it has been alone there.
+    /// Each zone that a side is about to take, with that side and the number of ticks for which it has been alone
+    /// there.
     pub fn takings(&self) -> impl Iterator<Item = (u8, Side, u32)> {
         (0..).zip(&self.states).filter_map(|(zone, state)| {
             let (side, alone) = state.taking?;
@@ -49,7 +50,7 @@ impl Zones {
         })
     }
 
-    /// Takes from a side what it holds or is about to take.
+    /// Removes a side from the zones that it holds or is about to take.
     pub fn forget(&mut self, side: Side) {
         for zone in &mut self.states {
             zone.holder.take_if(|holder| *holder == side);
@@ -57,7 +58,7 @@ impl Zones {
         }
     }
 
-    /// Finds out who is in each zone, and returns a bit for each that is on.
+    /// Finds out who is in each zone, and returns one bit for each zone that is on.
     pub fn update(&mut self, levels: Levels, notes: &BodyNotes, table: &RuleContext) -> u64 {
         let Zones { states, entered, left, inside } = self;
         entered.clear();
@@ -89,7 +90,7 @@ impl Zones {
 }
 
 /// Lists the bodies in a zone, and returns how many bodies of its groups exist.
-// Inlined into its caller the loop compiles to slower code.
+// When inlined into its caller, the loop compiles to slower code.
 #[inline(never)]
 fn list_inside(
     spec: &ZoneSpec,
@@ -162,13 +163,13 @@ fn alone(inside: &[BodyId], roster: &Roster) -> Presence {
     if sides.all(|side| side == first) { Presence::One(first) } else { Presence::Several }
 }
 
-/// Whether a body that moved from `before` to `now`, relative to the zone, ends inside it or passed through it.
+/// Whether a body that moved from `before` to `now`, relative to the zone, ended up inside it or passed through it.
 #[inline(never)]
 fn is_in(spec: &ZoneSpec, shape: Shape, [before, now]: [Vec2; 2]) -> bool {
     if contains(spec, shape, now) {
         return true;
     }
-    // A body that leaves in a tick does not count as inside in that tick.
+    // A body that leaves does not count as inside in the same tick.
     !contains(spec, shape, before) && passes(spec, shape, before, now)
 }
 
@@ -202,7 +203,7 @@ fn passes(spec: &ZoneSpec, shape: Shape, from: Vec2, to: Vec2) -> bool {
     }
 }
 
-/// Whether a path crosses a rectangle, by the slab test.
+/// Whether a path crosses a rectangle, determined by the slab test.
 fn crosses(low: Vec2, high: Vec2, from: Vec2, to: Vec2) -> bool {
     let way = to - from;
     let (mut enters, mut leaves) = (0.0, 1.0);
@@ -221,7 +222,7 @@ fn crosses(low: Vec2, high: Vec2, from: Vec2, to: Vec2) -> bool {
     enters <= leaves
 }
 
-/// The point of a path nearest to another point.
+/// The point on a path nearest to another point.
 fn nearest_on(from: Vec2, to: Vec2, point: Vec2) -> Vec2 {
     let way = to - from;
     let length_squared = way.length_squared();

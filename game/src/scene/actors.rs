@@ -20,14 +20,16 @@ const SPAWNS_MAX: usize = 256;
 pub struct HeroSpec {
     /// Definition of the body, at the origin.
     pub body: BodyDef,
-    /// Where heroes appear, tried in turn from the seat's own; clear of static and kinematic bodies.
+    /// Where heroes appear. Each seat has its own point and tries the others after it; all must be clear of static and
+    /// kinematic bodies.
     pub spawns: Vec<Vec2>,
-    /// Acceleration with A and D, and with W and S.
+    /// Acceleration from A and D, and from W and S.
     pub thrust: Vec2,
-    /// Speed beyond which thrust adds nothing.
+    /// Speed above which thrust does not accelerate the hero any further.
     pub speed_max: f32,
-    /// Instead of thrust: A and D run at this speed along what the hero stands on, and W jumps off it at this speed,
-    /// both above 0, at most 10000; needs gravity that pulls down. The default of `friction` is then 0. Default: heroes fly.
+    /// Replaces thrust: A and D make the hero run at `speed` along whatever it stands on, and W makes it jump off at
+    /// `jump`, both above 0 and at most 10000. Requires gravity that pulls down, and makes `friction` default to 0.
+    /// Default: heroes fly.
     pub walk: Option<WalkSpec>,
     /// The only axis along which heroes move. Default: none.
     pub lane: Option<LaneAxis>,
@@ -47,41 +49,41 @@ pub struct WalkSpec {
 pub struct MarbleSpec {
     /// Definition of the body, at the origin.
     pub body: BodyDef,
-    /// Initial speed to either side.
+    /// Initial speed, to the left or right at random.
     pub speed: f32,
-    /// Maximum number of marbles at a time, beyond which Z makes no more.
+    /// Maximum number of marbles at any time; at this limit, Z makes no more.
     pub count_max: u32,
 }
 
-/// Packs of dye thrown by players. Times are ticks.
+/// Dye packs that players launch or throw. Times are in ticks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PackSpec {
     /// The body, at the origin.
     pub body: BodyDef,
-    /// Speed by its own drive.
+    /// Speed of its own motion.
     pub speed: f32,
-    /// Share of the angle to its target by which it turns in a tick, however small; the chapter's packs stop turning within
-    /// 0.08 degrees.
+    /// Share of the angle to its target by which it turns in each tick, however small; the chapter's packs stop turning
+    /// once they are within 0.08 degrees.
     pub turn: f32,
-    /// Ticks until it is gone.
+    /// Ticks until it disappears.
     pub life_ticks: u32,
-    /// Share of the velocity from a bounce that remains after a tick.
+    /// Share of the velocity gained in a bounce that remains after each tick.
     pub drift: f32,
-    /// Particles when it hits a hero.
+    /// Number of particles when it hits a hero.
     pub burst: u16,
     /// Recipe of these particles. Default: `"explosion"`.
     pub recipe: u8,
-    /// Players throw packs from their heroes towards the pointer, as long as the button is down, with at least this time from
-    /// one to the next; without it a click launches one at the pointer. A thrown pack never hits its owner.
-    /// Default: not thrown.
+    /// If given, players throw packs from their heroes towards the pointer for as long as the button is down, with at
+    /// least this much time between throws; otherwise a click launches a pack at the pointer. A thrown pack never hits
+    /// its owner. Default: not thrown.
     pub throw_every: Option<u32>,
-    /// Speed that a hit adds to the hero, along the pack's own motion.
+    /// Speed that a hit adds to the hero, in the direction of the pack's own motion.
     pub push: f32,
-    /// Maximum number of packs of a player at a time.
+    /// Maximum number of packs that a player can have at any time.
     pub count_max: u32,
 }
 
-/// The actors defined in a scene file, without their caps.
+/// The actors defined in a scene file, without their limits.
 pub(super) struct Actors {
     pub kinds: Kinds,
     pub hero: Option<HeroSpec>,
@@ -92,7 +94,7 @@ pub(super) struct Actors {
 
 /// Reads `[hero]`, `[minion]`, `[dumb]` and `[pack]`.
 pub(super) fn actors(root: &Table, tools: Tools, groups: &Groups, recipes: &mut Recipes) -> Actors {
-    // Slows down all dynamic bodies: see [Drag and wind](#drag-and-wind). Default: none.
+    // Slows down all dynamic bodies; see [Drag and wind](#drag-and-wind). Default: none.
     let drag = drag(&root.get("drag"), Drag::NONE);
     let traits = |kind, table: &Table| Traits::of(kind, drag).changed_by(table, groups);
     let hero = root.get("hero").given(|field| {
@@ -131,7 +133,7 @@ fn read_hero(table: &Table, traits: &Traits, groups: &Groups) -> HeroSpec {
     let walk = walk(table);
     let mut body = traits.def(table, groups);
     if walk.is_some() && !table.get("friction").is_given() {
-        // The keys hold the hero on the ground; friction would make it stick to walls that it runs against.
+        // The keys keep the hero in place on the ground, and friction would make it stick to walls that it runs into.
         body.friction = 0.0;
     }
     HeroSpec {
@@ -144,12 +146,12 @@ fn read_hero(table: &Table, traits: &Traits, groups: &Groups) -> HeroSpec {
     }
 }
 
-/// The traits of minions, and their acceleration back to their speed.
+/// Reads the traits of minions, and the acceleration that returns them to their wander speed.
 fn read_minion(table: &Table, mut traits: Traits) -> (Traits, f32) {
     // Wander speed.
     traits.start_speed = table.get("speed").number(traits.start_speed, SPEED);
-    // Acceleration back to the wander speed, or to rest, after a bounce. A lighter dye pack does not change the minion's
-    // heading.
+    // Acceleration with which it returns to its wander speed, or to rest, after a bounce. A lighter dye pack does not
+    // change the minion's heading.
     let recovery = table.get("recovery").number(30.0, Range::from(0.0, 1.0e5));
     (traits, recovery)
 }

@@ -1,4 +1,4 @@
-//! Bodies in a scene file: single ones, and layouts that depend on the seed.
+//! Bodies in a scene file: individual ones, and layouts that depend on the seed.
 
 use super::groups::Groups;
 use super::kind::Kind;
@@ -27,10 +27,10 @@ pub struct Placed {
     pub start_speed: f32,
     /// The path of a kinematic body.
     pub path: Option<Path>,
-    /// For emitters and zones that follow it, for springs and rules; no other body has it.
+    /// Name by which emitters, zones, springs and rules refer to it; no two bodies may share a name.
     pub name: Option<String>,
-    /// It is there only while this holds; it comes back at its start, as soon as nothing that moves is in its way.
-    /// Default: always.
+    /// It is present only while this holds. It comes back at its start as soon as nothing that can move is in the
+    /// way. Default: always.
     #[doc(alias = "while")]
     pub presence: Condition,
     /// It moves along its path only while this holds; only with `path`. Default: always.
@@ -42,19 +42,19 @@ pub struct Placed {
 /// Strength of a breakable body, and the points for breaking it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Breakable {
-    /// It breaks under a harder blow, and is cracked after one of more than half of it; only for dynamic bodies. A blow is
-    /// the closing speed of a contact times the mass that both have together (m1 m2 / (m1 + m2), beside something
-    /// immovable m1). What presses slowly breaks nothing.
+    /// It breaks under a blow harder than this, and cracks under one more than half as hard; only for dynamic bodies. A
+    /// blow is the closing speed of a contact times the reduced mass of the two bodies: m1 m2 / (m1 + m2), or m1
+    /// against something immovable. Slow pressure breaks nothing.
     pub strength: f32,
-    /// Points for the side of who broke it: of the player whose hero or pack hit it, or who touched last what hit it; with
-    /// `strength`.
+    /// Points for the side that broke it: that of the player whose hero or pack hit it, or who last touched what hit
+    /// it; with `strength`.
     pub points: i32,
-    /// Particles where it broke; with `strength`.
+    /// Recipe of the particles emitted where it breaks; with `strength`.
     pub splash: Option<u8>,
 }
 
-/// Bodies in a grid: either at positions derived from the seed, clear of each other and of all fixed ones, or exactly
-/// at the centres of the cells.
+/// Bodies in a grid, either at positions derived from the seed, clear of each other and of all fixed bodies, or
+/// exactly at the centres of the cells.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layout {
     /// Kind of the bodies.
@@ -63,23 +63,24 @@ pub struct Layout {
     pub def: BodyDef,
     /// As in [`Placed`].
     pub start_speed: f32,
-    /// Number of bodies; those that find no free position are omitted.
+    /// Number of bodies; those for which there is no free position are omitted.
     pub count: u32,
-    /// Where their centres may be: two corners, inside the kill zone.
+    /// Where their centres may be, as two corners inside the kill zone.
     pub area: Aabb,
-    /// Divides the area into cells, which are filled in turn. Default: `[1, 1]`.
+    /// Number of columns and rows of cells into which the area is divided; they are filled one after another. Default:
+    /// `[1, 1]`.
     pub grid: [u32; 2],
-    /// Least distance to other bodies; not with `exact`.
+    /// Minimum distance from other bodies; not with `exact`.
     pub gap: f32,
-    /// Puts body number n at the centre of cell number n, from the lower left, row by row; then `count` is at most the
+    /// Puts each body at the centre of its own cell, row by row from the lower left; `count` must then be at most the
     /// number of cells.
     pub exact: bool,
-    /// One is chosen at random for each body; replaces `radius` and `size`. Default: none.
+    /// Shapes from which one is chosen at random for each body, instead of `radius` and `size`. Default: none.
     pub shapes: Vec<Shape>,
 }
 
 impl Layout {
-    /// The grid cell of the body with this number.
+    /// The grid cell for the body with this number.
     pub fn cell(&self, number: u32) -> Aabb {
         let [columns, rows] = self.grid;
         let number = number % (columns * rows);
@@ -89,7 +90,7 @@ impl Layout {
         Aabb { low, high: low + size }
     }
 
-    /// Centre of that cell.
+    /// Centre of the cell for the body with this number.
     pub fn cell_center(&self, number: u32) -> Vec2 {
         let cell = self.cell(number);
         (cell.low + cell.high) * 0.5
@@ -135,10 +136,10 @@ pub(super) fn placed(
     }
 }
 
-/// Reads the velocity at the start, or the speed at which the body sets off to a random side instead.
+/// Reads the initial velocity, or the speed at which the body sets off to a random side instead.
 fn velocity(table: &Table, traits: &Traits) -> (Vec2, f32) {
-    // Velocity with which it starts and comes back, together at most `speed_max`; a minion keeps this speed, and one that
-    // starts at rest and does not fall comes to rest again. Default: 0; minions and marbles move to either side.
+    // Velocity with which it starts and comes back, at most `speed_max` overall. A minion keeps this speed, and one
+    // that starts at rest and does not fall comes to rest again. Default: 0; minions and marbles move to either side.
     let field = table.get("velocity");
     let velocity = field.vector(Vec2::ZERO, VELOCITY);
     if traits.def.motion == Motion::Static && velocity != Vec2::ZERO {
@@ -150,11 +151,11 @@ fn velocity(table: &Table, traits: &Traits) -> (Vec2, f32) {
 
 /// Reads `path`, `period` and `phase`.
 fn path(table: &Table) -> Option<Path> {
-    // Makes the body kinematic: it moves from the first point to the last and back, for ever. Default: none.
+    // Makes the body kinematic. It moves from the first point to the last and back, repeatedly. Default: none.
     let path = table.get("path");
-    // Seconds there and back; every point is reached at a whole tick. Default: required with `path`.
+    // Time there and back, seconds; every point is reached at a whole tick. Default: required with `path`.
     let period = table.get("period");
-    // Share of the period that has passed at the start.
+    // Share of the period that has already passed at the start.
     let phase = table.get("phase");
     if !path.is_given() {
         for field in [period, phase] {

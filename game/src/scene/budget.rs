@@ -1,4 +1,4 @@
-//! Limits on the resources of scenes made by strangers, checked by the [`Plan`](super::Plan) before the scene is
+//! Resource limits for scenes made by strangers, checked against the [`Plan`](super::Plan) before a scene is
 //! played.
 
 use super::cost::WorstTick;
@@ -12,42 +12,42 @@ use jostle_sim::{Solver, TICKS_PER_SECOND};
 /// The largest resources that a scene may need.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Budget {
-    /// Players at a time.
+    /// Maximum number of concurrent players.
     pub players: u16,
-    /// Bodies at a time, of all kinds.
+    /// Maximum number of bodies of all kinds at any time.
     pub bodies: usize,
-    /// Particles at a time.
+    /// Maximum number of particles at any time.
     pub particles: usize,
     /// Width and height of the world, units.
     pub size: f32,
-    /// The worst tick ([`WorstTick`]) that the scene's limits allow, milliseconds of processor time.
+    /// Processor time of the worst tick ([`WorstTick`]) that the scene's limits allow, milliseconds.
     pub tick_ms: f32,
-    /// The settings of its solver.
+    /// Limits on the settings of its solver.
     pub solver: SolverBudget,
-    /// Springs of the scene.
+    /// Number of springs.
     pub springs: usize,
-    /// Zones times bodies: the checks made in a tick.
+    /// Number of zones times number of bodies, which is the number of checks made in a tick.
     pub zone_looks: usize,
-    /// Rules, each of which is compared with every contact.
+    /// Number of rules. Each one is compared with every contact.
     pub rules: usize,
-    /// Starts of emitters per second, in total.
+    /// Total number of emitter starts per second.
     pub starts_per_s: u32,
-    /// Particles made by emitters per second, in total.
+    /// Total number of particles made by emitters per second.
     pub emitted_per_s: u32,
-    /// Bodies made by launchers per second, in total.
+    /// Total number of bodies made by launchers per second.
     pub launched_per_s: u32,
 }
 
-/// The most that a scene's settings may let its solver do in a step.
+/// The most work that a scene's settings may let its solver do in a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolverBudget {
-    /// Iterations of the relaxation.
+    /// Number of iterations of the relaxation solver.
     pub iterations: u32,
-    /// Sweeps of the conjugate solver.
+    /// Number of sweeps of the conjugate solver.
     pub sweeps: u32,
-    /// Its visits of contacts.
+    /// Number of the conjugate solver's visits to contacts.
     pub work: u32,
-    /// Its passes over positions.
+    /// Number of the conjugate solver's passes over positions.
     pub position_passes: u32,
 }
 
@@ -95,7 +95,7 @@ impl Budget {
     fn check_sources(&self, scene: &Scene) -> Result<(), SceneError> {
         let starts = |emitter: &ScheduledEmitter| emitter.every.map_or(0.0, per_second);
         let emitted = |emitter: &ScheduledEmitter| match emitter.every {
-            // Emitters that run once count as if all ran in the same second.
+            // Emitters that run once are counted as if they all ran in the same second.
             None => f64::from(emitter.count),
             Some(every) => f64::from(emitter.count) * per_second(every),
         };
@@ -143,7 +143,7 @@ impl SolverBudget {
     }
 }
 
-/// Refuses a count above the allowed one.
+/// Refuses a count above the allowed maximum.
 fn at_most(
     scene: &Scene,
     field: &str,
@@ -158,8 +158,8 @@ fn at_most(
     Err(SceneError::in_scene(scene, field, found, format!("at most {allowed}")))
 }
 
-/// The field that decides how many bodies there may be: the limit if the file sets one, otherwise the field that adds
-/// the most.
+/// The field that determines how many bodies there can be: the limit if the file sets one, otherwise the field that
+/// adds the most.
 fn bodies_field(scene: &Scene) -> String {
     let limit = "limits.bodies";
     let mut fields: Vec<(String, u32)> = Vec::new();
@@ -177,7 +177,7 @@ fn bodies_field(scene: &Scene) -> String {
     }
 }
 
-/// The total output of a list's entries, rounded up, and the field of the entry with the largest share.
+/// The total output of a list's entries, rounded up, and the field of the entry that contributes the most.
 fn most(each: impl Iterator<Item = f64>, list: &str, field: &str) -> (String, u32) {
     let (mut sum, mut largest, mut at) = (0.0, 0.0, 0);
     for (index, made) in each.enumerate() {

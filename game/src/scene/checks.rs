@@ -1,4 +1,4 @@
-//! Checks of a scene that involve more than one field. They run once the scene has been read without errors.
+//! Checks that involve more than one field of a scene. They run once the scene has been read without errors.
 
 use super::bodies::{Layout, Placed};
 use super::limits::{MASS_RATIO_MAX, QUANTA_MAX, ZONE_LOOKS_MAX};
@@ -29,7 +29,7 @@ pub(super) fn check(root: &Table, scene: &Scene) {
     check_players(root, scene);
 }
 
-/// Checks that a round can begin with the number of players that the scene admits.
+/// Checks that the scene admits enough players for a round to begin.
 fn check_players(root: &Table, scene: &Scene) {
     let Some(round) = &scene.rules.round else { return };
     if round.players_min > scene.players_max {
@@ -49,7 +49,7 @@ fn check_walk(root: &Table, scene: &Scene) {
     }
 }
 
-/// Limits the work of zones, which check every body of their groups in every tick.
+/// Limits the work done by zones, which check every body of their groups in every tick.
 fn check_zones(root: &Table, scene: &Scene) {
     let zones = scene.rules.zones.len();
     let looks = zones * scene.world.bodies_max;
@@ -60,8 +60,8 @@ fn check_zones(root: &Table, scene: &Scene) {
     }
 }
 
-/// Checks that positions fit into whole quanta up to [`QUANTA_MAX`], the largest that messages carry; bodies stay
-/// inside the kill zone.
+/// Checks that positions fit into [`QUANTA_MAX`] quanta, the most that messages can express. Bodies stay inside
+/// the kill zone.
 fn check_quanta(root: &Table, scene: &Scene) {
     let Aabb { low, high } = scene.world.kill_zone;
     let furthest = max(max(low.x.abs(), low.y.abs()), max(high.x.abs(), high.y.abs()));

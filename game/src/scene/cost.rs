@@ -1,8 +1,9 @@
-//! Estimates the worst tick that a scene's limits allow: everything that it can ever contain, in motion and in
-//! contact at once. Scenes in play cost less, since bodies sleep or fly and few players use everything they may.
+//! Estimates the worst tick that a scene's limits allow, with everything that it can ever contain in motion and
+//! in contact at once. Scenes cost less when they are played, since bodies sleep or fly and few players make
+//! full use of their limits.
 //!
-//! The constants are processor time of the simulation in a release build on one virtual core of a shared Intel Xeon
-//! server, and describe the worst of 1200 to 3600 ticks with 8 to 64 bots. Sending snapshots is not included.
+//! The constants are processor times of the simulation in a release build on one virtual core of a shared Intel
+//! Xeon server, for the worst of 1200 to 3600 ticks with 8 to 64 bots. They do not include sending snapshots.
 
 use super::plan::{self, Bodies, Per};
 use super::spec::Scene;
@@ -10,31 +11,33 @@ use jostle_sim::math::{max, min, ordered_bits};
 use jostle_sim::{BodyDef, DT, Motion, Relaxation, Shape, Solver, collide};
 
 /// Microseconds per dynamic body with the relaxation solver, or if contacts are only detected: 3000 bodies in ten
-/// pits with 64 bots took 12.1 ms, the 250 marbles of `pile` 0.73 ms. More iterations than usual cost proportionally
-/// more.
+/// pits with 64 bots took 12.1 ms, and the 250 marbles of `pile` took 0.73 ms. Using more iterations than the
+/// default costs proportionally more.
 const RELAXED_BODY_US: f32 = 4.0;
-/// Costs with the conjugate solver, by mass ratio: the ratio between the heaviest and the lightest dynamic body from
-/// which an entry applies, microseconds per tick with any body, and microseconds per body. Among a thousand random
-/// heaps of 200 to 1000 bodies and a thousand of 20 to 800, the worst ticks took 12.8, 17.3 and 27.1 us per body, the
-/// last of these with 48 bodies; half of the heaps took a sixth of that. Bounces add almost nothing.
+/// Costs with the conjugate solver, by mass ratio. Each entry lists the ratio between the heaviest and the lightest
+/// dynamic body from which it applies, the microseconds per tick if there is any moving body, and the microseconds
+/// per body. Among a thousand random heaps of 200 to 1000 bodies and a thousand of 20 to 800, the worst ticks took
+/// 12.8, 17.3 and 27.1 us per body, the last of these with 48 bodies; half of the heaps took a sixth of that. Bounces
+/// add almost nothing.
 const CONJUGATE_US: [(f32, f32, f32); 3] =
     [(0.0, 0.0, 15.0), (100.0, 300.0, 18.0), (10_000.0, 1000.0, 24.0)];
-/// Microseconds per particle: the 4096 particles of `emitters` took 0.33 ms, including everything else in that scene.
+/// Microseconds per particle. The 4096 particles of `emitters` took 0.33 ms, including everything else in that scene.
 const PARTICLE_US: f32 = 0.08;
 
-/// Microseconds for springs. A few springs cost a fixed time each. Hundreds, which share their substeps, cost a fixed
-/// time plus a smaller time each. Ten bodies on 11 springs took 0.3 ms, the densest network of 1020 springs 5.3 ms.
+/// Microseconds for springs. A few springs cost a fixed time each. Hundreds of springs, which share their substeps,
+/// cost a fixed time in total plus a smaller time each. Ten bodies on 11 springs took 0.3 ms, and the densest network
+/// of 1020 springs took 5.3 ms.
 const FEW_SPRINGS_US: f32 = 30.0;
 const MANY_SPRINGS_US: (f32, f32) = (1500.0, 3.8);
 
-/// Pairs that lie in each other at the start; more make no difference.
+/// Maximum number of pairs overlapping at the start that are counted; more make no difference.
 const COUNTED_MAX: u32 = 1_000_000;
 
-/// Contacts per body in a heap, to which the body's time is proportional. Each additional contact at the start adds
-/// as much.
+/// Contacts per body in a heap. A body's time is proportional to this number, and each additional contact at the
+/// start adds the same amount.
 const CONTACTS_PER_BODY: u32 = 3;
 
-/// An upper estimate of a tick's cost.
+/// An upper estimate of what a tick costs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WorstTick {
     /// Processor time of the simulation, milliseconds.
@@ -43,7 +46,7 @@ pub struct WorstTick {
     pub field: String,
 }
 
-/// Time of the bodies or particles that one field adds, microseconds.
+/// Time taken by the bodies or particles that one field adds, microseconds.
 struct CostShare {
     us: f32,
     field: String,
@@ -87,7 +90,7 @@ impl WorstTick {
         WorstTick { ms: us / 1000.0, field: largest.map_or_else(String::new, |share| share.field) }
     }
 
-    /// Number of rooms with this scene that one core can run even if all have their worst tick at once.
+    /// Number of rooms with this scene that one core can run even if all of them have their worst tick at once.
     pub fn rooms_per_core(&self) -> u32 {
         (1000.0 * DT / max(self.ms, 0.01)) as u32
     }
@@ -106,7 +109,7 @@ impl WorstTick {
     }
 }
 
-/// Microseconds of the worst tick with any moving body, and microseconds per moving body.
+/// Microseconds that the worst tick takes if there is any moving body, and additional microseconds per moving body.
 fn costs(scene: &Scene, movers: &[Bodies]) -> (f32, f32) {
     match scene.world.solver {
         _ if movers.is_empty() => (0.0, 0.0),
@@ -150,12 +153,12 @@ fn emits(scene: &Scene) -> bool {
     scene.world_settings().features.particles
 }
 
-/// Overlapping bodies at the start: those of `bodies` and of exact layouts, since other layouts keep their bodies
-/// apart.
+/// Bodies that overlap at the start. Only those in `bodies` and exact layouts can, since other layouts keep their
+/// bodies apart.
 struct Overlaps {
     /// Number of overlapping pairs that collide.
     count: u32,
-    /// Field of the file that adds the most of them; empty if there are none.
+    /// Field of the file that adds the most overlapping pairs; empty if there are none.
     field: String,
 }
 
@@ -193,8 +196,8 @@ impl Overlaps {
     }
 }
 
-/// All bodies whose start is fixed by the file. The source of those in `bodies` is 0; that of a layout's bodies is
-/// its index plus 1.
+/// All bodies whose start is fixed by the file. The source of those in `bodies` is 0, and that of a layout's
+/// bodies is the layout's index plus 1.
 fn starts(scene: &Scene) -> Vec<StartingBody> {
     let bodies = scene.bodies.iter().map(|body| StartingBody { def: body.def, source: 0 });
     let layouts = scene.layouts.iter().enumerate().filter(|(_, layout)| layout.exact);
@@ -210,8 +213,8 @@ fn starts(scene: &Scene) -> Vec<StartingBody> {
     bodies.chain(exact).collect()
 }
 
-/// Sorts bodies by their left edges. Plain numbers are sorted, as in the broad phase: another sort would take 3 kB of
-/// the page's program.
+/// Sorts bodies by their left edges. As in the broad phase, it sorts plain numbers, since another sort would add 3 kB
+/// to the page's program.
 fn by_edge(starts: Vec<StartingBody>) -> Vec<StartingBody> {
     let keys = starts.iter().zip(0u64..);
     let keys = keys.map(|(start, index)| u64::from(ordered_bits(left(&start.def))) << 32 | index);

@@ -1,4 +1,4 @@
-//! Why a scene was refused, and where: the line of a field, by its path.
+//! Why a scene was refused and where, and how the line of a field is found from its path.
 
 use toml::de::{DeTable, DeValue};
 
@@ -8,7 +8,7 @@ use toml::de::{DeTable, DeValue};
 pub struct SceneError {
     /// File name, as given by the caller.
     pub file: String,
-    /// Line of the field, from 1.
+    /// Line of the field, counted from 1.
     pub line: usize,
     /// Path of the field, like `bodies[3].radius`.
     pub field: String,
@@ -18,7 +18,7 @@ pub struct SceneError {
     pub allowed: String,
 }
 
-/// The line of a byte of a text, from 1; past the end, the last line.
+/// The line that contains a byte of a text, counted from 1. Past the end, it is the last line.
 pub fn line_at(text: &[u8], at: usize) -> usize {
     1 + text.iter().take(at).filter(|&&byte| byte == b'\n').count()
 }

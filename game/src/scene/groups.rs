@@ -1,4 +1,4 @@
-//! Collision groups of a scene, and which of them collide.
+//! A scene's collision groups, and which of them collide.
 
 use super::kind::Kind;
 use super::table::{Field, Table, one_of};
@@ -6,10 +6,10 @@ use jostle_sim::{EulerGroups, GROUPS_MAX};
 
 const NAME_CHARS_MAX: usize = 32;
 
-/// Names of the groups, and the groups that each collides with.
+/// The names of the groups, and the groups with which each one collides.
 pub(super) struct Groups {
     pub names: Vec<String>,
-    /// Which groups collide; a group may collide with itself; all other pairs pass through each other. Default: `[]`.
+    /// Which groups collide; a group may collide with itself. All other pairs pass through each other. Default: `[]`.
     #[doc(alias = "pairs")]
     pub meets: [u32; GROUPS_MAX],
     /// Which groups push particles out. Default: `[]`.
@@ -57,7 +57,7 @@ impl Groups {
         field.index_in(&self.names).map(|index| index as u8)
     }
 
-    /// Index of the group named by a field; 0 if the file is wrong.
+    /// Index of the group named by a field; 0 if the file is invalid.
     fn index(&self, field: &Field) -> u8 {
         self.given(field).unwrap_or(0)
     }

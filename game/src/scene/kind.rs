@@ -4,7 +4,7 @@
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Kind {
-    /// A player's hero, or one without an owner in scenes where heroes are only selected.
+    /// A player's hero, or an ownerless one in scenes where heroes are only selected.
     Hero,
     /// Wanders at a constant speed.
     Minion,

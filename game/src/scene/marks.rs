@@ -1,4 +1,4 @@
-//! Marks in a scene file: dots on the wall, as on dice, which the page draws and the game does not know.
+//! Marks in a scene file: dots on the wall, as on dice, which the page draws and the game ignores.
 
 use super::rules::Names;
 use super::table::{POSITION, Range, Table};
@@ -14,13 +14,13 @@ const SIZE: Range = Range::from(1.0, 1.0e3);
 pub struct Mark {
     /// Centre of the dots.
     pub position: Vec2,
-    /// How many dots it has.
+    /// Number of dots.
     pub dots: u8,
-    /// Its width and height.
+    /// Width and height.
     pub size: f32,
-    /// It is seen only in the light of this body.
+    /// It is visible only in the light of this body.
     pub lamp: Option<usize>,
-    /// How far that light reaches; only with `lamp`.
+    /// Distance that the light reaches; only with `lamp`.
     pub reach: f32,
 }
 

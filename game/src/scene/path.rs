@@ -1,22 +1,22 @@
-//! The path of a kinematic body: back and forth between points, as a function of the tick alone.
+//! The path of a kinematic body, which moves back and forth between points. Its position depends only on the tick.
 
 use glam::Vec2;
 use jostle_sim::DT;
 use jostle_sim::math::clamp_length;
 
-/// Points that a kinematic body visits from first to last and back, repeatedly.
+/// Points that a kinematic body repeatedly visits from first to last and back.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Path {
     points: Vec<Vec2>,
-    /// Tick at which each point is reached on the way there, from 0.
+    /// Tick at which each point is reached on the way there, counted from 0.
     arrivals: Vec<u32>,
     phase_ticks: u32,
 }
 
 impl Path {
-    /// Creates a path through at least two points, where consecutive ones must differ. It takes `half_ticks` from the
-    /// first point to the last and the same time back. Every point is reached at a whole tick, so each leg needs at
-    /// least one tick. At tick 0 the body is already `phase_ticks` along.
+    /// Creates a path through at least two points, of which consecutive ones must differ. The body takes `half_ticks`
+    /// from the first point to the last, and the same time to return. Every point is reached at a whole tick, so each
+    /// leg needs at least one tick. At tick 0 the body is already `phase_ticks` along.
     pub fn new(points: Vec<Vec2>, half_ticks: u32, phase_ticks: u32) -> Path {
         assert!(points.len() >= 2, "a path needs two points");
         assert!(half_ticks as usize >= points.len() - 1, "a path needs a tick a leg");
@@ -52,8 +52,8 @@ impl Path {
         self.points[leg] + (self.points[leg + 1] - self.points[leg]) * share
     }
 
-    /// The velocity, units/s, that takes a body from `position` to its position on the path at the end of a tick. A
-    /// body that a player dragged off its path returns at no more than `speed_max`.
+    /// The velocity, units/s, that takes a body from `position` to where it should be on the path at the end of a
+    /// tick. A body that a player has dragged off its path returns to it no faster than `speed_max`.
     pub fn velocity_to(&self, tick: u32, position: Vec2, speed_max: f32) -> Vec2 {
         clamp_length((self.at(tick) - position) / DT, speed_max)
     }

@@ -1,6 +1,6 @@
-//! The Plan: everything that a scene can ever contain, through its file and its players' tools, and therefore the
-//! needs of its game, its messages and its page. Each part states whether it is used, and which field of the file
-//! decides that.
+//! The Plan lists everything that a scene can ever contain, through its file and its players' tools, and thus
+//! what its game, its messages and its page need. Each part states whether it is used, and which field of the
+//! file decides that.
 //!
 //! A World's step is prepared for [`Plan::features`]; a body that a program adds to the scene may widen them (see
 //! [`Features`]).
@@ -20,7 +20,7 @@ pub struct Plan {
     pub bodies: Vec<Bodies>,
     /// Pairs of groups that collide and both have bodies, each with the lower index first, in order.
     pub pairs: Vec<[u8; 2]>,
-    /// Every part that a scene can lack, used or not.
+    /// Every part that a scene can do without, used or not.
     pub parts: Vec<Part>,
     /// Features for which the World's step is prepared.
     pub features: Features,
@@ -37,13 +37,13 @@ pub struct Bodies {
     pub shapes: Vec<Shape>,
     /// Number of bodies, as counted by [`Bodies::per`].
     pub count: u32,
-    /// Origin of the bodies, to which `count` refers.
+    /// What the bodies come from; `count` refers to this.
     pub per: Per,
     /// Field of the file that adds the first of them, like `bodies[3]`.
     pub field: String,
 }
 
-/// Origin of the bodies of an entry.
+/// What the bodies of an entry come from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Per {
     /// Present from the start, permanently or until something removes them.
@@ -54,12 +54,12 @@ pub enum Per {
     Tool,
 }
 
-/// A part that a scene can lack.
+/// A part that a scene can do without.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Part {
     /// Lower-case name, for reports.
     pub name: &'static str,
-    /// Costs of the part where it is used: stages of a step, sections of a message, elements of the page.
+    /// What the part costs where it is used: stages of a step, sections of a message, elements of the page.
     pub costs: &'static str,
     /// Whether the scene can need it.
     pub used: bool,
@@ -73,7 +73,8 @@ impl Scene {
         WorldSettings { features: self.features(), ..self.world.clone() }
     }
 
-    /// Features for which the step of its World is prepared: the same as [`Plan::features`], without the reasons.
+    /// Features for which its World's step is prepared. They are the same as [`Plan::features`], but without the
+    /// reasons.
     pub fn features(&self) -> Features {
         features(self, &sources(self))
     }
@@ -97,17 +98,17 @@ impl Bodies {
         Bodies { field, kind, def, shapes: vec![def.shape], count: 1, per: Per::Scene }
     }
 
-    /// Its bodies, one for each shape.
+    /// Definitions of these bodies, one for each shape.
     fn defs(&self) -> impl Iterator<Item = BodyDef> + '_ {
         self.shapes.iter().map(|&shape| BodyDef { shape, ..self.def })
     }
 
-    /// Whether some are circles, or the seed may make them circles.
+    /// Whether some are circles, or can become circles depending on the seed.
     pub fn circles(&self) -> bool {
         self.shapes.iter().any(|shape| matches!(shape, Shape::Circle { .. }))
     }
 
-    /// Whether some are boxes, or the seed may make them boxes.
+    /// Whether some are boxes, or can become boxes depending on the seed.
     pub fn boxes(&self) -> bool {
         self.shapes.iter().any(|shape| matches!(shape, Shape::Box { .. }))
     }
@@ -120,8 +121,8 @@ impl Bodies {
         }
     }
 
-    /// Field of the file that sets their number, or the list that contains them. If it is a limit, the file may lack
-    /// it, and the default applies.
+    /// Field of the file that sets their number, or the list that contains them. If this is a limit, the file may
+    /// omit it, in which case the default applies.
     pub(super) fn count_field(&self) -> String {
         match self.field.as_str() {
             "hero" => "limits.players".to_owned(),
@@ -139,7 +140,7 @@ impl Bodies {
     }
 }
 
-/// All sources of bodies: entries of the file, and tools.
+/// All sources of bodies: entries in the file, and tools.
 pub(super) fn sources(scene: &Scene) -> Vec<Bodies> {
     let mut sources = Vec::new();
     for (index, body) in scene.bodies.iter().enumerate() {
@@ -267,7 +268,7 @@ fn emits(scene: &Scene) -> Reason {
     }
 }
 
-/// The fields because of which a scene uses a part (`Ok`) or does not (`Err`).
+/// The fields that cause a scene to use a part (`Ok`) or not (`Err`).
 type Reason = Result<String, String>;
 
 fn given(is_given: bool, has: &str, lacks: &str) -> Reason {
@@ -349,7 +350,7 @@ impl Reasons<'_> {
         }
     }
 
-    /// Decides whether a material property is used, by the rule of [`Features`].
+    /// Decides whether a material property is used, by the rule given in [`Features`].
     fn material(
         &self,
         name: &str,

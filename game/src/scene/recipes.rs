@@ -1,4 +1,4 @@
-//! Particle recipes of a scene: its own, and the presets that it uses.
+//! A scene's particle recipes: its own, and the presets that it uses.
 
 use super::limits::{NAME_ALLOWED, RECIPES_MAX, SCENE_NAME_BYTES_MAX, is_name};
 use super::table::{Document, Field, Range, Table, one_of};
@@ -28,7 +28,7 @@ pub fn presets() -> Vec<Recipe> {
     document.checked(presets).expect("a test reads it")
 }
 
-/// The recipes of a scene; presets are added when they are used.
+/// The recipes of a scene, to which presets are added when they are used.
 pub(super) struct Recipes {
     pub list: Vec<Recipe>,
 }
@@ -46,7 +46,8 @@ impl Recipes {
             if !is_name(name) {
                 field.refuse_as(format!("a recipe named {name:?}"), NAME_ALLOWED);
             }
-            // Preset that supplies the other defaults. Default: the preset of that name, else `"fire"`.
+            // Preset that supplies the other defaults. Default: the preset with the same name as the recipe, else
+            // `"fire"`.
             field.table(|table| recipe(name, table, base(name, &table.get("like"))))
         });
         Recipes { list: list.collect() }
@@ -62,8 +63,8 @@ impl Recipes {
         })
     }
 
-    /// Index of the recipe with this name; a preset is added to the scene's recipes. The recipes of a file and all
-    /// presets together fit in a byte.
+    /// Index of the recipe with this name; a preset is added to the scene's recipes. The indices of a file's
+    /// recipes and all presets together fit in a byte.
     fn resolve(&mut self, name: &str) -> Option<u8> {
         let index = self.list.iter().position(|recipe| recipe.name == name).or_else(|| {
             let preset = presets().into_iter().find(|preset| preset.name == name)?;
@@ -91,24 +92,24 @@ fn recipe(name: &str, table: &Table, base: Recipe) -> Recipe {
         life_ticks: life_ticks(&table.get("life_ticks"), base.life_ticks),
         // Colour at birth; colours are added to the picture, so values above 1 are brighter. Default: the preset's.
         color_start: color(&table.get("color_start"), base.color_start),
-        // Colour at the end of life, between these two. Default: the preset's.
+        // Colour at the end of its life, between these two. Default: the preset's.
         color_end: table.get("color_end").array(base.color_end, ends, color),
         // Width at birth. Default: the preset's.
         size: size(&table.get("size"), base.size),
         // Factor applied to the width every tick. Default: the preset's.
         size_factor: table.get("size_factor").number(base.size_factor, Range::above(0.0, 1.1)),
-        // Velocity at birth, between these corners. Default: the preset's.
+        // Velocity at birth, from the box with these corners. Default: the preset's.
         velocity: table.get("velocity").corners(base.velocity, SPEED),
-        // Whether velocities fill the ellipse between the corners instead of the box. Default: the preset's.
+        // Whether velocities come from the ellipse within that box instead. Default: the preset's.
         round: table.get("round").truth(base.round),
-        // Used instead of the world's gravity. Default: the preset's.
+        // Acceleration, which replaces the world's gravity. Default: the preset's.
         acceleration: table.get("acceleration").vector(base.acceleration, SPEED),
         // Factor applied to the velocity every tick. Default: the preset's.
         drag: table.get("drag").number(base.drag, Range::from(0.0, 1.0)),
     }
 }
 
-/// The recipe that provides the defaults: the one named by `like`, otherwise the preset of this name, otherwise fire.
+/// The recipe that provides the defaults: the one named by `like`, otherwise the preset with this name, otherwise fire.
 fn base(name: &str, like: &Field) -> Recipe {
     let mut all = presets();
     let names: Vec<String> = all.iter().map(|preset| preset.name.clone()).collect();

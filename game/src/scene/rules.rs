@@ -19,13 +19,13 @@ pub use rule::{Effects, Line, RuleSpec, To, Trigger, Whose};
 pub use signal::{Each, OrderSpec, RelaySpec, SignalKind, SignalSpec, Stays, Step};
 pub use zone::{Need, Take, ZoneArea, ZoneSpec};
 
-/// Teams of a scene.
+/// Maximum number of teams in a scene.
 pub const TEAMS_MAX: usize = 8;
-/// Maximum number of zones in a scene, one bit of a word each.
+/// Maximum number of zones in a scene. Each takes one bit of a word.
 pub const ZONES_MAX: usize = 64;
-/// Maximum number of signals in a scene, one bit of a word each.
+/// Maximum number of signals in a scene. Each takes one bit of a word.
 pub const SIGNALS_MAX: usize = 64;
-/// Rules of a scene.
+/// Maximum number of rules in a scene.
 const RULES_MAX: usize = 128;
 
 /// The rules of a scene, in file order.
@@ -35,16 +35,16 @@ pub struct RuleSet {
     pub round: Option<RoundSpec>,
     /// Teams; if there are none, each player plays alone.
     pub teams: Vec<TeamSpec>,
-    /// Zones: places that detect the bodies inside them.
+    /// Zones, which are places that detect the bodies inside them.
     pub zones: Vec<ZoneSpec>,
-    /// Levels, yes or no.
+    /// Signals: levels that are either on or off.
     pub signals: Vec<SignalSpec>,
     /// Rules, in file order.
     pub rules: Vec<RuleSpec>,
 }
 
 impl RuleSet {
-    /// Reads the rules of a scene; its bodies must have been read before.
+    /// Reads the rules of a scene, whose bodies must already have been read.
     pub(super) fn read(root: &Table, known: &RuleNames, recipes: &mut Recipes) -> RuleSet {
         let team = |table: &Table| round::team(table, known.names);
         let zone = |table: &Table| zone::zone(table, known);
@@ -78,7 +78,7 @@ impl RuleSet {
             && self.rules.is_empty()
     }
 
-    /// Lives of each side at the start of a round, if lives count.
+    /// Number of lives that each side has at the start of a round, if lives count.
     pub fn lives(&self) -> Option<i32> {
         self.round.as_ref()?.lives
     }

@@ -11,22 +11,22 @@ const PULL: Range = Range::from(1.0, 1.0e3);
 const SPEED: Range = Range::from(0.1, 100.0);
 const SHOTS_MAX: u32 = 255;
 
-/// A sling: players pull its ball back and release it. Times are ticks.
+/// A sling, whose ball players pull back and release. Times are in ticks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SlingSpec {
-    /// The dynamic body that it shoots, from where that body starts.
+    /// The dynamic body that it shoots from that body's starting position.
     pub ball: usize,
-    /// How far it can be pulled, and how near to it a pull begins.
+    /// How far the ball can be pulled, and how close to it a pull must begin.
     pub pull: f32,
-    /// Speed for each unit that it was pulled, in the opposite direction. A pull of less than 1 shoots nothing.
+    /// Speed per unit of pull, in the opposite direction. A pull shorter than 1 does not shoot.
     pub speed: f32,
-    /// Shots in a round.
+    /// Number of shots in a round.
     pub shots: u8,
-    /// The shot is over when this holds, at the earliest in its third tick. Default: never.
+    /// A shot is over when this holds, but not before its third tick. Default: never.
     pub over: Option<Condition>,
-    /// And after this time in any case.
+    /// A shot is over after this time in any case.
     pub over_time: u32,
-    /// Points for the winners for each shot left.
+    /// Points that the winners get for each shot left.
     pub spare: i32,
 }
 
@@ -39,7 +39,7 @@ impl SlingSpec {
     }
 }
 
-/// Reads `[sling]`; nothing where it is not there.
+/// Reads `[sling]`; `None` if the file has no such table.
 pub(super) fn sling(
     root: &Table,
     tools: Tools,

@@ -1,14 +1,14 @@
-//! The solver of a scene and its settings. Values out of range are refused, never silently corrected (C22c), and so
-//! are settings of a solver that the scene does not use.
+//! A scene's solver and its settings. Values out of range are refused, never silently corrected (C22c), and so are
+//! settings for a solver that the scene does not use.
 
 use super::table::{Field, Range, Table};
 use jostle_sim::{Conjugate, Relaxation, Solver};
 
-/// Reads `response`, `solver` and the table of its settings.
+/// Reads `response`, `solver` and the table of the solver's settings.
 pub(super) fn solver(root: &Table) -> Option<Solver> {
-    // `"none"` detects contacts and solves none; a scene without response may not name a solver.
+    // `"none"` detects contacts without solving them; a scene with no response may not name a solver.
     let response = root.get("response").choice_or_first(&[("impulse", true), ("none", false)]);
-    // The solver of the contacts; each has a table of settings below, and only the table of the chosen one is allowed.
+    // The solver for contacts; each one has a table of settings below, and only the chosen one's table is allowed.
     let solver = root.get("solver");
     let [relaxation, conjugate] = ["relaxation", "conjugate"].map(|name| root.get(name));
     let is_conjugate = solver.choice_or_first(&[("relaxation", false), ("conjugate", true)]);
@@ -26,11 +26,11 @@ pub(super) fn solver(root: &Table) -> Option<Solver> {
     Some(Solver::Relaxation(relaxation.table(read_relaxation)))
 }
 
-/// Reads `sleeping`, which needs the conjugate solver: only islands can sleep, and only that solver has them.
+/// Reads `sleeping`, which needs the conjugate solver, since only islands can sleep, and only that solver has them.
 pub(super) fn sleeping(root: &Table, solver: Option<Solver>) -> bool {
     let is_conjugate = matches!(solver, Some(Solver::Conjugate(_)));
-    // Whether bodies at rest fall asleep: see [below](#sleeping); only with the conjugate solver. Default: `true` with the
-    // conjugate solver, else `false`.
+    // Whether bodies at rest fall asleep (see [below](#sleeping)); only with the conjugate solver. Default: `true` with
+    // the conjugate solver, else `false`.
     let field = root.get("sleeping");
     let sleeping = field.truth(is_conjugate);
     if sleeping && !is_conjugate {
@@ -51,14 +51,14 @@ fn refuse_beside(field: &Field, other: &str) {
 fn read_relaxation(table: &Table) -> Relaxation {
     let base = Relaxation::default();
     Relaxation {
-        // Most passes over all pairs per tick; they end early when one changes no velocity by more than 0.001 units/s and no
-        // overlap by more than 0.0001 units.
+        // Maximum number of passes over all pairs per tick; they end early once a pass changes no velocity by more than
+        // 0.001 units/s and no overlap by more than 0.0001 units.
         iterations: table.get("iterations").whole(base.iterations, 1..=240),
         // Share of an overlap that a pass removes.
         correction: table.get("correction").number(base.correction, Range::above(0.0, 1.0)),
         slop: slop(table, base.slop),
         bounce_threshold: bounce_threshold(table, base.bounce_threshold),
-        // Whether to start from the last tick's resting impulses.
+        // Whether to start from the previous tick's resting impulses.
         warm_start: table.get("warm_start").truth(base.warm_start),
     }
 }
@@ -66,22 +66,23 @@ fn read_relaxation(table: &Table) -> Relaxation {
 fn read_conjugate(table: &Table) -> Conjugate {
     let base = Conjugate::default();
     Conjugate {
-        // Sweeps end when none changes a relative speed by more than this share of the speed that gravity adds in a tick;
-        // islands of fewer than 30 contacts and of more than 10,000 are solved more precisely.
+        // Sweeps end once one changes no relative speed by more than this share of the speed that gravity adds in a
+        // tick; islands of fewer than 30 or more than 10,000 contacts are solved more precisely.
         tolerance: table.get("tolerance").number(base.tolerance, Range::above(0.0, 1.0)),
-        // Sweeps over an island of contacts per tick.
+        // Maximum number of sweeps over an island of contacts per tick.
         sweeps_max: table.get("sweeps_max").whole(base.sweeps_max, 1..=1000),
-        // Most contacts that the sweeps over one island visit per tick; every island gets at least four sweeps.
+        // Maximum number of contacts that the sweeps over one island visit per tick; every island gets at least four
+        // sweeps.
         work_max: table.get("work_max").whole(base.work_max, 1000..=1_000_000_000),
         bounce_threshold: bounce_threshold(table, base.bounce_threshold),
         slop: slop(table, base.slop),
         // Share of the overlap beyond the slop that a pass removes.
         correction: table.get("correction").number(base.correction, Range::above(0.0, 1.0)),
-        // Largest distance by which a pass separates a pair or moves a body.
+        // Maximum distance by which a pass separates a pair or moves a body.
         correction_max: table
             .get("correction_max")
             .number(base.correction_max, Range::above(0.0, 100.0)),
-        // Passes over the positions per tick; usually none is needed.
+        // Maximum number of passes over the positions per tick; usually none is needed.
         position_passes: table.get("position_passes").whole(base.position_passes, 0..=60),
     }
 }

@@ -1,4 +1,4 @@
-//! Emitters and launchers in a scene file: they make particles, dye packs and marbles by themselves.
+//! Emitters and launchers in a scene file, which make particles, dye packs and marbles by themselves.
 
 use super::kind::Kind;
 use super::limits::TICKS_MAX;
@@ -10,12 +10,12 @@ use jostle_sim::{EmitterDef, Source};
 
 /// Maximum number of launchers in a scene.
 pub const LAUNCHERS_MAX: usize = 64;
-/// Maximum number of bodies of a launcher at a time.
+/// Greatest `limit` that a launcher may have.
 const LAUNCHED_MAX: u32 = 256;
 /// The kinds that launchers can make, with their names in scene files.
 const MAKES: [(&str, Kind); 2] = [("pack", Kind::Pack), ("dumb", Kind::Marble)];
 
-/// A position in a scene file: of an emitter or a launcher, or the end of a spring.
+/// A position in a scene file: that of an emitter or launcher, or an end of a spring.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Location {
     /// A fixed point, world units.
@@ -29,13 +29,13 @@ pub enum Location {
 pub struct ScheduledEmitter {
     /// Recipe of its particles.
     pub recipe: u8,
-    /// Particles per run; at least 5 are emitted each tick until all are out.
+    /// Number of particles per run; at least 5 are emitted every tick until none are left.
     pub count: u16,
-    /// Where it is, fixed or with a body.
+    /// Where it is: at a fixed point or on a body.
     pub location: Location,
     /// Tick of the first run.
     pub start: u32,
-    /// Ticks from one run to the next. Default: one run only.
+    /// Ticks between the starts of consecutive runs. Default: one run only.
     pub every: Option<u32>,
     /// It runs only while this holds. Default: always.
     #[doc(alias = "while")]
@@ -57,21 +57,22 @@ impl ScheduledEmitter {
     }
 }
 
-/// A launcher makes a body at regular intervals. Times are ticks.
+/// A launcher, which makes a body at regular intervals. Times are in ticks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Launcher {
-    /// Where it is, fixed or with a body.
+    /// Where it is: at a fixed point or on a body.
     pub location: Location,
-    /// Time from one body to the next.
+    /// Time between bodies.
     pub every: u32,
-    /// Time of the first, from the start of the round.
+    /// Time of the first body, counted from the start of the round.
     pub start: u32,
     /// The kind of body that it makes.
     #[doc(alias = "what")]
     pub makes: Kind,
-    /// Velocity of a marble; direction in which a pack sets off. Default: to the nearest hero; `[0, 0]` for a marble.
+    /// Velocity of a marble, or direction in which a pack sets off. Default: to the nearest hero; `[0, 0]` for a
+    /// marble.
     pub velocity: Option<Vec2>,
-    /// It waits while there are this many bodies of its kind that no player owns.
+    /// It waits while there are this many ownerless bodies of its kind.
     pub limit: u32,
     /// It runs only while this holds. Default: always.
     #[doc(alias = "while")]
@@ -100,7 +101,7 @@ pub(super) fn make(root: &Table, kind: Kind) -> bool {
 fn location(table: &Table, names: &Names) -> Location {
     // Where it is. Default: this or `follow`.
     let position = table.get("position");
-    // It is at the centre of this body, also while that moves. Default: this or `position`.
+    // It stays at the centre of this body, even while the body moves. Default: this or `position`.
     let follow = table.get("follow");
     table.not_both("position", "follow");
     if !position.is_given() && !follow.is_given() {

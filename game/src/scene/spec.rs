@@ -1,4 +1,4 @@
-//! A scene: plain data, ready to be played, and how its top level is read.
+//! The plain data of a scene that is ready to be played, and how its top level is read.
 
 use super::actors::{self, HeroSpec, MarbleSpec, PackSpec};
 use super::bodies::{self, Layout, Placed};
@@ -33,7 +33,7 @@ const ABOUT_CHARS_MAX: usize = 200;
 pub enum Category {
     /// Scenes that can be won.
     Games,
-    /// Scenes for playing around.
+    /// Scenes to play around in.
     Playgrounds,
     /// Scenes that each teach one thing.
     Book,
@@ -53,15 +53,15 @@ impl Category {
     }
 }
 
-/// Framing of the world by the camera.
+/// How the camera frames the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Camera {
-    /// The whole world fits the view. On an upright screen this would make everything tiny, so there the view moves
-    /// sideways with the own hero.
+    /// The view shows the whole world. On an upright screen this would make everything tiny, so there the view
+    /// moves sideways with the player's own hero.
     Fit,
-    /// The whole world fits every view.
+    /// Every view shows the whole world.
     Whole,
-    /// The view follows the own hero and is this many world units high.
+    /// The view follows the player's own hero and is this many world units high.
     Follow {
         /// Height of the view, world units.
         height: f32,
@@ -78,36 +78,37 @@ impl Camera {
 /// A scene whose values have all been checked.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// Short name, used in links: the file's stem, in lower case, digits and dashes.
+    /// Short name, used in links. It is the file's stem, and consists of lower-case letters, digits and dashes.
     pub name: String,
     /// Name shown to players.
     pub title: String,
-    /// Description in one sentence, for the lobby. Default: empty.
+    /// One-sentence description for the lobby. Default: empty.
     pub about: String,
-    /// Where the lobby shows it; `book` is folded. Default: `games` with a `[round]`, else `playgrounds`.
+    /// Section of the lobby that shows it; `book` is collapsed. Default: `games` with a `[round]`, else `playgrounds`.
     pub category: Category,
     /// The TOML source text.
     pub source: String,
     /// Width and height of the world.
     pub size: Vec2,
-    /// Settings of its World, except for the features; see [`Scene::world_settings`].
+    /// Settings of its World except for the features; see [`Scene::world_settings`].
     pub world: WorldSettings,
-    /// What players can do: see [Tools](#tools). Default: `[]`.
+    /// What players can do; see [Tools](#tools). Default: `[]`.
     pub tools: Tools,
     /// What the spray tool sprays. Default: `"fire"`.
     pub spray: Option<u8>,
-    /// Shows the whole world (`fit`: on an upright phone, where that is tiny, a part around the hero), or follows the player's
-    /// hero with a view of this height; then each player is sent little more than that view shows. Default:
-    /// `"fit"`.
+    /// Shows the whole world (with `fit`, an upright phone, where that would be tiny, shows a part around the hero), or
+    /// follows the player's hero with a view of this height, in which case each player is sent little more than the
+    /// view shows. Default: `"fit"`.
     pub camera: Camera,
-    /// Contacts that close faster than this are reported (sparks).
+    /// Contacts that close faster than this are reported, and make sparks.
     pub impact_speed: f32,
-    /// While this holds, bodies fall and contacts are solved by the chapter's solver as it is printed, mistakes included
-    /// ([physics.md](physics.md), C01 to C22a); only with the relaxation and without forces. Default: never.
+    /// While this holds, bodies fall and contacts are solved exactly as in the chapter's printed solver, including its
+    /// mistakes ([physics.md](physics.md), C01 to C22a); only with the relaxation solver and without forces. Default:
+    /// never.
     pub listed: Option<Condition>,
-    /// Collision groups, each name once.
+    /// Names of the collision groups, each listed once.
     pub groups: Vec<String>,
-    /// Maximum number of players at a time.
+    /// Maximum number of concurrent players.
     pub players_max: u16,
     /// Bodies at fixed positions.
     pub bodies: Vec<Placed>,
@@ -165,7 +166,7 @@ impl Scene {
             || self.has_breakables()
     }
 
-    /// Returns whether the scene is a game, or its heroes have a lane to remember.
+    /// Returns whether the scene is a game, or has lanes that its heroes must keep to.
     pub(crate) fn has_rules(&self) -> bool {
         self.is_game() || self.lane(None).is_some()
     }
@@ -184,7 +185,7 @@ impl Scene {
         bodies.chain(emitters).chain(launchers).any(|condition| !condition.is_none())
     }
 
-    /// Returns whether anything gives points.
+    /// Returns whether there is any way to get points.
     pub fn counts_points(&self) -> bool {
         let worth = |body: &Placed| body.breaks.is_some_and(|breaks| breaks.points != 0);
         self.rules.rules.iter().any(|rule| rule.effects.score != 0)
@@ -225,8 +226,8 @@ impl Scene {
 }
 
 impl SceneError {
-    /// Creates an error about a field of a scene, given by its path, such as `layouts[2].count`. The line is that of
-    /// the field, or of the innermost enclosing table that the file has.
+    /// Creates an error about a scene's field, given its path, such as `layouts[2].count`. The error's line is that
+    /// of the field, or of the innermost enclosing table that the file has.
     pub fn in_scene(scene: &Scene, field: &str, found: String, allowed: String) -> SceneError {
         let (at, _) = locate(&scene.source, field);
         let line = line_at(scene.source.as_bytes(), at);
@@ -292,7 +293,8 @@ pub(super) fn read(name: String, source: &str, root: &Table) -> Scene {
     scene
 }
 
-/// Only the relaxation without forces is printed in the chapter.
+/// Checks that `listed` is used only with the relaxation solver and without forces, since the chapter prints nothing
+/// else.
 fn check_listed(field: &Field, scene: &Scene) {
     let is_relaxation = matches!(scene.world.solver, Some(Solver::Relaxation(_)));
     if scene.listed.is_some() && (!is_relaxation || scene.world.forces.is_some()) {
@@ -300,26 +302,27 @@ fn check_listed(field: &Field, scene: &Scene) {
     }
 }
 
-/// Reads `wind` and `integrators`; nothing in a scene without forces.
+/// Reads `wind` and `integrators`; `None` in a scene without forces.
 fn forces(root: &Table, groups: &Groups, scene: &Scene) -> Option<ForceSettings> {
     // Velocity of the air; only with drag.
     let wind = root.get("wind").vector(Vec2::ZERO, WIND);
-    // Groups whose bodies move by one of Euler's methods instead of exactly, drag and springs included, for scenes that compare
-    // them; each group once. Stiff forces make both unstable. Default: none.
+    // Groups whose bodies, including their drag and springs, are moved by one of Euler's methods instead of exactly,
+    // for scenes that compare the methods; each group at most once. Stiff forces make both methods unstable. Default:
+    // none.
     let euler = groups.euler(&root.get("integrators"));
     let has_forces = !scene.springs.is_empty() || scene.has_drag() || euler != EulerGroups::NONE;
     has_forces.then_some(ForceSettings { wind, springs_max: scene.springs.len(), euler })
 }
 
-/// Reads the category; by default a scene with a round is a game.
+/// Reads the category. By default, a scene with a round is a game.
 fn category(root: &Table) -> Category {
     let base = if root.get("round").is_given() { Category::Games } else { Category::Playgrounds };
     root.get("category").choice(&Category::NAMES).unwrap_or(base)
 }
 
-/// Reads the settings of the world that do not depend on the rest of the scene.
+/// Reads the world settings that do not depend on the rest of the scene.
 fn world_settings(root: &Table, size: Vec2, groups: &Groups) -> WorldSettings {
-    // Acceleration of every body that falls.
+    // Acceleration of all falling bodies.
     let gravity = root.get("gravity").vector(Vec2::new(0.0, -50.0), GRAVITY);
     let solver = solver::solver(root);
     WorldSettings {
@@ -367,8 +370,8 @@ fn camera(root: &Table) -> Camera {
 
 /// Reads the kill zone, which by default extends half a world beyond every side.
 fn kill_zone(root: &Table, size: Vec2) -> Aabb {
-    // Bodies whose centre leaves it are removed; a hero respawns. It encloses the whole world. Default: the world and half its
-    // size more on each side.
+    // Bodies whose centre leaves it are removed; heroes respawn. It must enclose the whole world. Default: the world
+    // and half its size more on each side.
     let field = root.get("kill_zone");
     let [low, high] = field.corners([size * -0.5, size * 1.5], POSITION);
     let zone = Aabb { low, high };
@@ -379,8 +382,8 @@ fn kill_zone(root: &Table, size: Vec2) -> Aabb {
 }
 
 fn quantum(root: &Table) -> f32 {
-    // Resolution of the positions that clients see; messages carry up to 2^24 quanta to either side of 0, so the kill zone may
-    // reach no further: with the default, 262144 units.
+    // Resolution of the positions that clients see. Messages can express up to 2^24 quanta on either side of 0, so the
+    // kill zone may reach no further; with the default, that is 262144 units.
     let field = root.get("quantum");
     field.describe("a power of two, 1/65536 to 1");
     let quantum = field.number(1.0 / 64.0, Range::from(QUANTUM_MIN, 1.0));
@@ -391,14 +394,14 @@ fn quantum(root: &Table) -> f32 {
     quantum
 }
 
-/// Reads the caps of a scene into it.
+/// Reads a scene's limits into it.
 fn limits(table: &Table, scene: &mut Scene) {
     let seats_max = if scene.camera.sees_all() { SEATS_MAX as u32 } else { FOLLOWERS_MAX };
-    // Players at a time; at most 64 if the camera follows.
+    // Maximum number of concurrent players; at most 64 if the camera follows them.
     let players = table.get("players").whole(16, 1..=seats_max);
-    // Dye packs of one player.
+    // Maximum number of dye packs per player.
     let packs = table.get("packs").whole(8, 0..=PACKS_MAX);
-    // Marbles, beyond which Z makes no more.
+    // Number of marbles at which Z makes no more.
     let marbles = table.get("dumb").whole(200, 0..=BODIES_MAX);
     let laid_out: u64 = scene.layouts.iter().map(|layout| u64::from(layout.count)).sum();
     let if_any = |any, count: u32| if any { u64::from(count) } else { 0 };
@@ -407,7 +410,8 @@ fn limits(table: &Table, scene: &mut Scene) {
     let dropped = if_any(scene.marble.is_some(), marbles);
     let made = scene.launchers.iter().map(|launcher| u64::from(launcher.limit)).sum::<u64>();
     let roomy = (least + launched + dropped + made).clamp(1, u64::from(BODIES_MAX)) as u32;
-    // Bodies at a time; all bodies, layouts and heroes must fit. Default: enough for everything that the file allows.
+    // Maximum number of bodies at any time; all bodies, layouts and heroes must fit. Default: enough for everything
+    // that the file allows.
     let field = table.get("bodies");
     let bodies = field.whole(roomy, 1..=BODIES_MAX);
     if least > u64::from(bodies) {
@@ -416,7 +420,7 @@ fn limits(table: &Table, scene: &mut Scene) {
     }
     scene.players_max = players as u16;
     scene.world.bodies_max = bodies as usize;
-    // Particles at a time.
+    // Maximum number of particles at any time.
     scene.world.particles_max = table.get("particles").whole(4096, 0..=PARTICLES_MAX) as usize;
     scene.marble.iter_mut().for_each(|marble| marble.count_max = marbles);
     scene.pack.iter_mut().for_each(|pack| pack.count_max = packs);

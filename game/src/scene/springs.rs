@@ -10,7 +10,7 @@ use jostle_sim::Motion;
 
 const STIFFNESS: Range = Range::above(0.0, 1.0e9);
 const DAMPING: Range = Range::from(0.0, 1.0e9);
-/// Up to ten swings per tick; nothing may be stiffer.
+/// Frequencies of up to ten oscillations per tick; nothing may be stiffer.
 const FREQUENCY: Range = Range::above(0.0, 600.0);
 const DAMPING_RATIO: Range = Range::from(0.0, 100.0);
 
@@ -21,7 +21,7 @@ pub struct PlacedSpring {
     pub body: usize,
     /// The other end; at least one end must be a dynamic body.
     pub to: Location,
-    /// Rest length. Default: the distance at the start.
+    /// Rest length. Default: the initial distance.
     pub length: f32,
     /// Force per unit of length. Default: this or `frequency`.
     pub stiffness: f32,
@@ -29,17 +29,17 @@ pub struct PlacedSpring {
     pub damping: f32,
 }
 
-/// Reads one entry of `springs`; `None` if it is wrong.
+/// Reads one entry of `springs`; `None` if it is invalid.
 pub(super) fn spring(table: &Table, bodies: &[Placed], names: &Names) -> Option<PlacedSpring> {
     let holder = table.need("body", "the name of a body");
     let end = table.need("to", "[x, y], or the name of another body");
     end.describe("[x, y], or the name of another body");
     let length = table.get("length");
     let [stiffness, damping] = ["stiffness", "damping"].map(|name| table.get(name));
-    // Oscillations per second of the joined bodies, without other forces. Default: this or `stiffness`.
+    // Frequency at which the joined bodies oscillate without other forces, per second. Default: this or `stiffness`.
     let frequency = table.get("frequency");
     table.not_both("stiffness", "frequency");
-    // Damping relative to critical damping: below 1 it oscillates; not with `damping`. Default: `0`.
+    // Damping relative to critical damping; below 1, the spring oscillates. Not with `damping`. Default: `0`.
     let damping_ratio = table.get("damping_ratio");
     table.not_both("damping", "damping_ratio");
     if !stiffness.is_given() && !frequency.is_given() {
@@ -73,7 +73,7 @@ pub(super) fn spring(table: &Table, bodies: &[Placed], names: &Names) -> Option<
     Some(PlacedSpring { body, to, length, stiffness, damping })
 }
 
-/// The effective swinging mass: m1 m2 / (m1 + m2), where an immovable body has infinite mass.
+/// The effective oscillating mass, m1 m2 / (m1 + m2), where an immovable body has infinite mass.
 fn swinging_mass(bodies: &[Placed], body: usize, to: Location) -> Option<f32> {
     let inv_mass = |index: usize| match bodies[index].def.motion {
         Motion::Dynamic => 1.0 / bodies[index].def.mass,

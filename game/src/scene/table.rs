@@ -1,16 +1,17 @@
-//! The reader of scene files: TOML tables whose fields are declared at the place where they are read.
+//! Reads scene files, which are TOML tables. Their fields are declared where they are read.
 //!
-//! One call names a field together with its type, range and default: `table.get("mass").number(1.0,
-//! Range::from(MASS_MIN, MASS_MAX))`. Fields that were never requested are unknown. Derived deserialisers do not fit:
-//! six tables share eight fields, and serde can either flatten shared fields or refuse unknown ones, but not both.
+//! A single call names a field together with its type, range and default: `table.get("mass").number(1.0,
+//! Range::from(MASS_MIN, MASS_MAX))`. Fields that were never requested are unknown. Derived deserialisers are not
+//! suitable: six tables share eight fields, and serde can either flatten shared fields or refuse unknown ones, but
+//! not both.
 //!
 //! The same calls make the editor's form ([`FieldInfo`]) and, in tests, the tables of `docs/scenes.md`, the schema for text
 //! editors and the classes of the Tiled project. A field's sentence there is the comment above its call, or above
 //! the field of the type that the call fills.
 //!
-//! Readers never fail: they report to the [`Document`] and continue with the default, and [`Document::checked`]
-//! returns the first error at the end. A table is therefore always read as a whole, and a misspelled field is
-//! reported as unknown instead of as missing.
+//! Readers never fail. They report errors to the [`Document`] and continue with the default, and
+//! [`Document::checked`] returns the first error at the end. A table is therefore always read as a whole, and a
+//! misspelled field is reported as unknown rather than as missing.
 
 use super::error::{SceneError, line_at};
 use super::limits::{SIZE_MAX, SPEED_MAX};
@@ -23,7 +24,7 @@ use std::fmt;
 use std::ops::{Range as Bytes, RangeInclusive};
 use toml::de::{DeTable, DeValue};
 
-/// Maximum number of characters of the file that an error quotes.
+/// Maximum number of characters that an error quotes from the file.
 const QUOTE_CHARS_MAX: usize = 48;
 
 /// The text of a scene, its name in errors, and the first error found.
@@ -34,7 +35,7 @@ pub(super) struct Document<'a> {
     error: RefCell<Option<SceneError>>,
     /// All requested fields, if they are recorded.
     asked: Option<RefCell<Vec<FieldInfo>>>,
-    /// What the documentation says about each field, if that is wanted.
+    /// What the documentation says about each field, if notes are wanted.
     #[cfg(test)]
     pub notes: Option<RefCell<Vec<FieldNote>>>,
 }
@@ -60,29 +61,29 @@ pub enum FieldForm {
         range: [f32; 2],
         /// Whether the smallest value itself is excluded.
         above: bool,
-        /// Value if the file has none.
+        /// Value if the file does not have the field.
         default: f32,
     },
     /// A whole number within a range.
     Whole {
         /// Smallest and greatest value.
         range: [i64; 2],
-        /// Value if the file has none.
+        /// Value if the file does not have the field.
         default: i64,
     },
     /// Two finite numbers, each within a range.
     Vector {
         /// Smallest and greatest value of each number.
         range: [f32; 2],
-        /// Value if the file has none.
+        /// Value if the file does not have the field.
         default: [f32; 2],
     },
     /// Either `true` or `false`.
     Truth {
-        /// Value if the file has none.
+        /// Value if the file does not have the field.
         default: bool,
     },
-    /// A text in one line.
+    /// A single line of text.
     Text {
         /// Greatest length, in characters.
         chars_max: usize,
@@ -94,7 +95,7 @@ pub enum FieldForm {
     },
 }
 
-/// Numbers that a field may hold.
+/// The range of numbers that a field may have.
 #[derive(Clone, Copy)]
 pub(super) struct Range {
     low: f32,
@@ -102,16 +103,16 @@ pub(super) struct Range {
     above_low: bool,
 }
 
-/// Lowest and highest coordinate of anything in a scene.
+/// Range of coordinates of anything in a scene.
 pub(super) const POSITION: Range = Range::from(-2.0 * SIZE_MAX, 2.0 * SIZE_MAX);
 /// A component of a velocity.
 pub(super) const VELOCITY: Range = Range::from(-SPEED_MAX, SPEED_MAX);
 /// Times in a scene, seconds.
 pub(super) const SECONDS: Range = Range::from(0.0, 3600.0);
-/// Times from one event to the next, seconds.
+/// Times between events, seconds.
 pub(super) const INTERVAL: Range = Range::from(1.0 / TICKS_PER_SECOND as f32, 3600.0);
 
-/// A table of the file; a missing one reads as empty.
+/// A table in the file; a missing one reads as empty.
 pub(super) struct Table<'a> {
     document: &'a Document<'a>,
     path: String,
@@ -120,7 +121,7 @@ pub(super) struct Table<'a> {
     known: RefCell<Vec<&'static str>>,
 }
 
-/// A value of the file, which may be missing.
+/// A value in the file, which may be missing.
 #[derive(Clone)]
 pub(super) struct Field<'a> {
     document: &'a Document<'a>,
@@ -144,7 +145,7 @@ impl Range {
         [self.low, self.high]
     }
 
-    /// Whether the range contains a value; NaN and infinities are in no range.
+    /// Whether the range contains a value; no range contains NaN or infinities.
     fn contains(&self, value: f32) -> bool {
         value <= self.high && if self.above_low { value > self.low } else { value >= self.low }
     }
@@ -180,13 +181,13 @@ impl<'a> Document<'a> {
         Table { document: self, path, at: 0..0, entries: Some(entries), known }
     }
 
-    /// Creates an error at a byte of the text.
+    /// Creates an error at this byte of the text.
     pub fn error(&self, at: usize, field: &str, found: String, allowed: String) -> SceneError {
         let line = line_at(self.source.as_bytes(), at);
         SceneError { file: self.file.to_owned(), line, field: field.to_owned(), found, allowed }
     }
 
-    /// Returns `value`, or the first error that was reported.
+    /// Returns `value`, or the first reported error.
     pub fn checked<T>(&self, value: T) -> Result<T, SceneError> {
         self.error.take().map_or(Ok(value), Err)
     }
@@ -195,7 +196,7 @@ impl<'a> Document<'a> {
         self.error.borrow().is_none()
     }
 
-    /// The text between two bytes, cut to one line and shortened.
+    /// The text between two byte positions, cut to one line and shortened.
     fn quote(&self, at: &Bytes<usize>) -> String {
         let text = self.source.get(at.clone()).unwrap_or_default();
         let mut words = text.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -259,7 +260,7 @@ impl<'a> Table<'a> {
         field
     }
 
-    /// Refuses the second of two fields beside the first.
+    /// Refuses the second of two fields if the first is given too.
     pub fn not_both(&self, one: &'static str, other: &'static str) {
         let [first, second] = [one, other].map(|name| self.get(name));
         if first.is_given() && second.is_given() {
@@ -274,7 +275,7 @@ impl<'a> Field<'a> {
         self.value.is_some()
     }
 
-    /// Reads a field whose default is nothing.
+    /// Reads a field that has no default.
     pub fn given<T>(&self, read: impl FnOnce(&Field<'a>) -> T) -> Option<T> {
         #[cfg(test)]
         if self.remark(|note| note.is_optional = true) {
@@ -284,7 +285,7 @@ impl<'a> Field<'a> {
         self.is_given().then(|| read(self))
     }
 
-    /// Says for the documentation which values are allowed, where no single reading does.
+    /// Tells the documentation which values are allowed, if no single call says so.
     pub fn describe(&self, _allowed: impl fmt::Display) {
         #[cfg(test)]
         self.remark(|note| note.describe(_allowed.to_string()));
@@ -300,14 +301,14 @@ impl<'a> Field<'a> {
         true
     }
 
-    /// Refuses a field that only another one, which the file lacks, would give a meaning; `allowed` says so.
+    /// Refuses a field that would have a meaning only with another one that the file lacks; `allowed` says so.
     pub fn refuse_if_given(&self, allowed: &str) {
         if self.is_given() {
             self.refuse(allowed);
         }
     }
 
-    /// Where it is, such as `layouts[2].count`.
+    /// Path of the field, such as `layouts[2].count`.
     pub fn path(&self) -> &str {
         &self.path
     }
@@ -330,7 +331,7 @@ impl<'a> Field<'a> {
         }
     }
 
-    /// Records the field and its form, if fields are recorded. Entries of lists of values are not fields.
+    /// Records the field and its form, if fields are being recorded. Entries of lists of values are not fields.
     fn note(&self, form: impl Fn() -> FieldForm) {
         #[cfg(test)]
         self.remark(|note| note.keep(form()));
@@ -342,7 +343,7 @@ impl<'a> Field<'a> {
         }
     }
 
-    /// Applies `wanted` to the value, if the file has one, and reports an error if that returns `None`.
+    /// Applies `wanted` to the value, if the file has one, and reports an error if it returns `None`.
     fn parse<T>(
         &self,
         wanted: impl FnOnce(&'a DeValue<'a>) -> Option<T>,
@@ -357,7 +358,7 @@ impl<'a> Field<'a> {
         found
     }
 
-    /// A finite number in the range; integers are accepted.
+    /// A finite number within the range; integers are accepted.
     pub fn number(&self, default: f32, range: Range) -> f32 {
         self.note(|| FieldForm::Number { range: range.ends(), above: range.above_low, default });
         let number = |value| number_of(value).filter(|&number| range.contains(number));
@@ -371,7 +372,7 @@ impl<'a> Field<'a> {
         (self.number(default, range) * TICKS_PER_SECOND as f32 + 0.5) as u32
     }
 
-    /// Returns whether the value is a number, in any range.
+    /// Returns whether the value is a number, whatever its range.
     pub fn is_number(&self) -> bool {
         self.value.is_some_and(|value| number_of(value).is_some())
     }
@@ -385,7 +386,7 @@ impl<'a> Field<'a> {
         self.parse(whole, allowed).unwrap_or(default)
     }
 
-    /// An integer of at most `max` in magnitude.
+    /// An integer with a magnitude of at most `max`.
     pub fn signed(&self, default: i32, max: i32) -> i32 {
         let ends = [-i64::from(max), i64::from(max)];
         self.note(|| FieldForm::Whole { range: ends, default: default.into() });
@@ -433,7 +434,7 @@ impl<'a> Field<'a> {
         self.index_in(&names).map(|index| choices[index].1)
     }
 
-    /// The choice that the string names; without one the first.
+    /// The choice that the string names; if there is no string, the first choice.
     pub fn choice_or_first<T: Copy>(&self, choices: &[(&str, T)]) -> T {
         #[cfg(test)]
         self.remark(|note| note.default = Some(choices[0].0.to_owned()));
@@ -448,13 +449,13 @@ impl<'a> Field<'a> {
         items.map(|(index, item)| self.inside(format!("{}[{index}]", self.path), item)).collect()
     }
 
-    /// [`Field::items`], with a word for what they are.
+    /// Like [`Field::items`], with a word for what the items are.
     pub fn items_of(&self, things: &str) -> Vec<Field<'a>> {
         self.describe(things);
         self.items()
     }
 
-    /// The values of a list whose length is in the range.
+    /// The values of a list whose length is within the range.
     pub fn some_items(&self, count: RangeInclusive<usize>, allowed: &str) -> Vec<Field<'a>> {
         self.describe(allowed);
         let items = self.items();
@@ -510,15 +511,15 @@ impl<'a> Field<'a> {
         self.table_or("a table", read)
     }
 
-    /// Like [`Field::table`], where something else is allowed too.
+    /// Like [`Field::table`], for a field where something else is allowed too.
     pub fn table_or<T>(&self, allowed: &str, read: impl FnOnce(&Table<'a>) -> T) -> T {
         let entries = self.parse(DeValue::as_table, || allowed.to_owned());
         let (path, at) = (self.path.clone(), self.at.clone());
         Table { document: self.document, path, at, entries, known: RefCell::default() }.read(read)
     }
 
-    /// Returns a field of this table, or the table itself if it has no such field. Used by checks of tables that have
-    /// been read.
+    /// Returns a field of this table, or the table itself if it has no such field. Used by checks on tables that have
+    /// already been read.
     pub fn inner(&self, name: &str) -> Field<'a> {
         let inner = self.value.and_then(DeValue::as_table).and_then(|entries| entries.get(name));
         let path = path_of(&self.path, name);

@@ -1,4 +1,4 @@
-//! Scene files: parsed values, errors with their lines, and tests that no text makes the reader panic.
+//! Tests scene files: parsed values, errors with their lines, and that no text makes the reader panic.
 
 use super::*;
 use glam::Vec2;
@@ -474,7 +474,7 @@ fn the_file_name_must_be_a_good_name() {
     assert_eq!(Scene::parse("some/where/a-9", SMALL).expect("a good name").name, "a-9");
 }
 
-/// The fields listed by the error about an unknown field.
+/// The fields that the error about an unknown field lists.
 fn fields_of_the_top_level() -> Vec<String> {
     let error = Scene::parse("a.toml", "unknown = 1").expect_err("an unknown field");
     let list = error.allowed.strip_prefix("the fields ").expect("a list of fields");
@@ -515,7 +515,7 @@ fn a_scheduled_emitter_starts_once_or_periodically() {
     assert_eq!(ticks(often), [3, 7, 11]);
 }
 
-/// Pieces from which nearly valid files are made.
+/// Pieces from which nearly valid files are assembled.
 fn piece() -> impl Strategy<Value = String> {
     let keys = prop::sample::select(fields_of_the_top_level());
     let values = prop::sample::select(vec![

@@ -1,6 +1,6 @@
-//! Tools of players. To add a tool, list it here and implement it in `game/src/tools.rs`. The page shows its key hint
-//! (`client-web/src/page/tools.rs`), bots choose it (`cli/src/bot_input.rs`), and `docs/scenes.md` lists it. If it
-//! has its own button, add that to `Buttons`, to the page's keys and to `docs/protocol.md`.
+//! The players' tools. To add a tool, list it here and implement it in `game/src/tools.rs`. The page shows its key
+//! hint (`client-web/src/page/tools.rs`), bots choose it (`cli/src/bot_input.rs`), and `docs/scenes.md` lists it. If
+//! it has its own button, add that to `Buttons`, to the page's keys and to `docs/protocol.md`.
 
 /// Tools that players have in a scene, one bit each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]

@@ -1,4 +1,4 @@
-//! Properties of bodies: defaults by kind (B3), and the fields of a scene file that change them.
+//! Properties of bodies: the defaults for each kind (B3), and the scene file fields that change them.
 
 use super::groups::Groups;
 use super::kind::Kind;
@@ -9,7 +9,7 @@ use jostle_sim::{BodyDef, Drag, Motion, Shape};
 
 const EXTENT: Range = Range::from(EXTENT_MIN, SIZE_MAX);
 const MASS: Range = Range::from(MASS_MIN, MASS_MAX);
-/// Linear drag, per second, and quadratic drag, per unit.
+/// Allowed values for linear drag, per second, and quadratic drag, per unit.
 const DRAG: Range = Range::from(0.0, 1000.0);
 
 /// Kinds that a file may place.
@@ -18,15 +18,15 @@ const PLACEABLE: [Kind; 6] =
 const MOTIONS: [(&str, Motion); 3] =
     [("static", Motion::Static), ("kinematic", Motion::Kinematic), ("dynamic", Motion::Dynamic)];
 
-/// Properties of a body apart from its position: the defaults of its kind (B3), as changed by the file.
+/// Properties of a body other than its position, which are the defaults of its kind (B3) as changed by the file.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Traits {
     pub kind: Kind,
     pub shape: Option<Shape>,
     group: Option<u8>,
-    /// Speed of minions and marbles without a velocity, units/s.
+    /// Speed of minions and marbles that are given no velocity, units/s.
     pub start_speed: f32,
-    /// The other properties, of a body at the origin and at rest.
+    /// The other properties, for a body at rest at the origin.
     pub def: BodyDef,
 }
 
@@ -45,7 +45,7 @@ impl Traits {
             Kind::Marble => (radius(6.5), 5.0, BodyDef { gravity_scale: 0.5, ..ball }),
             Kind::Platform => (box_size(30.0, 3.0), 0.0, fixed),
             Kind::Wall => (None, 0.0, fixed),
-            // Friction would brake the pack's own motion, and hold it where it meets a platform (C39).
+            // Friction would brake the pack's own motion, and stop it where it meets a platform (C39).
             Kind::Pack => (radius(1.5), 0.0, BodyDef { mass: 0.1, gravity_scale: 0.0, ..ball }),
             Kind::Block => (None, 0.0, BodyDef { restitution: 0.2, friction: 0.4, ..base }),
         };
@@ -61,13 +61,13 @@ impl Traits {
         let def = BodyDef {
             // Mass of a dynamic body. Default: by kind.
             mass: table.get("mass").number(def.mass, MASS),
-            // Bounciness: 1 keeps all speed; a pair has the smaller one. Default: by kind.
+            // Bounciness: 1 keeps all speed; a pair uses the smaller of its two values. Default: by kind.
             restitution: table.get("restitution").number(def.restitution, share),
-            // Coulomb's coefficient; a pair has the geometric mean. Default: by kind.
+            // Coulomb friction coefficient; a pair uses the geometric mean. Default: by kind.
             friction: table.get("friction").number(def.friction, Range::from(0.0, 10.0)),
-            // Factor on gravity; 0 for none. Default: by kind.
+            // Factor applied to gravity; 0 for none. Default: by kind.
             gravity_scale: table.get("gravity_scale").number(def.gravity_scale, gravity),
-            // Drag: see [below](#drag-and-wind); `0` for none. Default: the scene's.
+            // Drag, as described [below](#drag-and-wind); `0` for none. Default: the scene's.
             drag: drag(&table.get("drag"), def.drag),
             ..def
         };
@@ -90,9 +90,9 @@ impl Traits {
 
 /// Reads `radius` or `size`, if the table has either.
 pub(super) fn shape(table: &Table) -> Option<Shape> {
-    // Makes a circle. Default: by kind.
+    // Makes the body a circle with this radius. Default: by kind.
     let radius = table.get("radius");
-    // Makes a box of this width and height. Default: by kind.
+    // Makes the body a box with this width and height. Default: by kind.
     let size = table.get("size");
     table.not_both("radius", "size");
     let circle = radius.given(|radius| Shape::circle(radius.number(1.0, EXTENT)));
@@ -128,9 +128,9 @@ pub(super) struct Kinds {
 }
 
 impl Kinds {
-    /// Reads the kind and traits from the table of a body or layout.
+    /// Reads the kind and traits from a body's or layout's table.
     pub fn traits_of(&self, table: &Table, groups: &Groups) -> Traits {
-        // The kind of body: how rules treat it, and its defaults.
+        // The kind of body, which determines how rules treat it, and its defaults.
         let kind = table.need("kind", &one_of(PLACEABLE.map(Kind::name)));
         let placeable = PLACEABLE.map(|kind| (kind.name(), kind));
         let base = match kind.choice(&placeable).unwrap_or(Kind::Block) {
@@ -139,8 +139,8 @@ impl Kinds {
             Kind::Marble => self.marble,
             other => Traits::of(other, self.drag),
         };
-        // A static body never moves, a kinematic one only by its velocity or path, a dynamic one by forces and contacts.
-        // Default: `static` for platforms and walls, else `dynamic`.
+        // A static body never moves, a kinematic one moves only by its velocity or path, and a dynamic one is moved by
+        // forces and contacts. Default: `static` for platforms and walls, else `dynamic`.
         let motion = table.get("motion").choice(&MOTIONS).unwrap_or(base.def.motion);
         let traits = base.changed_by(table, groups);
         Traits { def: BodyDef { motion, ..traits.def }, ..traits }

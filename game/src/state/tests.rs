@@ -12,7 +12,7 @@ fn inputs(rng: &mut Rng, game: &Game) -> Vec<(Seat, Input)> {
     let size = game.scene().size;
     let seats = game.players().map(|player| player.seat);
     let mut input = || {
-        // About a third of the buttons are down; V, which clears the marbles, is down less often.
+        // About a third of the buttons are down. V, which clears the marbles, is down less often.
         let mut buttons = (rng.next_u32() & rng.next_u32() | rng.next_u32() & 16) as u16;
         if rng.below(60) > 0 {
             buttons &= !Buttons::CLEAR.0;
@@ -23,7 +23,7 @@ fn inputs(rng: &mut Rng, game: &Game) -> Vec<(Seat, Input)> {
     seats.map(|seat| (seat, input())).collect()
 }
 
-/// A game of each shipped scene with two players, with its own solver and with the conjugate one.
+/// Two-player games of each shipped scene, with its own solver and with the conjugate one.
 fn games() -> Vec<Game> {
     let solved = Scene::built_in().into_iter().filter(|scene| scene.world.solver.is_some());
     let conjugate = Some(Solver::Conjugate(Conjugate::default()));
@@ -43,8 +43,8 @@ fn games() -> Vec<Game> {
         .collect()
 }
 
-/// Returns whether its scene has hundreds or thousands of bodies. A tick or a state of such a scene takes many times
-/// as long and runs the same code, so the tests run fewer of them.
+/// Returns whether the game's scene has hundreds or thousands of bodies. Ticks and states of such a scene take many
+/// times as long but run the same code, so the tests run fewer of them.
 fn is_large(game: &Game) -> bool {
     game.world().body_count() > 200
 }
@@ -112,7 +112,7 @@ fn wrong_bytes_are_refused_and_never_panic() {
             let mut bytes = whole.clone();
             let place = rng.below(bytes.len() as u32) as usize;
             bytes[place] ^= 1 << rng.below(8);
-            // A state that is accepted can be played.
+            // If a state is accepted, it can be played.
             if let Ok(mut other) = Game::restore(Arc::clone(game.scene()), &bytes) {
                 let inputs = inputs(&mut rng, &other);
                 other.tick(&inputs);

@@ -1,4 +1,4 @@
-//! Minions, marbles, platforms, and the tools that act on bodies.
+//! Tests minions, marbles, platforms, and the tools that act on bodies.
 
 use super::*;
 

@@ -1,4 +1,4 @@
-//! Games that need more than their budget end before the tick that exceeds it is played.
+//! Tests that a game which exceeds its budget ends before the tick in question is played.
 
 use super::*;
 use jostle_sim::StepBudget;

@@ -1,4 +1,4 @@
-//! The shipped games, played by simulated players who react to what they see: each game can be won, and a player who
+//! The shipped games, played by simulated players who react to what they see. Each game can be won, and a player who
 //! does nothing loses.
 
 use super::*;
@@ -6,10 +6,10 @@ use crate::roster::Rule;
 use crate::rules::RoundPhase;
 use crate::side::Side;
 
-/// Ticks within which every game must end.
+/// Number of ticks within which every game must end.
 const TICKS_MAX: u32 = 20_000;
 
-/// The keys that take a hero to a position: towards it, only as fast as it can still stop there.
+/// The keys that take a hero to a position, moving only as fast as it can still stop there.
 fn keys_to(game: &Game, hero: BodyId, place: Vec2) -> Buttons {
     let away = place - game.world().position(hero);
     let velocity = game.world().velocity(hero);
@@ -63,7 +63,7 @@ fn hockey_is_won_by_who_goes_for_the_puck() {
         if seat == Seat(1) || puck.x > 146.0 {
             return None;
         }
-        // Get behind the puck and drive through it towards the goal.
+        // Get behind the puck and push it towards the goal.
         let aim = (Vec2::new(265.0, 60.0) - puck).normalize();
         let behind = puck - aim * 16.0;
         let is_behind = (here - puck).normalize().dot(aim) < -0.9;
@@ -86,7 +86,7 @@ fn pong_is_won_by_who_follows_the_ball() {
 fn four_play_pong_and_the_last_one_wins() {
     let won = winners("pong", 4, |game, seat, hero| {
         let (ball, here) = (puck(game), game.world().position(hero));
-        // The position where the ball will be soon.
+        // Where the ball will be soon.
         let ball = ball + game.world().velocity(game.roster.placed[0].expect("a ball")) * 0.15;
         let place = if seat.0 < 2 { Vec2::new(here.x, ball.y) } else { Vec2::new(ball.x, here.y) };
         (seat == Seat(2)).then_some(place)
@@ -168,7 +168,7 @@ fn the_race_is_won_by_who_makes_three_laps() {
     assert_eq!(won, [Side::Player(Seat(0))]);
 }
 
-/// Position that a hero must reach in order to shove a robot to a place.
+/// Position that a hero must reach to shove a robot to a given place.
 fn shoving(here: Vec2, robot: Vec2, to: Vec2) -> Vec2 {
     let aim = (to - robot).normalize();
     let behind = robot - aim * 15.0;
@@ -183,7 +183,7 @@ fn shoving(here: Vec2, robot: Vec2, to: Vec2) -> Vec2 {
     }
 }
 
-/// A position from which to shove one of the robots outside a pen into it; each player takes a different robot.
+/// A position from which to shove a robot that is outside the pen into it. Each player takes a different robot.
 fn herd(game: &Game, seat: Seat, hero: BodyId, pen: [Vec2; 2]) -> Option<Vec2> {
     let here = game.world().position(hero);
     let [low, high] = pen;
@@ -241,7 +241,7 @@ fn a_herd_that_nobody_herds_is_lost_when_its_time_is_up() {
     assert_eq!((round.phase, round.winners.len(), lives(&game)), (RoundPhase::Over, 0, 5));
 }
 
-/// Players who do nothing do not win: time decides, and all share the result.
+/// Players who do nothing do not win. The round is decided when time runs out, and all share the result.
 #[test]
 fn a_game_in_which_nobody_moves_ends_at_its_time() {
     for (name, ticks) in [("hockey", 180 * 60), ("hill", 240 * 60), ("race", 180 * 60)] {
@@ -256,14 +256,14 @@ fn a_game_in_which_nobody_moves_ends_at_its_time() {
     }
 }
 
-/// Puts the first player's hero at a position, at rest.
+/// Puts the first player's hero at rest at a position.
 fn put(game: &mut Game, x: f32, y: f32) {
     let hero = hero_of(game, FIRST);
     game.world.set_position(hero, Vec2::new(x, y));
     game.world.set_velocity(hero, Vec2::ZERO);
 }
 
-/// A game of the lock with one player, after its countdown.
+/// A single-player game of `lock`, after its countdown.
 fn lock() -> Game {
     let mut game = built_in("lock", 5);
     game.join(FIRST);
@@ -283,7 +283,7 @@ fn lives(game: &Game) -> i32 {
     game.round().expect("a round").teams[0].lives
 }
 
-/// Touches shapes of the lock in the given order, with a stop in between.
+/// Touches shapes in `lock` in the given order, with a pause in between.
 fn touch_shapes(game: &mut Game, shapes: &[&str]) {
     for shape in shapes {
         let (x, y) = match *shape {
@@ -364,7 +364,7 @@ fn the_lift_takes_its_rider_into_the_field() {
     assert!((place - Vec2::new(45.0, 17.6)).length() < 1.0, "{place}: back at the start");
 }
 
-/// The next level is too high to reach by a jump.
+/// The next level is too high to reach by jumping.
 #[test]
 fn without_the_lift_nobody_gets_up() {
     let file = "lock.toml";
@@ -390,8 +390,8 @@ fn without_the_lift_nobody_gets_up() {
     }
 }
 
-/// Keys for a hero to reach a position on a level of the lock by the lift; `None` once it is there. `boards` is
-/// whether it is heading for the lift.
+/// Keys with which a hero uses the lift to reach a position on a level of `lock`; `None` once it is there.
+/// `boards` tells whether it is heading for the lift.
 fn keys_by_lift(game: &Game, x: f32, top: f32, boards: &mut bool) -> Option<Buttons> {
     let hero = hero_of(game, FIRST);
     let at = game.world().position(hero);
@@ -411,7 +411,7 @@ fn keys_by_lift(game: &Game, x: f32, top: f32, boards: &mut bool) -> Option<Butt
         return (walk(x) != Buttons::default()).then(|| walk(x));
     }
     Some(if (at.x - 100.0).abs() < 19.0 && (feet - lift).abs() < 1.5 {
-        // Jump off the lift from its edge, where the level is within reach and the field is not.
+        // Jump off the lift at its edge, where the level is within reach but the field is not.
         let edge = 100.0 + side(x) * 16.0;
         let reach = (top - 13.0..top + 3.0).contains(&lift) && lift < 94.0;
         *boards = false;
@@ -450,7 +450,7 @@ fn the_lock_is_opened_by_who_takes_the_lift() {
     panic!("not opened: on the way to {next}");
 }
 
-/// Positions of the plates in the dark room, in the order of their dots, followed by the treasure.
+/// Positions of the plates in the dark room, in the order of their dots, followed by that of the treasure.
 fn plates(game: &Game) -> Vec<Vec2> {
     let mut marks = game.scene.marks.clone();
     marks.sort_by_key(|mark| mark.dots);

@@ -1,4 +1,4 @@
-//! Heroes: thrust, the fall to the floor (A2.30), spawn positions.
+//! Tests heroes: thrust, the fall to the floor (A2.30), and spawn positions.
 
 use super::*;
 
@@ -36,7 +36,7 @@ fn thrust_adds_nothing_past_the_speed_cap_but_a_faster_hero_is_not_braked() {
     assert!((game.world().velocity(hero).x - 120.0).abs() < 1e-3);
 }
 
-/// Contacts in ticks 47, 75 and 83, at rest from tick 90 on (A2.30, with uniform gravity: C18).
+/// The hero makes contact in ticks 47, 75 and 83, and is at rest from tick 90 on (A2.30, with uniform gravity: C18).
 #[test]
 fn the_hero_falls_bounces_twice_and_rests() {
     let mut game = floor_with("");
@@ -179,7 +179,7 @@ fn a_hero_is_carried_by_what_it_stands_on() {
     idle(&mut game, 100);
     let before = away(&game);
     idle(&mut game, 500);
-    // The hero slips while it catches up where the lift turns round, once to each side.
+    // Where the lift turns around, the hero slips while catching up, once to each side.
     assert!((away(&game) - before).abs() < 3.0, "{before} became {}", away(&game));
 }
 

@@ -1,4 +1,4 @@
-//! Dye packs: chase, cover, push, burst.
+//! Tests how dye packs chase, push and burst, and how heroes find cover from them.
 
 use super::*;
 
@@ -146,7 +146,7 @@ fn one_pack_moves_a_minion_a_little_and_three_move_it_more() {
     assert!(one < 10.0, "a pack is light: {one}");
 }
 
-/// The score of a hit on a player who sends inputs, and of one on a player who sends none.
+/// The scores for hitting a player who sends inputs and one who sends none.
 fn points_for_a_hit(rules: &str) -> [u16; 2] {
     [true, false].map(|is_there| {
         let mut game = floor_with(rules);
@@ -208,7 +208,7 @@ fn packs_of_a_player_are_capped() {
     assert_eq!(all(&game, Kind::Pack).len(), 8);
 }
 
-/// All packs that burst in one tick are handled (C24d), each at its own contact point (C24j).
+/// All packs that burst in the same tick are handled (C24d), each at its own contact point (C24j).
 #[test]
 fn two_packs_that_hit_in_one_tick_burst_at_two_points() {
     let mut game = built_in("emitters", 1);
@@ -244,8 +244,8 @@ fn packs_of_one_age_wear_out_together() {
     assert_eq!(all(&game, Kind::Pack).len(), 0);
 }
 
-/// In the chapter, the minion continues at 4.57 of its 5 units/s. Here the pack's own motion strikes it too, which
-/// leaves it only 2 units/s for a moment.
+/// In the chapter, the minion continues at 4.57 of its 5 units/s. Here the pack's own motion also strikes it,
+/// which briefly slows it down to 2 units/s.
 #[test]
 fn one_pack_turns_no_minion_round() {
     for height in [98.0, 100.0, 103.0] {
@@ -280,7 +280,7 @@ fn chased_past_a_minion(solver: &str, minion: &str, velocity: Vec2) -> Game {
 }
 
 /// Launches packs to the left of the minion, one above the other, and lets them push until shortly before they wear
-/// out. Returns the distance of the minion from its undisturbed path.
+/// out. Returns the minion's distance from its undisturbed path.
 fn push(game: &mut Game, velocity: Vec2, packs: usize) -> f32 {
     let minion = only(game, Kind::Minion);
     let lowest = 100.0 - 2.0 * (packs - 1) as f32;
@@ -367,7 +367,7 @@ fn a_pack_that_meets_a_platform_almost_squarely_skirts_it_too() {
     }
 }
 
-/// [`FLOOR`] with packs that players throw.
+/// A game of [`FLOOR`] in which players throw packs.
 fn throwing() -> Game {
     let mut game = floor_with("[pack]\nthrow_every = 0.5\npush = 40\nturn = 0.1");
     game.join(FIRST);

@@ -1,4 +1,4 @@
-//! Tests that a World without the parts that a plan leaves out plays the same, and that no scene ever uses such
+//! Tests that a World plays the same without the parts that a plan leaves out, and that no scene ever uses such
 //! parts.
 
 use super::players::busy_tick;
@@ -8,10 +8,10 @@ use jostle_sim::state::bytes::{StateReader, StateWriter};
 use jostle_sim::{BodyDef, Conjugate, EmitterDef, Features, Rng, Solver, World, WorldSettings};
 
 const TICKS: u32 = 90;
-/// Ticks for a scene with thousands of bodies, which meet in the first tick.
+/// Ticks played in a scene with thousands of bodies, which meet in the first tick.
 const TICKS_LARGE: u32 = 30;
 
-/// The shipped scenes and those of the golden replays.
+/// The shipped scenes and the scenes of the golden replays.
 fn scenes() -> Vec<Scene> {
     let more = [
         ("explosions.toml", include_str!("../../../tests/scenes/explosions.toml")),
@@ -26,7 +26,7 @@ fn scenes() -> Vec<Scene> {
     scenes
 }
 
-/// Variants of a scene: without friction, without bounces, with only circles or only boxes.
+/// Variants of a scene without friction, without bounces, with only circles or with only boxes.
 fn barer(scene: &Scene) -> Vec<Scene> {
     let changed = |change: &dyn Fn(&mut BodyDef)| {
         let mut scene = scene.clone();
@@ -59,7 +59,7 @@ fn barer(scene: &Scene) -> Vec<Scene> {
     vec![changed(&round), changed(&square), smooth, dull, bare]
 }
 
-/// Lets the steps of a world handle all features.
+/// Makes a world's steps handle all features.
 fn widen(world: &mut World) {
     let mut saved = StateWriter::default();
     world.save(&mut saved);
@@ -67,7 +67,7 @@ fn widen(world: &mut World) {
     *world = World::restore(settings, &mut StateReader::new(&saved.0)).expect("its own state");
 }
 
-/// Plays a busy game; returns its hashes, and the features of its world at the end.
+/// Plays a busy game, and returns its hashes and the features of its world at the end.
 fn played(scene: &Scene, widened: bool) -> (Vec<u64>, Features) {
     let mut game = Game::new(Arc::new(scene.clone()), 3);
     if widened {
@@ -84,7 +84,7 @@ fn played(scene: &Scene, widened: bool) -> (Vec<u64>, Features) {
     (hashes, game.world.settings().features)
 }
 
-/// Plays all scenes with specialised and with general steps, and compares them.
+/// Plays all scenes with specialised and with general steps, and compares the results.
 fn compare(scenes: &[Scene]) {
     let mut left_out = 0;
     for scene in scenes.iter().flat_map(|scene| [vec![scene.clone()], barer(scene)].concat()) {

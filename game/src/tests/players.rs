@@ -1,4 +1,4 @@
-//! Players: joining, leaving, invalid input, reproducible games.
+//! Tests how players join and leave, invalid input, and that games are reproducible.
 
 use super::*;
 use jostle_sim::Rng;

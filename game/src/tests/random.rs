@@ -1,15 +1,17 @@
-//! Random scenes with rules, played by random keys: nothing panics, everything stays finite, a restored game
-//! continues bit for bit like the original, and the winner does not depend on the order of the rules.
+//! Plays random scenes with rules by pressing random keys. Nothing may panic, everything must stay finite, a
+//! restored game must continue bit for bit like the original, and the winner must not depend on the order of
+//! the rules.
 
 use super::*;
 use crate::rules::RoundPhase;
 use jostle_sim::Rng;
 use std::fmt::Write;
 
-/// Scenes written in a run. In a release build, a million of them are valid and are played, in forty minutes.
+/// Number of scenes written in a run. In a release build, a million of them are valid and get played, which takes forty
+/// minutes.
 const SCENES: u64 = if cfg!(debug_assertions) { 1500 } else { 1_400_000 };
-/// Seeds of past failures, run in addition. A pack left the world at the end of a step and joined the bodies that it
-/// had touched to another island, so that a restored world fell asleep at a different time.
+/// Seeds of past failures, which are also run. In this one, a pack left the world at the end of a step and joined
+/// the bodies that it had touched to another island, so that a restored world fell asleep at a different time.
 const FAULTY: [u64; 1] = [612_616];
 const TICKS: u32 = 90;
 const PLAYERS: u16 = 3;
@@ -51,7 +53,7 @@ impl Writer<'_> {
         }
     }
 
-    /// A random name for use in a condition; of the signals, only those before index `above`.
+    /// A random name for use in a condition. Only signals before index `above` qualify.
     fn level(&mut self, above: u32) -> String {
         let all = self.zones + above + self.teams + 2 * u32::from(self.has_sling);
         let not = if self.chance(3) { "!" } else { "" };
@@ -265,7 +267,7 @@ impl Writer<'_> {
     fn effects(&mut self, about_nobody: bool) {
         let score = self.pick(&["1", "-1", "2"]);
         self.line(format!("score = {score}"));
-        // Draws no random number, so that each seed still writes the same scene as before.
+        // This draws no random number, so that each seed still writes the same scene as before.
         if self.text.len().is_multiple_of(3) {
             self.line(if about_nobody { "say = \"Now\"" } else { "say = \"{it} met {by}\"" });
         }
@@ -340,7 +342,7 @@ fn random_scenes_are_sound_and_no_order_of_rules_decides() {
         let mut silence = Rng::new(seed, 78);
         let mut held = vec![Input::default(); usize::from(PLAYERS)];
         let restored_at = rng.below(TICKS);
-        // The seeds of past failures failed without the keys of rounds, and without silent players.
+        // The past failures occurred without the keys for rounds and without silent players.
         let keys = if seed < SCENES { STEERING | Buttons::OF_ROUND.0 } else { STEERING };
         let mut restored: Option<Game> = None;
         for tick in 0..TICKS {

@@ -1,4 +1,4 @@
-//! Players in a round: they change teams, continue to the next round, and read the lines of rules.
+//! Tests players in a round, who change teams, continue to the next round, and read the lines of rules.
 
 use super::*;
 use crate::player::Player;
@@ -55,7 +55,7 @@ fn team_of(game: &Game, seat: u16) -> Option<u8> {
     game.round().expect("a round").player(Seat(seat)).expect("a player").team
 }
 
-/// Plays a tick in which each of the first `players` players holds these buttons.
+/// Plays a tick in which each of the first `players` players holds down these buttons.
 fn all_hold(game: &mut Game, players: u16, buttons: Buttons) {
     let inputs = (0..players).map(|seat| (Seat(seat), Input::new(buttons, None)));
     game.tick(&inputs.collect::<Vec<_>>());
@@ -186,7 +186,7 @@ fn a_result_that_nobody_reads_stands_for_its_pause() {
     assert_eq!(phase(&game), RoundPhase::Countdown);
 }
 
-/// The lines said by rules in the last tick.
+/// The lines said by rules in the latest tick.
 fn said(game: &Game) -> Vec<(u8, Option<Seat>, Option<Seat>)> {
     let said = |event: &Event| match *event {
         Event::Said { rule, it, by } => Some((rule, it, by)),
@@ -273,7 +273,7 @@ score = 1
     assert_eq!((round.steps(1, Some(own)), round.steps(0, None)), (0, 2), "a lap starts over");
 }
 
-/// Every lap counts, whether players complete their laps in one tick, in consecutive ones, or further apart.
+/// Every lap counts, whether players complete their laps in the same tick, in consecutive ticks, or further apart.
 #[test]
 fn every_lap_counts_however_close_the_laps_are() {
     for (each, players, gap) in (0..40).map(|number| {

@@ -1,6 +1,6 @@
-//! Tests the semantics of rules by a table of small cases: for each, `rules.toml` has a scene, the moves of its
-//! bodies and players, and the expected values by tick. Each case is played twice, the second time restored from its
-//! saved state in every tick.
+//! Tests the semantics of rules with a table of small cases. For each one, `rules.toml` has a scene, the moves of
+//! its bodies and players, and the expected values by tick. Each case is played twice, the second time restoring it
+//! from its saved state in every tick.
 
 use super::*;
 use crate::rules::RoundPhase;
@@ -10,7 +10,7 @@ use jostle_sim::World;
 use std::fmt::Write;
 use toml::{Table, Value};
 
-/// Start of every case's scene, in which bodies do not fall.
+/// Beginning of every case's scene, in which bodies do not fall.
 const HEAD: &str = r#"
 title = "Case"
 size = [400, 200]
@@ -23,7 +23,7 @@ const HEROES: &str = r#"
 spawns = [[300, 100], [320, 100], [340, 100], [360, 100]]
 "#;
 
-/// A move of a player or body before a tick.
+/// A move made by a player or body before a tick.
 struct Move {
     tick: u32,
     what: String,
@@ -54,7 +54,7 @@ fn every_case_of_the_table_plays_as_it_says() {
     assert!(failures.is_empty(), "\n{failures}");
 }
 
-/// An error in rules names its place and the allowed values.
+/// An error in rules names its location and the allowed values.
 #[test]
 fn wrong_rules_are_refused_where_they_stand() {
     let cases = [
@@ -115,7 +115,7 @@ fn wrong_rules_are_refused_where_they_stand() {
     }
 }
 
-/// Plays the game of the guide: the ball is pushed over the edge and comes back.
+/// Plays the game from the guide, in which the ball is pushed over the edge and comes back.
 #[test]
 fn the_guides_game_is_won_by_pushing() {
     let guide = include_str!("../../../docs/scenes.md");
@@ -139,7 +139,7 @@ fn the_guides_game_is_won_by_pushing() {
     panic!("nobody won: scores {scores:?}");
 }
 
-/// Plays a case and returns the runs of each key for which it has an expectation.
+/// Plays a case, and returns the runs of values for each key about which it has an expectation.
 fn play_case(case: &Value, restored: bool) -> Vec<String> {
     // Nothing collides unless the case says so.
     let root = case.get("root").and_then(Value::as_str).unwrap_or("pairs = []");
@@ -223,7 +223,7 @@ fn body_named(game: &Game, name: &str) -> Option<BodyId> {
     index.and_then(|index| game.roster.placed[index])
 }
 
-/// The value of a key after a tick, as a word; empty for the usual value.
+/// The value of a key after a tick, as a word; empty for the default value.
 fn value_of(key: &str, game: &Game) -> String {
     let (what, name) = key.split_once(' ').unwrap_or((key, ""));
     let rules = game.rules.as_ref().expect("rules");
@@ -310,7 +310,7 @@ fn side_name(game: &Game, side: Side) -> String {
     }
 }
 
-/// Runs of equal values, as "3-7 on, 9 on"; empty values are left out.
+/// Runs of equal values, like "3-7 on, 9 on". Empty values are left out.
 fn runs(values: &[String]) -> String {
     let mut text = String::new();
     let mut start = 0;

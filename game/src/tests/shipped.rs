@@ -1,4 +1,4 @@
-//! The shipped scenes in play.
+//! Tests that play the shipped scenes.
 
 use super::players::{busy_inputs, busy_tick};
 use super::*;
@@ -46,7 +46,7 @@ fn nothing_leaves_a_walled_scene() {
     }
 }
 
-/// Players hold their keys for a while, which presses heroes into corners and drags bodies against walls.
+/// Players hold down their keys for a while, which presses heroes into corners and drags bodies against walls.
 #[test]
 fn no_body_moves_further_in_a_tick_than_its_speed_and_its_correction_allow() {
     for scene in Scene::built_in() {
@@ -145,7 +145,7 @@ fn z_sprays_one_particle_a_tick_in_the_particle_scene() {
 fn a_pile_of_200_rests_ten_seconds_after_a_drop_after_c_and_after_a_drag() {
     let mut game = built_in("pile", 1);
     game.join(FIRST);
-    // A marble that finds no room is made in a later tick.
+    // A marble for which there is no room is made in a later tick.
     for tick in 0..800 {
         if all(&game, Kind::Marble).len() == 200 {
             break;

@@ -1,10 +1,10 @@
-//! The shipped scenes that use the conjugate solver: tests that they stand, carry loads and sleep as intended.
+//! Tests that the structures in shipped scenes that use the conjugate solver stand, bear weight and sleep as intended.
 
 use super::*;
 use crate::scene::Location;
 use jostle_sim::{Motion, World};
 
-/// Plays ticks in which a single player holds this button.
+/// Plays ticks in which a single player holds down this button.
 fn steer(game: &mut Game, ticks: u32, button: Buttons) {
     (0..ticks).for_each(|_| play(game, &[button], None));
 }
@@ -86,8 +86,8 @@ fn weight(world: &World, ids: &[BodyId]) -> f32 {
     ids.iter().map(|&id| 50.0 / world.inverse_mass(id)).sum()
 }
 
-/// Depth to which a load sinks in the middle of 26 equal springs that span a width of 208. The vertical pull of both
-/// halves grows with the depth.
+/// Depth to which a load sinks in the middle of a chain of 26 equal springs that spans a width of 208. The vertical
+/// pull of both halves grows with the depth.
 fn static_sag(load: f32, stiffness: f32) -> f32 {
     let (mut low, mut high) = (0.0, 100.0);
     for _ in 0..50 {
@@ -99,8 +99,8 @@ fn static_sag(load: f32, stiffness: f32) -> f32 {
     low
 }
 
-/// The ball starts level with the cliffs, sinks to twice its resting depth, and swings. Releasing a load stretches a
-/// spring up to about twice as far as the load does at rest: 1.05 becomes 1.11.
+/// The ball starts level with the cliffs, sinks to twice its resting depth, and swings. A suddenly released load
+/// stretches a spring up to about twice as far as the same load at rest: 1.05 becomes 1.11.
 #[test]
 fn the_bridge_carries_a_ball_of_a_thousand_planks() {
     let mut game = built_in("bridge", 1);
@@ -109,13 +109,13 @@ fn the_bridge_carries_a_ball_of_a_thousand_planks() {
     let (ball, planks) = chain.split_first().expect("a ball and planks");
     let ratio = game.world().inverse_mass(planks[0]) / game.world().inverse_mass(*ball);
     assert!((ratio - 1000.0).abs() < 0.1, "{ratio}");
-    // The ball swings for more than a minute: the springs lose no more energy than their damping removes.
+    // The ball swings for more than a minute, since the springs lose no more energy than their damping removes.
     for tick in 0..6000 {
         idle(&mut game, 1);
         let most = stretches(&game).into_iter().fold(0.0, max);
         assert!(most < 1.13, "tick {tick}: a spring of {most} times its length");
     }
-    // The springs at the ball carry only the ball; those at the cliffs also carry all planks.
+    // The springs at the ball support only the ball, while those at the cliffs also support all the planks.
     let load = weight(game.world(), &[*ball]) + 0.5 * weight(game.world(), planks);
     let sag = 112.0 - game.world().position(*ball).y;
     let expected = static_sag(load, game.scene().springs[0].stiffness);
@@ -133,7 +133,7 @@ fn the_bridge_carries_a_hero() {
     let mut game = built_in("bridge", 1);
     game.join(FIRST);
     idle(&mut game, 900);
-    // Over the crates and down onto the planks.
+    // The hero goes over the crates and down onto the planks.
     for (ticks, buttons) in
         [(30, &[Buttons::UP][..]), (40, &[Buttons::UP, Buttons::RIGHT]), (600, &[])]
     {
@@ -169,7 +169,7 @@ fn the_hall_sleeps_but_for_the_pit_in_which_a_hero_wades() {
     assert!((20..=150).contains(&most_awake), "{most_awake} bodies awake at a time");
 }
 
-/// Heights above its lowest position that a body reaches between bounces, not counting the first fall.
+/// Heights that a body reaches between bounces, measured from its lowest position, not counting the first fall.
 fn heights(game: &mut Game, body: usize, ticks: u32) -> Vec<f32> {
     let id = game.roster.placed[body].expect("a ball");
     let (mut heights, mut rose, mut before) = (Vec::new(), false, game.world().position(id).y);
@@ -179,7 +179,7 @@ fn heights(game: &mut Game, body: usize, ticks: u32) -> Vec<f32> {
         if rose && y < before {
             heights.push(before - 8.5);
         }
-        // At the very top it may neither rise nor fall for a tick.
+        // At the very top, it may neither rise nor fall for a tick.
         rose = y > before || rose && y == before;
         before = y;
     }
@@ -199,7 +199,7 @@ fn each_ball_of_bounce_comes_back_to_its_share_of_the_height() {
 
 #[test]
 fn the_same_throw_goes_higher_where_gravity_is_less() {
-    // A throw of 24 units/s rises by v^2 / 2g, unless the ceiling is in the way.
+    // A body thrown at 24 units/s rises by v^2 / 2g, unless the ceiling is in the way.
     for (ball, gravity) in [(1, 0.165f32), (2, 0.379), (3, 1.0), (4, 2.53)] {
         let mut game = built_in("planets", 3);
         let first = heights(&mut game, 4 + ball, 400)[0] - 1.5;

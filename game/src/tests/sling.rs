@@ -1,4 +1,4 @@
-//! The sling and breakable bodies: the tests that the chapter's slingshot project asks for (D3).
+//! Tests the sling and breakable bodies, as the chapter's slingshot project suggests (D3).
 
 use super::*;
 use crate::rules::{RoundPhase, sling_path};
@@ -32,7 +32,7 @@ fn input(fires: bool, pointer: Vec2) -> [(Seat, Input); 1] {
     [(Seat(0), Input::new(buttons, Some(pointer)))]
 }
 
-/// Grabs the ball, pulls it this far in three ticks, and releases it.
+/// Grabs the ball, pulls it this far over three ticks, and releases it.
 fn shoot(game: &mut Game, pull: Vec2) {
     let at = start(game);
     game.tick(&input(false, at));
@@ -182,7 +182,7 @@ fn a_pull_has_an_end() {
 
 #[test]
 fn a_pot_breaks_above_its_strength_and_cracks_above_half_of_it() {
-    // Two bodies of mass 1: the blow is half the speed. A ball at 100 units/s gives 50.
+    // For two bodies of mass 1, the blow is half the speed, so a ball at 100 units/s gives 50.
     let cases = [(2.0, 15.0, false, false), (100.0, 15.0, true, false)];
     let near =
         [(100.0, 49.0, true, false), (100.0, 51.0, false, true), (100.0, 101.0, false, false)];
@@ -192,10 +192,10 @@ fn a_pot_breaks_above_its_strength_and_cracks_above_half_of_it() {
         let pot = game.roster.placed[1].expect("a pot");
         shoot(&mut game, Vec2::new(-speed / 5.0, 0.0));
         if speed > 10.0 {
-            // Until the two have met, and before the pot can leave the world.
+            // Long enough for the two to meet, but not for the pot to leave the world.
             (0..60).for_each(|_| game.tick(&[]));
         } else {
-            // Such a short pull launches nothing, so the ball is given this low speed directly.
+            // Such a short pull would not launch the ball, so it is given this low speed directly.
             let ball = ball(&game).expect("a ball");
             game.world.set_position(ball, Vec2::new(92.0, 60.0));
             game.world.set_velocity(ball, Vec2::new(speed, 0.0));
@@ -205,7 +205,7 @@ fn a_pot_breaks_above_its_strength_and_cracks_above_half_of_it() {
         assert_eq!(!game.world().contains(pot), breaks, "{case}");
         let cracked = game.round().expect("a round").cracked;
         assert_eq!(cracked.contains(&pot.index), cracks, "{case}");
-        // Points for the pot, plus those of the rule.
+        // Points for the pot plus those from the rule.
         assert_eq!(score(&game), if breaks { 507 } else { 0 }, "{case}");
     }
 }
@@ -227,7 +227,7 @@ fn bodies_go_only_by_a_blow_above_their_strength() {
             for id in before.world().ids().filter(|&id| !game.world().contains(id)) {
                 let Some(breaks) = breakable(id) else { continue };
                 broken += 1;
-                // Only the step by itself still shows the contacts of the removed body.
+                // Only after the step alone are the removed body's contacts still visible.
                 let mut stepped = before.clone();
                 stepped.world.step();
                 let blow = |other: BodyId, closing: f32| {
@@ -247,7 +247,7 @@ fn bodies_go_only_by_a_blow_above_their_strength() {
     assert!(broken > 2, "only {broken} broke");
 }
 
-/// Tries pulls from coarse to fine, each in a copy of the game, and returns the best one.
+/// Tries pulls in increasingly fine steps, each in a copy of the game, and returns the best one.
 fn best_shot(game: &Game) -> Vec2 {
     let worth = |pull: Vec2| {
         let mut game = game.clone();

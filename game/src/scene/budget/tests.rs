@@ -1,6 +1,6 @@
 use super::*;
 
-/// A budget that everything in [`scene`] fits exactly.
+/// A budget that [`scene`] exactly exhausts in every respect.
 const BUDGET: Budget = Budget {
     players: 4,
     bodies: 100,
@@ -35,7 +35,7 @@ fn scene(top: &str, rest: &str) -> Scene {
     Scene::parse("guest.toml", &source).unwrap_or_else(|error| panic!("{error}\n{source}"))
 }
 
-/// A refusal, and the line to which it refers.
+/// Returns the refusal of a scene, and the line to which it refers.
 fn refused(top: &str, rest: &str) -> (String, SceneError) {
     let scene = scene(top, rest);
     let error = BUDGET.check(&scene).expect_err("it asks for too much");

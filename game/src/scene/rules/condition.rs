@@ -29,12 +29,12 @@ impl Levels {
         Levels { teams: 1 << index, ..Levels::default() }
     }
 
-    /// Only the level that is on once the last shot of the sling is over.
+    /// Only the level that is on once the sling's last shot is over.
     pub const SPENT: Levels = Levels { zones: 0, signals: 0, teams: 0, sling: 1 };
-    /// Only the level that is on while the ball of the sling is flying.
+    /// Only the level that is on while the sling's ball is flying.
     pub const FLYING: Levels = Levels { sling: 2, ..Levels::SPENT };
 
-    /// Levels that are on in either.
+    /// Levels that are on in either of the two.
     pub fn or(self, other: Levels) -> Levels {
         Levels {
             zones: self.zones | other.zones,
@@ -62,9 +62,9 @@ impl Levels {
 /// Levels that must be on, and others that must be off.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Condition {
-    /// Levels that have to be on.
+    /// Levels that must be on.
     pub on: Levels,
-    /// Levels that have to be off.
+    /// Levels that must be off.
     pub off: Levels,
 }
 

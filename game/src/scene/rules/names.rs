@@ -1,15 +1,15 @@
-//! The names that rules use: teams, zones, signals and bodies share one namespace.
+//! The names that rules use. Teams, zones, signals and bodies share one namespace.
 
 use super::condition::{Condition, Levels};
 use crate::scene::groups::Groups;
 use crate::scene::limits::{NAME_ALLOWED, is_name};
 use crate::scene::table::{Field, Table, one_of};
 
-/// Longest sentence that a scene shows, characters.
+/// Maximum length of a sentence shown by a scene, characters.
 pub(super) const SENTENCE_CHARS_MAX: usize = 80;
-/// Colours of the players' palette.
+/// Number of colours in the players' palette.
 pub(super) const COLORS: u32 = 8;
-/// Greatest absolute number of points of a side.
+/// Greatest absolute value of a side's points.
 pub const POINTS_MAX: i32 = 1_000_000;
 /// Words that are reserved in rules.
 const RESERVED: [&str; 4] = ["it", "by", "others", "all"];
@@ -19,13 +19,13 @@ const SLING_LEVELS: [(&str, Levels); 2] =
 /// Maximum number of names in a condition.
 const CONDITION_NAMES_MAX: usize = 8;
 
-/// What rules may name.
+/// Everything that rules may name.
 pub(in crate::scene) struct RuleNames<'a> {
     pub names: &'a Names,
     pub groups: &'a Groups,
 }
 
-/// Names in file order; those of signals are known before the signals are read.
+/// Names in file order. The names of signals are known before the signals themselves are read.
 pub(in crate::scene) struct Names {
     pub teams: Vec<String>,
     pub zones: Vec<String>,
@@ -35,7 +35,7 @@ pub(in crate::scene) struct Names {
 }
 
 impl Names {
-    /// Reads only the names, and refuses duplicates.
+    /// Reads only the names, refusing duplicates.
     pub fn read(root: &Table) -> Names {
         let mut known: Vec<String> = RESERVED.map(str::to_owned).to_vec();
         let mut names_of = |list: &'static str| -> Vec<String> {

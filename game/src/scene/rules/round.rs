@@ -16,33 +16,34 @@ pub struct RoundSpec {
     pub task: String,
     /// Length of a round.
     pub time: Option<u32>,
-    /// When the time is up most points win and equals share, or all lose, or all win; only sides that have lives left, where
-    /// there are lives.
+    /// When the time is up, the most points win and ties are shared, or all lose, or all win. Where there are lives,
+    /// this applies only to sides that have some left.
     pub at_time: AtTime,
-    /// The first side with so many points wins.
+    /// The first side to reach this many points wins.
     pub goal: Option<i32>,
-    /// Lives of each side; a side without is out: it gets no more points or lives, it cannot win, and its heroes do not come
-    /// back. Of two sides or more the last one wins; a side alone loses.
+    /// Number of lives of each side. A side that has lost them all is out: it gets no more points or lives, it cannot
+    /// win, and its heroes do not come back. Of two or more sides, the last one left wins; a side that plays alone
+    /// loses.
     pub lives: Option<i32>,
-    /// Until so many are there everybody warms up and nothing counts.
+    /// Minimum number of players; until they have joined, everybody warms up and nothing counts.
     pub players_min: u16,
-    /// From the placing of the bodies to the start; nothing moves.
+    /// Time from the placing of the bodies to the start, during which nothing moves.
     pub countdown: u32,
-    /// Time from the end of a round to the next.
+    /// Time between the end of a round and the start of the next.
     pub pause: u32,
-    /// Points for one, two and three stars, the least first, where one side plays alone.
+    /// Points required for one, two and three stars, in ascending order, when one side plays alone.
     pub stars: Option<[i32; 3]>,
-    /// `"next"`: layouts differ from round to round.
+    /// With `"next"`, layouts differ from round to round.
     #[doc(alias = "seed")]
     pub new_layouts: bool,
-    /// Seats that the server's own players take until people come.
+    /// Number of seats that the server's own players take until people join.
     pub fill: u16,
 }
 
 /// Outcome of a round when its time is up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AtTime {
-    /// The sides with the most points win, sharing a tie.
+    /// The side with the most points wins; ties are shared.
     Score,
     /// All players lose the round.
     Lose,
@@ -50,16 +51,16 @@ pub enum AtTime {
     Win,
 }
 
-/// A team in rounds between teams.
+/// A team in a scene whose rounds are played between teams.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TeamSpec {
-    /// A name that nothing else has.
+    /// Name, which nothing else may have.
     pub name: String,
-    /// Colour of the players' palette. Default: its place in the file.
+    /// Colour from the players' palette. Default: its place in the file.
     pub color: u8,
     /// Where its heroes appear. Default: the hero's.
     pub spawns: Vec<Vec2>,
-    /// The only axis along which they move. Default: the hero's.
+    /// The only axis along which its heroes move. Default: the hero's.
     pub lane: Option<LaneAxis>,
     /// Maximum number of players in the team.
     #[doc(alias = "players")]

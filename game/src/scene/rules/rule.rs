@@ -1,4 +1,4 @@
-//! Rules in a scene file: one occasion, any number of effects, and the lines that they say.
+//! Rules in a scene file. Each has one occasion, any number of effects, and possibly a line that it says.
 
 use super::condition::Condition;
 use super::names::{Names, POINTS_MAX, RuleNames, SENTENCE_CHARS_MAX};
@@ -11,7 +11,7 @@ use crate::scene::table::{Field, INTERVAL, SECONDS, Table};
 const LIFE_MAX: i32 = 1000;
 /// Maximum number of bodies that one rule may reset.
 const RESET_MAX: usize = 8;
-/// Players whom a line names.
+/// Placeholders for players whom a line names.
 const WORDS: [(&str, Whose); 2] = [("{it}", Whose::It), ("{by}", Whose::By)];
 const OCCASIONS: [&str; 8] = ["enter", "leave", "on", "every", "touch", "burst", "lost", "breaks"];
 
@@ -20,13 +20,13 @@ const OCCASIONS: [&str; 8] = ["enter", "leave", "on", "every", "touch", "burst",
 pub struct RuleSpec {
     /// The occasion at which it takes effect.
     pub occasion: Trigger,
-    /// Whom `score`, `life` and `end` concern: the side of the body that the rule is about, or all where it is about nobody;
-    /// who caused it; all but the body's side; all; that team; the zone's holder.
+    /// Whom `score`, `life` and `end` affect: the side of the body that the rule is about, or all sides if it is about
+    /// no one; the side that caused it; all except the body's side; all; that team; or the zone's holder.
     pub to: To,
-    /// Only if the body is of this team. Default: any.
+    /// The rule applies only if the body belongs to this team. Default: any.
     pub team: Option<u8>,
-    /// The rule applies only while this holds. A lap in it is that of the player, or the player's side, whom the rule is about. Default:
-    /// always.
+    /// The rule applies only while this holds. A lap in it counts only if it was completed by the player whom the rule
+    /// is about, or by that player's side. Default: always.
     #[doc(alias = "while")]
     pub condition: Condition,
     /// Effects on scores, lives, bodies and signals.
@@ -36,34 +36,34 @@ pub struct RuleSpec {
 /// When a rule applies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Trigger {
-    /// A body enters it. About: the body. By: the side whose hero or pack touched it last; a hero's own side.
+    /// A body enters it. About: the body. By: the side whose hero or pack touched it last; for a hero, its own side.
     Enter(u64),
     /// A body leaves it. About and by: as for `enter`.
     Leave(u64),
-    /// It comes to hold. About: no player; a lap: each player who completed it, even if others did so in the same tick or in
-    /// the one before. By: the same.
+    /// It begins to hold. About: no player, or for a lap each player who completed it, even if others did so in the
+    /// same tick or in the one before. By: the same.
     On(Condition),
-    /// Each time so much of the round has passed. About and by: nobody.
+    /// Each time this much of the round has passed. About and by: no one.
     Every(u32),
-    /// A body of the first group begins to touch one of the second. About: the first. By: its side.
+    /// A body of the first group begins to touch one of the second. About: the first body. By: its side.
     Touch(u8, u8),
-    /// A dye pack bursts on a hero, unless the connection of its player is closed or silent. About: the hero. By: the pack's
-    /// owner.
+    /// A dye pack bursts on a hero, unless the connection of the hero's player is closed or silent. About: the hero.
+    /// By: the pack's owner.
     Burst,
-    /// A body of the group [breaks](#bodies) and is gone. About: the body. By: who broke it.
+    /// A body of the group [breaks](#bodies) and disappears. About: the body. By: whoever broke it.
     Breaks(u8),
-    /// A body of the group leaves the kill zone. About: the body. By: who touched it last.
+    /// A body of the group leaves the kill zone. About: the body. By: whoever touched it last.
     Lost(u8),
 }
 
 /// The sides affected by an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum To {
-    /// The side of the body that the rule is about; all sides if the rule is not about a body.
+    /// The side of the body that the rule is about, or all sides if the rule is not about a body.
     It,
     /// The side that caused the occasion.
     By,
-    /// All sides except that of the body.
+    /// All sides except the body's.
     Others,
     /// Every side, one after another.
     All,
@@ -73,33 +73,34 @@ pub enum To {
     Holder(u8),
 }
 
-/// Effects of a rule, in the order in which they are applied. Times are ticks.
+/// Effects of a rule, in the order in which they are applied. Times are in ticks.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Effects {
     /// Points for the sides in `to`.
     pub score: i32,
-    /// Lives for the same sides.
+    /// Lives for the sides in `to`.
     pub life: i32,
-    /// Ends the round for the same sides.
+    /// Ends the round for the sides in `to`.
     pub end: Option<bool>,
-    /// 40 particles at the body.
+    /// Recipe of 40 particles emitted at the body.
     pub splash: Option<u8>,
-    /// The keys of the hero's player do nothing for so long, and what the hero carries is dropped.
+    /// For this long, the keys of the hero's player do nothing. The hero drops what it carries.
     pub stun: u32,
-    /// The hero comes back here.
+    /// From now on, the hero comes back here.
     pub checkpoint: bool,
     /// The hero drops the body it carries.
     pub drop: bool,
-    /// What the hero touched hangs on it from now on.
+    /// From now on, the hero carries the body that it touched.
     pub carry: bool,
-    /// The body returns to its start, a hero to its checkpoint; it rests there for so long, and sets off as at the start.
+    /// The body returns to its start, or a hero to its checkpoint. It rests there for this long, and then sets off as
+    /// it did at the start.
     pub back: Option<u32>,
     /// The body is removed.
     pub remove: bool,
-    /// A line in the feed, once a tick. It may begin and end with `{it}`, the player whose body it is about or who touched
-    /// that last, or `{by}`, the player who caused it; without such a player nothing is said.
+    /// A line in the feed, at most once per tick. It may begin and end with `{it}`, the player whose body it is about
+    /// or who last touched that body, or `{by}`, the player who caused it. If there is no such player, nothing is said.
     pub say: Option<Line>,
-    /// These bodies return to their starts, and rest as long as `back` says. Default: none.
+    /// These bodies return to their starts, and rest there for as long as `back` says. Default: none.
     pub reset: Vec<usize>,
 }
 
@@ -123,7 +124,7 @@ pub enum Whose {
     By,
 }
 
-/// Context against which rules are checked.
+/// What rules are checked against.
 pub(super) struct RuleSurroundings<'a> {
     pub has_round: bool,
     pub zones: &'a [ZoneSpec],

@@ -9,11 +9,11 @@ const STEPS: std::ops::RangeInclusive<usize> = 2..=16;
 /// A level that depends on zones and on signals listed above it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SignalSpec {
-    /// A name that nothing else has.
+    /// Name, which nothing else may have.
     pub name: String,
-    /// Source of the level: other levels, or steps in an order.
+    /// What the level depends on: other levels, or steps in an order.
     pub kind: SignalKind,
-    /// It is off while this holds, and forgets what it counted. Default: never.
+    /// While this holds, it is off and forgets its progress. Default: never.
     pub until: Option<Condition>,
 }
 
@@ -27,31 +27,31 @@ impl SignalSpec {
     }
 }
 
-/// Source of a signal's level.
+/// What a signal's level depends on.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SignalKind {
-    /// A function of the levels of others.
+    /// Other levels.
     Relay(RelaySpec),
     /// Steps in an order.
     Order(OrderSpec),
 }
 
-/// A signal that depends on other levels. Times are ticks.
+/// A signal that depends on other levels. Times are in ticks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RelaySpec {
     /// It is on while all of this holds. Default: this, `any` or `order`.
     pub when: Condition,
-    /// And any of this. Default: all of `when` suffices.
+    /// At least one of these must also hold. Default: all of `when` suffices.
     pub any: Option<Condition>,
-    /// Once they have held for longer than this.
+    /// It comes on once they have held for longer than this.
     pub after: u32,
-    /// And for so long after they no longer do; `"ever"`: to the end of the round. Default: `0`.
+    /// It stays on for this long after they stop holding; `"ever"` means until the end of the round. Default: `0`.
     pub stays: Stays,
-    /// It changes over instead, each time it would come on.
+    /// It switches between on and off each time it would come on.
     pub toggles: bool,
 }
 
-/// Time for which a signal stays on.
+/// How long a signal stays on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stays {
     /// For a number of ticks.
@@ -63,13 +63,14 @@ pub enum Stays {
 /// A signal that comes on after steps in an order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OrderSpec {
-    /// In place of all these: it is on once they came in this order. Default: none.
+    /// Used instead of all these: it comes on once these have come in this order. Default: none.
     #[doc(alias = "order")]
     pub steps: Vec<Step>,
-    /// Who makes progress in the order. Together: complete, it stays on. Each side or player: it is on for a tick and starts
-    /// over, which makes a lap. A player who joins later starts from the beginning, also in the seat of one who left.
+    /// Who makes progress in the order. If all do so together, it stays on once complete. If each side or player does
+    /// so separately, it comes on for one tick and starts over, which makes a lap. A player who joins later starts from
+    /// the beginning, even in the seat of someone who left.
     pub each: Each,
-    /// Another step of the list throws back to the start.
+    /// A wrong step from the list resets the progress to the start.
     pub strict: bool,
 }
 
@@ -85,11 +86,11 @@ pub enum Step {
 /// Whose progress an order counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Each {
-    /// All players together; once complete, the signal stays on.
+    /// All players together. Once the order is complete, the signal stays on.
     All,
-    /// Each side; once complete, the signal is on for a tick and the order starts over.
+    /// Each side. Once the order is complete, the signal is on for one tick and the order starts over.
     Side,
-    /// Each player, as for sides.
+    /// Each player; otherwise as for sides.
     Player,
 }
 

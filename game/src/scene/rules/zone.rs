@@ -13,28 +13,28 @@ const SPEED: Range = Range::above(0.0, 1.0e6);
 /// A place that detects the bodies inside it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ZoneSpec {
-    /// A name that nothing else has.
+    /// Name, which nothing else may have.
     pub name: String,
     /// Area of the zone, relative to the body that it follows, if any.
     pub area: ZoneArea,
-    /// It moves along with this body; its place is relative to it.
+    /// It moves along with this body, and its place is relative to the body.
     pub follow: Option<usize>,
     /// Groups whose bodies count. Default: `["hero"]`.
     pub who: u32,
-    /// Bodies are in it as soon as their outline touches it; else their centre must be inside.
+    /// Whether bodies are in it as soon as their outline touches it; otherwise their centre must be inside.
     pub touch: bool,
-    /// Only what is slower than this counts, units/s.
+    /// Only bodies slower than this count, units/s.
     pub slower: Option<f32>,
-    /// So many make it a yes; `"all"`: all bodies of its groups, and at least one. Default: `1`.
+    /// This many bodies turn it on; `"all"` means all bodies of its groups, and at least one. Default: `1`.
     pub need: Need,
-    /// While this does not hold, the zone counts no bodies. Default: always.
+    /// The zone counts bodies only while this holds. Default: always.
     #[doc(alias = "while")]
     pub condition: Condition,
-    /// The side that was alone in it for longer than this holds it. Default: none.
+    /// A side holds the zone once it has been alone in it for longer than this. Default: none.
     pub take: Option<Take>,
-    /// What is written on it; a zone without label and colour is not drawn.
+    /// Text written on it; a zone with neither label nor colour is not drawn.
     pub label: String,
-    /// Colour of the players' palette.
+    /// Colour from the players' palette.
     pub color: Option<u8>,
 }
 
@@ -86,7 +86,8 @@ pub enum Need {
 pub struct Take {
     /// Ticks for which a side must be alone in the zone.
     pub ticks: u32,
-    /// The holder stays until another side takes it; else only as long as it is alone in it. Default: `false`.
+    /// Whether the holder keeps it until another side takes it, instead of only while the holder is alone there.
+    /// Default: `false`.
     pub keep: bool,
 }
 
@@ -111,9 +112,9 @@ pub(super) fn zone(table: &Table, known: &RuleNames) -> ZoneSpec {
 }
 
 fn area(table: &Table) -> ZoneArea {
-    // Where it is: two corners. Default: everywhere.
+    // Where it is, as two corners. Default: everywhere.
     let area = table.get("area");
-    // Or the centre of a disc.
+    // Where it is, as the centre of a disc.
     let position = table.get("position");
     table.not_both("area", "position");
     // Radius of that disc. Default: required with `position`.

@@ -1,4 +1,4 @@
-//! Drag, wind and springs of a scene file: parsed values and errors.
+//! Tests drag, wind and springs in scene files: parsed values and errors.
 
 use crate::{Game, Scene};
 use glam::Vec2;
@@ -66,7 +66,7 @@ fn springs_and_drag_become_those_of_the_world() {
         (springs[0].rest_length, springs[0].stiffness, springs[0].damping),
         (28.0, 8.0, 1.0)
     );
-    // Two masses of 2 on a spring swing like a single mass of 1.
+    // Two masses of 2 joined by a spring oscillate like a single mass of 1.
     let turn = std::f32::consts::TAU * 2.0;
     assert!((springs[1].stiffness / (turn * turn) - 1.0).abs() < 1e-5);
     assert!((springs[1].damping / turn - 1.0).abs() < 1e-5);

@@ -1,6 +1,6 @@
-//! The reference of scene files: the tables of docs/scenes.md, the schema for text editors and the classes of the Tiled
-//! project, made of what the reader asks for and of the comments beside its calls. `cargo xtask docs` writes them, and
-//! a test finds what is out of date.
+//! The reference for scene files: the tables in docs/scenes.md, the schema for text editors and the classes in the
+//! Tiled project. They are generated from the fields that the reader asks for and from the comments above its calls.
+//! `cargo xtask docs` writes them, and a test detects when they are out of date.
 
 use super::super::table::Document;
 use super::super::{FieldForm, Scene, Tools, spec};
@@ -11,21 +11,21 @@ use std::path::{Path, PathBuf};
 mod formats;
 
 const REFERENCE: &str = include_str!("../../../../docs/scenes.md");
-/// If this variable of the environment is set, the files are written instead of compared.
+/// If this environment variable is set, the files are written instead of compared.
 const WRITE: &str = "JOSTLE_WRITE_DOCS";
 const FILES: [(&str, MakeText); 3] = [
     ("docs/scenes.md", Reference::guide),
     ("docs/scene.schema.json", Reference::schema),
     ("docs/examples/tiled/jostle.tiled-project", Reference::tiled_project),
 ];
-/// Makes the text of a file of the text before.
+/// Makes the new text of a file from its old text.
 type MakeText = fn(&Reference, &str) -> String;
-/// A comment in the guide before a table: the tables of a scene file, and the types and functions whose comments describe their
-/// fields. A field is in the first table of the guide that knows it.
+/// Start of a comment that precedes a table in the guide. It lists the tables of a scene file, and the types and
+/// functions whose comments describe their fields. A field appears in the first table of the guide that covers it.
 const TABLE_START: &str = "<!-- fields of ";
 const TABLE_END: &str = "<!-- end of fields -->\n";
 
-/// A scene in which every field is read, though not every one is given.
+/// A scene for which every field is read, though not every field is given.
 const SAMPLE: &str = r#"
 title = "Sample"
 size = [100, 100]
@@ -51,22 +51,22 @@ rules = [{}]
 sling.ball = "ball"
 "#;
 
-/// What the reader says about a field.
+/// What the reader's calls say about a field.
 #[derive(Clone, Debug, Default)]
 pub struct FieldNote {
     /// Its path in a scene, like `bodies[3].radius`.
     path: String,
-    /// The values that a field may have which the file must have, in few words.
+    /// If the file must have the field, the allowed values in a few words.
     pub needed: Option<String>,
-    /// Its default is nothing.
+    /// Whether it has no default.
     pub is_optional: bool,
-    /// A default that is a word.
+    /// The default, if it is a word.
     pub default: Option<String>,
     allowed: Option<String>,
-    /// The words for what is allowed cover more than the form.
+    /// Whether the words for what is allowed cover more than the form does.
     is_described: bool,
     form: Option<FieldForm>,
-    /// Its default is not the same in all entries of a list.
+    /// Whether its default differs between the entries of a list.
     varies: bool,
 }
 
@@ -95,7 +95,7 @@ impl FieldNote {
         self.form.get_or_insert(form);
     }
 
-    /// Adds what another entry of the same list says.
+    /// Adds what another entry of the same list says about the field.
     fn merge(&mut self, other: &FieldNote) {
         let FieldNote { needed, is_optional, default, allowed, form, .. } = other.clone();
         let values = [self.default_value(), other.default_value()];
@@ -107,17 +107,17 @@ impl FieldNote {
         self.form = self.form.take().or(form);
     }
 
-    /// The table or list of tables that it is, if it is no value.
+    /// Whether it is a table or a list of tables instead of a value.
     fn is_section(&self) -> bool {
         !self.is_described && matches!(self.allowed.as_deref(), Some("a table" | "a list"))
     }
 
-    /// The form that its values must have; `None` where other values are allowed too.
+    /// The form that its values must have; `None` if other values are allowed too.
     fn only_form(&self) -> Option<&FieldForm> {
         self.form.as_ref().filter(|_| !self.is_described)
     }
 
-    /// The value that holds where the file says nothing, as TOML.
+    /// The value that applies if the file does not have the field, as TOML.
     fn default_value(&self) -> Option<String> {
         if self.is_optional || self.needed.is_some() {
             return None;
@@ -133,17 +133,17 @@ impl FieldNote {
     }
 }
 
-/// A comment of the source about a field.
+/// A comment about a field in the source.
 #[derive(Clone)]
 struct Sentence {
-    /// The type or function in which it is.
+    /// The type or function that contains it.
     item: String,
     key: String,
     text: String,
     default: Option<String>,
 }
 
-/// A row of a table of the guide.
+/// A row of a table in the guide.
 struct Row {
     /// The fields that it describes, one in each table of scene files that has it.
     paths: Vec<String>,
@@ -151,13 +151,13 @@ struct Row {
     sentence: Sentence,
 }
 
-/// All that is known about fields.
+/// Everything that is known about fields.
 struct Reference {
-    /// As the sample has them.
+    /// Notes in the order and with the paths of the sample.
     notes: Vec<FieldNote>,
-    /// One for all entries of a list, with paths like `bodies[].radius`.
+    /// Notes with one for all entries of a list, with paths like `bodies[].radius`.
     fields: Vec<FieldNote>,
-    /// The tables of the guide.
+    /// The tables in the guide.
     tables: Vec<Vec<Row>>,
 }
 
@@ -188,7 +188,7 @@ impl Reference {
         reference
     }
 
-    /// The rows of the table with this head, without fields that an earlier table has.
+    /// The rows of the table with this head, except for fields that are in an earlier table.
     fn rows(&self, head: &str, sentences: &[Sentence]) -> Vec<Row> {
         let (tables, items) = head.split_once(": ").expect("tables and where they are described");
         let path = |table: &str, key: &str| match table {
@@ -220,7 +220,7 @@ impl Reference {
         rows.find(|row| row.paths.iter().any(|known| known == path))
     }
 
-    /// The guide with its tables.
+    /// The guide with its tables filled in.
     fn guide(&self, old: &str) -> String {
         let mut parts = old.split(TABLE_START);
         let mut guide = parts.next().unwrap_or_default().to_owned();
@@ -251,14 +251,14 @@ fn notes(text: &str) -> Vec<FieldNote> {
     document.notes.map(RefCell::into_inner).unwrap_or_default()
 }
 
-/// Only one solver is read at a time.
+/// The notes for the conjugate solver. Only the chosen solver's settings are read.
 fn notes_of_conjugate() -> Vec<FieldNote> {
     let mut notes = notes(&SAMPLE.replace("title = \"Sample\"", "solver = \"conjugate\""));
     notes.retain(|note| note.path.starts_with("conjugate"));
     notes
 }
 
-/// Adds the comments of a source file that stand right above a field of a type, or above a line that names a field.
+/// Adds the comments in a source file that are directly above a field of a type, or above a line that names a field.
 fn scan(source: &str, sentences: &mut Vec<Sentence>) {
     let (mut item, mut comment, mut alias) = (String::new(), String::new(), None);
     for line in source.lines().map(str::trim) {
@@ -293,14 +293,14 @@ fn scan(source: &str, sentences: &mut Vec<Sentence>) {
     }
 }
 
-/// The name of the type or function that begins in a line.
+/// The name of the type or function that begins on a line.
 fn item_of(line: &str) -> Option<String> {
     let mut words = line.split_whitespace();
     words.by_ref().take(4).find(|word| ["struct", "enum", "fn"].contains(word))?;
     Some(first_word(words.next()?))
 }
 
-/// The words in quotes of a line of code; else its first word, which is the name of a field.
+/// The quoted words in a line of code; otherwise its first word, which is the name of a field.
 fn keys(line: &str) -> Vec<String> {
     let quoted: Vec<String> = line.split('"').skip(1).step_by(2).map(str::to_owned).collect();
     let name = || vec![first_word(line.trim_start_matches("pub ")).to_lowercase()];
@@ -311,7 +311,7 @@ fn first_word(text: &str) -> String {
     text.chars().take_while(|&c| c.is_alphanumeric() || c == '_').collect()
 }
 
-/// The cell of a field's default.
+/// The cell with a field's default.
 fn default(field: &FieldNote, sentence: &Sentence) -> String {
     assert!(!field.varies || sentence.default.is_some(), "what is the default of {}?", field.path);
     match (&sentence.default, field.default_value()) {
@@ -322,7 +322,7 @@ fn default(field: &FieldNote, sentence: &Sentence) -> String {
     }
 }
 
-/// The cell of what a field allows: the words of the reader's errors, shortened.
+/// The cell with what a field allows, in the words of the reader's errors, shortened.
 fn allowed(field: &FieldNote) -> String {
     let words = field.allowed.as_ref().or(field.needed.as_ref());
     let words = words.unwrap_or_else(|| panic!("the sample does not have {} read", field.path));
@@ -348,7 +348,7 @@ fn allowed(field: &FieldNote) -> String {
     if words.contains(['`', '(']) { words } else { with_code(&words) }
 }
 
-/// Puts lists and tables of TOML into backticks.
+/// Puts TOML lists and tables into backticks.
 fn with_code(words: &str) -> String {
     let (mut out, mut depth) = (String::new(), 0);
     for c in words.chars() {
@@ -365,7 +365,7 @@ fn with_code(words: &str) -> String {
     out
 }
 
-/// A table of Markdown; without the column of defaults if no field has one.
+/// A Markdown table, without the column of defaults if no field has one.
 fn table(rows: &[Row]) -> String {
     let cells = |row: &Row| {
         let name = format!("`{}`", row.sentence.key);
@@ -418,7 +418,7 @@ fn what_is_written_from_the_fields_is_up_to_date() {
     }
 }
 
-/// The code blocks of one language in the reference.
+/// The reference's code blocks in one language.
 fn reference_blocks(language: &str) -> Vec<&'static str> {
     let opening = format!("```{language}\n");
     let blocks = REFERENCE.split(opening.as_str()).skip(1);

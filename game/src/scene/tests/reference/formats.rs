@@ -1,10 +1,11 @@
-//! The forms in which other programs read the fields of scene files: the schema for text editors, and the classes of the Tiled project.
+//! The formats in which other programs read the fields of scene files: the schema for text editors, and the classes of
+//! the Tiled project.
 
 use super::super::super::{BUILT_IN, FieldForm};
 use super::{FILES, FieldNote, Reference, default, read, root};
 use serde_json::{Value, json};
 
-/// Classes of Tiled, and the entries of the sample that have their fields.
+/// Tiled classes, each with the entries of the sample that have its fields.
 const CLASSES: [(&str, &str); 16] = [
     ("scene", ""),
     ("wall", "bodies[0]."),
@@ -23,11 +24,11 @@ const CLASSES: [(&str, &str); 16] = [
     ("rule", "rules[0]."),
     ("spawn", "spawns[]."),
 ];
-/// Fields that the drawing of an object gives, or its class, in all classes but that of layouts.
+/// Fields that follow from an object's drawing or class, in all classes except that of layouts.
 const DRAWN: [&str; 7] = ["position", "path", "area", "name", "kind", "size", "radius"];
 
 impl Reference {
-    /// The schema for text editors, in the draft of JSON Schema that language servers for TOML understand.
+    /// The schema for text editors, in the draft of JSON Schema that TOML language servers understand.
     pub fn schema(&self, _: &str) -> String {
         let mut root = json!({ "$schema": "http://json-schema.org/draft-04/schema#" });
         let fields = self.schema_of("");
@@ -36,7 +37,7 @@ impl Reference {
         pretty(&root, 2)
     }
 
-    /// The schema of the table whose fields' paths begin so.
+    /// The schema of the table whose fields' paths begin with this prefix.
     fn schema_of(&self, prefix: &str) -> Value {
         let (mut properties, mut required) = (serde_json::Map::new(), Vec::new());
         for field in &self.fields {
@@ -84,7 +85,7 @@ impl Reference {
             let (_, prefix) =
                 CLASSES.iter().find(|(known, _)| *known == name).expect("a known class");
             let old = class["members"].as_array().expect("a list").clone();
-            // What is no field of a scene file, such as the scale of the map.
+            // Members that are not fields of a scene file, such as the scale of the map, are kept.
             let is_field = |member: &Value| {
                 self.notes.iter().any(|note| Some(note.path.as_str()) == member["name"].as_str())
             };
@@ -118,7 +119,7 @@ impl Reference {
     }
 }
 
-/// A sentence without the signs of Markdown.
+/// A sentence without its Markdown markup.
 fn plain(text: &str) -> String {
     let mut out = String::new();
     let mut rest = text;
@@ -161,7 +162,7 @@ fn schema_of_value(field: &FieldNote) -> Value {
     }
 }
 
-/// A property of a class of Tiled. What has no default shows what the project has there.
+/// A property of a Tiled class. A field without a default keeps the value that the project has for it.
 fn member(key: &str, field: &FieldNote, known: Option<&Value>) -> Value {
     let is_word = field.allowed.as_ref().is_some_and(|words| words.contains('"'));
     let form = field.form.as_ref().filter(|_| !is_word);
@@ -192,7 +193,7 @@ fn pretty(value: &Value, indent: usize) -> String {
     lines.collect()
 }
 
-/// Values of a scene that its schema does not allow, as far as it uses JSON Schema.
+/// A scene's values that its schema does not allow, checking only those parts of JSON Schema that the schema uses.
 fn faults(value: &toml::Value, schema: &Value, path: &str) -> Vec<String> {
     let is_of_type = match schema["type"].as_str() {
         Some("object") => value.is_table(),
