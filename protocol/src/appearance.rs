@@ -1,4 +1,4 @@
-//! Name and colour of a player. Names are cleaned and checked only here.
+//! A player's name and colour. Names are cleaned and checked only here.
 
 use crate::error::{DecodeError, check};
 use crate::limits::{COLORS, NAME_BYTES_MAX, NAME_CHARS_MAX};
@@ -6,31 +6,31 @@ use crate::wire::{Reader, Writer};
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
-/// Name and colour of a player, as others see them.
+/// A player's name and colour, as others see them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Appearance {
-    /// The name: 1..=20 characters after trimming, no control characters.
+    /// The name: 1..=20 characters after trimming, with no control characters.
     pub name: Arc<str>,
     /// Index into the palette of player colours.
     pub color: u8,
 }
 
-/// The reason why a name or colour was refused; displayed as a sentence for the player.
+/// The reason why a name or colour was refused, which displays as a sentence for the player.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum AppearanceError {
-    /// The name has no visible character.
+    /// The name has no visible characters.
     #[error("Please enter a name.")]
     NameEmpty,
     /// The name is too long.
     #[error("That name is too long: {NAME_CHARS_MAX} characters at most.")]
     NameTooLong,
-    /// The name has a character that is invisible or reorders the text around it.
+    /// The name contains a character that is invisible or reorders the text around it.
     #[error("That name contains a character we can't display (U+{:04X}).", u32::from(*character))]
     NameForbidden {
-        /// First character that is not allowed.
+        /// The first character that is not allowed.
         character: char,
     },
-    /// The colour does not exist.
+    /// There is no such colour.
     #[error("There is no colour {color}: allowed are 0 to {}.", COLORS - 1)]
     Color {
         /// The requested index.
@@ -39,13 +39,13 @@ pub enum AppearanceError {
 }
 
 impl Appearance {
-    /// Cleans and checks a name. White space is trimmed at the ends, and inside it becomes one space. Letters
-    /// of every script and emoji are allowed; control and format characters are not.
+    /// Cleans and checks a name. White space at the ends is trimmed, and white space inside the name becomes a single
+    /// space. Letters from every script and emoji are allowed; control and format characters are not.
     pub fn new(name: &str, color: u8) -> Result<Appearance, AppearanceError> {
         if color >= COLORS {
             return Err(AppearanceError::Color { color });
         }
-        // Checked before anything is allocated, since the text may be arbitrarily long.
+        // This is checked before anything is allocated, since the text may be arbitrarily long.
         let mut chars = name.trim().chars();
         if let Some(character) = first_of(chars.by_ref().take(NAME_CHARS_MAX * 8)) {
             return Err(AppearanceError::NameForbidden { character });
@@ -63,8 +63,8 @@ impl Appearance {
         Ok(Appearance { name: name.into(), color })
     }
 
-    /// Returns the appearance with a number after the name, to distinguish it from a player of the same name. The name
-    /// is shortened if both do not fit.
+    /// Returns the appearance with a number after the name, to distinguish it from a player with the same name. The
+    /// name is shortened if the two do not fit.
     pub fn numbered(&self, number: usize) -> Appearance {
         let suffix = format!(" {number}");
         let mut base = self.name.to_string();
@@ -81,7 +81,7 @@ impl Appearance {
         writer.byte(self.color);
     }
 
-    /// Reads an appearance, and refuses a name that is not already clean.
+    /// Reads an appearance, refusing a name that is not already clean.
     pub(crate) fn read(reader: &mut Reader) -> Result<Appearance, DecodeError> {
         let name = reader.text(NAME_BYTES_MAX, "name")?;
         let color = reader.byte("color")?;
@@ -94,8 +94,8 @@ impl Appearance {
     }
 }
 
-/// The first character of a text that is not allowed in names: one that is not drawn, reorders the text around it or is
-/// for private use, or a mark beyond [`MARKS_MAX`] on one letter.
+/// The first character in a text that is not allowed in names: one that is not drawn, reorders the text around it or is
+/// for private use, or one mark too many ([`MARKS_MAX`]) on a letter.
 pub fn first_forbidden(text: &str) -> Option<char> {
     first_of(text.chars())
 }
@@ -113,22 +113,23 @@ fn first_of(mut chars: impl Iterator<Item = char>) -> Option<char> {
     })
 }
 
-/// Returns whether a text has a visible character.
+/// Returns whether a text contains a visible character.
 pub fn has_visible(text: &str) -> bool {
     !text.chars().all(is_blank)
 }
 
-/// Starts the flags of England, Scotland and Wales. Tag characters follow: the region's code, and a terminator.
+/// The first character of the flags of England, Scotland and Wales. It is followed by tag characters: the region's code
+/// and a terminator.
 const BLACK_FLAG: char = '\u{1f3f4}';
 const FLAG_TAGS: RangeInclusive<char> = '\u{e0020}'..='\u{e007f}';
 /// Five letters, such as `gbeng`, and the terminator.
 const FLAG_TAGS_MAX: usize = 6;
 /// Maximum number of marks on one letter: accents, vowel signs, joiners and variation selectors. Tibetan and pointed
-/// Hebrew need three; larger stacks of marks would cover the lines above.
+/// Hebrew need three; larger stacks would cover the lines above.
 const MARKS_MAX: usize = 4;
 
-/// Whether a character is drawn on the one before it, or joins it to the next. The standard library, which knows the marks of Unicode, escapes
-/// them at the beginning of a text only.
+/// Whether a character is drawn on top of the one before it, or joins that one to the next. The standard library, which
+/// knows Unicode's marks, escapes them only at the beginning of a text.
 fn is_mark(character: char) -> bool {
     is_joiner(character) || is_escaped(character.escape_debug()) && is_printable(character)
 }
@@ -147,8 +148,9 @@ fn is_escaped(mut escape: impl Iterator<Item = char>) -> bool {
     escape.next() == Some('\\') && escape.next() == Some('u')
 }
 
-/// Controls, direction marks and overrides, format characters, private use, unassigned codes, and letters without ink.
-/// Joiners (U+200C, U+200D) are allowed, since Persian and emoji need them. White space is handled elsewhere.
+/// Control characters, direction marks and overrides, format characters, private-use characters, unassigned codes, and
+/// letters without ink. Joiners (U+200C, U+200D) are allowed, since Persian and emoji need them. White space is handled
+/// elsewhere.
 fn is_forbidden(character: char) -> bool {
     let blank_letter = matches!(
         character,
@@ -165,7 +167,7 @@ fn is_forbidden(character: char) -> bool {
     blank_letter || !is_kept && (character.is_control() || !is_printable(character))
 }
 
-/// Whether a character is not drawn. A name needs at least one that is.
+/// Whether a character leaves no ink. A name needs at least one that does.
 fn is_blank(character: char) -> bool {
     character.is_whitespace()
         || matches!(
@@ -229,7 +231,7 @@ mod tests {
 
     #[test]
     fn what_is_blank_private_or_not_assigned_is_refused() {
-        // Letters without ink, private use, noncharacters, and unassigned codes.
+        // Letters without ink, private-use characters, noncharacters, and unassigned codes.
         for character in [
             '\u{2800}',
             '\u{3164}',

@@ -1,14 +1,14 @@
-//! Bit streams, lowest bit of each byte first, and codes for small numbers: an adaptive Rice code (as in FLAC and
-//! JPEG-LS), because messages are too short for frequency tables, and a code whose width the caller knows.
+//! Bit streams, with the lowest bit of each byte first, and codes for small numbers. There is an adaptive Rice code (as
+//! in FLAC and JPEG-LS), because messages are too short for frequency tables, and a code whose width the caller knows.
 
 use crate::error::{DecodeError, check};
 
-/// Largest quotient in unary; a number with a larger one is written in full.
+/// Largest quotient written in unary; a number with a larger quotient is written in full.
 const QUOTIENT_MAX: u32 = 20;
-/// Eight times the number that is expected at the start.
+/// Eight times the number expected at the start.
 const MEAN_START: u64 = 24;
 
-/// Appends bits, the lowest of each byte first.
+/// Appends bits, starting with the lowest bit of each byte.
 #[derive(Clone, Debug, Default)]
 pub struct BitWriter {
     bytes: Vec<u8>,
@@ -16,16 +16,16 @@ pub struct BitWriter {
 }
 
 impl BitWriter {
-    /// Removes all bits, and keeps the allocation.
+    /// Removes all bits but keeps the allocation.
     pub fn clear(&mut self) {
         self.bytes.clear();
         self.count = 0;
     }
 
-    /// Appends the low `count` bits of a number, the lowest first.
+    /// Appends a number's low `count` bits, lowest first.
     pub fn push(&mut self, value: u32, count: u32) {
         let used = self.count % 8;
-        // The partial byte and the new bits above it: 39 bits at most.
+        // The partial byte and the new bits above it, which are at most 39 bits together.
         let begun = if used > 0 { self.bytes.pop().unwrap_or(0) } else { 0 };
         let low = u64::from(value) & ((1 << count) - 1);
         let bits = u64::from(begun) | low << used;
@@ -38,18 +38,18 @@ impl BitWriter {
         self.count
     }
 
-    /// The bytes, the last one padded with zeros.
+    /// The bytes, with the last one padded with zeros.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 
-    /// Returns the bytes, the last one padded with zeros.
+    /// Returns the bytes, with the last one padded with zeros.
     pub fn finish(self) -> Vec<u8> {
         self.bytes
     }
 }
 
-/// Reads bits from the front.
+/// Reads bits, starting from the front.
 #[derive(Clone, Debug)]
 pub struct BitReader<'a> {
     bytes: &'a [u8],
@@ -73,14 +73,14 @@ impl<'a> BitReader<'a> {
         Ok((bits >> used & ((1 << count) - 1)) as u32)
     }
 
-    /// Returns the bytes after the one last read. The unread bits of that byte must be zero.
+    /// Returns the bytes after the last one read. That byte's unread bits must be zero.
     pub fn rest(mut self, field: &'static str) -> Result<&'a [u8], DecodeError> {
         let unused = self.at.next_multiple_of(8) - self.at;
         check(self.take(unused as u32, field)? == 0, field)?;
         Ok(&self.bytes[self.at / 8..])
     }
 
-    /// Fails if bits are left over, except for zeros in the last byte.
+    /// Fails if any bits are left over, except zeros in the last byte.
     pub fn end(self, field: &'static str) -> Result<(), DecodeError> {
         match self.rest(field)?.len() {
             0 => Ok(()),
@@ -89,7 +89,7 @@ impl<'a> BitReader<'a> {
     }
 }
 
-/// An adaptive Rice code for one sequence of numbers.
+/// An adaptive Rice code for a sequence of numbers.
 #[derive(Clone, Copy, Debug)]
 pub struct Rice {
     /// Eight times the running mean of the numbers so far.
@@ -102,7 +102,7 @@ impl Rice {
         Rice { mean: MEAN_START }
     }
 
-    /// Number of low bits that are written verbatim, so that the unary part stays short.
+    /// Number of low bits written verbatim, so that the unary part stays short.
     fn plain_bits(self) -> u32 {
         let mut bits = 0;
         while bits < 31 && 80u64 << bits < self.mean * 7 {
@@ -157,8 +157,8 @@ pub fn unfold(folded: u32) -> i32 {
     (folded >> 1) as i32 ^ -((folded & 1) as i32)
 }
 
-/// Appends a number from 0 to 2^31 - 1 in the exponential Golomb code: the number of bits of value + 1 after
-/// its first in unary, then those bits.
+/// Appends a number from 0 to 2^31 - 1 in the exponential Golomb code: first the number of bits of value + 1 after the
+/// leading one, in unary, then those bits.
 pub fn write_golomb(value: u32, out: &mut BitWriter) {
     let one_more = value + 1;
     let length = one_more.ilog2();
@@ -166,7 +166,7 @@ pub fn write_golomb(value: u32, out: &mut BitWriter) {
     out.push(one_more, length);
 }
 
-/// Reads a number that [`write_golomb`] wrote.
+/// Reads a number written by [`write_golomb`].
 pub fn read_golomb(bits: &mut BitReader, field: &'static str) -> Result<u32, DecodeError> {
     let mut length = 0;
     while bits.take(1, field)? == 1 {
@@ -177,10 +177,10 @@ pub fn read_golomb(bits: &mut BitReader, field: &'static str) -> Result<u32, Dec
     Ok((1 << length | low) - 1)
 }
 
-/// Largest high part in unary; the remainder of a larger one uses the exponential Golomb code.
+/// Largest high part written in unary; the remainder of a larger one uses the exponential Golomb code.
 const HIGH_MAX: u32 = 4;
 
-/// Appends a number of about `width` bits, 0..=30: the low bits verbatim, the high part in unary if it is small.
+/// Appends a number of about `width` bits, 0..=30: the low bits verbatim, and the high part in unary if it is small.
 pub fn write_wide(value: u32, width: u32, out: &mut BitWriter) {
     let high = value >> width;
     if high < HIGH_MAX {
@@ -192,7 +192,7 @@ pub fn write_wide(value: u32, width: u32, out: &mut BitWriter) {
     out.push(value, width);
 }
 
-/// Reads a number that [`write_wide`] wrote.
+/// Reads a number written by [`write_wide`].
 pub fn read_wide(
     bits: &mut BitReader,
     width: u32,

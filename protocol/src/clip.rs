@@ -1,14 +1,14 @@
-//! Reasons why a server refuses a clip.
+//! The reasons why a server may refuse a clip.
 
 /// The reason why a clip was not kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum ClipRefusal {
-    /// The server keeps no replays.
+    /// The server does not keep replays.
     Off = 1,
-    /// The player, or the room, has asked too often.
+    /// The player or the room has asked too often.
     TooMany,
-    /// The disk was full, or the clip could not be written.
+    /// The disk was full, or writing the clip failed.
     Failed,
 }
 

@@ -1,5 +1,5 @@
-//! The snapshot codec: a head with the set of sections, then each non-empty section, in the order of its bit. Parts of
-//! the state that did not change, or changed as predicted, take no bytes.
+//! The snapshot codec. A message consists of a head with the set of sections, followed by each non-empty section in the
+//! order of the sections' bits. Parts of the state that did not change, or that changed as predicted, take up no bytes.
 
 mod bodies;
 mod events;
@@ -18,32 +18,32 @@ use crate::snapshot::{PlayerState, SNAPSHOT, Snapshot, SnapshotBody, TimedEvent}
 use crate::wire::{Reader, Writer};
 use sections::bit;
 
-/// The snapshot that the next one is coded against.
+/// The snapshot against which the next one is coded.
 #[derive(Clone, Copy, Debug)]
 pub struct Baseline<'a> {
-    /// The newest snapshot that both ends hold.
+    /// The newest snapshot that both ends have.
     pub snapshot: &'a Snapshot,
-    /// Histories of the snapshot's bodies.
+    /// Histories of the bodies in the snapshot.
     pub bodies: &'a [PositionHistory],
-    /// Histories of the players' pointers, including players without one.
+    /// Histories of the players' pointers, including those of players without a pointer.
     pub pointers: &'a [PositionHistory],
 }
 
 impl Baseline<'_> {
-    /// Histories of all points that may move: the bodies at these indices, then the pointers.
+    /// Histories of all points that may move: first the bodies at these indices, then the pointers.
     fn histories(&self, survivors: &[u32]) -> impl Iterator<Item = &PositionHistory> {
         let bodies = survivors.iter().map(|&index| &self.bodies[index as usize]);
         bodies.chain(self.pointing().map(|(_, history)| history))
     }
 
-    /// Players that have a pointer.
+    /// Players who have a pointer.
     fn pointing(&self) -> impl Iterator<Item = (&PlayerState, &PositionHistory)> {
         let players = self.snapshot.players.iter().zip(self.pointers);
         players.filter(|(player, _)| player.pointer.is_some())
     }
 }
 
-/// The encoder's lists and output, reused from message to message.
+/// The encoder's lists and output, reused from one message to the next.
 #[derive(Clone, Debug, Default)]
 pub struct EncodeScratch {
     bodies: bodies::BodyDifference,
@@ -52,19 +52,19 @@ pub struct EncodeScratch {
     writer: Writer,
 }
 
-/// The content of one message.
+/// A message's contents.
 #[derive(Clone, Copy, Debug)]
 pub struct Content<'a> {
     pub snapshot: &'a Snapshot,
-    /// Ticks between messages, in a keyframe.
+    /// Number of ticks between messages, in a keyframe.
     pub every: u8,
     /// Events since the baseline.
     pub events: &'a [TimedEvent],
-    /// Encoded live particles, in a keyframe; may be empty.
+    /// Encoded live particles, in a keyframe. May be empty.
     pub particles: &'a [u8],
 }
 
-/// Encodes a message against a baseline, or a keyframe if there is no baseline. See [`crate::SnapshotStream::encode`].
+/// Encodes a message against a baseline, or a keyframe if there is none. See [`crate::SnapshotStream::encode`].
 pub fn encode<'a>(
     scratch: &'a mut EncodeScratch,
     content: Content,
@@ -110,7 +110,7 @@ pub fn encode<'a>(
     writer.bytes()
 }
 
-/// Encodes all moves. A pointer that disappeared is coded as if it were at its expected position.
+/// Encodes all moves. A pointer that has disappeared is coded as if it were at its expected position.
 fn encode_moves<'a>(
     baseline: &Baseline,
     bodies: &bodies::BodyDifference,
@@ -130,11 +130,11 @@ fn encode_moves<'a>(
 #[derive(Debug)]
 pub struct SnapshotMessage {
     pub snapshot: Snapshot,
-    /// Ticks between messages, if it is a keyframe.
+    /// Number of ticks between messages, if the message is a keyframe.
     pub every: Option<u8>,
     /// Events since the baseline.
     pub events: Vec<TimedEvent>,
-    /// Encoded live particles; may be empty.
+    /// Encoded live particles. May be empty.
     pub particles: Vec<u8>,
 }
 
@@ -187,7 +187,7 @@ fn read_every(reader: &mut Reader) -> Result<u8, DecodeError> {
     Ok(every)
 }
 
-/// Reads a tick from its low byte: the first tick from `base` on that has that byte.
+/// Reads a tick from its low byte: the first tick, starting at `base`, that has this low byte.
 fn read_tick(reader: &mut Reader, base: u32) -> Result<u32, DecodeError> {
     let distance = reader.byte("tick")?.wrapping_sub(base as u8);
     base.checked_add(u32::from(distance)).ok_or(DecodeError::OutOfRange { field: "tick" })

@@ -1,4 +1,4 @@
-//! The error type of every decoder in this crate.
+//! The error type for all decoders in this crate.
 
 /// The reason why bytes were refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -6,13 +6,13 @@ pub enum DecodeError {
     /// The message ends inside a field.
     #[error("message ends inside {field}")]
     Truncated {
-        /// Field that was being read.
+        /// The field being read.
         field: &'static str,
     },
-    /// A field has a value outside its range.
+    /// A field's value is out of range.
     #[error("{field} is out of range")]
     OutOfRange {
-        /// Field that was being read.
+        /// The field being read.
         field: &'static str,
     },
     /// Bytes are left after the last field.
@@ -24,12 +24,12 @@ pub enum DecodeError {
     /// A delta arrived before any keyframe.
     #[error("no keyframe came before")]
     NoBaseline,
-    /// The message is longer than allowed for its kind.
+    /// The message is longer than its kind allows.
     #[error("message of {bytes} bytes exceeds {bytes_max}")]
     TooLong {
-        /// Length of the message.
+        /// Length of the message, in bytes.
         bytes: usize,
-        /// Largest allowed length.
+        /// Maximum length allowed, in bytes.
         bytes_max: usize,
     },
 }

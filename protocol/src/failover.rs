@@ -1,5 +1,5 @@
-//! The servers that a client asks for its room, in turn. The client uses them to follow a room from one server of a
-//! fleet to another, and to find it again after its server died. The client provides timing and sockets.
+//! The servers that a client asks for its room, one after another. They let the client follow a room from one server in
+//! a fleet to another, and find it again if its server dies. The client provides timing and sockets.
 
 use crate::limits::NODES_MAX;
 
@@ -7,23 +7,23 @@ use crate::limits::NODES_MAX;
 #[derive(Clone, Debug)]
 pub struct Servers {
     known: Vec<String>,
-    /// Index of the server that plays the room, or is asked next. The others follow in order, as in a ring.
+    /// Index of the server that plays the room or is asked next. The others follow in order, as in a ring.
     current: usize,
     /// The current server has seated the client.
     seated: bool,
-    /// The client followed a move at once, and no server has seated it since.
+    /// The client has followed a move immediately, and no server has seated it since.
     followed: bool,
-    /// Failed attempts since the last seat.
+    /// Number of failed attempts since the client was last seated.
     failed: usize,
 }
 
 impl Servers {
-    /// Starts with one server, given by its origin.
+    /// Starts with a single server, given by its origin.
     pub fn new(first: String) -> Servers {
         Servers { known: vec![first], current: 0, seated: false, followed: false, failed: 0 }
     }
 
-    /// Origin of the server that plays the room, or is asked next.
+    /// Origin of the server that plays the room or is asked next.
     pub fn current(&self) -> &str {
         &self.known[self.current]
     }
@@ -49,8 +49,8 @@ impl Servers {
         });
     }
 
-    /// Called when the room is on this server. Returns whether to connect at once. After the second move in a row
-    /// without a seat it returns false, because the servers may disagree.
+    /// Called when the client learns that the room is on this server. Returns whether to connect immediately. After the
+    /// second move in a row without a seat, it returns false, because the servers may disagree.
     pub fn moved(&mut self, url: String) -> bool {
         self.choose(url);
         self.seated = false;
@@ -59,8 +59,8 @@ impl Servers {
         self.followed
     }
 
-    /// Called when the socket was lost, or no connection was made. A server that had seated the client is asked again
-    /// first; one that had not is asked after all others.
+    /// Called when the socket was lost or no connection was made. A server that had seated the client is asked again
+    /// first; a server that had not is asked after all the others.
     pub fn lost(&mut self) {
         self.followed = false;
         if !std::mem::take(&mut self.seated) {
@@ -69,17 +69,17 @@ impl Servers {
         }
     }
 
-    /// Called when a server answered that the room is moving: all servers may be asked again soon.
+    /// Called when a server has answered that the room is moving, so all servers may be asked again soon.
     pub fn moving(&mut self) {
         self.failed = 0;
     }
 
-    /// Whether several servers are known.
+    /// Whether more than one server is known.
     pub fn has_others(&self) -> bool {
         self.known.len() > 1
     }
 
-    /// Whether several servers are known, and one has not been asked since the last seat.
+    /// Whether more than one server is known, and at least one has not been asked since the client was last seated.
     pub fn has_untried(&self) -> bool {
         self.has_others() && self.failed < self.known.len()
     }
@@ -96,7 +96,7 @@ mod tests {
         servers
     }
 
-    /// The servers that are asked, one after another, while none answers.
+    /// The servers that are asked, one after another, while none of them answers.
     fn asked(servers: &mut Servers, count: usize) -> Vec<String> {
         let ask = |_| {
             servers.lost();
@@ -156,7 +156,7 @@ mod tests {
         }
         assert_eq!(at_once, [true, false, true, false]);
         assert!(!servers.has_untried(), "both were asked, and neither has the room");
-        // A failed attempt counts as waiting too.
+        // A failed attempt also counts as waiting.
         servers.moved("b".to_owned());
         servers.lost();
         assert!(servers.moved("b".to_owned()));

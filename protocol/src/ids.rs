@@ -1,4 +1,4 @@
-//! Fields used by both messages and replays: seats, bodies and their kinds.
+//! Fields that both messages and replays use: seats, bodies and body kinds.
 
 use crate::error::{DecodeError, check};
 use crate::limits::BODIES_MAX;
@@ -6,7 +6,7 @@ use crate::wire::{Reader, Writer};
 use jostle_game::{Kind, SEATS_MAX, Seat};
 use jostle_sim::BodyId;
 
-/// Writes a seat as LEB128: one byte for the first 128.
+/// Writes a seat as LEB128, which takes one byte for each of the first 128 seats.
 pub fn write_seat(writer: &mut Writer, seat: Seat) {
     writer.leb32(u32::from(seat.0));
 }
@@ -16,19 +16,19 @@ pub fn read_seat(reader: &mut Reader) -> Result<Seat, DecodeError> {
     Ok(Seat(reader.leb_up_to(SEATS_MAX as u32 - 1, "seat")? as u16))
 }
 
-/// Writes the id of a body.
+/// Writes a body's id.
 pub fn write_id(writer: &mut Writer, id: BodyId) {
     writer.leb32(id.index);
     writer.leb32(id.generation);
 }
 
-/// Reads the id of a body, whose index is below [`BODIES_MAX`].
+/// Reads a body's id, whose index is below [`BODIES_MAX`].
 pub fn read_id(reader: &mut Reader, field: &'static str) -> Result<BodyId, DecodeError> {
     let index = reader.leb_up_to(BODIES_MAX as u32 - 1, field)?;
     Ok(BodyId { index, generation: reader.leb32(field)? })
 }
 
-/// The kind of a body by its index in [`Kind::ALL`].
+/// A body's kind, given by its index in [`Kind::ALL`].
 pub fn kind_of(byte: u8) -> Result<Kind, DecodeError> {
     let kind = Kind::ALL.get(usize::from(byte)).copied();
     kind.ok_or(DecodeError::OutOfRange { field: "body kind" })
@@ -39,7 +39,7 @@ pub fn read_leb16(reader: &mut Reader, field: &'static str) -> Result<u16, Decod
     Ok(reader.leb_up_to(u32::from(u16::MAX), field)? as u16)
 }
 
-/// Fails unless seats increase. `before` is the previous seat in the list.
+/// Fails unless seats are in increasing order. `before` is the previous seat in the list.
 pub fn check_seat_order(before: Option<Seat>, seat: Seat) -> Result<(), DecodeError> {
     check(before < Some(seat), "seat")
 }

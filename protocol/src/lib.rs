@@ -1,5 +1,6 @@
-//! The protocol between client and server: messages, the snapshot and its codec, the replay format, and
-//! every limit on them, and the JSON answers of the HTTP API. No IO, no allocation before its size is checked, no panic on any bytes.
+//! The protocol between client and server: messages, the snapshot and its codec, the replay format, all limits on
+//! these, and the JSON answers of the HTTP API. This crate does no IO, allocates nothing before checking its size, and
+//! never panics, whatever bytes it is given.
 
 #![warn(missing_docs)]
 

@@ -20,19 +20,19 @@ use forms::{
 use jostle_game::{Input, Seat};
 use jostle_sim::Vec2;
 
-/// Version of the protocol; both ends must agree.
+/// Version of the protocol; both ends must have the same one.
 pub const VERSION: u16 = 5;
 
-/// A message from client to server.
+/// A message from a client to a server.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ClientMessage {
     /// The first message on a socket.
     Hello {
-        /// [`crate::VERSION`] of the client.
+        /// The client's [`crate::VERSION`].
         version: u16,
-        /// Name and colour of the player.
+        /// The player's name and colour.
         appearance: Appearance,
-        /// Token of a seat held earlier, to resume it.
+        /// Token of a seat held earlier, for resuming it.
         token: Option<Token>,
         /// Key of the room's host, if the player has it.
         host_key: Option<Token>,
@@ -41,92 +41,93 @@ pub enum ClientMessage {
     },
     /// A player's intent for one tick.
     Input {
-        /// Grows by one with every input of a session, from 1.
+        /// Starts at 1 and increases by one with each of a session's inputs.
         seq: u32,
-        /// Low bits of the tick of the newest decoded snapshot; before the first snapshot, those of the welcome's tick.
+        /// Low bits of the tick of the newest decoded snapshot or, before the first snapshot, of the welcome's tick.
         ack_tick: u16,
-        /// Keys, buttons and pointer of the player.
+        /// The player's keys, buttons and pointer.
         input: Input,
     },
     /// A request for a [`ServerMessage::Pong`].
     Ping {
-        /// Any number; the pong returns it.
+        /// Any number, which the pong returns.
         stamp: u32,
     },
     /// The size of the page's view, if it is smaller than the world.
     View {
-        /// Width and height in world units, both above 0 and at most [`crate::limits::VIEW_MAX`].
+        /// Width and height in world units, both greater than 0 and at most [`crate::limits::VIEW_MAX`].
         size: Vec2,
     },
     /// The host kicks a player, who cannot return for a while.
     Kick {
-        /// Seat of that player.
+        /// The player's seat.
         seat: Seat,
     },
     /// The host closes the room.
     CloseRoom,
-    /// A player asks the server to keep the last seconds of the game. The answer is a [`ServerMessage::Clip`].
+    /// A player asks the server to keep the last few seconds of the game. The answer is a [`ServerMessage::Clip`].
     Clip,
     /// A player shows an emote to the whole room.
     Emote {
-        /// Index of the emote, below [`crate::limits::EMOTES`].
+        /// The emote's index, below [`crate::limits::EMOTES`].
         emote: u8,
     },
 }
 
-/// A message from server to client.
+/// A message from a server to a client.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ServerMessage {
-    /// The client is in the room; a keyframe follows.
+    /// The client is in the room. A keyframe follows.
     Welcome {
-        /// The seat of a player; a spectator has none.
+        /// The player's seat. Spectators have none.
         seat: Option<WelcomeSeat>,
         /// Tick at which the client joins.
         tick: u32,
-        /// Code of the room, as in its link.
+        /// The room's code, as in its link.
         room: String,
         /// Name of the scene.
         scene_name: String,
-        /// TOML text of the scene.
+        /// The scene's TOML text.
         scene: String,
     },
-    /// The session ends, and the socket closes after this message.
+    /// The session is ending, and the socket closes after this message.
     Refused {
-        /// Reason, and what the client should do.
+        /// The reason, and what the client should do.
         refusal: Refusal,
     },
     /// The server is about to close.
     Draining {
-        /// Seconds left.
+        /// Number of seconds left.
         seconds: u8,
         /// Whether the room resumes in its current state after the restart.
         keeps_room: bool,
     },
     /// The answer to a ping.
     Pong {
-        /// The stamp of the ping that it answers.
+        /// The stamp of the ping being answered.
         stamp: u32,
         /// The server's tick at the time of the answer.
         tick: u32,
     },
-    /// The answer to a host request from a player who is not the host, and to an attempt to kick the host.
+    /// The answer to a host request from a player who is not the host, or to an attempt to kick the host.
     Denied,
-    /// Another server plays the room, from now on or already at the time of the hello. The socket closes after this
-    /// message with [`Refusal::Moved`]. The client reconnects at once to the same path on that server, with its tokens.
+    /// Another server plays the room, either from now on or already at the time of the hello. The socket closes after
+    /// this message with [`Refusal::Moved`]. The client immediately reconnects to the same path on that server, with
+    /// its tokens.
     Moved {
-        /// Origin of that server, which satisfies [`crate::is_origin`].
+        /// The server's origin, which satisfies [`crate::is_origin`].
         url: String,
     },
     /// Other servers that know where the room is, in case this one fails. Replaces the previous list.
     Nodes {
-        /// Their origins, at most [`crate::limits::NODES_MAX`].
+        /// The servers' origins, at most [`crate::limits::NODES_MAX`] of them.
         urls: Vec<String>,
     },
-    /// A player of the room shows an emote.
+    /// A player in the room shows an emote.
     Emote {
-        /// Seat of the player.
+        /// The player's seat.
         seat: Seat,
-        /// Index of the emote, below [`crate::limits::EMOTES`].
+        /// The emote's index, below [`crate::limits::EMOTES`].
         emote: u8,
     },
     /// The answer to a request for a clip.
@@ -138,8 +139,8 @@ pub enum ServerMessage {
     Snapshot(Vec<u8>),
 }
 
-/// Defines the messages of an enum once for both directions: the byte of each kind, then its fields in order, with
-/// their codecs. Kinds without a definition are written by the last arms.
+/// Defines the messages of an enum once for both directions: the byte for each kind, then its fields in order, with
+/// their codecs. The last arms write the kinds that have no definition.
 macro_rules! messages {
     (
         $Message:ident {
@@ -204,16 +205,16 @@ messages! {
 }
 
 impl ClientMessage {
-    /// Encodes the message in at most `CLIENT_MESSAGE_BYTES_MAX` bytes. Panics on a field that `decode`
-    /// would refuse as too long or not finite.
+    /// Encodes the message in at most `CLIENT_MESSAGE_BYTES_MAX` bytes. Panics if a field is too long or not finite, so
+    /// that `decode` would refuse it.
     pub fn encode(&self) -> Vec<u8> {
         let mut writer = Writer::new();
         self.write_fields(&mut writer);
         writer.finish()
     }
 
-    /// Decodes a message; safe for any bytes. If a hello has another version, only the version is read, because the
-    /// rest may mean anything; the appearance is a placeholder.
+    /// Decodes a message. This is safe for any bytes. If a hello has a different version, only the version is read,
+    /// because the rest may mean anything; the appearance is a placeholder.
     pub fn decode(bytes: &[u8]) -> Result<ClientMessage, DecodeError> {
         check_length(bytes, CLIENT_MESSAGE_BYTES_MAX)?;
         if let [0, low, high, ..] = *bytes
@@ -229,7 +230,7 @@ impl ClientMessage {
     }
 }
 
-/// A hello of another version. Only its version is known.
+/// A hello with a different version. Only its version is known.
 fn hello_of(version: u16) -> ClientMessage {
     let appearance = Appearance { name: "?".into(), color: 0 };
     let role = Role::Player;
@@ -242,7 +243,7 @@ fn check_length(bytes: &[u8], bytes_max: usize) -> Result<(), DecodeError> {
 }
 
 impl ServerMessage {
-    /// Encodes the message. Panics if a text is longer than its limit, or a URL is not an origin.
+    /// Encodes the message. Panics if a text is longer than its limit or a URL is not an origin.
     pub fn encode(&self) -> Vec<u8> {
         let mut writer = Writer::new();
         self.write(&mut writer);
@@ -254,7 +255,7 @@ impl ServerMessage {
         self.write_fields(writer);
     }
 
-    /// Decodes a message; safe for any bytes.
+    /// Decodes a message. This is safe for any bytes.
     pub fn decode(bytes: &[u8]) -> Result<ServerMessage, DecodeError> {
         check_length(bytes, SERVER_MESSAGE_BYTES_MAX)?;
         let mut reader = Reader::new(bytes);

@@ -1,12 +1,12 @@
-//! Origins of servers, such as `https://b.play.example.org`, where a fleet's client finds a room.
+//! Server origins, such as `https://b.play.example.org`, at which a fleet's client finds a room.
 
 use crate::error::{DecodeError, check};
 use crate::limits::ORIGIN_BYTES_MAX;
 use crate::wire::{Reader, Writer};
 
-/// Whether a text is a server origin as used in messages: `http://` or `https://`, then host and port, at most
-/// [`ORIGIN_BYTES_MAX`] bytes. Host and port are printable ASCII without quotes, slashes, or other characters that
-/// would end them in a URL.
+/// Returns whether a text is a server origin as used in messages: `http://` or `https://`, then a host and port, with
+/// at most [`ORIGIN_BYTES_MAX`] bytes in total. The host and port are printable ASCII without quotes, slashes, or other
+/// characters that would end them in a URL.
 pub fn is_origin(text: &str) -> bool {
     let host = text.strip_prefix("https://").or(text.strip_prefix("http://"));
     let allowed = |byte: u8| byte.is_ascii_graphic() && !b"\"'`/\\?#@".contains(&byte);

@@ -5,10 +5,10 @@ use crate::limits::QUANTA_MAX;
 /// A position in quanta.
 pub type Position = [i32; 2];
 
-/// A displacement of this many quanta or less is jitter of a resting point, not a velocity.
+/// A displacement of this many quanta or fewer is the jitter of a resting point, not a velocity.
 const TREMBLING: i32 = 1;
 
-/// Positions of a point in the four newest snapshots, the newest first.
+/// A point's positions in the four newest snapshots, newest first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PositionHistory([Position; 4]);
 
@@ -23,7 +23,7 @@ impl PositionHistory {
         self.0[0]
     }
 
-    /// Adds the position in the next snapshot.
+    /// Adds the point's position in the next snapshot.
     pub fn push(&mut self, position: Position) {
         let [newest, second, third, _] = self.0;
         self.0 = [position, newest, second, third];
@@ -32,7 +32,7 @@ impl PositionHistory {
     /// Returns true if the point moved within the four snapshots.
     pub fn is_moving(&self) -> bool {
         let [newest, older @ ..] = self.0;
-        // One branch in place of six: this runs for every point, and most points are at rest.
+        // This uses one branch instead of six, since it runs for every point and most points are at rest.
         let apart = |[x, y]: Position| x ^ newest[0] | y ^ newest[1];
         apart(older[0]) | apart(older[1]) | apart(older[2]) != 0
     }
@@ -43,14 +43,14 @@ impl PositionHistory {
         [at(0) - at(1), at(1) - at(2), at(2) - at(3)]
     }
 
-    /// The next position if the displacement along each axis is `next` of the last three displacements.
+    /// The next position if the displacement along each axis is `next`, applied to the last three displacements.
     pub fn extrapolated(&self, next: impl Fn([i32; 3]) -> i32) -> Position {
         [0, 1].map(|axis| {
             (self.0[0][axis] + next(self.displacements(axis))).clamp(-QUANTA_MAX, QUANTA_MAX)
         })
     }
 
-    /// The expected next position: the last displacement is repeated.
+    /// The expected next position, if the last displacement is repeated.
     pub fn expected(&self) -> Position {
         self.extrapolated(|[last, ..]| if last.abs() <= TREMBLING { 0 } else { last })
     }

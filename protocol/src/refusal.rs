@@ -1,6 +1,6 @@
-//! Reasons to refuse or end a session, each with its byte, close code and sentence.
+//! Reasons for refusing or ending a session, each with its byte, close code and sentence.
 
-/// Close codes of a bad message: broken frames, text, undecodable content, a message out of order, and a message that
+/// Close codes for a bad message: broken frames, text, undecodable contents, a message out of order, and a message that
 /// is too long.
 pub const BAD_MESSAGE_CODES: [u16; 5] = [1002, 1003, 1007, 1008, 1009];
 
@@ -8,13 +8,13 @@ pub const BAD_MESSAGE_CODES: [u16; 5] = [1002, 1003, 1007, 1008, 1009];
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Refusal {
-    /// The client speaks another protocol version.
+    /// The client speaks a different protocol version.
     Version,
-    /// Every seat of the room is taken.
+    /// All of the room's seats are taken.
     RoomFull,
     /// The room does not exist.
     NoSuchRoom,
-    /// The server cannot hold another room.
+    /// The server has no capacity for another room.
     ServerFull,
     /// The first message was not a valid hello, or came too late.
     BadHello,
@@ -24,13 +24,13 @@ pub enum Refusal {
     Flood,
     /// The address has too many sockets.
     TooManySockets,
-    /// The client was silent for too long.
+    /// The client has been silent for too long.
     Silent,
     /// Another socket took the seat over.
     Replaced,
     /// The server is closing.
     Closing,
-    /// The room failed; other rooms are not affected.
+    /// The room failed. Other rooms are not affected.
     RoomFailed,
     /// The token is no longer valid, or belongs to another server or room.
     BadToken,
@@ -38,22 +38,22 @@ pub enum Refusal {
     Kicked,
     /// The host or an operator closed the room.
     RoomClosed,
-    /// The seat was given to a newcomer because the room is full, and the player was idle, or from a network that holds
-    /// many seats.
+    /// The seat was given to a newcomer because the room is full and the player was idle, or was on a network that
+    /// holds many seats.
     GaveWay,
-    /// Another server plays the room; [`crate::ServerMessage::Moved`] named it.
+    /// Another server plays the room. [`crate::ServerMessage::Moved`] named it.
     Moved,
     /// No server plays the room at the moment, because it is moving from one to another.
     Moving,
-    /// A guest's scene used more than its room's share of the server.
+    /// A guest's scene used more than the room's share of the server.
     TooCostly,
     /// The room, or this address within it, has reached its limit of spectators.
     TooManySpectators,
 }
 
 impl Refusal {
-    /// All refusals in wire order. The bytes are the same in all versions of the protocol, so that a
-    /// client of another version can read the reason.
+    /// All refusals in wire order. The bytes are the same in all protocol versions, so that a client with a different
+    /// version can read the reason.
     pub const ALL: [Refusal; 20] = [
         Refusal::Version,
         Refusal::RoomFull,
@@ -77,8 +77,8 @@ impl Refusal {
         Refusal::TooManySpectators,
     ];
 
-    /// WebSocket close code (RFC 6455, section 7.4): a registered code where one fits, otherwise a private one from
-    /// 4000 on. For a bad message the server may choose a more specific one of [`BAD_MESSAGE_CODES`].
+    /// WebSocket close code (RFC 6455, section 7.4): a registered code if one fits, otherwise a private code from 4000
+    /// upwards. For a bad message, the server may choose a more specific code from [`BAD_MESSAGE_CODES`].
     pub fn close_code(self) -> u16 {
         match self {
             Refusal::Closing => 1001,
@@ -102,7 +102,7 @@ impl Refusal {
         }
     }
 
-    /// A sentence for the player that describes the problem and the remedy.
+    /// A sentence that tells the player about the problem and what to do.
     pub fn message(self) -> &'static str {
         match self {
             Refusal::Version => "Jostle has been updated. Please reload the page.",
@@ -156,7 +156,7 @@ mod tests {
     use super::*;
     use std::collections::BTreeSet;
 
-    /// Close codes and refusals in the table of docs/protocol.md.
+    /// The close codes and refusals in the table in docs/protocol.md.
     fn documented() -> BTreeSet<(u16, usize)> {
         let page = include_str!("../../docs/protocol.md");
         let rows = page.lines().skip_while(|line| !line.starts_with("| close code")).skip(2);
@@ -189,7 +189,7 @@ mod tests {
         for refusal in Refusal::ALL {
             let code = refusal.close_code();
             assert!([1001, 1007, 1008, 1011].contains(&code) || (4000..5000).contains(&code));
-            // A close frame's payload holds 125 bytes, two of which are for the code.
+            // A close frame's payload is at most 125 bytes, two of which are for the code.
             assert!(refusal.message().len() <= 123 && refusal.message().ends_with('.'));
         }
     }

@@ -1,8 +1,8 @@
-//! The replay format: a game as its scene, its seed and its players' inputs, with a state hash for every tick to verify
-//! it and keyframes for seeking. `docs/replay.md` is its reference.
+//! The replay format. A game is stored as its scene, its seed and its players' inputs, with a state hash for every tick
+//! to verify it, and with keyframes for seeking. `docs/replay.md` is the reference.
 //!
-//! A file is a header and records, each with its length and a checksum. It is append-only, so a file that lost its tail
-//! is a shorter replay.
+//! A file consists of a header and records, each with its length and a checksum. Files are append-only, so a file that
+//! has lost its tail is a shorter replay.
 
 mod block;
 mod pack;

@@ -1,15 +1,15 @@
-//! The role of a client in a room: a player with a seat, or a spectator.
+//! A client's role in a room: a player with a seat, or a spectator.
 
 use crate::token::Token;
 use jostle_game::Seat;
 
-/// The role of a client in a room.
+/// A client's role in a room.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Role {
     /// A player, who has a seat.
     #[default]
     Player,
-    /// A spectator, without a seat: receives everything and can change nothing.
+    /// A spectator, who has no seat, receives everything and can change nothing.
     Spectator,
 }
 
@@ -18,8 +18,8 @@ pub enum Role {
 pub struct WelcomeSeat {
     /// The seat that the player holds.
     pub seat: Seat,
-    /// Whether the player is the room's host, because the hello had the right key.
+    /// Whether the player is the room's host, because the hello contained the right key.
     pub host: bool,
-    /// A token with which the player can get the seat back once, after a lost socket.
+    /// A token with which the player can get the seat back once after losing the socket.
     pub token: Token,
 }

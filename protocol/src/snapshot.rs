@@ -10,42 +10,42 @@ pub use jostle_game::SnapshotBody;
 /// The bit in a message's first byte that marks a coded snapshot; the other bits are its sections.
 pub(crate) const SNAPSHOT: u8 = 1 << 7;
 
-/// One player as clients see them.
+/// One player, as clients see them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlayerState {
-    /// Seat of the player.
+    /// The player's seat.
     pub seat: Seat,
-    /// Name and colour of the player.
+    /// The player's name and colour.
     pub appearance: Appearance,
-    /// Whether a socket is attached. Without one the seat is held for a while.
+    /// Whether a socket is attached. Without one, the seat is held for a while.
     pub connected: bool,
-    /// Sequence number of the newest input that was played.
+    /// Sequence number of the newest input played.
     pub input_seq: u32,
-    /// The player's hero, while it exists.
+    /// The player's hero, as long as it exists.
     pub hero: Option<BodyId>,
-    /// Selected body (A1.1).
+    /// The selected body (A1.1).
     pub selected: Option<BodyId>,
-    /// Body held with the pointer.
+    /// The body held with the pointer.
     pub held: Option<BodyId>,
-    /// Hits scored with packs.
+    /// Number of hits scored with packs.
     pub score: u16,
-    /// Position of the pointer in quanta.
+    /// Position of the pointer, in quanta.
     pub pointer: Option<[i32; 2]>,
 }
 
-/// An event and its tick.
+/// An event with its tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimedEvent {
     /// Tick in which the event happened.
     pub tick: u32,
-    /// The fact that the tick reported.
+    /// The event itself.
     pub event: Event,
 }
 
 /// The visible state at a tick.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Snapshot {
-    /// Ticks played so far.
+    /// Number of ticks played so far.
     pub tick: u32,
     /// Bodies in index order.
     pub bodies: Vec<SnapshotBody>,
@@ -56,15 +56,15 @@ pub struct Snapshot {
 }
 
 impl Snapshot {
-    /// Captures the bodies of a game. `players` come from the room, which knows names and sockets. Coordinates are
-    /// clamped to [`QUANTA_MAX`], far outside any view.
+    /// Captures a game's bodies. `players` come from the room, which knows names and sockets. Coordinates are clamped
+    /// to [`QUANTA_MAX`], far outside any view.
     pub fn capture(game: &Game, players: Vec<PlayerState>) -> Snapshot {
         let mut snapshot = Snapshot { players, ..Snapshot::default() };
         snapshot.recapture(game);
         snapshot
     }
 
-    /// Captures the bodies of a game into an older snapshot, reusing its memory. Its players must be up to date.
+    /// Captures a game's bodies into an older snapshot, reusing its memory. The snapshot's players must be up to date.
     pub fn recapture(&mut self, game: &Game) {
         self.tick = game.tick_count();
         game.capture_round(&mut self.round);

@@ -1,7 +1,7 @@
-//! One end of a stream of snapshots. Both ends hold the newest snapshot and the positions of all points in the four
-//! newest; a message is a pure function of these and the next snapshot. WebSocket delivers in order, so the ends stay
-//! equal without acknowledgements. All readers whose keyframes are at least [`SnapshotStream::KEYFRAME_AGE`] messages
-//! old share the same bytes.
+//! One end of a stream of snapshots. Both ends have the newest snapshot and all points' positions in the four newest; a
+//! message is a pure function of these and the next snapshot. WebSocket delivers messages in order, so the two ends
+//! stay equal without acknowledgements. All readers whose keyframes are at least [`SnapshotStream::KEYFRAME_AGE`]
+//! messages old share the same bytes.
 
 use crate::codec::{self, Baseline, Content, EncodeScratch, SnapshotMessage, is_same};
 use crate::error::DecodeError;
@@ -15,24 +15,24 @@ use std::sync::Arc;
 /// One end of the stream. It starts empty, so the first message is a keyframe.
 #[derive(Clone, Debug)]
 pub struct SnapshotStream {
-    /// Ticks between messages; more while nothing moves.
+    /// Number of ticks between messages; larger while nothing moves.
     every: u8,
     newest: Option<Arc<Snapshot>>,
-    /// Histories of the newest snapshot's bodies.
+    /// Histories of the bodies in the newest snapshot.
     bodies: Vec<PositionHistory>,
-    /// Histories of the pointers of the newest snapshot's players.
+    /// Histories of the pointers of the players in the newest snapshot.
     pointers: Vec<PositionHistory>,
-    /// Replaced histories, kept to reuse their memory.
+    /// Replaced histories, kept so that their memory can be reused.
     spare: Vec<PositionHistory>,
 }
 
 impl SnapshotStream {
-    /// Messages after a keyframe until its reader's state equals that of a long-time reader.
+    /// Number of messages after a keyframe until its reader's state equals a long-time reader's.
     pub const KEYFRAME_AGE: u32 = 3;
-    /// Maximum number of ticks between messages, because a delta holds only the low byte of its tick.
+    /// Maximum number of ticks between messages, because a delta contains only the low byte of its tick.
     pub const TICKS_MAX: u32 = 255;
 
-    /// Creates an empty end, for a message every `every` ticks. A decoding end takes this number from keyframes.
+    /// Creates an empty end, with a message every `every` ticks. A decoding end takes this number from keyframes.
     pub fn new(every: u8) -> SnapshotStream {
         assert!(every > 0, "a message every 0 ticks");
         SnapshotStream {
@@ -44,8 +44,9 @@ impl SnapshotStream {
         }
     }
 
-    /// Creates an end that has just sent this one's newest snapshot as a keyframe, and returns it with the keyframe.
-    /// `particles` are the encoded live particles of the same tick, or empty. Panics if there is no snapshot yet.
+    /// Creates an end that has just sent this end's newest snapshot as a keyframe, and returns it along with the
+    /// keyframe. `particles` contains the encoded live particles for the same tick, or is empty. Panics if there is no
+    /// snapshot yet.
     pub fn branch(&self, particles: &[u8]) -> (SnapshotStream, Vec<u8>) {
         let newest = self.newest.as_ref().expect("a snapshot was sent before");
         let mut branch = SnapshotStream::new(self.every);
@@ -69,17 +70,17 @@ impl SnapshotStream {
         self.newest.as_ref()
     }
 
-    /// Encodes the message from the newest snapshot to the next, with the events in between. The bytes depend on
-    /// nothing else.
+    /// Encodes the message that leads from the newest snapshot to the next, with the events in between. The bytes
+    /// depend on nothing else.
     ///
-    /// Panics unless bodies and players are in order, the snapshot is at most
-    /// [`SnapshotStream::TICKS_MAX`] ticks newer, and the events are in tick order, at most `EVENTS_MAX`.
+    /// Panics unless bodies and players are in order, the snapshot is at most [`SnapshotStream::TICKS_MAX`] ticks
+    /// newer, and there are at most `EVENTS_MAX` events, in tick order.
     pub fn encode(&mut self, snapshot: &Arc<Snapshot>, events: &[TimedEvent]) -> Vec<u8> {
         self.encode_with(&mut EncodeScratch::default(), snapshot, events).to_vec()
     }
 
-    /// Encodes a message like [`SnapshotStream::encode`], but without allocating. `scratch` may be shared by any number
-    /// of streams.
+    /// Encodes a message like [`SnapshotStream::encode`], but without allocating. Any number of streams may share
+    /// `scratch`.
     pub fn encode_with<'a>(
         &mut self,
         scratch: &'a mut EncodeScratch,
@@ -110,7 +111,7 @@ impl SnapshotStream {
         bytes.to_vec()
     }
 
-    /// Decodes a message from the other end, and advances to it. On an error this end is unchanged.
+    /// Decodes a message from the other end, and advances to it. If there is an error, this end is unchanged.
     pub fn decode(&mut self, bytes: &[u8]) -> Result<Decoded, DecodeError> {
         let SnapshotMessage { snapshot, every, events, particles } =
             codec::decode(bytes, self.baseline())?;
@@ -125,7 +126,8 @@ impl SnapshotStream {
         Ok(Decoded { events, unchanged_until, particles })
     }
 
-    /// Returns true if nothing moved recently and the next snapshot is equal, so that it need not be sent.
+    /// Returns true if nothing has moved recently and the next snapshot is equal to the newest, so that it need not be
+    /// sent.
     pub fn is_quiet(&self, next: &Snapshot) -> bool {
         self.newest.as_ref().is_some_and(|newest| {
             !self.moves()
@@ -140,7 +142,7 @@ impl SnapshotStream {
         Some(Baseline { snapshot, bodies: &self.bodies, pointers: &self.pointers })
     }
 
-    /// Makes `next` the newest snapshot. `keeps_bodies` means that its bodies are the same, possibly moved.
+    /// Makes `next` the newest snapshot. `keeps_bodies` means that its bodies are the same, apart from their positions.
     fn follow(&mut self, next: Arc<Snapshot>, keeps_bodies: bool) {
         let nothing = Snapshot::default();
         let old = self.newest.as_deref().unwrap_or(&nothing);
@@ -167,24 +169,24 @@ impl SnapshotStream {
 }
 
 impl Default for SnapshotStream {
-    /// Creates an end for a message every tick.
+    /// Creates an end with a message every tick.
     fn default() -> SnapshotStream {
         SnapshotStream::new(1)
     }
 }
 
-/// The content of a message besides its snapshot, which is now the stream's newest.
+/// A message's contents other than its snapshot, which is now the stream's newest.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Decoded {
     /// Events since the previous snapshot.
     pub events: Vec<TimedEvent>,
     /// The tick until which the previous snapshot remained valid; `None` if no message was omitted.
     pub unchanged_until: Option<u32>,
-    /// Encoded live particles of a keyframe; may be empty.
+    /// A keyframe's encoded live particles. May be empty.
     pub particles: Vec<u8>,
 }
 
-/// Histories of the next snapshot's bodies. A new body counts as resting.
+/// Histories of the bodies in the next snapshot. A new body counts as resting.
 fn body_histories(
     old: &[SnapshotBody],
     histories: &[PositionHistory],
@@ -200,12 +202,12 @@ fn body_histories(
     })
 }
 
-/// Returns true if both states belong to the same player, and either both or neither has a pointer.
+/// Returns true if both states belong to the same player, and either both or neither have a pointer.
 fn is_same_pointer(old: &PlayerState, next: &PlayerState) -> bool {
     old.seat == next.seat && old.pointer.is_some() == next.pointer.is_some()
 }
 
-/// Histories of the next snapshot's pointers. A new pointer counts as resting.
+/// Histories of the pointers in the next snapshot. A new pointer counts as resting.
 fn pointer_histories(
     old: &[PlayerState],
     histories: &[PositionHistory],

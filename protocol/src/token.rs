@@ -1,5 +1,5 @@
-//! Tokens, with which a client regains a seat or the rights of a host. They are opaque to this crate and to clients;
-//! only the server knows their content and their seal.
+//! Tokens with which a client regains a seat or a host's rights. They are opaque to this crate and to clients; only the
+//! server knows what they contain and how they are sealed.
 
 use crate::error::DecodeError;
 use crate::limits::TOKEN_BYTES;
@@ -16,7 +16,7 @@ impl Token {
         self.0.iter().map(|byte| format!("{byte:02x}")).collect()
     }
 
-    /// Parses the lower-case hexadecimal digits of [`Token::text`].
+    /// Parses the lower-case hexadecimal digits that [`Token::text`] returns.
     pub fn parse(text: &str) -> Option<Token> {
         let digit = |byte: u8| match byte {
             b'0'..=b'9' => Some(byte - b'0'),

@@ -1,23 +1,23 @@
-//! The JSON answers of the HTTP API. They are written by the server and the static page, and read by the page.
+//! The JSON answers of the HTTP API. The server and the static page write them, and the page reads them.
 
 use jostle_game::Scene;
 use jostle_sim::TICKS_PER_SECOND;
 use serde::{Deserialize, Serialize};
 
-/// Answer of `GET /api/rooms`. With `?find=TEXT` it has only rooms whose code or title contains the text.
+/// Answer to `GET /api/rooms`. With `?find=TEXT`, it contains only rooms whose code or title contains the text.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub struct Rooms {
-    /// Open public rooms, at most [`ROOMS_LISTED_MAX`]; beyond that, those with the most people.
+    /// Open public rooms, up to [`ROOMS_LISTED_MAX`]; if there are more, those with the most people.
     pub rooms: Vec<RoomCard>,
-    /// Number of all such rooms, listed or not.
+    /// Total number of such rooms, listed or not.
     #[serde(default)]
     pub total: u32,
 }
 
-/// Maximum number of rooms in a list; every visitor of the lobby requests one every few seconds.
+/// Maximum number of rooms in a list; each visitor in the lobby requests one every few seconds.
 pub const ROOMS_LISTED_MAX: usize = 100;
 
-/// A room as the lobby shows it.
+/// A room as shown in the lobby.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct RoomCard {
     /// The word in the room's link.
@@ -28,7 +28,7 @@ pub struct RoomCard {
     pub title: String,
     /// Number of taken seats.
     pub players: u32,
-    /// Players who are connected now.
+    /// Number of currently connected players.
     #[serde(default)]
     pub connected: u32,
     /// Number of spectators.
@@ -38,46 +38,46 @@ pub struct RoomCard {
     pub players_max: u32,
 }
 
-/// Answer of `GET /api/scenes`.
+/// Answer to `GET /api/scenes`.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub struct Scenes {
-    /// Scenes that a room can be opened with.
+    /// Scenes with which a room can be opened.
     pub scenes: Vec<SceneCard>,
-    /// Who may open a room with their own scene; `None` for a page without a server.
+    /// Who may open rooms with their own scenes; `None` for a page without a server.
     #[serde(skip_deserializing, skip_serializing_if = "Option::is_none")]
     pub guest_scenes: Option<&'static str>,
 }
 
-/// A scene as the lobby shows it. Every visitor downloads all of them, so zeros are omitted.
+/// A scene as shown in the lobby. Every visitor downloads all of them, so zeros are omitted.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub struct SceneCard {
     /// Name of the scene, as in its file.
     pub name: String,
-    /// Title, for people.
+    /// Title for people to read.
     pub title: String,
     /// A one-sentence description.
     pub about: String,
-    /// Seats in a room with this scene.
+    /// Number of seats in a room with this scene.
     pub players_max: u32,
-    /// Section of the lobby: `games`, `playgrounds` or `book`.
+    /// The section in the lobby: `games`, `playgrounds` or `book`.
     #[serde(default)]
     pub category: String,
     /// Number of teams; 0 if each player plays alone.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub teams: u32,
-    /// Length of a round, seconds; 0 if rounds have no time limit.
+    /// Length of a round, in seconds; 0 if rounds have no time limit.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub round_s: u32,
     /// Whether each player has a hero.
     #[serde(default)]
     pub heroes: bool,
-    /// Minimum number of players for a round to begin.
+    /// Minimum number of players needed for a round to begin.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub players_min: u32,
     /// Number of seats that bots fill.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub fill: u32,
-    /// Address of its picture.
+    /// Address of the scene's picture.
     pub picture: Option<String>,
 }
 
@@ -87,7 +87,7 @@ fn is_zero(number: &u32) -> bool {
 }
 
 impl SceneCard {
-    /// Creates the card of a scene. `picture` is the address of its picture.
+    /// Creates a scene's card. `picture` is the address of the scene's picture.
     pub fn of(scene: &Scene, picture: Option<String>) -> SceneCard {
         let round = scene.rules.round.as_ref();
         let round_ticks = round.and_then(|round| round.time).unwrap_or(0);
@@ -107,43 +107,44 @@ impl SceneCard {
     }
 }
 
-/// Answer of `GET /api/replays`.
+/// Answer to `GET /api/replays`.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub struct Replays {
-    /// Newest first.
+    /// The replays, newest first.
     pub replays: Vec<ReplayCard>,
     /// Number of recordings that ended because of a disk failure.
     #[serde(skip_deserializing)]
     pub errors: u64,
-    /// Number of those that ended because the disk was too slow.
+    /// Number of these recordings that ended because the disk was too slow.
     #[serde(skip_deserializing)]
     pub dropped: u64,
 }
 
-/// A replay as the lobby shows it.
+/// A replay as shown in the lobby.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
 pub struct ReplayCard {
-    /// The replay's name without extension: `/replays/NAME.jostle` is the file, `/replay/NAME` the page that plays it.
+    /// The replay's name without its extension. The file is `/replays/NAME.jostle`, and the page that plays it is
+    /// `/replay/NAME`.
     pub name: String,
     /// Name of the replay's scene.
     pub scene: String,
-    /// Code of the room.
+    /// The room's code.
     pub room: String,
-    /// Start of the recording, seconds since 1970; 0 if unknown.
+    /// Start of the recording, in seconds since 1970; 0 if unknown.
     pub unix_s: u64,
-    /// Length of the file so far, complete records only, bytes.
+    /// Length of the file so far, counting only complete records, in bytes.
     pub bytes: u64,
-    /// Length of the game so far, seconds; `None` if its end is missing.
+    /// Length of the game so far, in seconds; `None` if its end is missing.
     #[serde(default)]
     pub seconds: Option<u32>,
-    /// Largest number of simultaneous players, bots included; 0 if unknown.
+    /// The largest number of simultaneous players, including bots; 0 if unknown.
     #[serde(default)]
     pub players: u32,
-    /// Whether it is still being recorded.
+    /// Whether the replay is still being recorded.
     pub recording: bool,
 }
 
-/// Answer of `GET /api/records`.
+/// Answer to `GET /api/records`.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub struct Records {
     /// Whether the server stores best runs.
@@ -153,7 +154,7 @@ pub struct Records {
     pub scenes: Vec<RecordTable>,
 }
 
-/// The best runs of a scene.
+/// A scene's best runs.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct RecordTable {
     /// Name of the scene.
@@ -167,25 +168,25 @@ pub struct RecordTable {
 /// A stored run.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub struct RecordCard {
-    /// Name of its file: the scene, a dash and 16 digits.
+    /// Name of the run's file: the scene, a dash and 16 digits.
     pub name: String,
-    /// Length of the round in ticks.
+    /// The round's length in ticks.
     pub ticks: u32,
-    /// Points of the winners.
+    /// The winners' points.
     pub points: i32,
-    /// Ticks in the replay before the round.
+    /// Number of ticks in the replay before the round.
     pub begin: u32,
     /// Seat of the first winner.
     pub seat: u16,
-    /// Names of the winners.
+    /// The winners' names.
     pub players: Vec<String>,
-    /// Colour of the first winner, an index into the palette.
+    /// Colour of the first winner, as an index into the palette.
     #[serde(skip_deserializing)]
     pub color: u8,
-    /// Time when the run was stored, seconds since 1970.
+    /// Time when the run was stored, in seconds since 1970.
     #[serde(skip_deserializing)]
     pub unix_s: u64,
-    /// Length of the file, bytes.
+    /// Length of the file, in bytes.
     #[serde(skip_deserializing)]
     pub bytes: u64,
 }
@@ -201,35 +202,35 @@ pub struct Posted {
     /// A client that sends this key in its hello becomes the room's host.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub host_key: Option<String>,
-    /// Rank of a run, if it is among the best.
+    /// The run's rank, if it is among the best.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rank: Option<u32>,
-    /// The reason for a refusal, for people.
+    /// The reason for a refusal, in a form for people.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
-    /// Line of the error in the scene, from 1.
+    /// Line of the error in the scene, counted from 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub line: Option<usize>,
     /// Path of the faulty field.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub field: Option<String>,
-    /// The content found there.
+    /// What was found there.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub found: Option<String>,
-    /// The allowed content.
+    /// What is allowed there.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub allowed: Option<String>,
 }
 
-/// Answer to a submitted run that has been verified.
+/// Answer for a submitted run that has been verified.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SubmittedRun {
     /// Name of the run's file, as in [`RecordCard::name`].
     pub name: String,
-    /// Rank from 1; `None` if it is not among the best.
+    /// Rank, starting at 1; `None` if the run is not among the best.
     pub rank: Option<u32>,
-    /// Length of the round in ticks.
+    /// The round's length in ticks.
     pub ticks: u32,
-    /// Points of the winners.
+    /// The winners' points.
     pub points: i32,
 }

@@ -1,5 +1,5 @@
-//! A bounds-checked reader of fields, and their writer. Numbers are little-endian or LEB128; only the shortest LEB128
-//! form is accepted. This module is independent of any message.
+//! A bounds-checked reader for fields, and the matching writer. Numbers are little-endian or LEB128; only the shortest
+//! LEB128 form is accepted. This module does not depend on any message.
 
 use crate::bits::{fold, unfold};
 use crate::error::{DecodeError, check};
@@ -18,7 +18,7 @@ impl Writer {
         Writer::default()
     }
 
-    /// Removes everything written, and keeps the allocation.
+    /// Removes everything written so far but keeps the allocation.
     pub fn clear(&mut self) {
         self.bytes.clear();
     }
@@ -28,17 +28,17 @@ impl Writer {
         &self.bytes
     }
 
-    /// Returns the bytes of the message.
+    /// Returns the message's bytes.
     pub fn finish(self) -> Vec<u8> {
         self.bytes
     }
 
-    /// Writes one byte, unchanged.
+    /// Writes one byte unchanged.
     pub fn byte(&mut self, value: u8) {
         self.bytes.push(value);
     }
 
-    /// Writes a byte, 0 or 1.
+    /// Writes a byte that is 0 or 1.
     pub fn flag(&mut self, value: bool) {
         self.byte(u8::from(value));
     }
@@ -58,12 +58,12 @@ impl Writer {
         self.bytes.extend_from_slice(&value.to_le_bytes());
     }
 
-    /// Writes LEB128, 1 to 5 bytes.
+    /// Writes a number as LEB128, which takes 1 to 5 bytes.
     pub fn leb32(&mut self, value: u32) {
         self.leb64(u64::from(value));
     }
 
-    /// Writes LEB128, 1 to 10 bytes.
+    /// Writes a number as LEB128, which takes 1 to 10 bytes.
     pub fn leb64(&mut self, mut value: u64) {
         while value >= 0x80 {
             self.byte(value as u8 | 0x80);
@@ -72,12 +72,12 @@ impl Writer {
         self.byte(value as u8);
     }
 
-    /// Writes a length or count as LEB128. Panics above `u32::MAX`, which is far above every limit.
+    /// Writes a length or count as LEB128. Panics if it exceeds `u32::MAX`, which is far above any limit.
     pub fn count(&mut self, value: usize) {
         self.leb32(u32::try_from(value).expect("counts are limited far below u32::MAX"));
     }
 
-    /// Writes a signed number as LEB128: 0, -1, 1, -2, ... become 0, 1, 2, 3, ...
+    /// Writes a signed number as LEB128, where 0, -1, 1, -2, ... become 0, 1, 2, 3, ...
     pub fn zigzag(&mut self, value: i32) {
         self.leb32(fold(value));
     }
@@ -87,19 +87,20 @@ impl Writer {
         value.into_iter().for_each(|axis| self.zigzag(axis));
     }
 
-    /// The bits of a finite number, four bytes. Panics on other numbers, because the reader would refuse them.
+    /// Writes the four bytes of a finite number. Panics on other numbers, because the reader would refuse them.
     pub fn finite(&mut self, value: f32) {
         assert!(value.is_finite(), "{value} cannot travel");
         self.fixed32(value.to_bits());
     }
 
-    /// Writes two finite numbers, eight bytes.
+    /// Writes two finite numbers, which take eight bytes.
     pub fn point(&mut self, value: Vec2) {
         self.finite(value.x);
         self.finite(value.y);
     }
 
-    /// Writes a length and UTF-8 text. Panics above `bytes_max` bytes, because the reader would refuse them.
+    /// Writes a length and UTF-8 text. Panics if the text exceeds `bytes_max` bytes, because the reader would refuse
+    /// it.
     pub fn text(&mut self, value: &str, bytes_max: usize) {
         let bytes = value.len();
         assert!(bytes <= bytes_max, "text of {bytes} bytes exceeds {bytes_max}");
@@ -112,7 +113,7 @@ impl Writer {
         self.bytes.extend_from_slice(bytes);
     }
 
-    /// Writes a flag, and the value if it is `Some`.
+    /// Writes a flag, followed by the value if it is `Some`.
     pub fn option<T>(&mut self, value: Option<T>, write: impl FnOnce(&mut Writer, T)) {
         self.flag(value.is_some());
         if let Some(value) = value {
@@ -120,7 +121,7 @@ impl Writer {
         }
     }
 
-    /// Writes one bit per item, lowest bit first; the last byte is padded with zeros.
+    /// Writes one bit per item, lowest bit first. The last byte is padded with zeros.
     pub fn bits(&mut self, items: impl Iterator<Item = bool>) {
         let (mut byte, mut used) = (0u8, 0);
         for item in items {
@@ -137,7 +138,7 @@ impl Writer {
     }
 }
 
-/// Reads fields from the front of a message. Every method names its field in the error.
+/// Reads fields from the front of a message. When a method fails, its error names the field.
 #[derive(Clone, Debug)]
 pub struct Reader<'a> {
     bytes: &'a [u8],
@@ -186,7 +187,7 @@ impl<'a> Reader<'a> {
         Ok(byte == 1)
     }
 
-    /// Reads a flag, and the value if the flag is set. See [`Writer::option`].
+    /// Reads a flag, followed by the value if the flag is set. See [`Writer::option`].
     pub fn option<T>(
         &mut self,
         field: &'static str,
@@ -211,12 +212,12 @@ impl<'a> Reader<'a> {
         Ok(u64::from_le_bytes(self.array(field)?))
     }
 
-    /// Reads LEB128 up to `u32::MAX`.
+    /// Reads a LEB128 number up to `u32::MAX`.
     pub fn leb32(&mut self, field: &'static str) -> Result<u32, DecodeError> {
         u32::try_from(self.leb64(field)?).map_err(|_| DecodeError::OutOfRange { field })
     }
 
-    /// Reads LEB128 up to `u64::MAX`; only the shortest form is accepted.
+    /// Reads a LEB128 number up to `u64::MAX`; only the shortest form is accepted.
     pub fn leb64(&mut self, field: &'static str) -> Result<u64, DecodeError> {
         let mut value = 0u64;
         for shift in (0..u64::BITS).step_by(7) {
@@ -233,7 +234,7 @@ impl<'a> Reader<'a> {
         Err(DecodeError::OutOfRange { field })
     }
 
-    /// Reads LEB128 up to `value_max`.
+    /// Reads a LEB128 number up to `value_max`.
     pub fn leb_up_to(&mut self, value_max: u32, field: &'static str) -> Result<u32, DecodeError> {
         let value = self.leb32(field)?;
         check(value <= value_max, field)?;
@@ -256,7 +257,7 @@ impl<'a> Reader<'a> {
         Ok(count)
     }
 
-    /// Reads a count of at least 1, for a section that is omitted when empty.
+    /// Reads a count that is at least 1, for a section that is omitted when empty.
     pub fn some_count(
         &mut self,
         count_max: usize,
@@ -298,7 +299,7 @@ impl<'a> Reader<'a> {
         str::from_utf8(self.raw(bytes, field)?).map_err(|_| DecodeError::OutOfRange { field })
     }
 
-    /// Reads `count` bits, lowest bit first; the padding of the last byte must be zero.
+    /// Reads `count` bits, lowest bit first. The padding in the last byte must be zero.
     pub fn bits(&mut self, count: usize, field: &'static str) -> Result<Vec<bool>, DecodeError> {
         let bytes = self.raw(count.div_ceil(8), field)?;
         let bit = |index: usize| bytes[index / 8] >> (index % 8) & 1 == 1;
@@ -306,7 +307,7 @@ impl<'a> Reader<'a> {
         Ok((0..count).map(bit).collect())
     }
 
-    /// Fails if bytes are left over.
+    /// Fails if any bytes are left over.
     pub fn end(self) -> Result<(), DecodeError> {
         match self.remaining() {
             0 => Ok(()),

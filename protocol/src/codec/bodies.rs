@@ -1,4 +1,4 @@
-//! Deaths and births of bodies in a coded snapshot. The survivors' positions are coded by `motion`.
+//! Deaths and births of bodies in a coded snapshot. `motion` codes the survivors' positions.
 
 use super::sections::{self, bit};
 use crate::error::{DecodeError, check};
@@ -15,22 +15,22 @@ const BOX: u8 = 1 << 3;
 const OWNED: u8 = 1 << 4;
 const TAG_ALL: u8 = (1 << 5) - 1;
 
-/// Bytes of the shortest birth: gap, generation, tag, group, radius and two coordinates.
+/// Length of the shortest birth, bytes: gap, generation, tag, group, radius and two coordinates.
 const BIRTH_BYTES_MIN: usize = 10;
 
-/// The difference between the bodies of two snapshots; its memory is reused from message to message.
+/// The difference between the bodies in two snapshots. Its memory is reused from one message to the next.
 #[derive(Clone, Debug, Default)]
 pub struct BodyDifference {
     /// Indices into the baseline's list.
     deaths: Vec<u32>,
-    /// Bodies of both: the index into the baseline's list, and the position now.
+    /// Bodies in both snapshots, each as its index into the baseline's list and its current position.
     pub survivors: Vec<(u32, Position)>,
     births: Vec<SnapshotBody>,
 }
 
 impl BodyDifference {
-    /// Compares two lists, both in id order. A body that changed in more than its position counts as a death and a
-    /// birth, so that every pair of snapshots can be coded.
+    /// Compares two lists, both in id order. A body in which anything but the position has changed counts as a death
+    /// and a birth, so that any pair of snapshots can be coded.
     pub fn find(&mut self, base: &[SnapshotBody], bodies: &[SnapshotBody]) {
         let BodyDifference { deaths, survivors, births } = self;
         deaths.clear();
@@ -57,13 +57,13 @@ impl BodyDifference {
         deaths.extend(old.map(|(index, _)| index));
     }
 
-    /// The bits of the non-empty sections.
+    /// The bits for the non-empty sections.
     pub fn sections(&self) -> u8 {
         bit(!self.deaths.is_empty(), sections::DEATHS)
             | bit(!self.births.is_empty(), sections::BIRTHS)
     }
 
-    /// Writes the bodies that died, if there are any.
+    /// Writes the bodies that died, if any.
     pub fn write_deaths(&self, writer: &mut Writer) {
         if !self.deaths.is_empty() {
             writer.count(self.deaths.len());
@@ -72,7 +72,7 @@ impl BodyDifference {
         }
     }
 
-    /// Writes the new bodies, if there are any.
+    /// Writes the new bodies, if any.
     pub fn write_births(&self, writer: &mut Writer) {
         if !self.births.is_empty() {
             writer.count(self.births.len());
@@ -82,7 +82,7 @@ impl BodyDifference {
     }
 }
 
-/// Returns true if `b` is `a`, possibly moved.
+/// Returns true if `b` is the same body as `a`, possibly moved.
 pub fn is_same(a: &SnapshotBody, b: &SnapshotBody) -> bool {
     a.id == b.id
         && a.kind == b.kind
@@ -107,7 +107,7 @@ fn write_birth(writer: &mut Writer, gaps: &mut Gaps, body: &SnapshotBody) {
     writer.quanta(body.quanta);
 }
 
-/// Reads the survivors as indices into the baseline's list.
+/// Reads the survivors, as indices into the baseline's list.
 pub fn read_survivors(
     reader: &mut Reader,
     present: u8,
@@ -124,7 +124,7 @@ pub fn read_survivors(
     Ok((0u32..).zip(alive).filter_map(|(index, alive)| alive.then_some(index)).collect())
 }
 
-/// Reads the new bodies, and adds them to the survivors.
+/// Reads the new bodies and adds them to the survivors.
 pub fn read(
     reader: &mut Reader,
     present: u8,
@@ -171,7 +171,7 @@ fn read_extent(reader: &mut Reader) -> Result<f32, DecodeError> {
     Ok(extent)
 }
 
-/// Merges two lists in id order. Fails if an index is in both.
+/// Merges two lists that are in id order. Fails if an index appears in both.
 fn merge(
     survivors: Vec<SnapshotBody>,
     births: Vec<SnapshotBody>,

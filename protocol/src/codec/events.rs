@@ -1,4 +1,4 @@
-//! Events in a coded snapshot. Each is coded with its tick's distance to that of the previous event.
+//! Events in a coded snapshot. Each event is coded with the distance between its tick and the previous event's tick.
 
 use crate::error::{DecodeError, check};
 use crate::ids::{kind_of, read_id, read_leb16, read_seat, write_id, write_seat};
@@ -18,10 +18,10 @@ const REPEATER_STARTED: u8 = 6;
 const LAUNCHER_HIT: u8 = 7;
 const SAID: u8 = 8;
 
-/// Bytes of the shortest event: distance, kind and a seat.
+/// Length of the shortest event, bytes: distance, kind and a seat.
 const EVENT_BYTES_MIN: usize = 3;
 
-/// Writes events with ticks above `after`, up to `tick`.
+/// Writes events with ticks after `after`, up to and including `tick`.
 pub fn write(writer: &mut Writer, events: &[TimedEvent], after: u32, tick: u32) {
     assert!(events.len() <= EVENTS_MAX, "{} events exceed {EVENTS_MAX}", events.len());
     assert!(events[0].tick > after, "event of {} is in the baseline {after}", events[0].tick);
@@ -105,7 +105,7 @@ fn write_emitter(writer: &mut Writer, emitter: &EmitterDef) {
     }
 }
 
-/// Reads events with ticks above `after`, up to `tick`.
+/// Reads events with ticks after `after`, up to and including `tick`.
 pub fn read(reader: &mut Reader, after: u32, tick: u32) -> Result<Vec<TimedEvent>, DecodeError> {
     let count = reader.some_count(EVENTS_MAX, EVENT_BYTES_MIN, "events")?;
     let mut events = Vec::with_capacity(count);

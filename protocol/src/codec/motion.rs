@@ -1,9 +1,9 @@
-//! Moves of points: centres of bodies and players' pointers. A move is coded against the positions in the last four
-//! snapshots, which both ends hold. They determine the expected position and the number of bits for the difference, so
-//! no other side information is needed.
+//! Moves of points: the centres of bodies and players' pointers. A move is coded against the point's positions in the
+//! last four snapshots, which both ends have. These positions determine the expected position and the number of bits
+//! for the difference from it, so no other side information is needed.
 //!
-//! A point that moved within the four snapshots takes one bit if it is at its expected position, otherwise one bit and
-//! two numbers. A point at rest takes nothing until it wakes.
+//! A point that moved within the four snapshots takes one bit if it is at its expected position, and otherwise one bit
+//! and two numbers. A point at rest takes nothing until it wakes.
 
 use crate::bits::{
     BitReader, BitWriter, fold, read_golomb, read_wide, unfold, write_golomb, write_wide,
@@ -13,10 +13,10 @@ use crate::limits::QUANTA_MAX;
 use crate::position_history::{Position, PositionHistory};
 use crate::wire::Reader;
 
-/// Low bits in the first move of a point that was at rest.
+/// Number of low bits in the first move of a point that was at rest.
 const WAKE_WIDTH: u32 = 2;
-/// Low bits for the difference to the expected position along each axis: enough for three eighths of the recent change
-/// between displacements.
+/// Number of low bits for the difference from the expected position along each axis: enough for three eighths of the
+/// recent change between displacements.
 fn widths(history: &PositionHistory) -> [u32; 2] {
     [0, 1].map(|axis| {
         let [one, two, three] = history.displacements(axis);
@@ -28,13 +28,13 @@ fn widths(history: &PositionHistory) -> [u32; 2] {
 /// A point that was at rest until now.
 #[derive(Clone, Debug)]
 struct Woken {
-    /// Number of resting points before this one, including woken ones.
+    /// Number of resting points before this one, including those that have woken.
     before: u32,
     from: Position,
     to: Position,
 }
 
-/// The encoder of moves; its memory is reused from message to message.
+/// The encoder for moves. Its memory is reused from one message to the next.
 #[derive(Clone, Debug, Default)]
 pub struct MoveEncoder {
     bits: BitWriter,
@@ -42,8 +42,8 @@ pub struct MoveEncoder {
 }
 
 impl MoveEncoder {
-    /// Encodes the moves of points, each with its history and current position; `None` if all are at their expected
-    /// positions.
+    /// Encodes the moves of points, each given with its history and current position; `None` if all are at their
+    /// expected positions.
     pub fn encode<'a>(
         &mut self,
         points: impl Iterator<Item = (&'a PositionHistory, Position)>,
@@ -76,7 +76,8 @@ impl MoveEncoder {
     }
 }
 
-/// Writes the number of woken points, then for each the gap of resting points before it, and its move.
+/// Writes the number of woken points, and then, for each one, the number of resting points since the previous one and
+/// its move.
 fn write_woken(asleep: u32, woken: &[Woken], bits: &mut BitWriter) {
     write_golomb(woken.len() as u32, bits);
     let width = gap_width(asleep as usize, woken.len());
@@ -94,12 +95,12 @@ fn write_move(from: Position, to: Position, widths: [u32; 2], bits: &mut BitWrit
     }
 }
 
-/// Low bits for a gap among `rest` resting points if `count` of them wake: as many as the mean gap needs.
+/// Number of low bits for a gap among `rest` resting points if `count` of them wake: as many as the mean gap needs.
 fn gap_width(rest: usize, count: usize) -> u32 {
     (rest / (count + 1)).max(1).ilog2()
 }
 
-/// Reads the output of [`MoveEncoder::encode`], and returns the positions of the points.
+/// Reads the output of [`MoveEncoder::encode`], and returns the points' positions.
 pub fn read<'a>(
     histories: impl Iterator<Item = &'a PositionHistory>,
     reader: &mut Reader,

@@ -1,5 +1,5 @@
-//! Players and the round in a coded snapshot. Usually each player's input number grows by the ticks since the baseline,
-//! which takes one bit. Other changes name their fields. Pointer moves are coded by `motion`.
+//! Players and the round in a coded snapshot. Usually, each player's input number has grown by the number of ticks
+//! since the baseline, which takes one bit. Other changes name their fields. `motion` codes pointer moves.
 
 use super::round;
 use super::sections::{self, bit};
@@ -11,7 +11,7 @@ use crate::wire::{Reader, Writer};
 use jostle_game::{RoundInfo, SEATS_MAX, Seat};
 use jostle_sim::BodyId;
 
-/// Parts of the players section, one bit each.
+/// Parts of the players section, with one bit each.
 mod part {
     pub const GONE: u8 = 1 << 0;
     pub const CHANGED: u8 = 1 << 1;
@@ -20,7 +20,7 @@ mod part {
     pub const ALL: u8 = (1 << 4) - 1;
 }
 
-/// Fields of a player that may have changed, one bit each.
+/// Fields of a player that may have changed, with one bit each.
 mod field {
     pub const APPEARANCE: u8 = 1 << 0;
     pub const CONNECTED: u8 = 1 << 1;
@@ -32,19 +32,19 @@ mod field {
     pub const INPUT_SEQ: u8 = 1 << 7;
 }
 
-/// Bytes of the shortest new player: seat, a one-byte name and its length, colour, connected, and six empty or small
-/// fields.
+/// Length of the shortest new player, bytes: seat, a one-byte name and its length, colour, connected, and six empty or
+/// small fields.
 const NEW_BYTES_MIN: usize = 11;
 
-/// The difference between the players of two snapshots; its memory is reused from message to message.
+/// The difference between the players in two snapshots. Its memory is reused from one message to the next.
 #[derive(Clone, Debug, Default)]
 pub struct PlayerDifference {
-    /// Whether each player of the baseline is gone; empty if all remain.
+    /// Whether each player in the baseline is gone; empty if all remain.
     gone: Vec<bool>,
     stayed: Vec<Stayed>,
     /// Indices into the snapshot's list.
     new: Vec<u32>,
-    /// Whether the round differs from that of the baseline.
+    /// Whether the round differs from the baseline's.
     round: bool,
 }
 
@@ -54,7 +54,7 @@ struct Stayed {
     /// Index into the snapshot's list.
     index: u32,
     mask: u8,
-    /// Whether the input number grew by the ticks between the snapshots.
+    /// Whether the input number grew by the number of ticks between the snapshots.
     advanced: bool,
 }
 
@@ -86,7 +86,7 @@ impl PlayerDifference {
         self.new.extend(new.map(|(index, _)| index));
     }
 
-    /// The bits of the non-empty sections.
+    /// The bits for the non-empty sections.
     pub fn sections(&self) -> u8 {
         bit(self.parts() != 0, sections::PLAYERS) | bit(self.any_advanced(), sections::INPUTS)
     }
@@ -147,7 +147,7 @@ fn changed_fields(old: &PlayerState, new: &PlayerState, distance: u32) -> u8 {
         | bit(!known_seq, field::INPUT_SEQ)
 }
 
-/// Writes the fields in `mask`; nothing if it is empty. The bits of `CONNECTED` and `POINTER` mean that the field
+/// Writes the fields in `mask`, or nothing if it is empty. The `CONNECTED` and `POINTER` bits mean that the field was
 /// toggled; a new pointer is followed by its position.
 fn write_change(writer: &mut Writer, new: &PlayerState, mask: u8) {
     if mask == 0 {
@@ -227,7 +227,7 @@ fn read_parts(reader: &mut Reader) -> Result<u8, DecodeError> {
     Ok(parts)
 }
 
-/// Reads bits of which at least one must be set; otherwise the section would have been omitted.
+/// Reads bits of which at least one must be set, since otherwise the section would have been omitted.
 fn read_some_bits(
     reader: &mut Reader,
     count: usize,

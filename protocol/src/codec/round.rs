@@ -1,4 +1,4 @@
-//! The player-visible state of a scene's rules. It is coded as a whole when it changes, which is rare, because its
+//! The player-visible state of a scene's rules. It is coded as a whole whenever it changes. That is rare, because its
 //! clock is a tick that stays the same throughout a phase.
 
 use super::sections::bit;
@@ -12,14 +12,14 @@ use jostle_game::{
     OrderProgress, RoundInfo, RoundPhase, RoundPlayer, SEATS_MAX, Side, SideInfo, SlingInfo, Taking,
 };
 
-/// Bytes of the shortest side, and of the shortest player.
+/// Length of the shortest side and of the shortest player, bytes.
 const SIDE_BYTES_MIN: usize = 2;
 const PLAYER_BYTES_MIN: usize = 4;
-/// Bytes of the shortest side that is taking a zone, and of the shortest progress in an order.
+/// Length of the shortest side that is taking a zone and of the shortest progress in an order, bytes.
 const TAKING_BYTES_MIN: usize = 4;
 const ORDER_BYTES_MIN: usize = 3;
-/// Flags in the phase's byte: a sling exists, its ball is in flight, bodies are cracked, zones are being taken or
-/// orders in progress, and some zones are inactive.
+/// Flags in the phase byte: a sling exists, its ball is in flight, bodies are cracked, zones are being taken or orders
+/// are in progress, and some zones are inactive.
 const SLING: u8 = 1 << 2;
 const FLYING: u8 = 1 << 3;
 const CRACKED: u8 = 1 << 4;
@@ -27,7 +27,7 @@ const PHASE: u8 = SLING - 1;
 const PROGRESS: u8 = 1 << 5;
 const RESTING: u8 = 1 << 6;
 const TAG_ALL: u8 = (1 << 7) - 1;
-/// Flags in the byte of a player's team.
+/// Flags in the byte for a player's team.
 const STUNNED: u8 = 1;
 const GOES_ON: u8 = 2;
 const TEAM_SHIFT: u8 = 2;
@@ -35,7 +35,7 @@ const NO_SIDE: u8 = 0;
 const TEAM: u8 = 1;
 const PLAYER: u8 = 2;
 
-/// Writes an optional round.
+/// Writes a round, if there is one.
 pub fn write(writer: &mut Writer, round: Option<&RoundInfo>) {
     writer.option(round, write_round);
 }

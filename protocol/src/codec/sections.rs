@@ -4,25 +4,25 @@ use crate::error::DecodeError;
 use crate::snapshot::{SNAPSHOT, Snapshot};
 use crate::wire::Reader;
 
-/// Indices of bodies that died.
+/// Indices of the bodies that died.
 pub const DEATHS: u8 = 1 << 0;
 /// Moves of bodies and pointers.
 pub const MOVES: u8 = 1 << 1;
 pub const BIRTHS: u8 = 1 << 2;
-/// Changes of players, except for their input numbers.
+/// Changes to players, except their input numbers.
 pub const PLAYERS: u8 = 1 << 3;
-/// Flags for the input numbers that grew by the ticks since the baseline.
+/// Flags for the input numbers that grew by the number of ticks since the baseline.
 pub const INPUTS: u8 = 1 << 4;
-/// Live particles, in a keyframe, which has no input flags.
+/// Live particles in a keyframe, which has no input flags.
 pub const PARTICLES: u8 = INPUTS;
 /// Events since the baseline.
 pub const EVENTS: u8 = 1 << 5;
-/// Not a section: the snapshot needs no baseline.
+/// Not a section; means that the snapshot needs no baseline.
 pub const KEYFRAME: u8 = 1 << 6;
-/// Bits allowed in a keyframe, which has no deaths and no moves.
+/// Bits allowed in a keyframe, which has no deaths or moves.
 pub const IN_KEYFRAME: u8 = KEYFRAME | BIRTHS | PLAYERS | PARTICLES | EVENTS;
 
-/// Names of the bits, the lowest first.
+/// Names of the bits, lowest first.
 const NAMES: [&str; 7] = ["deaths", "moves", "births", "players", "inputs", "events", "keyframe"];
 
 /// `bit` if it is set, otherwise 0.
@@ -30,7 +30,7 @@ pub fn bit(is_set: bool, bit: u8) -> u8 {
     if is_set { bit } else { 0 }
 }
 
-/// Returns true if the bodies after a message are the same as before it, possibly moved.
+/// Returns true if the bodies are the same after a message as before it, apart from their positions.
 pub fn keeps_bodies(message: &[u8]) -> bool {
     message.first().is_some_and(|sections| sections & (DEATHS | BIRTHS | KEYFRAME) == 0)
 }

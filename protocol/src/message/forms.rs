@@ -1,4 +1,4 @@
-//! Codecs for the fields of messages: how each is written, read and checked.
+//! Codecs for the fields of messages, which define how each field is written, read and checked.
 
 use crate::appearance::Appearance;
 use crate::clip::ClipRefusal;
@@ -16,7 +16,7 @@ use crate::wire::{Reader, Writer};
 use jostle_game::{Buttons, Input, Seat};
 use jostle_sim::Vec2;
 
-/// Reader and writer of a field. Read errors name the field.
+/// A field's reader and writer. Read errors name the field.
 pub struct FieldCodec<T> {
     pub write: fn(&mut Writer, &T),
     pub read: fn(&mut Reader, &'static str) -> Result<T, DecodeError>,
@@ -98,7 +98,7 @@ pub const WELCOME_SEAT: FieldCodec<Option<WelcomeSeat>> = FieldCodec {
         })
     },
 };
-/// A text of at most this many bytes.
+/// A text of up to this many bytes.
 macro_rules! text {
     ($bytes_max:ident) => {
         FieldCodec {
@@ -119,7 +119,7 @@ pub const REFUSAL: FieldCodec<Refusal> = FieldCodec {
         refusal.copied().ok_or(DecodeError::OutOfRange { field })
     },
 };
-/// The name of a clip after a zero byte, or the reason for its refusal.
+/// A clip's name after a zero byte, or the reason why the clip was refused.
 pub const CLIP: FieldCodec<Result<String, ClipRefusal>> = FieldCodec {
     write: |writer, it| match it {
         Ok(name) => {

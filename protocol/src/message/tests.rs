@@ -129,8 +129,8 @@ proptest! {
     }
 }
 
-/// Whether an accepted message encodes to the bytes from which it was decoded. Exceptions: pointers are rounded, and a
-/// hello of another version keeps only its version.
+/// Whether an accepted message encodes to the bytes from which it was decoded. There are two exceptions: pointers are
+/// rounded, and a hello with a different version keeps only its version.
 fn has_one_form(message: &ClientMessage, bytes: &[u8]) -> bool {
     match message {
         ClientMessage::Hello { version, .. } if *version != VERSION => true,
@@ -177,7 +177,7 @@ proptest! {
     }
 }
 
-/// Bytes 1, 2, 3 and so on.
+/// The bytes 1, 2, 3 and so on.
 fn counted() -> Token {
     Token(std::array::from_fn(|place| place as u8 + 1))
 }

@@ -1,5 +1,5 @@
-//! Blocks of ticks. Hashes are random bits and stored uncompressed, as are the coded pointer moves, which do not
-//! compress further. The rest is stored as deflated columns.
+//! Blocks of ticks. Hashes are random bits and are stored uncompressed, as are the coded pointer moves, which do not
+//! compress any further. The rest is stored as deflated columns.
 
 mod column;
 
@@ -12,25 +12,25 @@ use crate::limits::{NAME_BYTES_MAX, REPLAY_BLOCK_TICKS_MAX, REPLAY_TICKS_MAX};
 use crate::wire::{Reader, Writer};
 use jostle_game::{Input, SEATS_MAX, Seat};
 
-/// Longest unpacked inputs of a tick, bytes: every seat changes all its inputs.
+/// Maximum length of a tick's unpacked inputs, bytes: every seat changes all its inputs.
 const INPUTS_PER_TICK_BYTES_MAX: usize = 16 * SEATS_MAX;
 /// Maximum number of joins, leaves and appearance changes in one tick.
 const CHANGES_PER_TICK_MAX: usize = 4 * SEATS_MAX;
-/// Longest unpacked changes of a block, bytes: as many as one tick may have, with the longest names.
+/// Maximum length of a block's unpacked changes, bytes: as many as one tick may have, with the longest names.
 const CHANGES_BYTES_MAX: usize = CHANGES_PER_TICK_MAX * (16 + NAME_BYTES_MAX);
 
-/// A change of the members, which takes effect in a tick.
+/// A change in the members that takes effect in a tick.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Change {
     /// A player takes this seat.
     Join(Seat, Appearance),
     /// A player gives up this seat.
     Leave(Seat),
-    /// A player returns, possibly with another name or colour.
+    /// A player returns, possibly with a different name or colour.
     Look(Seat, Appearance),
 }
 
-/// All 64 bits of the hash are stored for ticks that are a multiple of this, and 16 bits for the others.
+/// All 64 bits of the hash are stored for ticks that are multiples of this number, and 16 bits for the others.
 pub const FULL_HASH_TICKS: u32 = 60;
 
 /// Returns true if all 64 bits of this tick's hash are stored.
@@ -38,33 +38,33 @@ pub fn keeps_full_hash(tick: u32) -> bool {
     tick.is_multiple_of(FULL_HASH_TICKS)
 }
 
-/// One tick as stored in a replay.
+/// One tick, as stored in a replay.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tick {
-    /// Changes before the tick, in order.
+    /// Changes that precede the tick, in order.
     pub changes: Vec<Change>,
-    /// Inputs of the game in seat order, with pointers in whole quanta.
+    /// The game's inputs in seat order, with pointers in whole quanta.
     pub inputs: Vec<(Seat, Input)>,
-    /// The state hash after the tick: all bits if [`keeps_full_hash`], otherwise the low 16.
+    /// The state hash after the tick: all bits if [`keeps_full_hash`] is true, otherwise the low 16.
     pub hash: u64,
 }
 
 impl Tick {
-    /// Returns true if `hash` agrees with the recorded hash of tick number `tick`.
+    /// Returns true if `hash` agrees with the hash recorded for tick number `tick`.
     pub fn agrees(&self, tick: u32, hash: u64) -> bool {
         self.hash == kept(tick, hash)
     }
 }
 
-/// The stored bits of a hash.
+/// The bits of a hash that are stored.
 fn kept(tick: u32, hash: u64) -> u64 {
     if keeps_full_hash(tick) { hash } else { hash & 0xffff }
 }
 
-/// Consecutive ticks, at most [`REPLAY_BLOCK_TICKS_MAX`] of them.
+/// Consecutive ticks, up to [`REPLAY_BLOCK_TICKS_MAX`] of them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Block {
-    /// Number of the first tick; ticks count from 1.
+    /// Number of the first tick. Ticks are counted from 1.
     pub first: u32,
     /// Consecutive ticks, from `first` on.
     pub ticks: Vec<Tick>,
@@ -118,7 +118,7 @@ impl Block {
         Ok(Block { first, ticks })
     }
 
-    /// Reads the number of the first tick, and the number of ticks.
+    /// Reads the number of the first tick and the number of ticks.
     fn read_numbers(reader: &mut Reader) -> Result<(u32, usize), DecodeError> {
         let first = reader.leb_up_to(REPLAY_TICKS_MAX, "tick")?;
         let count = reader.count(REPLAY_BLOCK_TICKS_MAX, 2, "number of ticks")?;
@@ -126,7 +126,7 @@ impl Block {
         Ok((first, count))
     }
 
-    /// Reads the same numbers from a block without decoding it; its hashes are skipped.
+    /// Reads the same numbers from a block without decoding it. The hashes are skipped.
     pub(super) fn read_span(reader: &mut Reader) -> Result<(u32, usize), DecodeError> {
         let (first, count) = Block::read_numbers(reader)?;
         let full = (first..).take(count).filter(|&tick| keeps_full_hash(tick)).count();
@@ -153,7 +153,7 @@ impl Block {
         }
     }
 
-    /// Writes the input columns of each seat.
+    /// Writes each seat's input columns.
     fn write_inputs(&self, columns: &mut Writer, moves: &mut BitWriter) {
         let inputs = self.ticks.iter().flat_map(|tick| tick.inputs.iter());
         let mut seats: Vec<u64> = inputs.map(|&(seat, _)| seat.0.into()).collect();

@@ -1,4 +1,4 @@
-//! Compression of the last part of a record.
+//! Compresses the last part of a record.
 
 use crate::error::DecodeError;
 use crate::wire::{Reader, Writer};
@@ -11,7 +11,7 @@ pub fn pack(writer: &mut Writer, bytes: &[u8]) {
     writer.raw(&miniz_oxide::deflate::compress_to_vec(bytes, LEVEL));
 }
 
-/// Inflates the rest of a record to at most `bytes_max` bytes.
+/// Inflates the rest of a record, up to `bytes_max` bytes.
 pub fn unpack(
     reader: &mut Reader,
     bytes_max: usize,
@@ -34,7 +34,7 @@ pub(super) mod tests {
         UNPACKED.set(UNPACKED.get() + bytes);
     }
 
-    /// Bytes unpacked in this thread since the last call.
+    /// Number of bytes unpacked in this thread since the previous call.
     pub fn unpacked() -> usize {
         UNPACKED.take()
     }

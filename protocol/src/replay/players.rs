@@ -1,13 +1,13 @@
-//! Counts the players of a replay.
+//! Counts the players in a replay.
 
 use super::block::Change;
 use super::record::Record;
 
-/// Counts the players of a game, bots included, from its records in order.
+/// Counts a game's players, including bots, from its records in order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PlayerCount {
     now: u32,
-    /// Largest number of simultaneous players so far.
+    /// The largest number of simultaneous players so far.
     pub most: u32,
 }
 

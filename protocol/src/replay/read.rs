@@ -1,4 +1,4 @@
-//! A replay that has been read. The checksum and outline of each record were checked once, and the records before the
+//! A replay that has been read. Each record's checksum and outline have been checked once, and the records before the
 //! first damaged one are kept. Their contents are decoded when they are played.
 
 use super::block::{Block, keeps_full_hash};
@@ -7,28 +7,28 @@ use super::record::{FORMAT, FRAME_BYTES, Keyframe, MAGIC, Record, Start, checksu
 use crate::error::DecodeError;
 use crate::limits::{REPLAY_BYTES_MAX, REPLAY_RECORD_BYTES_MAX, SCENE_BYTES_MAX};
 
-/// Bytes of the magic number and the version.
+/// Length of the magic number and the version, bytes.
 pub(super) const HEADER_BYTES: usize = MAGIC.len() + 2;
-/// Bytes of the header and the longest start record, with a scene that does not compress at all.
+/// Length of the header and the longest start record, with a scene that cannot be compressed at all, bytes.
 pub const START_BYTES_MAX: usize = HEADER_BYTES + FRAME_BYTES + SCENE_BYTES_MAX + 1024;
 
-/// The reason why a file is not a replay, or ends too early.
+/// The reason why a file is not a replay or ends too early.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("byte {offset}: {problem}")]
 pub struct ReplayError {
-    /// Offset of the problem, bytes from the start.
+    /// Offset of the problem, in bytes from the start.
     pub offset: usize,
     /// The kind of problem.
     pub problem: Problem,
 }
 
-/// A problem with the bytes of a replay.
+/// A problem with a replay's bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Problem {
     /// The file does not start with the magic number.
     #[error("this is not a replay")]
     NotAReplay,
-    /// The file has another format version.
+    /// The file has a different format version.
     #[error("replay format {found}; this program reads format {FORMAT}")]
     Format {
         /// The version in the file.
@@ -37,7 +37,7 @@ pub enum Problem {
     /// The file is longer than [`REPLAY_BYTES_MAX`].
     #[error("{bytes} bytes; a replay has at most {REPLAY_BYTES_MAX}")]
     TooLong {
-        /// Bytes of the whole replay.
+        /// Length of the whole replay, in bytes.
         bytes: usize,
     },
     /// The file ends within a record.
@@ -49,7 +49,7 @@ pub enum Problem {
         /// Length stated in the record.
         bytes: usize,
     },
-    /// The record changed after it was written.
+    /// The record was changed after it had been written.
     #[error("the record is damaged: its checksum differs")]
     Checksum,
     /// The record cannot be decoded.
@@ -58,7 +58,7 @@ pub enum Problem {
     /// The record is not allowed at this point.
     #[error("{0}")]
     Order(&'static str),
-    /// The file ends between two records, without an end record.
+    /// The file ends between two records and has no end record.
     #[error("the file ends without an end record")]
     NoEnd,
 }
@@ -89,39 +89,39 @@ impl Ending {
 pub struct Replay {
     pub(super) bytes: Vec<u8>,
     pub(super) start: Start,
-    /// Payloads of the blocks, by first tick.
+    /// Payloads of the blocks, in order of first tick.
     pub(super) blocks: Vec<Payload>,
-    /// Payloads of the keyframes, by tick.
+    /// Payloads of the keyframes, in tick order.
     pub(super) keyframes: Vec<Payload>,
-    /// Payload of the host's last record, with its tick.
+    /// Payload of the host's latest record, with its tick.
     pub(super) host: Option<Payload>,
     pub(super) last_tick: u32,
     pub(super) end_hash: Option<u64>,
     pub(super) ending: Ending,
-    /// End of the start record.
+    /// Offset of the end of the start record.
     pub(super) start_bytes: usize,
-    /// End of the last complete record.
+    /// Offset of the end of the last complete record.
     pub(super) whole_bytes: usize,
 }
 
-/// The bytes of a replay by purpose; they add up to the length of the file.
+/// A replay's bytes by purpose; they add up to the length of the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct Sizes {
-    /// Header and start record, which is mostly the scene.
+    /// The header and the start record, which is mostly the scene.
     pub start: usize,
     /// State hashes, one per tick.
     pub hashes: usize,
-    /// Inputs, member changes, and the frames of their records.
+    /// Inputs, member changes, and the frames of the records that contain them.
     pub inputs: usize,
-    /// States at which playback can start.
+    /// States from which playback can start.
     pub keyframes: usize,
-    /// The end record, and the host's notes.
+    /// The end record and the host's notes.
     pub end: usize,
     /// Bytes after the last complete record.
     pub lost: usize,
 }
 
-/// The location of a record's payload.
+/// Where a record's payload is.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Payload {
     pub tick: u32,
@@ -135,12 +135,12 @@ impl Replay {
         &self.start
     }
 
-    /// Ticks played before the first recorded one.
+    /// Number of ticks played before the first recorded one.
     pub fn first_tick(&self) -> u32 {
         self.start.first_tick
     }
 
-    /// Number of the last recorded tick; [`Replay::first_tick`] if no tick was recorded.
+    /// Number of the last recorded tick, or [`Replay::first_tick`] if no tick was recorded.
     pub fn last_tick(&self) -> u32 {
         self.last_tick
     }
@@ -160,22 +160,22 @@ impl Replay {
         self.bytes.len()
     }
 
-    /// The bytes of the file.
+    /// The file's contents.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 
-    /// Returns the bytes of the file.
+    /// Returns the file's contents.
     pub fn into_bytes(self) -> Vec<u8> {
         self.bytes
     }
 
-    /// Ticks of the keyframes, ascending.
+    /// The keyframes' ticks, in ascending order.
     pub fn keyframe_ticks(&self) -> impl ExactSizeIterator<Item = u32> + '_ {
         self.keyframes.iter().map(|payload| payload.tick)
     }
 
-    /// Bytes that the keyframes take in the file.
+    /// Number of bytes that the keyframes take up in the file.
     pub fn keyframe_bytes(&self) -> usize {
         self.keyframes.iter().map(|payload| payload.bytes + FRAME_BYTES).sum()
     }
@@ -197,7 +197,7 @@ impl Replay {
         }
     }
 
-    /// The block with a tick; `None` if the tick is outside the replay, or the record cannot be decoded.
+    /// The block that contains a tick; `None` if the tick is outside the replay or the record cannot be decoded.
     pub fn block_with(&self, tick: u32) -> Option<Block> {
         if tick > self.last_tick {
             return None;
@@ -209,13 +209,13 @@ impl Replay {
         }
     }
 
-    /// The last keyframe at or before a tick; `None` if it does not exist or cannot be decoded.
+    /// The last keyframe at or before a tick; `None` if there is none or it cannot be decoded.
     pub fn keyframe_before(&self, tick: u32) -> Option<Keyframe> {
         let after = self.keyframes.partition_point(|payload| payload.tick <= tick);
         self.keyframe(after.checked_sub(1)?)
     }
 
-    /// The first keyframe at or after a tick; `None` if it does not exist or cannot be decoded.
+    /// The first keyframe at or after a tick; `None` if there is none or it cannot be decoded.
     pub fn keyframe_after(&self, tick: u32) -> Option<Keyframe> {
         self.keyframe(self.keyframes.partition_point(|payload| payload.tick < tick))
     }
@@ -227,20 +227,20 @@ impl Replay {
         }
     }
 
-    /// The host's last notes, with the tick after which they were made.
+    /// The host's latest notes, with the tick after which they were made.
     pub fn host(&self) -> Option<(u32, &[u8])> {
         let Payload { tick, at, bytes } = self.host?;
         Some((tick, self.bytes.get(at..at + bytes)?))
     }
 
-    /// Decodes a record that was found complete earlier.
+    /// Decodes a record that was previously found to be complete.
     fn record(&self, payload: Payload, kind: u8) -> Option<Record> {
         Record::read(kind, self.bytes.get(payload.at..payload.at + payload.bytes)?).ok()
     }
 }
 
 impl Start {
-    /// Reads the start of a replay from its first [`START_BYTES_MAX`] bytes or more.
+    /// Reads a replay's start from at least its first [`START_BYTES_MAX`] bytes.
     pub fn find(bytes: &[u8]) -> Result<Start, ReplayError> {
         check_header(bytes)?;
         match next(bytes, HEADER_BYTES)? {
@@ -251,7 +251,7 @@ impl Start {
 }
 
 impl PlayerCount {
-    /// Counts the players in the complete records at the start of a file.
+    /// Counts the players in the complete records at the beginning of a file.
     pub fn of_beginning(bytes: &[u8]) -> PlayerCount {
         let mut count = PlayerCount::default();
         let mut at = HEADER_BYTES;
@@ -277,7 +277,7 @@ pub(super) fn check_header(bytes: &[u8]) -> Result<(), ReplayError> {
     }
 }
 
-/// Reads the record at `at`, and returns it with its end.
+/// Reads the record at `at`, and returns it along with its end.
 pub(super) fn next(bytes: &[u8], at: usize) -> Result<(Record, usize), ReplayError> {
     let (kind, payload) = sealed(bytes, at)?;
     let record = Record::read(kind, payload)
@@ -285,7 +285,7 @@ pub(super) fn next(bytes: &[u8], at: usize) -> Result<(Record, usize), ReplayErr
     Ok((record, at + FRAME_BYTES + payload.len()))
 }
 
-/// Kind and payload of the record at `at`, if it is complete and its checksum matches.
+/// The kind and payload of the record at `at`, if it is complete and its checksum matches.
 pub(super) fn sealed(bytes: &[u8], at: usize) -> Result<(u8, &[u8]), ReplayError> {
     let bad = |problem| ReplayError { offset: at, problem };
     let rest = bytes.get(at..).unwrap_or_default();

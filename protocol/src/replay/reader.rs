@@ -5,14 +5,14 @@ use super::read::{check_header, next, sealed, wrong};
 use super::record::{FRAME_BYTES, Outline, Record};
 use crate::limits::{REPLAY_RECORD_BYTES_MAX, REPLAY_TICKS_MAX};
 
-/// Bytes that a step reads. The record that contains the last of them is read completely.
+/// Number of bytes that a step reads. The record that contains the last of them is read completely.
 const STEP_BYTES: usize = 256 << 10;
-/// Limit on the bytes that are checksummed in the search for a record after a cut. Random bytes rarely look like a
-/// plausible length; forged ones may all do.
+/// Limit on the number of bytes checksummed while searching for a record after a cut. Random bytes rarely look like a
+/// plausible length; forged ones may all do so.
 const SEARCH_BYTES_MAX: usize = 4 * REPLAY_RECORD_BYTES_MAX;
 
-/// Reads a replay in steps. All steps together read each byte of the file once, and the bytes after a cut a few times
-/// more. Packed data stays packed, apart from the scene, so that the cost of a file is proportional to its length.
+/// Reads a replay in steps. All steps together read each byte of the file once, and the bytes after a cut a few more
+/// times. Apart from the scene, packed data stays packed, so that the cost of a file is proportional to its length.
 #[derive(Debug)]
 pub struct ReplayReader {
     replay: Replay,
@@ -23,7 +23,7 @@ pub struct ReplayReader {
 enum ReadStage {
     /// Offset of the next record.
     Records(usize),
-    /// The file seems to end within a record. If a valid record follows, the length of the first one is damaged.
+    /// The file seems to end within a record. If a valid record follows, the first record's length is damaged.
     Search {
         cut: ReplayError,
         at: usize,
@@ -34,7 +34,7 @@ enum ReadStage {
 
 impl Replay {
     /// Reads a file up to the first record that is missing or damaged; see [`Replay::ending`]. An error means that not
-    /// even the start can be read. Time and memory are proportional to the bytes of the file, because packed data is
+    /// even the start can be read. Time and memory are proportional to the size of the file, because packed data is
     /// unpacked and checked only on demand. [`ReplayReader`] does the same in steps.
     pub fn read(bytes: Vec<u8>) -> Result<Replay, ReplayError> {
         Ok(ReplayReader::new(bytes)?.finish())
@@ -67,7 +67,7 @@ impl ReplayReader {
         Ok(ReplayReader { replay, stage: ReadStage::Records(end) })
     }
 
-    /// Reads for a moment; returns `false` once everything has been read.
+    /// Reads for a moment. Returns `false` once everything has been read.
     pub fn step(&mut self) -> bool {
         self.stage = match self.stage {
             ReadStage::Records(at) => self.read_records(at),
@@ -77,7 +77,7 @@ impl ReplayReader {
         !matches!(self.stage, ReadStage::Done)
     }
 
-    /// Share of the file that has been read, 0..=1.
+    /// The fraction of the file that has been read, 0..=1.
     pub fn progress(&self) -> f64 {
         let read = match self.stage {
             ReadStage::Records(at) | ReadStage::Search { at, .. } => at,
@@ -119,7 +119,7 @@ impl ReplayReader {
         ReadStage::Records(at)
     }
 
-    /// Searches for a complete record after a cut. If one is found, the record that seems to reach past the end of the
+    /// Searches for a complete record after a cut. If there is one, the record that seems to extend past the end of the
     /// file has a damaged length.
     fn search(&mut self, cut: ReplayError, mut at: usize, mut bytes_left: usize) -> ReadStage {
         let bytes = &self.replay.bytes;
@@ -146,7 +146,7 @@ impl ReplayReader {
         ReadStage::Done
     }
 
-    /// Adds the record at `at`, and returns its end.
+    /// Adds the record at `at`, and returns the end of that record.
     fn take(&mut self, at: usize) -> Result<usize, ReplayError> {
         let replay = &mut self.replay;
         let (kind, bytes) = sealed(&replay.bytes, at)?;

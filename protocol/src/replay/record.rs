@@ -1,4 +1,4 @@
-//! Records of a replay, each sealed with its length and a checksum.
+//! A replay's records, each sealed with its length and a checksum.
 
 use super::block::Block;
 use super::pack::{pack, unpack};
@@ -13,52 +13,52 @@ use crate::wire::{Reader, Writer};
 use jostle_game::{SEATS_MAX, Seat};
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
-/// First bytes of every replay file.
+/// The first bytes of every replay file.
 pub const MAGIC: [u8; 8] = *b"jostle\x1a\n";
 /// Version of the format.
 pub const FORMAT: u16 = 1;
-/// Kind of the record with a host's notes.
+/// Kind of the record that contains a host's notes.
 const HOST: u8 = 5;
-/// Bytes of a record's kind, length and checksum.
+/// Length of a record's kind, length and checksum fields, bytes.
 pub(super) const FRAME_BYTES: usize = 9;
-/// Maximum length of the sealed end record, the last record in a file, in bytes: frame, tick and hash.
+/// Maximum length of the sealed end record, which is the last record in a file, bytes: frame, tick and hash.
 pub const END_BYTES_MAX: usize = FRAME_BYTES + END_PAYLOAD_BYTES[1];
-/// Minimum and maximum length of the end record's payload, bytes.
+/// Minimum and maximum length of the end record's payload, in bytes.
 const END_PAYLOAD_BYTES: [usize; 2] = [1 + 8, 5 + 8];
 
-/// The start record of a replay.
+/// A replay's start record.
 #[derive(Clone, Debug, PartialEq, Eq, Default)]
 pub struct Start {
     /// Version of the program that played the game.
     pub program: String,
-    /// Time of the recording in seconds since 1970; 0 if unknown.
+    /// Time of the recording, in seconds since 1970; 0 if unknown.
     pub unix_s: u64,
-    /// Code of the room; may be empty.
+    /// The room's code. May be empty.
     pub room: String,
-    /// Name of the scene.
+    /// The scene's name.
     pub scene_name: String,
     /// The text of the scene file.
     pub scene: String,
-    /// Seed of the game.
+    /// The game's seed.
     pub seed: u64,
-    /// Ticks played before the first recorded one. If it is not 0, the next record is a keyframe.
+    /// Number of ticks played before the first recorded one. If it is not 0, the next record is a keyframe.
     pub first_tick: u32,
 }
 
 /// The complete state after a tick.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Keyframe {
-    /// Ticks played before it.
+    /// Number of ticks played before this state.
     pub tick: u32,
-    /// All bits of the state hash.
+    /// The full state hash.
     pub hash: u64,
     /// Names and colours by seat.
     pub members: Vec<(Seat, Appearance)>,
-    /// The state as `Game::save` returns it.
+    /// The state, as returned by `Game::save`.
     pub state: Vec<u8>,
 }
 
-/// A record of a replay.
+/// A record in a replay.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Record {
     /// The first record.
@@ -67,18 +67,19 @@ pub enum Record {
     Ticks(Block),
     /// The complete state after the last tick so far.
     Keyframe(Keyframe),
-    /// The last record of a game that was recorded to its end.
+    /// The final record of a game that was recorded to its end.
     End {
-        /// Total ticks played.
+        /// Total number of ticks played.
         tick: u32,
-        /// The full state hash after them.
+        /// The full state hash after these ticks.
         hash: u64,
     },
-    /// A host's notes about a room, outside its game and in a format private to the host; players of replays skip them.
+    /// A host's notes about a room. They are not part of the game, and their format is private to the host; replay
+    /// players skip them.
     Host(Vec<u8>),
 }
 
-/// The numbers of a record that are needed before it is played; none of them are packed.
+/// The numbers in a record that are needed before it is played. None of them are packed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Outline {
     Start,
@@ -98,7 +99,7 @@ pub(super) enum Outline {
 }
 
 impl Outline {
-    /// Reads the leading numbers of a sealed record's payload. The checksum was verified before.
+    /// Reads the leading numbers in a sealed record's payload. The checksum has already been verified.
     pub(super) fn read(kind: u8, payload: &[u8]) -> Result<Outline, DecodeError> {
         let mut reader = Reader::new(payload);
         match kind {
@@ -117,7 +118,7 @@ impl Outline {
     }
 }
 
-/// The start of a file: magic number and format version.
+/// The start of a file: the magic number and the format version.
 pub fn header() -> Vec<u8> {
     [&MAGIC[..], &FORMAT.to_le_bytes()].concat()
 }
@@ -133,8 +134,8 @@ impl Record {
         }
     }
 
-    /// Encodes the record in the form that is appended to a file. Compression takes about 30 microseconds for a few
-    /// seconds of a game, and a millisecond for a keyframe with thousands of particles.
+    /// Encodes the record in the form in which it is appended to a file. Compression takes about 30 microseconds for a
+    /// few seconds of a game, and a millisecond for a keyframe with thousands of particles.
     pub fn seal(&self) -> Vec<u8> {
         let mut writer = Writer::new();
         match self {
@@ -150,8 +151,8 @@ impl Record {
         frame(self.kind(), &writer.finish())
     }
 
-    /// Finds the tick of the end record in the last [`END_BYTES_MAX`] bytes of a file, or fewer; `None` if
-    /// the file does not end with one.
+    /// Finds the end record's tick in the last [`END_BYTES_MAX`] bytes of a file, or fewer; `None` if the file does not
+    /// end with an end record.
     pub fn last_tick(tail: &[u8]) -> Option<u32> {
         (END_PAYLOAD_BYTES[0]..=END_PAYLOAD_BYTES[1]).find_map(|bytes| {
             let at = tail.len().checked_sub(FRAME_BYTES + bytes)?;
@@ -163,7 +164,7 @@ impl Record {
         })
     }
 
-    /// Like [`Record::read`], but the state of a keyframe is left packed and omitted from the result.
+    /// Like [`Record::read`], but leaves a keyframe's state packed and omits it from the result.
     pub(super) fn read_without_state(kind: u8, payload: &[u8]) -> Result<Record, DecodeError> {
         match kind {
             3 => Keyframe::read_members(&mut Reader::new(payload)).map(Record::Keyframe),
@@ -171,7 +172,7 @@ impl Record {
         }
     }
 
-    /// Decodes the payload of a sealed record. The checksum was verified before.
+    /// Decodes a sealed record's payload. The checksum has already been verified.
     pub(super) fn read(kind: u8, payload: &[u8]) -> Result<Record, DecodeError> {
         if kind == HOST {
             return Ok(Record::Host(payload.to_vec()));
@@ -189,8 +190,8 @@ impl Record {
     }
 }
 
-/// Prepends kind, length and checksum to a payload, as in a file. Public so that tests of readers can build payloads
-/// that no [`Record`] produces.
+/// Prepends the kind, length and checksum to a payload, as in a file. This is public so that tests of readers can build
+/// payloads that no [`Record`] produces.
 pub fn frame(kind: u8, payload: &[u8]) -> Vec<u8> {
     let mut framed = vec![kind];
     framed.extend((payload.len() as u32).to_le_bytes());
@@ -247,7 +248,7 @@ impl Keyframe {
         Ok(Keyframe { state, ..keyframe })
     }
 
-    /// Reads everything but the state, which stays empty.
+    /// Reads everything except the state, which stays empty.
     fn read_members(reader: &mut Reader) -> Result<Keyframe, DecodeError> {
         let (tick, hash) = (reader.leb32("tick")?, reader.fixed64("hash")?);
         let mut members: Vec<(Seat, Appearance)> = Vec::new();

@@ -1,4 +1,4 @@
-//! Replays round-trip. Truncated and altered files are refused with the offset of the problem.
+//! Checks that replays round-trip, and that truncated and altered files are refused with the offset of the problem.
 
 use super::*;
 use crate::Appearance;
@@ -16,7 +16,7 @@ fn start() -> Start {
     Start { program, unix_s: 1_800_000_000, room, scene_name, scene, seed: 7, first_tick: 0 }
 }
 
-/// Ticks of a player whose pointer waves about, rests, leaves and comes back.
+/// Ticks of a player whose pointer waves about, rests, leaves and returns.
 fn play(first: u32, count: u32, rng: &mut Rng) -> Block {
     let mut at = Vec2::new(50.0, 40.0);
     let mut held = Buttons::default();
@@ -54,7 +54,7 @@ fn keyframe(tick: u32) -> Keyframe {
     Keyframe { tick, hash: 9, members, state: (0..5000u32).map(|word| word as u8).collect() }
 }
 
-/// A replay of 300 ticks with a keyframe in the middle.
+/// A 300-tick replay with a keyframe in the middle.
 fn records() -> Vec<Record> {
     let mut rng = Rng::new(4, 0);
     vec![
@@ -145,12 +145,12 @@ fn the_start_is_read_alone_and_the_sizes_add_up() {
     assert_eq!(sizes.end, records[5].seal().len());
 }
 
-/// The longest start record has the longest texts, and a scene that deflate cannot shorten.
+/// The longest start record has the longest texts and a scene that deflate cannot shorten.
 #[test]
 fn the_longest_start_fits_into_start_bytes_max() {
     use crate::limits::{PROGRAM_BYTES_MAX, ROOM_CODE_BYTES_MAX, SCENE_BYTES_MAX};
     let mut rng = Rng::new(1, 0);
-    // Random characters from U+10000 on, as incompressible as valid text can be.
+    // Random characters from U+10000 upwards, as incompressible as valid text can be.
     let dense = std::iter::repeat_with(|| char::from_u32(0x10000 + rng.below(0xf_0000)).unwrap());
     let start = Start {
         program: "p".repeat(PROGRAM_BYTES_MAX),
@@ -198,7 +198,7 @@ fn a_file_truncated_anywhere_is_a_shorter_replay() {
     }
 }
 
-/// A payload that ends with this many zeros, which deflate packs a thousandfold.
+/// A payload that ends with this many zeros, which deflate shrinks a thousandfold.
 fn swollen(plain: impl FnOnce(&mut crate::wire::Writer), zeros: usize) -> Vec<u8> {
     let mut writer = crate::wire::Writer::new();
     plain(&mut writer);
@@ -206,7 +206,7 @@ fn swollen(plain: impl FnOnce(&mut crate::wire::Writer), zeros: usize) -> Vec<u8
     writer.finish()
 }
 
-/// 32 keyframes and 32 blocks of ticks, each of a few kilobytes and claiming the longest allowed length.
+/// 32 keyframes and 32 blocks of ticks, each of which takes up a few kilobytes and claims the maximum length.
 fn swollen_file() -> Vec<u8> {
     let mut bytes = file(&[Record::Start(start())]);
     let keyframe = swollen(
@@ -242,7 +242,7 @@ fn reading_a_file_unpacks_nothing_but_its_scene() {
     let replay = Replay::read(bytes).unwrap();
     assert_eq!(replay.last_tick(), 32 * 600);
     assert_eq!(pack::tests::unpacked(), start().scene.len());
-    // Playing a tick, or seeking a state, unpacks only one record.
+    // Playing a tick or seeking a state unpacks only one record.
     assert_eq!(replay.block_with(1), None, "its columns have bytes left over");
     assert!(replay.keyframe_before(600).is_some());
     assert!(pack::tests::unpacked() <= (4 << 20) + crate::limits::REPLAY_RECORD_BYTES_MAX);
@@ -300,7 +300,7 @@ fn a_reader_goes_through_a_file_in_steps() {
     assert!(progress.len() > 10 && reader.progress() == 1.0);
     let (stepped, whole) = (reader.finish(), Replay::read(bytes.clone()).unwrap());
     assert_eq!(format!("{stepped:?}"), format!("{whole:?}"));
-    // The search after a cut proceeds in steps too.
+    // The search after a cut also proceeds in steps.
     bytes.extend([5, 0, 0, 0x70, 0, 1, 2, 3, 4]);
     bytes.extend(vec![5; 2 << 20]);
     let mut reader = ReplayReader::new(bytes).unwrap();
@@ -350,7 +350,7 @@ fn random_bytes_in_a_sealed_record_never_panic() {
     }
 }
 
-/// Random bytes replace the moves and the columns, which are packed again. Most of the decoding happens there.
+/// Random bytes replace the moves and the columns, which are then packed again. Most of the decoding happens there.
 #[test]
 fn random_bytes_in_the_columns_never_panic() {
     let mut rng = Rng::new(10, 0);
@@ -381,7 +381,7 @@ fn random_bytes_in_the_columns_never_panic() {
     }
 }
 
-/// Most of a replay is the pointer of a player with a mouse.
+/// In a replay of a player with a mouse, the pointer takes up most of the bytes.
 #[test]
 fn a_steady_hand_takes_little_more_than_its_hashes() {
     let mut rng = Rng::new(11, 0);

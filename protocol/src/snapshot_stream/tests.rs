@@ -51,7 +51,7 @@ impl Link {
         link
     }
 
-    /// Sends a snapshot, compares the decoded one, and returns the bytes.
+    /// Sends a snapshot, compares the decoded one with it, and returns the bytes.
     fn send(&mut self, snapshot: &Snapshot, events: &[TimedEvent]) -> Vec<u8> {
         let bytes = self.sender.encode(&Arc::new(snapshot.clone()), events);
         assert_eq!(self.reader.decode(&bytes).unwrap().events, events);
@@ -70,7 +70,7 @@ fn decode(bytes: &[u8], base: Option<&Snapshot>) -> Result<Decoded, DecodeError>
     base.map_or_else(Link::default, Link::holding).reader.decode(bytes)
 }
 
-// A world of random changes.
+// A world that changes at random.
 
 fn random_id(rng: &mut Rng) -> BodyId {
     BodyId { index: rng.below(BODIES_MAX as u32), generation: rng.next_u32() >> rng.below(32) }
@@ -143,7 +143,7 @@ fn change_player(rng: &mut Rng, player: &mut PlayerState) {
     }
 }
 
-/// The snapshot `ticks` later, in which some bodies and players disappear, change and appear.
+/// The snapshot `ticks` later, in which some bodies and players have disappeared, changed or appeared.
 fn advance(rng: &mut Rng, snapshot: &Snapshot, ticks: u32) -> Snapshot {
     let mut next = snapshot.clone();
     next.tick += ticks;
@@ -310,9 +310,10 @@ fn steady_motion_costs_a_bit_and_rest_costs_nothing() {
     for tick in 1..4 {
         link.send(&at(tick, 7 * tick as i32), &[]);
     }
-    // All points are at their expected positions: the section of moves is omitted.
+    // All points are at their expected positions, so the moves section is omitted.
     assert_eq!(link.send(&at(4, 28), &[]), [0x80, 4]);
-    // One is not: 400 bits for the moving points, one bit for the count of zero woken points, and the difference.
+    // One point is not: there are 400 bits for the moving points, one bit for the count of zero woken points, and the
+    // difference.
     let mut next = at(5, 35);
     next.bodies[9].quanta[0] += 1;
     assert!(link.send(&next, &[]).len() <= 2 + 51);
@@ -359,7 +360,7 @@ fn the_fullest_snapshot_fits_a_message() {
     assert!(keyframe(&full).len() < SERVER_MESSAGE_BYTES_MAX);
 }
 
-// Documented bytes.
+// Bytes as documented.
 
 fn small() -> Snapshot {
     let hero = SnapshotBody {
@@ -395,7 +396,7 @@ fn a_delta_has_the_documented_bytes() {
     next.players[0].score = 1;
     let events = [TimedEvent { tick: 301, event: Event::Joined(Seat(1)) }];
     let head = [0b1011_1010, 46];
-    // From the lowest bit: one woke of two, 1 0 0, after one, 1 0; -2 as 3, 0 1 1; 1 as 2, 0 0 1.
+    // From the lowest bit: one of two points woke, 1 0 0; after one, 1 0; -2 as 3, 0 1 1; 1 as 2, 0 0 1.
     let moves = [0b1100_1001, 0b100];
     let players = [2, 1, 0b10_0000, 1, 1];
     let joined = [1, 1, 4, 1];
@@ -434,7 +435,7 @@ fn an_event_of_200_particles_costs_few_bytes() {
     assert_eq!(bytes(&[repeated; 2]) - bytes(&[]), 15);
 }
 
-// Refused bytes.
+// Bytes that are refused.
 
 #[test]
 fn a_delta_needs_a_keyframe_before() {
@@ -472,7 +473,8 @@ fn fields_out_of_range_are_named() {
     delta(1, &[0], "deaths");
     delta(1, &[3, 0, 0, 0], "deaths");
     delta(1, &[1, 2, 0], "death");
-    // In turn: no woken points, three of two, one of two after a gap of two, and a displacement of zero.
+    // The cases are, in order: no woken points, three of two, one of two after a gap of two, and a displacement of
+    // zero.
     delta(2, &[0], "moves");
     delta(2, &[0b0_0011], "woken");
     delta(2, &[0b01_1001], "woken");
@@ -529,7 +531,7 @@ fn assert_sound(snapshot: &Snapshot, events: &[TimedEvent], base: &Snapshot, byt
     assert!(snapshot.players.is_sorted_by(|a, b| a.seat < b.seat));
     let inside = |quanta: [i32; 2]| quanta.iter().all(|axis| axis.abs() <= QUANTA_MAX);
     assert!(snapshot.bodies.iter().all(|body| inside(body.quanta)));
-    // Memory is bounded by the number of bytes received.
+    // Memory use is bounded by the number of bytes received.
     assert!(snapshot.bodies.capacity() <= base.bodies.len() + bytes.len());
     assert!(events.iter().all(|event| event.tick <= snapshot.tick));
     keyframe(snapshot);

@@ -1,5 +1,5 @@
-//! The columns of one seat in a block: changes of its presence and buttons, the runs of its pointer, and the difference
-//! of each move from the prediction.
+//! One seat's columns in a block: changes in its presence and buttons, the runs of its pointer, and the difference
+//! between each move and its prediction.
 
 use crate::bits::{BitReader, BitWriter, Rice};
 use crate::error::{DecodeError, check};
@@ -9,14 +9,14 @@ use crate::wire::{Gaps, Reader, Writer};
 use jostle_game::{Buttons, Input, POINTER_QUANTUM};
 use jostle_sim::Vec2;
 
-/// A pointer in quanta; `None` outside the view.
+/// A pointer position in quanta; `None` outside the view.
 type Pointer = Option<Position>;
 
-/// The behaviour of a pointer over consecutive ticks.
+/// What a pointer does over consecutive ticks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum PointerRun {
     Still = 0,
-    /// The pointer moves, or re-enters the view.
+    /// The pointer moves or re-enters the view.
     Moves = 1,
     /// The pointer leaves the view.
     Leaves = 2,
@@ -32,14 +32,14 @@ impl PointerRun {
     }
 }
 
-/// The method to predict a moving pointer's next position.
+/// How to predict a moving pointer's next position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Prediction {
-    /// The last position again, for a pointer that jumps.
+    /// The position stays the same, for a pointer that jumps.
     Stays,
     /// The last displacement is repeated.
     GoesOn,
-    /// The last displacement, changed by an earlier difference between displacements.
+    /// The last displacement is repeated, adjusted by an earlier difference between displacements.
     Bends,
 }
 
@@ -47,7 +47,7 @@ impl Prediction {
     const ALL: [Prediction; 3] = [Prediction::Stays, Prediction::GoesOn, Prediction::Bends];
 }
 
-/// The coder of a pointer's moves.
+/// The coder for a pointer's moves.
 struct PointerMoveCoder {
     prediction: Prediction,
     history: PositionHistory,
@@ -67,7 +67,7 @@ impl PointerMoveCoder {
         self.history.extrapolated(|[one, two, three]| match self.prediction {
             Prediction::Stays => 0,
             Prediction::GoesOn => one,
-            // The older difference is used, because the newest is mostly tremor.
+            // The older difference is used, because the newest one is mostly tremor.
             Prediction::Bends => one + ((two - three) >> 1),
         })
     }
@@ -90,16 +90,16 @@ impl PointerMoveCoder {
         Ok(position)
     }
 
-    /// Records that the pointer does not move in this tick.
+    /// Notes that the pointer does not move in this tick.
     fn rest(&mut self) {
         self.history = PositionHistory::resting(self.history.position());
     }
 }
 
-/// Writes the inputs of a seat, tick by tick; `None` for ticks without input.
+/// Writes a seat's inputs, tick by tick; `None` for ticks without input.
 pub fn write(inputs: &[Option<Input>], columns: &mut Writer, bits: &mut BitWriter) {
     let mut held = Input::default();
-    // Without an input the last one is repeated, so that it takes no bytes.
+    // If there is no input, the last one is repeated, so that it takes up no bytes.
     let inputs_held: Vec<Input> = inputs
         .iter()
         .map(|input| {
@@ -123,7 +123,7 @@ pub fn write(inputs: &[Option<Input>], columns: &mut Writer, bits: &mut BitWrite
     *bits = trial;
 }
 
-/// Writes the ticks in which a number changes, and the changed bits. The number starts at 0.
+/// Writes the ticks in which a number changes, and the bits that change. The number starts at 0.
 fn write_changes(numbers: impl Iterator<Item = u32>, columns: &mut Writer) {
     let mut before = 0;
     let changes: Vec<_> = (0u32..)
@@ -142,7 +142,7 @@ fn write_changes(numbers: impl Iterator<Item = u32>, columns: &mut Writer) {
     }
 }
 
-/// Writes the runs that fill the block, each as its length and behaviour.
+/// Writes the runs that make up the block, each as its length and behaviour.
 fn write_runs(pointers: &[Pointer], columns: &mut Writer) {
     let mut before = None;
     let mut runs: Vec<(u32, PointerRun)> = Vec::new();
@@ -171,7 +171,7 @@ fn write_moves(pointers: &[Pointer], prediction: Prediction, bits: &mut BitWrite
     }
 }
 
-/// Reads the inputs of a seat in `count` ticks.
+/// Reads a seat's inputs for `count` ticks.
 pub fn read(
     count: usize,
     columns: &mut Reader,
@@ -237,7 +237,7 @@ fn read_runs(count: usize, columns: &mut Reader) -> Result<Vec<PointerRun>, Deco
     Ok(runs)
 }
 
-/// Converts a pointer that was already rounded to quanta.
+/// Converts a pointer position that has already been rounded to quanta.
 fn in_quanta(pointer: Vec2) -> Position {
     let quanta = pointer / POINTER_QUANTUM;
     [quanta.x as i32, quanta.y as i32]
