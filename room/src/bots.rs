@@ -1,5 +1,5 @@
-//! Bots: players run by the room that take seats until people come (`round.fill` in a scene). They see only the things
-//! that players see, and their inputs are recorded like those of people, so that a replay needs no bots.
+//! Bots are players run by the room that take seats until people come (`round.fill` in a scene). They see only what
+//! players see, and their inputs are recorded like people's, so that a replay needs no bots.
 
 mod aims;
 mod bot;
@@ -13,9 +13,9 @@ use jostle_protocol::limits::COLORS;
 use jostle_sim::Rng;
 use terrain::Terrain;
 
-/// Ticks between two surveys of the obstacles.
+/// Number of ticks between surveys of the obstacles.
 const SURVEY_TICKS: u32 = 30;
-/// Random stream of the seed that the bots use.
+/// The random stream, derived from the seed, that the bots use.
 const STREAM: u64 = 0x626f_7473;
 const NAMES: [&str; 8] = [
     "Bot Ada",
@@ -28,25 +28,25 @@ const NAMES: [&str; 8] = [
     "Bot Radia",
 ];
 
-/// The bots of a room.
+/// A room's bots.
 pub(crate) struct Bots {
-    /// Number of seats to fill with bots while people are missing.
+    /// Number of seats that bots fill while there are not enough people.
     fill: usize,
     aims: Aims,
     terrain: Terrain,
-    /// In seat order.
+    /// Sorted by seat.
     bots: Vec<Bot>,
     rng: Rng,
 }
 
 impl Bots {
-    /// Creates the bots of a game; `None` if its scene uses no bots.
+    /// Creates the bots for a game; `None` if the scene uses no bots.
     pub fn of(game: &Game, seed: u64) -> Option<Bots> {
         let fill = game.scene().rules.round.as_ref()?.fill;
         Bots::filling(game, seed, usize::from(fill))
     }
 
-    /// Creates bots that fill the room up to this many taken seats; `None` if `fill` is 0 or the scene has no hero.
+    /// Creates bots that fill the room until this many seats are taken; `None` if `fill` is 0 or the scene has no hero.
     pub fn filling(game: &Game, seed: u64, fill: usize) -> Option<Bots> {
         let scene = game.scene();
         let hero = scene.hero.as_ref().filter(|_| fill > 0)?;
@@ -55,12 +55,12 @@ impl Bots {
         Some(Bots { fill, aims, terrain, bots: Vec::new(), rng })
     }
 
-    /// Number of seats to fill with bots while people are missing.
+    /// Number of seats that bots fill while there are not enough people.
     pub fn fill(&self) -> usize {
         self.fill
     }
 
-    /// Lowers the number of seats to fill with bots; it never exceeds the scene's.
+    /// Lowers the number of seats that bots fill; it never exceeds the scene's number.
     pub fn set_fill(&mut self, fill: usize) {
         self.fill = self.fill.min(fill);
     }
@@ -70,7 +70,7 @@ impl Bots {
         self.bots.len()
     }
 
-    /// Number of bots wanted beside this many people.
+    /// Number of bots wanted in addition to this many people.
     pub fn wanted(&self, people: usize) -> usize {
         if people == 0 { 0 } else { self.fill.saturating_sub(people) }
     }
@@ -80,7 +80,7 @@ impl Bots {
         self.bots.binary_search_by_key(&seat, |bot| bot.seat).is_ok()
     }
 
-    /// The appearance that the next bot asks for.
+    /// The appearance that the next bot requests.
     pub fn look(&self) -> Appearance {
         let number = self.bots.len();
         let color = ((number + 1) % usize::from(COLORS)) as u8;
@@ -93,7 +93,7 @@ impl Bots {
         self.bots.insert(at, Bot::new(seat, rng));
     }
 
-    /// Removes a bot, from the team with the most players, and returns its seat.
+    /// Removes a bot from the team with the most players, and returns the bot's seat.
     pub fn remove(&mut self, game: &Game) -> Option<Seat> {
         let round = game.round();
         let team = |seat| round.as_ref().and_then(|round| round.player(seat)?.team);
@@ -106,7 +106,7 @@ impl Bots {
         Some(self.bots.remove(largest).seat)
     }
 
-    /// Removes this bot permanently: from now on bots fill one seat less.
+    /// Removes this bot permanently, so that bots fill one seat fewer from now on.
     pub fn dismiss(&mut self, seat: Seat, people: usize) -> bool {
         let Ok(index) = self.bots.binary_search_by_key(&seat, |bot| bot.seat) else { return false };
         self.bots.remove(index);
@@ -114,8 +114,8 @@ impl Bots {
         true
     }
 
-    /// The bot that should change teams: the first one of the largest team, if that has at least two players more than
-    /// the smallest.
+    /// The bot that should change teams: the first one on the largest team, if that team has at least two players more
+    /// than the smallest.
     fn out_of_balance(&self, game: &Game) -> Option<Seat> {
         let round = game.round()?;
         let size = |team| round.players.iter().filter(|player| player.team == Some(team)).count();
@@ -129,7 +129,7 @@ impl Bots {
         of_largest.next().filter(|_| size(largest) >= smallest + 2)
     }
 
-    /// The inputs of all bots for the next tick, in seat order.
+    /// All bots' inputs for the next tick, in seat order.
     pub fn play(&mut self, game: &Game) -> impl Iterator<Item = (Seat, Input)> {
         let surveys = !self.bots.is_empty() && game.tick_count().is_multiple_of(SURVEY_TICKS);
         let changes_over = if surveys { self.out_of_balance(game) } else { None };

@@ -1,10 +1,10 @@
-//! The search for the point where a replay and its re-simulation diverge. The hashes give the tick; the search then
-//! narrows down phase, body and field.
+//! The search for the point where a replay and its re-simulation diverge. The hashes reveal the tick; the search then
+//! narrows down the phase, body and field.
 //!
-//! A replay keeps no states, only 16 bits of each tick's hash. But the hashes of the following ticks are a strong test,
-//! because an assumed cause must reproduce all of them. So the search tries every change of one number by one unit in
-//! the last place, in every phase of the tick, until one fits. If none fits, more than one number differed, and the
-//! next keyframe shows which bodies differ by then.
+//! A replay contains no state for each tick, only 16 bits of its hash. But the hashes of the following ticks are a
+//! strong test, because an assumed cause must reproduce all of them. The search therefore tries changing each number by
+//! one unit in the last place, in every phase of the tick, until one change fits. If none fits, more than one number
+//! differed, and the next keyframe shows which bodies differ by then.
 
 use crate::playback::{Moment, Playback, PlaybackError};
 use jostle_game::{Game, Phase};
@@ -13,9 +13,9 @@ use jostle_sim::{BodyId, Difference, Motion, Vec2, World};
 use std::fmt;
 use std::sync::Arc;
 
-/// Maximum number of nudges to try: about a second in a busy scene.
+/// Maximum number of nudges to try, which takes about a second in a busy scene.
 const NUDGES_MAX: usize = 20_000;
-/// Ticks after the divergence whose hashes, 16 bits each, a nudge must reproduce.
+/// Number of ticks after the divergence whose hashes, of 16 bits each, a nudge must reproduce.
 const WITNESSES: u32 = 6;
 
 /// The point where a replay and its re-simulation diverge.
@@ -23,29 +23,29 @@ const WITNESSES: u32 = 6;
 pub struct Divergence {
     /// The first tick whose hash differs.
     pub tick: u32,
-    /// The cause, as far as it can be determined.
+    /// The cause, if it can be determined.
     pub cause: Cause,
 }
 
-/// The cause of a divergence.
+/// A divergence's cause.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Cause {
     /// One number differed by one unit in the last place.
     Nudge {
-        /// Phases of the tick in which this can have happened, the earliest first.
+        /// Phases of the tick in which this may have happened, earliest first.
         phases: Vec<Phase>,
-        /// Body with a differing field.
+        /// The body with the differing field.
         body: BodyId,
         /// The name of the differing number.
         field: &'static str,
         /// Whether the recorded number is greater in magnitude.
         recorded_is_greater: bool,
     },
-    /// More than one number differed. This is the first difference at a later keyframe, the recorded value first.
+    /// More than one number differed. This is the first difference at a later keyframe, with the recorded value first.
     Later {
-        /// Tick of the keyframe.
+        /// The keyframe's tick.
         tick: u32,
-        /// First field that differs at the keyframe.
+        /// The first field that differs at the keyframe.
         difference: Difference,
     },
     /// More than one number differed, and no keyframe follows.
@@ -71,8 +71,8 @@ impl fmt::Display for Divergence {
     }
 }
 
-/// Plays a whole replay, and returns the point where it diverges from the recording, if any. `progress`
-/// is called with each tick.
+/// Plays a whole replay, and returns the point where it diverges from the recording, if any. `progress` is called for
+/// each tick.
 pub fn verify(
     replay: &Arc<Replay>,
     mut progress: impl FnMut(u32),
@@ -97,7 +97,7 @@ pub fn verify(
     Ok(differs.then(|| Divergence { tick: playback.tick(), cause: Cause::Unknown }))
 }
 
-/// Finds the cause of a divergence in this tick.
+/// Finds the cause of a divergence at this tick.
 fn locate(mut playback: Playback, tick: u32) -> Result<Divergence, PlaybackError> {
     playback.seek(tick - 1)?;
     let before = playback.moment().clone();
@@ -109,7 +109,7 @@ fn locate(mut playback: Playback, tick: u32) -> Result<Divergence, PlaybackError
     Ok(Divergence { tick, cause })
 }
 
-/// Compares the game with a keyframe of its tick.
+/// Compares the game with a keyframe for the same tick.
 fn compare(game: &Game, keyframe: &Keyframe) -> Option<Cause> {
     if game.hash() == keyframe.hash {
         return None;
@@ -122,15 +122,15 @@ fn compare(game: &Game, keyframe: &Keyframe) -> Option<Cause> {
 
 fn look_later(mut playback: Playback, tick: u32) -> Result<Cause, PlaybackError> {
     let Some(keyframe) = playback.replay().keyframe_after(tick) else { return Ok(Cause::Unknown) };
-    // Played rather than sought, because keyframes hold the recorded game.
+    // The game is played to this point rather than sought, because keyframes contain the recorded game.
     while playback.tick() < keyframe.tick && playback.step()?.is_some() {}
     Ok(compare(playback.game(), &keyframe).unwrap_or(Cause::Unknown))
 }
 
-/// The numbers of a body that a nudge can change.
+/// The numbers in a body that a nudge can change.
 const FIELDS: [&str; 4] = ["position.x", "position.y", "velocity.x", "velocity.y"];
 
-/// An assumed cause: this number of this body is off by one unit after this phase.
+/// An assumed cause: this number in this body is off by one unit after this phase.
 #[derive(Clone, Copy)]
 struct Nudge {
     phase: Phase,
@@ -159,7 +159,7 @@ impl Nudge {
     }
 }
 
-/// The next number away from zero or towards it.
+/// The next number, either away from zero or towards it.
 fn nudged(value: f32, greater: bool) -> f32 {
     let bits = value.to_bits();
     match (greater, bits << 1) {
@@ -169,7 +169,7 @@ fn nudged(value: f32, greater: bool) -> f32 {
     }
 }
 
-/// Phases after which a nudge has a distinct effect. The search for pairs changes no number, and particles are not
+/// Phases after which a nudge has a distinct effect. The search for pairs changes no numbers, and particles are not
 /// bodies.
 const NUDGED: [Phase; 4] = [Phase::Inputs, Phase::Integrate, Phase::Relax, Phase::Events];
 

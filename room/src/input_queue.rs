@@ -1,21 +1,21 @@
-//! The jitter buffer of one player's inputs, between the socket and the tick. Inputs arrive in bursts and with gaps,
-//! while one is played each tick. The queue evens out the bursts, and stays short so that no delay builds up.
+//! The jitter buffer for one player's inputs, between the socket and the tick. Inputs arrive in bursts and with gaps,
+//! but one is played per tick. The queue evens out the bursts, and stays short so that no delay builds up.
 
 use jostle_game::{Buttons, Input};
 use std::collections::VecDeque;
 
-/// Maximum number of inputs that wait for one player; beyond this the oldest are dropped.
+/// Maximum number of inputs waiting for one player; beyond this, the oldest are dropped.
 pub const INPUTS_QUEUED_MAX: usize = 8;
-/// Ticks for which the last input is repeated when none arrives; then the player stops steering.
+/// Number of ticks for which the last input is repeated when none arrives; after that, the player stops steering.
 pub const SILENCE_TICKS: u32 = 15;
-/// Number of inputs that may wait for long; more would only add delay.
+/// Number of inputs that may wait for long; any more would only add delay.
 pub const INPUTS_WAITING_GOAL: usize = 2;
-/// The queue is cut to the goal after this many consecutive ticks with more inputs than that.
+/// Number of consecutive ticks with more inputs than the goal after which the queue is cut to the goal.
 pub const LONG_QUEUE_TICKS: u32 = 30;
-/// Largest step between consecutive sequence numbers.
+/// Maximum difference between consecutive sequence numbers.
 pub const SEQ_AHEAD_MAX: u32 = 60;
 
-/// Inputs of one session, in order.
+/// One session's inputs, in order.
 #[derive(Clone, Debug, Default)]
 pub struct InputQueue {
     waiting: VecDeque<Waiting>,
@@ -31,7 +31,8 @@ pub struct InputQueue {
 struct Waiting {
     seq: u32,
     input: Input,
-    /// The merged inputs that were dropped before this one. A click among them is not lost, and acts where it was made.
+    /// The merged inputs that were dropped before this one. A click among them is not lost, and takes effect where it
+    /// was made.
     dropped: Input,
 }
 
@@ -41,20 +42,20 @@ impl Waiting {
         let (dropped, input) = (self.dropped.buttons().0, self.input.buttons().0);
         let lost = dropped & !input != 0;
         let pressed = input & !dropped != 0;
-        // A button that this input itself presses acts at this input's pointer.
+        // A button that this input itself presses takes effect at this input's pointer.
         let pointer = if lost && !pressed { self.dropped.pointer() } else { self.input.pointer() };
         Input::new(Buttons(dropped | input), pointer.or(self.input.pointer()))
     }
 }
 
 impl InputQueue {
-    /// Sequence number of the newest input that was played; 0 before the first.
+    /// Sequence number of the newest input played; 0 before the first.
     pub fn seq_played(&self) -> u32 {
         self.seq_played
     }
 
-    /// Queues an input, and returns whether it was accepted. Old, repeated and far-future numbers are refused. Beyond
-    /// [`INPUTS_QUEUED_MAX`] the oldest input is dropped.
+    /// Queues an input, and returns whether it was accepted. Old, repeated and far-future numbers are refused. If there
+    /// are more than [`INPUTS_QUEUED_MAX`], the oldest input is dropped.
     pub fn push(&mut self, seq: u32, input: Input) -> bool {
         let ahead = seq.checked_sub(self.seq_newest);
         if !ahead.is_some_and(|ahead| (1..=SEQ_AHEAD_MAX).contains(&ahead)) {
@@ -68,13 +69,13 @@ impl InputQueue {
         true
     }
 
-    /// Queues an input made by the room itself under the next number, even before the player's first input.
+    /// Queues an input created by the room itself under the next number, even before the player's first input.
     pub fn push_next(&mut self, input: Input) {
         self.push(self.seq_newest.saturating_add(1), input);
     }
 
-    /// Takes the input to play in this tick: the next one; or for [`SILENCE_TICKS`] the last one again; or `None` for a
-    /// player at rest.
+    /// Takes the input to play in this tick: the next one, or the last one again for up to [`SILENCE_TICKS`], or `None`
+    /// for a player at rest.
     pub fn take(&mut self) -> Option<Input> {
         self.shorten();
         let Some(next) = self.waiting.pop_front() else {
@@ -96,7 +97,8 @@ impl InputQueue {
         self.last = None;
     }
 
-    /// Shortens a queue that has been too long for a while. It would not become shorter, and only add delay.
+    /// Shortens a queue that has been too long for a while. It would not become shorter on its own, and would only add
+    /// delay.
     fn shorten(&mut self) {
         if self.waiting.len() <= INPUTS_WAITING_GOAL {
             self.long_ticks = 0;
@@ -111,7 +113,7 @@ impl InputQueue {
         }
     }
 
-    /// Drops the oldest input and passes its buttons to the next one.
+    /// Drops the oldest input, and passes its buttons on to the next one.
     fn drop_oldest(&mut self) {
         let oldest = self.waiting.pop_front();
         if let (Some(oldest), Some(next)) = (oldest, self.waiting.front_mut()) {
@@ -217,12 +219,12 @@ mod tests {
         queue.push(2, at(20.0, Buttons::default()));
         queue.drop_oldest();
         assert_eq!(queue.take(), Some(at(10.0, Buttons::FIRE)), "nothing is dragged to 20");
-        // A button that is still pressed acts at the current pointer.
+        // A button that is still pressed takes effect at the current pointer.
         queue.push(3, at(30.0, Buttons::FIRE));
         queue.push(4, at(40.0, Buttons::FIRE));
         queue.drop_oldest();
         assert_eq!(queue.take(), Some(at(40.0, Buttons::FIRE)));
-        // A click keeps its pointer, whatever key was dropped before it.
+        // A click keeps its pointer, whichever key was dropped before it.
         queue.push(5, at(50.0, Buttons::RIGHT));
         queue.push(6, at(60.0, Buttons::FIRE));
         queue.drop_oldest();

@@ -1,5 +1,5 @@
-//! A [`Room`] is one game and its members, without sockets, files or time. Ticks and messages go in, bytes come out.
-//! The server and the page use the same code.
+//! A [`Room`] is one game and its members, without sockets, files or time. It takes ticks and messages and produces
+//! bytes. The server and the page use the same code.
 
 #![warn(missing_docs)]
 

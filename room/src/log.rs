@@ -1,11 +1,11 @@
-//! The log of a game: blocks of played ticks, with states between them. It has several readers: a replay, the file from
-//! which a room is restored, a clip, and the proof of a run. Each has its own position.
+//! A game's log: blocks of played ticks, with states between them. It has several readers: a replay, the file from
+//! which a room is restored, a clip, and the proof of a run. Each reader has its own position.
 //!
-//! **Data.** A block is a [`Record`] of ticks, a keyframe, or a record appended by a host; it is made once and shared
-//! by all readers. **Data flow.** Each tick is added to a block, which ends after [`BLOCK_TICKS`] or when something
-//! else is appended. Readers ask for the blocks after their position. A [`ReplayTail`] combines them into the longer
-//! blocks of a replay, off the tick path if another thread is available. **Limits.** The log discards blocks older than
-//! a clip, even if a reader has not read them yet.
+//! **Data.** A block is a [`Record`] of ticks, a keyframe, or a record appended by a host; it is created once and
+//! shared by all readers. **Data flow.** Each tick is added to a block, which ends after [`BLOCK_TICKS`] or when
+//! something else is appended. Readers ask for the blocks after their position. A [`ReplayTail`] combines them into a
+//! replay's longer blocks, outside the tick path if another thread is available. **Limits.** The log discards blocks
+//! older than a clip, even if a reader has not read them yet.
 
 use crate::playback::{Playback, PlaybackError};
 use jostle_game::{Game, Input, Seat};
@@ -17,30 +17,30 @@ use jostle_protocol::replay::{
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// Maximum number of ticks in a block; a crash of a persistent room can lose this many.
+/// Maximum number of ticks in a block; if a persistent room crashes, it can lose this many.
 pub const BLOCK_TICKS: usize = 30;
-/// Ticks in a block of a replay; a crash can lose at most this many.
+/// Number of ticks in a replay block; a crash can lose at most this many.
 pub const REPLAY_BLOCK_TICKS: usize = 300;
-/// Minimum number of ticks between keyframes of a replay.
+/// Minimum number of ticks between a replay's keyframes.
 pub const KEYFRAME_TICKS_MIN: u32 = 30 * 60;
 /// Length of a clip in ticks: 20 seconds.
 pub const CLIP_TICKS: u32 = 20 * 60;
-/// Minimum number of ticks between states if clips are kept.
+/// Minimum number of ticks between states, if clips are kept.
 const CLIP_KEYFRAME_TICKS_MIN: u32 = 60;
-/// Maximum bytes of state per tick if clips are kept; large states are saved less often.
+/// Maximum number of bytes of state per tick, if clips are kept; large states are saved less often.
 const CLIP_KEYFRAME_BYTES_PER_TICK: usize = 1024;
 
 /// The members in a keyframe: names and colours by seat.
 pub type Looks = Vec<(Seat, Appearance)>;
 
-/// The newest blocks of a log. Each has a position, counted from the first.
+/// A log's newest blocks. Each has a position, counted from the first block.
 #[derive(Clone, Debug, Default)]
 pub struct RecentBlocks {
-    /// The start record of a replay of the game.
+    /// The start record for a replay of the game.
     start: Start,
     /// The kept blocks, oldest first.
     kept: VecDeque<Arc<Record>>,
-    /// Number of discarded blocks.
+    /// Number of blocks discarded so far.
     forgotten: u64,
 }
 
@@ -50,7 +50,7 @@ impl RecentBlocks {
         self.forgotten + self.kept.len() as u64
     }
 
-    /// The blocks from a position on; `None` if the first of them was discarded.
+    /// The blocks from a position on; `None` if the first of them has been discarded.
     pub fn since(&self, position: u64) -> Option<Vec<Arc<Record>>> {
         let index = position.checked_sub(self.forgotten)? as usize;
         Some(self.kept.range(index..).cloned().collect())
@@ -62,30 +62,30 @@ impl RecentBlocks {
         Some(self.forgotten + index as u64)
     }
 
-    /// The start record of a file created at this time, seconds since 1970, after this many ticks.
+    /// The start record for a file created at this time, in seconds since 1970, after this many ticks.
     pub fn start(&self, unix_s: u64, first_tick: u32) -> Record {
         Record::Start(Start { unix_s, first_tick, ..self.start.clone() })
     }
 }
 
-/// The log of one game.
+/// A game's log.
 #[derive(Clone, Debug)]
 pub struct GameLog {
-    /// The blocks, kept only for clips. The first one is a keyframe.
+    /// The blocks, which are kept only for clips. The first one is a keyframe.
     blocks: RecentBlocks,
-    /// The block that is being filled.
+    /// The block being filled.
     ticks: Vec<Tick>,
     /// The last tick played.
     newest: u32,
     next_keyframe: u32,
     keeps_clips: bool,
-    /// A replay that is kept in memory until its records are taken.
+    /// A replay kept in memory until its records are taken.
     replay: Option<ReplayTail>,
 }
 
 impl GameLog {
-    /// Starts with the current state of the game. If clips are kept, the log holds blocks for the length of a clip,
-    /// with states in between; otherwise it serves only a replay in memory.
+    /// Starts with the game's current state. If clips are kept, the log holds a clip's length of blocks, with states in
+    /// between; otherwise it serves only a replay in memory.
     pub fn new(start: Start, keeps_clips: bool, game: &Game, looks: Looks) -> GameLog {
         let blocks = RecentBlocks { start, ..RecentBlocks::default() };
         let (ticks, newest) = (Vec::new(), game.tick_count());
@@ -95,7 +95,7 @@ impl GameLog {
         log
     }
 
-    /// Begins a replay in memory with the current state of the game, at this time, seconds since 1970.
+    /// Begins a replay in memory with the game's current state, at this time, in seconds since 1970.
     pub fn record(&mut self, unix_s: u64, game: &Game, looks: Looks) {
         self.flush();
         let mut replay = ReplayTail::default();
@@ -104,12 +104,12 @@ impl GameLog {
         self.replay = Some(replay);
     }
 
-    /// Takes the finished records of the replay in memory.
+    /// Takes the finished records from the replay in memory.
     pub fn take_records(&mut self) -> Vec<Record> {
         self.replay.as_mut().map(ReplayTail::ready).unwrap_or_default()
     }
 
-    /// The last records of the replay in memory, as if it ended now. The replay continues.
+    /// The final records of the replay in memory, as if it ended now. The replay continues.
     pub fn recording_end(&self, game: &Game) -> Vec<Record> {
         let Some(mut replay) = self.replay.clone() else { return Vec::new() };
         self.unfinished().iter().for_each(|block| replay.take(block));
@@ -128,7 +128,7 @@ impl GameLog {
     }
 
     /// Appends the tick that the game has just played, with its inputs and the changes applied before it. `looks` is
-    /// only called for a keyframe.
+    /// called only for a keyframe.
     pub fn tick(
         &mut self,
         changes: Vec<Change>,
@@ -146,7 +146,7 @@ impl GameLog {
         }
     }
 
-    /// Ends the current block, so that readers have all ticks.
+    /// Ends the current block, so that all ticks are available to readers.
     pub fn flush(&mut self) {
         if let Some(block) = self.unfinished() {
             self.ticks.clear();
@@ -160,7 +160,7 @@ impl GameLog {
         self.push(record);
     }
 
-    /// Appends the game's state, unless the last block already is that state.
+    /// Appends the game's state, unless the last block already contains it.
     pub fn keyframe(&mut self, game: &Game, members: Looks) {
         self.flush();
         if self.blocks.kept.back().is_some_and(|block| keyframe_tick(block) == Some(self.newest)) {
@@ -171,13 +171,13 @@ impl GameLog {
             true => (CLIP_KEYFRAME_TICKS_MIN, CLIP_KEYFRAME_BYTES_PER_TICK),
             false => (KEYFRAME_TICKS_MIN, 1),
         };
-        // The initial state follows from scene and seed, and takes no space in a replay.
+        // The initial state follows from the scene and the seed, and takes up no space in a replay.
         let bytes = if self.newest > 0 || self.keeps_clips { keyframe.state.len() } else { 0 };
         self.next_keyframe = self.newest + least.max((bytes / bytes_per_tick) as u32);
         self.push(Record::Keyframe(keyframe));
     }
 
-    /// The last seconds as the records of a replay. It ends now and may begin a little before the clip; [`cut`]
+    /// The last few seconds as a replay's records. The replay ends now and may begin a little before the clip; [`cut`]
     /// shortens it. `None` if no clips are kept.
     pub fn clip(&self, unix_s: u64, game: &Game) -> Option<Vec<Arc<Record>>> {
         let kept = &self.blocks.kept;
@@ -224,7 +224,7 @@ fn keyframe_tick(block: &Record) -> Option<u32> {
     }
 }
 
-/// The end record of a replay.
+/// A replay's end record.
 pub fn end(game: &Game) -> Record {
     Record::End { tick: game.tick_count(), hash: game.hash() }
 }
@@ -233,19 +233,19 @@ fn keyframe(game: &Game, members: Looks) -> Keyframe {
     Keyframe { tick: game.tick_count(), hash: game.hash(), members, state: game.save() }
 }
 
-/// The part of a log that goes into a replay: blocks of five seconds, and a few of the keyframes.
+/// The part of a log that goes into a replay: five-second blocks, and a few of the keyframes.
 #[derive(Clone, Debug, Default)]
 pub struct ReplayTail {
-    /// Ticks to be combined into the next block.
+    /// Ticks waiting to be combined into the next block.
     ticks: Vec<Tick>,
-    /// Number of the first of these ticks.
+    /// The number of the first of these ticks.
     first: u32,
     next_keyframe: u32,
     ready: Vec<Record>,
 }
 
 impl ReplayTail {
-    /// Adds the next block of the log, or the start of the replay.
+    /// Adds the log's next block, or the start of the replay.
     pub fn take(&mut self, block: &Record) {
         match block {
             Record::Ticks(block) => {
@@ -260,13 +260,13 @@ impl ReplayTail {
                 }
                 return;
             }
-            // The initial state follows from scene and seed.
+            // The initial state follows from the scene and the seed.
             Record::Start(start) if start.first_tick == 0 => {
                 self.next_keyframe = KEYFRAME_TICKS_MIN
             }
             Record::Start(_) | Record::End { .. } => {}
-            // One byte of state per tick: packed, an hour of states takes about a fifth of the megabyte that an hour of
-            // one player may take.
+            // One byte of state per tick: when packed, an hour of states takes up about a fifth of the megabyte that an
+            // hour with one player may take.
             Record::Keyframe(keyframe) if keyframe.tick >= self.next_keyframe => {
                 let ticks = (keyframe.state.len() as u32).max(KEYFRAME_TICKS_MIN);
                 self.next_keyframe = keyframe.tick + ticks;
@@ -292,7 +292,7 @@ impl ReplayTail {
 }
 
 /// Cuts the ticks after `from` up to `to` out of a replay. Returns the bytes of a replay that begins with the state at
-/// tick `from` and ends at `to`, both clamped to the original's range.
+/// tick `from` and ends at `to`. Both are clamped to the original's range.
 pub fn cut(replay: Replay, from: u32, to: u32) -> Result<Vec<u8>, PlaybackError> {
     let to = to.clamp(replay.first_tick(), replay.last_tick());
     let from = from.clamp(replay.first_tick(), to);
@@ -318,7 +318,7 @@ pub fn cut(replay: Replay, from: u32, to: u32) -> Result<Vec<u8>, PlaybackError>
         }
     };
     let mut records = vec![Record::Start(Start { first_tick: from, ..replay.start().clone() })];
-    // The state at tick 0 follows from scene and seed.
+    // The state at tick 0 follows from the scene and the seed.
     records.extend((from > 0).then_some(Record::Keyframe(state)));
     let firsts = (from + 1..).step_by(REPLAY_BLOCK_TICKS_MAX);
     let blocks = firsts.zip(ticks.chunks(REPLAY_BLOCK_TICKS_MAX));

@@ -1,4 +1,4 @@
-//! Members of a room: their seats, names and colours, the claims that give a seat back, and the bots among them.
+//! A room's members: their seats, names and colours, the claims that give a seat back, and the bots among them.
 
 use crate::bots::Bots;
 use crate::input_queue::InputQueue;
@@ -9,29 +9,29 @@ use jostle_sim::Vec2;
 use litemap::LiteMap;
 use serde::{Deserialize, Serialize};
 
-/// Ticks for which a seat is held after its socket is lost.
+/// Number of ticks for which a seat is held after its socket is lost.
 pub const SEAT_HELD_TICKS: u32 = 45 * 60;
 
-/// The right to a seat. A room holds no secrets, so the caller seals the claim in a token for the player.
+/// The right to a seat. A room keeps no secrets, so the caller seals the claim in a token for the player.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Claim {
     /// The seat that the player holds.
     pub seat: Seat,
-    /// Unique among the claims of a room.
+    /// Unique among a room's claims.
     pub serial: u64,
 }
 
 /// The result of joining; [`crate::Room::welcome`] encodes it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Welcome {
-    /// The claim with which the player can come back.
+    /// The claim with which the player can return.
     pub claim: Claim,
-    /// Whether an earlier seat was resumed. If it still had a socket, that socket is replaced: the caller closes it,
-    /// and does not report it as lost.
+    /// Whether an earlier seat was resumed. If the seat still had a socket, the new one replaces it: the caller closes
+    /// the old socket and does not report it as lost.
     pub resumed: bool,
 }
 
-/// A join, a leave or an appearance change that waits for the next tick.
+/// A join, a leave or an appearance change waiting for the next tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PendingChange {
     Join(Seat),
@@ -39,10 +39,10 @@ pub enum PendingChange {
     Look(Seat),
 }
 
-/// The holders of the seats, and their claims.
+/// Who holds each seat, and their claims.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SavedMembers {
-    /// Seats that bots fill; fewer than in the scene after some were dismissed.
+    /// Number of seats that bots fill; lower than in the scene if some bots were dismissed.
     pub bots: usize,
     /// The taken seats, in order.
     pub seats: Vec<SavedSeat>,
@@ -51,42 +51,42 @@ pub struct SavedMembers {
 /// A taken seat.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SavedSeat {
-    /// Number of the seat.
+    /// The seat's number.
     pub seat: u16,
-    /// Serial of the claim that restores the seat.
+    /// Serial number of the claim that restores the seat.
     pub serial: u64,
-    /// Serial of the previous claim, while that is still valid.
+    /// Serial number of the previous claim, for as long as that is valid.
     pub serial_before: Option<u64>,
-    /// Tick after which the player took the seat; 0 in files of an older version.
+    /// Tick after which the player took the seat; 0 in files from an older version.
     #[serde(default)]
     pub joined_tick: u32,
-    /// Tick at which the player's socket was lost.
+    /// Tick at which the player lost the socket.
     pub lost_tick: Option<u32>,
-    /// Whether the seat is a bot's.
+    /// Whether a bot holds the seat.
     pub is_bot: bool,
 }
 
 /// A player who holds a seat, with or without a socket.
 #[derive(Clone, Debug)]
 pub struct Member {
-    /// Name and colour, distinct from those of other members.
+    /// Name and colour, distinct from other members'.
     pub appearance: Appearance,
-    /// Serial of the claim that restores the seat.
+    /// Serial number of the claim that restores the seat.
     pub serial: u64,
-    /// Serial of the claim with which the newest session came. It stays valid until an input proves that the session
-    /// received its new claim.
+    /// Serial number of the claim that the newest session presented. It stays valid until an input proves that the
+    /// session has received its new claim.
     pub serial_before: Option<u64>,
-    /// Whether any session of the seat has sent an input.
+    /// Whether any session in the seat has sent an input.
     pub played: bool,
-    /// Tick after which the player took the seat. It does not change when the player comes back.
+    /// Tick after which the player took the seat. It does not change when the player returns.
     pub joined_tick: u32,
-    /// Tick at which the socket was lost; `None` while connected.
+    /// Tick at which the socket was lost; `None` while the player is connected.
     pub lost_tick: Option<u32>,
     /// The newest input, and the tick in which it changed.
     pub intent: (Input, u32),
     /// Inputs waiting to be played.
     pub inputs: InputQueue,
-    /// Size of the page's view, world units, once reported.
+    /// Size of the page's view in world units, once the page has reported it.
     pub view: Option<Vec2>,
 }
 
@@ -107,19 +107,19 @@ impl Member {
         }
     }
 
-    /// Returns true if a claim with this serial restores the seat.
+    /// Returns true if a claim with this serial number restores the seat.
     pub fn answers_to(&self, serial: u64) -> bool {
         self.serial == serial || self.serial_before == Some(serial)
     }
 
-    /// Hands the seat to a new session that came with the claim `serial_before`.
+    /// Hands the seat to a new session that presented the claim `serial_before`.
     pub fn resume(&mut self, appearance: Appearance, serial_before: u64, serial: u64) {
         let serial_before = Some(serial_before);
         let Member { played, joined_tick, .. } = *self;
         *self = Member { serial_before, played, joined_tick, ..Member::new(appearance, serial) };
     }
 
-    /// The player as others see them.
+    /// The player, as others see them.
     pub fn state(&self, player: &PlayerInfo) -> PlayerState {
         PlayerState {
             connected: self.lost_tick.is_none(),
@@ -129,7 +129,7 @@ impl Member {
     }
 }
 
-/// A connected player without a played input.
+/// A connected player of whom no input has been played yet.
 pub fn player_state(player: &PlayerInfo, appearance: Appearance) -> PlayerState {
     PlayerState {
         seat: player.seat,
@@ -144,7 +144,7 @@ pub fn player_state(player: &PlayerInfo, appearance: Appearance) -> PlayerState 
     }
 }
 
-/// The members of a room, by seat.
+/// A room's members, by seat.
 pub struct Members {
     /// Number of seats, taken or free.
     count: u16,
@@ -152,11 +152,11 @@ pub struct Members {
     pub seats: LiteMap<Seat, Member>,
     /// The bots, if the scene has any.
     pub bots: Option<Bots>,
-    /// Serial of the newest claim; each claim of a room has its own.
+    /// Serial number of the newest claim; each of a room's claims has its own.
     pub serial: u64,
-    /// Joins, leaves and appearance changes since the last tick; at most three per seat.
+    /// Joins, leaves and appearance changes since the last tick, of which there are at most three per seat.
     pub changes: Vec<PendingChange>,
-    /// Grows with every change of what is saved of them.
+    /// Increases with every change to the part of the members that is saved.
     pub revision: u64,
 }
 
@@ -207,7 +207,7 @@ impl Members {
         self.bots.as_ref().is_some_and(|bots| bots.has(seat))
     }
 
-    /// If a bot has this colour, gives it another one, so that people keep the colour they chose.
+    /// If a bot has this colour, gives the bot another one, so that people keep the colours they chose.
     fn recolor_bot(&mut self, color: u8) {
         let seats = self.seats.iter();
         let mut bots = seats.filter(|(seat, _)| self.is_bot(**seat));
@@ -222,7 +222,7 @@ impl Members {
         }
     }
 
-    /// Announces a changed appearance in the next tick, once.
+    /// Announces a changed appearance in the next tick, once only.
     fn note_look(&mut self, seat: Seat) {
         if !self.changes.contains(&PendingChange::Look(seat)) {
             self.changes.push(PendingChange::Look(seat));
@@ -264,7 +264,7 @@ impl Members {
         }
         self.revision += 1;
         self.changes.retain(|&change| change != PendingChange::Look(seat));
-        // A player who leaves before the tick in which they join was never in the game.
+        // A player who leaves before the tick in which they would join was never in the game.
         match self.changes.iter().position(|&change| change == PendingChange::Join(seat)) {
             Some(index) => drop(self.changes.remove(index)),
             None => self.changes.push(PendingChange::Leave(seat)),
@@ -294,8 +294,8 @@ impl Members {
         abandoned.map(|(seat, _)| *seat).collect()
     }
 
-    /// Removes surplus bots beside this many people. Bots of the largest team leave first, so that the next player
-    /// takes their place. A bot never keeps a person from a seat.
+    /// Removes bots that are not needed when there are this many people. Bots on the largest team leave first, so that
+    /// the next player takes their place. A bot never keeps a person from a seat.
     fn dismiss_bots(&mut self, people: usize, game: &Game) {
         loop {
             let Some(bots) = &mut self.bots else { return };
@@ -308,7 +308,7 @@ impl Members {
         }
     }
 
-    /// Lets bots join and leave to match the number that the scene wants.
+    /// Makes bots join and leave to match the number that the scene wants.
     pub fn seat_bots(&mut self, game: &Game) {
         let people = self.people();
         self.dismiss_bots(people, game);
@@ -327,7 +327,7 @@ impl Members {
         }
     }
 
-    /// Number of seats that people took, held ones included.
+    /// Number of seats that people have taken, including held ones.
     pub fn people(&self) -> usize {
         self.seats.len() - self.bots.as_ref().map_or(0, Bots::count)
     }
@@ -340,7 +340,7 @@ impl Members {
         looks
     }
 
-    /// Who has which seat now.
+    /// Who holds which seat now.
     pub fn saved(&self) -> SavedMembers {
         let seats = self.seats.iter().map(|(&seat, member)| SavedSeat {
             seat: seat.0,
@@ -361,16 +361,16 @@ impl Members {
         (0..self.count).map(Seat).find(|seat| !self.seats.contains_key(seat))
     }
 
-    /// Names and colours of all members, in seat order.
+    /// All members' names and colours, in seat order.
     pub fn appearances(&self) -> Vec<(Seat, Appearance)> {
         self.seats.iter().map(|(&seat, member)| (seat, member.appearance.clone())).collect()
     }
 
-    /// Makes an appearance distinct from those of all members but the one at `own`. A player with a taken name gets a
-    /// number after it. A taken colour becomes the next one that no connected player has; when all are taken, the
-    /// wanted one is shared. Seats for which `yields` is true give up their colours. A returning member at `own` avoids
-    /// the colours of other absent members where possible; otherwise members who all return after a server restart
-    /// would swap colours.
+    /// Makes an appearance distinct from those of all members except the one at `own`. If the name is taken, a number
+    /// is added to it. If the colour is taken, it becomes the next one that no connected player has; if all colours are
+    /// taken, the requested one is shared. Seats for which `yields` is true give up their colours. A returning member
+    /// at `own` avoids other absent members' colours where possible; otherwise members who all return after a server
+    /// restart would swap colours.
     pub fn distinct(
         &self,
         wanted: &Appearance,
@@ -399,9 +399,9 @@ impl Members {
         appearance
     }
 
-    /// The smallest number from 2 on that is free for this name, found in one pass over the names.
+    /// The lowest number, starting at 2, that is free for this name. It is found in a single pass over the names.
     fn free_number<'a>(&self, wanted: &Appearance, names: impl Iterator<Item = &'a str>) -> usize {
-        // There is one more number than names, so they cannot all be taken; 0 and 1 are never used.
+        // There is one more number than there are names, so they cannot all be taken; 0 and 1 are never used.
         let mut taken = vec![false; self.seats.len() + 3];
         for name in names {
             let number = name.rsplit_once(' ').and_then(|(_, number)| number.parse::<usize>().ok());
@@ -461,14 +461,14 @@ mod tests {
         let mut seated = members(&[(0, "A", 6), (1, "B", 7), (2, "C", 0)]);
         assert_eq!(seated.distinct(&look("D", 6), None, |_| false).color, 1);
         assert_eq!(seated.distinct(&look("A", 6), Some(Seat(0)), |_| false).color, 6);
-        // A player without a socket does not block the colour for newcomers.
+        // A player without a socket does not keep newcomers from using the colour.
         seated.seats.get_mut(&Seat(1)).unwrap().lost_tick = Some(0);
         assert_eq!(seated.distinct(&look("D", 6), None, |_| false).color, 7);
     }
 
     #[test]
     fn players_who_all_come_back_keep_their_colours() {
-        // All chose colour 6.
+        // All of them chose colour 6.
         let mut seated = members(&[(0, "A", 6), (1, "B", 7), (2, "C", 0)]);
         for (_, member) in seated.seats.iter_mut() {
             member.lost_tick = Some(0);
@@ -478,10 +478,10 @@ mod tests {
             assert_eq!(seated.distinct(&look("N", 6), Some(own), |_| false).color, color);
             seated.seats.get_mut(&own).unwrap().lost_tick = None;
         }
-        // A player who picks another, free colour gets it.
+        // A player who picks a different, free colour gets it.
         seated.seats.get_mut(&Seat(1)).unwrap().lost_tick = Some(0);
         assert_eq!(seated.distinct(&look("N", 3), Some(Seat(1)), |_| false).color, 3);
-        // A newcomer took the player's former colour. The colour of another absent player is not used either.
+        // A newcomer took the player's former colour. The colour of another absent player is avoided too.
         seated.seats.get_mut(&Seat(0)).unwrap().lost_tick = Some(0);
         seated.seats.insert(Seat(3), Member::new(look("D", 7), 3));
         assert_eq!(seated.distinct(&look("N", 6), Some(Seat(1)), |_| false).color, 1);

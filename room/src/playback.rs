@@ -1,4 +1,4 @@
-//! Playback of a replay. Every tick is simulated again and compared with its recorded hash.
+//! Plays back a replay. Every tick is simulated again and compared with its recorded hash.
 
 use crate::members::player_state;
 use jostle_game::{Game, Phase, Scene, SceneError, Seat};
@@ -8,12 +8,12 @@ use jostle_sim::{StateError, World};
 use litemap::LiteMap;
 use std::sync::Arc;
 
-/// Maximum number of states kept by one playback, besides the keyframes in the file.
+/// Maximum number of states that one playback keeps, in addition to the keyframes in the file.
 const MARKS_MAX: u32 = 128;
 /// Minimum number of ticks between kept states.
 const MARK_TICKS_MIN: u32 = 600;
 
-/// The reason why a replay cannot be played, or not to its end.
+/// The reason why a replay cannot be played, or cannot be played to its end.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PlaybackError {
     /// The scene was refused.
@@ -22,20 +22,20 @@ pub enum PlaybackError {
     /// A player joins twice, or leaves without having joined.
     #[error("tick {tick}: seat {seat} cannot change as the replay says")]
     Change {
-        /// Number of the tick.
+        /// The tick's number.
         tick: u32,
-        /// Number of the seat.
+        /// The seat's number.
         seat: u16,
     },
-    /// A keyframe does not hold a state of this scene.
+    /// A keyframe does not contain a state of this scene.
     #[error("the keyframe of tick {tick} is refused: {error}")]
     Keyframe {
-        /// The tick of the keyframe.
+        /// The keyframe's tick.
         tick: u32,
         /// The reason why the keyframe cannot be restored.
         error: StateError,
     },
-    /// A record is complete, but its content is invalid for its kind.
+    /// A record is complete, but its contents are invalid for its kind.
     #[error("the record with tick {tick} cannot be decoded")]
     Record {
         /// The first missing tick, or the tick of the keyframe.
@@ -43,12 +43,12 @@ pub enum PlaybackError {
     },
 }
 
-/// One replayed tick.
+/// A replayed tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Played {
-    /// Number of the tick that was played.
+    /// The number of the tick that was played.
     pub tick: u32,
-    /// Whether its hash equals the recorded one.
+    /// Whether the tick's hash equals the recorded one.
     pub agrees: bool,
 }
 
@@ -57,16 +57,16 @@ pub struct Played {
 pub struct Playback {
     replay: Arc<Replay>,
     moment: Moment,
-    /// The block that contains the last played ticks.
+    /// The block that contains the most recently played ticks.
     block: Option<Block>,
-    /// Kept states by tick, from which seeking back starts.
+    /// Kept states by tick, from which to start when seeking backwards.
     marks: LiteMap<u32, Keyframe>,
 }
 
 /// The game at one tick, with its members.
 #[derive(Clone, Debug)]
 pub struct Moment {
-    /// The game after its last tick.
+    /// The game after its latest tick.
     pub game: Game,
     /// Names and colours by seat.
     pub members: LiteMap<u16, Appearance>,
@@ -83,7 +83,7 @@ impl Moment {
         }
     }
 
-    /// The game at a keyframe of the same replay.
+    /// The game at one of the same replay's keyframes.
     fn at(&self, keyframe: &Keyframe) -> Result<Moment, PlaybackError> {
         let Keyframe { tick, members, state, .. } = keyframe;
         let game = Game::restore(Arc::clone(self.game.scene()), state)
@@ -129,7 +129,7 @@ impl Moment {
 }
 
 impl Playback {
-    /// Creates a playback before the first tick.
+    /// Creates a playback at the point before the first tick.
     pub fn new(replay: Arc<Replay>) -> Result<Playback, PlaybackError> {
         let start = replay.start();
         let file = format!("{}.toml", start.scene_name);
@@ -137,7 +137,7 @@ impl Playback {
         Playback::of_scene(replay, Arc::new(scene))
     }
 
-    /// Like [`Playback::new`], with a scene that was already parsed, and possibly given a budget.
+    /// Like [`Playback::new`], with a scene that has already been parsed and may have been given a budget.
     pub fn of_scene(replay: Arc<Replay>, scene: Arc<Scene>) -> Result<Playback, PlaybackError> {
         let moment = Moment::first(&replay, scene)?;
         Ok(Playback { replay, moment, block: None, marks: LiteMap::new() })
@@ -163,7 +163,7 @@ impl Playback {
         self.moment
     }
 
-    /// Number of the last tick played.
+    /// The number of the last tick played.
     pub fn tick(&self) -> u32 {
         self.moment.game.tick_count()
     }
@@ -177,7 +177,7 @@ impl Playback {
         played.map(Some)
     }
 
-    /// The block with the next tick.
+    /// The block that contains the next tick.
     fn take_block(&mut self) -> Result<Option<Block>, PlaybackError> {
         let next = self.tick() + 1;
         let holds = |block: &Block| (block.first..=block.last()).contains(&next);
@@ -189,13 +189,13 @@ impl Playback {
         }
     }
 
-    /// Adds a state of the same replay that was computed elsewhere, as a starting point for seeking.
+    /// Adds a state from the same replay that was computed elsewhere, as a starting point for seeking.
     pub fn learn(&mut self, moment: &Moment) {
         remember(&mut self.marks, &self.replay, moment);
     }
 
     /// Jumps to the latest known state at or before a tick, without playing; [`Playback::step`] plays the rest. Does
-    /// nothing if the current state is the closest.
+    /// nothing if the current state is already the closest.
     pub fn jump(&mut self, tick: u32) -> Result<(), PlaybackError> {
         let tick = tick.clamp(self.replay.first_tick(), self.replay.last_tick());
         let mark = self.marks.iter().rev().find(|(at, _)| **at <= tick).map(|(_, mark)| mark);
@@ -251,7 +251,7 @@ fn keyframe_before(replay: &Replay, tick: u32) -> Result<Option<Keyframe>, Playb
     }
 }
 
-/// Keeps the state of a moment if its tick is due for keeping.
+/// Keeps the state at a moment if its tick is due to be kept.
 fn remember(marks: &mut LiteMap<u32, Keyframe>, replay: &Replay, moment: &Moment) {
     let Moment { game, members } = moment;
     let tick = game.tick_count();

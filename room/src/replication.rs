@@ -1,4 +1,4 @@
-//! Replication: the messages for each subscriber after a tick.
+//! Replication: the messages to each subscriber after a tick.
 
 mod buffer_pool;
 mod interest;
@@ -18,12 +18,12 @@ use std::sync::Arc;
 /// Everything that a room sends after its ticks.
 #[derive(Default)]
 pub struct Replication {
-    /// Channels by rate, created at the first subscription.
+    /// Channels by rate, each created at its first subscription.
     channels: [Option<SnapshotChannel>; Rate::ALL.len()],
-    /// Interest areas of the players who see only a part of the world.
+    /// Interest areas of players who see only part of the world.
     pub areas: LiteMap<Seat, InterestArea>,
     buffers: BufferPool,
-    /// Events of the newest tick.
+    /// The newest tick's events.
     events: Vec<TimedEvent>,
 }
 

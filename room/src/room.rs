@@ -1,4 +1,4 @@
-//! One game and its members: joins and leaves, inputs, `tick`, and the snapshots to send.
+//! A game and its members: joins and leaves, inputs, `tick`, and the snapshots to send.
 
 use crate::bots::Bots;
 use crate::log::{self, GameLog};
@@ -13,42 +13,42 @@ use jostle_protocol::{Appearance, Refusal, ServerMessage, Snapshot, WelcomeSeat}
 use jostle_sim::Vec2;
 use std::sync::Arc;
 
-/// Ticks between changes of the size of an interest area.
+/// Minimum number of ticks between changes to the size of an interest area.
 pub const VIEW_EVERY_TICKS: u32 = 60;
 
-/// One game and its members.
+/// A game and its members.
 pub struct Room {
     code: String,
     seed: u64,
     game: Game,
     members: Members,
-    /// Inputs of the newest tick.
+    /// The newest tick's inputs.
     inputs: Vec<(Seat, Input)>,
     newest: Arc<Snapshot>,
     /// The previous snapshot, kept to reuse its memory.
     spare: Arc<Snapshot>,
     replication: Replication,
-    /// The log of the game, if it has a reader.
+    /// The game's log, if it has a reader.
     log: Option<GameLog>,
 }
 
 impl Room {
-    /// Creates an empty room at tick 0. `code` is the word in its link. Panics if it is longer than
+    /// Creates an empty room at tick 0. `code` is the word in the room's link. Panics if the code is longer than
     /// `ROOM_CODE_BYTES_MAX`.
     pub fn new(code: &str, scene: Arc<Scene>, seed: u64) -> Room {
         assert!(code.len() <= ROOM_CODE_BYTES_MAX, "room code {code:?} is too long");
         Room::of(code, Game::new(scene, seed), seed)
     }
 
-    /// Like [`Room::new`], but bots fill the room up to `fill` taken seats in place of the number in the scene file. A
-    /// scene without heroes has no bots.
+    /// Like [`Room::new`], but bots fill the room until `fill` seats are taken, instead of the number in the scene
+    /// file. A scene without heroes has no bots.
     pub fn filled(code: &str, scene: Arc<Scene>, seed: u64, fill: u16) -> Room {
         let mut room = Room::new(code, scene, seed);
         room.members.bots = Bots::filling(&room.game, seed, usize::from(fill));
         room
     }
 
-    /// Creates a room without members around a game.
+    /// Creates a room around a game, with no members yet.
     fn of(code: &str, game: Game, seed: u64) -> Room {
         let members = Members::new(game.scene().players_max, Bots::of(&game, seed));
         let newest = Arc::new(Snapshot::capture(&game, Vec::new()));
@@ -66,8 +66,8 @@ impl Room {
     }
 
     /// Restores a room from the newest moment of its recording and the seats saved with it. All sockets are gone, so
-    /// each seat is held from now on. Players missing in `saved` leave in the next tick. Claims that were given in a
-    /// lost moment must not be given again: see [`Room::begin_epoch`].
+    /// every seat is held from now on. Players missing from `saved` leave in the next tick. Claims that were given out
+    /// in a moment that was lost must not be given out again; see [`Room::begin_epoch`].
     pub fn restore(code: &str, seed: u64, moment: Moment, saved: &SavedMembers) -> Room {
         let Moment { game, mut members } = moment;
         let tick = game.tick_count();
@@ -101,25 +101,26 @@ impl Room {
         room
     }
 
-    /// Increases with every change of the result of [`Room::saved_members`].
+    /// Increases whenever the result of [`Room::saved_members`] changes.
     pub fn members_revision(&self) -> u64 {
         self.members.revision
     }
 
-    /// Who has which seat now.
+    /// Who holds which seat now.
     pub fn saved_members(&self) -> SavedMembers {
         self.members.saved()
     }
 
-    /// Starts the serials of claims at a random number, so that none equals a serial given by an earlier process.
+    /// Starts the claims' serial numbers at a random number, so that none of them equals a number given out by an
+    /// earlier process.
     pub fn begin_epoch(&mut self, epoch: u32) {
         self.members.serial = u64::from(epoch) << 32;
     }
 
-    /// Takes the lowest free seat, or the claimed one, from the next tick on. Bots make room.
+    /// Takes the lowest free seat, or the claimed one, from the next tick on. Bots make way.
     ///
-    /// A claim may be used once. It may be used again until an input proves that the client received its new claim,
-    /// because the welcome may have been lost. Any other claim is refused as [`Refusal::BadToken`].
+    /// A claim may be used once. Because the welcome may have been lost, it may be used again until an input proves
+    /// that the client has received its new claim. Any other claim is refused as [`Refusal::BadToken`].
     pub fn join(
         &mut self,
         appearance: Appearance,
@@ -128,8 +129,8 @@ impl Room {
         self.members.join(appearance, claim, &self.game)
     }
 
-    /// Encodes the [`ServerMessage::Welcome`], a client's first message. The token in a player's seat seals the
-    /// player's claim; a spectator has no seat.
+    /// Encodes the [`ServerMessage::Welcome`], which is the first message to a client. The token for a player's seat
+    /// seals the player's claim; a spectator has no seat.
     pub fn welcome(&self, seat: Option<WelcomeSeat>) -> Vec<u8> {
         let scene = self.game.scene();
         let welcome = ServerMessage::Welcome {
@@ -142,8 +143,8 @@ impl Room {
         welcome.encode()
     }
 
-    /// Detaches the socket of a seat. The seat is held for [`crate::SEAT_HELD_TICKS`] with its hero at rest, or
-    /// freed at once if its player never sent an input. Does nothing if the seat is free.
+    /// Detaches a seat's socket. The seat is held for [`crate::SEAT_HELD_TICKS`] with its hero at rest, or freed
+    /// immediately if its player has never sent an input. Does nothing if the seat is free.
     pub fn disconnect(&mut self, seat: Seat) {
         self.members.disconnect(seat, self.game.tick_count());
         self.replication.areas.remove(&seat);
@@ -156,19 +157,20 @@ impl Room {
         self.replication.areas.remove(&seat);
     }
 
-    /// Removes a bot permanently; no other bot takes its place. Returns whether this seat had a bot.
+    /// Permanently removes a bot, so that no other bot takes its place. Returns whether this seat had a bot.
     pub fn dismiss_bot(&mut self, seat: Seat) -> bool {
         self.members.dismiss_bot(seat)
     }
 
-    /// Queues an input, and returns whether it was accepted. Old, repeated and far-future sequence
-    /// numbers are dropped, and so is every input for a seat without a socket.
+    /// Queues an input, and returns whether it was accepted. Inputs with old, repeated or far-future sequence numbers
+    /// are dropped, and so are all inputs for a seat without a socket.
     pub fn input(&mut self, seat: Seat, seq: u32, input: Input) -> bool {
         self.members.input(seat, seq, input, self.game.tick_count())
     }
 
-    /// Plays one tick, with one input per player in seat order, and encodes its snapshot. A tick over the budget of a
-    /// guest's scene ([`Game::is_over_budget`]) is neither recorded nor sent; the room cannot continue after it.
+    /// Plays one tick, with one input per player in seat order, and encodes its snapshot. A tick that exceeds the
+    /// budget for a guest's scene ([`Game::is_over_budget`]) is neither recorded nor sent; the room cannot continue
+    /// after it.
     pub fn tick(&mut self) {
         let abandoned = self.members.abandoned(self.game.tick_count());
         abandoned.into_iter().for_each(|seat| self.leave(seat));
@@ -227,7 +229,8 @@ impl Room {
         }
     }
 
-    /// Captures the newest snapshot, reusing the memory of the one before the last unless a channel still holds it.
+    /// Captures the newest snapshot, reusing the memory of the snapshot before the previous one unless a channel still
+    /// holds it.
     fn capture(&mut self) {
         std::mem::swap(&mut self.newest, &mut self.spare);
         if Arc::get_mut(&mut self.newest).is_none() {
@@ -244,7 +247,7 @@ impl Room {
         snapshot.recapture(&self.game);
     }
 
-    /// Adapts interest areas to the view sizes last reported by the players' pages.
+    /// Adapts interest areas to the view sizes that players' pages last reported.
     fn resize_areas(&mut self) {
         if !self.game.tick_count().is_multiple_of(VIEW_EVERY_TICKS) {
             return;
@@ -256,7 +259,8 @@ impl Room {
         }
     }
 
-    /// Starts a log of the game's last seconds, for [`Room::clip`]. `program` is the version that plays the game.
+    /// Starts a log of the last few seconds of the game, for [`Room::clip`]. `program` is the version that plays the
+    /// game.
     pub fn keep_clips(&mut self, program: &str) {
         self.begin_log(program, true);
     }
@@ -280,7 +284,7 @@ impl Room {
         self.log.as_ref()
     }
 
-    /// Ends the current block of the log, so that readers have all ticks.
+    /// Ends the log's current block, so that all ticks are available to readers.
     pub fn flush_log(&mut self) {
         self.log.iter_mut().for_each(GameLog::flush);
     }
@@ -296,18 +300,19 @@ impl Room {
         self.log.iter_mut().for_each(|log| log.keyframe(&self.game, looks.clone()));
     }
 
-    /// Appends the end of the game to the log, or the end of the part that replays may contain.
+    /// Appends the end of the game, or of the part that replays may contain, to the log.
     pub fn end_log(&mut self) {
         self.log.iter_mut().for_each(|log| log.append(log::end(&self.game)));
     }
 
-    /// The last seconds as the records of a replay. It ends now and begins up to half a minute before the clip;
+    /// The last few seconds as a replay's records. The replay ends now and begins up to half a minute before the clip;
     /// [`log::cut`] shortens it. `None` if no clips are kept.
     pub fn clip(&self, unix_s: u64) -> Option<Vec<Arc<Record>>> {
         self.log.as_ref()?.clip(unix_s, &self.game)
     }
 
-    /// Starts a replay in memory. `program` is the version that plays, `unix_s` the time, 0 if unknown.
+    /// Starts a replay in memory. `program` is the version that plays the game, and `unix_s` is the time, or 0 if
+    /// unknown.
     pub fn record(&mut self, program: &str, unix_s: u64) {
         if self.log.is_none() {
             self.begin_log(program, false);
@@ -316,25 +321,25 @@ impl Room {
         self.log.iter_mut().for_each(|log| log.record(unix_s, &self.game, looks.clone()));
     }
 
-    /// Takes the finished records of the replay in memory, in order; empty without a replay.
+    /// Takes the finished records from the replay in memory, in order. Returns none if there is no replay.
     pub fn take_records(&mut self) -> Vec<Record> {
         self.log.as_mut().map(GameLog::take_records).unwrap_or_default()
     }
 
-    /// The last records of the replay in memory, as if it ended now. The replay continues.
+    /// The final records of the replay in memory, as if it ended now. The replay continues.
     pub fn recording_end(&self) -> Vec<Record> {
         self.log.as_ref().map(|log| log.recording_end(&self.game)).unwrap_or_default()
     }
 
-    /// Ends the replay in memory, and returns its last records.
+    /// Ends the replay in memory, and returns its final records.
     pub fn stop_recording(&mut self) -> Vec<Record> {
         let last = self.recording_end();
         self.log.iter_mut().for_each(GameLog::stop_recording);
         last
     }
 
-    /// Subscribes a client to snapshots of the whole world. Returns the subscription and the coded keyframe to send
-    /// first; the later messages come from [`Room::message`] after every tick. At the full rate the keyframe holds all
+    /// Subscribes a client to snapshots of the whole world. Returns the subscription and the encoded keyframe to send
+    /// first; later messages come from [`Room::message`] after each tick. At the full rate, the keyframe contains all
     /// live particles, and the client simulates them from there.
     pub fn subscribe(&mut self, rate: Rate) -> (Subscriber, Bytes) {
         self.replication.subscribe(rate, &self.newest, Some(live_particles(&self.game)))
@@ -345,14 +350,14 @@ impl Room {
         self.replication.subscribe(rate, &self.newest, None)
     }
 
-    /// Subscribes a player's client. In a world larger than its view it receives the part that the camera can see. This
-    /// ends the player's earlier subscription to an interest area.
+    /// Subscribes a player's client. If the world is larger than the client's view, it receives the part that the
+    /// camera can see. This ends the player's earlier subscription to an interest area.
     pub fn subscribe_view(&mut self, seat: Seat, rate: Rate) -> (Subscriber, Bytes) {
         self.subscribe_seat(seat, rate, true)
     }
 
-    /// Like [`Room::subscribe_view`], for a client that was sent the live particles before. They may have been dropped
-    /// on a slow link, but a client that subscribes again has most of them.
+    /// Like [`Room::subscribe_view`], for a client that has already been sent the live particles. They may have been
+    /// dropped on a slow link, but a client that subscribes again has most of them.
     pub fn subscribe_view_again(&mut self, seat: Seat, rate: Rate) -> (Subscriber, Bytes) {
         self.subscribe_seat(seat, rate, false)
     }
@@ -388,9 +393,9 @@ impl Room {
         }
     }
 
-    /// Sets the size of a player's view, in world units. The first size takes effect at once, later ones at the next
-    /// multiple of [`VIEW_EVERY_TICKS`], because every body that enters the area is sent in full. Does nothing if the
-    /// seat is free.
+    /// Sets the size of a player's view, in world units. The first size takes effect immediately and later ones at the
+    /// next multiple of [`VIEW_EVERY_TICKS`], because every body that enters the area is sent in full. Does nothing if
+    /// the seat is free.
     pub fn view(&mut self, seat: Seat, size: Vec2) {
         let Some(member) = self.members.seats.get_mut(&seat) else { return };
         if member.view.replace(size).is_none() {
@@ -398,8 +403,8 @@ impl Room {
         }
     }
 
-    /// The coded snapshot for a client after this tick; `None` between the ticks of its rate, and while nothing moves.
-    /// A client that misses one has to subscribe again.
+    /// The encoded snapshot for a client after this tick; `None` between the ticks of its rate, and while nothing
+    /// moves. A client that misses one has to subscribe again.
     pub fn message(&self, subscriber: &Subscriber) -> Option<&Bytes> {
         self.replication.message(subscriber)
     }
@@ -424,12 +429,12 @@ impl Room {
         &self.game
     }
 
-    /// Number of seats taken by people, including held ones.
+    /// Number of seats that people have taken, including held ones.
     pub fn players(&self) -> usize {
         self.members.people()
     }
 
-    /// Number of seats filled by bots until people come.
+    /// Number of seats that bots fill until people come.
     pub fn bots(&self) -> usize {
         self.members.bots.as_ref().map_or(0, Bots::count)
     }
@@ -444,13 +449,13 @@ impl Room {
         held.into_iter().map(|key| Seat(key as u16)).collect()
     }
 
-    /// Ticks since a player last pressed, released or moved anything; `None` for a free seat or a bot's.
+    /// Ticks since a player last pressed, released or moved anything; `None` if the seat is free or a bot's.
     pub fn idle_ticks(&self, seat: Seat) -> Option<u32> {
         let member = self.members.seats.get(&seat).filter(|_| !self.members.is_bot(seat))?;
         Some(self.game.tick_count().saturating_sub(member.intent.1))
     }
 
-    /// Tick after which a player took the seat; `None` for a free seat or a bot's.
+    /// Tick after which a player took the seat; `None` if the seat is free or a bot's.
     pub fn joined_tick(&self, seat: Seat) -> Option<u32> {
         let member = self.members.seats.get(&seat).filter(|_| !self.members.is_bot(seat))?;
         Some(member.joined_tick)

@@ -1,9 +1,9 @@
 //! Runs: won rounds, read from a replay by playing it again.
 //!
-//! A run belongs to the scene whose text is in the replay. Its measure follows from the rules of the scene: the time
-//! until a side wins, or the points of the winners. Only the players' inputs are trusted. The game starts at tick 0
-//! with the seed of the replay, every hash and every state in the file is compared with the game, and the result is
-//! read from the game. The replay cannot prove that a person pressed the keys, or whose name it was.
+//! A run belongs to the scene whose text is in the replay. Its measure follows from the scene's rules: the time until a
+//! side wins, or the winners' points. Only the players' inputs are trusted. The game starts at tick 0 with the replay's
+//! seed, every hash and every state in the file is compared with the game, and the result is read from the game. The
+//! replay cannot prove that a person pressed the keys, or whose name it bears.
 
 use crate::playback::{Playback, PlaybackError};
 use jostle_game::scene::{RoundSpec, RuleSpec};
@@ -13,21 +13,22 @@ use jostle_protocol::replay::{Ending, Replay, ReplayError};
 use jostle_sim::TICKS_PER_SECOND;
 use std::sync::Arc;
 
-/// Maximum number of ticks in the replay of a run: half an hour, because its game is always played from the first tick.
+/// Maximum number of ticks in a run's replay: half an hour, because the game is always played from the first tick.
 pub const RUN_TICKS_MAX: u32 = 30 * 60 * TICKS_PER_SECOND;
 
-/// The measure that decides which of two runs of a scene is better.
+/// The measure that determines which of two runs in a scene is better.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Measure {
-    /// The run in which a side wins sooner.
+    /// The run in which a side wins sooner is better.
     Time,
-    /// The run whose winners have more points, or if equal the shorter one.
+    /// The run whose winners have more points is better; if they are equal, the shorter one is.
     Points,
 }
 
 impl Measure {
-    /// The measure defined by the rules of a scene. `None` without rounds, and if teams play against each other,
-    /// because the winning time then depends on the opponents. The same holds if each plays alone and others can lose.
+    /// The measure defined by a scene's rules. `None` if there are no rounds, or if teams play against each other,
+    /// because the winning time then depends on the opponents. The same holds if everyone plays alone and others can
+    /// lose.
     pub fn of(scene: &Scene) -> Option<Measure> {
         let round = scene.rules.round.as_ref().filter(|_| scene.rules.teams.len() < 2)?;
         let ends = |won| move |rule: &RuleSpec| rule.effects.end == Some(won);
@@ -41,7 +42,7 @@ impl Measure {
         }
     }
 
-    /// The name of the measure in server answers.
+    /// The measure's name in server answers.
     pub fn name(self) -> &'static str {
         match self {
             Measure::Time => "time",
@@ -53,22 +54,22 @@ impl Measure {
 /// A round that was won.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Run {
-    /// The measure for comparison with other runs.
+    /// The measure used to compare the run with others.
     pub measure: Measure,
-    /// Ticks of the game before the round began.
+    /// Number of ticks in the game before the round began.
     pub begin: u32,
     /// The tick that decided the round.
     pub end: u32,
-    /// Points of the winners.
+    /// The winners' points.
     pub points: i32,
-    /// State hash after that tick.
+    /// The state hash after that tick.
     pub hash: u64,
-    /// The winners, in seat order; at least one.
+    /// The winners, in seat order. There is at least one.
     pub players: Vec<(Seat, Appearance)>,
 }
 
 impl Run {
-    /// Length of the round in ticks.
+    /// The round's length in ticks.
     pub fn ticks(&self) -> u32 {
         self.end - self.begin
     }
@@ -85,12 +86,12 @@ impl Run {
 /// The reason why a replay proves no run.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Unproven {
-    /// Runs of the scene are not compared.
+    /// The scene's runs are not compared.
     #[error(
         "runs of this scene are not compared: it has no rounds, or teams play against each other"
     )]
     NotCompared,
-    /// The replay is of another scene, or of another version of its text.
+    /// The replay is of a different scene, or of a different version of the scene's text.
     #[error("the scene in the replay is not the one that is played here under the name {0:?}")]
     OtherScene(String),
     /// The replay begins in the middle of a game.
@@ -108,10 +109,10 @@ pub enum Unproven {
     /// A hash of the game differs from the recorded one.
     #[error("tick {0} does not have the recorded hash when it is played again")]
     Differs(u32),
-    /// A state in the file differs from that of the game.
+    /// A state in the file differs from the game's.
     #[error("the keyframe of tick {0} is not the state that is played")]
     OtherState(u32),
-    /// The replay has more players than a room of the scene takes.
+    /// The replay has more players than a room with this scene allows.
     #[error("{0} players are in the game, more than a room of this scene takes")]
     TooMany(usize),
     /// No round in the replay was won.
@@ -122,7 +123,7 @@ pub enum Unproven {
     TooSlow(u32),
 }
 
-/// Plays a replay of this scene again, and returns its best run. `may_go_on` is called after each tick.
+/// Plays a replay of this scene again, and returns the replay's best run. `may_go_on` is called after each tick.
 pub fn prove(
     replay: &Arc<Replay>,
     scene: &Scene,
@@ -152,14 +153,14 @@ pub fn prove(
     if replay.end_hash() != Some(playback.game().hash()) {
         return Err(Unproven::Differs(playback.tick()));
     }
-    // A keyframe before the first tick, or a second one of the same tick, was not compared.
+    // A keyframe before the first tick, or a second one for the same tick, was not compared.
     if let Some(tick) = keyframes.next() {
         return Err(Unproven::OtherState(tick));
     }
     watch.best.ok_or(Unproven::NoResult)
 }
 
-/// Performs the checks that need no playing.
+/// Performs the checks that do not require playing.
 fn check_outline(replay: &Replay, scene: &Scene) -> Result<(), Unproven> {
     let start = replay.start();
     if (start.scene_name != scene.name) || (start.scene != scene.source) {
@@ -177,7 +178,7 @@ fn check_outline(replay: &Replay, scene: &Scene) -> Result<(), Unproven> {
     }
 }
 
-/// Returns whether the keyframe of this tick matches the game. Replay players resume from keyframes, so they must be
+/// Returns whether this tick's keyframe matches the game. Replay players resume from keyframes, so they must be
 /// genuine.
 fn has_state(playback: &Playback) -> bool {
     let (moment, game) = (playback.moment(), playback.game());
@@ -188,11 +189,11 @@ fn has_state(playback: &Playback) -> bool {
     })
 }
 
-/// Watches the rounds of a game as it is played.
+/// Watches a game's rounds as it is played.
 struct Watch {
     measure: Measure,
     round: Option<RoundInfo>,
-    /// Ticks before the current round.
+    /// Number of ticks before the current round.
     begin: Option<u32>,
     best: Option<Run>,
 }
@@ -217,13 +218,13 @@ impl Watch {
     }
 }
 
-/// Returns whether a round was won by play rather than by its time limit.
+/// Returns whether a round was won by playing rather than by reaching its time limit.
 fn is_finished(measure: Measure, spec: &RoundSpec, ticks: u32, points: i32) -> bool {
     let reached = spec.goal.is_some_and(|goal| points >= goal);
     measure == Measure::Points || reached || spec.time.is_none_or(|time| ticks < time)
 }
 
-/// The run of a finished round, if a side won it.
+/// The run for a finished round, if a side won it.
 fn result(measure: Measure, begin: u32, round: &RoundInfo, playback: &Playback) -> Option<Run> {
     let points = round.winners.iter().filter_map(|&side| Some(round.side(side)?.score)).max()?;
     let won = |side: &Side| round.winners.contains(side);

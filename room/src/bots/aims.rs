@@ -4,27 +4,27 @@ use jostle_game::scene::{Each, RuleSpec, SignalKind, Step, To, Trigger, ZoneArea
 use jostle_game::{Scene, Tools};
 use jostle_sim::Vec2;
 
-/// The things that a bot can do in a scene.
+/// What a bot can do in a scene.
 #[derive(Clone, Debug, Default)]
 pub struct Aims {
-    /// Zones to pass in this order, repeatedly.
+    /// Zones to pass through in this order, over and over.
     pub gates: Vec<u8>,
     /// A zone to hold alone.
     pub hill: Option<u8>,
-    /// Zones that a ball should enter, or must not.
+    /// Zones that a ball should enter, or should not.
     pub goals: Vec<Goal>,
     /// Whether dye packs can be fired.
     pub shoots: bool,
 }
 
-/// A zone that a ball should enter, or must not.
+/// A zone that a ball should enter, or should not.
 #[derive(Clone, Copy, Debug)]
 pub struct Goal {
-    /// Number of the zone.
+    /// The zone's number.
     pub zone: u8,
-    /// Groups of the balls, as a bit set.
+    /// The balls' groups, as a bit set.
     pub balls: u32,
-    /// The team for which a ball in the zone is good or bad.
+    /// The team for which having a ball in the zone is good or bad.
     pub team: u8,
     pub is_good: bool,
 }
@@ -68,7 +68,7 @@ impl Aims {
     }
 }
 
-/// The middle of a zone that does not move.
+/// The middle of a stationary zone.
 pub fn middle(zone: &ZoneSpec, size: Vec2) -> Vec2 {
     match zone.area {
         ZoneArea::Everywhere => size * 0.5,

@@ -1,5 +1,5 @@
-//! One bot. It looks at the game from time to time, decides where to be and where to shoot, and holds its keys until it
-//! looks again. It is slow and inexact, as people are.
+//! A bot. It looks at the game from time to time, decides where to be and where to shoot, and holds its keys until it
+//! looks again. It is slow and inexact, like a person.
 
 use super::aims::{Aims, Goal, middle};
 use super::terrain::Terrain;
@@ -8,32 +8,32 @@ use jostle_game::{Buttons, Game, Input, RoundInfo, RoundPhase, Seat};
 use jostle_sim::math::max;
 use jostle_sim::{BodyId, Motion, Rng, Vec2};
 
-/// Minimum number of ticks between two looks, and the random range added to it.
+/// Minimum number of ticks between looks, and the random range added to it.
 const LOOK_TICKS: u32 = 7;
 const LOOK_MORE: u32 = 6;
-/// Largest aiming error, world units.
+/// Maximum aiming error, world units.
 const MISS: f32 = 6.0;
-/// Distance from which bots shoot, world units.
+/// Distance at which bots shoot, world units.
 const RANGE: f32 = 130.0;
-/// A bot shoots on one look in this many.
+/// A bot shoots on one in this many looks.
 const SHOT_CHANCE: u32 = 4;
-/// Wished speed below which no key is pressed, units/s.
+/// Desired speed below which no key is pressed, units/s.
 const IDLE_SPEED: f32 = 5.0;
 
-/// A bot, and its current intentions.
+/// A bot and its current intentions.
 pub struct Bot {
     pub seat: Seat,
     rng: Rng,
-    /// Ticks until it looks again.
+    /// Ticks until the bot looks again.
     wait: u32,
     held: Input,
     /// Index of the next gate.
     gate: usize,
-    /// Destination while the bot has no other aim.
+    /// The bot's destination while it has no other aim.
     roams_to: Option<Vec2>,
 }
 
-/// The state of a bot's own hero.
+/// The state of the bot's own hero.
 struct Own {
     hero: BodyId,
     at: Vec2,
@@ -56,7 +56,7 @@ impl Bot {
         }
         let Some(own) = self.own(game, round.as_ref()).filter(|_| plays) else {
             self.wait = 0;
-            // A bot never delays the next round for people.
+            // A bot never delays people's next round.
             let is_over = round.is_some_and(|round| round.phase == RoundPhase::Over);
             let buttons = if is_over { Buttons::AGAIN } else { Buttons::default() };
             return Input::new(buttons, None);
@@ -64,7 +64,7 @@ impl Bot {
         self.pass_gate(game, aims, own.at);
         if self.wait > 0 {
             self.wait -= 1;
-            // Each shot is a single press.
+            // Each shot is a single key press.
             let held = self.held.buttons().0 & !Buttons::FIRE.0;
             self.held = self.held.with_buttons(Buttons(held));
             return self.held;
@@ -84,7 +84,7 @@ impl Bot {
         Some(Own { hero, at: world.position(hero), velocity: world.velocity(hero), team })
     }
 
-    /// When the hero is in the next gate, the one after it becomes the next.
+    /// Once the hero is in the next gate, the gate after it becomes the next one.
     fn pass_gate(&mut self, game: &Game, aims: &Aims, at: Vec2) {
         let Some(&zone) = aims.gates.get(self.gate) else { return };
         if game.scene().rules.zones[usize::from(zone)].holds(at) {
@@ -103,10 +103,10 @@ impl Bot {
             LaneAxis::Y => (1, 0),
         };
         let comes = (own.at[across] - ball[across]) * velocity[across] > 0.0;
-        // It returns to the middle while the ball moves away.
+        // The bot returns to the middle while the ball moves away.
         let middle = game.scene().size[along] * 0.5;
         let wanted = if comes { ball[along] + velocity[along] * 0.15 } else { middle };
-        // Sometimes it misjudges the ball.
+        // Sometimes the bot misjudges the ball.
         let miss = if self.rng.below(3) == 0 { 6.0 * MISS } else { MISS };
         let off = wanted + self.rng.range(-miss, miss) - own.at[along];
         let mut way = Vec2::ZERO;
@@ -114,7 +114,7 @@ impl Bot {
         Input::new(keys(way), None)
     }
 
-    /// Flies to the place where the rules reward it most, and shoots at a nearby hero.
+    /// Flies to the place that the rules reward most, and shoots at a nearby hero.
     fn fly(&mut self, game: &Game, aims: &Aims, terrain: &mut Terrain, own: &Own) -> Input {
         let place = self.place(game, aims, own);
         let next =
@@ -148,7 +148,8 @@ impl Bot {
         self.roams_to.unwrap_or(own.at)
     }
 
-    /// A place behind the ball, or through it. Every second bot of a team stays between the ball and its own goal.
+    /// A place behind the ball, or beyond it so that the bot hits it. Every second bot on a team stays between the ball
+    /// and its own goal.
     fn place_at_ball(&mut self, game: &Game, aims: &Aims, own: &Own) -> Option<Vec2> {
         let scene = game.scene();
         let team = own.team?;
@@ -172,7 +173,7 @@ impl Bot {
         Some(if off.normalize_or_zero().dot(aim) < -0.85 {
             ball + aim * 50.0
         } else if off.dot(aim) > 0.0 {
-            // Fly around the ball.
+            // The bot flies around the ball.
             let side = aim.perp() * if aim.perp_dot(off) < 0.0 { -reach } else { reach };
             ball + side - aim * reach
         } else {
@@ -180,7 +181,7 @@ impl Bot {
         })
     }
 
-    /// The aim of a throw: slightly ahead of the nearest hero of another side.
+    /// Where to aim a throw: slightly ahead of the nearest hero on another side.
     fn target(&mut self, game: &Game, own: &Own) -> Option<Vec2> {
         let round = game.round()?;
         let own_side = round.side_of(self.seat);
@@ -201,7 +202,7 @@ impl Bot {
     }
 }
 
-/// The keys for a wished velocity.
+/// The keys that produce a desired velocity.
 fn keys(wish: Vec2) -> Buttons {
     let key = |wish: f32, more: Buttons, less: Buttons| match wish {
         _ if wish > IDLE_SPEED => more.0,
@@ -212,7 +213,7 @@ fn keys(wish: Vec2) -> Buttons {
     Buttons(across | key(wish.y, Buttons::UP, Buttons::DOWN))
 }
 
-/// Position and velocity of the nearest movable body of these groups.
+/// Position and velocity of the nearest movable body in these groups.
 fn nearest_ball(game: &Game, groups: u32, at: Vec2) -> Option<(Vec2, Vec2)> {
     let world = game.world();
     let of_group = game.bodies().filter(|body| groups >> body.group & 1 == 1);
@@ -222,7 +223,7 @@ fn nearest_ball(game: &Game, groups: u32, at: Vec2) -> Option<(Vec2, Vec2)> {
     Some((world.position(ball), world.velocity(ball)))
 }
 
-/// Returns whether a bot is so close that it needs no path search.
+/// Returns whether a bot is so close that it does not need a path search.
 fn terrain_is_open(game: &Game, at: Vec2, place: Vec2) -> bool {
     let hero = game.scene().hero.as_ref();
     let side = hero.map_or(1.0, |hero| hero.body.shape.half_extent().x);

@@ -5,9 +5,9 @@ use jostle_sim::math::max;
 use jostle_sim::{Motion, Vec2};
 use std::collections::VecDeque;
 
-/// Maximum number of columns and of rows.
+/// Maximum number of columns and rows.
 const CELLS_MAX: f32 = 64.0;
-/// Cells that a bot looks ahead on its path.
+/// Number of cells that a bot looks ahead on its path.
 const AHEAD: usize = 3;
 const FAR: u16 = u16::MAX;
 
@@ -16,16 +16,16 @@ pub struct Terrain {
     cell: Vec2,
     columns: usize,
     rows: usize,
-    /// Half extent of a hero.
+    /// A hero's half extent.
     half: Vec2,
     blocked: Vec<bool>,
-    /// Steps to the goal of the last search.
+    /// Number of steps to the goal of the latest search.
     steps: Vec<u16>,
     queue: VecDeque<usize>,
 }
 
 impl Terrain {
-    /// Creates a grid for an empty world of this size and heroes of this half extent.
+    /// Creates a grid for an empty world of this size, and for heroes with this half extent.
     pub fn new(size: Vec2, half: Vec2) -> Terrain {
         let side = max(max(half.x, half.y), max(size.x, size.y) / CELLS_MAX);
         let columns = ((size.x / side).ceil() as usize).max(1);
@@ -81,7 +81,7 @@ impl Terrain {
         if at == goal { to } else { self.middle(at) }
     }
 
-    /// Counts the steps to `goal` from every cell that is no further than `start`.
+    /// Counts the steps to `goal` from every cell that is no further away than `start`.
     fn search(&mut self, goal: usize, start: usize) {
         self.steps.fill(FAR);
         self.queue.clear();
@@ -115,7 +115,7 @@ impl Terrain {
     }
 
     fn clamped(&self, point: Vec2) -> [usize; 2] {
-        // The cast saturates, so that points left of or below the world fall into the first cell.
+        // The cast saturates, so points to the left of or below the world fall into the first cell.
         let column = ((point.x / self.cell.x) as usize).min(self.columns - 1);
         let row = ((point.y / self.cell.y) as usize).min(self.rows - 1);
         [column, row]

@@ -1,4 +1,4 @@
-//! Bots: they come and go with people, and play whole matches.
+//! Tests in which bots come and go with people, and play whole matches.
 
 use super::*;
 use crate::Room;
@@ -27,7 +27,7 @@ fn ticks(room: &mut Room, count: u32) {
     (0..count).for_each(|_| room.tick());
 }
 
-/// Teams of the players in the game, in seat order.
+/// The teams of the players in the game, in seat order.
 fn teams(room: &Room) -> Vec<Option<u8>> {
     let round = room.game().round().expect("a round");
     round.players.iter().map(|player| player.team).collect()
@@ -248,7 +248,7 @@ struct Match {
     bytes: Vec<u8>,
 }
 
-/// Lets bots play a round to its end, and records it.
+/// Lets bots play a round to its end, and records the round.
 fn play_match(name: &str, players: u16, seed: u64) -> Match {
     let scene = scene(name);
     let mut game = Game::new(Arc::clone(&scene), seed);
@@ -277,7 +277,7 @@ fn play_match(name: &str, players: u16, seed: u64) -> Match {
     }
 }
 
-/// Matches for each game; `--nocapture` prints the wins of each side.
+/// Number of matches for each game; `--nocapture` prints each side's wins.
 const MATCHES: u64 = if cfg!(debug_assertions) { 1 } else { 100 };
 
 #[test]

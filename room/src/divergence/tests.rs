@@ -1,11 +1,11 @@
-//! Planted divergences are found, down to one unit in the last place of one number of one body.
+//! Checks that planted divergences are found, down to one unit in the last place of one number in one body.
 
 use super::*;
 use crate::playback::tests::{file, recorded, records};
 use jostle_protocol::replay::Record;
 
-/// The replay of a program that computes one number differently: recorded again from the same start
-/// and inputs, with a nudge in one tick.
+/// The replay of a program that computes one number differently. The game is recorded again from the same start and
+/// inputs, with a nudge in one tick.
 fn recorded_with(replay: &Arc<Replay>, at: u32, nudge: Nudge, records: &[Record]) -> Arc<Replay> {
     let mut moment = Playback::new(Arc::clone(replay)).unwrap().moment().clone();
     let mut records = records.to_vec();
@@ -82,7 +82,7 @@ fn a_larger_change_is_shown_at_the_next_keyframe() {
     let records = records("impulse", crate::log::KEYFRAME_TICKS_MIN + 10, 4);
     let replay = Arc::new(Replay::read(file(&records)).unwrap());
     let mut other = records.clone();
-    // Imitates a recorder that diverged: the keyframe has another state.
+    // This imitates a recorder that diverged, by giving the keyframe a different state.
     let (mut changed, at) = (None, 1700);
     for record in &mut other {
         match record {

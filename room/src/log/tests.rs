@@ -4,7 +4,7 @@ use crate::room::Room;
 use jostle_game::{Buttons, Scene, Seat};
 use jostle_protocol::replay::{Ending, Replay, header};
 
-/// A busy arena with four players that keeps clips, after this many ticks.
+/// A busy arena with four players, after this many ticks. It keeps clips.
 fn arena(ticks: u32) -> Room {
     let scene = Scene::built_in().into_iter().find(|scene| scene.name == "arena");
     let mut room = Room::new("oak", Arc::new(scene.expect("a shipped scene")), 7);

@@ -1,4 +1,4 @@
-//! Recorded games can be replayed from any of their ticks.
+//! Checks that recorded games can be replayed from any of their ticks.
 
 use super::*;
 use crate::log::{KEYFRAME_TICKS_MIN, REPLAY_BLOCK_TICKS};
@@ -8,7 +8,7 @@ use jostle_protocol::replay::{Ending, Record, header};
 use jostle_sim::Rng;
 use jostle_sim::Vec2;
 
-/// A replay of a room whose players join, give random inputs, lose their sockets, come back and leave.
+/// A replay of a room whose players join, give random inputs, lose their sockets, return and leave.
 pub fn recorded(scene: &str, ticks: u32, seed: u64) -> Arc<Replay> {
     Arc::new(Replay::read(file(&records(scene, ticks, seed))).expect("a replay"))
 }
@@ -161,7 +161,7 @@ fn impossible_changes_are_refused() {
     assert_eq!(refused, Err(PlaybackError::Change { tick: 51, seat: 9 }));
 }
 
-/// Records with a valid seal and undecodable content are detected when they are played or sought.
+/// Records with a valid seal but undecodable contents are detected when they are played or sought.
 #[test]
 fn a_record_that_cannot_be_decoded_ends_the_replay_there() {
     use jostle_protocol::replay::frame;

@@ -1,22 +1,23 @@
-//! Buffers for the messages of a room. The encoder's scratch buffers and the memory of unused messages are kept, so
-//! that a steady tick allocates nothing.
+//! Buffers for a room's messages. The encoder's scratch buffers and the memory of messages no longer in use are kept,
+//! so that a steady tick allocates nothing.
 
 use bytes::{Bytes, BytesMut};
 use jostle_protocol::{EncodeScratch, Snapshot, SnapshotStream, TimedEvent};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// Messages whose memory is kept for reuse. Beyond this the oldest leaves the pool and is freed by its
-/// last holder.
+/// Maximum number of messages whose memory is kept for reuse. Beyond this, the oldest leaves the pool, and whoever
+/// holds it last frees it.
 const MESSAGES_MAX: usize = 1024;
-/// Limit on the total length of pooled messages, bytes. A megabyte serves 64 players in a large world who receive 500
-/// bytes per tick and lag by half a second. Buffers grow by doubling, so the pool holds at most twice as much.
+/// Limit on the total length of pooled messages, bytes. A megabyte is enough for 64 players in a large world who
+/// receive 500 bytes per tick and lag by half a second. Buffers grow by doubling, so the pool holds at most twice as
+/// much.
 const BYTES_MAX: usize = 1 << 20;
-/// Messages to try for reuse before new memory is allocated.
+/// Number of messages to try to reuse before allocating new memory.
 const TRIES: usize = 4;
-/// Longest message to pool, bytes. Larger ones are rare, and are freed by their last holder.
+/// Maximum length of a message to pool, bytes. Larger ones are rare, and whoever holds them last frees them.
 const KEPT_BYTES_MAX: usize = 16 << 10;
-/// Capacity of a new buffer, bytes: most messages fit.
+/// Capacity of a new buffer, bytes. Most messages fit.
 const USUAL_BYTES: usize = 512;
 
 /// Encodes messages into reused memory, for any number of streams.
@@ -29,7 +30,7 @@ pub struct BufferPool {
 }
 
 impl BufferPool {
-    /// Encodes the message that leads a stream to this snapshot. See [`SnapshotStream::encode`].
+    /// Encodes the message that takes a stream to this snapshot. See [`SnapshotStream::encode`].
     pub fn encode(
         &mut self,
         stream: &mut SnapshotStream,
@@ -38,7 +39,7 @@ impl BufferPool {
     ) -> Bytes {
         let mut buffer = self.free_buffer();
         buffer.extend_from_slice(stream.encode_with(&mut self.scratch, snapshot, events));
-        // Bytes that were split off share one reference count; `freeze` alone would allocate one for each message.
+        // Bytes that were split off share one reference count; `freeze` alone would allocate one per message.
         let message = buffer.split().freeze();
         if message.len() > KEPT_BYTES_MAX {
             return message;

@@ -1,9 +1,9 @@
 //! Interest management: the part of a large world that one player's camera can see, and the channel for it.
 //!
 //! The view is centred on the player's hero and stays inside the world, as on the page. A body is sent from the moment
-//! it is, or soon will be, within a margin of the view, until it is two margins away. A body at rest costs nothing and
-//! is kept at a much greater distance. The selection depends on the snapshot, the bodies sent before, and the hero's
-//! past positions. In the stream, bodies that enter and leave the area appear as births and deaths.
+//! it is, or soon will be, within a margin of the view, until it is two margins away. A body at rest costs nothing, so
+//! it is kept out to a much greater distance. The selection depends on the snapshot, the bodies sent before, and the
+//! hero's past positions. In the stream, bodies that enter and leave the area appear as births and deaths.
 
 use super::buffer_pool::BufferPool;
 use super::snapshot_channel::{LiveParticles, Rate, SnapshotChannel, Subscriber};
@@ -15,20 +15,20 @@ use jostle_protocol::{Snapshot, SnapshotBody, TimedEvent};
 use jostle_sim::{BodyId, Particles, Vec2};
 use std::sync::Arc;
 
-/// How far the page's camera looks ahead of its hero, in ticks of the hero's motion. A room has to know this, because a body
-/// must be sent before the camera can see it; the page takes its own constants from these.
+/// How far the page's camera looks ahead of its hero, in ticks of the hero's motion. A room has to know this, because a
+/// body must be sent before the camera can see it. The page derives its own constants from these.
 pub const CAMERA_AHEAD_TICKS: i32 = 11;
-/// Each tick the camera covers this fraction of the distance to its goal: one part in so many.
+/// In each tick, the camera covers the distance to its goal divided by this number.
 pub const CAMERA_CATCH_UP_TICKS: i32 = 9;
-/// Default size of a view, in heights of the scene's camera.
+/// Default size of a view, in multiples of the scene's camera height.
 const VIEW_DEFAULT: Vec2 = Vec2::new(2.0, 1.0);
-/// Largest width and height of a view, in heights of the scene's camera.
+/// Maximum width and height of a view, in multiples of the scene's camera height.
 const VIEW_HEIGHTS_MAX: f32 = 4.0;
-/// The smaller side of the view divided by the margin. At the lowest rate the margin is three times as large.
+/// The smaller side of the view divided by the margin. At the lowest rate, the margin is three times as large.
 const MARGINS: i32 = 16;
-/// Margins within which a resting body is kept: half a view.
+/// Number of margins within which a resting body is kept: half a view.
 const MARGINS_KEPT: i32 = MARGINS / 2;
-/// A hero that moves more than this fraction of the view's height in a tick was teleported.
+/// A hero that moves further in one tick than the view's height divided by this number has been teleported.
 const TELEPORT_PARTS: i32 = 8;
 
 /// A position in quanta.
@@ -36,8 +36,8 @@ type Position = [i32; 2];
 /// A width and height in quanta.
 pub type Extent = [i32; 2];
 
-/// The extent of a view in a scene; `None` if it covers the whole world. `size` is in world units, once reported by the
-/// client.
+/// The extent of a view in a scene; `None` if it covers the whole world. `size` is in world units, and is known once
+/// the client has reported it.
 pub fn view_of(scene: &Scene, size: Option<Vec2>) -> Option<Extent> {
     let Camera::Follow { height } = scene.camera else { return None };
     let view = extent(scene, size.unwrap_or(VIEW_DEFAULT * height), height);
@@ -56,12 +56,12 @@ fn world_of(scene: &Scene) -> Extent {
     [scene.size.x, scene.size.y].map(|length| quanta(length, scene.world.quantum))
 }
 
-/// Converts a length to quanta, at most the largest coordinate.
+/// Converts a length to quanta, limited to the largest coordinate.
 fn quanta(length: f32, quantum: f32) -> i32 {
     ((length / quantum) as i32).min(QUANTA_MAX)
 }
 
-/// One player's view and the messages for it.
+/// One player's view, and the messages for it.
 #[derive(Clone, Debug)]
 pub struct InterestArea {
     seat: Seat,
@@ -93,7 +93,7 @@ impl InterestArea {
         (InterestArea { seat, channel, camera }, subscriber.of(seat), keyframe)
     }
 
-    /// Changes the width and height of the view, world units.
+    /// Changes the view's width and height, world units.
     pub fn resize(&mut self, scene: &Scene, size: Vec2) {
         if let Camera::Follow { height } = scene.camera {
             self.camera.view = extent(scene, size, height);
@@ -116,7 +116,7 @@ impl InterestArea {
         });
     }
 
-    /// The message of this tick. See [`SnapshotChannel::message`].
+    /// This tick's message. See [`SnapshotChannel::message`].
     pub fn message(&self, subscriber: &Subscriber) -> Option<&Bytes> {
         self.channel.message(subscriber)
     }
@@ -128,12 +128,12 @@ struct CameraArea {
     quantum: f32,
     world: Extent,
     view: Extent,
-    /// The followed hero, and its position a tick ago.
+    /// The hero being followed, and its position one tick ago.
     hero: Option<(BodyId, Position)>,
-    /// Centre of the view, as on the page.
+    /// The view's centre, as on the page.
     center: Option<Position>,
     margin: i32,
-    /// Corners of the region that may be on the screen until the next message.
+    /// Corners of the region that may be visible until the next message.
     low: Position,
     high: Position,
 }
@@ -145,7 +145,7 @@ impl CameraArea {
         CameraArea { quantum, world, view, hero: None, center: None, margin: 0, low, high }
     }
 
-    /// Follows the hero. Without a hero the view does not move.
+    /// Follows the hero. Without a hero, the view does not move.
     fn follow(&mut self, newest: &Snapshot, seat: Seat, rate: Rate) {
         let hero = hero_of(newest, seat).map(|body| (body.id, body.quanta));
         let (at, velocity) = match (hero, self.hero) {
@@ -163,7 +163,7 @@ impl CameraArea {
             _ => goal,
         };
         self.cover(center, after(CAMERA_AHEAD_TICKS + every), every);
-        // While no hero has been followed yet, the page will jump to its first one.
+        // If no hero has been followed yet, the page will jump to the first one.
         self.center = self.center.or(hero.map(|_| center)).and(Some(center));
     }
 
@@ -174,19 +174,20 @@ impl CameraArea {
         });
         self.low = [0, 1].map(|axis| center[axis] + shift[axis].min(0) - self.view[axis] / 2);
         self.high = [0, 1].map(|axis| center[axis] + shift[axis].max(0) + self.view[axis] / 2);
-        // The margin is never below CAMERA_CATCH_UP_TICKS: a glide in whole quanta ends this far from the page's.
+        // The margin is never smaller than CAMERA_CATCH_UP_TICKS, since a glide in whole quanta ends this far from the
+        // page's.
         let margin = (self.view[0].min(self.view[1]) / MARGINS).max(CAMERA_CATCH_UP_TICKS);
         self.margin = margin * (1 + every / 6);
     }
 
-    /// The hero's displacement in a tick, or zero if it was teleported.
+    /// The hero's displacement in one tick, or zero if the hero was teleported.
     fn velocity(&self, before: Position, at: Position) -> Position {
         let velocity = [0, 1].map(|axis| at[axis] - before[axis]);
         let most = self.view[1] / TELEPORT_PARTS;
         if velocity.iter().any(|axis| axis.abs() > most) { [0; 2] } else { velocity }
     }
 
-    /// Returns true if the page's camera jumps between the two positions rather than gliding.
+    /// Returns true if the page's camera jumps between the two positions instead of gliding.
     fn is_jump(&self, from: Position, to: Position) -> bool {
         let far = i64::from(self.view[1] + self.view[1] / 2);
         let distance = [0, 1].map(|axis| i64::from(from[axis]) - i64::from(to[axis]));
@@ -202,8 +203,8 @@ impl CameraArea {
         })
     }
 
-    /// Writes the part of a snapshot that the camera sees to `seen`, for a client whose last message had the bodies
-    /// `before`. The player's own hero is always included.
+    /// Writes the part of a snapshot that the camera sees to `seen`, for a client whose last message contained the
+    /// bodies in `before`. The player's own hero is always included.
     fn see(&self, newest: &Snapshot, before: &[SnapshotBody], seen: &mut Snapshot) {
         let own = self.hero.map(|(id, _)| id);
         let mut held = before.iter().peekable();
@@ -221,7 +222,7 @@ impl CameraArea {
         seen.bodies.clear();
         seen.bodies.extend(newest.bodies.iter().filter(is_seen));
         seen.players.clone_from(&newest.players);
-        // The round rarely changes, and a copy allocates.
+        // The round rarely changes, and copying it would allocate.
         if seen.round != newest.round {
             seen.round.clone_from(&newest.round);
         }
@@ -240,8 +241,8 @@ impl CameraArea {
         })
     }
 
-    /// Returns true if an event is sent. Impacts are sent only where they are visible; other events are rare, and the
-    /// page displays some of them as text.
+    /// Returns true if an event should be sent. Impacts are sent only where they are visible; other events are rare,
+    /// and the page displays some of them as text.
     fn shows(&self, timed: &TimedEvent) -> bool {
         let Event::Impact { point, .. } = timed.event else { return true };
         let at = [point.x, point.y].map(|axis| (axis / self.quantum) as i32);

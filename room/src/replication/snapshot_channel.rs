@@ -1,5 +1,5 @@
-//! One delta stream of snapshots, shared by all subscribers at the same rate. Each message is encoded once for all of
-//! them. Only subscribers whose keyframe is one of the last three messages get another encoding, which they share.
+//! A delta stream of snapshots, shared by all subscribers at the same rate. Each message is encoded once for all of
+//! them. Only subscribers whose keyframe is one of the last three messages get a different encoding, which they share.
 
 use super::buffer_pool::BufferPool;
 use bytes::Bytes;
@@ -22,24 +22,24 @@ pub struct LiveParticles<'a> {
 pub struct SnapshotChannel {
     rate: Rate,
     stream: SnapshotStream,
-    /// Subscribers with a recent keyframe, the oldest keyframe first.
+    /// Subscribers with a recent keyframe, oldest keyframe first.
     recent_joiners: VecDeque<RecentJoiners>,
     count: u64,
     /// Events since the newest message.
     events: Vec<TimedEvent>,
-    /// The message of this tick, if one is due.
+    /// This tick's message, if one is due.
     message: Option<Bytes>,
     /// An unused snapshot, kept to reuse its memory.
     spare: Arc<Snapshot>,
 }
 
-/// Subscribers that started with the same keyframe.
+/// Subscribers that started from the same keyframe.
 #[derive(Clone, Debug)]
 struct RecentJoiners {
     since: u64,
     stream: SnapshotStream,
     keyframe: Bytes,
-    /// The keyframe with live particles, once a subscriber needed it.
+    /// The keyframe with live particles, if any subscriber has needed it.
     keyframe_with_particles: Option<Bytes>,
     message: Option<Bytes>,
 }
@@ -65,8 +65,8 @@ impl SnapshotChannel {
         self.rate
     }
 
-    /// Adds the next tick, and encodes its snapshot if it is due and something has changed. While there are live
-    /// particles, every tick of the rate is sent, because clients simulate them tick by tick.
+    /// Adds the next tick, and encodes its snapshot if that is due and something has changed. While there are live
+    /// particles, every tick at this rate is sent, because clients simulate the particles tick by tick.
     pub fn push(
         &mut self,
         snapshot: &Arc<Snapshot>,
@@ -80,8 +80,8 @@ impl SnapshotChannel {
         }
     }
 
-    /// Adds the next tick if its snapshot depends on the last one sent. If the tick is due, `see` receives the last one
-    /// and writes the next into the memory of an older one.
+    /// Adds the next tick, for a snapshot that depends on the last one sent. If the tick is due, `see` receives that
+    /// last snapshot and writes the next one into the memory of an older one.
     pub fn push_seen(
         &mut self,
         tick: u32,
@@ -104,7 +104,7 @@ impl SnapshotChannel {
         }
     }
 
-    /// Collects the events of the next tick, and returns true if a message is due at this rate.
+    /// Collects the next tick's events, and returns true if a message is due at this rate.
     fn is_due(&mut self, tick: u32, events: impl Iterator<Item = TimedEvent>) -> bool {
         self.message = None;
         self.recent_joiners.iter_mut().for_each(|joiners| joiners.message = None);
@@ -140,8 +140,8 @@ impl SnapshotChannel {
     }
 
     /// Sends a keyframe to all subscribers, because there were more events than fit into one message. The events are
-    /// dropped. At the full rate live particles are sent in their place; at lower rates particles are only decoration
-    /// and may differ.
+    /// dropped. At the full rate, live particles are sent instead; at lower rates, particles are only decoration and
+    /// may differ.
     fn restart(&mut self, snapshot: &Arc<Snapshot>, particles: &Particles) {
         let is_exact = self.rate == Rate::Full && particles.is_active();
         let particles = if is_exact { particles.encode() } else { Vec::new() };
@@ -151,7 +151,7 @@ impl SnapshotChannel {
     }
 
     /// Subscribes a client, starting with the snapshot of the newest message, which may be older than the newest tick.
-    /// The keyframe holds the live particles only if they belong to the snapshot's tick.
+    /// The keyframe contains the live particles only if they belong to the snapshot's tick.
     pub fn subscribe(&mut self, live: Option<LiveParticles>) -> (Subscriber, Bytes) {
         let newest = self.newest().tick;
         let subscriber =
@@ -176,8 +176,7 @@ impl SnapshotChannel {
         (subscriber, keyframe.clone())
     }
 
-    /// The message of this tick for a subscriber, if any. The subscriber must have received all messages since its
-    /// keyframe.
+    /// This tick's message for a subscriber, if any. The subscriber must have received all messages since its keyframe.
     pub fn message(&self, subscriber: &Subscriber) -> Option<&Bytes> {
         let age = self.count.checked_sub(subscriber.since)?;
         if age > u64::from(SnapshotStream::KEYFRAME_AGE) {
@@ -204,7 +203,7 @@ impl Rate {
     /// All rates, highest first.
     pub const ALL: [Rate; 3] = [Rate::Full, Rate::Third, Rate::Twelfth];
 
-    /// Ticks between messages.
+    /// Number of ticks between messages.
     pub fn every(self) -> u8 {
         match self {
             Rate::Full => 1,
@@ -213,7 +212,7 @@ impl Rate {
         }
     }
 
-    /// The next lower rate, for a client that falls behind. The lowest rate returns itself.
+    /// The next lower rate, for a client that is falling behind. For the lowest rate, returns the same rate.
     pub fn lower(self) -> Rate {
         match self {
             Rate::Full => Rate::Third,
@@ -221,7 +220,7 @@ impl Rate {
         }
     }
 
-    /// The next higher rate, for a client that has caught up. The highest rate returns itself.
+    /// The next higher rate, for a client that has caught up. For the highest rate, returns the same rate.
     pub fn higher(self) -> Rate {
         match self {
             Rate::Full | Rate::Third => Rate::Full,
@@ -239,12 +238,12 @@ pub struct Subscriber {
     pub keyframe_tick: u32,
     /// Number of messages sent on the channel before the keyframe.
     pub(super) since: u64,
-    /// The player whose interest area this is; `None` for the whole world.
+    /// The player to whom this interest area belongs; `None` for the whole world.
     pub(super) seat: Option<Seat>,
 }
 
 impl Subscriber {
-    /// Assigns the subscription to the interest area of this player.
+    /// Assigns the subscription to this player's interest area.
     pub(super) fn of(self, seat: Seat) -> Subscriber {
         Subscriber { seat: Some(seat), ..self }
     }
@@ -286,7 +285,7 @@ mod tests {
             self.messages += 1;
         }
 
-        /// Decodes the message of this tick, and returns true if there was one.
+        /// Decodes this tick's message, and returns true if there was one.
         fn receive(&mut self, channel: &SnapshotChannel) -> bool {
             let message = channel.message(&self.subscriber).cloned();
             message.iter().for_each(|bytes| self.decode(bytes));
@@ -294,7 +293,7 @@ mod tests {
         }
     }
 
-    /// A body that moves in bursts and rests for two of every three seconds.
+    /// A body that moves in bursts and rests for two out of every three seconds.
     fn snapshot(tick: u32) -> Arc<Snapshot> {
         let (second, part) = (tick / 60, tick % 60);
         let at = 60 * (second / 3) + if second.is_multiple_of(3) { part } else { 60 };

@@ -1,5 +1,5 @@
-//! Rooms without a server: joins, leaves, silence, and the messages to clients. Clients decode every message, so that
-//! the tests check the bytes on the wire.
+//! Tests of rooms without a server: joins, leaves, silence, and the messages to clients. Clients decode every message,
+//! so that the tests check the bytes on the wire.
 
 mod clients;
 mod extremes;
@@ -14,7 +14,7 @@ use jostle_protocol::limits::TOKEN_BYTES;
 use jostle_protocol::{PlayerState, SnapshotStream, TimedEvent, Token, WelcomeSeat};
 use jostle_sim::Vec2;
 
-/// Three seats, heroes on a floor, and a few blocks to run into.
+/// Three seats, heroes on a floor, and a few blocks to bump into.
 const YARD: &str = r#"title = "Yard"
 size = [100, 60]
 tools = ["steer", "launch"]
@@ -60,7 +60,7 @@ fn join(room: &mut Room, name: &str) -> Seat {
     room.join(look(name), None).unwrap().claim.seat
 }
 
-/// Joins, or comes back with a claim. Returns the new claim, and whether a seat was resumed.
+/// Joins, or returns with a claim. Returns the new claim, and whether a seat was resumed.
 fn claim(room: &mut Room, name: &str, claim: Option<Claim>) -> (Claim, bool) {
     let welcome = room.join(look(name), claim).unwrap();
     (welcome.claim, welcome.resumed)
@@ -83,7 +83,7 @@ fn hero_x(room: &Room, seat: Seat) -> i32 {
     room.snapshot().bodies.iter().find(|body| body.id == hero).unwrap().quanta[0]
 }
 
-/// A client with its snapshot stream and all received events. `receive` must be called after every tick.
+/// A client with its snapshot stream and all the events it has received. `receive` must be called after every tick.
 #[derive(Default)]
 struct Client {
     rate: Rate,
@@ -393,7 +393,7 @@ fn a_used_claim_is_refused_once_the_new_one_arrived() {
     let (first, _) = claim(&mut room, "Ann", None);
     room.input(first.seat, 1, Input::default());
     room.disconnect(first.seat);
-    // A welcome may be lost, so the first claim stays valid until an input arrives.
+    // A welcome may get lost, so the first claim stays valid until an input arrives.
     let mut newest = first;
     for _ in 0..3 {
         let lost = newest;
@@ -424,7 +424,7 @@ fn a_seat_is_held_only_if_its_player_ever_sent_an_input() {
         assert!(room.input(seat, 1, Input::default()));
     }
     room.disconnect(dans.seat);
-    // The newer session sent nothing, but there is a game to return to.
+    // The newer session has sent nothing, but there is a game to return to.
     let (again, _) = claim(&mut room, "Dan", Some(dans));
     ticks(&mut room, 2);
     room.disconnect(cids);
@@ -454,7 +454,7 @@ fn a_second_socket_takes_the_seat_over() {
     });
     let (again, resumed) = claim(&mut room, "Ann", Some(anns));
     assert_eq!((again.seat, resumed, room.players()), (ann, true, 1));
-    // The sequence numbers start again.
+    // The sequence numbers start over.
     room.input(ann, 1, Input::default());
     room.tick();
     assert_eq!(player(&room, ann).unwrap().input_seq, 1);

@@ -1,4 +1,4 @@
-//! A run is read from its replay, and a replay that was tampered with proves none.
+//! Checks that a run is read from its replay, and that a replay that was tampered with proves none.
 
 use super::*;
 use crate::Room;
@@ -36,8 +36,8 @@ fn built_in(name: &str) -> Scene {
     scenes.find(|scene| scene.name == name).expect("a shipped scene")
 }
 
-/// The records of a game with Ann and Bob, in which Ann waits for this many ticks of each round and then flies to the
-/// post.
+/// The records of a game between Ann and Bob, in which Ann waits for this many ticks in each round and then flies to
+/// the post.
 fn records(ticks: u32, waits: &[u32]) -> Vec<Record> {
     let mut room = Room::new("alone", scene(DASH), 7);
     room.record("test", 1000);
@@ -169,7 +169,7 @@ fn the_states_in_a_replay_are_compared_too() {
     assert_eq!(with(&|keyframe| keyframe.state[20] ^= 1), Err(Unproven::OtherState(1800)));
     assert_eq!(with(&|keyframe| keyframe.hash ^= 1), Err(Unproven::OtherState(1800)));
     assert_eq!(with(&|keyframe| drop(keyframe.members.pop())), Err(Unproven::OtherState(1800)));
-    // A game in which a player starts with points.
+    // In this game, a player starts with points.
     let mut records = whole.clone();
     let Record::Keyframe(keyframe) = records[at].clone() else { panic!("a keyframe") };
     records.insert(1, Record::Keyframe(jostle_protocol::replay::Keyframe { tick: 0, ..keyframe }));

@@ -1,5 +1,5 @@
-//! Allocations of a room without joins and leaves, counted on its thread. There must be none, whether its players see
-//! the whole world or a part of it.
+//! The allocations that a room without joins and leaves makes, counted on its thread. There must be none, whether its
+//! players see the whole world or only part of it.
 
 use allocation_counter::measure;
 use jostle_game::{Buttons, Input, Scene, Seat};
@@ -9,11 +9,11 @@ use jostle_sim::Vec2;
 use std::sync::Arc;
 
 const PLAYERS: u8 = 16;
-/// Ticks until every list has reached its final capacity.
+/// Number of ticks until every list has reached its final capacity.
 const WARM_UP_TICKS: u32 = 2000;
 const TICKS: u32 = 300;
 
-/// Players who walk to and fro, and point.
+/// Players who walk back and forth and point.
 fn input(seat: u8, tick: u32) -> Input {
     let left = (tick / 60 + u32::from(seat)).is_multiple_of(2);
     let buttons = if left { Buttons::LEFT } else { Buttons::RIGHT };
@@ -56,7 +56,7 @@ impl Full {
         assert!(sent > 0, "tick {}: something always moves", self.tick);
     }
 
-    /// Allocations in [`TICKS`] after the warm-up.
+    /// Number of allocations in [`TICKS`] after the warm-up.
     fn counted(mut self) -> u64 {
         (0..WARM_UP_TICKS).for_each(|_| self.play());
         measure(|| (0..TICKS).for_each(|_| self.play())).count_total

@@ -1,5 +1,5 @@
-//! A room with the maximum number of players. All are seated, visible, saved and recorded, including those whose seat
-//! number takes two bytes.
+//! A room with the maximum number of players. All of them are seated, visible, saved and recorded, including those
+//! whose seat numbers take two bytes.
 
 use jostle_game::{Buttons, Game, Input, SEATS_MAX, Scene, Seat};
 use jostle_protocol::replay::{Replay, header};
@@ -44,7 +44,7 @@ shapes = [{{ radius = 5 }}]
 }
 
 fn look(seat: u16) -> Appearance {
-    // There are only eight names, so that nearly all players need a number.
+    // There are only eight names, so nearly all players need a number.
     Appearance::new(&format!("P{}", seat % 8), (seat % 8) as u8).expect("a name")
 }
 

@@ -1,6 +1,6 @@
 //! A seeded simulation of a room with two honest players and every kind of disturbance, without sockets and in virtual
 //! time. The hashes must always equal those of the undisturbed game with the same inputs, and a subscriber that keeps
-//! up must see every tick. A failure names its seed.
+//! up must see every tick. If the test fails, it names the seed.
 
 use jostle_game::{Buttons, Input, Scene, Seat};
 use jostle_protocol::limits::CLIENT_MESSAGE_BYTES_MAX;
@@ -9,7 +9,7 @@ use jostle_room::{Claim, Rate, Room, SEQ_AHEAD_MAX, Subscriber};
 use jostle_sim::{Rng, Vec2};
 use std::sync::Arc;
 
-/// A scene with two seats, both taken, so that no stranger gets one.
+/// A scene with two seats, both of them taken, so that no stranger gets one.
 const SCENE: &str = r#"title = "Pair"
 size = [100, 60]
 tools = ["steer"]
@@ -36,7 +36,7 @@ radius = 1
 
 const TICKS: u32 = 240;
 const SEEDS: u64 = 16;
-/// Maximum number of subscribers at a time. When one more would subscribe, all leave in one tick.
+/// Maximum number of concurrent subscribers. When one more would subscribe, all of them leave in the same tick.
 const READERS_MAX: usize = 40;
 
 /// A game with two players whose inputs depend only on its seed.
@@ -81,7 +81,7 @@ fn quiet(seed: u64) -> Vec<u64> {
     (0..TICKS).map(tick).collect()
 }
 
-/// The disturbances around the two players.
+/// The disturbances that surround the two players.
 struct Trouble {
     rng: Rng,
     subscribers: Vec<Subscriber>,

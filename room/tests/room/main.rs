@@ -1,5 +1,5 @@
-//! The room through its public interface. All subjects are one program, because linking each separately takes longer
-//! than running it.
+//! Tests the room through its public interface. All test modules form one program, because linking each one separately
+//! takes longer than running it.
 
 mod allocations;
 mod crowd;

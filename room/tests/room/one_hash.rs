@@ -1,5 +1,5 @@
-//! A game's hashes depend only on its scene, its seed and its inputs; not on other rooms, threads, memory addresses, or
-//! the order in which bodies were removed.
+//! Checks that a game's hashes depend only on its scene, its seed and its inputs, and not on other rooms, threads,
+//! memory addresses or the order in which bodies were removed.
 
 use jostle_game::{Buttons, Game, Input, Scene, Seat};
 use jostle_protocol::Appearance;
@@ -89,7 +89,7 @@ fn memory_addresses_do_not_matter() {
                 if litter.len() > 50 {
                     litter.swap_remove(rng.below(50) as usize);
                 }
-                // A copy has another address, and the old memory is reused.
+                // A copy has a different address, and the old memory is reused.
                 let game: Game = busy.room.game().clone();
                 assert_eq!(game.hash(), busy.room.game().hash());
                 busy.tick();

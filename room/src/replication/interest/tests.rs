@@ -10,7 +10,7 @@ const SEAT: Seat = Seat(0);
 const HERO: BodyId = BodyId { index: 7, generation: 2 };
 const BODIES: u32 = 500;
 
-/// A world of 400 x 200 seen through a view of 80 x 40.
+/// A 400 x 200 world seen through an 80 x 40 view.
 fn scene(camera: &str) -> Arc<Scene> {
     let text = format!(
         "title = \"Plain\"\nsize = [400, 200]\ngravity = [0, 0]\ncamera = {camera}\ntools = [\"steer\"]\n\
@@ -48,8 +48,7 @@ fn snapshot(tick: u32, bodies: Vec<SnapshotBody>) -> Snapshot {
     Snapshot { tick, bodies, players: vec![player], round: None }
 }
 
-/// Bodies that fly about, and a fast hero that turns at 240 units/s^2 and is teleported every four
-/// seconds.
+/// Bodies that fly about, and a fast hero that turns at 240 units/s^2 and is teleported every four seconds.
 struct Flight {
     rng: Rng,
     points: Vec<(Vec2, Vec2)>,
@@ -160,7 +159,7 @@ fn everything_that_a_camera_shows_was_sent_at_every_rate() {
             came += newest.bodies.iter().filter(is_new).count();
             held += newest.bodies.len();
         }
-        // Only a part of the world is shown, and bodies do not enter and leave constantly.
+        // Only part of the world is shown, and bodies do not constantly enter and leave.
         assert!(shown > 1200 * 20 && 2 * held < 5 * shown, "{rate:?}: {shown} of {held}");
         assert!(came < held / 60, "{rate:?}: {came} of {held}");
     }
@@ -194,7 +193,7 @@ fn a_body_at_rest_is_kept_longer_when_the_camera_turns_away() {
     let (mut held, mut last) = (Vec::new(), Vec::new());
     for step in 0..600 {
         let hero = body(HERO.index, Vec2::new(100.0 + 0.25 * step as f32, 100.0));
-        // One body rests, the other creeps.
+        // One body rests, and the other creeps.
         let rests = body(9, Vec2::new(100.0, 90.0));
         let creeps = body(10, Vec2::new(100.0, 90.0 + step as f32 / 60.0));
         let all = snapshot(step, vec![hero, rests, creeps]);
@@ -205,7 +204,7 @@ fn a_body_at_rest_is_kept_longer_when_the_camera_turns_away() {
         last.push([9, 10].map(|index| held.iter().any(|body| body.id.index == index)));
     }
     let gone = |place: usize| last.iter().position(|seen| !seen[place]).unwrap() as f32 * 0.25;
-    // The view is 80 wide and the margin 2.5; the hero is slightly ahead of the middle or behind it.
+    // The view is 80 wide and the margin 2.5; the hero is slightly ahead of or behind the middle.
     assert!((43.0..49.0).contains(&gone(1)), "{}", gone(1));
     assert!((58.0..66.0).contains(&gone(0)), "{}", gone(0));
 }
@@ -275,7 +274,7 @@ fn players_see_their_own_areas_and_a_larger_view_shows_more() {
     let (subscriber, keyframe) = room.subscribe_view(SEAT, Rate::Full);
     let mut stream = SnapshotStream::default();
     stream.decode(&keyframe).unwrap();
-    // The camera's height is 40, so no view is larger than 160 on either side.
+    // The camera's height is 40, so no view is larger than 160 in either direction.
     for (size, bodies) in [([24.0, 40.0], 1), ([1000.0, 1000.0], 2)] {
         room.view(SEAT, Vec2::from(size));
         // The view may change after this time, and the camera glides until it is inside the world.
@@ -331,7 +330,7 @@ fn a_change_of_rate_leaves_the_camera_where_it_was() {
     let (area, ..) =
         InterestArea::subscribe(Some(area), SEAT, Rate::Third, &scene, view, &at(59), None);
     let moved = area.camera.center.unwrap()[0] - center[0];
-    // The camera moves by at most a tick's glide, although it is 11 ticks of motion ahead of the hero.
+    // The camera moves by at most one tick's glide, although it is 11 ticks of motion ahead of the hero.
     assert!(moved.abs() <= 2 * 64, "{moved} quanta");
 }
 

@@ -1,4 +1,4 @@
-//! The messages to clients: at every rate, from the start or later, in every built-in scene, and reproducible.
+//! Tests of the messages to clients: at every rate, from the start or later, in every built-in scene, and reproducible.
 
 use super::*;
 use jostle_protocol::limits::POINTER_MAX;
@@ -6,7 +6,7 @@ use jostle_sim::Rng;
 
 const ROOM_TICKS: u32 = 400;
 
-/// A built-in scene with some players who press and point at random.
+/// A built-in scene with some players who press keys and point at random.
 struct Play {
     room: Room,
     seats: Vec<Seat>,

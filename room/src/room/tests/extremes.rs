@@ -1,5 +1,5 @@
-//! Scenes at the limits of their fields. Both solvers keep every number finite, and clients decode the snapshots
-//! unchanged.
+//! Tests of scenes at the limits of their fields. Both solvers keep every number finite, and clients decode the
+//! snapshots unchanged.
 
 use super::{Client, Room, look};
 use jostle_game::Scene;
@@ -73,7 +73,7 @@ fn masses_at_both_ends() {
     play_all("", &format!("size = [4, 4]\nmass = {MASS_MAX:?}"));
     let light = format!("position = [50, 5]\nradius = 2\nmass = {MASS_MIN:?}");
     let heavy = format!("position = [50, 12]\nradius = 2\nmass = {MASS_MAX:?}");
-    // The conjugate solver refuses such a light and such a heavy body in one scene.
+    // The conjugate solver refuses such a light body and such a heavy one in the same scene.
     play(scene("relaxation", "", &light, &heavy));
     play(scene("relaxation", "", &heavy, &light));
 }

@@ -1,11 +1,12 @@
-//! A room restored from its recording resumes where the recording ends, and its players get their seats back.
+//! Checks that a room restored from its recording resumes where the recording ends, and that its players get their
+//! seats back.
 
 use super::*;
 use crate::SavedMembers;
 use crate::playback::{Moment, Playback};
 use jostle_protocol::replay::{Replay, header};
 
-/// A room with a recording to restore it from, and the bytes written so far.
+/// A room with a recording from which to restore it, and the bytes written so far.
 struct Kept {
     room: Room,
     file: Vec<u8>,
@@ -18,7 +19,7 @@ impl Kept {
         kept.room.keep_clips("test");
         let (tick, blocks) = (kept.room.game().tick_count(), kept.room.log().unwrap().blocks());
         kept.file.extend(blocks.start(0, tick).seal());
-        // The initial state follows from scene and seed.
+        // The initial state follows from the scene and the seed.
         kept.position = u64::from(tick == 0);
         kept.write(false);
         kept
@@ -89,7 +90,7 @@ fn a_restored_room_plays_on_as_if_nothing_had_happened() {
         players.map(|player| player.appearance.clone()).collect::<Vec<_>>()
     };
     assert_eq!(names(&restored), names(&kept.room));
-    // The players were without sockets for a moment.
+    // The players were briefly without sockets.
     [ann, bob].into_iter().for_each(|seat| kept.room.disconnect(seat));
     ticks(&mut kept.room, 200);
     ticks(&mut restored, 200);
@@ -147,7 +148,7 @@ fn an_unknown_player_leaves_also_after_a_second_restart_at_once() {
     join(&mut kept.room, "Ann");
     kept.play(30);
     let mut again = Kept::new(kept.restore(&SavedMembers::default()));
-    // The restored room's file still has the player; its members do not.
+    // The restored room's file still contains the player; its members do not.
     let room = again.restore(&again.room.saved_members());
     let mut last = Kept::new(room);
     last.play(1);

@@ -1,19 +1,20 @@
-//! Scenes that combine everything that refers to a body with everything that removes or moves one: launchers, packs in
-//! flight, springs, zones, emitters, slings and carrying, along with tools, bots and cameras. Nothing may panic.
+//! Tests of scenes that combine everything that refers to a body with everything that removes or moves one: launchers,
+//! packs in flight, springs, zones, emitters, slings and carrying, along with tools, bots and cameras. Nothing may
+//! panic.
 
 use super::*;
 use jostle_game::Input;
 use jostle_sim::Rng;
 use std::fmt::Write;
 
-/// Scenes per run.
+/// Number of scenes per run.
 const SCENES: u64 = 60;
-/// Ticks per scene, enough for packs to hit, rounds to end and players to come back.
+/// Number of ticks per scene: enough for packs to hit, rounds to end and players to return.
 const TICKS: u32 = 240;
 
-/// Kinds of bodies that others refer to, each in the group of its name.
+/// Kinds of bodies that others refer to, each in a group named after it.
 const KINDS: [&str; 5] = ["hero", "minion", "dumb", "platform", "block"];
-/// Effects that remove or move the bodies of a rule's trigger.
+/// Effects that remove or move the bodies that trigger a rule.
 const ENDS: [&str; 7] = [
     "remove = true",
     "back = true",
@@ -147,7 +148,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Adds something that follows a body of the scene.
+    /// Adds something that follows a body in the scene.
     fn follower(&mut self) {
         let (name, point) = (self.body_name(), self.point());
         let place = self.pick(&["follow", "position"]);
@@ -209,7 +210,7 @@ fn scene_of(rng: &mut Rng) -> String {
     writer.text
 }
 
-/// Clients and inputs of a room: players with random keys who come and go, and both kinds of subscribers.
+/// A room's clients and inputs: players with random keys who come and go, and both kinds of subscribers.
 struct Party {
     rng: Rng,
     seats: Vec<Seat>,
@@ -235,7 +236,7 @@ impl Party {
         for &seat in &self.seats {
             let (x, y) = (self.rng.range(0.0, 160.0), self.rng.range(0.0, 90.0));
             let buttons = Buttons(self.rng.next_u32() as u16 & Buttons::ALL.0);
-            // An input is kept for a while, so that a grabbed body may be removed meanwhile.
+            // An input is held for a while, so that a grabbed body may be removed in the meantime.
             if seq.is_multiple_of(5) {
                 room.input(seat, seq, Input::new(buttons, Some(Vec2::new(x, y))));
             }
