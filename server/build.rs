@@ -1,8 +1,8 @@
 //! Embeds everything in `client-web/dist` into optimised builds of the server, with an ETag for each file. If `dist` is
-//! missing, the table is empty, and the server serves instructions to build the client.
+//! missing, the table is empty, and the server serves instructions for building the client.
 //!
-//! Debug builds read the files at startup, so that a new page needs no compilation, and the page and the server can be
-//! compiled at the same time.
+//! Debug builds read the files at startup, so that a new page requires no compilation, and the page and the server can
+//! be compiled at the same time.
 
 #[path = "src/net/dist.rs"]
 mod dist;
@@ -22,7 +22,7 @@ fn main() -> io::Result<()> {
     let manifest = PathBuf::from(env::var("CARGO_MANIFEST_DIR").expect("cargo sets it"));
     let client = manifest.join("../client-web");
     let dir = client.join("dist");
-    // A path that does not exist would make cargo run this script in every build, so its parent is watched.
+    // If the path did not exist, cargo would run this script in every build, so its parent is watched instead.
     let watched = if dir.is_dir() { &dir } else { &client };
     println!("cargo::rerun-if-changed={}", watched.display());
 

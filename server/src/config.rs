@@ -13,12 +13,12 @@ use jostle_game::Scene;
 use std::path::PathBuf;
 use tracing_appender::non_blocking::ErrorCounter;
 
-/// Settings that a server starts with.
+/// Settings with which a server starts.
 #[derive(Clone, Debug)]
 pub struct Config {
-    /// Files of the page, sorted by name.
+    /// The page's files, sorted by name.
     pub files: &'static [assets::AssetFile],
-    /// Scenes on offer, at most [`limits::SCENES_BOUND`], each name once.
+    /// Scenes on offer: at most [`limits::SCENES_BOUND`], with unique names.
     pub scenes: Vec<Scene>,
     /// Timeouts after which the server gives up on a peer or a room.
     pub waits: limits::Timeouts,
@@ -28,30 +28,31 @@ pub struct Config {
     pub origins: Vec<String>,
     /// Names by which requests may address this server.
     pub hosts: Hosts,
-    /// Networks of proxies whose `X-Forwarded-For` header is trusted.
+    /// Proxy networks whose `X-Forwarded-For` header is trusted.
     pub trusted_proxies: Vec<IpNet>,
-    /// Limit on the rooms that people may have open at a time, at most [`limits::ROOMS_BOUND`]. The scenes' standing
+    /// Maximum number of rooms that people may have open at once, at most [`limits::ROOMS_BOUND`]. The scenes' standing
     /// rooms do not count.
     pub rooms_max: usize,
-    /// Limit on simultaneous connections, at most [`limits::CONNECTIONS_BOUND`].
+    /// Maximum number of simultaneous connections, at most [`limits::CONNECTIONS_BOUND`].
     pub connections_max: usize,
-    /// Limit on game sockets per address; `None` for its share of the connections ([`limits::address_sessions_max`]).
+    /// Maximum number of game sockets per address; `None` for the address's share of the connections
+    /// ([`limits::address_sessions_max`]).
     pub address_sessions_max: Option<usize>,
-    /// Megabits per second that the server may send. One address gets a part of them, and all rooms with guests' scenes
-    /// share another part ([`limits::uplink`]).
+    /// Megabits per second that the server may send. Each address gets a fraction of this, and all rooms with guests'
+    /// scenes share another fraction ([`limits::uplink`]).
     pub uplink_megabits: u32,
-    /// Token that operators need for the admin paths; `None` disables these paths.
+    /// Token that operators need to use the admin paths; `None` disables these paths.
     pub ops_token: Option<String>,
-    /// Certificate and key for the players' port; `None` serves it without TLS.
+    /// Certificate and key for the players' port; if `None`, the port is served without TLS.
     pub tls: Option<tls::Tls>,
-    /// Counter of dropped log lines, if the log can drop any.
+    /// Counter for dropped log lines, if the log can drop any.
     pub log_drops: Option<ErrorCounter>,
-    /// Directory and limits of recordings; `None` records nothing.
+    /// Directory and limits for recordings; `None` to record nothing.
     pub replays: Option<log::Settings>,
-    /// Where rooms are stored so that they outlive the process; `None` lets them end with it.
+    /// Where rooms are stored so that they outlive the process; `None` if they end with it.
     pub state: Option<StateSettings>,
-    /// The server's settings as a node of a fleet; `None` for a single server. Needs the feature `nats`, and excludes
-    /// `state`: where a room is stored decides which server resumes it.
+    /// The server's settings as a node of a fleet; `None` for a single server. Requires the `nats` feature and cannot
+    /// be combined with `state`: where a room is stored decides which server resumes it.
     pub fleet: Option<FleetSettings>,
     /// Receives the server's status notifications.
     pub supervisor: Supervisor,
@@ -60,12 +61,12 @@ pub struct Config {
 }
 
 impl Config {
-    /// Maximum number of rooms at a time: those that people create, and the standing room of each scene.
+    /// Maximum number of open rooms: those that people create, plus each scene's standing room.
     pub fn rooms_in_all(&self) -> usize {
         self.rooms_max + self.scenes.len()
     }
 
-    /// Directory of the best runs: that of the open rooms, or else that of the replays.
+    /// Directory for the best runs: the one for open rooms, or else the one for replays.
     pub fn records_dir(&self) -> Option<PathBuf> {
         let state = self.state.as_ref().map(|state| &state.dir);
         let dir = state.or(self.replays.as_ref().map(|replays| &replays.dir))?;
@@ -74,8 +75,8 @@ impl Config {
 }
 
 impl Default for Config {
-    /// The embedded page, the built-in scenes, pages of this site only, no proxies, no TLS, and nothing recorded or
-    /// stored.
+    /// Serves the embedded page and the built-in scenes, accepts only this site's pages, trusts no proxies, uses no
+    /// TLS, and records and stores nothing.
     fn default() -> Config {
         Config {
             files: assets::files(),

@@ -1,11 +1,11 @@
-//! Safe reading of files that other users may have placed where the server reads. A pipe would block the reader
-//! forever, and a device or a huge file would fill the memory, so only regular files are read, up to a limit.
+//! Safely reads files that other users may have placed where the server looks. A pipe would block the reader forever,
+//! and a device or a huge file would exhaust memory, so only regular files are read, up to a size limit.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read};
 use std::path::Path;
 
-/// Opens a regular file, or a link to one, for reading. Anything else is an error, and never blocks.
+/// Opens a regular file, or a link to one, for reading. Anything else results in an error rather than blocking.
 pub fn open_regular(path: &Path) -> io::Result<File> {
     let file = without_waiting(OpenOptions::new().read(true)).open(path)?;
     if !file.metadata()?.is_file() {
@@ -16,7 +16,7 @@ pub fn open_regular(path: &Path) -> io::Result<File> {
     Ok(file)
 }
 
-/// Reads a regular file of at most `bytes_max` bytes.
+/// Reads a regular file of up to `bytes_max` bytes.
 pub fn read_regular(path: &Path, bytes_max: usize) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     open_regular(path)?.take(bytes_max as u64 + 1).read_to_end(&mut bytes)?;
@@ -27,7 +27,7 @@ pub fn read_regular(path: &Path, bytes_max: usize) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Makes opening a pipe return or fail at once. By default it would block until the other end is opened.
+/// Lets opening a pipe return or fail immediately, instead of blocking until the other end is opened.
 pub fn without_waiting(options: &mut OpenOptions) -> &mut OpenOptions {
     #[cfg(unix)]
     {
@@ -70,7 +70,7 @@ mod tests {
             let error = read_regular(path, 1 << 20).expect_err("no regular file");
             assert!(error.to_string().contains("no regular file"), "{}: {error}", path.display());
         }
-        // Opening a pipe for writing does not wait for a reader either.
+        // Opening a pipe for writing must not wait for a reader either.
         let opened = without_waiting(OpenOptions::new().write(true)).open(&pipe);
         assert!(opened.is_err());
         for path in [pipe, link] {

@@ -1,5 +1,5 @@
-//! Several servers as one fleet. They share a directory of nodes and rooms in a key-value store. Each room's records
-//! are in a stream of that store, from which another node resumes the room when its node drains or dies.
+//! Runs several servers as one fleet. They share a directory of nodes and rooms in a key-value store. Each room's
+//! records are kept in a stream, from which another node resumes the room when the original node drains or dies.
 
 pub mod directory;
 pub mod entry;

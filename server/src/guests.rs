@@ -1,9 +1,9 @@
-//! Rooms with guests' scenes: a player sends a scene file, and gets a room that plays it.
+//! Rooms with guests' scenes. A player uploads a scene file and gets a room that plays it.
 //!
 //! A stranger's scene must not slow down other rooms, so there are three safeguards. [`read`] refuses a file that needs
 //! more than [`limits::GUEST_BUDGET`]. [`try_out`] plays the first seconds on a low-priority thread, after waiting for
-//! its turn in a [`TrialQueue`], and refuses the scene if that takes too long. The room itself has a [`ProcessorShare`] of a
-//! processor, and is closed if it uses more for long. The number of such rooms is limited
+//! its turn in a [`TrialQueue`], and refuses the scene if that takes too long. The room itself has a
+//! [`ProcessorShare`], and is closed if it exceeds that share for long. The number of such rooms is limited
 //! ([`limits::guest_rooms_max`]).
 
 mod share;
@@ -21,7 +21,7 @@ use std::io;
 use std::net::IpAddr;
 use std::sync::Arc;
 
-/// Name of every guest's scene. In errors its file is called `guest.toml`.
+/// The name of every guest's scene. In error messages, the file is called `guest.toml`.
 pub const NAME: &str = "guest";
 const FILE: &str = "guest.toml";
 
@@ -29,15 +29,15 @@ const FILE: &str = "guest.toml";
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum GuestScenes {
     Off,
-    /// Unlisted rooms only.
+    /// Only in unlisted rooms.
     #[default]
     Private,
-    /// Listed rooms too.
+    /// In listed rooms too.
     All,
 }
 
 impl GuestScenes {
-    /// The name of the setting in flags and answers.
+    /// The setting's name in flags and answers.
     pub fn name(self) -> &'static str {
         match self {
             GuestScenes::Off => "off",
@@ -63,7 +63,7 @@ pub fn read(text: &[u8]) -> Result<Scene, SceneError> {
     Ok(scene)
 }
 
-/// The refusal of a text that is too long; `found` describes its length.
+/// The refusal of a text that is too long. `found` describes the length.
 pub fn too_long(found: String) -> SceneError {
     about_file(1, found, format!("at most {} bytes", limits::GUEST_SCENE_BYTES_MAX))
 }
@@ -86,8 +86,8 @@ fn check_texts(scene: &Scene) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// Reads a scene sent from this address, and plays its trial when its turn comes; `None` if too many wait. The outer
-/// error is that of the server.
+/// Reads a scene sent from this address, and plays its trial when its turn comes; `None` if too many are already
+/// waiting. The outer error is a server error.
 pub async fn try_out(
     text: Vec<u8>,
     waits: Timeouts,
@@ -99,7 +99,7 @@ pub async fn try_out(
 
 fn try_here(text: &[u8], waits: &Timeouts) -> Result<Arc<Scene>, SceneError> {
     let scene = Arc::new(read(text)?);
-    // The trial rests half of the time, even if no other work is waiting.
+    // The trial is idle half of the time, even if no other work is waiting.
     let times = [waits.guest_trial, waits.guest_trial_later];
     trial::play(&scene, times, thread_time::taken, std::thread::sleep)?;
     Ok(scene)

@@ -1,5 +1,6 @@
-//! Rooms and their threads. [`rooms::Rooms`] opens a room and hands sessions to it, [`ticker`] is its thread,
-//! [`room_handle`] all that others hold of it. The thread feeds its [`sessions`] through an [`outbox`] each, which it never waits for.
+//! Rooms and their threads. [`rooms::Rooms`] opens a room and hands sessions to it, [`ticker`] is the room's thread,
+//! and [`room_handle`] is what others use to reach it. The thread sends to each of its [`sessions`] through an
+//! [`outbox`], and never waits.
 
 pub mod admission;
 pub mod clock;
@@ -18,16 +19,16 @@ pub mod thread_time;
 pub mod ticker;
 pub mod token_signer;
 
-/// The current phase of a server. It only moves forward.
+/// A server's current phase. It only moves forward.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phase {
     Running,
-    /// Players have been warned, and nothing new is started.
+    /// Players have been warned, and nothing new is being started.
     Draining,
     Closing,
 }
 
-/// A random number that cannot be foreseen.
+/// An unpredictable random number.
 pub fn random() -> u64 {
     getrandom::u64().expect("the system's random source worked when the server started")
 }

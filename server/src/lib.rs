@@ -1,13 +1,13 @@
-//! The host: sockets, sessions, the tickers (the only clocks) and files. It holds no game rules, and lets
-//! no client and no room delay another. A program that embeds it calls [`run`].
+//! The host: sockets, sessions, tickers (the only clocks) and files. It contains no game rules, and lets no client or
+//! room delay another. A program that embeds it calls [`run`].
 //!
-//! A connection passes through [`net`]: [`net::listen`] accepts and counts it, one of the [`net::socket_threads`]
-//! serves it from then on, [`net::tls`] decrypts it if configured, [`net::http`] answers or upgrades it, and
-//! [`net::session`] runs the game session. A session meets its room at two bounded queues: the inbox that it fills and
-//! the [`host::outbox`] that it empties. [`host::ticker`] is the room's thread between them; [`host::rooms`] lists the
-//! rooms. [`log`] has the readers of the rooms' logs, which record games and store rooms so that they outlive the
-//! process. [`runs`] keeps the best runs. [`limits`] bounds the use by an address, a network and a socket. [`ops`]
-//! counts events, serves them to operators on a separate port, and logs refusals.
+//! A connection passes through [`net`]: [`net::listen`] accepts and counts it, one of the [`net::socket_threads`] takes
+//! it from there, [`net::tls`] decrypts it if configured, [`net::http`] answers or upgrades it, and [`net::session`]
+//! runs the game session. A session and its room communicate through two bounded queues: the inbox that the session
+//! fills and the [`host::outbox`] that it empties. [`host::ticker`] is the room's thread between them; [`host::rooms`]
+//! lists the rooms. [`log`] contains the readers of rooms' logs, which record games and store rooms so that they
+//! outlive the process. [`runs`] keeps the best runs. [`limits`] bounds how much an address, a network or a socket may
+//! use. [`ops`] counts events, serves them to operators on a separate port, and logs refusals.
 
 pub mod config;
 pub mod files;
@@ -80,7 +80,7 @@ pub async fn run_with_ops(
         ))
     });
     (supervisor.tell)(Sign::Ready);
-    // Every connection holds a clone of the sender. When the last one is dropped, all connections have ended.
+    // Every connection holds a clone of the sender. Once the last one is dropped, all connections have ended.
     let (alive, all_gone) = mpsc::channel::<Infallible>(1);
     let threads = SocketThreads::start(&state.host.send_queues)?;
     let agones =
@@ -103,7 +103,7 @@ pub async fn run_with_ops(
     Ok(())
 }
 
-/// Opens the files of a server, and the rooms of the process before. In a fleet it has yet to join.
+/// Opens a server's files and the rooms from the previous process. A server in a fleet has yet to join it.
 async fn open(
     config: Config,
     phase: watch::Receiver<Phase>,
@@ -135,7 +135,7 @@ async fn open(
     Ok((state, joining))
 }
 
-/// Warns the players, closes their sockets, then ends the rooms and their files. Tasks that are late are logged and
+/// Warns the players, closes their sockets, and then ends the rooms and their files. Tasks that are late are logged and
 /// abandoned.
 async fn drain(
     state: &ServerState,
@@ -149,7 +149,7 @@ async fn drain(
         hand_over(fleet, &state.rooms).await;
     }
     phase.send_replace(Phase::Draining);
-    // The remaining players are disconnected now.
+    // Players who are still connected are disconnected now.
     let _ = timeout(drain_notice, all_gone.recv()).await;
     phase.send_replace(Phase::Closing);
     let closes_by = (ends_at - limits::DRAIN_FILES).min(Instant::now() + drain);
@@ -164,7 +164,8 @@ async fn drain(
         let host = Arc::clone(&state.host);
         let close = move || host.logs.close();
         blocking(ends_at, "some logs were not written to their end in time", close).await;
-        // Done even if a socket does not close in time; other nodes would otherwise wait for the lease to expire.
+        // This is done even if a socket does not close in time; otherwise other nodes would wait for the lease to
+        // expire.
         if let Some(fleet) = &state.fleet {
             fleet.leave(ends_at.min(Instant::now() + limits::FLEET_ANSWER)).await;
         }
@@ -182,14 +183,14 @@ async fn hand_over(fleet: &Fleet, rooms: &Rooms) {
     }
 }
 
-/// Waits for blocking work until a deadline, and logs if it is late.
+/// Waits for blocking work until a deadline, and logs if the work is late.
 async fn blocking(until: Instant, late: &str, work: impl FnOnce() + Send + 'static) {
     if timeout_at(until, spawn_blocking(work)).await.is_err() {
         warn!("{late}");
     }
 }
 
-/// The best runs, if the server has a directory for them. Their replays are verified again from now on.
+/// The best runs, if the server has a directory for them. From now on, their replays are verified again.
 fn open_records(config: &Config) -> io::Result<Option<Arc<Records>>> {
     let Some(dir) = config.records_dir() else { return Ok(None) };
     let records = Records::open(dir, &config.scenes, config.waits.run_trial);
@@ -197,7 +198,7 @@ fn open_records(config: &Config) -> io::Result<Option<Arc<Records>>> {
     Ok(Some(records))
 }
 
-/// The key that signs tokens: that of the fleet, or that of the previous process.
+/// The key that signs tokens: the fleet's key, or else the previous process's.
 fn key(config: &Config, logs: &Logs) -> Option<[u8; 32]> {
     let of_fleet = config.fleet.as_ref().map(|fleet| fleet.secret);
     of_fleet.or_else(|| logs.states.as_ref().map(|states| *states.dir().key()))

@@ -1,6 +1,6 @@
-//! Limits of the host: what an operator can set, and the bounds that several files share. The others stand beside their user.
-//! A peer that exceeds one gets a specific refusal; other peers are unaffected.
-//! Limits on what a message may hold are in [`jostle_protocol::limits`].
+//! The host's limits: those that an operator can set, and those that several files share. Other limits are defined next
+//! to the code that uses them. A peer that exceeds a limit gets a specific refusal; other peers are unaffected. Limits
+//! on what a message may contain are in [`jostle_protocol::limits`].
 
 pub mod address_rate_limiter;
 pub mod connection_limits;
@@ -20,137 +20,139 @@ use std::time::Duration;
 
 // Sockets.
 
-/// TCP connections per processor, unless `--connections-max` is given: four times the players of full rooms of 16, to
-/// leave some for spectators and browsers that load the page. Further connections are closed at once.
+/// TCP connections per processor, unless `--connections-max` is given: four times the number of players in full rooms
+/// of 16, to leave some for spectators and browsers that load the page. Further connections are closed immediately.
 pub const CONNECTIONS_PER_PROCESSOR: usize = 2048;
-/// Lower bound of these connections, for a machine with one processor.
+/// Minimum value of this limit, for a machine with one processor.
 pub const CONNECTIONS_MIN: usize = 4096;
-/// Largest value of `--connections-max`: each connection may hold a buffer of 16 KiB while its request is read.
+/// Maximum value of `--connections-max`: each connection may hold a 16 KiB buffer while its request is being read.
 pub const CONNECTIONS_BOUND: usize = 65_536;
-/// Descriptors besides those of connections: two files for each room, replays being read, the operators' port, the log,
-/// the runtime's descriptors, and each socket thread.
+/// Descriptors needed in addition to those for connections: two files for each room, replays being read, the operators'
+/// port, the log, the runtime's descriptors, and those of each socket thread.
 pub const fn descriptors_spare(rooms: usize) -> usize {
     let files = 2 * rooms + REPLAY_READERS_MAX;
     files + OPS_CONNECTIONS_MAX + 48 + 3 * SOCKET_THREADS_MAX
 }
 /// Maximum number of threads that serve sockets. Each can handle about 800 players.
 pub const SOCKET_THREADS_MAX: usize = 16;
-/// TCP connections of one address at a time (IPv6: of one /64), as a fraction of all. A /56 may have twice as many, a
-/// /48 four times, and an IPv4 /24 twice ([`networks::shares`]).
+/// Maximum number of concurrent TCP connections per address (for IPv6, per /64), as a fraction of all. A /56 may have
+/// twice as many, a /48 four times as many, and an IPv4 /24 twice as many ([`networks::shares`]).
 pub const ADDRESS_CONNECTIONS_SHARE: usize = 8;
-/// Lower bound of these: a school behind one address loads the page over about six connections per browser, and plays
-/// over one.
+/// Minimum value of this limit. A school behind one address loads the page over about six connections per browser, and
+/// plays over one.
 pub const ADDRESS_CONNECTIONS_MIN: usize = 512;
-/// One part in this many of all connections, game sockets or rooms is reserved for networks that hold few.
+/// One in this many connections, game sockets or rooms is reserved for networks that hold few.
 pub const RESERVE_SHARE: usize = 8;
-/// Game sockets of one address at a time, as a fraction of all connections, unless `--address-sockets` is given.
-/// Further sockets are refused with `TooManySockets`.
+/// Maximum number of concurrent game sockets per address, as a fraction of all connections, unless `--address-sockets`
+/// is given. Further sockets are refused with `TooManySockets`.
 pub const ADDRESS_SESSIONS_SHARE: usize = 32;
-/// Lower bound of these, for a server with few connections.
+/// Minimum value of this limit, for a server with few connections.
 pub const ADDRESS_SESSIONS_MIN: usize = 128;
-/// TCP connections of one address beyond its game sockets, if `--address-sockets` allows more of those.
+/// TCP connections that an address may have in addition to its game sockets, if `--address-sockets` allows more of
+/// those.
 pub const ADDRESS_CONNECTIONS_SPARE: usize = ADDRESS_CONNECTIONS_MIN - ADDRESS_SESSIONS_MIN;
-/// Addresses whose rates are tracked at a time. An address that connected once is dropped 20 ms later.
+/// Maximum number of addresses whose rates are tracked at once. An address that connects once is dropped 20 ms later.
 pub const TRACKED_ADDRESSES_MAX: usize = 4096;
-/// Wait after the listener failed to accept, so that it does not spin while descriptors are exhausted.
+/// Delay after the listener fails to accept a connection, so that it does not spin while descriptors are exhausted.
 pub const ACCEPT_RETRY: Duration = Duration::from_millis(50);
 
-/// Largest file written or named by people, bytes: settings, a scene, certificates, a key, a token. The longest useful
-/// one, a scene, has 64 KiB.
+/// Maximum size of a file that people write or name, bytes: settings, a scene, certificates, a key or a token. The
+/// longest useful one, a scene, is 64 KiB.
 pub const SETTINGS_FILE_BYTES_MAX: usize = 1 << 20;
 
-/// Maximum number of connections to the operators' port at a time.
+/// Maximum number of concurrent connections to the operators' port.
 pub const OPS_CONNECTIONS_MAX: usize = 16;
 
 // HTTP.
 
-/// Requests of one address per second in the long run, including those passed on by a proxy.
+/// Sustained rate of requests per address, including those passed on by a proxy.
 pub const REQUESTS_PER_SECOND_MAX: u32 = 100;
-/// Largest burst of requests from one address: a class of fifty that loads the page.
+/// Largest burst of requests from one address: a class of fifty loading the page.
 pub const REQUESTS_BURST_MAX: usize = 1024;
-/// Largest buffer for a request's head, bytes.
+/// Maximum size of the buffer for a request's head, bytes.
 pub const HTTP_BUFFER_BYTES_MAX: usize = 16 << 10;
-/// Longest usual request body, bytes.
+/// Maximum length of an ordinary request body, bytes.
 pub const HTTP_BODY_BYTES_MAX: usize = 1 << 10;
-/// Longer bodies, of scenes and runs, that may be received at a time, with up to a megabyte each.
+/// Maximum number of longer bodies (scenes and runs, of up to a megabyte each) that may be received at once.
 pub const LONG_BODIES_MAX: usize = 64;
-/// Longer bodies that one address may send at a time.
+/// Maximum number of longer bodies that one address may send at once.
 pub const ADDRESS_LONG_BODIES_MAX: usize = 4;
-/// Time after which a long body may be displaced by one from a network that sends fewer, once there are too many:
-/// enough for 230 kB at 2 Mbit/s.
+/// Time after which, if there are too many long bodies, one may be displaced by another from a network that sends
+/// fewer: enough for 230 kB at 2 Mbit/s.
 pub const LONG_BODY_GRACE: Duration = Duration::from_secs(1);
 
 // Sessions.
 
-/// Messages per second in the long run; a page sends 60 inputs and a few pings.
+/// Sustained rate of messages; a page sends 60 inputs and a few pings per second.
 pub const MESSAGES_PER_SECOND_MAX: u32 = 120;
-/// Largest burst of messages: the number that an honest client sends after a network stall of four seconds.
+/// Largest burst of messages: as many as an honest client sends after a network stall of four seconds.
 pub const MESSAGES_BURST_MAX: u32 = 240;
-/// Decoded messages that may wait for the room: twice the burst, so that only a room that is blocked for seconds lets
-/// it fill up.
+/// Maximum number of decoded messages waiting for the room: twice the burst, so that the queue fills up only if the
+/// room is blocked for seconds.
 pub const INBOX_MAX: usize = 512;
-/// Time for the last message, the close frame, and the peer's close.
+/// Time allowed for the last message, the close frame, and the peer's close.
 pub const CLOSE_WAIT: Duration = Duration::from_secs(2);
-/// Bytes read from a session's socket at a time, into a cleared buffer: about ten inputs.
+/// Number of bytes read from a session's socket in one go, into a cleared buffer: about ten inputs.
 pub const READ_BUFFER_BYTES: usize = 512;
 
 // Bytes.
 
-/// Default for the megabits per second that the server may send: the slowest uplink with which machines are usually
-/// rented.
+/// Default for the number of megabits per second that the server may send: the slowest uplink that rented machines
+/// usually have.
 pub const UPLINK_MEGABITS: u32 = 100;
-/// Largest value of `--uplink`, beyond the reach of any machine.
+/// Maximum value of `--uplink`, beyond what any machine can send.
 pub const UPLINK_MEGABITS_MAX: u32 = 30_000;
-/// The fraction of these that may be sent to one address (IPv6: one /64). A quarter of 100 Mbit/s is 24 kB/s for each
-/// of [`ADDRESS_SESSIONS_MIN`] sessions; a player in a pile of 900 boxes receives 7 kB/s on the wire.
+/// Each address (for IPv6, each /64) may be sent at most the uplink divided by this number. A quarter of 100 Mbit/s is
+/// 24 kB/s for each of [`ADDRESS_SESSIONS_MIN`] sessions; a player in a pile of 900 boxes receives 7 kB/s on the wire.
 pub const ADDRESS_UPLINK_SHARE: u32 = 4;
-/// The part of these that all rooms with guests' scenes may send together. Such a scene may send 178 kB/s to each
-/// client.
+/// All rooms with guests' scenes together may send at most the uplink divided by this number. Such a scene may send 178
+/// kB/s to each client.
 pub const GUESTS_UPLINK_SHARE: u32 = 4;
-/// Seconds of a budget that may be sent at once: the welcomes and keyframes of a class that arrives together.
+/// How many seconds of a budget may be sent at once: enough for the welcomes and keyframes of a class that arrives
+/// together.
 pub const UPLINK_BURST_SECONDS: u32 = 2;
 
 // Rooms.
 
 /// Maximum number of scenes on offer, unless `--scenes-max` is given.
 pub const SCENES_MAX: usize = 64;
-/// Largest value of `--scenes-max`: each scene has a standing room, and a card in the lobby.
+/// Maximum value of `--scenes-max`: each scene has a standing room and a card in the lobby.
 pub const SCENES_BOUND: usize = 1024;
-/// Rooms that a processor is assumed to handle; most take less than 3 % of one.
+/// Number of rooms that a processor is assumed to handle; most rooms use less than 3 % of one.
 pub const ROOMS_PER_PROCESSOR: usize = 32;
-/// Largest value of `--rooms-max`: each room has a thread that wakes sixty times a second.
+/// Maximum value of `--rooms-max`: each room has a thread that wakes sixty times a second.
 pub const ROOMS_BOUND: usize = 4096;
-/// Rooms created from one address at a time, as a fraction of all.
+/// Maximum number of open rooms created from one address, as a fraction of all.
 pub const ADDRESS_ROOMS_SHARE: usize = 8;
-/// Lower bound of these, for a server with few rooms.
+/// Minimum value of this limit, for a server with few rooms.
 pub const ADDRESS_ROOMS_MIN: usize = 8;
-/// Maximum number of spectators of a room: with all 512 seats taken they still fit on one socket thread. A spectator
-/// costs the bytes sent, but no encoding.
+/// Maximum number of spectators in a room. Even with all 512 seats taken, they still fit on one socket thread. A
+/// spectator costs only the bytes sent, with no encoding.
 pub const SPECTATORS_MAX: usize = 256;
-/// Length of a private room's code, 5 bits per character: too long to be guessed.
+/// Length of a private room's code, at 5 bits per character: too long to be guessed.
 pub const PRIVATE_CODE_CHARS: usize = 20;
 /// Minimum length of an operators' token.
 pub const OPS_TOKEN_CHARS_MIN: usize = 16;
-/// Joins that may wait for a room's next tick: as many as a room has seats.
+/// Maximum number of joins waiting for a room's next tick: as many as a room has seats.
 pub const JOINS_WAITING_MAX: usize = SEATS_MAX;
-/// Maximum number of ticks played in a row to catch up; further due ticks are skipped and counted as missed.
+/// Maximum number of ticks played in a row to catch up; any further due ticks are skipped and counted as missed.
 pub const CATCH_UP_TICKS_MAX: u32 = 5;
 
 // Scenes of guests.
 
-/// Longest scene of a guest, bytes; the largest built-in scene, `hall`, has 19 kB.
+/// Maximum size of a guest's scene, bytes; the largest built-in scene, `hall`, is 19 kB.
 pub const GUEST_SCENE_BYTES_MAX: usize = 32 << 10;
-/// The budget of a guest's scene. Every built-in scene except `hall` stays within it.
+/// The budget for a guest's scene. Every built-in scene except `hall` stays within it.
 pub const GUEST_BUDGET: Budget = Budget {
     // Sending to more players would cost more than most scenes do.
     players: FOLLOWERS_MAX as u16,
-    // Their keyframe has about 10 kB, and each player who joins or lags gets one.
+    // A keyframe with this many takes about 10 kB, and each player who joins or lags gets one.
     bodies: 1000,
-    // Twice the default. Each player's page simulates them too.
+    // Twice the default. Each player's page simulates the particles too.
     particles: 8192,
-    // Twelve screens of the usual height in a row, with a kill zone around them.
+    // The width of twelve screens of the usual height in a row, with a kill zone around them.
     size: 4096.0,
-    // Half a tick, so that a room is not late if it has its worst ticks in a row.
+    // Half a tick, so that a room is not late even if its worst ticks come in a row.
     tick_ms: 8.0,
     solver: SolverBudget {
         // Twice the default.
@@ -163,75 +165,77 @@ pub const GUEST_BUDGET: Budget = Budget {
     },
     // Enough for a chain as long as the widest built-in scene.
     springs: 256,
-    // 32 zones with all allowed bodies, a few tenths of a millisecond.
+    // 32 zones that contain all allowed bodies, which takes a few tenths of a millisecond.
     zone_looks: 32_000,
     // Each rule is compared with every contact.
     rules: 64,
-    // Ten in each tick; each is an event that is sent to all players.
+    // Ten per tick; each one is an event sent to all players.
     starts_per_s: 600,
-    // The rate at which all particles are in use if each lives for two seconds.
+    // The rate at which all particles are in use if each one lives for two seconds.
     emitted_per_s: 4096,
-    // One in each tick.
+    // One per tick.
     launched_per_s: 60,
 };
-/// Limits of a step of a guest's scene; a room that exceeds them is closed. The scene's budget limits the number of its
-/// bodies, not the piles that players, forces and launchers make of them.
+/// Limits on a step of a guest's scene; a room that exceeds them is closed. The scene's budget limits the number of
+/// bodies, but not how players, forces and launchers pile them up.
 pub const GUEST_STEP: StepBudget = StepBudget {
-    // Three times the pairs of a heap of all bodies; 30 iterations over them take about 14 ms, and the pairs about 3
-    // MB.
+    // Three times as many pairs as a heap of all bodies has; 30 iterations over them take about 14 ms, and the pairs
+    // take about 3 MB.
     pairs: 10_000,
-    // About 50 ms; the largest built-in tower needs a fiftieth of it.
+    // About 50 ms; the largest built-in tower needs a fiftieth of this.
     work: 1_000_000,
-    // Sixteen obstacles that cover everything, which takes half a megabyte.
+    // Sixteen obstacles that cover everything, which take half a megabyte.
     obstacle_cells: 65_536,
 };
-/// A room with a guest's scene may use one part in this many of a processor in the long run: two milliseconds of each
-/// tick, while most scenes take far less.
+/// In the long run, a room with a guest's scene may use a processor's time divided by this number: two milliseconds of
+/// each tick, while most scenes use far less.
 pub const GUEST_SHARE: u32 = 8;
-/// All such rooms together may use one part in this many of the processors, so that at least as much is left to other
-/// rooms.
+/// All such rooms together may use the processors' time divided by this number, so that at least as much is left for
+/// other rooms.
 pub const GUESTS_SHARE: usize = 2;
-/// Ticks tried at a time before a room opens. By then its bodies have fallen, and each key was pressed many times.
+/// Number of ticks in each part of a trial before a room opens. By the end, the scene's bodies have fallen, and each
+/// key has been pressed many times.
 pub const GUEST_TRIAL_TICKS: u32 = 2 * TICKS_PER_SECOND;
-/// Maximum number of parts of a trial ([`Timeouts::guest_trial_later`]). By then launchers have filled the scene, and
-/// falling bodies have come to rest.
+/// Maximum number of parts in a trial ([`Timeouts::guest_trial_later`]). By the end, launchers have filled the scene,
+/// and falling bodies have come to rest.
 pub const GUEST_TRIAL_PARTS: u32 = 10;
-/// Number of players in a trial, who press all keys at random.
+/// Number of players in a trial, all of whom press keys at random.
 pub const GUEST_TRIAL_PLAYERS: u16 = 8;
-/// Maximum number of guests' scenes that are being tried or wait for their trial.
+/// Maximum number of guests' scenes that are being tried or waiting for their trial.
 pub const GUEST_TRIALS_MAX: usize = 16;
-/// Maximum number of trials of one address. A /48 may have eight, so that no organisation has them all.
+/// Maximum number of trials per address. A /48 may have eight, so that no organisation takes them all.
 pub const ADDRESS_GUEST_TRIALS_MAX: usize = 2;
-/// Rooms with guests' scenes per address, as a fraction of all, and at least one: it takes four addresses to use them
-/// all.
+/// Maximum number of rooms with guests' scenes per address, as a fraction of all, and at least one. It takes four
+/// addresses to use them all.
 pub const ADDRESS_GUEST_ROOMS_SHARE: usize = 4;
-/// The number of last rooms with guests' scenes reserved for networks without one.
+/// How many of the last rooms with guests' scenes are reserved for networks without one.
 pub const GUEST_ROOMS_RESERVE: usize = 1;
-/// Niceness of the threads that play and try guests' scenes, so that all other threads come first.
+/// Niceness of the threads that play and try guests' scenes, so that all other threads take precedence.
 pub const GUEST_NICENESS: i32 = 10;
 
-/// Processors that this process may use.
+/// Number of processors that this process may use.
 pub fn processors() -> usize {
     available_parallelism().map_or(1, NonZero::get)
 }
 
-/// Default for the rooms that people may have open at a time. The scenes' standing rooms do not count.
+/// Default for the maximum number of rooms that people may have open at once. The scenes' standing rooms do not count.
 pub fn rooms_max() -> usize {
     (processors() * ROOMS_PER_PROCESSOR).min(ROOMS_BOUND)
 }
 
-/// Default for the connections at a time. A system with fewer descriptors has a lower limit.
+/// Default for the maximum number of concurrent connections. A system with fewer descriptors has a lower limit.
 pub fn connections_max() -> usize {
     (processors() * CONNECTIONS_PER_PROCESSOR).clamp(CONNECTIONS_MIN, CONNECTIONS_BOUND)
 }
 
-/// Connections per address on a server with this many connections, if one address may have `sessions` game sockets.
+/// Maximum number of connections per address on a server with this many connections, if one address may have `sessions`
+/// game sockets.
 pub fn address_connections_max(connections: usize, sessions: usize) -> usize {
     let share = (connections / ADDRESS_CONNECTIONS_SHARE).max(ADDRESS_CONNECTIONS_MIN);
     share.max(ADDRESS_CONNECTIONS_SPARE + sessions)
 }
 
-/// Default for the game sockets per address on a server with this many connections.
+/// Default for the maximum number of game sockets per address on a server with this many connections.
 pub fn address_sessions_max(connections: usize) -> usize {
     (connections / ADDRESS_SESSIONS_SHARE).max(ADDRESS_SESSIONS_MIN)
 }
@@ -243,131 +247,131 @@ pub const fn guest_rooms_max(processors: usize) -> usize {
 
 // Replays.
 
-/// Bytes of one file, after which a new one begins; the records that wait for the writer still fit below
+/// Size of a file after which a new one begins, in bytes. Records still waiting for the writer fit below
 /// [`REPLAY_BYTES_MAX`].
 pub const REPLAY_FILE_BYTES_MAX: u64 = 32 << 20;
-/// Default for the megabytes of all files in the directory.
+/// Default for the total size of all files in the directory, in megabytes.
 pub const REPLAYS_MB: u32 = 1024;
 /// Maximum number of files in the directory; beyond this the oldest finished ones are deleted.
 pub const REPLAY_FILES_MAX: usize = 10_000;
-/// Minimum bytes counted for a file: the disk block that it takes.
+/// Minimum number of bytes counted for a file: the disk block that it occupies.
 pub const REPLAY_FILE_CHARGE_MIN: u64 = 4 << 10;
-/// Clips may take one part in this many of the directory, in files and in bytes. Beyond it they are deleted before
-/// recordings of games.
+/// Clips may take up the directory's limits on files and bytes divided by this number. Beyond that, they are deleted
+/// before recordings of games.
 pub const CLIPS_SHARE: usize = 8;
-/// Clips of all rooms that may wait for the writer or be in progress. The writer also writes all recordings.
+/// Maximum number of clips, across all rooms, that may be in progress or waiting for the writer. The writer also writes
+/// all recordings.
 pub const CLIPS_WAITING_MAX: usize = 4;
-/// Default for the days that a file is kept.
+/// Default for the number of days that a file is kept.
 pub const REPLAYS_DAYS: u32 = 30;
 /// Time after which a room whose recording failed starts a new file.
 pub const REPLAY_RETRY: Duration = Duration::from_secs(60);
 /// Maximum number of replays in a list; older ones are still available by name.
 pub const REPLAYS_LISTED_MAX: usize = 100;
-/// Maximum number of replays being downloaded at a time.
+/// Maximum number of concurrent replay downloads.
 pub const REPLAY_READERS_MAX: usize = 64;
-/// Maximum number of replays being downloaded at a time from one address.
+/// Maximum number of concurrent replay downloads per address.
 pub const ADDRESS_REPLAY_READERS_MAX: usize = 4;
 
 // Records.
 
-/// Number of best runs kept for a scene, at most one by the same players.
+/// Number of best runs kept per scene, with at most one by the same players.
 pub const RECORDS_MAX: usize = 10;
-/// Longest replay of a run, bytes: half an hour takes about 230 kB for its hashes, and as much again for a busy
-/// pointer.
+/// Maximum size of a run's replay, bytes. For half an hour, the hashes take about 230 kB, and a busy pointer takes as
+/// much again.
 pub const RUN_BYTES_MAX: usize = 1 << 20;
-/// Number of displaced runs kept for a scene, in case an operator removes better ones: two tables of them.
+/// Number of displaced runs kept per scene, in case an operator removes better ones: two tables' worth.
 pub const DISPLACED_MAX: usize = 2 * RECORDS_MAX;
-/// Maximum number of files with a scene's runs. The files of all scenes are played again when the server starts.
+/// Maximum number of files that hold a scene's runs. All scenes' files are played again when the server starts.
 pub const RECORD_FILES_MAX: usize = RECORDS_MAX + DISPLACED_MAX;
-/// Maximum number of replays that are being verified or wait for it, a megabyte each.
+/// Maximum number of replays, of up to a megabyte each, that are being verified or waiting for it.
 pub const RUN_TRIALS_MAX: usize = 16;
 
 // The state directory.
 
-/// Ticks after which a room's file is replaced by a new one: as many as a restart may have to replay, a third of a
-/// second of processor time for a busy room.
+/// Number of ticks after which a new file replaces a room's file. A restart may have to replay this many, which takes a
+/// third of a second of processor time for a busy room.
 pub const STATE_FILE_TICKS: u32 = 20 * TICKS_PER_SECOND;
-/// Minimum number of ticks between two notes in a room's file. Those of the largest scene take about 90 kB, and players
-/// may come and go in every tick; this keeps the file far below [`REPLAY_BYTES_MAX`].
+/// Minimum number of ticks between notes in a room's file. A note for the largest scene takes about 90 kB, and players
+/// may come and go in every tick; this limit keeps the file far below [`REPLAY_BYTES_MAX`].
 pub const STATE_NOTES_EVERY_TICKS: u32 = 6;
-/// Time between two syncs of the files to the disk.
+/// Interval at which files are synced to the disk.
 pub const STATE_SYNC_EVERY: Duration = Duration::from_millis(400);
 /// Time after which a room whose file was given up starts a new one.
 pub const STATE_RETRY: Duration = Duration::from_secs(5);
 
 // The fleet.
 
-/// Timeout of a read or write of the directory.
+/// Timeout for reading from or writing to the directory.
 pub const FLEET_ANSWER: Duration = Duration::from_millis(1500);
-/// Time between two checks of the inboxes of a room that is handed over.
+/// Interval at which to check the inboxes of a room that is being handed over.
 pub const FLEET_HAND_OVER_LOOK: Duration = Duration::from_millis(20);
-/// Time that a drain reserves for files and for notices to other nodes, whatever its players do.
+/// Time that a drain reserves for files and for notices to other nodes, whatever the server's players do.
 pub const DRAIN_FILES: Duration = Duration::from_secs(1);
-/// Time for a draining node to hand over its rooms.
+/// Time allowed for a draining node to hand over its rooms.
 pub const FLEET_DRAIN: Duration = Duration::from_millis(2500);
-/// Time for a node to read a room's records and open the room.
+/// Time allowed for a node to read a room's records and open the room.
 pub const FLEET_OPEN: Duration = Duration::from_secs(10);
 
 // The end.
 
-/// Time from a signal to the end of the process, whatever its sockets, rooms, disks and log do.
+/// Maximum time from a signal to the end of the process, whatever its sockets, rooms, disks and log do.
 pub const DRAIN_MAX: Duration = Duration::from_secs(8);
-/// The part of it for closing a log that is not read by anything.
+/// The part of this time that is reserved for closing a log that nothing is reading.
 pub const LOG_END_MAX: Duration = Duration::from_millis(1200);
 
-/// The timeouts of peers, rooms and the server itself; tests shorten and lengthen them.
+/// Timeouts for peers, rooms and the server itself; tests shorten and lengthen them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Timeouts {
-    /// Time to send the head of a request, to idle between two requests, and to complete the TLS handshake.
+    /// Time allowed to send a request's head, to stay idle between requests, and to complete the TLS handshake.
     pub http_head: Duration,
-    /// Time to send a request's body.
+    /// Time allowed to send a request's body.
     pub http_body: Duration,
-    /// Time for which a peer may take nothing of a response. A single byte in time keeps the connection.
+    /// Time for which a peer may accept none of a response. A single byte within that time keeps the connection open.
     pub http_stall: Duration,
-    /// Time from the upgrade to a valid hello.
+    /// Time allowed from the upgrade to a valid hello.
     pub hello: Duration,
-    /// Time between two WebSocket pings.
+    /// Interval between WebSocket pings.
     pub keepalive: Duration,
     /// Silence (not even a pong) after which a session is closed.
     pub silence: Duration,
-    /// Time within which a peer must take one message.
+    /// Time within which a peer must accept a message.
     pub stall: Duration,
-    /// Time for which a client may be sent snapshots without acknowledging any.
+    /// Time for which a client may be sent snapshots without acknowledging any of them.
     pub hearing: Duration,
     /// Time for which a room without players stays open.
     pub room_empty: Duration,
-    /// Time for which a room with a guest's scene stays open while no seat is taken: long enough to open its link by
-    /// hand. The number of such rooms is small.
+    /// Time for which a room with a guest's scene stays open while no seat is taken: long enough for someone to open
+    /// the link by hand. The number of such rooms is small.
     pub guest_room_empty: Duration,
-    /// Time for which an empty room is still recorded; a player who reconnects sooner continues the same
-    /// replay.
+    /// How long an empty room is still recorded; a player who reconnects sooner continues the same replay.
     pub record_empty: Duration,
-    /// Time within which a room must answer an operator, or all rooms together if all are asked.
+    /// Time within which a room must answer an operator, or all rooms together if all of them are asked.
     pub command: Duration,
-    /// Time between warning the players of the server's end and closing their sockets.
+    /// Time between warning players that the server will end and closing their sockets.
     pub drain_notice: Duration,
-    /// Time after that for sockets to close and rooms to end.
+    /// Time allowed after that for sockets to close and rooms to end.
     pub drain: Duration,
-    /// Time for the whole shutdown in every case; the files get the remainder.
+    /// Time allowed for the whole shutdown under all circumstances; the files get what is left.
     pub drain_max: Duration,
-    /// Processor time for reading a guest's scene, and for each part of its trial: twice a room's share, as a trial is
-    /// livelier than real players.
+    /// Processor time allowed for reading a guest's scene, and for each part of its trial: twice a room's share, since
+    /// a trial is livelier than real players.
     pub guest_trial: Duration,
-    /// Processor time of a trial after its first part.
+    /// Processor time allowed for a trial after its first part.
     pub guest_trial_later: Duration,
-    /// Processor time for verifying the replay of a run; half an hour of a scene takes a few seconds.
+    /// Processor time allowed for verifying a run's replay; half an hour of a scene takes a few seconds.
     pub run_trial: Duration,
-    /// Processor time beyond its share after which a room with a guest's scene is closed.
+    /// Processor time in excess of its share after which a room with a guest's scene is closed.
     pub guest_excess: Duration,
-    /// Processor time of a single tick after which such a room is closed: six ticks, twice the time of a step within
-    /// [`GUEST_STEP`].
+    /// Processor time for a single tick beyond which such a room is closed: six ticks' worth, twice the time of a step
+    /// within [`GUEST_STEP`].
     pub guest_tick: Duration,
-    /// Time between two checks of the certificate files. A change is applied once it has persisted for one interval.
+    /// Interval at which the certificate files are checked. A change is applied once it has persisted for one interval.
     pub certificate_look: Duration,
 }
 
 impl Timeouts {
-    /// The timeouts of a server that is not under test.
+    /// The timeouts for a server that is not under test.
     pub const USUAL: Timeouts = Timeouts {
         http_head: Duration::from_secs(10),
         http_body: Duration::from_secs(5),
@@ -392,8 +396,8 @@ impl Timeouts {
         certificate_look: Duration::from_secs(5),
     };
 
-    /// Time for which a room without connected players stays open. Players who lost their sockets keep their `seats`
-    /// for a while, and can return to the room.
+    /// How long a room without connected players stays open. Players who lost their sockets keep their `seats` for a
+    /// while, and can return to the room.
     pub fn empty(&self, has_guests_scene: bool, seats: usize) -> Duration {
         if has_guests_scene && seats == 0 { self.guest_room_empty } else { self.room_empty }
     }

@@ -1,18 +1,19 @@
-//! The logs of all rooms: their readers, each with a position, and the files that they write.
+//! The logs of all rooms: their readers, each at its own position, and the files that the readers write.
 //!
-//! **Data.** A room's [`GameLog`](jostle_room::GameLog) has blocks that are made once and shared. Its readers are a
-//! replay, the file of `--state` (in a fleet the stream in its place), and a clip, each with its own position.
+//! **Data.** A room's [`GameLog`](jostle_room::GameLog) has blocks that are created once and shared. Its readers are a
+//! replay, the `--state` file (in a fleet, the stream instead) and a clip, each with its own position.
 //!
-//! **Data flow.** After its ticks a room's [`RoomLog`] puts the newest blocks into its [`SharedLog`], without waiting.
-//! The writer's thread lets each [`LogReader`] of a disk read further, and its [`Sink`] write; a reader that writes to
-//! the network is a task. A room that outlives the process becomes a [`SavedRoom`], read from its newest file.
+//! **Data flow.** After its ticks, a room's [`RoomLog`] puts the newest blocks into its [`SharedLog`] without waiting.
+//! The writer's thread lets each [`LogReader`] with files on a disk read further and its [`Sink`] write; a reader that
+//! writes to the network runs as a task. A room that outlives the process becomes a [`SavedRoom`], read from its newest
+//! file.
 //!
-//! **Limits.** A shared log has the length of a clip; a reader that falls further behind has lost its place. A reader
-//! writes everything it has read before it reads more.
+//! **Limits.** A shared log is as long as a clip; a reader that falls further behind loses its place. A reader writes
+//! everything that it has read before it reads more.
 //!
-//! **Failures.** There is one [`Policy`]: whatever fails, is full or stalls, a reader may lose its file, but no game
-//! loses a tick. The first error is logged, each is counted, and a new file starts after a while. `docs/faults.md` has
-//! the table.
+//! **Failures.** There is a single [`Policy`]: whatever fails, fills up or stalls, a reader may lose its file, but no
+//! game loses a tick. The first error is logged, every error is counted, and a new file starts after a while. See the
+//! table in `docs/faults.md`.
 
 mod index;
 mod logs;

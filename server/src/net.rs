@@ -1,4 +1,4 @@
-//! The players' port: accepts connections, serves the page and the HTTP API, and runs game sessions.
+//! The players' port. It accepts connections, serves the page and the HTTP API, and runs game sessions.
 
 pub mod assets;
 #[cfg(page_on_disk)]

@@ -1,4 +1,4 @@
-//! The operators' side: a separate port with metrics and admin paths, the log of refusals, and status notifications for
+//! What operators use: a separate port with metrics and admin paths, the log of refusals, and status notifications for
 //! a service manager or Agones.
 
 mod admin;

@@ -1,4 +1,4 @@
-//! The state shared by all connections of a server.
+//! The state shared by all of a server's connections.
 
 use crate::config::Config;
 use crate::fleet::handle::Fleet;
@@ -24,14 +24,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 use tokio::sync::{Notify, watch};
 
-/// State shared by all connections of a server.
+/// State shared by all of a server's connections.
 pub struct ServerState {
     pub config: Config,
-    /// Shared by the server's rooms.
+    /// State shared by the server's rooms.
     pub host: Arc<Host>,
-    /// Open rooms.
+    /// The open rooms.
     pub rooms: Arc<Rooms>,
-    /// This server's part in a fleet.
+    /// This server's role in a fleet.
     pub fleet: Option<Arc<Fleet>>,
     /// The best runs, if the server keeps them.
     pub records: Option<Arc<Records>>,
@@ -41,24 +41,24 @@ pub struct ServerState {
     pub shares: AddressShares,
     /// Notified when an operator asks the server to drain.
     pub drain: Notify,
-    /// Guests' scenes that are being tried or wait for their trial.
+    /// Guests' scenes that are being tried or waiting for their trial.
     pub trials: Arc<TrialQueue>,
     /// The rate-limited log of refusals.
     pub refusal_log: RefusalLog,
     pub spare: SpareDescriptors,
 }
 
-/// Limits on what each address may do, so that none takes what all share.
+/// Limits on what each address may do, so that no address uses up what all share.
 pub struct AddressShares {
-    /// TCP connections at a time.
+    /// The number of concurrent TCP connections.
     pub connections: Arc<ConnectionLimits>,
-    /// Game sockets at a time.
+    /// The number of concurrent game sockets.
     pub sessions: Arc<ConnectionLimits>,
-    /// Long bodies that are being received.
+    /// Long bodies being received.
     pub long_bodies: Arc<ConnectionLimits>,
-    /// How fast requests come.
+    /// How fast requests arrive.
     requests: Mutex<AddressRateLimiter>,
-    /// Responses that are being sent.
+    /// Responses being sent.
     responses: Arc<ConnectionLimits>,
 }
 
@@ -80,7 +80,7 @@ impl AddressShares {
     }
 
     /// Admits a request from an address; the error is the reason for a refusal. The permit must be held until the
-    /// response was sent.
+    /// response has been sent.
     pub fn admit_request(&self, address: IpAddr) -> Result<Permit, &'static str> {
         let mut requests = self.requests.lock().unwrap_or_else(PoisonError::into_inner);
         if !requests.admit(address, Instant::now()) {
@@ -90,24 +90,24 @@ impl AddressShares {
     }
 }
 
-/// The parts with which a server starts, besides its configuration.
+/// The parts that a server starts with, in addition to its configuration.
 pub struct Parts {
-    /// Current phase of the server.
+    /// The server's current phase.
     pub phase: watch::Receiver<Phase>,
-    /// The writers of the rooms' logs.
+    /// The writers of rooms' logs.
     pub logs: Logs,
-    /// The best runs; `None` disables them.
+    /// The best runs; if `None`, they are disabled.
     pub records: Option<Arc<Records>>,
-    /// The server's part in a fleet.
+    /// The server's role in a fleet.
     pub fleet: Option<Arc<Fleet>>,
-    /// Key that signs tokens; `None` uses a random one.
+    /// Key that signs tokens; if `None`, a random one is used.
     pub key: Option<[u8; 32]>,
     /// Networks that operators have banned.
     pub bans: Bans,
 }
 
 impl Parts {
-    /// The parts of a server without any storage or fleet.
+    /// The parts of a server that has no storage and no fleet.
     pub fn new(phase: watch::Receiver<Phase>) -> Parts {
         let (logs, bans) = (Logs::default(), Bans::default());
         Parts { phase, logs, records: None, fleet: None, key: None, bans }
@@ -121,7 +121,7 @@ impl ServerState {
         let usual = || limits::address_sessions_max(in_all);
         let address_max = config.address_sessions_max.unwrap_or_else(usual);
         let Parts { phase, logs, records, fleet, key, bans } = parts;
-        // With the key of the previous process, or of the fleet, its tokens still restore seats.
+        // With the previous process's or the fleet's key, existing tokens still restore seats.
         let signer = key.map_or_else(TokenSigner::with_random_key, |key| TokenSigner::new(&key));
         let threads = limits::processors().min(limits::SOCKET_THREADS_MAX);
         let host = Arc::new(Host {
@@ -130,7 +130,7 @@ impl ServerState {
             logs,
             neighbours: PeerNodes::default(),
             send_queues: (0..threads).map(|_| Arc::default()).collect(),
-            // As many as the sockets it may have in total.
+            // As many as the sockets that an address may have in total.
             address_spectators_max: address_max,
             uplink: Uplink::new(config.uplink_megabits, Instant::now()),
             metrics: Arc::new(Metrics::default()),

@@ -1,11 +1,11 @@
-//! A node's copy of the directory, and the node's part in it. It is a state machine: changes, answers and the time go
-//! in, and [`Action`]s come out, so that it runs both on a network and in a simulation.
+//! A node's copy of the directory, and the node's role in it. It is a state machine that takes changes, answers and the
+//! time and produces [`Action`]s, so it can run both on a network and in a simulation.
 //!
-//! The rules are few. A node plays exactly the rooms whose entries name it. Entries change only by compare-and-set, so
-//! that only one of several nodes that want a room gets it. A node renews its lease every [`RENEW_EVERY`]. Without a
-//! renewal its rooms pause [`HELD_FOR`] after the last one was sent, and its entry expires [`LEASE_TTL`] after the last
-//! one was written, so that no other node can start them before they have paused. The rooms of a node that is gone are
-//! claimed by the others.
+//! There are only a few rules. A node plays exactly the rooms whose entries name it. Entries change only by
+//! compare-and-set, so that only one of several nodes that want a room gets it. A node renews its lease every
+//! [`RENEW_EVERY`]. If renewals stop, its rooms pause [`HELD_FOR`] after the last renewal was sent, and its entry
+//! expires [`LEASE_TTL`] after the last renewal was written, so no other node can start the rooms before they have
+//! paused. When a node is gone, the others claim its rooms.
 
 mod handover;
 mod members;
@@ -23,9 +23,8 @@ use members::Members;
 use placements::Placements;
 use std::collections::BTreeSet;
 
-/// A node's copy of the directory, and the node's part in it: the nodes that are alive, the node that plays each room,
-/// and the actions of this node. Each event is passed to the part that it concerns, and the resulting changes to the
-/// other parts.
+/// A node's copy of the directory, and the node's role in it: which nodes are alive, which node plays each room, and
+/// what this node does. Each event goes to the component that it concerns, and the resulting changes go to the others.
 #[derive(Debug, Default)]
 pub struct Directory {
     members: Members,
@@ -48,20 +47,21 @@ impl Directory {
         std::mem::take(&mut self.requests.actions)
     }
 
-    /// Called when a connection to the store was made, whose watchers will report all entries. Requests on earlier
-    /// connections will not be answered any more. `may_have_forgotten` means that the store may have lost acknowledged
-    /// writes since the last connection: it may be a different store, have lost its disk, or have had unsynced data in
-    /// a power failure.
+    /// Called when a connection to the store has been made. Its watchers will report all entries, and requests on
+    /// earlier connections will no longer be answered. `may_have_forgotten` means that the store may have lost
+    /// acknowledged writes since the last connection: it may be a different store, or have lost its disk or, in a power
+    /// failure, unsynced data.
     ///
-    /// Two rules ensure one owner for each room. A node claims no room of another until it has held its lease for
-    /// [`LEASE_TTL`], since the others may be about to reconnect. And it renews its lease only once every room that it
-    /// holds under this lease has an entry that names it; it rewrites the entries of rooms that it still played.
+    /// Two rules ensure that each room has only one owner. First, a node claims no other node's room until it has held
+    /// its lease for [`LEASE_TTL`], since the others may be about to reconnect. Second, it renews its lease only once
+    /// every room held under that lease has an entry naming the node; it rewrites the entries of rooms that it was
+    /// still playing.
     pub fn connected(&mut self, may_have_forgotten: bool, now: Time) {
         self.connection += 1;
         self.requests.cancel();
         self.handover.connected(now);
         self.placements.synced = false;
-        // A process that has just started knows of nothing that the store could have forgotten.
+        // A process that has just started knows nothing that the store could have forgotten.
         let may_have_forgotten = may_have_forgotten && self.connection > 1;
         self.members.connected(may_have_forgotten, now);
         if may_have_forgotten {
@@ -71,12 +71,12 @@ impl Directory {
         }
     }
 
-    /// Number of the current connection, from 1; 0 before the first.
+    /// Number of the current connection, counted from 1; 0 before the first.
     pub fn connection(&self) -> u64 {
         self.connection
     }
 
-    /// Applies a change of the directory. Changes must arrive in the order of their revisions.
+    /// Applies a change to the directory. Changes must arrive in revision order.
     pub fn changed(&mut self, change: Change, now: Time) {
         match change {
             Change::Written(Key::Node(name), Entry::Node(entry), revision) => {
@@ -112,8 +112,8 @@ impl Directory {
         }
     }
 
-    /// Called when all nodes that existed when watching began have been passed to [`Directory::changed`]. Nodes known
-    /// from before that are not in `present` are gone.
+    /// Called when every node that existed when watching began has been passed to [`Directory::changed`]. Previously
+    /// known nodes that are not in `present` are gone.
     pub fn synced_nodes(&mut self, present: &BTreeSet<Key>, now: Time) {
         self.members.synced(present);
         self.compare_all(now);
@@ -127,7 +127,7 @@ impl Directory {
         self.compare_all(now);
     }
 
-    /// Takes the answer to an [`Action::Write`] or [`Action::Remove`], once for each.
+    /// Handles the answer to an [`Action::Write`] or [`Action::Remove`]. Called once per action.
     pub fn answered(&mut self, key: Key, answer: Answer, now: Time) {
         match key {
             Key::Node(name) if name == self.members.own.node.name => {
@@ -146,13 +146,13 @@ impl Directory {
             (Answer::Done(revision), Operation::Change { to }) => {
                 let written = Change::Written(Key::Room(code.clone()), Entry::Room(to), revision);
                 self.changed(written, now);
-                // A watcher may have reported the change before this answer, which had to come first.
+                // A watcher may already have reported the change, but it had to wait for this answer.
                 self.compare([code], now);
                 if self.members.own.draining {
                     self.compare_held(now);
                 }
             }
-            // If it was not removed here, a watcher has reported it already.
+            // If this request did not remove the entry, a watcher has already reported its removal.
             (Answer::Done(_), Operation::Remove { revision }) => {
                 self.found_removed(&code, revision, now);
             }
@@ -164,7 +164,7 @@ impl Directory {
         }
     }
 
-    /// Looks up the entry of a room, unless a lookup is in progress.
+    /// Looks up a room's entry, unless a lookup is already in progress.
     pub fn look(&mut self, code: &str) {
         self.placements.look_up(code, &mut self.requests);
     }
@@ -177,7 +177,7 @@ impl Directory {
     /// Handles the answer to an [`Action::Look`]: the entry, or `None` if it does not exist.
     pub fn looked(&mut self, key: Key, found: Option<(Entry, Revision)>, now: Time) {
         let Some(lookup) = self.requests.looked_up(&key) else { return };
-        // A watcher may have reported since then that this entry was removed.
+        // A watcher may have reported in the meantime that this entry was removed.
         let found = found.filter(|(_, revision)| *revision > lookup.removed_by);
         match (key, found) {
             (Key::Node(name), found) => {
@@ -191,7 +191,7 @@ impl Directory {
                 self.changed(Change::Written(key, entry, revision), now);
             }
             (Key::Room(code), None) => {
-                // There may be a newer entry since the lookup was sent.
+                // A newer entry may have arrived since the lookup was sent.
                 if let Some(revision) = lookup.known
                     && self.found_removed(&code, revision, now)
                 {
@@ -226,7 +226,7 @@ impl Directory {
         }
     }
 
-    /// Called when an [`Action::Look`] was not answered.
+    /// Called when an [`Action::Look`] goes unanswered.
     pub fn look_failed(&mut self, key: &Key, now: Time) {
         self.requests.looked_up(key);
         if let Key::Node(name) = key {
@@ -234,8 +234,8 @@ impl Directory {
         }
     }
 
-    /// Does everything that is due: renews the lease, looks for silent nodes, claims rooms. Must be called about ten
-    /// times a second.
+    /// Does everything that is due: renewing the lease, looking for silent nodes and claiming rooms. Must be called
+    /// about ten times a second.
     pub fn poll(&mut self, now: Time) {
         let may_renew = |incarnation| !self.handover.has_doubts(incarnation);
         let own = &self.members.own.node.name;
@@ -250,19 +250,19 @@ impl Directory {
         self.compare(due, now);
     }
 
-    /// Sets the measured load for the next renewal.
+    /// Sets the measured load to report in the next renewal.
     pub fn measured(&mut self, load: Load) {
         self.members.own.load = load;
     }
 
-    /// Hands over all rooms, and takes no others.
+    /// Hands over all rooms, and accepts no new ones.
     pub fn drain(&mut self, now: Time) {
         self.members.own.drain(now);
         self.compare_held(now);
     }
 
-    /// Removes this node's entry, so that the others need not wait for it to expire. Rooms that it still plays are
-    /// paused from now on. The node does not register again.
+    /// Removes this node's entry, so that the others need not wait for it to expire. Any rooms that the node is still
+    /// playing pause. The node does not register again.
     pub fn leave(&mut self) {
         self.members.own.leave(&mut self.requests);
     }
@@ -273,8 +273,8 @@ impl Directory {
         handover.on(code, event, &mut around);
     }
 
-    /// Called when the records of a room that this node should open already have a later epoch. If another node wrote
-    /// them, its entry will arrive soon; otherwise the directory has forgotten the entry, and the room resumes in a
+    /// Called when this node is to open a room whose records already have a later epoch. If another node wrote them,
+    /// that node's entry will arrive soon; otherwise the directory has forgotten the entry, and the room resumes in a
     /// higher epoch.
     pub fn outdated(&mut self, code: &str, epoch: u64, now: Time) {
         self.placements.has_records_of(code, epoch);
@@ -283,7 +283,7 @@ impl Directory {
 
     /// Places a new room. Once it is placed, [`Directory::locate`] returns its node.
     pub fn place(&mut self, code: &str, room: RoomFacts, now: Time) -> Result<(), PlaceError> {
-        // A standing room has the same code as its predecessor, which another node may still play.
+        // A standing room has the same code as its predecessor, which another node may still be playing.
         if room.creator.is_none() && self.placements.is_doubtful(now) {
             return Err(PlaceError::NotNow);
         }
@@ -319,7 +319,7 @@ impl Directory {
         self.members.own.is_registered()
     }
 
-    /// The incarnation of this node named in a room's entry; `None` if the entry names another node.
+    /// The incarnation of this node that a room's entry names; `None` if the entry names another node.
     pub fn owned_under(&self, code: &str) -> Option<u64> {
         let owner = self.placements.owner(code)?;
         (owner.node == self.members.own.node.name).then_some(owner.incarnation)
@@ -335,7 +335,7 @@ impl Directory {
         self.members.count()
     }
 
-    /// Number of rooms that this node plays, hands over or opens.
+    /// Number of rooms that this node is playing, handing over or opening.
     pub fn holds(&self) -> usize {
         self.handover.rooms().len()
     }
@@ -345,7 +345,7 @@ impl Directory {
         self.members.others().map(|(_, entry)| entry.url.as_str())
     }
 
-    /// The listed rooms of other nodes, and their facts.
+    /// Other nodes' listed rooms, with their facts.
     pub fn listed_elsewhere(&self) -> impl Iterator<Item = (&RoomCounts, &RoomFacts)> {
         let others = self.members.others();
         let counts = others.flat_map(|(name, node)| node.rooms.iter().map(move |c| (name, c)));
@@ -399,7 +399,7 @@ impl Directory {
         self.claim_rooms_of(gone, now);
     }
 
-    /// Marks the rooms of owners that are gone as claimable.
+    /// Makes the rooms of owners that are gone claimable.
     fn claim_rooms_of(&mut self, gone: impl IntoIterator<Item = Owner>, now: Time) {
         for owner in gone {
             if let Some(codes) = self.placements.rooms_of(&owner).cloned() {

@@ -1,4 +1,4 @@
-//! The fleet as seen by sessions and requests: the location of rooms, and the placement of new ones.
+//! The fleet as seen by sessions and requests. It locates rooms and places new ones.
 
 use super::directory::{Action, Load};
 use super::directory::{Change, Directory, Located, NodeSettings, PlaceError, Time};
@@ -12,20 +12,20 @@ use tokio::sync::{Notify, watch};
 use tokio::time::{sleep, timeout, timeout_at};
 use tracing::error;
 
-/// Longest wait of a session for the location of its room.
+/// Maximum time that a session waits for its room's location.
 const FLEET_FIND: Duration = Duration::from_secs(4);
-/// Wait before a node tries again to place a room.
+/// Delay before a node retries placing a room.
 const FLEET_PLACE_RETRY: Duration = Duration::from_millis(50);
-/// Maximum number of addresses of nodes, present and past, whose pages may play here.
+/// Maximum number of node addresses, present and past, whose pages may play here.
 const FLEET_SITES_MAX: usize = 1000;
 
-/// This node's part in its fleet. Only [`Fleet::find`] and [`Fleet::place`] wait for the network, until the directory
+/// This node's role in its fleet. Only [`Fleet::find`] and [`Fleet::place`] wait for the network, until the directory
 /// has an answer.
 pub struct Fleet {
     start: Instant,
     state: Mutex<FleetState>,
     due: Notify,
-    /// Notified of every change of the directory.
+    /// Notified of every change to the directory.
     changed: watch::Sender<()>,
     lease: Arc<Lease>,
     incarnation: u64,
@@ -36,13 +36,13 @@ struct FleetState {
     directory: Directory,
     /// Origins of all known nodes, whose pages may play here.
     sites: BTreeSet<String>,
-    /// Nodes with a different secret that were reported in the log.
+    /// Nodes with a different secret that the log has already mentioned.
     strangers: BTreeSet<String>,
 }
 
 impl FleetState {
-    /// Logs a node with a different secret, once. Players who move between that node and this one would lose their
-    /// seats.
+    /// Logs a node with a different secret, once per node. Players who move between that node and this one would lose
+    /// their seats.
     fn compare_secret(&mut self, name: &str, node: &NodeEntry, mark: u32) {
         if node.secret_mark.is_none_or(|other| other == mark) {
             self.strangers.remove(name);
@@ -57,7 +57,7 @@ impl FleetState {
 }
 
 impl Fleet {
-    /// Creates the handle of a node that is not registered yet. `incarnation` is random.
+    /// Creates the handle for a node that is not registered yet. `incarnation` is random.
     pub fn new(settings: &FleetSettings, incarnation: u64) -> Fleet {
         let start = Instant::now();
         let node = NodeSettings {
@@ -83,17 +83,17 @@ impl Fleet {
         }
     }
 
-    /// The lease of this node.
+    /// This node's lease.
     pub fn lease(&self) -> &Arc<Lease> {
         &self.lease
     }
 
-    /// Remaining time of the lease.
+    /// Time left on the lease.
     pub fn lease_left(&self) -> Duration {
         self.lease.left(Instant::now())
     }
 
-    /// Passes an event to the directory, and wakes the driver and everything that waits for a change.
+    /// Passes an event to the directory, and wakes the driver and everything waiting for a change.
     pub fn tell<R>(&self, event: impl FnOnce(&mut Directory, Time) -> R) -> R {
         let result = event(&mut self.lock().directory, self.start.elapsed());
         self.due.notify_one();
@@ -101,7 +101,8 @@ impl Fleet {
         result
     }
 
-    /// Passes on an answer that arrived over the connection with this number, if that is still the current one.
+    /// Passes on an answer that arrived over the connection with this number, if that connection is still the current
+    /// one.
     pub fn tell_over(&self, connection: u64, event: impl FnOnce(&mut Directory, Time)) {
         self.tell(|directory, now| {
             if directory.connection() == connection {
@@ -115,8 +116,8 @@ impl Fleet {
         question(&self.lock().directory)
     }
 
-    /// Waits until the directory has actions, and takes them, with the number of the connection for which they are
-    /// meant.
+    /// Waits until the directory has actions, then takes them, along with the number of the connection for which they
+    /// are meant.
     pub async fn actions(&self) -> (u64, Vec<Action>) {
         loop {
             let taken = {
@@ -130,7 +131,7 @@ impl Fleet {
         }
     }
 
-    /// Passes on a reported change, and remembers the addresses of nodes.
+    /// Passes on a reported change, and remembers nodes' addresses.
     pub fn heard(&self, change: Change) {
         if let Change::Written(Key::Node(name), Entry::Node(node), _) = &change {
             let mut state = self.lock();
@@ -152,8 +153,8 @@ impl Fleet {
         self.lock().sites.contains(origin)
     }
 
-    /// Waits until it is known where a room is, [`FLEET_FIND`] at most. What this node has heard may be out of
-    /// date, so that it asks for the entry of a room that it does not play itself.
+    /// Waits until a room's location is known, for at most [`FLEET_FIND`]. This node's information may be out of date,
+    /// so it looks up the entry of any room that it does not play itself.
     pub async fn find(&self, code: &str) -> Located {
         let mut changes = self.changed.subscribe();
         if self.ask(|directory| directory.locate(code)) == Located::Here {
@@ -174,7 +175,7 @@ impl Fleet {
         timeout(FLEET_FIND, known).await.unwrap_or(Located::Soon)
     }
 
-    /// Places a new room, and waits until its node is known.
+    /// Places a new room, and waits until the room's node is known.
     pub async fn place(&self, code: &str, facts: RoomFacts) -> Result<Located, PlaceError> {
         self.place_by(code, |directory, now| directory.place(code, facts.clone(), now)).await
     }
@@ -190,7 +191,7 @@ impl Fleet {
         place: impl Fn(&mut Directory, Time) -> Result<(), PlaceError>,
     ) -> Result<Located, PlaceError> {
         let until = tokio::time::Instant::now() + FLEET_FIND;
-        // A node that has just started does not know the others yet.
+        // A node that has just started does not know the other nodes yet.
         while let Err(error) = self.tell(&place) {
             if error != PlaceError::NotNow || tokio::time::Instant::now() >= until {
                 return Err(error);
@@ -200,7 +201,7 @@ impl Fleet {
         Ok(self.find(code).await)
     }
 
-    /// Hands over the rooms of this node, as far as possible by this time.
+    /// Hands over this node's rooms, or as many as possible by the deadline.
     pub async fn hand_over(&self, until: tokio::time::Instant) {
         self.tell(|directory, now| directory.drain(now));
         self.wait_for(until, |directory| directory.holds() == 0).await;

@@ -1,4 +1,5 @@
-//! Joins a server to its fleet: the parts that must exist before its rooms, and the driver that runs beside them.
+//! Joins a server to its fleet. It creates the parts that must exist before the rooms do, and the driver that runs
+//! alongside the rooms.
 
 use super::handle::Fleet;
 use super::settings::FleetSettings;
@@ -14,7 +15,7 @@ use super::nats::{Driver, Publisher, connect};
 
 /// A server that is about to join its fleet.
 pub struct Joining {
-    /// The fleet, as sessions see it.
+    /// The fleet as sessions see it.
     pub fleet: Arc<Fleet>,
     #[cfg(feature = "nats")]
     publisher: Arc<Publisher>,
@@ -26,8 +27,8 @@ pub struct Joining {
 
 #[cfg(feature = "nats")]
 impl Joining {
-    /// Starts to connect. Also returns the end of the rooms' stream. Fails if an address or the credentials cannot be
-    /// read.
+    /// Starts connecting, and also returns the end of the rooms' stream. Fails if an address or the credentials cannot
+    /// be read.
     pub async fn new(settings: FleetSettings) -> io::Result<(Joining, StreamEnd)> {
         let context = connect(&settings).await?;
         let fleet = Arc::new(Fleet::new(&settings, crate::host::random()));
@@ -38,7 +39,7 @@ impl Joining {
         Ok((Joining { fleet, publisher, context, settings }, stream))
     }
 
-    /// Starts the driver of these rooms.
+    /// Starts the driver for these rooms.
     pub fn start(self, rooms: Arc<Rooms>, host: Arc<Host>) -> JoinHandle<()> {
         let Joining { fleet, publisher, context, settings } = self;
         tokio::spawn(Driver::new(settings, fleet, rooms, host, publisher).run(context))
@@ -47,7 +48,7 @@ impl Joining {
 
 #[cfg(not(feature = "nats"))]
 impl Joining {
-    /// Always fails, because this program was built without the feature `nats`.
+    /// Always fails, because this program was built without the `nats` feature.
     pub async fn new(_: FleetSettings) -> io::Result<(Joining, StreamEnd)> {
         let text = "a fleet needs a program that was built with the feature `nats`";
         Err(io::Error::new(io::ErrorKind::Unsupported, text))

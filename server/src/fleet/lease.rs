@@ -1,25 +1,25 @@
-//! The lease of a node as its rooms see it. Before each tick a room checks whether it may still be played here.
+//! A node's lease as its rooms see it. Before each tick, a room checks whether it may still be played here.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// The lease of this node. Its rooms read it; the fleet's task extends it.
+/// This node's lease. Rooms read it; the fleet's task extends it.
 #[derive(Debug)]
 pub struct Lease {
     epoch_of_clock: Instant,
-    /// End of the lease, nanoseconds since `epoch_of_clock`.
+    /// End of the lease, in nanoseconds since `epoch_of_clock`.
     until: AtomicU64,
     incarnation: AtomicU64,
 }
 
 impl Lease {
-    /// Creates a lease that is not valid yet; times are counted from `start`.
+    /// Creates a lease that is not valid yet. Times are counted from `start`.
     pub fn new(start: Instant) -> Lease {
         Lease { epoch_of_clock: start, until: AtomicU64::new(0), incarnation: AtomicU64::new(0) }
     }
 
-    /// Extends the lease of this incarnation. If the incarnation changed, the rooms of the previous one pause first.
+    /// Extends this incarnation's lease. If the incarnation has changed, the previous incarnation's rooms pause first.
     pub fn set(&self, incarnation: u64, until: Duration) {
         if self.incarnation.swap(incarnation, Ordering::SeqCst) != incarnation {
             self.until.store(0, Ordering::SeqCst);
@@ -27,14 +27,14 @@ impl Lease {
         self.until.store(until.as_nanos() as u64, Ordering::SeqCst);
     }
 
-    /// Remaining time of the lease.
+    /// Time left on the lease.
     pub fn left(&self, now: Instant) -> Duration {
         let until = Duration::from_nanos(self.until.load(Ordering::SeqCst));
         (self.epoch_of_clock + until).saturating_duration_since(now)
     }
 }
 
-/// The lease under which one room is held.
+/// The lease under which a room is held.
 #[derive(Clone, Debug)]
 pub struct RoomLease {
     lease: Arc<Lease>,
@@ -54,7 +54,7 @@ impl RoomLease {
 
     /// Returns whether the room may be played at this time.
     pub fn allows(&self, now: Instant) -> bool {
-        // The order matters: the remaining time may belong to an incarnation that has just started.
+        // The order matters: the time left may belong to an incarnation that has just started.
         self.lease.left(now) > Duration::ZERO
             && self.lease.incarnation.load(Ordering::SeqCst)
                 == self.held_under.load(Ordering::SeqCst)

@@ -1,5 +1,5 @@
-//! A fleet over NATS: the directory is in two key-value buckets, the records are in a stream. No tick waits for any of
-//! this.
+//! Runs a fleet over NATS. The directory is kept in two key-value buckets, and the records are kept in a stream. No
+//! tick waits for any of this.
 
 mod driver;
 mod follower;
@@ -24,11 +24,11 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tracing::{info, warn};
 
-/// Time after which an unchanged error of NATS is logged again.
+/// Time after which an unchanged NATS error is logged again.
 const FLEET_ERROR_AGAIN: Duration = Duration::from_secs(60);
 
-/// Opens a connection that is established, and re-established, in the background. Fails if an address or the
-/// credentials cannot be read.
+/// Opens a connection that is established in the background, and re-established whenever it is lost. Fails if an
+/// address or the credentials cannot be read.
 pub async fn connect(settings: &FleetSettings) -> io::Result<Context> {
     let invalid = |error: &dyn std::fmt::Display| {
         io::Error::new(io::ErrorKind::InvalidInput, format!("NATS {}: {error}", settings.nats))
@@ -58,10 +58,10 @@ pub async fn connect(settings: &FleetSettings) -> io::Result<Context> {
     Ok(builder.timeout(limits::FLEET_ANSWER).ack_timeout(limits::FLEET_ANSWER).build(client))
 }
 
-/// Logs the events of the connection.
+/// Logs the connection's events.
 struct EventLog {
     servers: String,
-    /// The last error, and the time when it was logged.
+    /// The last error logged, and the time when it was logged.
     told: Mutex<Option<(String, Instant)>>,
 }
 
@@ -81,7 +81,7 @@ impl EventLog {
         }
     }
 
-    /// Every attempt to connect fails with the same error, so it is logged again only after a while.
+    /// Every connection attempt fails with the same error, so it is logged again only after a while.
     fn error(&self, error: String) {
         let mut told = self.told();
         let again =

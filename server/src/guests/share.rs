@@ -1,28 +1,28 @@
-//! The processor share of a room with a guest's scene. It is measured, because a scene within its budget may still be
-//! slow.
+//! The processor share of a room with a guest's scene. Its use is measured, because even a scene within its budget may
+//! be slow.
 
 use crate::limits::GUEST_SHARE;
 use std::time::{Duration, Instant};
 
-/// A token bucket of processor time. It is refilled at one part in [`GUEST_SHARE`] of real time.
+/// A token bucket of processor time. It refills at 1/[`GUEST_SHARE`] of real time.
 #[derive(Debug)]
 pub struct ProcessorShare {
     left: Duration,
     max: Duration,
-    /// Maximum work in one tick.
+    /// Maximum processor time for one tick.
     tick_max: Duration,
     last: Option<(Instant, Duration)>,
 }
 
 impl ProcessorShare {
-    /// Creates a full bucket of size `excess`, from which one tick may take `tick_max`.
+    /// Creates a full bucket that holds `excess`, from which one tick may take up to `tick_max`.
     pub fn new(excess: Duration, tick_max: Duration) -> ProcessorShare {
         ProcessorShare { left: excess, max: excess, tick_max, last: None }
     }
 
-    /// Takes the work since the last call from the bucket; `worked` is the total processor time of the room's thread.
-    /// Returns whether the bucket had enough, and the work was within the limit for a tick. The first call only starts
-    /// the count.
+    /// Takes the processor time used since the previous call from the bucket; `worked` is the thread's total. Returns
+    /// whether the bucket had enough and the time was within the limit for a tick. The first call only starts the
+    /// count.
     pub fn spend(&mut self, now: Instant, worked: Duration) -> bool {
         let Some((then, worked_before)) = self.last.replace((now, worked)) else { return true };
         let gained = now.saturating_duration_since(then) / GUEST_SHARE;
@@ -39,7 +39,7 @@ mod tests {
 
     const TICK: Duration = Duration::from_nanos(1_000_000_000 / 60);
 
-    /// Number of ticks, at most 100,000, that a room survives if each tick takes `cost`.
+    /// Number of ticks, at most 100,000, that a room survives if each tick costs `cost`.
     fn lasts(cost: Duration) -> u32 {
         let mut share = ProcessorShare::new(Duration::from_secs(5), TICK);
         let began = Instant::now();

@@ -1,4 +1,4 @@
-//! A guest's scene is read and played for a moment before its room opens. A scene that is too slow is refused, and the
+//! Before a guest's room opens, its scene is read and played briefly. A scene that is too slow is refused, and the
 //! error names its most expensive field.
 
 use crate::limits::{GUEST_STEP, GUEST_TRIAL_PARTS, GUEST_TRIAL_PLAYERS, GUEST_TRIAL_TICKS};
@@ -10,14 +10,14 @@ use jostle_sim::{Rng, Vec2};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Seed of the game and of its players' keys.
+/// Seed for the game and its players' key presses.
 const SEED: u64 = 1;
-/// Mean number of ticks after which a player presses other keys.
+/// Mean number of ticks before a player presses different keys.
 const HELD_TICKS: u32 = 6;
 
-/// Plays a room of this scene with its bots, and with players who press every key. It plays two seconds, and then
-/// repeats until the repetitions have taken `later`. `worked` returns the processor time of this thread, of which each
-/// two seconds may take `most`. `rest` is called after each tick with the time that it took.
+/// Plays this scene in a room with its bots and with players who press every key. It plays two seconds, then repeats
+/// until the repetitions have used `later`. `worked` returns this thread's processor time; each two seconds of play may
+/// use `most`. `rest` is called after each tick with the time that the tick took.
 pub fn play(
     scene: &Arc<Scene>,
     [most, later]: [Duration; 2],
@@ -52,8 +52,8 @@ pub fn play(
     Ok(())
 }
 
-/// The scene with rounds that begin at once, and with the players of a trial. Otherwise nothing would move before a
-/// round.
+/// The scene with rounds that begin immediately and with a trial's number of players. Otherwise nothing would move
+/// until a round began.
 fn without_waits(scene: &Arc<Scene>) -> Arc<Scene> {
     let mut scene = Arc::clone(scene);
     if scene.rules.round.is_some() {
@@ -81,7 +81,7 @@ fn too_large(scene: &Scene) -> SceneError {
     SceneError::in_scene(scene, &field, found, allowed)
 }
 
-/// A room, and players with random keys and pointers in it.
+/// A room whose players have random keys and pointers.
 struct RandomPlayers {
     room: Room,
     rng: Rng,
@@ -104,7 +104,7 @@ impl RandomPlayers {
         RandomPlayers { room, rng: Rng::new(SEED, 0), size: scene.size, held, ticks: 0 }
     }
 
-    /// Plays a tick with the inputs of all players.
+    /// Plays a tick with all players' inputs.
     fn play(&mut self) {
         self.ticks += 1;
         for (seat, input) in &mut self.held {
@@ -129,7 +129,7 @@ mod tests {
         Arc::new(scenes.find(|scene| scene.name == name).expect("a built-in scene"))
     }
 
-    /// Plays a trial in which every reading of the clock is a millisecond later.
+    /// Plays a trial in which each clock reading is a millisecond later than the previous one.
     fn trial(scene: &Arc<Scene>, most: Duration) -> (Result<(), SceneError>, Duration) {
         let (time, rested) = (Cell::new(Duration::ZERO), Cell::new(Duration::ZERO));
         let worked = || {
@@ -147,7 +147,7 @@ mod tests {
         assert_eq!(played, Ok(()));
         let ticks = u64::from(GUEST_TRIAL_TICKS * GUEST_TRIAL_PARTS);
         assert_eq!(rested, Duration::from_millis(ticks + 1));
-        // On this clock a part takes a quarter of a second, so that three parts use up the time of a trial.
+        // On this clock each part takes a quarter of a second, so three parts use up the time for a trial.
         let (played, rested) = trial(&pile, Duration::from_millis(242));
         assert_eq!(played, Ok(()));
         assert!(rested <= Duration::from_millis(3 * u64::from(GUEST_TRIAL_TICKS) + 1));

@@ -1,4 +1,4 @@
-//! Admission to a room: seats for newcomers in a full room, and bans of kicked players.
+//! Admission to a room: seats for newcomers when the room is full, and bans on kicked players.
 
 use crate::limits::networks::{network, widest};
 use jostle_game::Seat;
@@ -9,43 +9,43 @@ use std::cmp::Reverse;
 use std::collections::{BTreeMap, VecDeque};
 use std::net::IpAddr;
 
-/// Seats that one network keeps against newcomers from others, as a fraction of a room's seats. Once the room is full,
-/// a network with more loses seats to newcomers. Four networks can fill a room, and one alone can do so as long as no
-/// other wants to join.
+/// Seats that a network keeps when newcomers from other networks arrive, as a fraction of a room's seats. Once the room
+/// is full, a network with more seats loses some to newcomers. Four networks can fill a room; one network can fill it
+/// only as long as no other wants to join.
 const SEATS_SHARE: usize = 4;
-/// Ticks without activity after which a player's seat is given away before that of the network's newest player, if the
+/// Ticks of inactivity after which a player's seat is given away before the seat of the network's newest player, if the
 /// network has more than its share.
 const IDLE_MOMENT_TICKS: u32 = 5 * TICKS_PER_SECOND;
-/// Ticks without activity after which a player's seat may be given to a newcomer if the room is full.
+/// Ticks of inactivity after which a player's seat may be given to a newcomer if the room is full.
 const IDLE_SEAT_TICKS: u32 = 90 * TICKS_PER_SECOND;
-/// Ticks for which the address of a kicked player is shut out of the room.
+/// Ticks for which a kicked player's address is shut out of the room.
 const KICKED_TICKS: u32 = 5 * 60 * TICKS_PER_SECOND;
-/// Maximum number of kicked addresses that a room remembers; a further one replaces the oldest.
+/// Maximum number of kicked addresses that a room remembers; further ones replace the oldest.
 const KICKED_MAX: usize = 64;
 
-/// The addresses of the seated players, and those that are shut out for a while.
+/// The addresses of seated players, and the addresses that are temporarily shut out.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Admission {
     /// For each seat, the network of its last player and the name that this player asked for.
     seated: Vec<Option<(IpAddr, String)>>,
     /// Kicked players, oldest first.
     kicked: VecDeque<Kicked>,
-    /// Grows with every change.
+    /// Increases with every change.
     #[serde(skip)]
     revision: u64,
 }
 
-/// A player who is shut out for a while.
+/// A player who is temporarily shut out.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Kicked {
     network: IpAddr,
-    /// Only a player with this name is shut out, because others on the network play and were not kicked.
+    /// Only a player with this name is shut out, because others who were not kicked are playing from the same network.
     name: Option<String>,
     tick: u32,
 }
 
 impl Admission {
-    /// Notes that a player from this address, who asked for this name, took a seat.
+    /// Notes that a player at this address, who asked for this name, has taken a seat.
     pub fn seated(&mut self, seat: Seat, address: IpAddr, name: &str) {
         self.revision += 1;
         let index = usize::from(seat.0);
@@ -55,9 +55,9 @@ impl Admission {
         self.seated[index] = Some((network(address), name.to_owned()));
     }
 
-    /// Shuts out the player of a seat for a while. The whole network is shut out, unless one of the `others` who play
-    /// is on it too. Then only the name is shut out, until another player of the network is kicked. This keeps a party
-    /// behind one router together, and a player who returns under another name can do so only once.
+    /// Temporarily shuts out the player in a seat. The whole network is shut out, unless one of the `others` who are
+    /// playing is on it too. In that case only the name is shut out, until another player on the network is kicked.
+    /// This keeps a group behind one router together, and a kicked player can return under another name only once.
     pub fn kicked(&mut self, seat: Seat, others: impl Iterator<Item = Seat>, tick: u32) {
         let Some((network, name)) = self.of(seat).cloned() else { return };
         let again =
@@ -72,12 +72,12 @@ impl Admission {
         self.kicked.push_back(Kicked { network, name: is_shared.then_some(name), tick });
     }
 
-    /// Grows with every change.
+    /// Increases with every change.
     pub fn revision(&self) -> u64 {
         self.revision
     }
 
-    /// Returns whether a player with this address and name was kicked recently.
+    /// Returns whether a player with this address and name was recently kicked.
     pub fn is_shut(&self, address: IpAddr, name: &str, tick: u32) -> bool {
         let network = network(address);
         let is_it = |kicked: &Kicked| {
@@ -86,7 +86,7 @@ impl Admission {
         self.kicked.iter().any(|kicked| is_it(kicked) && kicked.holds(tick))
     }
 
-    /// The held seats of a room, with their addresses.
+    /// A room's held seats, with their addresses.
     pub fn held(&self, room: &Room) -> HeldSeats {
         let mut count_by_address = BTreeMap::new();
         let seats = room.held().into_iter().map(|seat| (seat, self.address(seat)));
@@ -98,9 +98,10 @@ impl Admission {
     }
 
     /// The connected seat that a newcomer from this address may take in a full room without held seats. A network loses
-    /// a seat if it has more than its share, and more than the newcomer's network would then have: that of its most
-    /// idle player, if idle for a moment, otherwise that of its newest player. If no network has that many, the most
-    /// idle player in the room loses the seat, if idle for a while. `seats` are the candidates.
+    /// a seat if it has more than its share, and more than the newcomer's network would then have. It loses its most
+    /// idle player's seat, if that player has been idle for a moment, and otherwise its newest player's seat. If no
+    /// network has that many seats, the room's most idle player loses a seat, if idle for long enough. `seats` are the
+    /// candidates.
     pub fn displaced(
         &self,
         room: &Room,
@@ -109,8 +110,8 @@ impl Admission {
     ) -> Option<Seat> {
         let count_by_network = self.count_by_network(room);
         let count = |network: IpAddr| count_by_network.get(&network).copied().unwrap_or(0);
-        // More than the newcomer's network would have; otherwise two large networks would take seats from each other in
-        // turn.
+        // It must have more than the newcomer's network would; otherwise two large networks would keep taking seats
+        // from each other.
         let kept = share(room).max(1 + count(widest(newcomer)));
         let of_network = |seat| self.address(seat).map_or(0, |address| count(widest(address)));
         let seats = seats.filter_map(|seat| Some((room.idle_ticks(seat)?, seat)));
@@ -125,8 +126,8 @@ impl Admission {
         displaced.map(|&(_, seat)| seat)
     }
 
-    /// Number of seats taken by people per network, including held seats. The widest network counts, since one person
-    /// may have all of its addresses.
+    /// Number of seats that people occupy per network, including held seats. An address's widest network is used, since
+    /// one person may control all of its addresses.
     fn count_by_network(&self, room: &Room) -> BTreeMap<IpAddr, usize> {
         let seats = (0..room.scene().players_max).map(Seat);
         let taken = seats.filter(|&seat| room.joined_tick(seat).is_some());
@@ -141,7 +142,7 @@ impl Admission {
         self.seated.get(usize::from(seat.0))?.as_ref()
     }
 
-    /// The network of a seat's last player: an IPv4 address, or the first address of an IPv6 /64.
+    /// The network of the last player in a seat: an IPv4 address, or the first address of an IPv6 /64.
     pub fn address(&self, seat: Seat) -> Option<IpAddr> {
         self.of(seat).map(|(address, _)| *address)
     }
@@ -153,12 +154,12 @@ impl Kicked {
     }
 }
 
-/// Seats that one network keeps against newcomers from others.
+/// Seats that a network keeps when newcomers from other networks arrive.
 fn share(room: &Room) -> usize {
     (usize::from(room.scene().players_max) / SEATS_SHARE).max(1)
 }
 
-/// The held seats of a room, valid until a player joins, leaves or disconnects. They are counted once for all joins
+/// The held seats of a room, valid until a player joins, leaves or disconnects. They are counted once for all the joins
 /// that a full room handles in a tick.
 #[derive(Debug)]
 pub struct HeldSeats {
@@ -170,9 +171,9 @@ pub struct HeldSeats {
 }
 
 impl HeldSeats {
-    /// The held seat that a newcomer from this address may take in a full room: the longest held seat of the same
-    /// address, otherwise one of an address that holds more than its share. So no newcomer takes a seat from an address
-    /// that holds few, and a client that keeps joining and vanishing only uses up seats of its address.
+    /// The held seat that a newcomer from this address may take in a full room: the longest-held seat of the same
+    /// address, or else a seat of an address that holds more than its share. Newcomers therefore never take seats from
+    /// an address that holds few, and a client that keeps joining and vanishing only uses up its own address's seats.
     pub fn displaced(&self, newcomer: IpAddr) -> Option<Seat> {
         let newcomer = Some(network(newcomer));
         let own = self.seats.iter().find(|&&(_, address)| address == newcomer);
@@ -193,7 +194,7 @@ mod tests {
         IpAddr::from([10, 0, 0, last])
     }
 
-    /// A full room whose first seats are held for these addresses, in the order in which they were lost.
+    /// A full room whose first seats are held for these addresses, in the order in which the players lost them.
     fn full(lost: &[u8]) -> (Room, Admission) {
         let arena = Scene::built_in().into_iter().find(|scene| scene.name == "arena");
         let mut room = Room::new("full", Arc::new(arena.expect("a shipped scene")), 1);
@@ -235,12 +236,12 @@ mod tests {
         assert_eq!(admission.held(&room).displaced(address(4)), None);
     }
 
-    /// Seats that may be given away: all except the host's.
+    /// Seats that can be given away: all except the host's.
     fn given_away(room: &Room) -> impl Iterator<Item = Seat> {
         (1..room.scene().players_max).map(Seat)
     }
 
-    /// Plays a room in which everyone presses keys, except for one seat.
+    /// Plays a room in which everyone but one seat presses keys.
     fn play(room: &mut Room, ticks: u32, idle: Option<u16>) {
         for _ in 0..ticks {
             for seat in (0..room.scene().players_max).filter(|&seat| Some(seat) != idle) {
@@ -252,7 +253,7 @@ mod tests {
         }
     }
 
-    /// A full room in which `of` gives the network of each seat, and everyone plays.
+    /// A full room in which `of` gives each seat's network, and everyone is active.
     fn busy(of: impl Fn(u16) -> [u8; 4]) -> (Room, Admission) {
         let (mut room, mut admission) = full(&[]);
         for seat in 0..room.scene().players_max {
@@ -264,7 +265,7 @@ mod tests {
 
     #[test]
     fn the_most_idle_seat_of_a_network_with_many_goes_to_a_newcomer_of_another() {
-        // Each seat has a separate network, except for one network with more than its share.
+        // Each seat has its own network, except for one network that has more than its share.
         let of = |seat: u16| if seat < 20 { [10, 0, 7, 1] } else { [10, 1, seat as u8, 1] };
         let (mut room, admission) = busy(of);
         play(&mut room, IDLE_MOMENT_TICKS, Some(5));
@@ -279,7 +280,7 @@ mod tests {
     fn a_network_with_many_gives_its_newest_seats_until_it_has_its_share() {
         let (mut room, mut admission) = busy(|_| [10, 0, 7, 1]);
         let (seats, mut taken) = (room.scene().players_max, Vec::new());
-        // One of the players leaves, and comes back later to a low seat.
+        // One player leaves, and later comes back to a low-numbered seat.
         room.leave(Seat(3));
         play(&mut room, 1, Some(3));
         let newest = room.join(Appearance { name: "Ann".into(), color: 0 }, None);
@@ -294,7 +295,7 @@ mod tests {
             taken.push(seat.0);
         }
         let newest_first: Vec<_> = [3].into_iter().chain((seats / 4..seats).rev()).collect();
-        // The newcomers are newer than the whole crowd, and none of them loses the seat again.
+        // The newcomers joined after the whole crowd, and none of them loses the seat again.
         assert_eq!(taken, newest_first[..usize::from(seats - seats / 4)]);
     }
 
@@ -347,7 +348,7 @@ mod tests {
         kick(&mut admission, 1, &[0, 3], 100);
         assert!(admission.is_shut(address(1), "Ann", 101), "who was kicked");
         assert!(!admission.is_shut(address(1), "Eve", 101), "who was not");
-        // The player is back under another name, and is kicked again.
+        // The player has returned under another name, and is kicked again.
         admission.seated(Seat(3), address(1), "Anna");
         admission.kicked(Seat(3), [Seat(0)].into_iter(), 200);
         for name in ["Ann", "Anna", "Eve"] {

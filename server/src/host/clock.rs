@@ -1,20 +1,20 @@
-//! The clock of a room's thread. It is a trait, so that tests can simulate hours and stalls in a moment.
+//! The clock of a room's thread. It is a trait, so that tests can simulate hours and stalls instantly.
 
 use crate::host::thread_time;
 use std::fs::File;
 use std::io::{Read, Seek};
 use std::time::{Duration, Instant};
 
-/// The source of time for a room's thread, and its way to wait.
+/// The time source for a room's thread, and its means of waiting.
 pub trait TickClock {
-    /// The current time. Never goes back.
+    /// The current time, which never goes backwards.
     fn now(&self) -> Instant;
 
-    /// Sleeps until `at`, or longer. Returns how much of that time the thread was ready to run but had no processor;
-    /// `None` if the system does not count it.
+    /// Sleeps until `at`, or longer. Returns how long the thread was ready to run but had no processor; `None` if the
+    /// system does not measure that.
     fn sleep_until(&mut self, at: Instant) -> Option<Duration>;
 
-    /// Processor time used by the thread so far.
+    /// Processor time that the thread has used so far.
     fn worked(&self) -> Duration;
 }
 
@@ -46,19 +46,19 @@ impl TickClock for SystemClock {
     }
 }
 
-/// Scheduling statistics of one thread: the time for which it was ready to run but had no processor. That makes a tick late
-/// too, but is the machine's doing: the rest of the lateness is the server's own. Measured on Linux only.
+/// Scheduling statistics of one thread: how long it was ready to run but had no processor. That delay makes ticks late
+/// too, but the machine causes it; the server causes the rest. It is measured only on Linux.
 pub struct RunQueue {
     counts: Option<File>,
 }
 
 impl RunQueue {
-    /// Opens the statistics of the calling thread.
+    /// Opens the calling thread's statistics.
     pub fn of_this_thread() -> RunQueue {
         RunQueue { counts: File::open("/proc/thread-self/schedstat").ok() }
     }
 
-    /// Total waiting time so far; `None` if the system does not count it.
+    /// Total waiting time so far; `None` if the system does not measure it.
     pub fn waited(&self) -> Option<Duration> {
         let mut bytes = [0; 96];
         let mut file = self.counts.as_ref()?;

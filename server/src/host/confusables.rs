@@ -1,10 +1,10 @@
-//! Names that look alike. A room numbers players with equal names. Here confusable names are treated as equal, so that
-//! no player can impersonate another.
+//! Names that look alike. A room numbers players who have the same name. Here, confusable names are treated as the
+//! same, so that no player can impersonate another.
 
 use std::sync::Arc;
 use unicode_security::confusable_detection::skeleton;
 
-/// The name to use in a room: the wanted one, or that of the `others` that it resembles.
+/// The name to use in a room: the wanted name, or the one among the `others` that it resembles.
 pub fn unmistakable<'a>(
     wanted: &Arc<str>,
     others: impl Iterator<Item = &'a Arc<str>> + Clone,
@@ -16,7 +16,8 @@ pub fn unmistakable<'a>(
     Arc::clone(double.unwrap_or(wanted))
 }
 
-/// The title of a guest's scene in lists. A title that resembles one of the server's scenes is marked as a guest's.
+/// A guest's scene's title in lists. A title that resembles the title of one of the server's own scenes is marked as a
+/// guest's.
 pub fn guests_title<'a>(title: &str, mut own: impl Iterator<Item = &'a str>) -> String {
     let looks = looks_of(title);
     match own.any(|own| looks_of(own).iter().any(|look| !look.is_empty() && looks.contains(look))) {
@@ -25,7 +26,7 @@ pub fn guests_title<'a>(title: &str, mut own: impl Iterator<Item = &'a str>) -> 
     }
 }
 
-/// The skeleton of a title without its number, letters and digits only, as written and in lower case.
+/// The skeleton of a title without its number, reduced to letters and digits, both as written and in lower case.
 fn looks_of(title: &str) -> [String; 2] {
     let base = base(title.trim());
     [base.to_owned(), base.to_lowercase()]
@@ -59,7 +60,7 @@ mod tests {
     fn a_name_that_looks_like_anothers_becomes_its_namesake() {
         let others: [Arc<str>; 4] = ["Ann".into(), "Bill".into(), "Zoë".into(), "Max 2".into()];
         let name = |wanted: &str| unmistakable(&wanted.into(), others.iter()).to_string();
-        // Cyrillic A, Greek Alpha, full width, an I for an l, and a separate combining accent.
+        // A Cyrillic A, a Greek alpha, a full-width letter, an I for an l, and a separate combining accent.
         for (wanted, double) in [
             ("\u{410}nn", "Ann"),
             ("\u{391}nn", "Ann"),

@@ -1,5 +1,5 @@
-//! Delivery to one socket: its snapshots, a lower rate for a client that is slow or whose address exceeds its budget,
-//! and the check that the client still acknowledges them.
+//! Delivery to one socket: its snapshots, the lower rate for a client that is slow or whose address exceeds its budget,
+//! and the check that the client still acknowledges snapshots.
 
 use crate::host::outbox::Outbox;
 use crate::limits::uplink::Allowance;
@@ -13,23 +13,24 @@ use std::sync::Arc;
 use std::time::Instant;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
-/// Live particles, about 20 bytes each, in first keyframes that wait for their sockets at a time in a room: as many as
-/// in the largest scene, and twice those of a guest's scene.
+/// Maximum number of live particles, of about 20 bytes each, in first keyframes that are waiting for their sockets in
+/// one room: as many as the largest scene has, and twice as many as a guest's scene has.
 const WAITING_PARTICLES_MAX: usize = 20_000;
-/// Ticks that a client has to keep up before its rate rises again.
+/// Number of ticks for which a client must keep up before its rate rises again.
 const RATE_RISE_TICKS: u32 = 600;
-/// Ticks that a client may be further behind than at its recent best; more is not explained by the round trip.
+/// Number of ticks by which a client may fall further behind than its recent best. The round trip does not explain more
+/// than that.
 const LAG_GROWTH_TICKS: u32 = 45;
-/// Lag that cannot be explained by any round trip: two seconds.
+/// A lag that no round trip can explain: two seconds.
 const LAG_TICKS_MAX: u32 = 2 * TICKS_PER_SECOND;
-/// Ticks that a client has to lag before its rate falls; network stalls are shorter.
+/// Number of ticks for which a client must lag before its rate falls; network stalls are shorter.
 const LAGGING_TICKS: u32 = TICKS_PER_SECOND;
-/// Ticks of a window. A client is compared with its best in this window and the previous one.
+/// Length of a window, in ticks. A client is compared with its best performance in this window and the previous one.
 const LAG_WINDOW_TICKS: u32 = 30 * TICKS_PER_SECOND;
 
-/// Limits the memory of particles in first keyframes that wait for the sockets of a room. Beyond the limit a newcomer
-/// gets a keyframe without particles, which are only decoration. Otherwise a crowd that reads nothing would fill the
-/// memory.
+/// Limits the memory used by particles in first keyframes that are waiting for a room's sockets. Beyond the limit,
+/// newcomers get keyframes without particles, which are only decoration. Otherwise a crowd that reads nothing would
+/// exhaust memory.
 #[derive(Clone, Debug)]
 pub struct ParticlePermits(Arc<Semaphore>);
 
@@ -39,28 +40,28 @@ impl Default for ParticlePermits {
     }
 }
 
-/// The snapshots of one socket.
+/// The snapshots for one socket.
 pub struct Delivery {
-    /// The player's seat. A spectator has none, and gets snapshots of the whole world.
+    /// The player's seat. Spectators have none, and get snapshots of the whole world.
     seat: Option<Seat>,
     pub(super) outbox: Arc<Outbox>,
     pub(super) lag: AckLag,
-    /// The subscription to snapshots; `None` until the next keyframe.
+    /// The subscription to snapshots; `None` until the next keyframe is sent.
     subscriber: Option<Subscriber>,
     /// Whether a keyframe has been sent.
     subscribed: bool,
     permits: ParticlePermits,
     rate: Rate,
-    /// Tick at which the client was last found far behind, or its budget was used up.
+    /// Tick at which the client was last found far behind, or at which its budget last ran out.
     late_tick: u32,
-    /// Budget of bytes for the session.
+    /// The session's byte budget.
     allowance: Allowance,
     /// Whether the next keyframe has to wait for the budget.
     held_back: bool,
 }
 
 impl Delivery {
-    /// Creates the delivery to a client that was just welcomed.
+    /// Creates the delivery for a client that has just been welcomed.
     pub fn new(
         seat: Option<Seat>,
         outbox: Arc<Outbox>,
@@ -69,7 +70,7 @@ impl Delivery {
         tick: u32,
     ) -> Delivery {
         let (lag, rate, late_tick) = (AckLag::new(tick), Rate::default(), tick);
-        // The keyframe waits for the budget. Otherwise a client that keeps reconnecting would get a keyframe each time.
+        // The keyframe waits for the budget. Otherwise a client that keeps reconnecting would get one every time.
         let (subscriber, subscribed, held_back) = (None, false, true);
         Delivery {
             seat,
@@ -90,10 +91,10 @@ impl Delivery {
         self.outbox.control(welcome);
     }
 
-    /// Queues the snapshot of the newest tick. A client that is too far behind gets a keyframe and a lower rate, and a
-    /// higher rate after it has kept up for long enough. If its budget is used up, it gets the keyframe and the lower
-    /// rate once some budget is left. A client that acknowledges nothing for `silent_ticks_max` ticks is disconnected.
-    /// Returns whether anything was queued.
+    /// Queues the snapshot of the newest tick. A client that is too far behind gets a keyframe and a lower rate; once
+    /// it has kept up for long enough, it gets a higher rate. If its budget is used up, the keyframe and the lower rate
+    /// wait until some budget is available. A client that acknowledges nothing for `silent_ticks_max` ticks is
+    /// disconnected. Returns whether anything was queued.
     pub fn feed(
         &mut self,
         room: &mut Room,
@@ -102,7 +103,7 @@ impl Delivery {
         metrics: &Metrics,
     ) -> bool {
         let tick = room.game().tick_count();
-        // This comes first, because a keyframe of a tick that was queued already would repeat its events.
+        // This comes first, because a keyframe for a tick that is already queued would repeat its events.
         self.choose_rate(tick, now, metrics);
         let mut queued = self.hand_over(room, tick, now, metrics);
         if self.subscriber.is_none() && self.may_subscribe(tick, now, metrics) {
@@ -125,8 +126,8 @@ impl Delivery {
         queued
     }
 
-    /// Returns whether the next keyframe may be sent. One that waited for the budget is sent at a tick of its rate, for
-    /// the same reason that the rate falls only at such a tick.
+    /// Returns whether the next keyframe may be sent. A keyframe that waited for the budget is sent at a tick of its
+    /// rate, for the same reason that the rate falls only at such a tick.
     fn may_subscribe(&mut self, tick: u32, now: Instant, metrics: &Metrics) -> bool {
         if !self.held_back {
             return true;
@@ -139,7 +140,7 @@ impl Delivery {
         !self.held_back
     }
 
-    /// A permit for the particles of a first keyframe, if there are any and not too many are waiting already.
+    /// A permit for the particles in a first keyframe, if there are any and not too many are already waiting.
     fn particle_permit(&mut self, room: &Room) -> Option<OwnedSemaphorePermit> {
         let again = std::mem::replace(&mut self.subscribed, true);
         let particles = room.game().world().particles();
@@ -186,8 +187,8 @@ impl Delivery {
     }
 
     fn choose_rate(&mut self, tick: u32, now: Instant, metrics: &Metrics) {
-        // The rate falls only at a tick of the lower rate. Between two such ticks the keyframe would be that of the
-        // earlier one, and events that may have been sent already would be sent again.
+        // The rate falls only at a tick of the lower rate. Between two such ticks, the keyframe would be the earlier
+        // tick's, and events that may already have been sent would be sent again.
         let lower = self.rate.lower();
         if self.lag.lags(tick) && tick.is_multiple_of(lower.every().into()) {
             self.lag.restart(tick);
@@ -208,7 +209,7 @@ impl Delivery {
         }
     }
 
-    /// Lowers the rate, and makes the next snapshot a keyframe once the budget allows it.
+    /// Lowers the rate, and makes the next snapshot a keyframe as soon as the budget allows.
     fn lower_rate(&mut self, tick: u32) {
         (self.subscriber, self.held_back) = (None, true);
         self.rate = self.rate.lower();
@@ -216,27 +217,27 @@ impl Delivery {
     }
 }
 
-/// The ticks that one client was sent and has acknowledged. Bytes that wait in kernel buffers and proxies on the way count as sent
-/// at this end of the socket; here they do not. A long round trip is no lag: a client is compared with itself, at the best of its
-/// last minute.
+/// The ticks that one client has been sent and has acknowledged. To the socket, bytes waiting in kernel buffers and
+/// proxies count as sent; here they do not. A long round trip is not lag: a client is compared with its own best
+/// performance in the past minute.
 #[derive(Clone, Debug)]
 pub struct AckLag {
-    /// Ticks of the newest snapshot sent, and of the newest one acknowledged.
+    /// Ticks of the newest snapshot sent and of the newest one acknowledged.
     sent: u32,
     acked: u32,
-    /// Tick when `acked` last grew, or when everything had been acknowledged.
+    /// Tick when `acked` last increased, or when everything had been acknowledged.
     moved: u32,
-    /// Ticks between the newest acknowledged and the newest sent snapshot, at the client's last input.
+    /// Number of ticks between the newest acknowledged snapshot and the newest one sent, as of the client's last input.
     behind: u32,
-    /// Lowest `behind` in this window, and in the previous one.
+    /// The lowest `behind` in this window and in the previous one.
     least: [u32; 2],
     window_began: u32,
-    /// Tick since which the lag is more than the round trip explains.
+    /// Tick since when the lag has been more than the round trip explains.
     lagging_since: Option<u32>,
 }
 
 impl AckLag {
-    /// Creates the lag of a client that is sent its first snapshot at this tick.
+    /// Creates the lag of a client whose first snapshot is sent at this tick.
     pub fn new(tick: u32) -> AckLag {
         AckLag {
             sent: tick,
@@ -250,7 +251,7 @@ impl AckLag {
     }
 
     /// Notes that a snapshot of this tick was sent. While nothing moves, a keyframe may be older than the previous
-    /// snapshot; it is then the newest tick that can be acknowledged.
+    /// snapshot; its tick is then the newest that can be acknowledged.
     pub fn sent(&mut self, tick: u32) {
         if self.acked == self.sent {
             self.moved = tick;
@@ -259,8 +260,8 @@ impl AckLag {
         self.acked = self.acked.min(tick);
     }
 
-    /// Notes the low bits of the tick that an input acknowledges. A client that acknowledges a tick not yet
-    /// sent is treated as up to date.
+    /// Notes the low bits of the tick that an input acknowledges. A client that acknowledges a tick that was not sent
+    /// yet is treated as up to date.
     pub fn acked(&mut self, low: u16, now: u32) {
         let behind = u32::from((self.sent as u16).wrapping_sub(low));
         let behind = if behind < 1 << 15 { behind } else { 0 };
@@ -279,7 +280,7 @@ impl AckLag {
         self.lagging_since = lags.then(|| self.lagging_since.unwrap_or(now));
     }
 
-    /// Ticks between the newest acknowledged and the newest sent snapshot.
+    /// Number of ticks between the newest acknowledged snapshot and the newest one sent.
     pub fn ticks(&self) -> u32 {
         self.behind
     }
@@ -289,21 +290,21 @@ impl AckLag {
         self.lagging_since.is_some_and(|since| now - since >= LAGGING_TICKS)
     }
 
-    /// Notes that the client's rate was lowered, so that it has time to catch up.
+    /// Notes that the client's rate was lowered, to give it time to catch up.
     pub fn restart(&mut self, now: u32) {
         self.lagging_since = self.lagging_since.map(|_| now);
     }
 
-    /// Returns whether the client is being sent snapshots and has acknowledged none for `ticks_max` ticks.
+    /// Returns whether the client is being sent snapshots but has acknowledged none for `ticks_max` ticks.
     pub fn is_silent(&self, now: u32, ticks_max: u32) -> bool {
         self.sent > self.acked && now - self.moved >= ticks_max
     }
 }
 
-/// Iterates over a room's sessions, with a different first one for each snapshot at the lowest rate, because the first
-/// has the best chance when the budget is almost used up.
+/// Iterates over a room's sessions. The session that comes first changes with each snapshot at the lowest rate, because
+/// the first has the best chance when the budget is almost used up.
 pub fn in_turn<T>(sessions: &mut [T], tick: u32) -> impl Iterator<Item = &mut T> {
-    // Multiplied by the golden ratio, so that neighbours in the list take turns at distant times.
+    // The multiplication by the golden ratio keeps the turns of neighbours in the list far apart.
     let turn = (tick / u32::from(Rate::Twelfth.every())).wrapping_mul(0x9E37_79B9);
     let first = turn as usize % sessions.len().max(1);
     let (last, rest) = sessions.split_at_mut(first);

@@ -1,5 +1,5 @@
 //! The queue from a session to its room. The room takes all waiting messages at once, and both ends keep reusing the
-//! same small memory. A ring large enough for a burst would be cold memory at each message.
+//! same small buffers. With a ring large enough for a burst, each message would touch cold memory.
 
 use std::collections::VecDeque;
 use std::mem;
@@ -27,12 +27,12 @@ pub struct Inbox<T> {
 
 struct InboxQueue<T> {
     waiting: VecDeque<T>,
-    /// Whether both ends exist.
+    /// Whether both ends still exist.
     is_open: bool,
 }
 
 impl<T> InboxSender<T> {
-    /// Queues a message. Fails if too many are waiting, or the other end is gone.
+    /// Queues a message. Fails if too many messages are waiting or the other end is gone.
     pub fn try_send(&self, message: T) -> Result<(), TrySendError<T>> {
         let mut queue = lock(&self.shared);
         if !queue.is_open {
@@ -47,8 +47,7 @@ impl<T> InboxSender<T> {
 }
 
 impl<T> Inbox<T> {
-    /// Takes the next message. Fails if none is waiting; once the queue is empty, the error says whether the other end
-    /// is gone.
+    /// Takes the next message. Fails if none is waiting; the error then says whether the other end is gone.
     pub fn try_recv(&mut self) -> Result<T, TryRecvError> {
         if self.taken.is_empty() {
             let mut queue = lock(&self.shared);

@@ -1,10 +1,9 @@
-//! The messages waiting for one session's socket: snapshots in order, a few control messages, and the end of the
-//! session.
+//! The messages waiting for one session's socket: snapshots in order, a few control messages, and the session's end.
 //!
 //! The room fills the outbox and never waits; the session's thread empties it at the pace of its socket. Each snapshot
-//! is coded against the previous one, so none may be skipped: a client whose backlog exceeds the size of a keyframe
-//! gets a keyframe in its place. If all players see the whole world, the subscribers at the same rate share the bytes
-//! of all messages except such keyframes.
+//! is coded against the previous one, so none may be skipped. If a client's backlog exceeds the size of a keyframe, a
+//! keyframe replaces it. If all players see the whole world, subscribers at the same rate share the bytes of all
+//! messages except such keyframes.
 
 use crate::host::socket_writer::SocketWriter;
 use bytes::Bytes;
@@ -18,12 +17,12 @@ use std::task::Waker;
 use std::time::Duration;
 use tokio::sync::{Notify, OwnedSemaphorePermit};
 
-/// Control messages that may wait for the socket; further pongs are dropped.
+/// Maximum number of control messages waiting for the socket; further pongs are dropped.
 const OUTBOX_CONTROL_MAX: usize = 16;
-/// Snapshots that may wait for the socket; after half a second of them it gets a keyframe in their place.
+/// Maximum number of snapshots waiting for the socket; after half a second's worth, a keyframe replaces them.
 const OUTBOX_SNAPSHOTS_MAX: usize = 32;
 
-/// Number of snapshots that may wait regardless of their size; that few do not indicate a slow reader.
+/// Number of snapshots that may wait regardless of size; so few do not indicate a slow reader.
 const LATE_SNAPSHOTS_MIN: usize = 4;
 
 /// The queue from a room to one socket.
@@ -42,7 +41,7 @@ pub enum NextToSend {
     /// A message to send.
     Message(Bytes),
     End(Refusal),
-    /// Nothing at the moment.
+    /// Nothing for now.
     Nothing,
 }
 
@@ -50,26 +49,26 @@ pub enum NextToSend {
 struct OutboxState {
     control: VecDeque<Bytes>,
     snapshots: VecDeque<Bytes>,
-    /// Total bytes of `snapshots`, and bytes of the newest keyframe.
+    /// Total size of `snapshots`, and the size of the newest keyframe, in bytes.
     waiting_bytes: usize,
     keyframe_bytes: usize,
-    /// Permit for the particles of the waiting keyframe, which is the first of `snapshots`.
+    /// Permit for the particles in the waiting keyframe, which is the first of `snapshots`.
     permit: Option<OwnedSemaphorePermit>,
-    /// Permit of the keyframe that was taken last. It is released when the socket asks for more, having sent that
+    /// Permit for the most recently taken keyframe. It is released when the socket asks for more, having sent that
     /// keyframe.
     permit_sending: Option<OwnedSemaphorePermit>,
     end: Option<Refusal>,
-    /// Address at which the room continues, if it ends because it moved.
+    /// Address at which the room continues, if the session ends because the room moved.
     moved_to: Option<Arc<str>>,
 }
 
 impl Outbox {
-    /// Queues a message that must not be dropped, and wakes the session; `false` if too many are waiting.
+    /// Queues a message that must not be dropped, and wakes the session; returns `false` if too many are waiting.
     pub fn control(&self, bytes: impl Into<Bytes>) -> bool {
         self.queue_control(bytes, OUTBOX_CONTROL_MAX)
     }
 
-    /// Like [`Outbox::control`], for messages that may be lost. They leave half of the queue to the others.
+    /// Like [`Outbox::control`], for messages that may be lost. They leave half of the queue to other messages.
     pub fn aside(&self, bytes: impl Into<Bytes>) -> bool {
         self.queue_control(bytes, OUTBOX_CONTROL_MAX / 2)
     }
@@ -85,7 +84,7 @@ impl Outbox {
     }
 
     /// Queues the next snapshot and returns 0; the caller must then call [`Outbox::send_soon`]. If the client is so far
-    /// behind that it needs a keyframe, drops this snapshot and all waiting ones, and returns their number.
+    /// behind that it needs a keyframe, drops this snapshot and all waiting ones, and returns how many were dropped.
     pub fn snapshot(&self, bytes: &Bytes) -> usize {
         let mut state = self.lock();
         if state.end.is_some() {
@@ -105,8 +104,8 @@ impl Outbox {
         0
     }
 
-    /// Replaces all waiting snapshots by a keyframe, and returns the number dropped; the caller must then call
-    /// [`Outbox::send_soon`]. Keeps the permit for the keyframe's particles while it is in memory.
+    /// Replaces all waiting snapshots with a keyframe, and returns the number dropped; the caller must then call
+    /// [`Outbox::send_soon`]. Keeps the permit for the keyframe's particles while the keyframe is in memory.
     pub fn keyframe(&self, bytes: Bytes, permit: Option<OwnedSemaphorePermit>) -> usize {
         let mut state = self.lock();
         state.keyframe_bytes = bytes.len();
@@ -117,12 +116,12 @@ impl Outbox {
         dropped
     }
 
-    /// Creates the outbox of a socket on the thread with this queue.
+    /// Creates the outbox for a socket on the thread that this queue belongs to.
     pub fn new(send_queue: Arc<SendQueue>, writer: Arc<SocketWriter>) -> Outbox {
         Outbox { send_queue, writer, ..Outbox::default() }
     }
 
-    /// Schedules sending by the session's thread, at the next request to its [`SendQueue`].
+    /// Schedules sending by the session's thread at the next request to the thread's [`SendQueue`].
     pub fn send_soon(self: &Arc<Outbox>) {
         self.send_queue.add(Arc::clone(self));
     }
@@ -132,7 +131,7 @@ impl Outbox {
         self.lock().snapshots.is_empty()
     }
 
-    /// Ends the session. The first reason counts.
+    /// Ends the session. The first reason given counts.
     pub fn end(&self, refusal: Refusal) {
         let mut state = self.lock();
         if state.end.is_none() {
@@ -147,7 +146,7 @@ impl Outbox {
         self.end(Refusal::Moved);
     }
 
-    /// The address of that node.
+    /// The address of the node where the room continues.
     pub fn moved_to(&self) -> Option<Arc<str>> {
         self.lock().moved_to.clone()
     }
@@ -157,7 +156,7 @@ impl Outbox {
         self.waker.register(waker);
     }
 
-    /// Takes the next item for the socket: the end first, then control messages, then snapshots.
+    /// Takes the next item for the socket: first the end, then control messages, then snapshots.
     pub fn take(&self) -> NextToSend {
         let mut state = self.lock();
         state.permit_sending = None;
@@ -178,7 +177,8 @@ impl Outbox {
         self.lock().end
     }
 
-    /// Sends what waits, on the session's thread. If the socket does not take it at once, wakes the session to go on.
+    /// Sends what is waiting, on the session's thread. If the socket does not accept everything at once, wakes the
+    /// session to continue.
     fn send(&self) {
         let next = || match self.take() {
             NextToSend::Message(bytes) => Some(bytes),
@@ -195,11 +195,11 @@ impl Outbox {
     }
 }
 
-/// The outboxes of a thread's sessions that have something to send. A room's thread is outside of the sessions' runtime, and a
-/// wakeup from there takes the lock of a common queue and may wake a thread by a system call, for each session again. So it wakes
-/// one task of each thread that serves sockets, once a tick, and that one sends the messages of all its sessions in one go. A
-/// session is woken only if its socket does not take them. Between ticks the thread pauses, so that inputs gather; what is to be
-/// sent ends the pause.
+/// The outboxes of a thread's sessions that have something to send. A room's thread is outside the sessions' runtime.
+/// Each wakeup from there takes the lock of a shared queue and may need a system call to wake a thread, so waking every
+/// session would be expensive. Instead, once per tick, the room wakes one task on each thread that serves sockets, and
+/// that task sends the messages of all its sessions in one go. A session is woken only if its socket does not accept
+/// them. Between ticks the thread pauses to let inputs gather; a request to send ends the pause.
 #[derive(Default)]
 pub struct SendQueue {
     state: Mutex<SendQueueState>,
@@ -217,12 +217,12 @@ struct SendQueueState {
 }
 
 impl SendQueue {
-    /// Adds an outbox, to be sent at the next [`SendQueue::request`].
+    /// Adds an outbox to be sent at the next [`SendQueue::request`].
     pub fn add(&self, outbox: Arc<Outbox>) {
         self.lock().filled.push(outbox);
     }
 
-    /// Requests the sending of all added outboxes.
+    /// Requests that all added outboxes be sent.
     pub fn request(&self) {
         let mut state = self.lock();
         if !state.filled.is_empty() {
@@ -239,7 +239,7 @@ impl SendQueue {
         drop(self.ends_pause.wait_timeout_while(self.lock(), time, wait));
     }
 
-    /// Sends outboxes on request, forever.
+    /// Sends outboxes whenever requested, forever.
     pub async fn serve(&self) -> Infallible {
         let mut filled: Vec<Arc<Outbox>> = Vec::new();
         loop {

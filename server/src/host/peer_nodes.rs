@@ -1,4 +1,4 @@
-//! The other nodes of a fleet, for clients: one of them knows where a room is if this node falls silent.
+//! The other nodes of a fleet, for clients to ask where a room is if this node falls silent.
 
 use bytes::Bytes;
 use jostle_protocol::ServerMessage;
@@ -23,12 +23,12 @@ impl PeerNodes {
         }
     }
 
-    /// Increases when the addresses change; 0 outside a fleet.
+    /// Increases whenever the addresses change; 0 outside a fleet.
     pub fn revision(&self) -> u64 {
         self.revision.load(Ordering::Acquire)
     }
 
-    /// The message to clients with the first of these addresses.
+    /// The message that tells clients the first of these addresses.
     pub fn message(&self) -> Bytes {
         let urls = self.lock().iter().take(NODES_MAX).cloned().collect();
         ServerMessage::Nodes { urls }.encode().into()

@@ -1,4 +1,4 @@
-//! The handle of a room: its public state, and the channels to it from outside its thread.
+//! A room's handle: its public state, and the channels that lead to it from outside its thread.
 
 use crate::fleet::lease::RoomLease;
 use crate::host::Phase;
@@ -23,37 +23,37 @@ use std::time::{Duration, Instant};
 use tokio::sync::{oneshot, watch};
 use tokio_util::sync::CancellationToken;
 
-/// Public state of an open room.
+/// The public state of an open room.
 pub struct RoomInfo {
     /// The code in the room's link.
     pub code: String,
-    /// Number drawn at random when the room opened. Unique among all rooms, including past ones.
+    /// Random number chosen when the room opened. Unique among all rooms, past and present.
     pub number: u64,
-    /// Whether the room can only be reached by its link. Private rooms are unlisted and not recorded.
+    /// Whether the room can be reached only by its link. Private rooms are unlisted and not recorded.
     pub private: bool,
-    /// Network of the creator; `None` for a standing room.
+    /// The creator's network; `None` for a standing room.
     pub creator: Option<IpAddr>,
     pub scene: Arc<Scene>,
-    /// Whether a guest provided the scene, so that the room has only a share of a processor.
+    /// Whether a guest provided the scene, in which case the room has only a share of a processor.
     pub guest: bool,
-    /// Newest tick.
+    /// The newest tick.
     pub tick: AtomicU32,
     /// Time when the room's thread last woke to play.
     pub last_tick: LastTick,
-    /// Cancelled when the room is given up because its thread does not respond. Its sessions then end, as does the
+    /// Cancelled when the room is given up because its thread does not respond. Its sessions then end, and so does the
     /// thread if it ever wakes.
     pub given_up: CancellationToken,
     pub players: AtomicUsize,
-    /// Number of players who are connected.
+    /// Number of connected players.
     pub connected: AtomicUsize,
-    /// Number of spectators, who are not players.
+    /// Number of spectators, who do not count as players.
     pub spectators: AtomicUsize,
     /// Number of bodies in the room's world.
     pub bodies: AtomicUsize,
 }
 
 impl RoomInfo {
-    /// The public state of a room that has not played yet, with one of the server's scenes.
+    /// The public state of a room that has not played yet, using one of the server's scenes.
     pub fn new(
         code: &str,
         number: u64,
@@ -85,22 +85,22 @@ impl RoomInfo {
     }
 }
 
-/// The time at which a room's thread last woke for a tick. It starts at the time when the room opened. The thread writes this and
-/// everyone may read it, so that a room whose thread does not answer is seen without asking it.
+/// The time at which a room's thread last woke for a tick, initially the time when the room opened. The thread writes
+/// this and everyone may read it, so an unresponsive room can be detected without asking its thread.
 #[derive(Debug)]
 pub struct LastTick {
     opened: Instant,
-    /// Milliseconds from `opened` to the last wakeup.
+    /// Milliseconds from `opened` to the most recent wakeup.
     woke_ms: AtomicU64,
 }
 
 impl LastTick {
-    /// Creates the value for a room that opens now.
+    /// Creates the value for a room that is opening now.
     pub fn new(opened: Instant) -> LastTick {
         LastTick { opened, woke_ms: AtomicU64::new(0) }
     }
 
-    /// Notes that the room's thread woke for a tick, whether or not it may play it.
+    /// Notes that the room's thread woke for a tick, whether or not it is allowed to play it.
     pub fn woke(&self, now: Instant) {
         let ms = now.saturating_duration_since(self.opened).as_millis() as u64;
         self.woke_ms.store(ms, Ordering::Relaxed);
@@ -112,69 +112,69 @@ impl LastTick {
     }
 }
 
-/// A session that asks for a seat, or to watch. The answer comes through its outbox: a welcome, or the end.
+/// A session that asks for a seat, or to watch. The outbox delivers the answer: a welcome, or the end of the session.
 pub struct Join {
     /// Whether the session wants to play or watch.
     pub role: Role,
     pub appearance: Appearance,
-    /// The seat that the player held before, proved by a token of this server.
+    /// The seat that the player held before, proved by one of this server's tokens.
     pub claim: Option<SeatClaim>,
-    /// Number of the room that the player hosts, proved by a key of this server.
+    /// Number of the room that the player hosts, proved by one of this server's keys.
     pub hosted: Option<u64>,
-    /// Address to which the session is attributed.
+    /// Address to which the session counts.
     pub address: IpAddr,
-    /// Messages from the session. `None` means that the player closed the socket on purpose, so that the seat need not
-    /// be held. A dropped sender means a lost socket.
+    /// Messages from the session. `None` means that the player closed the socket on purpose, so the seat need not be
+    /// held. A dropped sender means that the socket was lost.
     pub inbox: Inbox<Option<ClientMessage>>,
     /// Messages to the session.
     pub outbox: Arc<Outbox>,
 }
 
-/// A command of an operator or of the fleet to a room, carried out at its next tick.
+/// A command to a room from an operator or the fleet, carried out at the room's next tick.
 #[derive(Debug)]
 pub enum AdminCommand {
     Players(oneshot::Sender<Vec<PlayerState>>),
-    /// Kicks a player. The answer is whether this seat had one.
+    /// Kicks a player. The answer says whether this seat had one.
     Kick(Seat, oneshot::Sender<bool>),
-    /// Removes all players of a network.
+    /// Removes all players on a network.
     Evict(IpNet),
-    /// Closes the room. The answer confirms it in advance.
+    /// Closes the room. The answer confirms this in advance.
     Close(oneshot::Sender<()>),
-    /// Ends the room with a last record of its whole state, from which another node continues it.
+    /// Ends the room with a final record of its whole state, from which another node continues the room.
     Part,
-    /// Ends the room without a record, because another node plays it; holds that node's address, if known.
+    /// Ends the room without a record, because another node plays it. Holds that node's address, if known.
     Leave(Option<Arc<str>>),
 }
 
-/// The host's end of an open room.
+/// The host's end of the connection to an open room.
 pub struct RoomHandle {
     /// The room's public state.
     pub info: Arc<RoomInfo>,
     /// Channel for sessions that ask for a seat.
     pub joins: SyncSender<Join>,
     pub commands: SyncSender<AdminCommand>,
-    /// The lease of the room, in a fleet.
+    /// The room's lease, if the server is in a fleet.
     pub lease: Option<RoomLease>,
-    /// The place where readers find the room's log, if it has one.
+    /// Where readers find the room's log, if it has one.
     pub shared: Option<Arc<SharedLog>>,
     pub thread: JoinHandle<()>,
 }
 
-/// Shared by the rooms of a server.
+/// State shared by a server's rooms.
 pub struct Host {
     /// Timeouts after which rooms and clients are given up.
     pub waits: Timeouts,
-    /// Current phase of the server.
+    /// The server's current phase.
     pub phase: watch::Receiver<Phase>,
-    /// The writers of the rooms' logs.
+    /// The writers of rooms' logs.
     pub logs: Logs,
-    /// The other nodes of the fleet, if the server is in one.
+    /// The other nodes of the fleet, if there is one.
     pub neighbours: PeerNodes,
-    /// Queues that send the messages in outboxes, one for each thread that serves sockets.
+    /// Queues that send the messages in outboxes; one per thread that serves sockets.
     pub send_queues: Vec<Arc<SendQueue>>,
-    /// Maximum number of spectators from one address in a room.
+    /// Maximum number of spectators per address in a room.
     pub address_spectators_max: usize,
-    /// Budgets of the bytes sent to sessions.
+    /// Budgets for the bytes sent to sessions.
     pub uplink: Arc<Uplink>,
     pub metrics: Arc<Metrics>,
     /// Signs and verifies tokens.
@@ -190,7 +190,7 @@ impl Host {
     }
 }
 
-/// Takes a room off the list if it is still there. Another room may have its code by now.
+/// Takes a room off the list if it is still there; by now, another room may have its code.
 pub fn take_off(
     open: &mut BTreeMap<String, RoomHandle>,
     info: &Arc<RoomInfo>,

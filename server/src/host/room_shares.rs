@@ -1,31 +1,32 @@
-//! Limits on the rooms that one network may have open, for rooms that people create and for rooms with guests' scenes.
+//! Limits on how many rooms a network may have open, both for rooms that people create and for rooms with guests'
+//! scenes.
 
 use crate::limits;
 use crate::limits::networks::{LEVELS, networks, shares};
 use std::net::IpAddr;
 
-/// A limit of open rooms, and the share of each network.
+/// A limit on open rooms, and each network's share.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RoomShares {
     /// Maximum number of open rooms.
     max: usize,
-    /// Maximum number of open rooms of one address; wider networks may have more ([`shares`]).
+    /// Maximum number of open rooms for one address; wider networks may have more ([`shares`]).
     address_max: usize,
-    /// Number of last rooms that are reserved for networks without rooms.
+    /// How many of the last rooms are reserved for networks without rooms.
     reserve: usize,
 }
 
 /// The reason why a network may not open another room.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoRoomLeft {
-    /// The network has used up its share; the share of one address is this many.
+    /// The network has used up its share; an address's share is this many.
     OfNetwork(usize),
-    /// All of this many rooms are taken, apart from reserved ones.
+    /// All of this many rooms are taken, except the reserved ones.
     OfAll(usize),
 }
 
 impl RoomShares {
-    /// Shares of this many rooms created by people.
+    /// Shares of this many rooms that people create.
     pub fn of_rooms(max: usize) -> RoomShares {
         let address_max = (max / limits::ADDRESS_ROOMS_SHARE).max(limits::ADDRESS_ROOMS_MIN);
         RoomShares { max, address_max, reserve: max / limits::RESERVE_SHARE }
@@ -37,7 +38,7 @@ impl RoomShares {
         RoomShares { max, address_max, reserve: limits::GUEST_ROOMS_RESERVE }
     }
 
-    /// Checks that a creator's networks may have one more room, given the creators of all open rooms.
+    /// Checks that a creator's networks may have one more room, given who created the open rooms.
     pub fn check(
         self,
         created: impl Iterator<Item = IpAddr> + Clone,
@@ -67,7 +68,7 @@ mod tests {
         IpAddr::from([0x2001, 0xdb8, line, household, 0, 0, 0, 1u16])
     }
 
-    /// Number of rooms opened by households of a line that ask for nine each.
+    /// Number of rooms opened by households on one line that ask for nine each.
     fn opened(
         shares: RoomShares,
         created: &mut Vec<IpAddr>,

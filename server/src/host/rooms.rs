@@ -1,5 +1,5 @@
-//! The list of open rooms. A code that equals a scene's name is that scene's standing room, which opens on demand;
-//! other rooms are created with a random code. Rooms take themselves off the list when they are empty.
+//! The list of open rooms. A code that equals a scene's name belongs to that scene's standing room, which opens on
+//! demand; other rooms are created with random codes. Rooms take themselves off the list once they are empty.
 
 use crate::fleet::entry::RoomFacts;
 use crate::fleet::lease::RoomLease;
@@ -24,27 +24,27 @@ use std::time::{Duration, Instant};
 use tokio::time::sleep;
 use tracing::error;
 
-/// Operators' commands that may wait for a room's next tick.
+/// Maximum number of operators' commands waiting for a room's next tick.
 const COMMANDS_WAITING_MAX: usize = 16;
 
 /// Letters and digits that are not easily confused.
 const CODE_ALPHABET: &[u8; 31] = b"abcdefghjkmnpqrstuvwxyz23456789";
-/// Length of a random code; there are 887 million codes.
+/// Length of a random code. There are 887 million codes.
 const CODE_CHARS: usize = 6;
 
-/// Wait before a command is sent again to a room with a full queue, which is emptied in every tick.
+/// Delay before a command is sent again to a room whose queue is full. The queue is emptied in every tick.
 const COMMAND_RETRY: Duration = Duration::from_millis(2);
 
 /// All open rooms, and the scenes for new ones.
 pub struct Rooms {
     scenes: Vec<Arc<Scene>>,
     host: Arc<Host>,
-    /// Whether a directory decides which rooms are open here.
+    /// Whether a directory decides which rooms are open on this server.
     in_fleet: bool,
-    /// Maximum number of rooms that people may have open at a time.
+    /// Maximum number of rooms that people may have open at once.
     max: usize,
     guests: RoomShares,
-    /// Guests' scenes by room code, whose rooms the fleet's directory is about to assign to this node.
+    /// Guests' scenes, by room code, for rooms that the fleet's directory is about to assign to this node.
     expected: Mutex<BTreeMap<String, Expected>>,
 }
 
@@ -60,7 +60,7 @@ struct Expected {
 pub enum Adopted {
     /// The room is open.
     Open,
-    /// This node cannot open the room: no thread is left, or its scene is unknown here.
+    /// This node cannot open the room: it cannot start another thread, or does not know the scene.
     NotHere,
     /// No node can open the room, because its guest's scene is lost.
     Over,
@@ -70,36 +70,36 @@ pub enum Adopted {
 pub struct Created {
     /// The code in the room's link.
     pub code: String,
-    /// Key that makes its holder the host.
+    /// Key that makes whoever holds it the host.
     pub host_key: Token,
 }
 
-/// Error of [`Rooms::create`].
+/// An error from [`Rooms::create`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CreateError {
     /// The scene does not exist.
     #[error("That scene doesn't exist.")]
     NoSuchScene(String),
-    /// The address has its share of rooms open, which is this many.
+    /// The address already has its full share of rooms open, which is this many.
     #[error(
         "Your network already has {0} rooms open, the maximum. Close one or try again in two minutes."
     )]
     TooManyOfAddress(usize),
-    /// The maximum number of rooms is open.
+    /// The maximum number of rooms is already open.
     #[error("This server already has its maximum of {0} rooms open. Try again later.")]
     TooMany(usize),
     /// The server is closing, or could not start a thread.
     #[error("The server isn't opening new rooms right now. Try again later.")]
     NotNow,
-    /// The maximum number of rooms with guests' scenes is open ([`limits::guest_rooms_max`]).
+    /// The maximum number of rooms with guests' scenes is already open ([`limits::guest_rooms_max`]).
     #[error("This server already plays as many scenes of guests as it can. Try again later.")]
     TooManyGuests,
-    /// The networks of the address have their share of the rooms with guests' scenes open.
+    /// The address's networks already have their full share of rooms with guests' scenes open.
     #[error(
         "Your network already has its share of the rooms for scenes of guests open. Close one, or try again in a moment."
     )]
     TooManyGuestsOfAddress,
-    /// No node of the fleet has capacity for another room.
+    /// No node in the fleet has capacity for another room.
     #[error("All servers are full at the moment. Try again later.")]
     FleetFull,
 }
@@ -114,8 +114,8 @@ impl From<NoRoomLeft> for CreateError {
 }
 
 impl Rooms {
-    /// Creates an empty list, on which people can create `max` rooms. In a fleet, rooms are opened only by
-    /// [`Rooms::adopt`].
+    /// Creates an empty list on which people can create up to `max` rooms. In a fleet, only [`Rooms::adopt`] opens
+    /// rooms.
     pub fn new(scenes: &[Scene], host: Arc<Host>, in_fleet: bool, max: usize) -> Rooms {
         let guests_max = limits::guest_rooms_max(limits::processors()).min(max);
         Rooms {
@@ -128,7 +128,7 @@ impl Rooms {
         }
     }
 
-    /// Maximum number of rooms that people may have open at a time. The scenes' standing rooms do not count.
+    /// Maximum number of rooms that people may have open at once. The scenes' standing rooms do not count.
     pub fn max(&self) -> usize {
         self.max
     }
@@ -138,7 +138,7 @@ impl Rooms {
         &self.scenes
     }
 
-    /// Open rooms, sorted by code.
+    /// The open rooms, sorted by code.
     pub fn list(&self) -> Vec<Arc<RoomInfo>> {
         self.host.lock().values().map(|room| Arc::clone(&room.info)).collect()
     }
@@ -181,13 +181,13 @@ impl Rooms {
         self.create_in(&mut rooms, scene, private, true, creator)
     }
 
-    /// Checks that [`Rooms::create_guest`] could currently open a room.
+    /// Checks whether [`Rooms::create_guest`] could currently open a room.
     pub fn check_guest(&self, creator: IpAddr) -> Result<(), CreateError> {
         if *self.host.phase.borrow() != Phase::Running {
             return Err(CreateError::NotNow);
         }
         let rooms = self.host.lock();
-        // In a fleet the directory counts the rooms of all nodes.
+        // In a fleet, the directory counts all nodes' rooms.
         if !self.in_fleet {
             self.check_created(&rooms, creator)?;
         }
@@ -247,7 +247,7 @@ impl Rooms {
         }
     }
 
-    /// Hands a session to a room, opening a standing room first if needed. The room answers through the session's
+    /// Hands a session to a room, first opening a standing room if needed. The room answers through the session's
     /// outbox. An error means that no room took the session.
     pub fn join(&self, code: &str, join: Join) -> Result<Arc<RoomInfo>, Refusal> {
         let mut rooms = self.host.lock();
@@ -276,18 +276,18 @@ impl Rooms {
     /// Gives up a room whose thread does not respond: its sessions end, its records are removed, and its code is freed.
     /// The thread cannot be ended from outside; it ends when it wakes.
     pub fn give_up(&self, info: &Arc<RoomInfo>) {
-        // This comes first, so that a thread that wakes meanwhile starts no new file.
+        // This comes first, so that a thread that wakes in the meantime starts no new file.
         info.given_up.cancel();
         let Some(room) = take_off(&mut self.host.lock(), info) else { return };
         room.shared.inspect(|shared| shared.seal(Seal::Remove));
     }
 
-    /// Sends a command to a room; `false` if the room does not exist, or its queue is full.
+    /// Sends a command to a room; returns `false` if the room does not exist or its queue is full.
     pub fn command(&self, code: &str, command: AdminCommand) -> bool {
         self.host.lock().get(code).is_some_and(|room| room.commands.try_send(command).is_ok())
     }
 
-    /// Sends a command to a room, if it is open. Returns the command if the room's queue is full.
+    /// Sends a command to a room, if the room is open. Returns the command if the room's queue is full.
     pub fn try_command(&self, code: &str, command: AdminCommand) -> Option<AdminCommand> {
         match self.host.lock().get(code)?.commands.try_send(command) {
             Err(TrySendError::Full(command)) => Some(command),
@@ -295,7 +295,7 @@ impl Rooms {
         }
     }
 
-    /// Sends a command to a room. Retries until its queue accepts it or the room has ended.
+    /// Sends a command to a room, retrying until the room's queue accepts it or the room has ended.
     pub async fn insist(&self, code: &str, mut command: AdminCommand) {
         while let Some(refused) = self.try_command(code, command) {
             command = refused;
@@ -303,11 +303,11 @@ impl Rooms {
         }
     }
 
-    /// Waits for the threads of all rooms, which end when the server closes.
+    /// Waits for all rooms' threads, which end when the server closes.
     pub fn wait(&self) {
         let rooms = std::mem::take(&mut *self.host.lock());
         for room in rooms.into_values() {
-            // If the room panicked, that has been logged.
+            // If the room panicked, that has already been logged.
             let _ = room.thread.join();
         }
     }
@@ -335,15 +335,15 @@ impl Rooms {
         self.expected().remove(code);
     }
 
-    /// The expected scenes. Those whose rooms should have opened long ago are dropped.
+    /// The expected scenes. Drops those whose rooms should have opened long ago.
     fn expected(&self) -> MutexGuard<'_, BTreeMap<String, Expected>> {
         let mut expected = self.expected.lock().unwrap_or_else(PoisonError::into_inner);
         expected.retain(|_, expected| expected.since.elapsed() < limits::FLEET_OPEN);
         expected
     }
 
-    /// Opens a room that the fleet's directory assigns to this node, from its saved state if there is any. A new room
-    /// needs its scene, and every room needs a thread. The room seals its `shared` log when it ends here.
+    /// Opens a room that the fleet's directory assigns to this node, using the saved state if there is any. A new room
+    /// needs its scene, and every room needs a thread. The room seals its `shared` log when it ends on this node.
     pub fn adopt(
         &self,
         code: &str,
@@ -384,7 +384,7 @@ impl Rooms {
         }
     }
 
-    /// Reopens the rooms of the previous process. Each catches up to its last tick on its thread.
+    /// Reopens the rooms from the previous process. Each catches up to its last tick on its own thread.
     pub fn restore(&self, saved: Vec<SavedRoom>) {
         let mut rooms = self.host.lock();
         for saved in saved {
@@ -398,7 +398,7 @@ impl Rooms {
         }
     }
 
-    /// Starts the thread of a room; `None` if that fails. In a fleet the stream's reader already has the room's log.
+    /// Starts a room's thread; `None` if that fails. In a fleet, the stream's reader already has the room's log.
     fn start(
         &self,
         info: RoomInfo,

@@ -1,29 +1,30 @@
-//! Rate limits on player actions that cost others something: per seat, and for the whole room.
+//! Rate limits on player actions that come at a cost to others, per seat and for the whole room.
 
 use jostle_game::Seat;
 use jostle_sim::TICKS_PER_SECOND;
 use std::collections::{BTreeMap, VecDeque};
 
-/// Minimum number of ticks between two visible emotes of a player.
+/// Minimum number of ticks between a player's visible emotes.
 pub const EMOTE_TICKS: u32 = 2 * TICKS_PER_SECOND;
-/// Maximum number of emotes that a room shows per second; each is a message to all its clients.
+/// Maximum number of emotes that a room shows per second; each one is a message to all of the room's clients.
 const EMOTES_PER_SECOND_MAX: usize = 16;
-/// Minimum number of ticks between two clips of a player: four per minute.
+/// Minimum number of ticks between a player's clips: four clips per minute.
 const CLIP_APART_TICKS: u32 = 15 * TICKS_PER_SECOND;
-/// Clips per minute in a room. Each is a file, and takes up to half a second of the writer's time.
+/// Maximum number of clips per minute in a room. Each clip is a file that takes up to half a second of the writer's
+/// time.
 const CLIPS_PER_MINUTE_MAX: usize = 8;
 
-/// The recent actions of a room's players, and their limits.
+/// The recent actions of a room's players, and the limits on them.
 #[derive(Debug)]
 pub struct SeatRates {
-    /// Minimum number of ticks between two actions of a seat.
+    /// Minimum number of ticks between actions by one seat.
     apart: u32,
-    /// In this many ticks all seats together may act `most` times.
+    /// Number of ticks in which all seats together may act `most` times.
     window: u32,
     most: usize,
     /// Tick of each seat's last action.
     last: BTreeMap<Seat, u32>,
-    /// Ticks of all actions in the last window.
+    /// Ticks of all actions in the current window.
     recent: VecDeque<u32>,
 }
 
@@ -36,8 +37,8 @@ impl SeatRates {
         SeatRates::new(CLIP_APART_TICKS, CLIPS_PER_MINUTE_MAX, 60 * TICKS_PER_SECOND)
     }
 
-    /// Creates limits without past actions: a seat may act every `apart` ticks, all seats together `most` times in
-    /// `window` ticks.
+    /// Creates limits with no past actions. A seat may act every `apart` ticks, and all seats together may act `most`
+    /// times in `window` ticks.
     fn new(apart: u32, most: usize, window: u32) -> SeatRates {
         SeatRates { apart, window, most, last: BTreeMap::new(), recent: VecDeque::new() }
     }

@@ -1,5 +1,6 @@
-//! The sessions in a room: players with a socket, and spectators. These hold no seat, and the room does not know them: they
-//! read what it sends to all that see the whole world, and nothing that they send reaches it.
+//! The sessions in a room: players with a socket, and spectators. Spectators hold no seat, and the room does not know
+//! about them: they receive what the room sends to everyone who sees the whole world, and nothing that they send
+//! reaches it.
 
 use crate::host::delivery::{Delivery, ParticlePermits, in_turn};
 use crate::host::inbox::Inbox;
@@ -35,7 +36,7 @@ pub struct ConnectedMember {
 }
 
 impl Sessions {
-    /// No sessions; one address may have `address_spectators_max` of the room's spectators at most.
+    /// No sessions; at most `address_spectators_max` of the room's spectators may come from one address.
     pub fn new(address_spectators_max: usize) -> Sessions {
         Sessions { members: Vec::new(), spectators: Spectators::new(address_spectators_max) }
     }
@@ -49,7 +50,7 @@ impl Sessions {
         members.chain(self.spectators.outboxes())
     }
 
-    /// Queues the snapshot of the newest tick for all spectators. See [`Delivery::feed`].
+    /// Queues the newest tick's snapshot for all spectators. See [`Delivery::feed`].
     pub fn feed(
         &mut self,
         room: &mut Room,
@@ -65,7 +66,7 @@ impl Sessions {
         self.spectators.feed(room, silent_ticks_max, now, metrics);
     }
 
-    /// Ends the sessions of a seat.
+    /// Ends a seat's sessions.
     pub fn end_seat(&mut self, seat: Seat, refusal: Refusal) {
         self.members.retain(|member| {
             if member.seat == seat {
@@ -80,7 +81,7 @@ impl Sessions {
         self.spectators.end(refusal);
     }
 
-    /// Throws away what they have sent, while nothing is played: full inboxes would end them.
+    /// Discards what the sessions have sent while nothing is played, because full inboxes would end them.
     pub fn discard(&mut self) {
         let spectators = self.spectators.present.iter_mut().map(|spectator| &mut spectator.inbox);
         let inboxes = self.members.iter_mut().map(|member| &mut member.inbox);
@@ -93,15 +94,15 @@ struct Spectator {
     address: IpAddr,
     inbox: Inbox<Option<ClientMessage>>,
     feed: Delivery,
-    /// Counts the spectator towards the limits of the room.
+    /// Counts the spectator towards the room's limits.
     _permit: Permit,
 }
 
-/// The spectators of a room.
+/// A room's spectators.
 pub struct Spectators {
     present: Vec<Spectator>,
     limits: Arc<ConnectionLimits>,
-    /// Shared with the players of the room.
+    /// Shared with the room's players.
     pub(super) permits: ParticlePermits,
 }
 
@@ -121,7 +122,7 @@ impl Spectators {
         self.present.is_empty()
     }
 
-    /// Welcomes a session as a spectator, or refuses it with the reason.
+    /// Welcomes a session as a spectator, or refuses it with a reason.
     pub fn admit(
         &mut self,
         room: &Room,
@@ -140,8 +141,8 @@ impl Spectators {
         Ok(())
     }
 
-    /// Handles the messages of spectators. Inputs only acknowledge snapshots, and views are ignored because spectators
-    /// get the whole world; everything else is dropped and counted.
+    /// Handles spectators' messages. Inputs only acknowledge snapshots, and views are ignored because spectators get
+    /// the whole world. Everything else is dropped and counted.
     pub fn empty_inboxes(&mut self, tick: u32, metrics: &Metrics) {
         self.present.retain_mut(|spectator| {
             loop {
@@ -179,7 +180,7 @@ impl Spectators {
         }
     }
 
-    /// Ends the sessions of a network.
+    /// Ends a network's sessions.
     pub fn evict(&mut self, network: IpNet) {
         self.present.retain(|spectator| {
             let stays = !network.contains(&spectator.address);

@@ -1,5 +1,6 @@
-//! The sending side of a game socket: it frames messages and keeps what the socket has not taken. A session shares it with
-//! its thread's [`SendQueue`](crate::host::outbox::SendQueue), which sends snapshots without waking the session.
+//! The sending side of a game socket. It frames messages and keeps what the socket has not accepted yet. A session
+//! shares it with its thread's [`SendQueue`](crate::host::outbox::SendQueue), which sends snapshots without waking the
+//! session.
 
 use crate::limits::READ_BUFFER_BYTES;
 use bytes::Bytes;
@@ -13,10 +14,11 @@ use tokio::io::{AsyncWrite, AsyncWriteExt};
 use tungstenite::protocol::frame::Frame;
 use tungstenite::protocol::frame::coding::{Data, OpCode};
 
-/// Memory that a session keeps for the frames of its messages: a snapshot of a busy room. Larger messages are
+/// Memory that a session keeps for framing its messages: enough for a snapshot of a busy room. Larger messages are
 /// allocated.
 const FRAMES_BYTES_KEPT: usize = 4096;
-/// Bytes of frames that may wait for the socket: one message, and pongs. Beyond this only the newest pong is kept.
+/// Maximum size of the frames waiting for the socket, bytes: one message, plus pongs. Beyond this, only the newest pong
+/// is kept.
 const FRAMES_BYTES_MAX: usize = SERVER_MESSAGE_BYTES_MAX + READ_BUFFER_BYTES;
 
 /// A [`FrameWriter`] shared by the session and its thread, until the session takes it to close the socket. Both run on
@@ -25,15 +27,15 @@ const FRAMES_BYTES_MAX: usize = SERVER_MESSAGE_BYTES_MAX + READ_BUFFER_BYTES;
 pub struct SocketWriter(Mutex<Option<FrameWriter>>);
 
 impl SocketWriter {
-    /// Wraps the sending side of a socket on which no frame was sent yet.
+    /// Wraps the sending side of a socket on which no frame has been sent yet.
     pub fn new(socket: impl AsyncWrite + Send + Unpin + 'static) -> SocketWriter {
         let socket = Box::new(socket);
         let writer = FrameWriter { socket, frames: Vec::new(), taken: 0, is_flushed: true };
         SocketWriter(Mutex::new(Some(writer)))
     }
 
-    /// Sends the waiting bytes, then one message after another while `next` returns some. A message that was not taken
-    /// yet can still be replaced.
+    /// Sends the waiting bytes, then one message after another as long as `next` returns any. A message that has not
+    /// been taken yet can still be replaced.
     pub fn poll_send(
         &self,
         cx: &mut Context<'_>,
@@ -45,7 +47,7 @@ impl SocketWriter {
         }
     }
 
-    /// Sends messages as long as the socket takes them at once. Returns `false` if the session has to be woken to
+    /// Sends messages as long as the socket accepts them immediately. Returns `false` if the session has to be woken to
     /// continue.
     pub fn send_now(&self, next: impl FnMut() -> Option<Bytes>) -> bool {
         match &mut *self.lock() {
@@ -66,7 +68,7 @@ impl SocketWriter {
         }
     }
 
-    /// Queues formatted frames. Returns `false`, and queues none, if too many are waiting.
+    /// Queues formatted frames. If too many are already waiting, queues none and returns `false`.
     pub fn queue_bytes(&self, frames: &[u8]) -> bool {
         match &mut *self.lock() {
             Some(writer) if writer.frames.len() + frames.len() > FRAMES_BYTES_MAX => false,
@@ -78,7 +80,7 @@ impl SocketWriter {
         }
     }
 
-    /// Takes the writer permanently. From then on only its holder can send.
+    /// Takes the writer permanently. From then on, only whoever holds it can send.
     pub fn take(&self) -> Option<FrameWriter> {
         self.lock().take()
     }
@@ -92,10 +94,10 @@ impl SocketWriter {
 /// Writes frames to a socket.
 pub struct FrameWriter {
     socket: Box<dyn AsyncWrite + Send + Unpin>,
-    /// Frames that the socket has not taken yet, starting at byte `taken`.
+    /// Frames that the socket has not accepted yet, starting at byte `taken`.
     frames: Vec<u8>,
     taken: usize,
-    /// Whether the socket has sent everything it took. Under TLS it may still hold some bytes.
+    /// Whether the socket has sent everything it accepted. Under TLS it may still be holding some bytes.
     is_flushed: bool,
 }
 
@@ -116,12 +118,12 @@ impl FrameWriter {
         }
     }
 
-    /// Queues a frame behind the waiting ones.
+    /// Queues a frame after the waiting ones.
     pub fn queue(&mut self, frame: Frame) {
         frame.format(&mut self.frames).expect("a Vec takes everything");
     }
 
-    /// Sends the waiting bytes, and then shuts down the sending side.
+    /// Sends the waiting bytes, then shuts down the sending side.
     pub async fn finish(&mut self) -> io::Result<()> {
         poll_fn(|cx| self.poll_flush(cx)).await?;
         self.socket.shutdown().await
@@ -142,7 +144,7 @@ impl FrameWriter {
         }
         self.taken = 0;
         self.frames.clear();
-        // Memory of the size of a keyframe is not kept.
+        // Buffers as large as a keyframe are not kept.
         self.frames.shrink_to(FRAMES_BYTES_KEPT);
         if !self.is_flushed {
             ready!(Pin::new(&mut self.socket).poll_flush(cx))?;

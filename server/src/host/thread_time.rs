@@ -1,10 +1,10 @@
-//! Processor time and priority of the calling thread.
+//! The calling thread's processor time and priority.
 
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
-/// Processor time that the calling thread has used so far. If the system does not count it, the time since the first
-/// call is returned.
+/// Processor time that the calling thread has used so far. If the system does not measure it, returns the time since
+/// the first call.
 pub fn taken() -> Duration {
     counted().unwrap_or_else(|| {
         static FIRST: OnceLock<Instant> = OnceLock::new();
@@ -24,8 +24,8 @@ fn counted() -> Option<Duration> {
     None
 }
 
-/// Lowers the priority of the calling thread by a niceness from 1 to 19. Only Linux has a niceness per thread;
-/// elsewhere this does nothing.
+/// Lowers the priority of the calling thread by a niceness from 1 to 19. Only Linux has per-thread niceness; elsewhere
+/// this does nothing.
 pub fn go_after_others(niceness: i32) {
     #[cfg(target_os = "linux")]
     if let Err(error) = rustix::process::setpriority_process(None, niceness) {

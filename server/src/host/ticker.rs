@@ -1,5 +1,5 @@
-//! The thread of one room: it plays the ticks of an [`OpenRoom`] on schedule, with the jobs of its [`RoomService`]s around
-//! them. It waits for nothing but the time of the next tick.
+//! A room's thread. It plays the ticks of an [`OpenRoom`] on schedule and lets its [`RoomService`]s do their jobs
+//! around them. It waits for nothing except the time of the next tick.
 
 mod open_room;
 mod requests;
@@ -27,28 +27,28 @@ use std::sync::mpsc::Receiver;
 use std::time::Duration;
 use tracing::{error, info};
 
-/// Time between two looks for newcomers of a room that stands still: who comes waits for as long at most.
+/// Interval at which a paused room checks for newcomers, and therefore the longest time that a newcomer waits.
 const RESTING_LOOK: Duration = Duration::from_millis(50);
 
-/// The room thread's ends of the channels, and the state it shares.
+/// The room thread's ends of the channels, and the state that it shares.
 pub struct Ends {
-    /// Shared by all rooms.
+    /// State shared by all rooms.
     pub host: Arc<Host>,
     /// The room's public state.
     pub info: Arc<RoomInfo>,
     /// Channel from sessions that ask for a seat.
     pub joins: Receiver<Join>,
     pub commands: Receiver<AdminCommand>,
-    /// The lease of the room, in a fleet.
+    /// The room's lease, if the server is in a fleet.
     pub lease: Option<RoomLease>,
-    /// The place where readers find the room's log, if it has one.
+    /// Where readers find the room's log, if it has one.
     pub shared: Option<Arc<SharedLog>>,
 }
 
-/// Plays a room until it is empty or closed, or the server closes. A panic ends this room alone.
+/// Plays a room until it is empty or closed, or the server closes. A panic ends only this room.
 pub fn run(ends: &Ends, origin: RoomOrigin, clock: &mut impl TickClock) {
     let code = &ends.info.code;
-    // Kept outside the closure, so that it survives a panic and the last ticks before it can still be recorded.
+    // This is kept outside the closure so that it survives a panic and the last ticks before it can still be recorded.
     let mut ticker: Option<Ticker> = None;
     let played = catch_unwind(AssertUnwindSafe(|| {
         let opened = Ticker::open(ends, origin, clock).ok_or(RoomEnd::TooCostly)?;
@@ -89,7 +89,7 @@ pub fn run(ends: &Ends, origin: RoomOrigin, clock: &mut impl TickClock) {
     }
 }
 
-/// Takes the room off the list, and ends all sessions in it and those waiting to join.
+/// Takes the room off the list, and ends all of its sessions and those waiting to join.
 fn end_all_sessions(ends: &Ends, ticker: Option<&mut Ticker>, refusal: Refusal) {
     take_off(&mut ends.host.lock(), &ends.info);
     if let Some(ticker) = ticker {
@@ -98,15 +98,15 @@ fn end_all_sessions(ends: &Ends, ticker: Option<&mut Ticker>, refusal: Refusal) 
     ends.joins.try_iter().for_each(|join| join.outbox.end(refusal));
 }
 
-/// State of a room's thread.
+/// The state of a room's thread.
 struct Ticker<'a> {
     open: OpenRoom,
-    /// What stands first acts first before ticks, and last after them.
+    /// Services that come first in this list act first before ticks and last after them.
     services: Vec<Box<dyn RoomService + 'a>>,
 }
 
 impl<'a> Ticker<'a> {
-    /// Opens the room; `None` if that takes too much of the server.
+    /// Opens the room; `None` if that uses too much of the server's resources.
     fn open(ends: &'a Ends, origin: RoomOrigin, clock: &impl TickClock) -> Option<Ticker<'a>> {
         let Ends { host, info, joins, commands, lease, shared } = ends;
         let mut open = OpenRoom::new(host, info, origin, clock)?;
@@ -159,7 +159,7 @@ impl<'a> Ticker<'a> {
         }
     }
 
-    /// Whether no service leaves the ticks out.
+    /// Whether the ticks may be played; `false` if a service skips them.
     fn before(&mut self, wakeup: &Wakeup) -> Result<bool, RoomEnd> {
         for service in &mut self.services {
             if !service.before(wakeup, &mut self.open)? {
@@ -178,7 +178,7 @@ impl<'a> Ticker<'a> {
             watch.lap(0, wakeup.clock.now());
             open.room.tick();
             watch.lap(1, wakeup.clock.now());
-            // A tick over its budget is not sent.
+            // A tick that exceeds its budget is not sent.
             if open.room.game().is_over_budget() {
                 return Err(RoomEnd::TooCostly);
             }
@@ -189,12 +189,12 @@ impl<'a> Ticker<'a> {
         Ok(watch.laps)
     }
 
-    /// The records of a room that was given up were removed, and its name may be another room's.
+    /// The records of a room that was given up have been removed, and another room may have its name.
     fn check_given_up(&self) -> Result<(), RoomEnd> {
         if self.open.info.given_up.is_cancelled() { Err(RoomEnd::GivenUp) } else { Ok(()) }
     }
 
-    /// A server that was dropped rather than shut down is closing too; its phase is gone with it.
+    /// A server that was dropped rather than shut down also counts as closing; its phase is gone.
     fn is_closing(&self) -> bool {
         let phase = &self.open.host.phase;
         *phase.borrow() == Phase::Closing || phase.has_changed().is_err()

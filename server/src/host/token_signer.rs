@@ -1,6 +1,5 @@
-//! Signed tokens for seats, and keys for hosts. A signature (HMAC with SHA-256, truncated to 16 bytes) with a random
-//! key of each process proves that the process issued them. The room that a token names decides who may use it, and how
-//! often.
+//! Signed tokens for seats, and keys for hosts. A signature (HMAC-SHA-256, truncated to 16 bytes) under the signer's
+//! random key proves that the signer issued them. The room that a token names decides who may use it, and how often.
 
 use hmac::{Hmac, KeyInit, Mac};
 use jostle_game::Seat;
@@ -9,11 +8,11 @@ use jostle_protocol::limits::TOKEN_BYTES;
 use jostle_room::Claim;
 use sha2::Sha256;
 
-/// Bytes of the signature at the end of a token; 128 bits cannot be guessed by trial.
+/// Length of the signature at the end of a token, in bytes; 128 bits cannot be guessed by trial and error.
 const SIGNATURE_BYTES: usize = 16;
 const PAYLOAD_BYTES: usize = TOKEN_BYTES - SIGNATURE_BYTES;
 
-/// Purpose of a token. It is part of the signed bytes, so that no token can be used for another purpose.
+/// A token's purpose. It is part of the signed bytes, so that no token can be used for another purpose.
 #[derive(Clone, Copy)]
 enum Purpose {
     Seat = 1,
@@ -21,7 +20,7 @@ enum Purpose {
     Secret = 3,
 }
 
-/// Signs tokens, and verifies its own signatures.
+/// Signs tokens and verifies its own signatures.
 #[derive(Clone)]
 pub struct TokenSigner {
     mac: Hmac<Sha256>,
@@ -50,13 +49,13 @@ impl TokenSigner {
         TokenSigner { mac: Hmac::new_from_slice(key).expect("a key of any length will do") }
     }
 
-    /// Creates a token for a seat.
+    /// Creates a seat token.
     pub fn seat_token(&self, SeatClaim { room, claim }: SeatClaim) -> Token {
         let (seat, serial) = (claim.seat.0.to_le_bytes(), claim.serial.to_le_bytes());
         self.signed(Purpose::Seat, &[&room.to_le_bytes()[..], &seat, &serial].concat())
     }
 
-    /// The claim in a seat's token; `None` if this server did not issue it.
+    /// The claim in a seat token; `None` if this server did not issue the token.
     pub fn seat_claim(&self, token: &Token) -> Option<SeatClaim> {
         let payload = self.verified(Purpose::Seat, token)?;
         let (room, rest) = payload.split_first_chunk::<8>()?;
@@ -66,18 +65,18 @@ impl TokenSigner {
         Some(SeatClaim { room: u64::from_le_bytes(*room), claim: Claim { seat, serial } })
     }
 
-    /// Creates the key of a room's host.
+    /// Creates a host key for a room.
     pub fn host_key(&self, room: u64) -> Token {
         self.signed(Purpose::Host, &room.to_le_bytes())
     }
 
-    /// The number of the room that the holder of this key hosts; `None` if this server did not issue it.
+    /// The number of the room that this key's holder hosts; `None` if this server did not issue the key.
     pub fn hosted(&self, key: &Token) -> Option<u64> {
         let payload = self.verified(Purpose::Host, key)?;
         payload.first_chunk::<8>().map(|room| u64::from_le_bytes(*room))
     }
 
-    /// Compares two secrets in constant time, independent of where they differ.
+    /// Compares two secrets in constant time, regardless of where they differ.
     pub fn same(&self, a: &[u8], b: &[u8]) -> bool {
         let signature = self.mac(Purpose::Secret, b).finalize().into_bytes();
         self.mac(Purpose::Secret, a).verify_slice(&signature).is_ok()
@@ -91,7 +90,7 @@ impl TokenSigner {
         Token(bytes)
     }
 
-    /// Verifies a token in constant time, independent of where the signatures differ.
+    /// Verifies a token in constant time, regardless of where the signatures differ.
     fn verified<'a>(&self, purpose: Purpose, token: &'a Token) -> Option<&'a [u8]> {
         let (payload, signature) = token.0.split_at(PAYLOAD_BYTES);
         self.mac(purpose, payload).verify_truncated_left(signature).is_ok().then_some(payload)

@@ -1,6 +1,5 @@
-//! Limits the rate at which each address may open connections or send requests. Each address has a separate token
-//! bucket, which is dropped once it is full again, so there are few of them and one address cannot use up another's
-//! share.
+//! Limits the rate at which each address may open connections or send requests. Each address has its own token bucket,
+//! so one address cannot use up another's share. A bucket is dropped once it is full again, so there are only a few.
 
 use crate::limits::TRACKED_ADDRESSES_MAX;
 use crate::limits::networks::network;
@@ -18,14 +17,14 @@ pub struct AddressRateLimiter {
 }
 
 impl AddressRateLimiter {
-    /// Creates a limiter that allows each address a burst of `burst`, and `per_second` in the long run.
+    /// Creates a limiter that allows each address a burst of `burst` and a sustained rate of `per_second`.
     pub fn new(per_second: impl Into<f64>, burst: usize) -> AddressRateLimiter {
         let burst = u32::try_from(burst).unwrap_or(u32::MAX);
         AddressRateLimiter { per_second: per_second.into(), burst, buckets: BTreeMap::new() }
     }
 
-    /// Returns whether this address is admitted now. Once the maximum number of addresses is tracked, all other
-    /// addresses are admitted: then only their total is limited, and no address is shut out because of others.
+    /// Returns whether this address is admitted now. Once the maximum number of addresses is being tracked, all other
+    /// addresses are admitted. Only their total is limited then, so no address is shut out because of others.
     pub fn admit(&mut self, ip: IpAddr, now: Instant) -> bool {
         if self.buckets.len() >= TRACKED_ADDRESSES_MAX {
             self.buckets.retain(|_, bucket| !bucket.is_full(now));

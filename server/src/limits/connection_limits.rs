@@ -1,4 +1,4 @@
-//! Limits on the sockets of each network, and on their total. Dropping a permit frees its socket.
+//! Limits on each network's sockets and on their total. Dropping a permit frees its socket.
 //!
 //! The last eighth of all sockets is reserved for networks that hold few, so that no visitor is shut out by networks
 //! that hold many. If that is not enough, idle connections are closed.
@@ -11,17 +11,17 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::Notify;
 
-/// Sockets that a network may hold and still use the reserve: the connections of one browser.
+/// Number of sockets that a network may hold and still use the reserve: the connections of one browser.
 const FEW: usize = 8;
-/// The `grace` used by a server.
+/// The `grace` that a server uses.
 const IDLE_GRACE: Duration = Duration::from_secs(3);
 
-/// Counts of sockets per network and in total, with their limits.
+/// Numbers of sockets per network and in total, and their limits.
 #[derive(Debug)]
 pub struct ConnectionLimits {
     in_all_max: usize,
     address_max: usize,
-    /// Time that a connection must be idle before it can be closed, since its last response may still be on its way.
+    /// How long a connection must be idle before it can be closed, since its last response may still be on its way.
     grace: Duration,
     counts: Mutex<Counts>,
 }
@@ -30,9 +30,9 @@ pub struct ConnectionLimits {
 struct Counts {
     in_all: usize,
     by_network: [BTreeMap<IpAddr, usize>; LEVELS],
-    /// Connections that may be closed, longest idle first.
+    /// Connections that may be closed, longest-idle first.
     idle: BTreeMap<u64, Idle>,
-    /// Number of the newest idle connection.
+    /// The most recently idle connection's number.
     number: u64,
 }
 
@@ -55,20 +55,20 @@ pub struct Permit {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum PermitState {
     Busy,
-    /// The connection is idle, and has this number.
+    /// The connection is idle and has this number.
     Idle(u64),
-    /// The connection is never closed for a newcomer.
+    /// The connection is never closed to make room for a newcomer.
     Kept,
 }
 
 impl ConnectionLimits {
-    /// Creates limits without any counted sockets: `in_all_max` in total, `address_max` for one address, and more for
-    /// the networks around it ([`shares`]).
+    /// Creates limits with no sockets counted yet: `in_all_max` in total, `address_max` per address, and more for the
+    /// networks around an address ([`shares`]).
     pub fn new(in_all_max: usize, address_max: usize) -> Arc<ConnectionLimits> {
         ConnectionLimits::with_grace(in_all_max, address_max, IDLE_GRACE)
     }
 
-    /// Like [`ConnectionLimits::new`], with another idle time before a socket can be closed.
+    /// Like [`ConnectionLimits::new`], but with a different idle time before a socket can be closed.
     pub fn with_grace(
         in_all_max: usize,
         address_max: usize,
@@ -77,12 +77,12 @@ impl ConnectionLimits {
         Arc::new(ConnectionLimits { in_all_max, address_max, grace, counts: Mutex::default() })
     }
 
-    /// Maximum number of sockets of one address.
+    /// Maximum number of sockets per address.
     pub fn address_max(&self) -> usize {
         self.address_max
     }
 
-    /// Counts one socket of `ip`; `None` if a limit is reached and no idle connection can be closed.
+    /// Counts a socket for `ip`; `None` if a limit is reached and no idle connection can be closed.
     pub fn admit(self: &Arc<Self>, ip: IpAddr) -> Option<Permit> {
         let networks = networks(ip);
         let mut counts = self.lock();
@@ -98,7 +98,7 @@ impl ConnectionLimits {
         Some(self.count(&mut counts, networks))
     }
 
-    /// Like [`ConnectionLimits::admit`], for the address of a proxy, to which only the total limit applies.
+    /// Like [`ConnectionLimits::admit`], for a proxy's address, to which only the total limit applies.
     pub fn admit_one_of_all(self: &Arc<Self>, ip: IpAddr) -> Option<Permit> {
         let mut counts = self.lock();
         if counts.in_all >= self.in_all_max {
@@ -154,7 +154,7 @@ impl Counts {
         }
     }
 
-    /// Closes the longest idle connection of a network that holds more than `held`, the newcomer's count.
+    /// Closes the longest-idle connection of a network that holds more than `held`, the newcomer's count.
     fn make_room(&mut self, held: usize, grace: Duration) -> bool {
         let widest = |idle: &Idle| self.by_network[LEVELS - 1].get(&idle.networks[LEVELS - 1]);
         let may_go = |idle: &Idle| {
@@ -170,7 +170,8 @@ impl Counts {
 }
 
 impl Permit {
-    /// Notes whether the connection only waits for its peer's next request. If so, it may be closed for a newcomer.
+    /// Notes whether the connection is just waiting for the peer's next request. If so, it may be closed to make room
+    /// for a newcomer.
     pub fn set_idle(&self, is_idle: bool) {
         let mut state = self.lock();
         let mut counts = self.limits.lock();
@@ -183,7 +184,7 @@ impl Permit {
                 counts.idle.insert(number, Idle { since, networks: self.networks, gives_way });
                 *state = PermitState::Idle(number);
             }
-            // A connection that is already being closed stays so.
+            // A connection that is already being closed stays that way.
             (PermitState::Idle(number), false) if counts.idle.remove(&number).is_some() => {
                 *state = PermitState::Busy;
             }
@@ -191,7 +192,7 @@ impl Permit {
         }
     }
 
-    /// Protects the connection from being closed for a newcomer, because it belongs to a player.
+    /// Protects the connection from being closed to make room for a newcomer, because it belongs to a player.
     pub fn keep(&self) {
         self.set_idle(false);
         let mut state = self.lock();
@@ -200,7 +201,7 @@ impl Permit {
         }
     }
 
-    /// Resolves when the connection must be closed for a newcomer.
+    /// Resolves when the connection must be closed to make room for a newcomer.
     pub async fn gives_way(&self) {
         self.gives_way.notified().await;
     }
@@ -214,7 +215,7 @@ impl Drop for Permit {
     fn drop(&mut self) {
         let state = *self.lock();
         let mut counts = self.limits.lock();
-        // A connection that was closed for a newcomer is not counted any more.
+        // A connection that was closed to make room for a newcomer is no longer counted.
         let is_counted = match state {
             PermitState::Idle(number) => counts.idle.remove(&number).is_some(),
             PermitState::Busy | PermitState::Kept => true,
@@ -236,7 +237,7 @@ mod tests {
         text.parse().expect("an address")
     }
 
-    /// An address in this household on this line.
+    /// The address of this household on this line.
     fn household(line: u16, number: u16) -> IpAddr {
         Ipv6Addr::new(0x2001, 0xdb8, line, number, 0, 0, 0, 1).into()
     }
@@ -276,7 +277,7 @@ mod tests {
     #[test]
     fn one_line_with_many_networks_leaves_most_to_others() {
         let limits = ConnectionLimits::new(4096, 512);
-        // All 256 networks of one line, which is a /56, and then all networks of a /48.
+        // First all 256 networks of one line, which is a /56, and then all networks of a /48.
         let of_line = admitted(&limits, (0..4096).map(|number| household(1, number % 256)));
         assert_eq!(of_line.len(), 1024);
         let of_site = admitted(&limits, (0..4096).map(|number| household(1, 256 + number)));

@@ -1,16 +1,16 @@
-//! The networks of an address. One person may have many addresses: a household has a /64 of IPv6 or a whole /56, an
-//! organisation a /48, and a rented machine a few neighbouring addresses in an IPv4 /24.
+//! The networks that an address belongs to. One person may have many addresses: a household has a /64 of IPv6 or a
+//! whole /56, an organisation a /48, and a rented machine a few neighbouring addresses in an IPv4 /24.
 
 use ipnet::IpNet;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
 
 /// Number of networks that an address belongs to.
 pub const LEVELS: usize = 3;
-/// Prefix lengths of these networks, longest first.
+/// The networks' prefix lengths, longest first.
 const BITS_V4: [u32; LEVELS] = [32, 24, 24];
 const BITS_V6: [u32; LEVELS] = [64, 56, 48];
 
-/// The networks of an address, narrowest first, each represented by its first address.
+/// An address's networks, narrowest first, each represented by its first address.
 pub fn networks(ip: IpAddr) -> [IpAddr; LEVELS] {
     match ip.to_canonical() {
         IpAddr::V4(ip) => BITS_V4.map(|bits| {
@@ -22,12 +22,12 @@ pub fn networks(ip: IpAddr) -> [IpAddr; LEVELS] {
     }
 }
 
-/// The network for limits that use only one: an IPv4 address, or an IPv6 /64.
+/// The network for limits that use only one: a single IPv4 address, or an IPv6 /64.
 pub fn network(ip: IpAddr) -> IpAddr {
     networks(ip)[0]
 }
 
-/// The widest network of an address.
+/// An address's widest network.
 pub fn widest(ip: IpAddr) -> IpAddr {
     networks(ip)[LEVELS - 1]
 }
@@ -39,8 +39,8 @@ pub fn prefix(ip: IpAddr) -> IpNet {
     IpNet::new_assert(ip, bits as u8).trunc()
 }
 
-/// The shares of an address's networks if the narrowest may have `narrowest`. Each wider network may have twice as
-/// much, so that a neighbourhood gets more than a household, and no single network gets everything.
+/// The shares of an address's networks if the narrowest may have `narrowest`. Each wider network may have twice as much
+/// as the previous one, so that a neighbourhood gets more than a household, and no single network gets everything.
 pub fn shares(narrowest: usize) -> [usize; LEVELS] {
     std::array::from_fn(|level| narrowest.saturating_mul(1 << level))
 }

@@ -1,6 +1,6 @@
-//! A rate limit on the bytes that a session's peer may send. The session counts messages, but one message may arrive in
-//! any number of fragments, including empty ones, and may never be completed. Bytes are therefore counted here, below
-//! the frames.
+//! A rate limit on the bytes that a session's peer may send. The session counts messages, but a message may arrive in
+//! any number of fragments, including empty ones, and may never be complete. Bytes are therefore counted here, below
+//! the level of frames.
 
 use crate::limits::token_bucket::TokenBucket;
 use crate::limits::{MESSAGES_BURST_MAX, MESSAGES_PER_SECOND_MAX};
@@ -11,15 +11,16 @@ use std::task::{Context, Poll, ready};
 use std::time::Instant;
 use tokio::io::{AsyncRead, ReadBuf};
 
-/// Bytes of the longest message with its frame: two for opcode and length, two for the extended length, and the mask.
+/// Length of the longest message including its frame, bytes: two for opcode and length, two for the extended length,
+/// and the mask.
 const FRAME_BYTES_MAX: u32 = CLIENT_MESSAGE_BYTES_MAX as u32 + 2 + 2 + 4;
-/// Bytes per second in the long run. Messages are counted once complete; this also counts fragments, of which a message
-/// may have any number, and pings before the hello.
+/// Sustained rate in bytes per second. Messages are counted only once they are complete; this also counts fragments, of
+/// which a message may have any number, and pings before the hello.
 const BYTES_PER_SECOND_MAX: u32 = MESSAGES_PER_SECOND_MAX * FRAME_BYTES_MAX;
-/// Largest burst of bytes: [`MESSAGES_BURST_MAX`] of the longest messages.
+/// Largest burst of bytes: [`MESSAGES_BURST_MAX`] messages of maximum length.
 const BYTES_BURST_MAX: u32 = MESSAGES_BURST_MAX * FRAME_BYTES_MAX;
 
-/// Kind of the error after too many bytes; no socket returns this kind.
+/// Kind of error returned after too many bytes; sockets never return this kind.
 pub const SPENT: ErrorKind = ErrorKind::QuotaExceeded;
 
 /// A stream whose reads fail with [`SPENT`] once the peer has sent too many bytes.
@@ -29,7 +30,7 @@ pub struct RateLimitedStream<S> {
 }
 
 impl<S> RateLimitedStream<S> {
-    /// Wraps a stream from which nothing was read yet.
+    /// Wraps a stream from which nothing has been read yet.
     pub fn new(stream: S) -> RateLimitedStream<S> {
         let bytes = TokenBucket::new(BYTES_PER_SECOND_MAX, BYTES_BURST_MAX, Instant::now());
         RateLimitedStream { stream, bytes }

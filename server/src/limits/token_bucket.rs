@@ -28,7 +28,7 @@ impl TokenBucket {
         self.take_many(1, now)
     }
 
-    /// Takes `count` tokens. Returns `false`, and takes none, if fewer are left.
+    /// Takes `count` tokens. If fewer are left, takes none and returns `false`.
     pub fn take_many(&mut self, count: usize, now: Instant) -> bool {
         let count = count as f64;
         self.refill(now);
@@ -39,7 +39,7 @@ impl TokenBucket {
         allowed
     }
 
-    /// Takes `count` tokens, on credit if fewer are left. The debt is limited to one burst.
+    /// Takes `count` tokens, going into debt if fewer are left. The debt is limited to one burst.
     pub fn charge(&mut self, count: usize, now: Instant) {
         self.refill(now);
         self.tokens = (self.tokens - count as f64).max(-self.burst);
@@ -51,7 +51,7 @@ impl TokenBucket {
         self.tokens / self.burst
     }
 
-    /// Changes the rate and the burst from now on.
+    /// Changes the rate and the burst.
     pub fn set_rate(&mut self, per_second: u32, burst: u32, now: Instant) {
         self.refill(now);
         (self.per_second, self.burst) = (per_second.into(), f64::from(burst).max(1.0));

@@ -1,14 +1,15 @@
 //! A queue for processor-intensive work on behalf of strangers, such as verifying a run or trying a scene. Each trial
-//! has a low-priority thread. They run one at a time, in an order that is fair between networks.
+//! has its own low-priority thread. Trials run one after another, in an order that is fair between networks.
 //!
 //! **Order.** The next trial is the one whose network has waited longest since its last turn, comparing the widest
 //! networks first; on a tie, the one that came first. So networks that submit one trial after another delay a newcomer
-//! only by the current turn, however many of their trials wait.
+//! only by the current turn, however many of their trials are waiting.
 //!
 //! **Limits.** The number of trials is limited, in total and per address ([`shares`]). Once all places are taken, a
-//! newcomer gets the place of a waiting trial from the network that has most, if the newcomer's network has fewer or
-//! had no recent turn. An interruptible trial passes on its turn after [`TRIAL_TURN`]. A trial that cannot be
-//! interrupted lets the next start beside it after [`TRIAL_TURN_MAX`], but only [`TRIALS_OVERDUE_MAX`] at a time.
+//! newcomer gets the place of a waiting trial from the network that has the most, if the newcomer's network has fewer
+//! or has had no recent turn. An interruptible trial passes on its turn after [`TRIAL_TURN`]. A trial that cannot be
+//! interrupted lets the next one start alongside it after [`TRIAL_TURN_MAX`], but only [`TRIALS_OVERDUE_MAX`] may be
+//! overdue at once.
 
 use crate::host::thread_time;
 use crate::limits::networks::{LEVELS, networks, shares};
@@ -20,14 +21,14 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::oneshot;
 
-/// Time after which an interruptible trial lets others have a turn; most runs have been played by then.
+/// Time after which an interruptible trial lets others have a turn. By then, most runs have been played.
 const TRIAL_TURN: Duration = Duration::from_millis(500);
-/// Time after which the next trial starts beside one that is still running. By then a trial of a scene at half of a
-/// free processor is over, unless a single step takes longer.
+/// Time after which the next trial starts alongside one that is still running. By then, a scene's trial that has half
+/// of a free processor is over, unless a single step takes longer.
 const TRIAL_TURN_MAX: Duration = Duration::from_secs(1);
-/// Maximum number of trials that may run beside the one whose turn it is.
+/// Maximum number of trials that may run alongside the one whose turn it is.
 const TRIALS_OVERDUE_MAX: usize = 1;
-/// Time for which a network's turn is remembered; longer than a full queue takes.
+/// How long a network's turn is remembered; longer than a full queue takes.
 const TRIAL_TURNS_REMEMBERED: Duration = Duration::from_secs(60);
 
 /// The queue for one kind of trial.
@@ -46,7 +47,7 @@ pub struct TrialQueue {
 struct TrialQueueState {
     /// Waiting and running trials, in order of arrival.
     trials: Vec<QueuedTrial>,
-    /// Number of the newest trial.
+    /// The newest trial's number.
     number: u64,
     /// Time at which each network last started a turn, narrowest networks first.
     turns: [BTreeMap<IpAddr, Instant>; LEVELS],
@@ -56,11 +57,11 @@ struct TrialQueueState {
 struct QueuedTrial {
     number: u64,
     networks: [IpAddr; LEVELS],
-    /// Start of the trial's turn; `None` while it waits.
+    /// Start of the trial's turn; `None` while the trial is waiting.
     since: Option<Instant>,
 }
 
-/// A place in the queue, held until it is dropped.
+/// A place in the queue, freed when dropped.
 #[derive(Debug)]
 pub struct QueuePlace {
     queue: Arc<TrialQueue>,
@@ -68,7 +69,7 @@ pub struct QueuePlace {
 }
 
 impl TrialQueue {
-    /// Creates an empty queue with `trials_max` places, `address_max` of them for one address.
+    /// Creates an empty queue with `trials_max` places, of which one address may take `address_max`.
     pub fn new(trials_max: usize, address_max: usize) -> Arc<TrialQueue> {
         TrialQueue::with_turns(trials_max, address_max, TRIAL_TURN, TRIAL_TURN_MAX)
     }
@@ -85,7 +86,7 @@ impl TrialQueue {
 
     /// Runs `work` for a client of this address when its turn comes, on a thread with this name, and returns its
     /// result. `None` if no place was free, or the place was lost to another network. The work is completed even if the
-    /// request is gone, and keeps its place until then. Errors are those of the server.
+    /// request is gone, and keeps its place until then. Errors are server errors.
     pub async fn run<T: Send + 'static>(
         self: &Arc<Self>,
         address: IpAddr,
@@ -98,7 +99,7 @@ impl TrialQueue {
             thread_time::go_after_others(GUEST_NICENESS);
             let result = place.wait().then(|| work(&place)).filter(|_| place.is_held());
             drop(place);
-            // The request may be gone already.
+            // The request may already be gone.
             let _ = sender.send(result);
         })?;
         done.await.map_err(|_| io::Error::other("the work of a trial panicked"))
@@ -151,7 +152,7 @@ impl TrialQueueState {
         self.waiting().min_by_key(order).map(|trial| trial.number)
     }
 
-    /// Time until another trial may start; `None` if one must end first.
+    /// Time until another trial may start; `None` if one has to end first.
     fn free_in(&self, now: Instant, turn_max: Duration) -> Option<Duration> {
         let begun = self.trials.iter().filter_map(|trial| trial.since);
         match begun.clone().max() {
@@ -174,8 +175,8 @@ impl TrialQueueState {
         }
     }
 
-    /// Removes a waiting trial of the network that has most, in favour of a newcomer whose network has fewer, or had no
-    /// recent turn.
+    /// Removes a waiting trial from the network that has the most, in favour of a newcomer whose network has fewer or
+    /// has had no recent turn.
     fn make_room(&mut self, newcomer: [IpAddr; LEVELS]) -> bool {
         let claim = |networks: [IpAddr; LEVELS], more: usize| {
             let widest = networks[LEVELS - 1];
@@ -192,7 +193,7 @@ impl TrialQueueState {
 }
 
 impl QueuePlace {
-    /// Waits for the turn of this place; `false` if the place was lost to another network.
+    /// Waits for this place's turn; returns `false` if the place was lost to another network.
     fn wait(&self) -> bool {
         let mut state = self.queue.lock();
         loop {
@@ -203,7 +204,7 @@ impl QueuePlace {
             let free_in = state.free_in(now, self.queue.turn_max);
             if free_in == Some(Duration::ZERO) && state.next() == Some(self.number) {
                 state.begin(self.number, now);
-                // Wakes the others, which then wait until this turn is overdue.
+                // Wakes the others, which then wait for this turn to become overdue.
                 self.queue.changed.notify_all();
                 return true;
             }
@@ -217,8 +218,9 @@ impl QueuePlace {
         }
     }
 
-    /// Called regularly by interruptible work. If the turn has lasted its full time and others wait, passes it on and
-    /// waits for the next one. Returns `false` if the place was lost meanwhile and the work should stop.
+    /// Called regularly by interruptible work. If the turn has lasted its full time and others are waiting, passes the
+    /// turn on and waits for the next one. Returns `false` if the place was lost in the meantime and the work should
+    /// stop.
     pub fn pass(&self) -> bool {
         let mut state = self.queue.lock();
         let is_awaited = state.waiting().next().is_some();
@@ -255,18 +257,18 @@ mod tests {
     /// Longer than anything takes, even on a busy machine.
     const LONG: Duration = Duration::from_secs(300);
 
-    /// An address of this line.
+    /// An address on this line.
     fn line(number: u8) -> IpAddr {
         IpAddr::from([198, 51, number, 1])
     }
 
-    /// Trials of these lines, each from a different address.
+    /// Enters trials from these lines, each from a different address.
     fn entered(queue: &Arc<TrialQueue>, lines: &[u8]) -> Vec<QueuePlace> {
         let address = |(at, &line): (usize, &u8)| IpAddr::from([198, 51, line, at as u8]);
         lines.iter().enumerate().filter_map(|entry| queue.enter(address(entry))).collect()
     }
 
-    /// Plays all trials, each in one turn, and returns their order.
+    /// Plays all trials, each in one turn, and returns the order in which they were played.
     fn played(queue: &Arc<TrialQueue>, mut places: Vec<QueuePlace>) -> Vec<u64> {
         let mut order = Vec::new();
         let next = || queue.lock().next();

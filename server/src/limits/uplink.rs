@@ -1,9 +1,9 @@
-//! Budgets for the bytes sent to each address, and for the bytes sent by all rooms with guests' scenes. A session
-//! beyond a budget gets fewer snapshots per second; see `Delivery` in `host`. The time is passed in.
+//! Budgets for the bytes sent to each address, and for the bytes sent by all rooms with guests' scenes. A session that
+//! exceeds a budget gets fewer snapshots per second; see `Delivery` in `host`. The time is passed in.
 //!
-//! When the guests' budget is used up, an address that takes no more than an equal part of it still gets everything.
-//! The parts are equal among the widest networks, and among the addresses of one: many addresses of one line are one
-//! taker.
+//! When the guests' budget is used up, an address that takes no more than an equal share of it still gets everything.
+//! The budget is divided equally among the widest networks, and then among the addresses of each, so many addresses on
+//! one line count as one taker.
 
 use crate::limits::networks::{LEVELS, networks};
 use crate::limits::token_bucket::TokenBucket;
@@ -15,33 +15,33 @@ use std::net::IpAddr;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
-/// Share of a bucket that spectators leave to players.
+/// The share of a bucket that spectators leave for players.
 const UPLINK_RESERVE: f64 = 0.5;
-/// Fill level of a bucket above which rates rise again.
+/// The fill level above which rates rise again.
 const UPLINK_ROOMY: f64 = 0.75;
 
-/// Bytes that a message takes in addition to its content: the IP and TCP headers, and the frame header.
+/// Bytes that a message takes in addition to its content: the IP, TCP and frame headers.
 const ENVELOPE_BYTES: usize = 56;
 
-/// The budgets of a server.
+/// A server's budgets.
 #[derive(Debug)]
 pub struct Uplink {
-    /// Bytes per second for one address, and for all guests' rooms together.
+    /// Bytes per second for each address, and for all guests' rooms together.
     address_per_second: u32,
     guests_per_second: u32,
     addresses: Mutex<BTreeMap<IpAddr, Arc<Mutex<AddressBuckets>>>>,
     guests: Mutex<Guests>,
 }
 
-/// The budgets of one address.
+/// An address's budgets.
 #[derive(Debug)]
 struct AddressBuckets {
     all: TokenBucket,
-    /// The address's part of the guests' budget.
+    /// The address's share of the guests' budget.
     part: TokenBucket,
 }
 
-/// The budget of guests' rooms.
+/// The budget for guests' rooms.
 #[derive(Debug)]
 struct Guests {
     all: TokenBucket,
@@ -49,7 +49,7 @@ struct Guests {
     sessions: BTreeMap<IpAddr, BTreeMap<IpAddr, u32>>,
 }
 
-/// A session's part of the budgets, held until it is dropped.
+/// A session's share of the budgets, given back when dropped.
 #[derive(Debug)]
 pub struct Allowance {
     uplink: Arc<Uplink>,
@@ -57,7 +57,7 @@ pub struct Allowance {
     address: Arc<Mutex<AddressBuckets>>,
     /// Whether the session is in a room with a guest's scene.
     guest: bool,
-    /// The fraction of a bucket that the session leaves to others.
+    /// The fraction of a bucket that the session leaves for others.
     reserve: f64,
 }
 
@@ -71,7 +71,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Uplink {
-    /// The budgets of a server that may send this many megabits per second.
+    /// The budgets for a server that may send this many megabits per second.
     pub fn new(megabits: u32, now: Instant) -> Arc<Uplink> {
         let per_second = megabits.saturating_mul(1_000_000 / 8);
         let guests_per_second = per_second / GUESTS_UPLINK_SHARE;
@@ -84,8 +84,8 @@ impl Uplink {
         })
     }
 
-    /// Starts to count the bytes sent to a session of this address. `guest` is whether its room has a guest's scene,
-    /// `spectates` whether it is a spectator.
+    /// Starts counting the bytes sent to a session from this address. `guest` says whether the room has a guest's
+    /// scene, and `spectates` whether the session is a spectator.
     pub fn open(
         self: &Arc<Self>,
         ip: IpAddr,
@@ -102,8 +102,8 @@ impl Uplink {
         Allowance { uplink: Arc::clone(self), networks, address, guest, reserve }
     }
 
-    /// The buckets of an address. Those of addresses without sessions are kept until they are full again, so that no
-    /// address gets a full bucket by reconnecting.
+    /// An address's buckets. When an address has no sessions left, its buckets are kept until they are full again, so
+    /// that it cannot get a full bucket by reconnecting.
     fn address(&self, network: IpAddr, now: Instant) -> Arc<Mutex<AddressBuckets>> {
         let mut addresses = lock(&self.addresses);
         if addresses.len() >= TRACKED_ADDRESSES_MAX {
@@ -136,7 +136,7 @@ impl Guests {
         }
     }
 
-    /// Number of takers that share the budget, from the view of an address with these networks.
+    /// Number of takers that share the budget, as seen from an address with these networks.
     fn takers(&self, networks: [IpAddr; LEVELS]) -> usize {
         let of_widest = self.sessions.get(&networks[LEVELS - 1]).map_or(1, BTreeMap::len);
         self.sessions.len() * of_widest
@@ -144,8 +144,8 @@ impl Guests {
 }
 
 impl Allowance {
-    /// Counts a message of this size if it may be sent now. Returns `false`, without counting it, if a budget is used
-    /// up. The last message may exceed a budget.
+    /// Counts a message of this size if it may be sent now. If a budget is used up, returns `false` without counting
+    /// it. The last message may exceed a budget.
     pub fn take(&self, bytes: usize, now: Instant) -> bool {
         let allowed = self.has_some(now);
         if allowed {
@@ -214,8 +214,8 @@ mod tests {
     const MEGABITS: u32 = 8 * ADDRESS_UPLINK_SHARE;
     const SECONDS: usize = 20;
 
-    /// Lets sessions send messages of 1000 bytes, each this many per tick, and returns the kilobytes per second of
-    /// each.
+    /// Lets sessions send 1000-byte messages, each as many per tick as stated, and returns the kilobytes per second
+    /// that each one sent.
     fn sent(sessions: &[(&Allowance, usize)], began: Instant) -> Vec<usize> {
         let mut sent = vec![0; sessions.len()];
         for tick in 0..60 * SECONDS {
@@ -230,7 +230,7 @@ mod tests {
         sent.into_iter().map(|kilobytes| kilobytes / SECONDS).collect()
     }
 
-    /// Checks that the rate is as expected, to within a tenth beyond the burst.
+    /// Checks that the rate is within a tenth of the expected one, allowing for the burst.
     fn is_about(kilobytes: usize, expected: usize) {
         let most = expected + expected * UPLINK_BURST_SECONDS as usize / SECONDS;
         let range = expected * 9 / 10..=most + expected / 10;

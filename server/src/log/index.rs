@@ -1,5 +1,5 @@
-//! The index of the replay directory, ordered so that recording, deleting and listing touch only a few files, however
-//! many there are.
+//! The index of the replay directory, ordered so that recording, deleting and listing touch only a few files, no matter
+//! how many there are.
 
 use super::name::is_clip;
 use crate::limits::{CLIPS_SHARE, REPLAY_FILE_CHARGE_MIN, REPLAY_FILES_MAX};
@@ -10,13 +10,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::net::IpAddr;
 use std::time::SystemTime;
 
-/// The files of the directory by name, with a running total and two orders by time.
+/// The directory's files by name, with a running total and two orders by time.
 #[derive(Debug, Default)]
 pub struct ReplayIndex {
     files: BTreeMap<String, IndexedFile>,
-    /// Finished files, the least recently written first.
+    /// Finished files, least recently written first.
     finished: BTreeSet<Stamp>,
-    /// The clips among these, by the network that asked for them; `None` if it is no longer known.
+    /// The clips among these, by the network that asked for them; `None` if the network is no longer known.
     clips: BTreeMap<Option<IpAddr>, BTreeSet<Stamp>>,
     /// Number of clips, and the sum of their [`charge`].
     clips_held: (usize, u64),
@@ -26,21 +26,21 @@ pub struct ReplayIndex {
     charged_bytes: u64,
 }
 
-/// The time of the last write to a file, and its name.
+/// The time of the last write to a file, and the file's name.
 pub type Stamp = (SystemTime, String);
 
-/// A file of the directory.
+/// A file in the directory.
 #[derive(Clone, Debug)]
 pub struct IndexedFile {
-    /// The file as lists show it.
+    /// The file as shown in lists.
     pub entry: ReplayCard,
-    /// Whether the start of the file can be read; otherwise it is not listed.
+    /// Whether the file's start can be read; if not, the file is not listed.
     pub is_readable: bool,
     /// Time of the last write.
     pub modified: SystemTime,
-    /// Ticks played before the first recorded one.
+    /// Number of ticks played before the first recorded one.
     pub first_tick: u32,
-    /// The network that asked for a clip, if it is known.
+    /// The network that asked for a clip, if known.
     pub asked_by: Option<IpAddr>,
 }
 
@@ -54,20 +54,20 @@ impl IndexedFile {
         self.is_readable = true;
     }
 
-    /// Sets the listed length of a game that has reached this tick.
+    /// Sets the listed length, for a game that has reached this tick.
     pub fn set_last_tick(&mut self, tick: u32) {
         let ticks = tick.saturating_sub(self.first_tick);
         self.entry.seconds = Some(ticks.div_ceil(TICKS_PER_SECOND));
     }
 }
 
-/// Bytes counted for a file of this length towards the directory's limit.
+/// Number of bytes that a file of this length counts towards the directory's limit.
 fn charge(bytes: u64) -> u64 {
     bytes.max(REPLAY_FILE_CHARGE_MIN)
 }
 
 impl ReplayIndex {
-    /// Adds a file, or replaces the one with this name.
+    /// Adds a file, or replaces the existing one with the same name.
     pub fn insert(&mut self, file: IndexedFile) {
         let name = file.entry.name.clone();
         self.remove(&name);
@@ -132,7 +132,7 @@ impl ReplayIndex {
         self.charged_bytes
     }
 
-    /// The total after `bytes` more were appended to a file, which need not exist yet.
+    /// The total if `bytes` more were appended to a file, which need not exist yet.
     pub fn charged_bytes_with(&self, name: &str, bytes: u64) -> u64 {
         match self.get(name) {
             Some(file) => {
@@ -142,13 +142,13 @@ impl ReplayIndex {
         }
     }
 
-    /// The least recently written finished file that is not among `passed`.
+    /// The least recently written finished file that is not in `passed`.
     pub fn oldest_finished(&self, passed: &[Stamp]) -> Option<&Stamp> {
         self.finished.iter().find(|stamp| !passed.contains(stamp))
     }
 
-    /// The next finished file to delete, not among `passed`, in a directory of `bytes_max`. If clips exceed their
-    /// share, it is the oldest clip of the network that has most, otherwise the oldest file.
+    /// The next finished file to delete that is not in `passed`, in a directory limited to `bytes_max`. If clips exceed
+    /// their share, it is the oldest clip from the network that has the most; otherwise it is the oldest file.
     pub fn next_to_go(&self, bytes_max: u64, passed: &[Stamp]) -> Option<&Stamp> {
         let (files, bytes) = self.clips_held;
         let too_many =
@@ -158,7 +158,7 @@ impl ReplayIndex {
         clip.or_else(|| self.oldest_finished(passed))
     }
 
-    /// Readable files, the newest first.
+    /// Readable files, newest first.
     pub fn newest(&self) -> impl Iterator<Item = &ReplayCard> {
         self.begun.iter().rev().filter_map(|(_, name)| Some(&self.files.get(name)?.entry))
     }
@@ -212,8 +212,8 @@ mod tests {
         assert_eq!(index.oldest_finished(&[]).map(|(_, name)| name.as_str()), Some("new"));
     }
 
-    /// Processor time of this thread for a hundred records, deletions and new files, and ten lists. The minimum of
-    /// several tries counts, since other threads may share the processor's caches.
+    /// Processor time that this thread takes for a hundred records, deletions and new files, and ten lists. The minimum
+    /// of several tries is used, since other threads may share the processor's caches.
     fn cost(index: &mut ReplayIndex) -> Duration {
         let now = || {
             let time = clock_gettime(ClockId::ThreadCPUTime);
@@ -242,7 +242,7 @@ mod tests {
     fn ten_thousand_files_cost_a_record_no_more_than_a_hundred() {
         let few = cost(&mut filled(REPLAYS_LISTED_MAX));
         let many = cost(&mut filled(REPLAY_FILES_MAX));
-        // It would be a hundred times as much if any operation visited all files.
+        // The cost would be a hundred times as high if any operation visited all files.
         assert!(many < 10 * few, "{many:?} with many files, {few:?} with few");
     }
 }

@@ -1,4 +1,4 @@
-//! The writers of the logs of all rooms.
+//! The writers for all rooms' logs.
 
 use super::reader::{LogReader, Policy, Seal, SharedLog, Wants};
 use super::recording::Recording;
@@ -15,31 +15,31 @@ use std::sync::Arc;
 use std::time::SystemTime;
 use tracing::error;
 
-/// The log writer of a server, and the readers that its rooms' logs get. By default there are none.
+/// A server's log writer, and the readers given to its rooms' logs. By default there are none.
 #[derive(Default)]
 pub struct Logs {
     writer: Option<Arc<LogWriter>>,
     /// The replays, if games are recorded.
     pub recording: Option<Recording>,
-    /// The files of `--state`, if rooms outlive the process.
+    /// The `--state` files, if rooms outlive the process.
     pub states: Option<Arc<StateFiles>>,
-    /// The stream of a fleet, which is used in place of these files.
+    /// A fleet's stream, which is used instead of these files.
     pub stream: Option<StreamEnd>,
 }
 
-/// The stream of a fleet, as the server uses it.
+/// A fleet's stream, as the server uses it.
 pub struct StreamEnd {
     pub policy: Arc<Policy>,
-    /// Waits until everything in the rooms' shared logs is written.
+    /// Waits until everything in the rooms' shared logs has been written.
     pub close: Box<dyn Fn() + Send + Sync>,
 }
 
-/// The purpose of a reader of a room's state.
+/// The purpose of a reader for a room's state.
 pub const STATE: Wants =
     Wants { file_ticks_max: limits::STATE_FILE_TICKS, is_replay: false, wall: SystemTime::now };
 
 impl Logs {
-    /// Opens the directories, and starts the writer for at most `rooms` rooms. Errors are those of the state directory.
+    /// Opens the directories, and starts the writer for at most `rooms` rooms. Errors come from the state directory.
     pub fn open(
         replays: Option<&Settings>,
         state: Option<&StateSettings>,
@@ -55,7 +55,7 @@ impl Logs {
         Ok(Logs { writer: Some(writer), recording, states, stream: None })
     }
 
-    /// Shares the log of a room with its readers; in a fleet, with the stream. `None` if no logs are kept.
+    /// Shares a room's log with its readers or, in a fleet, with the stream. `None` if no logs are kept.
     pub fn share(
         &self,
         code: &str,
@@ -82,7 +82,7 @@ impl Logs {
     }
 
     /// Sets aside the saved state of a room that cannot be restored, and logs the reason. Returns false if the state is
-    /// in a stream, where every node would restore it from the same records.
+    /// in a stream, since every node would restore it from the same records.
     pub fn set_aside(&self, code: &str, reason: &str) -> bool {
         match self.states.as_ref().filter(|_| self.stream.is_none()) {
             Some(states) => states.set_aside(code, reason),
@@ -91,8 +91,8 @@ impl Logs {
         self.stream.is_none()
     }
 
-    /// Gives up the saved state of a room that failed while it was restored, because the same records would make it
-    /// fail again.
+    /// Gives up the saved state of a room that failed while being restored, because the same records would make it fail
+    /// again.
     pub fn give_up(&self, code: &str, reason: &str) -> Seal {
         if self.set_aside(code, reason) { Seal::Leave } else { Seal::Remove }
     }
@@ -102,14 +102,14 @@ impl Logs {
         self.states.is_some() || self.stream.is_some()
     }
 
-    /// Number of times that the state of a room was given up or set aside so far.
+    /// Number of times so far that a room's state was given up or set aside.
     pub fn state_errors(&self) -> u64 {
         let of_stream = self.stream.as_ref().map(|stream| &stream.policy);
         let policy = of_stream.or_else(|| self.states.as_ref().map(|states| states.policy()));
         policy.map_or(0, |policy| policy.errors())
     }
 
-    /// Waits until everything in the rooms' shared logs is written, and ends the writer.
+    /// Waits until everything in the rooms' shared logs has been written, and then ends the writer.
     pub fn close(&self) {
         self.writer.iter().for_each(|writer| writer.close());
         self.stream.iter().for_each(|stream| (stream.close)());

@@ -1,20 +1,20 @@
 //! Names of replays: `<scene>-<room code>-<UTC yyyymmdd-hhmmss>`. They sort by time within a room and cannot escape
-//! their directory. Names of clips end in `-clip` or `-unlisted`.
+//! their directory. Clips' names end in `-clip` or `-unlisted`.
 
 use jostle_protocol::limits::REPLAY_NAME_BYTES_MAX;
 use time::OffsetDateTime;
 
-/// Maximum number of files with names that differ only by a number.
+/// Maximum number of files whose names differ only by a number.
 const REPLAY_NAMESAKES_MAX: u32 = 1000;
 
-/// Extension of the files.
+/// The files' extension.
 pub const ENDING: &str = ".jostle";
-/// Ending of the names of clips, before any number.
+/// Ending of clips' names, before any number.
 pub const CLIP_ENDING: &str = "-clip";
 /// Ending of the names of clips from private rooms, which are never listed.
 pub const UNLISTED_ENDING: &str = "-unlisted";
 
-/// The name for a replay, without a number.
+/// The name of a replay, without a number.
 pub fn name(scene: &str, room: &str, unix_s: u64) -> String {
     format!("{}-{}-{}", word(scene), word(room), utc(unix_s))
 }
@@ -25,17 +25,17 @@ pub fn numbered(name: &str) -> impl Iterator<Item = String> + '_ {
     std::iter::once(name.to_owned()).chain(others)
 }
 
-/// Returns whether this is the name of a clip from a private room. Names of recordings end in a time.
+/// Returns whether this is the name of a clip from a private room. Recordings' names end in a time.
 pub fn is_unlisted(name: &str) -> bool {
     has_ending(name, UNLISTED_ENDING)
 }
 
-/// Returns whether this is the name of a clip of any room.
+/// Returns whether this is the name of a clip from any room.
 pub fn is_clip(name: &str) -> bool {
     is_unlisted(name) || has_ending(name, CLIP_ENDING)
 }
 
-/// Returns whether a name has this ending, ignoring a number after it.
+/// Returns whether a name has this ending, ignoring any number after it.
 fn has_ending(name: &str, ending: &str) -> bool {
     let plain = name.trim_end_matches(|char: char| char.is_ascii_digit());
     name.ends_with(ending) || plain.trim_end_matches('-').ends_with(ending)
@@ -50,7 +50,7 @@ fn is_allowed(byte: u8) -> bool {
     byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'-'
 }
 
-/// Replaces everything except lower-case letters, digits and dashes by dashes.
+/// Replaces everything except lower-case letters, digits and dashes with dashes.
 fn word(text: &str) -> String {
     let allowed = |char: char| u8::try_from(char).is_ok_and(is_allowed);
     text.to_lowercase().chars().map(|char| if allowed(char) { char } else { '-' }).collect()
@@ -63,7 +63,7 @@ fn utc(unix_s: u64) -> String {
 }
 
 /// Year, month, day, hour, minute and second of a time in seconds since 1970, UTC. Times after the year 9999 are
-/// clamped to its last second, so that printed text keeps its length.
+/// clamped to its last second, so that printed times keep the same length.
 pub fn calendar(unix_s: u64) -> [i32; 6] {
     let unix_s = unix_s.min(253_402_300_799) as i64;
     let time = OffsetDateTime::from_unix_timestamp(unix_s).expect("a second before the year 10000");

@@ -1,4 +1,4 @@
-//! What a room's thread has logged, a reader of it, and the one policy for everything that fails in what it writes.
+//! What a room's thread has logged, a reader of it, and the single policy for failures when writing.
 
 use jostle_protocol::replay::Record;
 use jostle_room::log::RecentBlocks;
@@ -10,7 +10,7 @@ use std::time::{Duration, Instant, SystemTime};
 use tokio::sync::Notify;
 use tracing::{error, info};
 
-/// The destination of a reader's output. Its functions may block. After an error no file is open until the next one
+/// The destination for a reader's output. Its functions may block. After an error, no file is open until the next one
 /// begins.
 pub trait Sink: Send {
     /// Begins a new file with these records, replacing the previous one.
@@ -29,16 +29,16 @@ pub trait Sink: Send {
         false
     }
 
-    /// Ends the file, because its room has ended.
+    /// Ends the file because its room has ended.
     fn seal(&mut self, seal: &Seal) -> io::Result<()>;
 }
 
-/// The policy for a disk that fails or is full, or NATS that stalls. A reader gives up its file, the first of
-/// consecutive errors is logged, each is counted, and a new file begins after a while. All readers of a kind share one
-/// policy.
+/// The policy for when a disk fails or is full, or NATS stalls. A reader gives up its file, the first of several
+/// consecutive errors is logged, every error is counted, and a new file begins after a while. All readers of the same
+/// kind share one policy.
 #[derive(Debug)]
 pub struct Policy {
-    /// The log message for the first error.
+    /// The message logged for the first error.
     cannot: &'static str,
     /// Time after which a reader that gave up its file begins a new one.
     retry: Duration,
@@ -49,25 +49,25 @@ pub struct Policy {
 }
 
 impl Policy {
-    /// Creates a policy without errors so far.
+    /// Creates a policy with no errors so far.
     pub fn new(cannot: &'static str, retry: Duration) -> Arc<Policy> {
         let (errors, dropped, is_failing) =
             (Arc::default(), Arc::default(), AtomicBool::new(false));
         Arc::new(Policy { cannot, retry, errors, dropped, is_failing })
     }
 
-    /// The same policy for one room. Its first error is logged even if another room's was.
+    /// The same policy, for one room. The room's first error is logged even if another room's was logged before.
     pub fn of_room(&self) -> Arc<Policy> {
         let (errors, dropped) = (Arc::clone(&self.errors), Arc::clone(&self.dropped));
         Arc::new(Policy { errors, dropped, is_failing: AtomicBool::new(false), ..*self })
     }
 
-    /// Number of errors so far: files that were given up, set aside, or could not be deleted.
+    /// Number of errors so far: files that were given up, were set aside, or could not be deleted.
     pub fn errors(&self) -> u64 {
         self.errors.load(Ordering::Relaxed)
     }
 
-    /// Number of errors caused by a disk or network that was too slow.
+    /// Number of errors caused by a disk or network being too slow.
     pub fn dropped(&self) -> u64 {
         self.dropped.load(Ordering::Relaxed)
     }
@@ -98,7 +98,7 @@ impl Policy {
     }
 }
 
-/// The next step of a reader.
+/// A reader's next step.
 #[derive(Debug, PartialEq)]
 pub enum NextWrite {
     Nothing,
@@ -107,28 +107,28 @@ pub enum NextWrite {
     Seal(Seal),
 }
 
-/// The purpose of a reader.
+/// A reader's purpose.
 #[derive(Clone, Copy, Debug)]
 pub struct Wants {
-    /// Ticks after which the reader begins a new file, at the next keyframe.
+    /// Ticks after which the reader begins a new file at the next keyframe.
     pub file_ticks_max: u32,
-    /// Whether the output is a replay: its files have an end record, and omit the time when the room is empty.
+    /// Whether the output is a replay. A replay's files have an end record, and omit the time when the room is empty.
     pub is_replay: bool,
-    /// The clock for the names of the files.
+    /// The clock used to name files.
     pub wall: fn() -> SystemTime,
 }
 
-/// A reader of a room's log, and its position.
+/// A reader of a room's log, with its position.
 pub struct LogReader {
     shared: Arc<SharedLog>,
     wants: Wants,
     /// The policy for errors.
     pub policy: Arc<Policy>,
-    /// Position of the next block; `None` without an open file.
+    /// Position of the next block; `None` if no file is open.
     position: Option<u64>,
-    /// The keyframe at which the next file begins, if that is not the newest one.
+    /// The keyframe at which the next file begins, if it is not the newest one.
     begin_at: Option<u64>,
-    /// Ticks played before the current file began.
+    /// Number of ticks played before the current file began.
     first_tick: u32,
     /// Time when the reader may begin a file again after an error.
     retry_at: Option<Instant>,
@@ -137,7 +137,7 @@ pub struct LogReader {
 }
 
 impl LogReader {
-    /// Creates a reader of this log, without an open file.
+    /// Creates a reader for this log, with no open file.
     pub fn new(shared: &Arc<SharedLog>, policy: &Arc<Policy>, wants: Wants) -> LogReader {
         let (shared, policy) = (Arc::clone(shared), Arc::clone(policy));
         let (position, begin_at, retry_at, is_finished) = (None, None, None, false);
@@ -158,7 +158,7 @@ impl LogReader {
         self.shared.changed().await;
     }
 
-    /// Lets a sink perform the next step. Returns false if nothing can be done now.
+    /// Lets a sink perform the next step. Returns false if nothing can be done at the moment.
     pub fn step(&mut self, sink: &mut dyn Sink, now: Instant) -> bool {
         let next = self.next(now, sink.is_full());
         let done = match &next {
@@ -174,7 +174,7 @@ impl LogReader {
         true
     }
 
-    /// The step to perform now. Its outcome must be reported to [`LogReader::done`] or [`LogReader::give_up`].
+    /// The step to perform now. Its outcome must be reported through [`LogReader::done`] or [`LogReader::give_up`].
     pub fn next(&mut self, now: Instant, is_full: bool) -> NextWrite {
         let (shared, is_replay) = (Arc::clone(&self.shared), self.wants.is_replay);
         let held = shared.lock();
@@ -220,7 +220,7 @@ impl LogReader {
         NextWrite::Append(blocks)
     }
 
-    /// Begins a file at a keyframe, if allowed now.
+    /// Begins a file at a keyframe, if that is allowed now.
     fn next_file(&mut self, held: &Contents, is_kept: bool, now: Instant) -> NextWrite {
         let may = is_kept || self.retry_at.is_none_or(|at| now >= at);
         let is_wanted = !self.wants.is_replay
@@ -237,7 +237,7 @@ impl LogReader {
         self.first_tick = keyframe(&records[0]).map_or(0, |(tick, _)| tick);
         let unix = (self.wants.wall)().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
         let start = held.blocks.start(unix.as_secs(), self.first_tick);
-        // The initial state follows from scene and seed.
+        // The initial state follows from the scene and the seed.
         let states = usize::from(self.first_tick == 0);
         let rest = records.split_off(1).into_iter();
         let rest = rest.filter(|block| matches!(**block, Record::Ticks(_) | Record::Host(_)));
@@ -259,7 +259,8 @@ impl LogReader {
 
     /// Called after the next step has succeeded.
     pub fn done(&self, next: &NextWrite) {
-        // Only appending proves that the disk works; it may have space for the start of a file but not for its ticks.
+        // Only appending proves that the disk works; there may be enough space for the start of a file but not for its
+        // ticks.
         if let NextWrite::Append(_) = next {
             self.policy.works();
         }
@@ -271,8 +272,8 @@ impl LogReader {
         self.give_up(now);
     }
 
-    /// Gives up the file after an error that was already counted. A new one begins after a while, unless the room has
-    /// ended.
+    /// Gives up the file after an error that has already been counted. A new file begins after a while, unless the room
+    /// has ended.
     pub fn give_up(&mut self, now: Instant) {
         (self.position, self.begin_at) = (None, None);
         self.retry_at = Some(now + self.policy.retry);
@@ -280,7 +281,7 @@ impl LogReader {
     }
 }
 
-/// Tick and hash of a keyframe.
+/// A keyframe's tick and hash.
 fn keyframe(block: &Record) -> Option<(u32, u64)> {
     match block {
         Record::Keyframe(keyframe) => Some((keyframe.tick, keyframe.hash)),
@@ -288,32 +289,32 @@ fn keyframe(block: &Record) -> Option<(u32, u64)> {
     }
 }
 
-/// The fate of the state of a room that has ended.
+/// What happens to the state of a room that has ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Seal {
-    /// It is kept from its newest keyframe on, because the room resumes later or elsewhere.
+    /// The state is kept, from its newest keyframe on, because the room resumes later or elsewhere.
     Keep,
-    /// It is removed.
+    /// The state is removed.
     Remove,
-    /// It is left untouched, because another node plays the room.
+    /// The state is left untouched, because another node plays the room.
     Leave,
 }
 
-/// The log of a room, shared with its readers. The room's thread puts blocks into it after its ticks.
+/// A room's log, shared with its readers. The room's thread puts blocks into it after its ticks.
 #[derive(Default)]
 pub struct SharedLog {
     held: Mutex<Contents>,
-    /// Wakes a reader that is a task.
+    /// Wakes a reader that runs as a task.
     changed: Notify,
 }
 
-/// The content visible to readers.
+/// The contents visible to readers.
 #[derive(Default)]
 pub struct Contents {
     pub blocks: RecentBlocks,
-    /// Whether replays should include the current ticks; an empty room is not recorded.
+    /// Whether replays should include the current ticks. An empty room is not recorded.
     pub is_recorded: bool,
-    /// The fate of the room's state once everything is read, if the room has ended.
+    /// What happens to the room's state once everything has been read, if the room has ended.
     pub seal: Option<Seal>,
 }
 
@@ -328,18 +329,18 @@ impl SharedLog {
         self.changed.notify_one();
     }
 
-    /// Ends the log. The first seal counts, since a room that was given up may wake later.
+    /// Ends the log. The first seal counts, since a room that was given up may wake up later.
     pub fn seal(&self, seal: Seal) {
         self.lock().seal.get_or_insert(seal);
         self.changed.notify_one();
     }
 
-    /// Waits until there is something new since the last call.
+    /// Waits until there is something new since the previous call.
     pub async fn changed(&self) {
         self.changed.notified().await;
     }
 
-    /// Locks the log briefly, to list blocks; never while writing.
+    /// Locks the log briefly to list blocks, but never while writing.
     pub fn lock(&self) -> MutexGuard<'_, Contents> {
         self.held.lock().unwrap_or_else(PoisonError::into_inner)
     }

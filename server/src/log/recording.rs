@@ -1,4 +1,4 @@
-//! The recordings of a server: writers for the files of rooms, and clips.
+//! A server's recordings: writers for rooms' files, and clips.
 
 use super::store::ReplayStore;
 use super::writer::LogWriter;
@@ -15,7 +15,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant, UNIX_EPOCH};
 
-/// Clips per minute from one address in all rooms: as many as in one room, enough for a class that plays together.
+/// Maximum number of clips per minute from one address, across all rooms. It is as many as in one room, which is enough
+/// for a class playing together.
 const ADDRESS_CLIPS_PER_MINUTE_MAX: u32 = 8;
 
 /// A server's recordings, as its rooms see them.
@@ -45,20 +46,21 @@ impl Recording {
         &self.store
     }
 
-    /// The current time, seconds since 1970.
+    /// The current time, in seconds since 1970.
     pub fn unix_s(&self) -> u64 {
         let wall = (self.store.settings().wall)();
         wall.duration_since(UNIX_EPOCH).unwrap_or(Duration::ZERO).as_secs()
     }
 
-    /// Counts a clip requested by a client of this address; `false` if it requested too many in all rooms.
+    /// Counts a clip requested by a client at this address; returns `false` if the address has requested too many
+    /// across all rooms.
     pub fn admit_clip(&self, address: IpAddr, now: Instant) -> bool {
         self.clip_rates.lock().unwrap_or_else(PoisonError::into_inner).admit(address, now)
     }
 
-    /// Cuts a clip from these records and saves it. The answer comes from the writer's thread, or at once if it is too
-    /// busy. An unlisted clip belongs to a private room. Its name and its file do not reveal the room's code, which
-    /// would admit anyone who sees it.
+    /// Cuts a clip from these records and saves it. The answer comes from the writer's thread, or immediately if that
+    /// is too busy. An unlisted clip belongs to a private room. Its name and its file do not reveal the room's code,
+    /// which would let in anyone who sees it.
     pub fn keep_clip(
         &self,
         mut records: Vec<Arc<Record>>,
@@ -96,7 +98,7 @@ impl Recording {
     }
 }
 
-/// The start record of a clip, and its bytes: the last ticks of a replay.
+/// A clip's start record and its bytes, which contain a replay's last ticks.
 fn clip(records: &[Arc<Record>]) -> io::Result<(Start, Vec<u8>)> {
     let bytes = header().into_iter().chain(records.iter().flat_map(|record| record.seal()));
     let replay = Replay::read(bytes.collect()).map_err(io::Error::other)?;

@@ -1,4 +1,4 @@
-//! The replay of a room, as files in the directory of replays.
+//! A room's replay, as files in the replay directory.
 
 use super::reader::{LogReader, Seal, SharedLog, Sink, Wants};
 use super::store::ReplayStore;
@@ -9,25 +9,25 @@ use jostle_room::log::ReplayTail;
 use std::io::{self, Write};
 use std::sync::Arc;
 
-/// The files of one room's replay, one after another.
+/// The files of a room's replay, one after another.
 pub struct ReplayFile {
     store: Arc<ReplayStore>,
     open: Option<Open>,
 }
 
-/// A file that is being written.
+/// A file being written.
 struct Open {
     name: String,
     file: Box<dyn Write + Send>,
     bytes: u64,
-    /// Whether a player has sent an input; a file without inputs is useless.
+    /// Whether a player has sent any input; a file without inputs is useless.
     has_inputs: bool,
     players: PlayerCount,
     tail: ReplayTail,
 }
 
 impl ReplayFile {
-    /// Creates a reader of a room's log for its replay, and the sink for it.
+    /// Creates a reader for a room's replay, and the reader's sink.
     pub fn of(store: &Arc<ReplayStore>, shared: &Arc<SharedLog>) -> (LogReader, ReplayFile) {
         let settings = store.settings();
         let (file_ticks_max, wall) = (settings.file_ticks_max, settings.wall);
@@ -36,7 +36,7 @@ impl ReplayFile {
         (LogReader::new(shared, store.policy(), wants), file)
     }
 
-    /// Closes a file, and deletes it if it has no inputs.
+    /// Closes a file, or deletes it if it has no inputs.
     fn close(&mut self, last: &[Record]) -> io::Result<()> {
         let Some(mut open) = self.open.take() else { return Ok(()) };
         let written = open.write(last, &self.store).and_then(|_| open.file.flush());
@@ -69,7 +69,7 @@ impl Sink for ReplayFile {
         let ready = open.tail.ready();
         let written = open.write(&ready, &self.store);
         if written.is_err() || matches!(ready.last(), Some(Record::End { .. })) {
-            // After an error, the part that was written stays.
+            // After an error, the part that has been written stays.
             self.close(&[])?;
         }
         written
@@ -79,7 +79,7 @@ impl Sink for ReplayFile {
         self.open.as_ref().is_some_and(|open| open.bytes >= limits::REPLAY_FILE_BYTES_MAX)
     }
 
-    /// The replay of a game that failed gets its last ticks, but no end record.
+    /// If the game failed, its replay gets its last ticks but no end record.
     fn seal(&mut self, _: &Seal) -> io::Result<()> {
         self.open.iter_mut().for_each(|open| open.tail.flush());
         let last = self.open.as_mut().map(|open| open.tail.ready()).unwrap_or_default();
@@ -89,13 +89,13 @@ impl Sink for ReplayFile {
 
 impl Drop for ReplayFile {
     fn drop(&mut self) {
-        // An error would belong to a file that was already given up.
+        // Any error would belong to a file that has already been given up.
         let _ = self.seal(&Seal::Keep);
     }
 }
 
 impl Open {
-    /// Writes records. An error names the file.
+    /// Writes records. Errors name the file.
     fn write(&mut self, records: &[Record], store: &ReplayStore) -> io::Result<()> {
         let written = records.iter().try_for_each(|record| self.write_one(record, store));
         let path = store.path(&self.name);
@@ -115,7 +115,7 @@ impl Open {
                 "it would be too long to be read",
             ));
         }
-        // Otherwise writes to a removed file would count towards the directory.
+        // Otherwise, writes to a file that has been removed would count towards the directory's limit.
         if store.path(&self.name).symlink_metadata().is_err() {
             return Err(io::Error::new(io::ErrorKind::NotFound, "it was removed"));
         }

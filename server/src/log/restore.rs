@@ -1,4 +1,4 @@
-//! Rooms of the previous process, restored from their files.
+//! Rooms from the previous process, restored from their files.
 
 use crate::files::read_regular;
 use crate::host::admission::Admission;
@@ -14,31 +14,32 @@ use std::sync::Arc;
 use std::time::Instant;
 use tracing::{info, warn};
 
-/// The host's notes in a room's file, as JSON. New fields have defaults, so that files of older versions can be read.
+/// The host's notes in a room's file, as JSON. New fields have defaults, so that files written by older versions can be
+/// read.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct HostNotes {
-    /// Number of the room, named in its tokens and host keys. See [`crate::host::room_handle::RoomInfo::number`].
+    /// The room's number, which its tokens and host keys contain. See [`crate::host::room_handle::RoomInfo::number`].
     pub number: u64,
-    /// Whether the room can only be reached by its link.
+    /// Whether the room can be reached only by its link.
     pub private: bool,
-    /// Network of the creator; `None` for a standing room.
+    /// The creator's network; `None` for a standing room.
     pub creator: Option<IpAddr>,
     /// Whether a guest provided the scene.
     #[serde(default)]
     pub guest: bool,
-    /// Who has which seat.
+    /// Who holds which seat.
     pub members: SavedMembers,
-    /// The networks of the seats, and the kicked players.
+    /// The seats' networks, and the kicked players.
     #[serde(default)]
     pub admission: Admission,
 }
 
-/// A room whose file was read, and whose game has yet to be played up to its last tick.
+/// A room whose file has been read, and whose game has yet to be played up to its last tick.
 #[derive(Debug)]
 pub struct SavedRoom {
     /// The code in the room's link.
     pub code: String,
-    /// The scene, in its state when the room opened.
+    /// The scene, as it was when the room opened.
     pub scene: Arc<Scene>,
     /// The notes in the file.
     pub notes: HostNotes,
@@ -46,13 +47,13 @@ pub struct SavedRoom {
 }
 
 impl SavedRoom {
-    /// Reads the file of a room. The error is a sentence with the reason.
+    /// Reads a room's file. The error is a sentence that states the reason.
     pub fn read(code: String, path: &Path) -> Result<SavedRoom, String> {
         let bytes = read_regular(path, REPLAY_BYTES_MAX).map_err(|error| error.to_string())?;
         SavedRoom::from_bytes(code, bytes)
     }
 
-    /// Reads the content of such a file. The error is a sentence with the reason.
+    /// Reads the contents of such a file. The error is a sentence that states the reason.
     pub fn from_bytes(code: String, bytes: Vec<u8>) -> Result<SavedRoom, String> {
         let replay = Replay::read(bytes).map_err(|error| error.to_string())?;
         let start = replay.start();
@@ -72,14 +73,14 @@ impl SavedRoom {
         Ok(SavedRoom { code, scene: Arc::new(scene), notes, replay: Arc::new(replay) })
     }
 
-    /// Seed of the game.
+    /// The game's seed.
     pub fn seed(&self) -> u64 {
         self.replay.start().seed
     }
 
     /// Plays the game up to its last recorded tick. The caller begins a new epoch of claims ([`Room::begin_epoch`]).
-    /// The error is a sentence with the reason. `None` if the game exceeds its budget, or `may_go_on`, which is called
-    /// before each tick, returns false.
+    /// The error is a sentence that states the reason. Returns `None` if the game exceeds its budget, or if
+    /// `may_go_on`, which is called before each tick, returns false.
     pub fn restore(&self, may_go_on: impl Fn() -> bool) -> Result<Option<Room>, String> {
         let began = Instant::now();
         let mut playback = Playback::of_scene(Arc::clone(&self.replay), Arc::clone(&self.scene))
@@ -111,7 +112,7 @@ impl SavedRoom {
         Ok(Some(Room::restore(code, self.seed(), moment, &self.notes.members)))
     }
 
-    /// Whether only the end record is missing, which such files never have.
+    /// Whether only the end record is missing; such files never have one.
     fn ends_whole(&self) -> bool {
         self.replay.sizes().lost == 0
     }

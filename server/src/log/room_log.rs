@@ -1,4 +1,4 @@
-//! The log of one room on its thread. After the room's ticks, new blocks go to the readers on other threads.
+//! A room's log on the room's thread. After the room's ticks, new blocks go to readers on other threads.
 
 use super::logs::Logs;
 use super::reader::{Seal, SharedLog};
@@ -11,26 +11,26 @@ use std::sync::Arc;
 
 /// Feeds the readers of a room's log, without waiting.
 pub struct RoomLog {
-    /// The room's facts for its notes.
+    /// The facts about the room, for its notes.
     about: HostNotes,
     /// `None` if no log is kept for the room.
     shared: Option<Arc<SharedLog>>,
-    /// Whether the log has notes on the players and their seats.
+    /// Whether the log has any notes about the players and their seats.
     has_notes: bool,
-    /// The newest keyframe followed by notes, and the revision of their content.
+    /// The newest keyframe that is followed by notes, and the revision of the notes' contents.
     noted: (Option<u64>, Revision),
     /// The tick from which further notes are allowed.
     note_at: u32,
     is_recorded: bool,
-    /// The position up to which blocks were given to the readers.
+    /// The position up to which blocks have been given to the readers.
     held: u64,
 }
 
-/// Revisions of the content of notes.
+/// Revisions of the notes' contents.
 type Revision = (u64, u64);
 
 impl RoomLog {
-    /// Begins the log of a room in `shared`, where its readers find it.
+    /// Begins a room's log in `shared`, where its readers find it.
     pub fn begin(
         logs: &Logs,
         shared: Option<Arc<SharedLog>>,
@@ -48,7 +48,7 @@ impl RoomLog {
         log
     }
 
-    /// Feeds new blocks. The replay of a room that is `empty` ends, and the next player begins a new one.
+    /// Feeds new blocks to the readers. If the room is `empty`, its replay ends, and the next player begins a new one.
     pub fn after_ticks(&mut self, room: &mut Room, admission: &Admission, empty: bool) {
         let Some(shared) = &self.shared else { return };
         if std::mem::replace(&mut self.is_recorded, !empty) == empty {
@@ -73,9 +73,9 @@ impl RoomLog {
         }
     }
 
-    /// Ends the log of a room, and seals its state with `seal`. A replay has no end record if the game is not `whole`;
-    /// a tick that failed halfway is omitted. State that is kept ends with a keyframe, from which the room is restored
-    /// without replaying any tick.
+    /// Ends a room's log, and seals its state with `seal`. If the game is not `whole`, the replay has no end record; a
+    /// tick that failed halfway is omitted. If the state is kept, it ends with a keyframe, from which the room is
+    /// restored without replaying any ticks.
     pub fn end(mut self, room: &mut Room, admission: &Admission, whole: bool, seal: Seal) {
         if whole {
             room.end_log();

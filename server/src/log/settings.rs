@@ -1,4 +1,4 @@
-//! The settings of recording.
+//! Settings for recording.
 
 use crate::limits;
 use jostle_sim::TICKS_PER_SECOND;
@@ -7,9 +7,9 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
-/// Ticks in one file: an hour. Then a new file starts in the middle of the game.
+/// Maximum number of ticks in one file: an hour's worth. After that, a new file starts in the middle of the game.
 const REPLAY_FILE_TICKS_MAX: u32 = 60 * 60 * TICKS_PER_SECOND;
-/// Time between two scans of the directory, and between two log lines of counters.
+/// Interval at which the directory is scanned, and minimum time between log lines with counters.
 const REPLAY_LOOK_EVERY: Duration = Duration::from_secs(60);
 
 /// Creates a new file; fails if the file exists.
@@ -17,10 +17,10 @@ pub type Create = fn(&Path) -> io::Result<Box<dyn Write + Send>>;
 
 #[derive(Clone, Debug)]
 pub struct Settings {
-    /// The directory, which is created if missing.
+    /// The directory, which is created if it is missing.
     pub dir: PathBuf,
-    /// Maximum total bytes of the replays in the directory, where each file counts at least
-    /// [`limits::REPLAY_FILE_CHARGE_MIN`]. The oldest are deleted first.
+    /// Maximum total size of the replays in the directory, bytes. Each file counts as at least
+    /// [`limits::REPLAY_FILE_CHARGE_MIN`]. The oldest files are deleted first.
     pub bytes_max: u64,
     /// Age after which a replay is deleted.
     pub age_max: Duration,
@@ -30,9 +30,9 @@ pub struct Settings {
     pub retry: Duration,
     /// [`REPLAY_LOOK_EVERY`]; tests shorten it.
     pub look_every: Duration,
-    /// Creates files; tests replace it with a function that fails.
+    /// Creates files. Tests replace it with a function that fails.
     pub create: Create,
-    /// The wall clock; tests replace it with one that steps.
+    /// The wall clock. Tests replace it with one that they can set.
     pub wall: fn() -> SystemTime,
 }
 
@@ -52,12 +52,12 @@ impl Settings {
     }
 }
 
-/// A duration of whole days.
+/// A duration of this many days.
 pub fn days(count: u32) -> Duration {
     Duration::from_secs(u64::from(count) * 24 * 60 * 60)
 }
 
-/// Unbuffered, so that everything written survives if the process is killed.
+/// Unbuffered, so that everything written survives even if the process is killed.
 fn create_file(path: &Path) -> io::Result<Box<dyn Write + Send>> {
     Ok(Box::new(File::options().write(true).create_new(true).open(path)?))
 }

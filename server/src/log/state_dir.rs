@@ -1,41 +1,41 @@
-//! The directory of `--state`: the key that signs tokens, and a file for each open room. Only one server at a time uses
-//! it.
+//! The `--state` directory: the key that signs tokens, and a file for each open room. Only one server may use it at a
+//! time.
 
 use crate::files::{open_regular, without_waiting};
 use std::fs::{self, File, TryLockError};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
-/// Length of the key, bytes.
+/// Length of the key, in bytes.
 const KEY_BYTES: usize = 32;
 const KEY: &str = "key";
 const LOCK: &str = "lock";
 const ROOMS: &str = "rooms";
 const BANS: &str = "bans.json";
-/// Ending of the files of rooms.
+/// Ending of rooms' files.
 const ENDING: &str = ".jostle";
 /// Ending of a file that replaces a room's file once it is complete.
 const NEW_ENDING: &str = ".new";
-/// Ending of a file from which no room could be restored, kept for diagnosis.
+/// Ending of a file from which no room could be restored; it is kept for diagnosis.
 const DAMAGED_ENDING: &str = ".damaged";
 
-/// The policy for syncing files to the disk.
+/// When files are synced to the disk.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sync {
-    /// Every half second: a power failure loses at most a second of play.
+    /// Every half second. A power failure loses at most a second of play.
     #[default]
     Second,
-    /// Whenever the system does it. If the process is killed, no more is lost than with [`Sync::Second`], but a power
-    /// failure may lose half a minute.
+    /// Whenever the system does so. If the process is killed, no more is lost than with [`Sync::Second`], but a power
+    /// failure may lose half a minute of play.
     System,
 }
 
-/// Location and sync policy of the rooms' state.
+/// Location of the rooms' state, and when it is synced.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StateSettings {
-    /// The directory, which is created if missing, inaccessible to other users.
+    /// The directory, which is created if it is missing and is inaccessible to other users.
     pub dir: PathBuf,
-    /// The policy for syncing its files to the disk.
+    /// When the directory's files are synced to the disk.
     pub sync: Sync,
 }
 
@@ -48,8 +48,8 @@ pub struct StateDir {
 }
 
 impl StateDir {
-    /// Opens or creates the directory. Errors name the file: it is used by another server, cannot be read or written,
-    /// or has unexpected content.
+    /// Opens or creates the directory. Errors name the file that is in use by another server, cannot be read or
+    /// written, or has unexpected contents.
     pub fn open(dir: &Path) -> io::Result<StateDir> {
         let rooms = dir.join(ROOMS);
         make_closed_dir(&rooms).map_err(|error| about(&rooms, error))?;
@@ -60,7 +60,7 @@ impl StateDir {
         Ok(StateDir { dir: dir.to_owned(), key, _lock: lock })
     }
 
-    /// Returns whether a server currently uses this directory. Errors are those of its lock file.
+    /// Returns whether a server is currently using this directory. Errors come from its lock file.
     pub fn is_in_use(dir: &Path) -> io::Result<bool> {
         let lock = match open_regular(&dir.join(LOCK)) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(false),
@@ -78,7 +78,7 @@ impl StateDir {
         &self.key
     }
 
-    /// The file of the bans.
+    /// The path of the ban file.
     pub fn bans(&self) -> PathBuf {
         self.dir.join(BANS)
     }
@@ -100,7 +100,7 @@ impl StateDir {
         Ok(rooms)
     }
 
-    /// The file of a room.
+    /// The path of a room's file.
     pub fn room(&self, code: &str) -> PathBuf {
         self.file(code, ENDING)
     }
@@ -110,13 +110,13 @@ impl StateDir {
         closed_file().truncate(true).open(self.file(code, NEW_ENDING))
     }
 
-    /// Renames that file over the room's file. With `sync` this survives a power failure.
+    /// Renames that file over the room's file. With `sync`, the change survives a power failure.
     pub fn replace(&self, code: &str, sync: bool) -> io::Result<()> {
         fs::rename(self.file(code, NEW_ENDING), self.room(code))?;
         if sync { sync_dir(&self.dir.join(ROOMS)) } else { Ok(()) }
     }
 
-    /// Removes the file of a room, if it exists.
+    /// Removes a room's file, if it exists.
     pub fn remove(&self, code: &str) -> io::Result<()> {
         match fs::remove_file(self.room(code)) {
             Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
@@ -124,7 +124,7 @@ impl StateDir {
         }
     }
 
-    /// Sets aside a room's file that could not be restored, and returns its new name.
+    /// Sets aside a room's file that could not be restored, and returns the file's new name.
     pub fn set_aside(&self, code: &str) -> io::Result<PathBuf> {
         let aside = self.file(code, DAMAGED_ENDING);
         fs::rename(self.room(code), &aside)?;
@@ -173,7 +173,7 @@ fn read_or_make_key(path: &Path) -> io::Result<[u8; KEY_BYTES]> {
     Ok(key)
 }
 
-/// Writes a file that only its owner can read. Under its final name the file is always complete, even after a power
+/// Writes a file that only its owner can read. Under its final name, the file is always complete, even after a power
 /// failure.
 pub fn write_closed(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let new = path.with_extension("new");
@@ -184,7 +184,7 @@ pub fn write_closed(path: &Path, bytes: &[u8]) -> io::Result<()> {
     path.parent().map_or(Ok(()), sync_dir)
 }
 
-/// Options to write files, created so that only their owner can read them, because they contain players' addresses.
+/// Options for writing files that only their owner can read, because the files contain players' addresses.
 fn closed_file() -> fs::OpenOptions {
     let mut options = File::options();
     options.write(true).create(true);

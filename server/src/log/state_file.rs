@@ -1,6 +1,6 @@
-//! The file of a room in the directory of `--state`: a replay that begins with a keyframe and continues in short
-//! blocks, with notes about the players and their seats. A new file replaces it after a while, so that a restart has
-//! little to replay.
+//! A room's file in the `--state` directory: a replay that begins with a keyframe and continues in short blocks, with
+//! notes about the players and their seats. After a while a new file replaces it, so that a restart has little to
+//! replay.
 
 use super::reader::{Policy, Seal, Sink};
 use super::restore::SavedRoom;
@@ -19,7 +19,7 @@ pub struct StateFiles {
     dir: StateDir,
     sync: Sync,
     policy: Arc<Policy>,
-    /// Numbers of the rooms that own the existing files, by code. A code may meanwhile belong to another room.
+    /// Numbers of the rooms that own the existing files, by code. By now, a code may belong to another room.
     owners: Mutex<BTreeMap<String, u64>>,
 }
 
@@ -41,7 +41,8 @@ impl StateFiles {
         &self.policy
     }
 
-    /// The rooms that were open when the previous process ended. Files that cannot be read are set aside, and logged.
+    /// The rooms that were open when the previous process ended. Files that cannot be read are set aside, and this is
+    /// logged.
     pub fn saved_rooms(&self) -> io::Result<Vec<SavedRoom>> {
         let read = |(code, path): (String, PathBuf)| {
             let read = SavedRoom::read(code.clone(), &path);
@@ -61,11 +62,11 @@ impl StateFiles {
     }
 }
 
-/// The file of one room.
+/// A room's file.
 pub struct StateFile {
     files: Arc<StateFiles>,
     code: String,
-    /// Distinguishes the room from another one with this code.
+    /// Distinguishes the room from another one with the same code.
     number: u64,
     open: Option<File>,
 }
@@ -76,7 +77,7 @@ impl StateFile {
         StateFile { files: Arc::clone(files), code: code.to_owned(), number, open: None }
     }
 
-    /// Operates on the open file, if any. An error names the file, which is then given up.
+    /// Operates on the open file, if there is one. An error names the file, which is then given up.
     fn with(
         &mut self,
         work: impl FnOnce(&mut File, &StateFiles) -> io::Result<()>,
@@ -108,7 +109,8 @@ impl Sink for StateFile {
     }
 
     fn append(&mut self, records: &[Arc<Record>]) -> io::Result<()> {
-        // A single write, so that a killed process loses notes and the ticks before them together or not at all.
+        // This is a single write, so that if the process is killed, the notes and the ticks before them are lost
+        // together or not at all.
         self.with(|file, _| file.write_all(&bytes(Vec::new(), records)))
     }
 

@@ -1,5 +1,5 @@
-//! The directory of replays: its list, the files still being written, and the deletion of old ones. Files whose names
-//! are not those of replays are never touched.
+//! The replay directory: its list, the files still being written, and the deletion of old ones. Files whose names are
+//! not replay names are never touched.
 
 use super::index::{IndexedFile, ReplayIndex, Stamp};
 use super::name::{CLIP_ENDING, ENDING, UNLISTED_ENDING, is_name, is_unlisted, name, numbered};
@@ -20,29 +20,29 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Instant, SystemTime};
 use tracing::{info, warn};
 
-/// Maximum number of files skipped in one pass because they cannot be deleted.
+/// Maximum number of files skipped in one pass because they could not be deleted.
 const REPLAY_UNDELETABLE_MAX: usize = 16;
-/// Bytes after the start of a replay in which the server looks for its players when it finds the file. They hold
-/// minutes of play; for a thousand files they are 64 MiB.
+/// When the server finds a replay, it looks for the players in this many bytes after the start. They cover minutes of
+/// play, and a thousand files add up to 64 MiB.
 const REPLAY_BEGINNING_BYTES: usize = 64 << 10;
 
-/// The replays of a server.
+/// A server's replays.
 pub struct ReplayStore {
     settings: Settings,
     files: AtomicU64,
     bytes: AtomicU64,
     policy: Arc<Policy>,
-    /// Counters as last logged.
+    /// The counters as last logged.
     logged: Mutex<[u64; 3]>,
-    /// The clock that decides the age of files.
+    /// The clock that determines the age of files.
     clock: AgeClock,
     index: Mutex<ReplayIndex>,
     readers: Arc<ConnectionLimits>,
 }
 
-/// The wall clock at the start of the server, advanced by a monotonic clock: if the wall clock is set forward, no
-/// replay suddenly becomes too old. Files stamped after it was set back would become too old, so the earlier of the two
-/// times counts.
+/// The wall clock at the server's start, advanced by a monotonic clock, so that no replay suddenly becomes too old if
+/// the wall clock is set forward. If the wall clock is set back, files stamped afterwards would seem too old, so the
+/// earlier of the two times counts.
 pub struct AgeClock {
     began: Instant,
     wall: SystemTime,
@@ -64,7 +64,7 @@ impl AgeClock {
 #[derive(Debug)]
 pub struct Readable {
     pub path: PathBuf,
-    /// Total length of its complete records.
+    /// Total length of the replay's complete records, in bytes.
     pub bytes: u64,
     /// Permit to hold while the replay is being read.
     pub permit: Permit,
@@ -75,12 +75,13 @@ pub struct Readable {
 pub enum Refused {
     /// No replay has this name.
     Unknown,
-    /// [`limits::REPLAY_READERS_MAX`] are being read, or [`limits::ADDRESS_REPLAY_READERS_MAX`] by this address.
+    /// [`limits::REPLAY_READERS_MAX`] replays are already being read, or this address is reading
+    /// [`limits::ADDRESS_REPLAY_READERS_MAX`].
     Busy,
 }
 
 impl ReplayStore {
-    /// Creates the store. Its directory is created at the first write.
+    /// Creates the store. The directory is created at the first write.
     pub fn new(settings: Settings) -> ReplayStore {
         let (in_all, of_address) = (limits::REPLAY_READERS_MAX, limits::ADDRESS_REPLAY_READERS_MAX);
         let readers = ConnectionLimits::new(in_all, of_address);
@@ -98,7 +99,7 @@ impl ReplayStore {
         }
     }
 
-    /// The settings of recording.
+    /// The recording settings.
     pub fn settings(&self) -> &Settings {
         &self.settings
     }
@@ -114,14 +115,14 @@ impl ReplayStore {
         &self.policy
     }
 
-    /// Numbers of files begun, bytes written, and errors.
+    /// Number of files begun, bytes written, and errors.
     pub fn counts(&self) -> [u64; 3] {
         let [files, bytes] =
             [&self.files, &self.bytes].map(|counter| counter.load(Ordering::Relaxed));
         [files, bytes, self.policy.errors()]
     }
 
-    /// The newest replays, newest first, without clips of private rooms.
+    /// The newest replays, newest first, without clips from private rooms.
     pub fn list(&self) -> Vec<ReplayCard> {
         let index = self.lock();
         let listed = index.newest().filter(|entry| !is_unlisted(&entry.name));
@@ -133,8 +134,8 @@ impl ReplayStore {
         self.lock().get(name).is_some()
     }
 
-    /// Opens a replay for reading by a client of this address. Names are only looked up, so that no name can escape the
-    /// directory.
+    /// Opens a replay for reading by a client at this address. Names are only looked up in the list, so that no name
+    /// can escape the directory.
     pub fn read(&self, name: &str, address: IpAddr) -> Result<Readable, Refused> {
         let bytes = self.lock().get(name).map(|file| file.entry.bytes).ok_or(Refused::Unknown)?;
         let permit = self.readers.admit(address).ok_or(Refused::Busy)?;
@@ -146,12 +147,12 @@ impl ReplayStore {
         self.settings.dir.join(format!("{name}{ENDING}"))
     }
 
-    /// Creates the file for a game, and lists it as being recorded.
+    /// Creates the file for a game, and lists the file as being recorded.
     pub(super) fn create(&self, start: &Start) -> io::Result<(String, Box<dyn Write + Send>)> {
         self.create_as(start, "")
     }
 
-    /// Saves a clip, and returns its name. An unlisted clip can only be found by its name.
+    /// Saves a clip, and returns its name. An unlisted clip can be found only by its name.
     pub(super) fn keep_clip(
         &self,
         start: &Start,
@@ -207,7 +208,8 @@ impl ReplayStore {
         Err(io::Error::other(format!("all names from {plain}{ENDING} on are taken")))
     }
 
-    /// Adds bytes written to a file, with the last tick in them, if any, and the largest number of players so far.
+    /// Adds bytes written to a file, along with the last tick in them, if any, and the largest number of players so
+    /// far.
     pub(super) fn grow(&self, name: &str, bytes: u64, last_tick: Option<u32>, players: u32) {
         let modified = (self.settings.wall)();
         self.lock().update(name, |file| {
@@ -223,14 +225,14 @@ impl ReplayStore {
         self.lock().update(name, |file| file.entry.recording = false);
     }
 
-    /// Deletes a file without inputs.
+    /// Deletes a file that has no inputs.
     pub(super) fn discard(&self, name: &str) {
-        // If it cannot be deleted, the next scan of the directory finds it.
+        // If the file cannot be deleted, the next scan of the directory finds it.
         let _ = fs::remove_file(self.path(name));
         self.lock().remove(name);
     }
 
-    /// Makes room for `bytes` more of a file, deleting finished replays if needed.
+    /// Makes room for another `bytes` in a file, deleting finished replays if necessary.
     pub(super) fn make_room(&self, name: &str, bytes: u64) -> io::Result<()> {
         let max = self.settings.bytes_max;
         let is_full = |index: &ReplayIndex| index.charged_bytes_with(name, bytes) > max;
@@ -251,7 +253,7 @@ impl ReplayStore {
         Err(io::Error::new(io::ErrorKind::QuotaExceeded, text))
     }
 
-    /// Deletes finished replays while there are too many. Returns whether that succeeded.
+    /// Deletes finished replays for as long as there are too many. Returns whether that succeeded.
     fn delete_until_fits(&self, reason: &str, is_full: impl Fn(&ReplayIndex) -> bool) -> bool {
         self.delete_while(reason, |index, passed| {
             let next = index.next_to_go(self.settings.bytes_max, passed);
@@ -274,7 +276,7 @@ impl ReplayStore {
         }
     }
 
-    /// Rescans the directory, and deletes replays that are too old or too many.
+    /// Rescans the directory, and deletes replays that are too old or exceed the limits.
     pub(super) fn look(&self, now: SystemTime) -> io::Result<()> {
         fs::create_dir_all(&self.settings.dir)?;
         let new = self.scan()?;
@@ -286,7 +288,7 @@ impl ReplayStore {
         let bytes_max = self.settings.bytes_max;
         self.delete_until_fits("the directory is full", |index| index.charged_bytes() > bytes_max);
         self.delete_until_fits("too many files", |index| index.len() > limits::REPLAY_FILES_MAX);
-        // Done last, so that files about to be deleted are not read.
+        // This is done last, so that files about to be deleted are not read.
         for name in new.iter().filter(|name| self.knows(name)) {
             if let Some((start, players)) = self.start_of(name) {
                 let last_tick = self.last_tick_of(name);
@@ -300,7 +302,7 @@ impl ReplayStore {
         Ok(())
     }
 
-    /// Deletes the finished files that `next` names, until it names none. `next` receives the files that cannot be
+    /// Deletes the finished files that `next` names, until it names no more. `next` receives the files that cannot be
     /// deleted.
     fn delete_while(&self, reason: &str, next: impl Fn(&ReplayIndex, &[Stamp]) -> Option<Stamp>) {
         let mut passed: Vec<Stamp> = Vec::new();
@@ -328,7 +330,7 @@ impl ReplayStore {
         true
     }
 
-    /// Adds files that were put into the directory, and returns their names. Drops files that were taken away.
+    /// Adds files that have appeared in the directory, and returns their names. Drops files that have disappeared.
     fn scan(&self) -> io::Result<Vec<String>> {
         let found = self.found()?;
         let mut index = self.lock();
@@ -358,7 +360,7 @@ impl ReplayStore {
         Ok(new)
     }
 
-    /// Length and time of each replay in the directory.
+    /// The length and time of each replay in the directory.
     fn found(&self) -> io::Result<BTreeMap<String, (u64, SystemTime)>> {
         let mut found = BTreeMap::new();
         for entry in fs::read_dir(&self.settings.dir)? {
@@ -366,7 +368,7 @@ impl ReplayStore {
             let file_name = entry.file_name();
             let name = file_name.to_str().and_then(|name| name.strip_suffix(ENDING));
             let Some(name) = name.filter(|name| is_name(name)) else { continue };
-            // Directories and links are not replays of this server.
+            // Directories and links are not replays recorded by this server.
             if let Ok(metadata) = entry.metadata()
                 && metadata.is_file()
             {
@@ -377,7 +379,7 @@ impl ReplayStore {
         Ok(found)
     }
 
-    /// The start record of a file, and the players near its start; players who join later are not counted.
+    /// A file's start record, and the players near its start; players who join later are not counted.
     fn start_of(&self, name: &str) -> Option<(Start, PlayerCount)> {
         let mut bytes = Vec::new();
         let file = open_regular(&self.path(name)).ok()?;
@@ -400,7 +402,7 @@ impl ReplayStore {
     }
 }
 
-/// A new file about which only the directory's information is known.
+/// A new file about which nothing but the directory's information is known.
 fn new_file(entry: ReplayCard, modified: SystemTime) -> IndexedFile {
     IndexedFile { entry, is_readable: false, modified, first_tick: 0, asked_by: None }
 }

@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime};
 
-/// An empty directory for one test, removed if the test passed.
+/// An empty directory for one test, removed if the test passes.
 struct Dir(PathBuf);
 
 impl Dir {
@@ -51,13 +51,13 @@ impl Dir {
         names
     }
 
-    /// Creates a file with these bytes and a last write `age_days` ago.
+    /// Creates a file with these bytes, last written `age_days` ago.
     fn put(&self, name: &str, bytes: &[u8], age_days: u32) {
         fs::write(self.0.join(name), bytes).expect("a written file");
         self.stamp(name, SystemTime::now() - days(age_days));
     }
 
-    /// Sets the time of a file's last write; creates the file if missing.
+    /// Sets the time of a file's last write, creating the file if it is missing.
     fn stamp(&self, name: &str, modified: SystemTime) {
         let file = File::options().append(true).create(true).open(self.0.join(name));
         file.and_then(|file| file.set_modified(modified)).expect("a time");
@@ -72,7 +72,7 @@ impl Drop for Dir {
     }
 }
 
-/// A room that is being recorded. The test decides when its log is read.
+/// A room being recorded. The test decides when the room's log is read.
 struct Stage {
     store: Arc<ReplayStore>,
     shared: Arc<SharedLog>,
@@ -105,7 +105,7 @@ impl Stage {
         self.log.after_ticks(&mut self.room, &Admission::default(), empty);
     }
 
-    /// Plays ticks with an input in each.
+    /// Plays ticks, with an input in each.
     fn play(&mut self, ticks: u32) {
         for _ in 0..ticks {
             self.seq += 1;
@@ -114,7 +114,7 @@ impl Stage {
         }
     }
 
-    /// Plays ticks without inputs.
+    /// Plays ticks with no inputs.
     fn idle(&mut self, ticks: u32) {
         for _ in 0..ticks {
             self.room.tick();
@@ -160,7 +160,7 @@ fn a_long_game_goes_on_in_another_file() {
     let replays = dir.replays();
     let mut spans: Vec<_> =
         replays.iter().map(|replay| (replay.first_tick(), replay.last_tick())).collect();
-    // The files may have begun in the same second, and then their names differ only by a number.
+    // The files may have begun in the same second, in which case their names differ only by a number.
     spans.sort();
     // Each file begins with a state that was kept for clips.
     assert_eq!(spans, [(0, 420), (420, 840), (840, 1000)]);
@@ -184,7 +184,7 @@ fn an_empty_room_is_not_recorded() {
     let mut spans: Vec<_> =
         replays.iter().map(|replay| (replay.first_tick(), replay.last_tick())).collect();
     spans.sort();
-    // Tick 401 ends the first file, and the second begins after the first tick with a player.
+    // Tick 401 ends the first file, and the second one begins after the first tick with a player.
     assert_eq!(spans, [(0, 401), (7601, 7720)]);
     assert!(replays.iter().all(|replay| replay.ending() == Ending::Whole));
     let facts = |store: &ReplayStore| {
@@ -195,7 +195,7 @@ fn an_empty_room_is_not_recorded() {
     };
     let listed = facts(&store);
     assert_eq!(listed, [(Some(2), 1), (Some(7), 1)]);
-    // A server that restarts over these files finds the same.
+    // A server that restarts with these files finds the same list.
     let later = ReplayStore::new(dir.settings());
     later.look_now();
     assert_eq!(facts(&later), listed);
@@ -231,7 +231,7 @@ fn a_recording_without_an_input_leaves_no_file() {
     let mut stage = Stage::new(Settings { file_ticks_max: 400, ..dir.settings() });
     stage.idle(300);
     stage.play(60);
-    // The second file begins after the last input, and long after the buttons were released.
+    // The second file begins after the last input, long after the buttons were released.
     stage.idle(700);
     let store = stage.end();
     let [replay] = &dir.replays()[..] else { panic!("{:?}", dir.names()) };
@@ -297,7 +297,7 @@ impl Write for SmallDisk {
 
 fn small_disk(path: &Path) -> io::Result<Box<dyn Write + Send>> {
     let file = File::options().write(true).create_new(true).open(path)?;
-    // Space for the start of the scene, a block of 300 ticks, and half of another.
+    // There is space for the start of the scene, a block of 300 ticks, and half of another block.
     Ok(Box::new(SmallDisk { file, left: 3800 }))
 }
 
@@ -330,7 +330,7 @@ fn no_directory_is_one_error_and_no_file() {
     stage.play(10);
     stage.play(600);
     let store = stage.end();
-    // One error at the first scan of the directory, and one when the room's file was to be created.
+    // There is one error at the first scan of the directory, and another when the room's file was to be created.
     assert_eq!(store.counts(), [0, 0, 2]);
     assert_eq!(store.list(), []);
     assert_eq!(fs::read(dir.0.join("file")).expect("still there"), b"in the way");
@@ -400,7 +400,7 @@ fn a_clock_that_steps_deletes_nothing() {
         dir.stamp("before.jostle", first);
         dir.stamp("later.jostle", then);
         assert_eq!(look(1), ["before.jostle", "later.jostle"]);
-        // Files still age.
+        // Files still grow older.
         assert!(look(32).len() < 2);
         assert!(first == unset || look(32 + 40).is_empty());
     }
@@ -443,7 +443,7 @@ fn the_newest_are_listed_and_unreadable_files_are_not() {
     assert_eq!(rooms, expected);
     assert!(store.knows("broken") && !store.knows("../replays") && !store.knows(""));
     assert!(matches!(store.read("other", IpAddr::from([10, 0, 0, 1])), Err(Refused::Unknown)));
-    // A removed file disappears from the list.
+    // A file that is removed disappears from the list.
     fs::remove_file(dir.0.join("broken.jostle")).expect("removed");
     store.look(SystemTime::now()).expect("a directory");
     assert!(!store.knows("broken"));
@@ -493,7 +493,7 @@ fn clips_of_one_network_push_out_few_games_and_no_clips_of_others() {
     assert!(honest.iter().all(|name| store.knows(name)), "{:?}", dir.names());
     let clips = dir.names().iter().filter(|name| name.contains("clip")).count();
     assert_eq!((dir.names().len(), clips), (FILES, FILES / limits::CLIPS_SHARE + 1));
-    // When games need space, the remaining clips are deleted only once they are the oldest.
+    // When games need space, the remaining clips are deleted only once they are the oldest files.
     for unix_s in 1000..1020 {
         let (game, _) = store.create(&start(unix_s)).expect("space");
         store.make_room(&game, 1).expect("space");
@@ -510,7 +510,7 @@ fn an_address_gets_few_clips_a_minute_in_all_rooms() {
     let mut admitted = |last, second| {
         rates.admit(address(last), began + Duration::from_secs(second)).then_some(second)
     };
-    // For ten minutes, as fast as eight rooms with eight seats allow.
+    // For ten minutes, clips are requested as fast as eight rooms with eight seats allow.
     let of_one = (0..600).filter_map(|second| admitted(1, second)).count();
     assert!((80..=88).contains(&of_one), "{of_one} in ten minutes");
     assert!(admitted(2, 599).is_some(), "each has its own");

@@ -1,4 +1,4 @@
-//! The thread that writes for all readers with files on a disk.
+//! The thread that writes for all readers that have files on a disk.
 
 use super::reader::{LogReader, Sink};
 use super::store::ReplayStore;
@@ -9,10 +9,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// Time between two reads of the rooms' logs by the writer.
+/// Interval at which the writer reads the rooms' logs.
 const LOG_READ_EVERY: Duration = Duration::from_millis(50);
 
-/// The handle of the writer's thread.
+/// A handle to the writer's thread.
 pub struct LogWriter {
     tasks: SyncSender<WriterTask>,
     thread: Mutex<Option<JoinHandle<()>>>,
@@ -20,13 +20,13 @@ pub struct LogWriter {
 
 enum WriterTask {
     Read(LogReader, Box<dyn Sink>),
-    /// Work that belongs to no reader: a clip.
+    /// Work that does not belong to any reader, such as a clip.
     Once(Box<dyn FnOnce() + Send>),
     Close,
 }
 
 impl LogWriter {
-    /// Starts the writer for at most `rooms` rooms. It scans the directory of replays regularly, if there is one.
+    /// Starts the writer for at most `rooms` rooms. It regularly scans the replay directory, if there is one.
     pub fn start(rooms: usize, replays: Option<Arc<ReplayStore>>) -> io::Result<LogWriter> {
         let (tasks, receiver) = sync_channel(2 * rooms + limits::CLIPS_WAITING_MAX);
         let thread = std::thread::Builder::new().name("log".to_owned());
@@ -34,8 +34,8 @@ impl LogWriter {
         Ok(LogWriter { tasks, thread: Mutex::new(Some(thread)) })
     }
 
-    /// Lets the thread write for a reader until its room has ended. If the disk was blocked while hundreds of rooms
-    /// came and went, the reader is refused.
+    /// Lets the thread write for a reader until the reader's room has ended. If the disk has been blocked while
+    /// hundreds of rooms came and went, the reader is refused.
     pub fn read(&self, reader: LogReader, sink: impl Sink + 'static) {
         let policy = Arc::clone(&reader.policy);
         if self.tasks.try_send(WriterTask::Read(reader, Box::new(sink))).is_err() {
@@ -48,12 +48,12 @@ impl LogWriter {
         self.tasks.try_send(WriterTask::Once(Box::new(work))).is_ok()
     }
 
-    /// Waits until everything in the rooms' shared logs is written, and ends the thread.
+    /// Waits until everything in the rooms' shared logs has been written, and then ends the thread.
     pub fn close(&self) {
-        // If the writer is gone, it has closed already.
+        // If the writer is gone, it has already closed.
         let _ = self.tasks.send(WriterTask::Close);
         let thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner).take();
-        // If the thread panicked, that has been logged.
+        // If the thread panicked, that has already been logged.
         let _ = thread.map(JoinHandle::join);
     }
 }
@@ -91,7 +91,7 @@ pub struct Readers(Vec<Writing>);
 struct Writing {
     reader: LogReader,
     sink: Box<dyn Sink>,
-    /// Whether anything was written since the last sync.
+    /// Whether anything has been written since the last sync.
     is_dirty: bool,
 }
 

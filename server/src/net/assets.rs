@@ -1,14 +1,14 @@
-//! The files of a page. The default page is in `client-web/dist`: optimised builds embed it through `build.rs`, and
-//! debug builds read it at first use.
+//! A page's files. The default page is in `client-web/dist`; optimised builds embed it through `build.rs`, and debug
+//! builds read it at first use.
 
 #[cfg(page_on_disk)]
 use super::dist;
 
 #[derive(Debug)]
 pub struct AssetFile {
-    /// Path below `dist`, such as `sprites/hero.png`.
+    /// Path relative to `dist`, such as `sprites/hero.png`.
     pub name: &'static str,
-    /// Content hash in quotes, as in the ETag header.
+    /// Content hash in quotes, as it appears in the ETag header.
     pub etag: &'static str,
     pub bytes: &'static [u8],
 }
@@ -37,33 +37,33 @@ pub fn files() -> &'static [AssetFile] {
     &FILES
 }
 
-/// Served in place of the page if it has not been built.
+/// Served instead of the page if the page has not been built.
 pub const NOT_BUILT: &str = include_str!("not_built.html");
 
-/// Finds the file with this name among `files`, which are sorted. Names are only compared, so that no name can escape
-/// the directory.
+/// Finds the file with this name in `files`, which are sorted. Names are only compared, so that no name can escape the
+/// directory.
 pub fn find(files: &'static [AssetFile], name: &str) -> Option<&'static AssetFile> {
     files.binary_search_by(|file| file.name.cmp(name)).ok().map(|index| &files[index])
 }
 
-/// The version word that precedes file names in the addresses of this build.
+/// The version that precedes file names in this build's addresses.
 pub fn version(files: &'static [AssetFile]) -> Option<&'static str> {
     std::str::from_utf8(find(files, "version.txt")?.bytes).ok()
 }
 
-/// The address of a file. With a version, browsers may cache it permanently; without one, they must revalidate it each
-/// time.
+/// A file's address. If it contains a version, browsers may cache the file permanently; otherwise they must revalidate
+/// it each time.
 pub fn address(files: &'static [AssetFile], file: &AssetFile) -> String {
     let version = version(files).map_or(String::new(), |version| format!("{version}/"));
     format!("/assets/{version}{}", file.name)
 }
 
-/// Finds the brotli variant of a file, if it exists.
+/// Finds a file's brotli variant, if there is one.
 pub fn find_brotli(files: &'static [AssetFile], name: &str) -> Option<&'static AssetFile> {
     find(files, &format!("{name}.br"))
 }
 
-/// Content type by extension, for the kinds of files in the page. All text is UTF-8.
+/// The content type for an extension, covering the kinds of files that the page consists of. All text is UTF-8.
 pub fn content_type(name: &str) -> &'static str {
     let extension = name.rsplit_once('.').map_or("", |(_, extension)| extension);
     match extension {

@@ -1,4 +1,4 @@
-//! Reads the page built by `cargo xtask web`. The build script uses this file too.
+//! Reads the page that `cargo xtask web` built. The build script uses this file too.
 
 use std::collections::BTreeMap;
 use std::collections::hash_map::DefaultHasher;
@@ -6,7 +6,7 @@ use std::hash::Hasher;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// All files below `dir`, if it exists, by name. Names use `/` on every system.
+/// All files below `dir`, if it exists, by name. Names use `/` on all systems.
 pub fn files(dir: &Path) -> io::Result<BTreeMap<String, PathBuf>> {
     let mut files = BTreeMap::new();
     if dir.is_dir() {
@@ -29,7 +29,7 @@ fn collect(dir: &Path, prefix: &str, files: &mut BTreeMap<String, PathBuf>) -> i
     Ok(())
 }
 
-/// A hash of a file. It is not cryptographic: it only has to differ after a rebuild.
+/// A hash of a file. It is not cryptographic, since it only has to differ after a rebuild.
 pub fn etag(bytes: &[u8]) -> String {
     let mut hasher = DefaultHasher::new();
     hasher.write(bytes);

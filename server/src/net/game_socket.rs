@@ -1,4 +1,4 @@
-//! The WebSocket of a game session: its limits, first message and closing.
+//! A game session's WebSocket: its limits, its first message and how it closes.
 
 use crate::host::socket_writer::SocketWriter;
 use crate::limits;
@@ -17,18 +17,18 @@ use tungstenite::protocol::frame::Frame;
 use tungstenite::protocol::frame::coding::{CloseCode, Data, OpCode};
 use tungstenite::protocol::{self, CloseFrame, Message, WebSocket, WebSocketConfig};
 
-/// Bytes read and discarded while a socket closes, so that a reset does not destroy the last message.
+/// Maximum number of bytes read and discarded while a socket closes, so that a reset does not destroy the last message.
 const CLOSE_DISCARD_BYTES_MAX: usize = 1 << 20;
 
 /// A game socket, with a limit on the bytes that the peer may send.
 pub struct GameSocket {
     frames: WebSocket<PeerStream>,
-    /// The sending side of the socket.
+    /// The socket's sending side.
     pub writer: Arc<SocketWriter>,
 }
 
 impl GameSocket {
-    /// The next message from the peer. Must not be called again after an error.
+    /// The next message from the peer. This must not be called again after an error.
     pub fn poll_next(&mut self, cx: &mut Context<'_>) -> Poll<tungstenite::Result<Message>> {
         self.frames.get_mut().waker.clone_from(cx.waker());
         match self.frames.read() {
@@ -39,13 +39,13 @@ impl GameSocket {
 
     /// Sends the answer to a ping.
     async fn answer(&mut self) -> io::Result<()> {
-        // It fails if too many answers are waiting, which are then sent.
+        // This fails if too many answers are waiting, in which case those are sent.
         let _ = self.frames.flush();
         poll_fn(|cx| self.writer.poll_send(cx, || None)).await
     }
 }
 
-/// A peer as seen by the frame codec. Bytes come from the socket. The codec's automatic answers to pings and closes are
+/// A peer as the frame codec sees it. Bytes come from the socket. The codec's automatic answers to pings and closes are
 /// queued for the writer.
 struct PeerStream {
     stream: RateLimitedStream<FromPeer>,
@@ -69,7 +69,7 @@ impl Write for PeerStream {
     fn write(&mut self, frames: &[u8]) -> io::Result<usize> {
         match self.writer.queue_bytes(frames) {
             true => Ok(frames.len()),
-            // The codec tries again at its next read.
+            // The codec tries again the next time it reads.
             false => Err(ErrorKind::WouldBlock.into()),
         }
     }
@@ -79,21 +79,21 @@ impl Write for PeerStream {
     }
 }
 
-/// The way in which a session ended.
+/// How a session ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum SocketEnd {
-    /// The server ended the session, and sends the reason.
+    /// The server ended the session and sends the peer this reason.
     Refused(Refusal),
-    /// The room is on the server with this origin, which is sent to the peer.
+    /// The room is on the server with this origin, which the peer is told.
     Moved(Arc<str>),
     /// The peer sent a message that violates the protocol.
     Violated(Violation),
-    /// The peer closed the socket, on purpose or not.
+    /// The peer closed the socket, deliberately or not.
     Gone,
 }
 
 impl SocketEnd {
-    /// The reason and close code to send to the peer, unless it closed the socket itself.
+    /// The reason and close code to send to the peer, unless the peer closed the socket itself.
     pub fn refusal(&self) -> Option<(Refusal, u16)> {
         match self {
             SocketEnd::Refused(refusal) => Some((*refusal, refusal.close_code())),
@@ -104,16 +104,16 @@ impl SocketEnd {
     }
 }
 
-/// The kind of a protocol violation, as a close code of RFC 6455. Players see all of these as [`Refusal::BadMessage`];
-/// authors of clients can tell them apart.
+/// The kind of protocol violation, as a close code from RFC 6455. Players see all of these as [`Refusal::BadMessage`];
+/// client developers can tell them apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u16)]
 pub enum Violation {
-    /// The frames are not valid WebSocket frames of a client, or are out of order.
+    /// The frames are not valid WebSocket frames from a client, or are out of order.
     Framing = 1002,
-    /// A text message, where all messages are binary.
+    /// A text message was sent, but all messages are binary.
     Text = 1003,
-    /// The bytes are not a message of the protocol, or its text is not UTF-8.
+    /// The bytes are not a protocol message, or its text is not UTF-8.
     Content = 1007,
     /// The message is not allowed at this point.
     Order = 1008,
@@ -121,9 +121,9 @@ pub enum Violation {
     TooLong = 1009,
 }
 
-/// Wraps an upgraded connection. `read` holds bytes that arrived with the upgrade.
+/// Wraps an upgraded connection. `read` contains bytes that arrived with the upgrade.
 pub fn accept(stream: MaybeTlsStream, read: Vec<u8>) -> GameSocket {
-    // From here on the session itself limits the time of a message.
+    // From here on, the session itself limits how long a message may take.
     let (from_peer, to_peer) = into_directions(stream);
     let writer = Arc::new(SocketWriter::new(to_peer));
     let stream = RateLimitedStream::new(from_peer);
@@ -143,18 +143,18 @@ fn socket_config() -> WebSocketConfig {
         .max_write_buffer_size(limits::READ_BUFFER_BYTES)
 }
 
-/// The first message of a client.
+/// A client's first message.
 pub struct Hello {
     pub appearance: Appearance,
-    /// Token of a seat held earlier.
+    /// Token for a seat that the client held earlier.
     pub token: Option<Token>,
-    /// Key of a room's host.
+    /// Host key for a room.
     pub host_key: Option<Token>,
     /// Whether the client plays or watches.
     pub role: Role,
 }
 
-/// Receives the first message of a socket.
+/// Receives a socket's first message.
 pub async fn receive_hello(socket: &mut GameSocket) -> Result<Hello, SocketEnd> {
     loop {
         let bytes = match poll_fn(|cx| socket.poll_next(cx)).await {
@@ -179,7 +179,7 @@ pub async fn receive_hello(socket: &mut GameSocket) -> Result<Hello, SocketEnd> 
     }
 }
 
-/// Classifies an error of the socket: too many bytes, a lost connection, or a protocol violation.
+/// Classifies a socket error: too many bytes, a lost connection, or a protocol violation.
 pub fn end_of(error: &Error) -> SocketEnd {
     match error {
         Error::Io(error) if error.kind() == SPENT => SocketEnd::Refused(Refusal::Flood),
@@ -198,7 +198,7 @@ pub fn end_of(error: &Error) -> SocketEnd {
 pub async fn close(socket: GameSocket, end: SocketEnd) {
     let GameSocket { mut frames, writer } = socket;
     if end == SocketEnd::Gone {
-        // Answers the peer's close frame, if it sent one.
+        // Answers the peer's close frame, if the peer sent one.
         let _ = frames.flush();
     }
     let Some(mut writer) = writer.take() else { return };

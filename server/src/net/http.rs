@@ -1,4 +1,4 @@
-//! HTTP on the players' port: the page, its files, the lists of scenes and rooms, and the upgrade that starts a
+//! HTTP on the players' port: the page and its files, the lists of scenes and rooms, and the upgrade that starts a
 //! session. It is deliberately small; everything not listed in [`route`] is refused.
 
 mod api;
@@ -39,38 +39,38 @@ const HTTP_HEADERS_MAX: usize = 64;
 pub struct Upgrade {
     /// The path without its leading slash.
     pub code: String,
-    /// Address to which the session is attributed.
+    /// Address to which the session counts.
     pub address: IpAddr,
-    /// Resolves when the response was sent.
+    /// Resolves once the response has been sent.
     pub connection: OnUpgrade,
 }
 
-/// Scripts and wasm are only loaded from this site, sockets connect only to it, and no site may embed the page in a
+/// Scripts and wasm are loaded only from this site, sockets connect only to it, and no site may embed the page in a
 /// frame.
 const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; \
     style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; media-src 'self'; font-src 'self'; \
     connect-src 'self'; manifest-src 'self'; base-uri 'none'; form-action 'none'; \
     frame-ancestors 'none'";
 
-/// The same policy for a page of a fleet, whose sockets also follow a room to nodes that did not exist when it was
+/// The same policy for a fleet's page, whose sockets also follow a room to nodes that did not exist when the page was
 /// loaded.
 const FLEET_CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; \
     style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; media-src 'self'; font-src 'self'; \
     connect-src 'self' ws: wss:; manifest-src 'self'; base-uri 'none'; form-action 'none'; \
     frame-ancestors 'none'";
 
-/// Of the machine, the page uses only screen, keys and pointers.
+/// The only device features that the page uses are the screen, keys and pointers.
 const PERMISSIONS_POLICY: &str = "camera=(), display-capture=(), geolocation=(), microphone=(), \
     midi=(), payment=(), serial=(), usb=()";
 
-/// Error for a banned network.
+/// Error for a client on a banned network.
 const BANNED: &str = "the operators of this server have banned your network for a while";
 
-/// Error for a page of another site.
+/// Error for a request from another site's page.
 const FOREIGN: &str =
     "this page belongs to another site; its host can be allowed with --allow-origin";
 
-/// An HTTP/1 builder with the limits of both ports.
+/// Creates an HTTP/1 builder with the limits that apply to both ports.
 pub fn builder(waits: &Timeouts) -> http1::Builder {
     let mut builder = http1::Builder::new();
     builder
@@ -81,7 +81,7 @@ pub fn builder(waits: &Timeouts) -> http1::Builder {
     builder
 }
 
-/// Answers one request of `peer`. An accepted upgrade is returned, so that the connection can carry it out.
+/// Answers a request from `peer`. An accepted upgrade is returned so that the connection can carry it out.
 pub async fn answer(
     request: Request<Incoming>,
     peer: IpAddr,
@@ -89,7 +89,7 @@ pub async fn answer(
 ) -> (Answer, Option<Upgrade>) {
     let client = origin::client_address(request.headers(), peer, &state.config.trusted_proxies);
     if let Some(text) = &client.unreadable {
-        // Otherwise a proxy with a different format would turn all its clients into one.
+        // Otherwise, a proxy that uses a different format would make all of its clients look like one.
         state.refused("unreadable_forwarded_for", peer, Foreign(text.as_bytes()));
     }
     let address = client.ip;
@@ -148,7 +148,7 @@ async fn route(
         return (failed(StatusCode::BAD_REQUEST, &error), None);
     }
     let path = request.uri().path().to_owned();
-    // A CONNECT request has no path, and `OPTIONS *` has one without a slash.
+    // A CONNECT request has no path, and the path of `OPTIONS *` has no slash.
     let word = path.strip_prefix('/').unwrap_or_default();
     let upgrades = request.headers().contains_key(header::UPGRADE);
     let reads = matches!(*request.method(), Method::GET | Method::HEAD);
@@ -182,7 +182,7 @@ async fn route(
     (answer, None)
 }
 
-/// Returns whether a request came from a page of this site, of an allowed one or of another node.
+/// Returns whether a request came from one of this site's pages, or from a page of an allowed site or another node.
 fn is_allowed_page(headers: &HeaderMap, state: &ServerState) -> bool {
     let of_node = |fleet: &Arc<Fleet>| {
         let origin = headers.get(header::ORIGIN).and_then(|origin| origin.to_str().ok());
@@ -191,7 +191,7 @@ fn is_allowed_page(headers: &HeaderMap, state: &ServerState) -> bool {
     origin::is_allowed(headers, &state.config.origins) || state.fleet.as_ref().is_some_and(of_node)
 }
 
-/// Answers paths that contain a name.
+/// Answers requests for paths that contain a name.
 async fn other_path(
     headers: &HeaderMap,
     word: &str,
@@ -212,7 +212,7 @@ async fn other_path(
     }
 }
 
-/// The file of a scene that is not built in, or differs from the built-in one; pages use it to play alone.
+/// The file of a scene that is not built in or that differs from the built-in one. Pages use it to play alone.
 fn own_scene(name: &str, state: &ServerState) -> Option<Answer> {
     let scene = name.strip_prefix("scenes/")?.strip_suffix(".toml")?;
     let scene = state.rooms.scene(scene)?;
@@ -221,8 +221,8 @@ fn own_scene(name: &str, state: &ServerState) -> Option<Answer> {
     (!is_shipped).then(|| respond(StatusCode::OK, TEXT, scene.source.clone()))
 }
 
-/// Accepts an upgrade for any room, because the page can learn of errors only through the socket. A path that cannot be
-/// a code becomes the empty code, which is not a room either.
+/// Accepts an upgrade for any room, because the page can learn about errors only through the socket. A path that cannot
+/// be a code becomes the empty code, which does not name a room either.
 fn upgrade(
     mut request: Request<Incoming>,
     word: &str,
@@ -241,7 +241,7 @@ fn upgrade(
     }
 }
 
-/// The response to an address that sends too many requests.
+/// The response to an address that has sent too many requests.
 fn too_many() -> Answer {
     let text = "your network sends too many requests; try again in a second";
     let mut answer = failed(StatusCode::TOO_MANY_REQUESTS, text);

@@ -1,4 +1,4 @@
-//! The players' port: accepts connections, secures them and speaks HTTP until an upgrade.
+//! The players' port, which accepts connections, secures them and speaks HTTP until an upgrade.
 
 use crate::host::Phase;
 use crate::limits;
@@ -27,21 +27,21 @@ use tokio::time::{sleep, timeout};
 use tokio_util::either::Either;
 use tracing::{debug, warn};
 
-/// TCP connections of one address per second in the long run (IPv6: of one /64). The burst is the number of connections
-/// that it may hold, for a party that opens the page together, or a class whose server restarts.
+/// Sustained rate of TCP connections per address (for IPv6, per /64). The burst is the number of connections that an
+/// address may hold, so that a group can open the page together, or a class can reconnect when the server restarts.
 const CONNECTS_PER_SECOND_MAX: u32 = 50;
-/// Bytes that the kernel may hold for one socket. A keyframe can no longer replace them, so they bound the staleness of
-/// a slow reader. They also bound the bytes in flight, so they must cover bandwidth times round trip: 64 KiB is 320
-/// KiB/s at 200 ms, and Linux doubles it.
+/// Number of bytes that the kernel may hold for one socket. A keyframe can no longer replace these bytes, so they limit
+/// how stale a slow reader can be. They also limit the bytes in flight, so they must cover bandwidth times round trip:
+/// 64 KiB allows 320 KiB/s at 200 ms, and Linux doubles it.
 const SEND_BUFFER_BYTES: usize = 64 << 10;
-/// Longest lifetime of a connection that serves files, long enough to load the page on a slow phone.
+/// Maximum lifetime of a connection that serves files, long enough to load the page on a slow phone.
 const HTTP_CONNECTION_MAX: Duration = Duration::from_secs(300);
 
 /// The response to an address that connects too often.
 const CONNECTS_TOO_FAST: &[u8] = b"HTTP/1.1 429 Too Many Requests\r\nRetry-After: 1\r\n\
     Content-Length: 0\r\nConnection: close\r\n\r\n";
 
-/// The response if all connections, or those of a network, are taken.
+/// The response when all connections, or all of a network's share, are taken.
 const FULL: &[u8] = b"HTTP/1.1 503 Service Unavailable\r\nRetry-After: 5\r\n\
     Content-Type: text/plain; charset=utf-8\r\nContent-Length: 63\r\nConnection: close\r\n\r\n\
     The server, or its share for your network, is full. Try later.\n";
@@ -61,7 +61,7 @@ pub async fn accept(
             Ok(accepted) => accepted,
             Err(error) => {
                 state.host.metrics.refused("cannot_accept");
-                // Logged only once, because this may repeat twenty times a second.
+                // This is logged only once, because it may repeat twenty times a second.
                 if !is_failing {
                     warn!(%error, "cannot accept connections; retrying");
                 }
@@ -79,7 +79,7 @@ pub async fn accept(
             }
         };
         let (state, alive, permit) = (Arc::clone(state), alive.clone(), Arc::new(permit));
-        // Converted so that the thread that serves it can register it.
+        // Converted so that the thread that serves the connection can register it.
         let Ok(stream) = stream.into_std() else { continue };
         threads.spawn(|send_queue| async move {
             let upgraded = tokio::select! {
@@ -98,7 +98,7 @@ pub async fn accept(
     }
 }
 
-/// Admits a connection, or returns the reason why not and the response.
+/// Admits a connection, or returns the reason why it is not admitted and the response.
 fn admit(
     peer: IpAddr,
     connects: &mut AddressRateLimiter,
@@ -118,7 +118,7 @@ fn admit(
     permit.ok_or(("too_many_connections", FULL))
 }
 
-/// Counts a refused connection, and sends the response if that is cheap; under TLS it would cost a handshake.
+/// Counts a refused connection, and sends the response if that is cheap. Under TLS it would take a handshake.
 fn turn_back(
     stream: &TcpStream,
     peer: IpAddr,
@@ -128,7 +128,7 @@ fn turn_back(
 ) {
     state.refused(reason, peer, "a connection");
     if state.config.tls.is_none() {
-        // A new socket takes these few bytes at once. If it does not, it is closed without them.
+        // A new socket accepts these few bytes immediately. If it does not, it is closed without them.
         let _ = socket2::SockRef::from(stream).send(response);
     }
 }
@@ -139,11 +139,11 @@ struct Upgraded {
     /// Bytes that arrived with the upgrade.
     read: Vec<u8>,
     code: String,
-    /// Address to which the session is attributed.
+    /// Address to which the session counts.
     address: IpAddr,
 }
 
-/// Serves the HTTP of one connection. Returns the connection if it will carry a session.
+/// Serves HTTP on one connection. Returns the connection if it will carry a session.
 async fn serve(
     stream: std::net::TcpStream,
     peer: SocketAddr,
@@ -171,14 +171,15 @@ async fn serve(
     Some(Upgraded { stream, read, code: upgrade.code, address: upgrade.address })
 }
 
-/// Small messages are sent at once, and few bytes that a keyframe would replace are buffered.
+/// Makes small messages go out immediately, and keeps the buffer small, because its bytes can no longer be replaced by
+/// a keyframe.
 fn tune(stream: &std::net::TcpStream) -> io::Result<()> {
     stream.set_nodelay(true)?;
     socket2::SockRef::from(stream).set_send_buffer_size(SEND_BUFFER_BYTES)
 }
 
 /// Performs the TLS handshake if TLS is configured. A peer that does not speak TLS, is too slow, or rejects the
-/// certificate is counted and disconnected; one that just closes is not counted.
+/// certificate is counted and disconnected; a peer that just closes is not counted.
 async fn secured(stream: Socket, peer: IpAddr, state: &ServerState) -> Option<MaybeTlsStream> {
     let Some(tls) = &state.config.tls else {
         return Some(MaybeTlsStream::Left(stream));
@@ -199,8 +200,8 @@ async fn secured(stream: Socket, peer: IpAddr, state: &ServerState) -> Option<Ma
     None
 }
 
-/// Answers requests until the peer sends no more, or one asks for an upgrade, which is returned. Works on any stream. A
-/// peer that sends nothing is disconnected after a while.
+/// Answers requests until the peer sends no more, or until one asks for an upgrade, which is returned. Works on any
+/// stream. A peer that sends nothing is disconnected after a while.
 pub async fn speak_http<S>(
     stream: S,
     peer: IpAddr,
@@ -232,7 +233,7 @@ where
     let served = tokio::select! {
         served = connection.as_mut() => served,
         () = draining(&mut phase) => {
-            // Without this, hyper would wait for the rest of a request's head.
+            // Without this check, hyper would wait for the rest of a request's head.
             if !asked.load(Ordering::Relaxed) {
                 return None;
             }
@@ -250,7 +251,7 @@ where
 }
 
 /// The reason why a connection was refused: it was not HTTP, its first request did not arrive in time, or it stalled
-/// during a response. A connection between two requests was only idle, which is no reason.
+/// during a response. A connection between requests was merely idle, which is no reason.
 fn refusal_reason(error: &hyper::Error, asked: bool) -> Option<&'static str> {
     if error.is_parse() {
         Some("bad_request")
@@ -261,7 +262,7 @@ fn refusal_reason(error: &hyper::Error, asked: bool) -> Option<&'static str> {
     }
 }
 
-/// Returns whether the peer took no byte of a response for too long.
+/// Returns whether the peer accepted no bytes of a response for too long.
 fn is_stalled(error: &hyper::Error) -> bool {
     let cause = error.source().and_then(|cause| cause.downcast_ref::<io::Error>());
     cause.is_some_and(|cause| cause.kind() == io::ErrorKind::TimedOut)

@@ -1,4 +1,4 @@
-//! A connection of the players' port, with or without TLS. The layers above do not distinguish the two.
+//! A connection to the players' port, with or without TLS. The layers above do not distinguish the two.
 
 use std::mem;
 use std::pin::Pin;
@@ -10,12 +10,12 @@ use tokio_io_timeout::TimeoutStream;
 use tokio_rustls::server::TlsStream;
 use tokio_util::either::Either;
 
-/// A socket whose writes fail if they make no progress for some time. The limit is below TLS, where it sees the bytes
-/// that the peer takes rather than those that encryption buffers. A session extracts the TCP socket from it.
+/// A socket whose writes fail if they make no progress for some time. The limit applies below TLS, where it sees the
+/// bytes that the peer accepts rather than those that encryption buffers. A session extracts the TCP socket from it.
 pub type Socket = Pin<Box<TimeoutStream<Either<TcpStream, Empty>>>>;
 
-/// Bytes to and from a peer, either plain or under TLS after the handshake. The TLS stream is boxed, because its state
-/// is a kilobyte.
+/// Bytes to and from a peer, either plain or encrypted with TLS after the handshake. The TLS stream is boxed, because
+/// its state takes a kilobyte.
 pub type MaybeTlsStream = Either<Socket, Box<TlsStream<Socket>>>;
 
 /// The bytes from a peer to its session.
@@ -24,7 +24,7 @@ pub type FromPeer = Either<OwnedReadHalf, ReadHalf<Box<TlsStream<Socket>>>>;
 /// The bytes from a session to its peer.
 pub type ToPeer = Either<OwnedWriteHalf, WriteHalf<Box<TlsStream<Socket>>>>;
 
-/// Limits the time for which writes to a stream may make no progress.
+/// Limits how long writes to a stream may make no progress.
 pub fn with_write_timeout<S>(stream: S, limit: Duration) -> Pin<Box<TimeoutStream<S>>>
 where
     S: AsyncRead + AsyncWrite,
@@ -34,8 +34,8 @@ where
     Box::pin(stream)
 }
 
-/// Splits a connection into its two directions, and removes the limit of [`with_write_timeout`]. On a plain socket the
-/// directions share no lock and no timer, which would cost a session time at every message.
+/// Splits a connection into its two directions, and removes the limit set by [`with_write_timeout`]. On a plain socket,
+/// the directions share no lock and no timer, which would cost a session time with every message.
 pub fn into_directions(stream: MaybeTlsStream) -> (FromPeer, ToPeer) {
     match stream {
         Either::Left(mut socket) => {

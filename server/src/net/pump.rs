@@ -1,6 +1,5 @@
-//! The messages of a seated session, in both directions. It is polled more than a hundred times a second for each
-//! player. It is therefore a state machine over one socket with one timer, rather than a future for each direction and
-//! each limit.
+//! Passes messages to and from a seated session. It is polled more than a hundred times a second for each player, so it
+//! is a state machine over one socket with one timer, rather than a future for each direction and each limit.
 
 use crate::host::inbox::InboxSender;
 use crate::host::outbox::{NextToSend, Outbox};
@@ -21,10 +20,10 @@ use tungstenite::protocol::frame::Frame;
 use tungstenite::protocol::frame::coding::CloseCode;
 use tungstenite::protocol::{CloseFrame, Message};
 
-/// Memory for the pongs of one session, reused after they are sent.
+/// Memory for one session's pongs, reused once they have been sent.
 const PONGS_BYTES: usize = 128;
 
-/// A session's queues to and from the room, and the limits for a peer that is silent or reads nothing.
+/// A session's queues to and from the room, and the limits on a peer that is silent or reads nothing.
 pub struct Seated {
     pub info: Arc<RoomInfo>,
     /// Messages to the room.
@@ -34,26 +33,26 @@ pub struct Seated {
     pub waits: limits::Timeouts,
 }
 
-/// The traffic of a session.
+/// A session's traffic.
 pub struct Pump<'a> {
     seated: &'a Seated,
     socket: &'a mut GameSocket,
     bucket: TokenBucket,
     pongs: Pongs,
-    /// Time at which the peer last sent anything.
+    /// Time when the peer last sent anything.
     heard_at: Instant,
-    /// Time since which the socket holds bytes that the peer does not take.
+    /// Time since when the socket has held bytes that the peer does not accept.
     stalled_since: Option<Instant>,
     /// Time of the next keepalive.
     keepalive_at: Instant,
-    /// Fires no later than the earliest limit. A message from the peer postpones that limit but not the timer.
+    /// Fires no later than the earliest limit. A message from the peer postpones that limit, but not the timer.
     timer: Pin<Box<Sleep>>,
     /// Whether the timer will wake the session.
     timer_is_set: bool,
 }
 
 impl<'a> Pump<'a> {
-    /// Creates the state of a session that begins now.
+    /// Creates the state for a session that begins now.
     pub fn new(seated: &'a Seated, socket: &'a mut GameSocket) -> Pump<'a> {
         let now = Instant::now();
         let (rate, burst) = (limits::MESSAGES_PER_SECOND_MAX, limits::MESSAGES_BURST_MAX);
@@ -125,12 +124,12 @@ impl<'a> Pump<'a> {
             // The token bucket limits floods. A full inbox means that the room's thread is stalled, which is not the
             // player's fault, so the message is dropped.
             Err(TrySendError::Full(_)) => Ok(()),
-            // The room dropped this session. The reason is in the outbox.
+            // The room has dropped this session. The reason is in the outbox.
             Err(TrySendError::Disconnected(_)) => Ok(()),
         }
     }
 
-    /// Gives up the seat after a close with code 1000. After a reload or a lost network it is held.
+    /// Gives up the seat after a close with code 1000. After a reload or a lost network, the seat is held.
     fn leave(&self, frame: Option<CloseFrame>) -> SocketEnd {
         if frame.is_some_and(|frame| frame.code == CloseCode::Normal) {
             let _ = self.pass_on(None);
@@ -138,12 +137,12 @@ impl<'a> Pump<'a> {
         SocketEnd::Gone
     }
 
-    /// Sends the messages that the thread's queue did not, one by one: messages still in the outbox can be replaced by
-    /// a keyframe.
+    /// Sends the messages that the thread's queue has not sent, one by one, since a keyframe can still replace messages
+    /// in the outbox.
     fn poll_write(&mut self, cx: &mut Context<'_>, now: Instant) -> Poll<SocketEnd> {
         let outbox = &self.seated.outbox;
         outbox.register(cx.waker());
-        // Keepalives are not sent while the peer takes nothing.
+        // No keepalives are sent while the peer accepts nothing.
         if now >= self.keepalive_at && self.stalled_since.is_none() {
             self.keepalive_at = now + self.seated.waits.keepalive;
             self.socket.writer.queue(Frame::ping(Bytes::new()));
@@ -167,7 +166,7 @@ impl<'a> Pump<'a> {
         }
     }
 
-    /// Handles a peer that currently takes no bytes. Its session may still end.
+    /// Handles a peer that is currently accepting no bytes. Its session may still end.
     fn stall(&mut self, now: Instant) -> Poll<SocketEnd> {
         if self.stalled_since.is_none() {
             self.stalled_since = Some(now);
@@ -202,8 +201,8 @@ impl<'a> Pump<'a> {
     }
 }
 
-/// The pongs of one session. Clients ping several times a second, and in a steady tick the pongs are all that a session sends
-/// beside shared snapshots: their memory is reused once they were sent.
+/// One session's pongs. Clients ping several times a second, and in a steady tick the pongs are all that a session
+/// sends apart from shared snapshots, so their memory is reused once they have been sent.
 #[derive(Default)]
 struct Pongs {
     writer: Writer,
@@ -211,7 +210,7 @@ struct Pongs {
 }
 
 impl Pongs {
-    /// Encodes the answer to a ping with this stamp, at this tick.
+    /// Encodes the answer to a ping that has this stamp, at this tick.
     fn pong(&mut self, stamp: u32, tick: u32) -> Bytes {
         self.writer.clear();
         ServerMessage::Pong { stamp, tick }.write(&mut self.writer);

@@ -1,5 +1,6 @@
-//! One game session from its upgrade to its end: the hello, then messages in both directions until one side ends it. It
-//! makes no decisions about the game: its [`Pump`] passes inputs to the room's inbox and empties its outbox.
+//! A game session from its upgrade to its end: the hello, then messages in both directions until one side ends the
+//! session. It makes no decisions about the game; its [`Pump`] passes inputs to the room's inbox and empties the
+//! session's outbox.
 
 use crate::fleet::directory::{Located, PlaceError};
 use crate::fleet::entry::RoomFacts;
@@ -24,17 +25,17 @@ use tokio::task::JoinSet;
 use tokio::time::timeout;
 use tracing::debug;
 
-/// A peer that asked for a session.
+/// A peer that has asked for a session.
 pub struct Caller {
-    /// The code of the room.
+    /// The room's code.
     pub code: String,
-    /// Address to which the session is attributed.
+    /// Address to which the session counts.
     pub address: IpAddr,
     /// The send queue of the session's thread.
     pub send_queue: Arc<SendQueue>,
 }
 
-/// Runs one session on an upgraded connection. `read` holds bytes that arrived with the upgrade.
+/// Runs a session on an upgraded connection. `read` contains bytes that arrived with the upgrade.
 pub async fn play(stream: MaybeTlsStream, read: Vec<u8>, caller: Caller, state: &ServerState) {
     let mut socket = accept(stream, read);
     let end = serve(&mut socket, &caller, state).await;
@@ -50,7 +51,7 @@ pub async fn play(stream: MaybeTlsStream, read: Vec<u8>, caller: Caller, state: 
         }
         None => debug!(room = %code, %address, "socket closed by the peer"),
     }
-    // A peer that does not read its last messages will not get them.
+    // A peer that does not read its last messages will not receive them.
     let _ = timeout(limits::CLOSE_WAIT, close(socket, end)).await;
 }
 
@@ -89,7 +90,7 @@ async fn serve(socket: &mut GameSocket, caller: &Caller, state: &ServerState) ->
         Ok(seated) => seated,
         Err(refusal) => return SocketEnd::Refused(refusal),
     };
-    // A separate task, which is not polled at each message. It ends with the session.
+    // This is a separate task, so that it is not polled with every message. It ends with the session.
     let mut follows = JoinSet::new();
     let seconds = state.config.waits.drain_notice.as_secs().try_into().unwrap_or(u8::MAX);
     let keeps_room = state.host.logs.keeps_rooms();
@@ -104,8 +105,8 @@ async fn serve(socket: &mut GameSocket, caller: &Caller, state: &ServerState) ->
     }
 }
 
-/// Waits until this server plays the room, and opens a standing room on some node if needed. An error ends the session:
-/// the room is on another server, or does not exist.
+/// Waits until this server plays the room, opening a standing room on some node if needed. An error ends the session
+/// because the room is on another server or does not exist.
 async fn find(code: &str, fleet: &Fleet, rooms: &Rooms) -> Result<(), SocketEnd> {
     let mut located = fleet.find(code).await;
     if let (Located::Unknown, Some(scene)) = (&located, rooms.scene(code)) {
@@ -133,7 +134,7 @@ async fn find(code: &str, fleet: &Fleet, rooms: &Rooms) -> Result<(), SocketEnd>
     }
 }
 
-/// Asks a room to seat the player, or to let the spectator watch.
+/// Asks a room to seat the player or to let the spectator watch.
 fn seat(
     hello: Hello,
     socket: &GameSocket,
@@ -145,7 +146,7 @@ fn seat(
         Role::Player => hello.token.map(verified).transpose()?,
         Role::Spectator => None,
     };
-    // A wrong key does not make its holder the host, but is not a reason to refuse the session.
+    // A wrong key does not make whoever sent it the host, but it is no reason to refuse the session.
     let hosted = hello.host_key.and_then(|key| state.host.signer.hosted(&key));
     let (sender, receiver) = inbox(limits::INBOX_MAX);
     let outbox = Outbox::new(Arc::clone(&caller.send_queue), Arc::clone(&socket.writer));
@@ -163,8 +164,8 @@ fn seat(
     Ok(Seated { info, inbox: sender, outbox, waits: state.config.waits })
 }
 
-/// Reports the server's end to the session, with a notice and then the close, and the end of a room whose thread cannot
-/// report it.
+/// Tells the session when the server ends, first with a notice and then by closing, and when a room ends whose thread
+/// cannot say so.
 async fn follow(
     mut phase: watch::Receiver<Phase>,
     info: Arc<RoomInfo>,

@@ -1,6 +1,6 @@
-//! The threads that serve connections, one per processor, up to a limit. A connection stays on its thread for life: the
-//! data that a session uses in each tick stays in one processor's cache, and no other thread is woken for a moment's
-//! work. For the same reason a small number of connections is kept on one thread.
+//! The threads that serve connections, one per processor, up to a limit. A connection stays on its thread for life, so
+//! that the data that a session uses in each tick stays in one processor's cache and no other thread has to be woken
+//! for a moment's work. For the same reason, a small number of connections is kept on one thread.
 
 use crate::host::outbox::SendQueue;
 use std::io;
@@ -10,22 +10,22 @@ use tokio::runtime::{Builder, Handle};
 use tokio::sync::oneshot;
 use tokio::task::unconstrained;
 
-/// Connections on one thread before another one is used. Two threads that wake for half as many each take more
-/// processor time, and one thread can send to this many in a millisecond or two.
+/// Number of connections on one thread before another thread is used. Two threads that each wake for half as many take
+/// more processor time, and one thread can send to this many in a millisecond or two.
 const SOCKETS_FEW: usize = 256;
-/// Time per connection for which an idle socket thread lets inputs accumulate before it reads them. Inputs and pongs
-/// may be delayed by this; snapshots are not.
+/// Time per connection for which an idle socket thread lets inputs accumulate before reading them. This may delay
+/// inputs and pongs, but not snapshots.
 const SOCKETS_GATHER: Duration = Duration::from_micros(20);
-/// Upper bound of the total time; see [`SOCKETS_GATHER`].
+/// Maximum total time; see [`SOCKETS_GATHER`].
 const SOCKETS_GATHER_MAX: Duration = Duration::from_millis(2);
 
-/// The threads that serve a server's connections. Dropping this ends the threads, along with their connections.
+/// The threads that serve a server's connections. Dropping this ends the threads and their connections.
 pub struct SocketThreads(Vec<SocketThread>);
 
 struct SocketThread {
     runtime: Handle,
     send_queue: Arc<SendQueue>,
-    /// Cloned once for each connection.
+    /// Cloned once per connection.
     served: Arc<()>,
     /// Dropping this ends the thread.
     _alive: oneshot::Sender<()>,
@@ -37,7 +37,7 @@ impl SocketThreads {
         queues.iter().map(SocketThread::start).collect::<io::Result<_>>().map(SocketThreads)
     }
 
-    /// Serves a connection on the first thread that has only a few, otherwise on the one with the fewest.
+    /// Serves a connection on the first thread that has only a few, or else on the thread that has the fewest.
     pub fn spawn<F>(&self, serve: impl FnOnce(Arc<SendQueue>) -> F)
     where
         F: Future<Output = ()> + Send + 'static,
@@ -55,7 +55,7 @@ impl SocketThreads {
 impl SocketThread {
     fn start(queue: &Arc<SendQueue>) -> io::Result<SocketThread> {
         // Inputs arrive one by one, and are not needed before the next tick. So a thread that has served everything
-        // ready lets some more arrive, rather than sleeping and waking for each. Snapshots do not wait.
+        // that is ready lets some more arrive, rather than sleeping and waking for each one. Snapshots do not wait.
         let served = Arc::new(());
         let (gathers, counted) = (Arc::clone(queue), Arc::downgrade(&served));
         let gather = move || gathers.pause(gather_time(counted.strong_count().saturating_sub(1)));
@@ -87,7 +87,7 @@ impl SocketThread {
     }
 }
 
-/// Time for which a thread with this many connections lets inputs accumulate.
+/// How long a thread with this many connections lets inputs accumulate.
 fn gather_time(connections: usize) -> Duration {
     let connections = u32::try_from(connections).unwrap_or(u32::MAX);
     SOCKETS_GATHER.saturating_mul(connections).min(SOCKETS_GATHER_MAX)

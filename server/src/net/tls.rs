@@ -1,6 +1,6 @@
 //! TLS on the players' port: reads the certificates and the key, rereads them when they change, and performs the
-//! handshake. It supports only TLS 1.3, which every browser that can draw the page speaks, and only HTTP/1.1, which
-//! carries the WebSockets.
+//! handshake. It supports only TLS 1.3, which is spoken by every browser that can draw the page, and only HTTP/1.1,
+//! which carries the WebSockets.
 
 use crate::files::read_regular;
 use crate::limits;
@@ -22,7 +22,7 @@ use tokio_rustls::rustls::server::ParsedCertificate;
 use tokio_rustls::rustls::{self, CertificateError, RootCertStore, ServerConfig, version};
 use tracing::{error, info};
 
-/// Encrypted bytes that may wait for one socket; the default of rustls is 64 KiB.
+/// Maximum number of encrypted bytes waiting for one socket; the default in rustls is 64 KiB.
 const TLS_BUFFER_BYTES_MAX: usize = 16 << 10;
 
 /// The server's certificates and key. Cheap to clone; all clones change together.
@@ -44,14 +44,14 @@ struct LoadedPair {
     /// The certificates in the configuration.
     chain: Arc<[CertificateDer<'static>]>,
     validity: Option<Validity>,
-    /// State of the files before they were read.
+    /// The state of the files before they were read.
     stamps: Stamps,
 }
 
 /// Length and modification time of each file; `None` if it cannot be found.
 type Stamps = [Option<(u64, SystemTime)>; 2];
 
-/// Error of [`Tls::read`].
+/// An error from [`Tls::read`].
 #[derive(Debug, thiserror::Error)]
 pub enum TlsError {
     /// The certificates cannot be read.
@@ -60,7 +60,7 @@ pub enum TlsError {
          own first", file.display()
     )]
     Certificates {
-        /// The file that should hold them.
+        /// The file that should contain the certificates.
         file: PathBuf,
         /// A description of what was found.
         found: String,
@@ -71,7 +71,7 @@ pub enum TlsError {
          PRIVATE KEY, not encrypted", file.display()
     )]
     Key {
-        /// The file that should hold it.
+        /// The file that should contain the key.
         file: PathBuf,
         /// A description of what was found.
         found: String,
@@ -98,27 +98,27 @@ impl Tls {
         Ok(Tls(Arc::new(Shared { files, pair, read_again: Notify::new() })))
     }
 
-    /// Performs the handshake, without a time limit. A protocol error of the peer is [`io::ErrorKind::InvalidData`];
-    /// other errors come from the socket.
+    /// Performs the handshake, without a time limit. If the peer violates the protocol, the error is
+    /// [`io::ErrorKind::InvalidData`]; other errors come from the socket.
     pub async fn accept(&self, stream: Socket) -> io::Result<MaybeTlsStream> {
         let mut stream = TlsAcceptor::from(self.pair().config).accept(stream).await?;
         stream.get_mut().1.set_buffer_limit(Some(TLS_BUFFER_BYTES_MAX));
         Ok(MaybeTlsStream::Right(Box::new(stream)))
     }
 
-    /// The validity of the first certificate, if it can be read.
+    /// The first certificate's validity, if it can be read.
     pub fn validity(&self) -> Option<Validity> {
         self.pair().validity
     }
 
-    /// Has [`Tls::keep_current`] read the files now, whether or not they have changed.
+    /// Makes [`Tls::keep_current`] read the files now, whether or not they have changed.
     pub fn read_again(&self) {
         self.0.read_again.notify_one();
     }
 
-    /// Rereads the files whenever they change, forever. New connections use the new files, existing ones keep theirs.
-    /// Unusable files are logged, and change nothing. `every` is the time between two checks. A change is applied once
-    /// two checks agree, because the files are written one after the other.
+    /// Runs forever and rereads the files whenever they change. New connections use the new files; existing ones keep
+    /// theirs. Unusable files are logged and change nothing. `every` is the interval between checks. A change is
+    /// applied once two checks agree, because the files are written one after the other.
     pub async fn keep_current(&self, every: Duration) {
         let mut known = self.pair().stamps;
         let mut seen = known;
@@ -133,13 +133,13 @@ impl Tls {
                 }
                 (if is_taken_up { stamps } else { known }, stamps)
             });
-            // It is cancelled only when the runtime ends.
+            // This task is cancelled only when the runtime ends.
             let Ok(looked) = looked.await else { return };
             (known, seen) = looked;
         }
     }
 
-    /// Rereads the files, and logs the outcome.
+    /// Rereads the files and logs the outcome.
     fn replace(&self) {
         match read_pair(&self.0.files) {
             Ok(pair) => {
@@ -170,7 +170,7 @@ impl Tls {
 
 fn read_pair(files: &[PathBuf; 2]) -> Result<LoadedPair, TlsError> {
     let [certificates, key] = files;
-    // Taken before the files are read, so that a change in the meantime is noticed at the next check.
+    // This is done before the files are read, so that a change in the meantime is noticed at the next check.
     let stamps = stamps(files);
     let chain = read_chain(certificates)
         .map_err(|found| TlsError::Certificates { file: certificates.clone(), found })?;
@@ -233,19 +233,19 @@ fn read(file: &Path) -> Result<Vec<u8>, String> {
         .map_err(|error| format!("no file to read ({error})"))
 }
 
-/// First and last moment at which a certificate is valid.
+/// The first and last moments at which a certificate is valid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Validity {
-    /// The certificate is not valid before this time.
+    /// Before this time, the certificate is not valid.
     pub from: SystemTime,
-    /// The certificate is not valid after this time.
+    /// After this time, the certificate is not valid.
     pub until: SystemTime,
 }
 
 impl Validity {
-    /// Reads the validity of a certificate; `None` if rustls cannot read it.
+    /// Reads a certificate's validity; `None` if rustls cannot read it.
     pub fn of(certificate: &CertificateDer) -> Option<Validity> {
-        // rustls parses certificates, but reveals their validity only when it rejects one for it. It checks the
+        // rustls parses certificates, but reveals their validity only when it rejects one because of it. It checks the
         // validity before it looks for an issuer, and here the certificate has none.
         let rustls::Error::InvalidCertificate(CertificateError::NotValidYetContext {
             not_before,
@@ -264,7 +264,7 @@ impl Validity {
     }
 }
 
-/// The reason why a certificate is rejected at a time, seconds since 1970.
+/// The reason why a certificate is rejected at a given time, in seconds since 1970.
 fn rejection(certificate: &CertificateDer, unix_s: u64) -> Option<rustls::Error> {
     let parsed = ParsedCertificate::try_from(certificate).ok()?;
     let now = UnixTime::since_unix_epoch(Duration::from_secs(unix_s));

@@ -1,6 +1,6 @@
-//! The admin paths of the operators' port: list rooms, players and networks, kick a player, close a room, remove a best
-//! run, ban a network, and drain the server. They require the operators' token; on a server without a token they do not
-//! exist.
+//! The admin paths on the operators' port: list rooms, players and networks, kick a player, close a room, remove a best
+//! run, ban a network, and drain the server. They require the operators' token; on a server without a token, they do
+//! not exist.
 
 use crate::host::room_handle::{AdminCommand, RoomInfo};
 use crate::host::rooms::Rooms;
@@ -28,11 +28,11 @@ use tokio::task::spawn_blocking;
 use tokio::time::{Instant, timeout, timeout_at};
 use tracing::{error, info};
 
-/// Maximum number of networks shown to operators: those with the most connections.
+/// Maximum number of networks shown to operators. Those with the most connections are shown.
 const NETWORKS_SHOWN_MAX: usize = 100;
-/// Default duration of a ban in minutes.
+/// Default duration of a ban, in minutes.
 const BAN_MINUTES: u32 = 60;
-/// Longest duration of a ban in minutes: a year.
+/// Maximum duration of a ban, in minutes: a year.
 const BAN_MINUTES_MAX: u32 = 366 * 24 * 60;
 
 const PATHS: &str = "GET /admin/rooms, POST /admin/rooms/CODE/close, \
@@ -42,7 +42,7 @@ const PATHS: &str = "GET /admin/rooms, POST /admin/rooms/CODE/close, \
 const GIVEN_UP: &str = "the room did not answer, and was closed without its thread: its players are free, and so is its \
     link. The thread may run on until the server is restarted\n";
 
-/// Answers a request whose path begins with `/admin/`; `rest` is the remaining path.
+/// Answers a request whose path begins with `/admin/`; `rest` is the rest of the path.
 pub async fn answer(request: &Request<Incoming>, rest: &str, state: &ServerState) -> Answer {
     let Some(token) = &state.config.ops_token else {
         let text = "this server was started without --ops-token-file\n";
@@ -51,7 +51,7 @@ pub async fn answer(request: &Request<Incoming>, rest: &str, state: &ServerState
     if !bearer(request.headers())
         .is_some_and(|given| state.host.signer.same(given, token.as_bytes()))
     {
-        // Counted but not logged: anyone who can reach the port could fill the log.
+        // This is counted but not logged, since otherwise anyone who can reach the port could fill the log.
         state.host.metrics.refused("ops_unauthorized");
         return unauthorized();
     }
@@ -73,7 +73,7 @@ pub async fn answer(request: &Request<Incoming>, rest: &str, state: &ServerState
     }
 }
 
-/// The bearer token of a request, if any.
+/// A request's bearer token, if any.
 fn bearer(headers: &HeaderMap) -> Option<&[u8]> {
     headers.get(header::AUTHORIZATION)?.as_bytes().strip_prefix(b"Bearer ")
 }
@@ -92,7 +92,7 @@ async fn rooms(open: &Rooms, wait: Duration) -> Answer {
     let asked: Vec<_> = open.list().into_iter().map(|info| (ask(&info, open), info)).collect();
     let mut rooms = Vec::new();
     for (players, info) in asked {
-        // A room that is closing, or whose command queue is full, drops the request.
+        // A room that is closing or whose command queue is full drops the request.
         let players = timeout_at(deadline, players).await.ok().and_then(Result::ok);
         rooms.push(entry(&info, players));
     }
@@ -106,7 +106,7 @@ fn ask(info: &RoomInfo, rooms: &Rooms) -> oneshot::Receiver<Vec<PlayerState>> {
     players
 }
 
-/// A room with its players, or `null` if it did not answer in time.
+/// A room with its players, which are `null` if the room did not answer in time.
 fn entry(info: &RoomInfo, players: Option<Vec<PlayerState>>) -> Value {
     let shown = |player: PlayerState| {
         json!({
@@ -164,7 +164,7 @@ async fn kick(code: &str, seat: &str, rooms: &Rooms, wait: Duration) -> Answer {
     }
 }
 
-/// Removes one of the best runs, and names those that return in its place.
+/// Removes one of the best runs, and names the runs that return in its place.
 async fn remove_record(name: &str, records: Option<Arc<Records>>) -> Answer {
     let removed = match records {
         Some(records) => {
@@ -187,7 +187,7 @@ async fn remove_record(name: &str, records: Option<Arc<Records>>) -> Answer {
     }
 }
 
-/// The networks with their holdings, largest first, and the bans.
+/// The networks with the connections they hold, largest first, and the bans.
 fn networks(state: &ServerState) -> Answer {
     let mut held: BTreeMap<IpAddr, [usize; 3]> = BTreeMap::new();
     let rooms = state.rooms.list();
@@ -250,7 +250,7 @@ fn lift(words: &[&str], bans: &Bans) -> Answer {
     }
 }
 
-/// The answer to a change of the bans. Writing them to the state directory may have failed.
+/// The answer to a change in the bans. Writing them to the state directory may have failed.
 fn kept(changed: io::Result<&'static str>) -> Answer {
     match changed {
         Ok(text) => uncached(StatusCode::OK, TEXT, text),
@@ -261,7 +261,7 @@ fn kept(changed: io::Result<&'static str>) -> Answer {
     }
 }
 
-/// Parses a network: an address with a prefix length, or an address alone, which stands for itself or for its IPv6 /64.
+/// Parses a network: an address with a prefix length, or just an address, which stands for itself or for its IPv6 /64.
 fn network(words: &[&str]) -> Result<IpNet, Box<Answer>> {
     let text = words.join("/");
     let address = || text.parse().ok().map(prefix);

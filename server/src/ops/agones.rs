@@ -1,6 +1,6 @@
-//! Agones, if it started the server. Its sidecar is told when the server accepts players, that the server is healthy,
-//! how many rooms it can take, and when it ends. The game does not depend on any of this. A call that the sidecar does
-//! not answer in time is counted, logged once and repeated.
+//! Support for Agones, if it started the server. The server tells the sidecar when it accepts players, that it is
+//! healthy, how many rooms it can take, and when it ends. The game does not depend on any of this. A call that the
+//! sidecar does not answer in time is counted, logged once and retried.
 
 mod sidecar;
 mod watch;
@@ -18,31 +18,31 @@ use tokio::time::{MissedTickBehavior, interval, sleep};
 use tracing::{info, warn};
 use watch::{Counter, RoomWatch};
 
-/// Time between two health reports.
+/// Interval between health reports.
 const AGONES_HEALTH_EVERY: Duration = Duration::from_secs(2);
-/// Time between two checks for rooms that have closed.
+/// Interval at which to check for rooms that have closed.
 const AGONES_LOOK_EVERY: Duration = Duration::from_secs(1);
-/// Timeout of the sidecar, which runs on this machine and answers from memory.
+/// Timeout for the sidecar, which runs on this machine and answers from memory.
 const AGONES_ANSWER: Duration = Duration::from_secs(1);
-/// Wait before a call that failed is tried again.
+/// Delay before a failed call is retried.
 const AGONES_RETRY: Duration = Duration::from_secs(1);
-/// Attempts to report the server's end, which must fit into a drain.
+/// Number of attempts to report the server's end, all of which must fit into a drain.
 const AGONES_SHUTDOWN_TRIES: u32 = 3;
 
-/// Address of the sidecar, and the timing of calls to it.
+/// The sidecar's address, and the timing of calls to it.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
     /// Address of the sidecar's REST API.
     pub sidecar: SocketAddr,
-    /// Maximum number of rooms that the server should take at a time.
+    /// Maximum number of rooms that the server should have at once.
     pub rooms_max: usize,
-    /// Time between two health reports, more than zero.
+    /// Interval between health reports; more than zero.
     pub health_every: Duration,
-    /// Time between two checks of the open rooms, more than zero.
+    /// Interval between checks of the open rooms; more than zero.
     pub look_every: Duration,
-    /// Timeout of a call to the sidecar.
+    /// Timeout for a call to the sidecar.
     pub answer: Duration,
-    /// Wait before a failed call is repeated.
+    /// Delay before a failed call is retried.
     pub retry: Duration,
 }
 
@@ -60,7 +60,7 @@ impl Settings {
     }
 }
 
-/// Accompanies a server from the time it serves sockets to its end. Returns soon after the drain has begun.
+/// Accompanies a server from when it begins to serve sockets until its end. Returns soon after the drain has begun.
 pub async fn accompany(settings: Settings, host: Arc<Host>) {
     let sidecar = Sidecar::new(settings.sidecar, settings.answer, Arc::clone(&host.metrics));
     let mut phase = host.phase.clone();
@@ -72,14 +72,14 @@ pub async fn accompany(settings: Settings, host: Arc<Host>) {
     end(&sidecar, settings.retry).await;
 }
 
-/// Reports health regularly. Agones replaces a server that is silent for longer than its fleet's spec allows.
+/// Reports health regularly. Agones replaces a server that stays silent for longer than the fleet's spec allows.
 async fn give_signs_of_life(sidecar: &Sidecar, every: Duration, host: &Host) {
     let (mut looks, mut pulse) = (interval(every), Pulse::default());
     looks.set_missed_tick_behavior(MissedTickBehavior::Delay);
     loop {
         looks.tick().await;
         if pulse.beats(host) {
-            // A failed report is followed by the next one.
+            // If a report fails, the next one follows anyway.
             let _ = sidecar.health().await;
         }
     }
@@ -103,8 +103,8 @@ async fn follow_rooms(sidecar: &Sidecar, settings: Settings, host: &Host) {
     }
 }
 
-/// Sets the counter of rooms. Returns false if the game server has none. The allocator does not change it before the
-/// server is ready.
+/// Sets the room counter. Returns false if the game server has none. The allocator does not change the counter before
+/// the server is ready.
 async fn count_rooms(sidecar: &Sidecar, settings: Settings, open: usize) -> bool {
     loop {
         match sidecar.set_counter(open, settings.rooms_max.max(open)).await {
@@ -122,7 +122,7 @@ async fn count_rooms(sidecar: &Sidecar, settings: Settings, open: usize) -> bool
     }
 }
 
-/// Numbers of the open rooms.
+/// The open rooms' numbers.
 fn open_rooms(host: &Host) -> BTreeSet<u64> {
     host.lock().values().map(|room| room.info.number).collect()
 }

@@ -1,4 +1,4 @@
-//! Networks that operators have banned for a while. With a state directory bans outlive the process.
+//! Networks that operators have temporarily banned. With a state directory, bans outlive the process.
 
 use crate::files::read_regular;
 use crate::log::write_closed;
@@ -11,32 +11,32 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-/// Maximum number of bans in force at a time.
+/// Maximum number of bans in force at once.
 const BANS_MAX: usize = 1024;
-/// Longest file of bans, bytes; an IPv6 ban takes 90.
+/// Maximum size of the ban file, bytes; an IPv6 ban takes 90.
 const BANS_BYTES_MAX: usize = 128 * BANS_MAX;
 
 /// A network that is banned until a certain time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Ban {
     pub network: IpNet,
-    /// End of the ban, seconds since 1970.
+    /// End of the ban, in seconds since 1970.
     pub until_unix_s: u64,
 }
 
-/// All bans that have not ended.
+/// All bans that are still in force.
 #[derive(Debug, Default)]
 pub struct Bans {
     /// The file in which the bans are stored.
     file: Option<PathBuf>,
     bans: Mutex<Vec<Ban>>,
-    /// Held while the file is written, so that requests never wait for the disk.
+    /// Held while the file is being written, so that requests never wait for the disk.
     writing: Mutex<()>,
 }
 
 impl Bans {
-    /// Reads the bans of the previous process. A file that cannot be read is set aside and logged: a server without
-    /// bans is better than no server.
+    /// Reads the previous process's bans. If the file cannot be read, it is set aside and this is logged: a server
+    /// without bans is better than no server.
     pub fn open(file: Option<PathBuf>) -> Bans {
         let Some(path) = &file else { return Bans::default() };
         let read = read_regular(path, BANS_BYTES_MAX).map(|bytes| serde_json::from_slice(&bytes));
@@ -59,7 +59,7 @@ impl Bans {
         }
     }
 
-    /// Bans that have not ended, earliest end first.
+    /// Bans that are still in force, earliest end first.
     pub fn list(&self) -> Vec<Ban> {
         let now = unix_s();
         let mut bans: Vec<_> =
@@ -68,8 +68,9 @@ impl Bans {
         bans
     }
 
-    /// Bans a network from now on, replacing an earlier ban of the same network. Beyond [`BANS_MAX`] bans, the one that
-    /// would end first is dropped. An error means that the ban is in force but will not outlive this process.
+    /// Bans a network from now on, replacing an earlier ban of the same network. If there are more than [`BANS_MAX`]
+    /// bans, the one that would end first is dropped. An error means that the ban is in force but will not outlive this
+    /// process.
     pub fn ban(&self, network: IpNet, time: Duration) -> io::Result<Ban> {
         let network = network.trunc();
         let ban = Ban { network, until_unix_s: unix_s() + time.as_secs() };
@@ -85,7 +86,7 @@ impl Bans {
         Ok(ban)
     }
 
-    /// Lifts the ban of a network; `false` if it was not banned.
+    /// Lifts the ban on a network; returns `false` if it was not banned.
     pub fn lift(&self, network: IpNet) -> io::Result<bool> {
         let network = network.trunc();
         let mut lifted = false;

@@ -1,5 +1,5 @@
 //! Metrics for operators: counters, gauges and histograms in base units, as text for Prometheus (OpenMetrics). No label
-//! names a player, a room or an address, so there are few series, and none reveals the identity of players.
+//! names a player, a room or an address, so there are few series, and none reveals a player's identity.
 
 use crate::ops::process;
 use crate::ops::reasons;
@@ -17,22 +17,22 @@ use std::time::Duration;
 
 type Label = [(&'static str, &'static str); 1];
 
-/// All metrics of a server. Handles are cheap to clone and to use from any thread.
+/// All of a server's metrics. Handles are cheap to clone and can be used from any thread.
 pub struct Metrics {
     registry: Registry,
-    /// Metrics of ticks, over all rooms.
+    /// Metrics about ticks, across all rooms.
     pub ticks: Ticks,
     /// Snapshots by rate, in the order of [`Rate::ALL`].
     pub snapshots: [Snapshots; Rate::ALL.len()],
     /// Keyframes sent at a lower rate to sockets that were too far behind.
     pub late: Counter,
-    /// Lag of clients in ticks; each client is observed once a second.
+    /// Clients' lag in ticks; each client is observed once a second.
     pub lag: Histogram,
     /// Inputs dropped because of their sequence numbers.
     pub inputs_ignored: Counter,
     /// Rooms that panicked.
     pub rooms_failed: Counter,
-    /// Failed calls to Agones' sidecar.
+    /// Failed calls to the Agones sidecar.
     pub agones_errors: Counter,
     /// Skipped snapshots, in the order of [`Skip`].
     skips: [Counter; 5],
@@ -42,30 +42,30 @@ pub struct Metrics {
     refusals: Family<Label, Counter>,
 }
 
-/// Metrics of the rooms' threads, updated at each wakeup.
+/// Metrics about the rooms' threads, updated at each wakeup.
 #[derive(Clone)]
 pub struct Ticks {
     pub played: Counter,
     /// Ticks that were due but never played.
     pub missed: Counter,
-    /// Seconds from when a tick was due until it started.
+    /// Number of seconds between when a tick was due and when it started.
     pub lateness: Histogram,
-    /// Lateness excluding the time for which the thread had no processor, if the system counts it.
+    /// Lateness, excluding the time during which the thread had no processor, if the system measures that.
     pub lateness_own: Histogram,
     /// Seconds spent emptying inboxes, playing, and handing out snapshots.
     pub phases: [Histogram; 3],
-    /// Sum of these phases, nanoseconds.
+    /// Total time spent in these phases, in nanoseconds.
     busy: Arc<AtomicU64>,
-    /// Ticks that were not played because another node may play the room.
+    /// Ticks that were not played because another node may be playing the room.
     stood_still: Arc<AtomicU64>,
 }
 
-/// The lateness of a wakeup.
+/// A wakeup's lateness.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Late {
-    /// Time from when a tick was due until it started.
+    /// Time between when a tick was due and when it started.
     pub raw: Duration,
-    /// Time for which the thread waited for a processor since the previous tick, if the system counts it.
+    /// How long the thread has waited for a processor since the previous tick, if the system measures that.
     pub queued: Option<Duration>,
 }
 
@@ -92,37 +92,37 @@ pub enum Skip {
     Uplink,
 }
 
-/// Values at the moment of a scrape.
+/// Values at the time of a scrape.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Gauges {
-    /// Open rooms.
+    /// Number of open rooms.
     pub rooms: i64,
-    /// Seats taken in all rooms.
+    /// Number of seats taken, across all rooms.
     pub players: i64,
-    /// Spectators in all rooms.
+    /// Number of spectators, across all rooms.
     pub spectators: i64,
-    /// Bodies in all rooms.
+    /// Number of bodies, across all rooms.
     pub bodies: i64,
-    /// Seconds since the last wakeup of the room that woke least recently; 0 without rooms.
+    /// Seconds since the last wakeup of the room that has been asleep longest; 0 if there are no rooms.
     pub room_tick_age: f64,
-    /// Bytes of replays written so far, and files given up.
+    /// Bytes of replays written so far, and number of files given up.
     pub replays: Option<[u64; 2]>,
-    /// Number of times that a room's file in the state directory was given up, or could not be restored.
+    /// Number of times that a room's file in the state directory was given up or could not be restored.
     pub state_errors: u64,
-    /// Log lines dropped so far.
+    /// Number of log lines dropped so far.
     pub log_drops: u64,
-    /// This node's part in its fleet, if it is in one.
+    /// This node's role in its fleet, if it is in one.
     pub fleet: Option<FleetGauges>,
 }
 
-/// A node's part in its fleet at the moment of a scrape.
+/// A node's role in its fleet at the time of a scrape.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FleetGauges {
-    /// Registered nodes, including this one.
+    /// Number of registered nodes, including this one.
     pub nodes: i64,
-    /// Rooms held by this node.
+    /// Number of rooms that this node holds.
     pub rooms: i64,
-    /// Seconds for which the node's rooms may still be played if NATS does not answer.
+    /// Seconds for which the node's rooms may still be played if NATS stops answering.
     pub lease_left: f64,
 }
 
@@ -148,12 +148,12 @@ fn counter(registry: &mut Registry, name: &str, about: &str) -> Counter {
     add(registry, name, about, Counter::default())
 }
 
-/// Counters that a label tells apart.
+/// A family of counters that differ in one label.
 fn family(registry: &mut Registry, name: &str, about: &str) -> Family<Label, Counter> {
     add(registry, name, about, Family::default())
 }
 
-/// [`add`] with a unit, which the name ends with.
+/// Like [`add`], with a unit that ends the name.
 fn add_in<M: Metric + Clone>(
     unit: Unit,
     registry: &mut Registry,
@@ -246,14 +246,14 @@ fn skips(r: &mut Registry) -> [Counter; 5] {
         .map(|reason| skips.get_or_create(&[("reason", reason)]).clone())
 }
 
-/// All reasons at zero.
+/// The counters for all reasons, starting at zero.
 fn refusals(r: &mut Registry) -> Family<Label, Counter> {
     let refusals = family(r, "refusals", "Requests and sessions refused or ended, by reason");
     reasons::all().for_each(|reason| drop(refusals.get_or_create(&[("reason", reason)])));
     refusals
 }
 
-/// Metrics counted elsewhere, with their values at the time of a scrape.
+/// Metrics that are counted elsewhere, with their values at the time of a scrape.
 fn counted_elsewhere(gauges: Gauges) -> Registry {
     let mut registry = Registry::with_prefix("jostle");
     registry.register("rooms", "Open rooms", ConstGauge::new(gauges.rooms));
@@ -282,7 +282,7 @@ fn counted_elsewhere(gauges: Gauges) -> Registry {
     registry
 }
 
-/// Metrics of the process, under their conventional names.
+/// Metrics about the process, under their conventional names.
 fn of_process() -> Registry {
     let mut registry = Registry::default();
     let gauge = |value: u64| ConstGauge::new(value as f64);
@@ -308,12 +308,12 @@ impl Metrics {
         snapshots.bytes.inc_by(bytes as u64);
     }
 
-    /// Counts a player who got a seat, either a former one (`resumed`) or a `new` one, or a `spectator`.
+    /// Counts a player who got a seat, which is either `new` or a former one (`resumed`), or a `spectator`.
     pub fn joined(&self, how: &'static str) {
         self.joins.get_or_create(&[("how", how)]).inc();
     }
 
-    /// Counts a message without effect: an `emote` that came too soon, or any from a `spectator`.
+    /// Counts a message that had no effect: an `emote` that came too soon, or any message from a `spectator`.
     pub fn ignored(&self, kind: &'static str) {
         self.messages_ignored.get_or_create(&[("kind", kind)]).inc();
     }
@@ -323,8 +323,8 @@ impl Metrics {
         self.skips[why as usize].inc_by(count as u64);
     }
 
-    /// Counts a player who `left` on purpose, `lost` the socket or was `kicked`, a held seat `displaced` by a newcomer,
-    /// or a `spectator`.
+    /// Counts a player who `left` on purpose, `lost` the socket or was `kicked`, a held seat that was `displaced` by a
+    /// newcomer, or a `spectator` who left.
     pub fn left(&self, how: &'static str) {
         self.leaves.get_or_create(&[("how", how)]).inc();
     }
@@ -347,7 +347,7 @@ impl Metrics {
 }
 
 impl Ticks {
-    /// Observes one wakeup: ticks played and missed, its lateness, and the time of each phase.
+    /// Observes one wakeup: the ticks played and missed, its lateness, and the time spent in each phase.
     pub fn woke(&self, played: u32, missed: u64, late: Late, phases: [Duration; 3]) {
         self.played.inc_by(u64::from(played));
         self.missed.inc_by(missed);
@@ -367,12 +367,12 @@ impl Ticks {
         self.stood_still.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// Increases while some room's thread wakes on time, whether it plays or is paused.
+    /// Increases as long as some room's thread wakes on time, whether it plays or is paused.
     pub fn signs_of_life(&self) -> u64 {
         self.played.get() + self.stood_still.load(Ordering::Relaxed)
     }
 
-    /// The time that all rooms have taken so far.
+    /// The processing time that all rooms have used so far.
     pub fn busy(&self) -> Duration {
         Duration::from_nanos(self.busy.load(Ordering::Relaxed))
     }
@@ -384,7 +384,7 @@ mod tests {
     use std::fs;
     use std::path::{Path, PathBuf};
 
-    /// Metrics and gauges with every value set.
+    /// Metrics and gauges in which every value is set.
     fn counted() -> (Metrics, Gauges) {
         let metrics = Metrics::default();
         metrics.joined("new");
@@ -449,11 +449,11 @@ mod tests {
             assert!(text.lines().any(|found| found == line), "{line} is missing in\n{text}");
         }
         assert!(text.ends_with("# EOF\n"));
-        // A counter does not grow when it is scraped again.
+        // A counter does not grow if it is scraped again.
         assert!(metrics.text(gauges).contains("jostle_replay_bytes_total 4000"));
     }
 
-    /// Files that operators install, and the metrics they name.
+    /// Files that operators install, and the metrics that each one mentions.
     fn installed() -> Vec<(String, Vec<String>)> {
         let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("../deploy");
         let paths =
@@ -461,7 +461,7 @@ mod tests {
         let read = |path: PathBuf| {
             let text = fs::read_to_string(&path).expect("text");
             let words = text.split(|c: char| !c.is_ascii_alphanumeric() && c != '_');
-            // Process metrics are only available on Linux.
+            // Process metrics are available only on Linux.
             let named = words.filter(|word| {
                 word.starts_with("jostle_")
                     || cfg!(target_os = "linux") && word.starts_with("process_")

@@ -1,6 +1,6 @@
-//! The log of panics. Rooms with guests' scenes may panic as often as they are opened, so a room's panic is one line
-//! without a backtrace. For each kind of thread one panic per second is logged, with the number of those left out
-//! before it.
+//! The log of panics. Rooms with guests' scenes may panic as often as they are opened, so a room's panic takes up one
+//! line without a backtrace. For each kind of thread, one panic per second is logged, along with the number of earlier
+//! ones that were left out.
 
 use crate::ops::refusal_log::{Foreign, RefusalLog};
 use std::backtrace::Backtrace;
@@ -9,7 +9,7 @@ use std::thread;
 use std::time::Instant;
 use tracing::error;
 
-/// Prefix of the names of rooms' threads.
+/// Prefix of the names of room threads.
 pub const ROOM_THREAD: &str = "room ";
 
 /// Sends panics to the log, because standard error itself may be a pipe that nothing reads.
@@ -27,7 +27,7 @@ pub fn log_panics() {
 struct PanicLog(RefusalLog);
 
 impl PanicLog {
-    /// The log entry for a panic, unless one in such a thread was just logged.
+    /// The log entry for a panic, unless one from the same kind of thread was just logged.
     fn line(&self, thread: &str, info: &PanicHookInfo, now: Instant) -> Option<String> {
         let is_room = thread.starts_with(ROOM_THREAD);
         let left_out = self.0.admit(if is_room { "room" } else { "other" }, now)?;

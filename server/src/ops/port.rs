@@ -1,6 +1,6 @@
-//! The operators' port: liveness, readiness and metrics. It is a separate port, so that it can be kept off the
-//! internet, with a small, separate limit of connections, so that heavy scraping costs players nothing. Everything that
-//! changes state is in [`admin`], behind a token.
+//! The operators' port: liveness, readiness and metrics. It is a separate port so that it can be kept off the internet.
+//! It has a small connection limit of its own, so that heavy scraping costs players nothing. Everything that changes
+//! state is in [`admin`], behind a token.
 
 use crate::host::Phase;
 use crate::host::room_handle::RoomInfo;
@@ -24,7 +24,7 @@ use tokio::net::TcpListener;
 use tokio::time::{sleep, timeout};
 use tracing::{debug, warn};
 
-/// Longest lifetime of a connection to the operators' port.
+/// Maximum lifetime of a connection to the operators' port.
 const OPS_CONNECTION_MAX: Duration = Duration::from_secs(60);
 
 const OPEN_METRICS: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
@@ -66,7 +66,7 @@ pub async fn serve(listener: TcpListener, state: Arc<ServerState>) {
 }
 
 async fn answer(request: &Request<Incoming>, state: &ServerState) -> Answer {
-    // Prevents pages of other sites from making a browser address this port by their site's name.
+    // Prevents other sites' pages from making a browser address this port by their site's name.
     let hosts = match &state.config.hosts {
         Hosts::Any => &Hosts::Listed(Vec::new()),
         listed => listed,
@@ -94,7 +94,7 @@ async fn answer(request: &Request<Incoming>, state: &ServerState) -> Answer {
     }
 }
 
-/// Returns whether players can be sent here; the error is the reason why not.
+/// Returns whether players can be sent here; the error is the reason why they cannot.
 fn readiness(state: &ServerState) -> Result<(), &'static str> {
     if *state.host.phase.borrow() != Phase::Running {
         return Err("closing\n");

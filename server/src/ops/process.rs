@@ -1,21 +1,21 @@
-//! Memory, descriptors and processor time of this process, for operators. They are only read on Linux.
+//! This process's memory, descriptors and processor time, for operators. They are read only on Linux.
 
 use std::fs;
 
-/// Clock ticks per second in processor times; Linux reports the same value on every machine.
+/// Clock ticks per second in processor times; Linux reports the same value on all machines.
 const CLOCK_TICKS_PER_SECOND: f64 = 100.0;
 
-/// Bytes of physical memory in use.
+/// Physical memory in use, in bytes.
 pub fn resident_bytes() -> Option<u64> {
     resident(&fs::read_to_string("/proc/self/status").ok()?)
 }
 
 pub fn open_descriptors() -> Option<u64> {
-    // The directory itself is open while it is read.
+    // The directory itself is open while it is being read.
     Some(fs::read_dir("/proc/self/fd").ok()?.count().saturating_sub(1) as u64)
 }
 
-/// Seconds of processor time that all threads used, in user and system mode.
+/// Processor time that all threads have used in user and system mode, in seconds.
 pub fn cpu_seconds() -> Option<f64> {
     cpu(&fs::read_to_string("/proc/self/stat").ok()?)
 }
@@ -26,7 +26,7 @@ fn resident(status: &str) -> Option<u64> {
     Some(kilobytes << 10)
 }
 
-/// Parses fields 14 and 15. The second field is a name in brackets that may hold anything.
+/// Parses fields 14 and 15. The second field is a name in brackets that may contain anything.
 fn cpu(stat: &str) -> Option<f64> {
     let mut fields = stat.rsplit_once(')')?.1.split_ascii_whitespace().skip(11);
     let mut ticks = || fields.next()?.parse::<u64>().ok();

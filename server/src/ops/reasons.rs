@@ -1,9 +1,9 @@
-//! Reasons of refusals, as values of a label. All are exported from the start, because a rate cannot see the first
-//! event of a series that starts with it.
+//! Reasons for refusals, as values of a label. All of them are exported from the start, because a rate cannot see the
+//! first event of a series that begins with that event.
 
 use jostle_protocol::Refusal;
 
-/// Reasons other than those of sessions, which [`of`] names.
+/// Reasons other than those for refusing sessions, which [`of`] names.
 const OF_REQUESTS: [&str; 28] = [
     "bad_host",
     "bad_request",
@@ -39,7 +39,7 @@ pub fn all() -> impl Iterator<Item = &'static str> {
     OF_REQUESTS.into_iter().chain(Refusal::ALL.into_iter().map(of))
 }
 
-/// The name of a session's refusal, in snake case.
+/// The name of a session refusal, in snake case.
 pub fn of(refusal: Refusal) -> &'static str {
     match refusal {
         Refusal::Version => "version",

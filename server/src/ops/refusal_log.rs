@@ -1,5 +1,5 @@
-//! The log of refusals, which any peer can cause at will. For each reason one refusal per second is logged, with the
-//! number of those left out before it. Untrusted text is logged as [`Foreign`].
+//! The log of refusals, which any peer can cause at will. For each reason, one refusal per second is logged, along with
+//! the number of earlier ones that were left out. Untrusted text is logged as [`Foreign`].
 
 use std::collections::BTreeMap;
 use std::fmt::{self, Display, Formatter, Write};
@@ -8,12 +8,12 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use tracing::info;
 
-/// Time between two log lines about refusals for the same reason.
+/// Minimum time between log lines about refusals for the same reason.
 const REFUSAL_LOG_EVERY: Duration = Duration::from_secs(1);
-/// Characters of untrusted text shown in the log.
+/// Maximum number of characters of untrusted text shown in the log.
 const FOREIGN_CHARS_MAX: usize = 64;
 
-/// The time of the last logged refusal for each reason. The number of reasons is small, since they are values of a
+/// The time when a refusal was last logged for each reason. The number of reasons is small, since they are values of a
 /// metric's label.
 #[derive(Debug, Default)]
 pub struct RefusalLog(Mutex<BTreeMap<&'static str, Logged>>);
@@ -32,7 +32,7 @@ impl RefusalLog {
         }
     }
 
-    /// Returns the number of refusals for this reason left out since the last logged one, if one may be logged now.
+    /// If a refusal for this reason may be logged now, returns the number left out since the last logged one.
     pub fn admit(&self, reason: &'static str, now: Instant) -> Option<u64> {
         let mut reasons = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(logged) = reasons.get_mut(reason) else {
@@ -47,14 +47,14 @@ impl RefusalLog {
     }
 }
 
-/// Untrusted text in the form used by the log: at most [`FOREIGN_CHARS_MAX`] characters, in quotes, with special
+/// Untrusted text in the form that the log uses: at most [`FOREIGN_CHARS_MAX`] characters, in quotes, with special
 /// characters escaped.
 #[derive(Debug)]
 pub struct Foreign<'a>(pub &'a [u8]);
 
 impl Display for Foreign<'_> {
     fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
-        // A character has at most four bytes, so the cut is after the last one shown.
+        // A character takes at most four bytes, so the cut comes after the last one shown.
         let text = String::from_utf8_lossy(&self.0[..self.0.len().min(4 * FOREIGN_CHARS_MAX)]);
         let mut chars = text.chars();
         formatter.write_char('"')?;

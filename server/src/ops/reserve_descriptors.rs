@@ -1,5 +1,5 @@
-//! Reserve descriptors for the operators' port. When players, rooms and files have taken all descriptors that the
-//! system allows, operators can still connect and act.
+//! Reserve descriptors for the operators' port. Even when players, rooms and files have taken all the descriptors that
+//! the system allows, operators can still connect and act.
 
 use std::fs::File;
 use std::future::poll_fn;
@@ -15,14 +15,14 @@ const SPARE: usize = 2;
 const NOTHING: &str = if cfg!(windows) { "NUL" } else { "/dev/null" };
 
 /// Open files that are closed when an operator's connection finds no free descriptor. Players are accepted under the
-/// same lock, so that none of them takes the freed descriptor.
+/// same lock, so that none of them takes the descriptor that was freed.
 #[derive(Debug, Default)]
 pub struct SpareDescriptors {
     held: Mutex<Vec<File>>,
 }
 
 impl SpareDescriptors {
-    /// Replaces missing descriptors, if any are available.
+    /// Replaces missing reserve descriptors, if any are available.
     pub fn refill(&self) {
         refill(&mut self.lock());
     }
@@ -56,7 +56,7 @@ impl SpareDescriptors {
         .await
     }
 
-    /// Drops an operator's connection, and keeps its descriptor if one is missing from the reserve.
+    /// Drops an operator's connection, keeping its descriptor if the reserve lacks one.
     pub fn take_back<T>(&self, connection: T) {
         let mut held = self.lock();
         drop(connection);

@@ -1,6 +1,6 @@
-//! The service manager that started the process, such as systemd, or another program that expects status notifications:
-//! it is told when the server is ready, that it is alive, and when it ends. The embedding program decides how these are
-//! sent.
+//! The service manager that started the process, such as systemd, or another program that expects status notifications.
+//! It is told when the server is ready, that the server is alive, and when it ends. The embedding program decides how
+//! these notifications are sent.
 
 use crate::host::room_handle::Host;
 use std::fmt;
@@ -11,22 +11,22 @@ use tokio::time::interval;
 /// A status notification.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sign {
-    /// The server is listening, and has opened the rooms of the previous process.
+    /// The server is listening, and has opened the previous process's rooms.
     Ready,
-    /// The server is alive: some room has played since the last notification, or none is open.
+    /// The server is alive: some room has played since the last notification, or no room is open.
     Alive,
-    /// The server is draining, and will end.
+    /// The server is draining and will end.
     Stopping,
 }
 
-/// Passes on a notification, without waiting.
+/// Passes on a notification without waiting.
 pub type Tell = Arc<dyn Fn(Sign) + Send + Sync>;
 
 /// The recipient of status notifications.
 #[derive(Clone)]
 pub struct Supervisor {
     pub tell: Tell,
-    /// Time between two alive notifications, more than zero; `None` if none are expected.
+    /// Interval between alive notifications, which is more than zero; `None` if none are expected.
     pub alive_every: Option<Duration>,
 }
 
@@ -43,8 +43,8 @@ impl Default for Supervisor {
     }
 }
 
-/// Sends an alive notification in each interval while the server is alive. The fact that this task runs shows that the
-/// runtime works, on which sockets depend; [`Pulse`] checks the rest.
+/// Sends an alive notification in each interval while the server is alive. If this task runs, the runtime on which
+/// sockets depend is working; [`Pulse`] checks the rest.
 pub async fn watch(tell: Tell, every: Duration, host: Arc<Host>) {
     let (mut looks, mut pulse) = (interval(every), Pulse::default());
     loop {
@@ -56,17 +56,17 @@ pub async fn watch(tell: Tell, every: Duration, host: Arc<Host>) {
 }
 
 /// Detects whether rooms are playing. If one room is blocked while others play, an operator should close it; ending the
-/// process would end the others too.
+/// process would end the other rooms too.
 #[derive(Default)]
 pub struct Pulse {
-    /// Ticks of all rooms at the last check.
+    /// The total number of ticks at the previous check.
     played: u64,
 }
 
 impl Pulse {
-    /// Returns whether no room is open, or ticks were played since the last check.
+    /// Returns whether no room is open or ticks have been played since the previous check.
     pub fn beats(&mut self, host: &Host) -> bool {
-        // If the list of rooms stays locked, this thread blocks here, and the server counts as dead too.
+        // If the list of rooms stays locked, this thread blocks here, and the server counts as dead as well.
         let rooms = host.lock().len();
         self.beats_with(rooms, host.metrics.ticks.signs_of_life())
     }

@@ -1,10 +1,10 @@
-//! The best runs of one scene.
+//! A scene's best runs.
 
 use crate::limits;
 use jostle_room::Run;
 use std::cmp::Reverse;
 
-/// Seconds for which displaced runs are kept: thirty days, as operators may be away.
+/// Seconds for which displaced runs are kept: thirty days, since operators may be away.
 const DISPLACED_KEPT_S: u64 = 30 * 24 * 60 * 60;
 
 /// A stored run.
@@ -12,13 +12,13 @@ const DISPLACED_KEPT_S: u64 = 30 * 24 * 60 * 60;
 pub struct Record {
     /// Name of the run's file, without its extension.
     pub name: String,
-    /// The run proved by the file.
+    /// The run that the file proves.
     pub run: Run,
-    /// Time of submission, seconds since 1970.
+    /// Time of submission, in seconds since 1970.
     pub unix_s: u64,
-    /// Length of the file.
+    /// Length of the file, in bytes.
     pub bytes: u64,
-    /// Time when a better run displaced it, seconds since 1970; `None` while it is among the best.
+    /// Time when a better run displaced it, in seconds since 1970; `None` while it is among the best.
     pub displaced_s: Option<u64>,
 }
 
@@ -28,20 +28,20 @@ impl Record {
     }
 }
 
-/// The best runs of a scene, the best first: at most [`limits::RECORDS_MAX`], one of the same players. Of equal runs the
-/// older one is better. Those that they displaced are kept for a while, in case the better ones are removed: at most
-/// [`limits::DISPLACED_MAX`] for [`DISPLACED_KEPT_S`], those that stood longest, as runs that displace each other
-/// within minutes are a bot's.
+/// A scene's best runs, best first: at most [`limits::RECORDS_MAX`], with no more than one by the same players. Of
+/// equal runs, the older one is better. The runs that they displace are kept for a while, in case the better ones are
+/// removed: at most [`limits::DISPLACED_MAX`] for [`DISPLACED_KEPT_S`]. Those that stood longest are kept, since runs
+/// that displace each other within minutes are a bot's.
 #[derive(Clone, Debug, Default)]
 pub struct BestRuns {
     listed: Vec<Record>,
     displaced: Vec<Record>,
 }
 
-/// A change that must be applied to the file of a run.
+/// A change that must be applied to a run's file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum RunFileChange {
-    /// The run with this name was displaced at this time, seconds since 1970, and is kept.
+    /// The run with this name was displaced at this time, in seconds since 1970, and is kept.
     Displaced(String, u64),
     /// The run with this name, displaced at this time, is among the best again.
     Listed(String, u64),
@@ -50,12 +50,12 @@ pub enum RunFileChange {
 }
 
 impl BestRuns {
-    /// The runs, the best first.
+    /// The runs, best first.
     pub fn list(&self) -> &[Record] {
         &self.listed
     }
 
-    /// The rank of the run with this name, from 1.
+    /// The rank of the run with this name, starting at 1.
     pub fn rank(&self, name: &str) -> Option<usize> {
         self.listed.iter().position(|record| record.name == name).map(|index| index + 1)
     }
@@ -67,7 +67,7 @@ impl BestRuns {
         self.rank(&new.name).is_none() && with.rank(&new.name).is_some()
     }
 
-    /// Enters a run at this time, seconds since 1970, and returns the resulting changes.
+    /// Enters a run at this time, in seconds since 1970, and returns the resulting changes.
     pub fn enter(&mut self, new: Record, now_s: u64) -> Vec<RunFileChange> {
         if self.listed.iter().chain(&self.displaced).any(|record| record.name == new.name) {
             let again = new.displaced_s.map(|at_s| RunFileChange::Gone(new.name, at_s));
@@ -106,7 +106,7 @@ impl BestRuns {
         moved
     }
 
-    /// Drops displaced runs that are too old or too many.
+    /// Drops displaced runs that are too old or exceed the limit.
     fn forget(&mut self, now_s: u64) -> Vec<RunFileChange> {
         let at_s = |record: &Record| record.displaced_s.unwrap_or(now_s);
         self.displaced.sort_by_key(|record| Reverse(at_s(record).saturating_sub(record.unix_s)));
@@ -192,7 +192,7 @@ mod tests {
             assert!(runs.enter(record(&name, &name, 300 + number, 10), 10).is_empty());
         }
         assert!(!runs.takes(&record("late", "Ann", 309, 99)));
-        // Bots displace all, and then each other more often than runs are kept.
+        // Bots displace all the runs, and then displace each other more often than runs are kept.
         let bots = (limits::RECORDS_MAX + 2 * limits::DISPLACED_MAX) as u32;
         let (mut displaced, mut gone) = (0, 0);
         for number in 0..bots {
@@ -220,7 +220,7 @@ mod tests {
         let late = 4 + DISPLACED_KEPT_S;
         let moved = runs.enter(record("c", "Cid", 400, late), late);
         assert_eq!(moved, [RunFileChange::Gone("a".to_owned(), 4)]);
-        // The file may be read again after the run was entered once more.
+        // The file may be read again after the run has been entered once more.
         let again = Record { displaced_s: Some(9), ..record("b", "Ann", 400, 4) };
         assert_eq!(runs.enter(again, late), [RunFileChange::Gone("b".to_owned(), 9)]);
     }

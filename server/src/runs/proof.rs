@@ -1,4 +1,4 @@
-//! Verifies the bytes of a replay, and finds the run that they prove.
+//! Verifies a replay's bytes, and finds the run that they prove.
 
 use crate::host::thread_time;
 use crate::limits;
@@ -8,7 +8,7 @@ use jostle_room::{Run, Unproven, run};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Ticks between two readings of the clock.
+/// Number of ticks between clock readings.
 const LOOK_TICKS: u32 = 64;
 
 /// The reason why a submission proves no run.
@@ -35,12 +35,12 @@ pub enum NoRun {
 }
 
 impl NoRun {
-    /// Returns whether a later attempt may succeed, when the disk answers or the machine is less busy.
+    /// Returns whether a later attempt may succeed, once the disk responds or the machine is less busy.
     pub fn may_pass(&self) -> bool {
         matches!(self, NoRun::File(_) | NoRun::Unproven(Unproven::TooSlow(_)))
     }
 
-    /// Returns whether the replay may be a run on a server with other scenes.
+    /// Returns whether the replay might be a run on a server with other scenes.
     pub fn is_of_other_scene(&self) -> bool {
         let unproven =
             matches!(self, NoRun::Unproven(Unproven::OtherScene(_) | Unproven::NotCompared));
@@ -48,8 +48,9 @@ impl NoRun {
     }
 }
 
-/// Plays a replay of one of these scenes in at most this much processor time, and returns the scene and the best run.
-/// The thread sleeps for as long as it works, and stops when `may_go_on`, which is called regularly, returns false.
+/// Plays a replay of one of these scenes, using at most this much processor time, and returns the scene and the best
+/// run. The thread sleeps for as long as it works, and stops when `may_go_on`, which is called regularly, returns
+/// false.
 pub fn prove(
     bytes: Vec<u8>,
     scenes: &[Arc<Scene>],

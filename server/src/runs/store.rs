@@ -1,4 +1,4 @@
-//! The directory of runs, and the queue in which replays are verified.
+//! The run directory, and the queue in which replays are verified.
 
 use super::best_runs::{BestRuns, Record, RunFileChange};
 use super::proof::{NoRun, prove};
@@ -20,46 +20,46 @@ use std::thread::JoinHandle;
 use std::time::{Duration, SystemTime};
 use tracing::{error, info, warn};
 
-/// Runs of one address that are checked or wait for that.
+/// Maximum number of runs from one address that are being checked or waiting to be.
 const ADDRESS_RUN_TRIALS_MAX: usize = 2;
 
-/// Ending of the files.
+/// Ending of run files.
 const ENDING: &str = "jostle";
-/// Ending of a file that is no longer valid; kept for diagnosis.
+/// Ending of a file that is no longer valid but is kept for diagnosis.
 const DAMAGED: &str = "damaged";
-/// Ending of a displaced run's file, after the time of its displacement in seconds since 1970.
+/// Ending of a displaced run's file, after the time of displacement in seconds since 1970.
 const DISPLACED: &str = "displaced";
 /// Ending of a file that an operator removed. Its run is not accepted again.
 const REMOVED: &str = "removed";
 /// Ending of a file that is still being written.
 const NEW: &str = "new";
 
-/// The stored runs of a server.
+/// A server's stored runs.
 pub struct Records {
     dir: PathBuf,
     scenes: Vec<Arc<Scene>>,
-    /// Processor time allowed for a replay.
+    /// Processor time allowed for each replay.
     most: Duration,
     /// Best runs by scene name.
     tables: Mutex<BTreeMap<String, BestRuns>>,
-    /// Held while files are written, so that none is entered twice, and while incomplete ones are deleted.
+    /// Held while files are written, so that none is entered twice, and while incomplete files are deleted.
     files: Mutex<()>,
     trials: Arc<TrialQueue>,
     readers: Arc<ConnectionLimits>,
 }
 
-/// A run that was proven.
+/// A proven run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Entered {
     pub run: Run,
     /// Name of the run's file.
     pub name: String,
-    /// Rank of the run, from 1; `None` if it is not among the best.
+    /// The run's rank, starting at 1; `None` if it is not among the best.
     pub rank: Option<usize>,
 }
 
 impl Records {
-    /// Opens the runs of these scenes. The directory is created for the first run, so that a failing disk costs no
+    /// Opens the runs of these scenes. The directory is created with the first run, so that a failing disk costs no
     /// game.
     pub fn open(dir: PathBuf, scenes: &[Scene], most: Duration) -> Arc<Records> {
         Arc::new(Records {
@@ -76,7 +76,7 @@ impl Records {
         })
     }
 
-    /// Starts to verify the files of the directory again, on a separate thread.
+    /// Starts verifying the directory's files again, on a separate thread.
     pub fn reload(self: &Arc<Records>) -> io::Result<JoinHandle<()>> {
         let records = Arc::clone(self);
         std::thread::Builder::new().name("records".to_owned()).spawn(move || {
@@ -105,8 +105,8 @@ impl Records {
         Ok(())
     }
 
-    /// Files of runs, those of displaced runs last. Incomplete files are deleted; none is being written while `held` is
-    /// locked.
+    /// Run files, with those of displaced runs last. Incomplete files are deleted; no file is being written while
+    /// `held` is locked.
     fn files(&self, held: MutexGuard<'_, ()>) -> io::Result<Vec<PathBuf>> {
         let mut files = Vec::new();
         let entries = match fs::read_dir(&self.dir) {
@@ -161,8 +161,8 @@ impl Records {
         }
     }
 
-    /// Plays a replay from a client of this address, and enters its run if that is among the best, even if the request
-    /// is gone. `None` if too many are waiting. The outer error is that of the server.
+    /// Plays a replay from a client at this address, and enters its run if that is among the best, even if the request
+    /// is gone. `None` if too many replays are waiting. The outer error is a server error.
     pub async fn submit(
         self: &Arc<Records>,
         bytes: Vec<u8>,
@@ -191,7 +191,8 @@ impl Records {
         if path.with_extension(REMOVED).exists() {
             return Ok(Err(NoRun::Removed));
         }
-        // A file that has not been verified since the start is never overwritten, because it may belong to another run.
+        // A file that has not been verified since the server started is never overwritten, because it may belong to
+        // another run.
         if self.table(&scene.name).takes(&record) && !path.exists() {
             let made = fs::create_dir_all(&self.dir);
             if let Err(error) = made.and_then(|()| write_closed(&path, &bytes)) {
@@ -204,13 +205,13 @@ impl Records {
         Ok(Ok(Entered { run, name, rank }))
     }
 
-    /// Enters a run whose file has been written.
+    /// Enters a run whose file has already been written.
     fn enter(&self, scene: &str, record: Record) {
         let moved = lock(&self.tables).entry(scene.to_owned()).or_default().enter(record, unix_s());
         self.move_files(&moved);
     }
 
-    /// Removes one of the best runs permanently, and returns the names of those that are among the best again; `None`
+    /// Permanently removes one of the best runs, and returns the names of those that are among the best again; `None`
     /// if no run has this name. This function blocks.
     pub fn remove(&self, name: &str) -> io::Result<Option<Vec<String>>> {
         let _files = lock(&self.files);
@@ -232,7 +233,7 @@ impl Records {
         Ok(Some(back.collect()))
     }
 
-    /// Renames or deletes the files of runs to match the table.
+    /// Renames or deletes run files to match the table.
     fn move_files(&self, moved: &[RunFileChange]) {
         for moved in moved {
             let done = match moved {
@@ -252,7 +253,7 @@ impl Records {
         }
     }
 
-    /// Scenes whose runs are compared, with their measure and best runs.
+    /// Scenes whose runs are compared, with their measures and best runs.
     pub fn tables(&self) -> Vec<(Arc<Scene>, Measure, BestRuns)> {
         let compared = |scene: &Arc<Scene>| {
             Some((Arc::clone(scene), Measure::of(scene)?, self.table(&scene.name)))
@@ -264,7 +265,7 @@ impl Records {
         lock(&self.tables).get(scene).cloned().unwrap_or_default()
     }
 
-    /// Opens the file of a run for a client of this address; `Ok(None)` if no run has this name, and an error if too
+    /// Opens a run's file for a client at this address. Returns `Ok(None)` if no run has this name, and an error if too
     /// many are being read. Names are only looked up, so that no name can escape the directory.
     pub fn read(&self, name: &str, address: IpAddr) -> Result<Option<Readable>, Busy> {
         let tables = lock(&self.tables);
@@ -292,7 +293,7 @@ fn record(scene: &Scene, run: Run, came: SystemTime, bytes: usize) -> Record {
     Record { name, run, unix_s: seconds(came), bytes: bytes as u64, displaced_s: None }
 }
 
-/// Time of displacement of the run in this file, taken from the file's name.
+/// Time when the run in this file was displaced, taken from the file's name.
 fn displaced_s(path: &Path) -> Option<u64> {
     let stem = path.file_name()?.to_str()?.strip_suffix(DISPLACED)?.strip_suffix('.')?;
     Some(stem.rsplit_once('.').and_then(|(_, at_s)| at_s.parse().ok()).unwrap_or_default())

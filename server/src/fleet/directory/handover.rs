@@ -1,5 +1,5 @@
 //! The rooms that this node holds, takes over and hands over. Whenever something changes, a room's entry is compared
-//! with this node's state of the room, and the next step follows from that alone.
+//! with the room's state on this node, and that comparison alone determines the next step.
 
 use super::members::Members;
 use super::placements::Placements;
@@ -12,12 +12,12 @@ use std::collections::{BTreeMap, BTreeSet};
 pub struct Handover {
     held: BTreeMap<String, Held>,
     operations: BTreeMap<String, Operation>,
-    /// Rooms to compare again.
+    /// Rooms whose entries need comparing again.
     pub due: BTreeSet<String>,
 }
 
-/// The parts of the directory, other than the room's own state, that a decision about a room depends on, and the queue
-/// for its requests.
+/// The parts of the directory that a decision about a room depends on, apart from the room's own state, and the queue
+/// for the resulting requests.
 pub struct Surroundings<'a> {
     pub members: &'a mut Members,
     pub placements: &'a mut Placements,
@@ -28,60 +28,60 @@ pub struct Surroundings<'a> {
 /// A room whose entry names this node.
 #[derive(Clone, Debug)]
 struct Held {
-    /// Epoch of the room's entry.
+    /// The epoch in the room's entry.
     epoch: u64,
-    /// Progress of the room on this node.
+    /// The room's progress on this node.
     phase: Phase,
-    /// The facts of the room.
+    /// The facts about the room.
     room: RoomFacts,
     /// The incarnation of this node that holds the room.
     incarnation: u64,
-    /// Whether the store may have forgotten that this node holds it.
+    /// Whether the store may have forgotten that this node holds the room.
     doubt: Doubt,
 }
 
-/// Doubt whether a held room still belongs to this node, after the store may have forgotten writes. It ends with an
-/// entry that names this node.
+/// Doubt about whether a held room still belongs to this node, when the store may have forgotten writes. It is resolved
+/// by an entry that names this node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Doubt {
     None,
-    /// The lease was still valid when the store came back. No other node has claimed the room, so its entry is
-    /// rewritten.
+    /// The lease was still valid when the store came back. No other node has claimed the room, so this node rewrites
+    /// its entry.
     Kept,
-    /// The lease had expired. Another node may play the room, and the store may have forgotten that.
+    /// The lease had expired. Another node may be playing the room, and the store may have forgotten that.
     Lapsed,
 }
 
-/// The phase of a held room.
+/// A held room's phase.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Phase {
-    /// The driver reads the room's records and starts its thread.
+    /// The driver is reading the room's records and starting its thread.
     Opening,
-    /// The room could not be opened; another node should try after this time.
+    /// The room could not be opened; another node should try at this time.
     Failed(Time),
-    /// The room is being played, or is paused without a lease.
+    /// The room is being played, or is paused because there is no valid lease.
     Playing,
-    /// The room is about to end on this node, with a last record of its state.
+    /// The room is about to end on this node, leaving a final record of its state.
     Parting,
-    /// The room's last record is written; its entry must now name another node.
+    /// The room's final record has been written; its entry must now name another node.
     Parted,
     /// The room is over; its entry must be removed.
     Over,
 }
 
-/// A write to a room's entry that is in progress.
+/// A write in progress to a room's entry.
 #[derive(Clone, Debug)]
 pub enum Operation {
-    /// A new entry, or one with another owner: a claim, or a handover.
+    /// A new entry, or a change of owner by a claim or a handover.
     Change { to: RoomEntry },
-    /// The removal of an entry, because the room is over.
+    /// The removal of an entry because the room is over.
     Remove { revision: Revision },
-    /// A pause until this time, after a failed write.
+    /// A pause until this time after a failed write.
     Pause { until: Time },
 }
 
 impl Handover {
-    /// The rooms that this node plays, hands over or opens.
+    /// The rooms that this node is playing, handing over or opening.
     pub fn rooms(&self) -> impl ExactSizeIterator<Item = &String> {
         self.held.keys()
     }
@@ -95,18 +95,18 @@ impl Handover {
         self.held.get(code).is_some_and(|held| held.phase == Phase::Playing)
     }
 
-    /// Returns whether this node holds a room, or is writing its entry.
+    /// Returns whether this node holds a room or is writing its entry.
     pub fn is_busy_with(&self, code: &str) -> bool {
         self.held.contains_key(code) || self.operations.contains_key(code)
     }
 
-    /// Returns whether the lease must not be renewed yet, because this node would play rooms that may be another
-    /// node's.
+    /// Returns whether the lease must not be renewed yet, because this node might then play rooms that belong to
+    /// another.
     pub fn has_doubts(&self, incarnation: u64) -> bool {
         self.held.values().any(|held| held.doubt != Doubt::None && held.incarnation == incarnation)
     }
 
-    /// Called on a new connection: writes that were in progress will not be answered any more.
+    /// Called on a new connection: writes that were in progress will no longer be answered.
     pub fn connected(&mut self, now: Time) {
         for (code, operation) in &mut self.operations {
             *operation = Operation::Pause { until: now + RETRY };
@@ -115,9 +115,9 @@ impl Handover {
     }
 
     /// Called when the store may have forgotten entries. `leased` is the incarnation whose lease is valid. While doubts
-    /// remain, no node claims rooms, so rooms that were this node's at the last doubt still are.
+    /// remain, no node claims rooms, so rooms that belonged to this node when the previous doubt arose still do.
     pub fn doubt(&mut self, leased: Option<u64>, doubts_go_on: bool) {
-        // A room that was being handed over is not played here, and may already belong to another node.
+        // A room being handed over is not played here, and may already belong to another node.
         self.held.retain(|_, held| !matches!(held.phase, Phase::Parted | Phase::Failed(_)));
         for held in self.held.values_mut() {
             let is_kept =
@@ -126,7 +126,7 @@ impl Handover {
         }
     }
 
-    /// Called when the lease is lost: all rooms must be compared again.
+    /// Called when the lease has been lost: all rooms must be compared again.
     pub fn lease_lost(&mut self) {
         self.due.extend(self.held.keys().cloned());
     }
@@ -148,7 +148,7 @@ impl Handover {
         self.compare(code, around);
     }
 
-    /// Ends the write that was in progress for a room, and returns it.
+    /// Ends the write in progress for a room, and returns it.
     pub fn answered(&mut self, code: &str) -> Option<Operation> {
         self.operations.remove(code)
     }
@@ -165,7 +165,7 @@ impl Handover {
         self.due.insert(code.to_owned());
     }
 
-    /// Ends a room on this node, because another node plays it.
+    /// Ends a room on this node because another node plays it.
     fn stop(&mut self, code: &str, around: &mut Surroundings) {
         let owner = around.placements.owner(code);
         let peer = owner.filter(|owner| !around.members.own.is(owner));
@@ -174,8 +174,8 @@ impl Handover {
         around.requests.actions.push(Action::Stop(code.to_owned(), url));
     }
 
-    /// Called when a room was removed from the directory, which ends it here too. If this node still played the room
-    /// when the store came back, the removal belongs to an earlier room with that code.
+    /// Called when a room has been removed from the directory, which ends it here too. If this node was still playing
+    /// the room when the store came back, the removal concerns an earlier room with the same code.
     pub fn removed(&mut self, code: &str, around: &mut Surroundings) {
         let held = self.held.get(code);
         if held.is_some_and(|held| held.phase != Phase::Over && held.doubt != Doubt::Kept) {
@@ -184,7 +184,7 @@ impl Handover {
         self.compare(code, around);
     }
 
-    /// Writes an entry of a room if its revision is still this one.
+    /// Writes a room's entry if its revision is still the given one.
     pub fn write(
         &mut self,
         code: &str,
@@ -197,7 +197,7 @@ impl Handover {
         self.operations.insert(code.to_owned(), Operation::Change { to });
     }
 
-    /// Writes an entry with this owner, if the entry has not changed since.
+    /// Writes an entry with this owner, if the entry has not changed in the meantime.
     fn assign(&mut self, code: &str, owner: Owner, around: &mut Surroundings) {
         let (known, held) = (around.placements.get(code), self.held.get(code));
         let Some(room) = known.map(|(entry, _)| &entry.room).or(held.map(|held| &held.room)) else {
@@ -208,7 +208,7 @@ impl Handover {
         self.write(code, to, known.map_or(0, |(_, revision)| *revision), around.requests);
     }
 
-    /// Compares a room's entry with this node's state of the room, and starts the next step.
+    /// Compares a room's entry with the room's state on this node, and takes the next step.
     pub fn compare(&mut self, code: &str, around: &mut Surroundings) {
         if let Some(Operation::Pause { until }) = self.operations.get(code) {
             if around.now < *until {
@@ -233,8 +233,8 @@ impl Handover {
         }
     }
 
-    /// Opens a room whose entry names this node. If the entry may be an old one that the store fell back to, it must be
-    /// rewritten first, once no other node can play the room.
+    /// Opens a room whose entry names this node. If the entry may be an old one to which the store reverted, it must
+    /// first be rewritten, once no other node can be playing the room.
     fn open(&mut self, code: &str, around: &mut Surroundings) {
         let Some((entry, revision)) = around.placements.get(code).cloned() else { return };
         let is_new =
@@ -257,7 +257,7 @@ impl Handover {
         }
     }
 
-    /// Writes an entry that names this node, as soon as that is allowed.
+    /// Writes an entry that names this node as soon as that is allowed.
     fn take_back(&mut self, code: &str, doubt: Doubt, around: &mut Surroundings) {
         let is_free = around.members.own.is_confirmed() && !self.operations.contains_key(code);
         if is_free && (doubt != Doubt::Lapsed || !around.placements.is_doubtful(around.now)) {
@@ -272,14 +272,14 @@ impl Handover {
         let own = &around.members.own;
         let (is_own, is_me) = (entry.owner.node == own.node.name, own.is(&entry.owner));
         if is_me && entry.epoch == held.epoch + 1 {
-            // The room was claimed again after the lease was lost, and no other node had it in between.
+            // The room was claimed again after the lease was lost, and belonged to no other node in between.
             let incarnation = entry.owner.incarnation;
             let held = Held { epoch: entry.epoch, incarnation, doubt: Doubt::None, ..held };
             self.held.insert(code.to_owned(), held);
             around.requests.actions.push(Action::Resume(code.to_owned()));
             return self.compare(code, around);
         }
-        // An entry written after the store came back is from a node that may play the room.
+        // An entry written after the store came back comes from a node that may be playing the room.
         let is_behind =
             entry.epoch < held.epoch && !around.placements.is_newer_than_known(revision);
         if is_behind && held.doubt == Doubt::Kept {
@@ -305,7 +305,7 @@ impl Handover {
         self.go_on_with(code, held.phase, around);
     }
 
-    /// Rooms are handed over one by one, so that the players of one have moved before the next ones must.
+    /// Rooms are handed over one by one, so that one room's players have moved before the next room's must.
     fn may_part(&self) -> bool {
         let parts = |held: &&Held| matches!(held.phase, Phase::Parting | Phase::Parted);
         self.held.values().filter(parts).count() <= self.held.len() / ROOMS_PER_PARTING
@@ -335,7 +335,7 @@ impl Handover {
                     around.members.reserve(&owner);
                     self.assign(code, owner, around);
                 }
-                // No other node has capacity, so this one has to continue the room.
+                // No other node has capacity, so this one has to keep the room.
                 None => {
                     self.stop(code, around);
                     self.compare_later(code);
@@ -346,7 +346,7 @@ impl Handover {
         }
     }
 
-    /// Claims a room whose node is gone, if it is this node's turn.
+    /// Claims a room whose node is gone, if it is this node's turn to try.
     fn claim_if_lost(&mut self, code: &str, owner: &Owner, around: &mut Surroundings) {
         let (members, now) = (&mut *around.members, around.now);
         if !members.synced || members.entry_of(owner).is_some() {

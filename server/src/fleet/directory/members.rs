@@ -1,4 +1,4 @@
-//! The nodes that are alive, their load, and the owners of rooms that are gone. An owner whose entry was seen and then
+//! The live nodes and their load, and the room owners that are gone. An owner whose entry was seen and then
 //! disappeared, or was looked up and not found, is gone permanently, since no node uses an incarnation twice.
 
 use super::membership::Membership;
@@ -14,7 +14,7 @@ use tracing::info;
 pub struct Members {
     pub own: Membership,
     nodes: BTreeMap<String, Peer>,
-    /// Owners of rooms that are not among the nodes.
+    /// Room owners that are not among the nodes.
     missing: BTreeMap<Owner, Missing>,
     pub synced: bool,
 }
@@ -26,18 +26,19 @@ struct Peer {
     entry: NodeEntry,
     /// The revision of the newest entry.
     revision: Revision,
-    /// Time when the newest entry was seen.
+    /// Time when the newest entry arrived.
     heard_at: Time,
-    /// Time of the last lookup, after the node had been silent.
+    /// Time when the node was last looked up because it had been silent.
     looked_at: Time,
-    /// Rooms that this node has placed there since the node's last report.
+    /// Rooms that this node has placed on the node since its last report.
     placed: usize,
 }
 
-/// An owner of rooms that is not among the nodes.
+/// A room owner that is not among the nodes.
 #[derive(Clone, Copy, Debug)]
 enum Missing {
-    /// The owner's entry may not have arrived yet, since nodes and rooms have no common order; it must be looked up.
+    /// The owner's entry may not have arrived yet, since nodes and rooms are reported in no common order; it must be
+    /// looked up.
     Doubtful {
         /// Whether a lookup is in progress.
         asked: bool,
@@ -49,7 +50,7 @@ enum Missing {
 }
 
 impl Members {
-    /// Called when a connection was made, whose watchers will list all entries.
+    /// Called when a connection has been made; its watchers will list all entries.
     pub fn connected(&mut self, may_have_forgotten: bool, now: Time) {
         self.missing.clear();
         self.synced = false;
@@ -59,8 +60,8 @@ impl Members {
         self.own.connected(may_have_forgotten, now);
     }
 
-    /// Called when the watchers have listed all nodes. Owners of rooms that are not listed are looked up before their
-    /// rooms are claimed.
+    /// Called when the watchers have listed all nodes. Room owners that are not listed are looked up before their rooms
+    /// are claimed.
     pub fn synced(&mut self, present: &BTreeSet<Key>) {
         self.nodes.retain(|name, _| present.contains(&Key::Node(name.clone())));
         self.synced = true;
@@ -77,7 +78,7 @@ impl Members {
         others.map(|(name, peer)| (name, &peer.entry))
     }
 
-    /// The entry of an owner that is not gone.
+    /// The entry of an owner, unless the owner is gone.
     pub fn entry_of(&self, owner: &Owner) -> Option<&NodeEntry> {
         let entry = &self.nodes.get(&owner.node)?.entry;
         (entry.incarnation == owner.incarnation).then_some(entry)
@@ -87,7 +88,7 @@ impl Members {
         self.nodes.get(name).map(|peer| peer.revision)
     }
 
-    /// Handles the answer to a write or removal of this node's entry. Returns the owner that it replaces.
+    /// Handles the answer to a write or removal of this node's entry. Returns the owner that this replaces.
     pub fn answered(&mut self, answer: Answer, out: &mut Requests, now: Time) -> Option<Owner> {
         let revision = self.own.answered(answer, out, now)?;
         match self.entry_of(&self.own.owner()) {
@@ -96,7 +97,7 @@ impl Members {
         }
     }
 
-    /// Handles this node's entry as found in the store. Returns an owner that is therefore gone.
+    /// Handles this node's entry as found in the store. Returns an owner that this shows to be gone.
     pub fn own_looked_up(
         &mut self,
         found: Option<(NodeEntry, Revision)>,
@@ -113,7 +114,7 @@ impl Members {
         }
     }
 
-    /// Handles an entry of a node. Returns the owner that it replaces.
+    /// Handles a node's entry. Returns the owner that it replaces.
     pub fn heard_of(
         &mut self,
         name: String,
@@ -122,7 +123,7 @@ impl Members {
         now: Time,
     ) -> Option<Owner> {
         let is_old = self.revision(&name).is_some_and(|known| known >= revision);
-        // Clients could not be sent an invalid address.
+        // Clients must not be sent an invalid address.
         if is_old || !is_origin(&entry.url) {
             return None;
         }
@@ -132,7 +133,7 @@ impl Members {
         (before != incarnation).then_some(Owner { node: name, incarnation: before })
     }
 
-    /// Called when the entry of a node has left the directory. Returns the owner that is gone.
+    /// Called when a node's entry has left the directory. Returns the owner that is gone.
     pub fn remove(&mut self, name: &str) -> Option<Owner> {
         let Peer { entry, .. } = self.nodes.remove(name)?;
         if name != self.own.node.name {
@@ -141,17 +142,17 @@ impl Members {
         Some(Owner { node: name.to_owned(), incarnation: entry.incarnation })
     }
 
-    /// Marks an owner of rooms as gone.
+    /// Marks a room owner as gone.
     pub fn is_gone(&mut self, owner: Owner, now: Time) {
         self.missing.insert(owner, Missing::Gone(now));
     }
 
-    /// Called when an owner has no rooms left, so that it need not be looked for.
+    /// Called when an owner has no rooms left, so that it no longer needs to be looked for.
     pub fn has_no_rooms(&mut self, owner: &Owner) {
         self.missing.remove(owner);
     }
 
-    /// Time since which this owner is known to be gone. While that is in doubt, the owner is looked up.
+    /// The time since when this owner has been known to be gone. While that is in doubt, the owner is looked up.
     pub fn gone_since(&mut self, owner: &Owner, out: &mut Requests, now: Time) -> Option<Time> {
         let known = self.revision(&owner.node);
         let first = Missing::Doubtful { asked: false, next_at: now };
@@ -169,7 +170,7 @@ impl Members {
         None
     }
 
-    /// Handles a lookup that found this incarnation of a node, or none. Returns the owners that are therefore gone.
+    /// Handles a lookup that found this incarnation of a node, or none. Returns the owners that this shows to be gone.
     pub fn decide_doubts(&mut self, name: &str, found: Option<u64>, now: Time) -> Vec<Owner> {
         let mut gone = Vec::new();
         for (owner, missing) in self.looked_for(name) {
@@ -182,7 +183,7 @@ impl Members {
         gone
     }
 
-    /// Called when a lookup of a node was not answered.
+    /// Called when a lookup of a node goes unanswered.
     pub fn look_failed(&mut self, name: &str, now: Time) {
         if self.own.looks_for(name) {
             self.own.look_failed(now);
@@ -192,14 +193,14 @@ impl Members {
         }
     }
 
-    /// The owners with this name that wait for a lookup in progress.
+    /// The owners with this name that are waiting for a lookup in progress.
     fn looked_for(&mut self, name: &str) -> impl Iterator<Item = (&Owner, &mut Missing)> {
         let all = self.missing.range_mut(Owner { node: name.to_owned(), incarnation: 0 }..);
         let all = all.take_while(move |(owner, _)| owner.node == name);
         all.filter(|(_, missing)| matches!(missing, Missing::Doubtful { asked: true, .. }))
     }
 
-    /// Watchers do not report that an entry has expired, so silent nodes are looked up, first by the nearest ones.
+    /// Watchers do not report expired entries, so silent nodes are looked up, first by the nodes nearest to them.
     pub fn look_for_silent(&mut self, out: &mut Requests, now: Time) {
         let is_due = |silent: Time, looked_at: Time| silent > LEASE_TTL && now >= looked_at + RETRY;
         let silent = self.nodes.iter().filter_map(|(name, peer)| {
@@ -219,10 +220,10 @@ impl Members {
         }
     }
 
-    /// The node with the most spare ticks, if any has enough for a room.
+    /// The node with the most spare processor time, if any has enough for a room.
     pub fn roomiest(&self, allowed: impl Fn(&str) -> bool) -> Option<Owner> {
         let fitting = self.nodes.iter().filter(|(name, peer)| allowed(name) && has_room(peer));
-        // On a tie this node wins, since its players then need not move.
+        // This node wins ties, since its players then need not move.
         let best = fitting.max_by(|(a, left), (b, right)| {
             let own = |name: &String| *name == self.own.node.name;
             free(left).total_cmp(&free(right)).then(own(a).cmp(&own(b)))
@@ -235,7 +236,7 @@ impl Members {
         self.roomiest(|name| name != self.own.node.name)
     }
 
-    /// Counts a room placed on a node, until the node reports it itself.
+    /// Counts a room as placed on a node until that node reports it.
     pub fn reserve(&mut self, owner: &Owner) {
         if let Some(peer) = self.nodes.get_mut(&owner.node) {
             peer.placed += 1;
@@ -243,7 +244,7 @@ impl Members {
     }
 
     /// Returns whether this node is among the nearest ones with capacity, which may claim a room whose node is gone.
-    /// Nodes agree on this as long as they know of each other.
+    /// Nodes that know of the same nodes agree on this.
     pub fn may_claim(&self, code: &str, count: usize) -> bool {
         self.nodes.get(&self.own.node.name).is_some_and(has_room)
             && self.is_nearest_of(code, count, has_room)
@@ -256,12 +257,12 @@ impl Members {
         let is_nearer = |(name, peer): &(&String, &Peer)| {
             *name != own_name && *name != to && distance(to, name) < own && counts(peer)
         };
-        // Usually one of the first few is nearer.
+        // Usually one of the first few is nearer, so the search ends early.
         self.nodes.iter().filter(is_nearer).nth(count - 1).is_none()
     }
 }
 
-/// Processor time that a node has left, in seconds per second.
+/// A node's spare processor time, in seconds per second.
 fn free(peer: &Peer) -> f64 {
     peer.entry.capacity - peer.entry.used - peer.placed as f64 * ROOM_COST
 }
@@ -270,7 +271,7 @@ fn has_room(peer: &Peer) -> bool {
     !peer.entry.draining && peer.entry.rooms_left > peer.placed && free(peer) >= ROOM_COST
 }
 
-/// Spreads the rooms of a node evenly over the others. If two versions hash differently, they merely disagree on who
+/// Spreads a node's rooms evenly over the others. If two versions hash differently, they merely disagree about who
 /// tries first.
 fn distance(code: &str, node: &str) -> u64 {
     let mut hasher = DefaultHasher::new();

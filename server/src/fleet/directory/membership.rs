@@ -1,4 +1,4 @@
-//! The node's own entry, and the lease that it represents.
+//! The node's own entry, and the lease that the entry represents.
 
 use super::terms::{
     Action, Answer, HELD_FOR, LEASE_TTL, Load, NodeSettings, RENEW_EVERY, RETRY, Requests, Time,
@@ -14,30 +14,31 @@ pub struct Membership {
     pub load: Load,
     /// Whether all rooms should be handed over.
     pub draining: bool,
-    /// Time from which this node may claim rooms of other nodes.
+    /// Time from which this node may claim other nodes' rooms.
     pub claims_from: Time,
     /// Whether the current incarnation has registered since the store may last have forgotten writes.
     pub has_registered: bool,
     /// Revision of the node's entry; `None` if it has no entry.
     revision: Option<Revision>,
-    /// Without an entry, the revision that the next write may replace: 0, or that of an earlier incarnation's entry.
+    /// If there is no entry, the revision that the next write may replace: 0, or the revision of an earlier
+    /// incarnation's entry.
     replaces: Revision,
-    /// Whether a write of the current incarnation was not answered.
+    /// Whether a write by the current incarnation went unanswered.
     may_be_written: bool,
     /// Number of earlier incarnations in this process.
     lost: u64,
-    /// Whether the revision may have changed.
+    /// Whether the revision may have changed in the meantime.
     unsure: bool,
     exchange: Exchange,
     /// Time at which the lease ends.
     held_until: Time,
-    /// Whether the log already says that the name is taken.
+    /// Whether the log already mentions that the name is taken.
     said_taken: bool,
-    /// Whether the node leaves permanently.
+    /// Whether the node has left permanently.
     has_left: bool,
 }
 
-/// The exchange with the store about its entry.
+/// The exchange with the store about the node's entry.
 #[derive(Debug, Default)]
 struct Exchange {
     /// Time at which the current write or lookup was sent.
@@ -63,13 +64,13 @@ impl Membership {
         self.revision.is_some()
     }
 
-    /// Returns whether the store is known to have this incarnation's entry.
+    /// Returns whether the store is known to have an entry of this incarnation.
     pub fn is_confirmed(&self) -> bool {
         self.is_registered() && !self.unsure
     }
 
-    /// Returns whether the lookup of this name is this node checking its entry, after a write that was refused or not
-    /// answered.
+    /// Returns whether a lookup of this name is this node checking its own entry after a write that was refused or went
+    /// unanswered.
     pub fn looks_for(&self, name: &str) -> bool {
         name == self.node.name && self.exchange.is_looking
     }
@@ -79,13 +80,13 @@ impl Membership {
         (now < self.held_until).then_some(self.node.incarnation)
     }
 
-    /// Hands over all rooms, and takes no others.
+    /// Hands over all rooms, and accepts no new ones.
     pub fn drain(&mut self, now: Time) {
         self.draining = true;
         self.exchange.next_at = self.exchange.next_at.min(now);
     }
 
-    /// Called when a connection was made: the store may no longer have the entry.
+    /// Called when a connection has been made; the store may no longer have the entry.
     pub fn connected(&mut self, may_have_forgotten: bool, now: Time) {
         self.claims_from = now + LEASE_TTL;
         if may_have_forgotten {
@@ -97,12 +98,12 @@ impl Membership {
         self.may_be_written |= before.asked_at.is_some() && !before.is_looking;
         self.unsure = self.revision.is_some() || self.may_be_written;
         if self.has_left {
-            // The entry will expire.
+            // The entry is left to expire.
             self.revision = None;
         }
     }
 
-    /// Renews the lease if a renewal is due and `may_renew` allows it. `known` is the revision reported by watchers.
+    /// Renews the lease if a renewal is due and `may_renew` allows it. `known` is the revision that watchers reported.
     pub fn poll(
         &mut self,
         known: Option<Revision>,
@@ -125,13 +126,12 @@ impl Membership {
         }
     }
 
-    /// Removes this node's entry. Rooms that it still plays are paused from now on, and the node does not register
-    /// again.
+    /// Removes this node's entry. Any rooms that it is still playing pause, and the node does not register again.
     pub fn leave(&mut self, out: &mut Requests) {
         self.draining = true;
         self.has_left = true;
         self.end_lease(out);
-        // Otherwise the revision is not known yet.
+        // If a request is in progress, the revision is not known yet.
         if self.exchange.asked_at.is_none() {
             self.remove_entry(self.revision, out);
         }
@@ -145,7 +145,7 @@ impl Membership {
         }
     }
 
-    /// The entry for the next write.
+    /// The entry to write next.
     pub fn entry(&self) -> NodeEntry {
         NodeEntry {
             incarnation: self.node.incarnation,
@@ -178,7 +178,7 @@ impl Membership {
         };
         let is_new = self.revision.replace(revision).is_none();
         self.exchange.next_at = asked_at + RENEW_EVERY;
-        // The others may have lost the store too, and be about to reconnect.
+        // The other nodes may have lost the store too, and be about to reconnect.
         if now >= self.held_until {
             self.claims_from = self.claims_from.max(now + LEASE_TTL);
         }
@@ -191,7 +191,7 @@ impl Membership {
         Some(revision)
     }
 
-    /// Handles the entry that the store has under this node's name. Returns whether this incarnation has lost its
+    /// Handles the entry that the store holds under this node's name. Returns whether this incarnation has lost its
     /// entry.
     pub fn looked_up(
         &mut self,
@@ -216,7 +216,7 @@ impl Membership {
         let Some((entry, revision)) = found else { return true };
         let age = self.node.incarnation.wrapping_sub(entry.incarnation);
         if (1..=self.lost).contains(&age) {
-            // A delayed write of an earlier incarnation, whose rooms are paused.
+            // This is a delayed write by an earlier incarnation, whose rooms are paused.
             self.replaces = *revision;
         } else {
             self.exchange.next_at = now + RETRY;
@@ -230,7 +230,7 @@ impl Membership {
         true
     }
 
-    /// Called when a lookup of this node's own entry was not answered.
+    /// Called when a lookup of this node's own entry goes unanswered.
     pub fn look_failed(&mut self, now: Time) {
         self.exchange = Exchange { next_at: now + RETRY, ..Exchange::default() };
         if self.has_left {
@@ -238,7 +238,7 @@ impl Membership {
         }
     }
 
-    /// The others may consider this incarnation gone. It is not used again if one of its writes may have been seen.
+    /// The others may consider this incarnation gone. It is not used again if others may have seen one of its writes.
     fn lose_lease(&mut self, out: &mut Requests) {
         let may_be_written = std::mem::take(&mut self.may_be_written);
         if self.revision.take().is_some() {

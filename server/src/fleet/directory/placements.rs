@@ -5,19 +5,19 @@ use crate::fleet::entry::{Key, Owner, Revision, RoomEntry};
 use std::collections::{BTreeMap, BTreeSet};
 use tracing::warn;
 
-/// A copy of the entries of all rooms.
+/// A copy of all rooms' entries.
 #[derive(Debug, Default)]
 pub struct Placements {
     entries: BTreeMap<String, (RoomEntry, Revision)>,
     /// Room codes by owner.
     rooms_of: BTreeMap<Owner, BTreeSet<String>>,
-    /// Rooms known to be removed from an answer, with the newest revision that watchers may still report for each.
+    /// Rooms known from an answer to be removed, each with the newest revision that watchers may still report.
     pub(super) removed: BTreeMap<String, Revision>,
-    /// Epochs of rooms' records that are newer than their entries.
+    /// Epochs of rooms whose records are newer than their entries.
     newer_epochs: BTreeMap<String, u64>,
-    /// Rooms that existed before and are missing in the store.
+    /// Rooms that existed before and are now missing from the store.
     missed: BTreeSet<String>,
-    /// Time until which the store may have forgotten the owner of a room.
+    /// Time until which the store may have forgotten a room's owner.
     doubtful_until: Time,
     /// The newest revision of any room's entry when the rooms were first listed by a store that may have forgotten
     /// writes; `Revision::MAX` until they are listed.
@@ -34,7 +34,7 @@ impl Placements {
         self.entries.values_mut().for_each(|(_, revision)| *revision = 0);
     }
 
-    /// Returns whether the store may have forgotten the owner of a room.
+    /// Returns whether the store may have forgotten a room's owner.
     pub fn is_doubtful(&self, now: Time) -> bool {
         now < self.doubtful_until
     }
@@ -46,14 +46,14 @@ impl Placements {
         }
     }
 
-    /// Known rooms that are not in `present`.
+    /// The known rooms that are not in `present`.
     pub fn absent(&self, present: &BTreeSet<Key>) -> Vec<String> {
         let is_absent = |code: &&String| !present.contains(&Key::Room((*code).clone()));
         self.entries.keys().filter(is_absent).cloned().collect()
     }
 
-    /// Called when the watchers have listed the rooms in `present`. The rooms in `absent` were known before, and have
-    /// been dropped.
+    /// Called when the watchers have listed the rooms in `present`. The rooms in `absent` were previously known and
+    /// have been dropped.
     pub fn synced(&mut self, present: &BTreeSet<Key>, absent: Vec<String>) {
         self.removed.retain(|code, _| present.contains(&Key::Room(code.clone())));
         self.synced = true;
@@ -71,12 +71,12 @@ impl Placements {
         self.missed = absent.into_iter().collect();
     }
 
-    /// Returns whether an entry was written after the store may have forgotten writes.
+    /// Returns whether an entry was written after the time when the store may have forgotten writes.
     pub fn is_newer_than_known(&self, revision: Revision) -> bool {
         revision > self.known_revision
     }
 
-    /// The entry of a room, and its revision.
+    /// A room's entry and its revision.
     pub fn get(&self, code: &str) -> Option<&(RoomEntry, Revision)> {
         self.entries.get(code)
     }
@@ -95,28 +95,28 @@ impl Placements {
         self.entries.iter().map(|(code, (entry, _))| (code, entry))
     }
 
-    /// The rooms of an owner, if it has any.
+    /// An owner's rooms, if it has any.
     pub fn rooms_of(&self, owner: &Owner) -> Option<&BTreeSet<String>> {
         self.rooms_of.get(owner)
     }
 
-    /// Returns whether the store has forgotten a room that its node may still write back.
+    /// Returns whether the store has forgotten a room that the room's node may still write back.
     pub fn is_missed(&self, code: &str) -> bool {
         self.missed.contains(code)
     }
 
-    /// Looks up the entry of a room, unless a lookup is in progress.
+    /// Looks up a room's entry, unless a lookup is already in progress.
     pub fn look_up(&self, code: &str, requests: &mut Requests) {
         requests.look_up(Key::Room(code.to_owned()), self.revision(code));
     }
 
-    /// Returns whether an entry is newer than the known state of the room. An answer may have reported it already,
-    /// along with later changes.
+    /// Returns whether an entry is newer than the room's known state. An answer may already have reported it, along
+    /// with later changes.
     pub fn is_news(&self, code: &str, revision: Revision) -> bool {
         self.revision(code).max(self.removed.get(code).copied()) < Some(revision)
     }
 
-    /// Stores the newest entry of a room.
+    /// Stores a room's newest entry.
     pub fn insert(&mut self, code: String, entry: RoomEntry, revision: Revision) {
         self.removed.remove(&code);
         self.missed.remove(&code);
@@ -127,7 +127,7 @@ impl Placements {
         self.entries.insert(code, (entry, revision));
     }
 
-    /// Removes the entry of a room. Returns its owner if that was its last room.
+    /// Removes a room's entry. Returns the owner if that was its last room.
     pub fn forget(&mut self, code: &str) -> Option<Owner> {
         let (entry, _) = self.entries.remove(code)?;
         let codes = self.rooms_of.get_mut(&entry.owner).expect("each entry is in it");
@@ -139,7 +139,7 @@ impl Placements {
         Some(entry.owner)
     }
 
-    /// Handles a removal that a watcher reports with this revision. Returns whether it removes the known entry.
+    /// Handles a removal that a watcher reported with this revision. Returns whether it removes the known entry.
     pub fn removed_by(&mut self, code: &str, revision: Revision) -> bool {
         if self.removed.get(code).is_some_and(|by| *by <= revision) {
             self.removed.remove(code);
@@ -152,7 +152,7 @@ impl Placements {
         is_removed
     }
 
-    /// Handles an answer that the entry with this revision was removed. Returns whether that is the known entry.
+    /// Handles an answer saying that the entry with this revision was removed. Returns whether that is the known entry.
     pub fn found_removed(&mut self, code: &str, revision: Revision) -> bool {
         let is_known = self.revision(code) == Some(revision);
         if is_known {
@@ -161,25 +161,25 @@ impl Placements {
         is_known
     }
 
-    /// Notes that a missing room may be one that the store has forgotten.
+    /// Notes that a missing room may be one that the store forgot.
     pub fn miss(&mut self, code: String, now: Time) {
         if self.is_doubtful(now) {
             self.missed.insert(code);
         }
     }
 
-    /// Notes that the records of a room have this epoch.
+    /// Notes that a room's records have this epoch.
     pub fn has_records_of(&mut self, code: &str, epoch: u64) {
         let newest = self.newer_epochs.entry(code.to_owned()).or_default();
         *newest = epoch.max(*newest);
     }
 
-    /// Returns whether the records of a room have a later epoch than this.
+    /// Returns whether a room's records have a later epoch than this.
     pub fn is_outdated(&self, code: &str, epoch: u64) -> bool {
         self.newer_epochs.get(code).is_some_and(|newer| *newer > epoch)
     }
 
-    /// The epoch for the next entry of a room, after all known ones and `held`.
+    /// The epoch for a room's next entry: later than all known epochs and `held`.
     pub fn next_epoch(&self, code: &str, held: u64) -> u64 {
         let known = self.entries.get(code).map_or(0, |(entry, _)| entry.epoch);
         let newer = self.newer_epochs.get(code).copied().unwrap_or(0);

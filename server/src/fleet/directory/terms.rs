@@ -1,29 +1,29 @@
-//! The words of the directory: its times, what goes in and comes out, and what it asks of its driver.
+//! The directory's vocabulary: its time constants, its inputs and outputs, and what it asks of its driver.
 
 use crate::fleet::entry::{Entry, Key, Revision, RoomCounts, RoomEntry};
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-/// Time between two renewals of a lease.
+/// Interval between lease renewals.
 pub const RENEW_EVERY: Duration = Duration::from_secs(2);
-/// Time after which an entry that was not renewed is gone. Losing the leader of a cluster of three took up to seven
-/// seconds.
+/// Time after which an entry that was not renewed expires. In a cluster of three, replacing a lost leader took up to
+/// seven seconds.
 pub const LEASE_TTL: Duration = Duration::from_secs(20);
-/// Time since the last answered renewal was sent after which a node's rooms pause. The difference to [`LEASE_TTL`]
-/// allows for clocks that run at different speeds, and for a tick that has already started.
+/// How long after sending the last answered renewal a node's rooms pause. The margin below [`LEASE_TTL`] allows for
+/// clocks that run at different speeds and for a tick that has already started.
 pub const HELD_FOR: Duration = Duration::from_secs(15);
-/// Time between the attempts of two nodes to claim a room, the nearer one first.
+/// Delay between successive nodes' attempts to claim a room; the nearest node goes first.
 pub const CLAIM_STEP: Duration = Duration::from_millis(500);
-/// A draining node hands over one of this many rooms at a time.
+/// A draining node hands over up to one in this many of its rooms at once, and at least one.
 pub const ROOMS_PER_PARTING: usize = 16;
-/// Wait before a failed operation is tried again.
+/// Delay before a failed operation is retried.
 pub const RETRY: Duration = Duration::from_millis(500);
-/// Number of nodes that look up a silent node first, and inform the others. It doubles after each [`RETRY`].
+/// Number of nodes that are the first to look up a silent node. It doubles after each [`RETRY`].
 pub const LOOKERS: usize = 3;
-/// Processor time that a room is assumed to take until its node has measured it, in seconds per second.
+/// Processor time that a room is assumed to need until its node has measured it, in seconds per second.
 pub const ROOM_COST: f64 = 0.03;
 
-/// Time since the node started.
+/// Time since the node's start.
 pub type Time = Duration;
 
 /// An action for the driver.
@@ -31,17 +31,17 @@ pub type Time = Duration;
 pub enum Action {
     /// Writes an entry if it still has this revision; the answer goes to [`answered`](super::Directory::answered).
     Write(Key, Entry, Revision),
-    /// Removes an entry in the same way. Revision 0 means that the entry has expired, and that watchers should be
+    /// Removes an entry in the same way. Revision 0 means that the entry has expired and that watchers should be
     /// notified.
     Remove(Key, Revision),
     /// Reads an entry. The result goes to [`looked`](super::Directory::looked), a failure to
     /// [`look_failed`](super::Directory::look_failed).
     Look(Key),
-    /// Opens a room from its records, or as a new room without any. [`RoomEvent::Opened`] follows.
+    /// Opens a room from its records, or as a new room if it has none. [`RoomEvent::Opened`] follows.
     Open(String, RoomEntry),
-    /// Ends a room with a last record of its whole state. [`RoomEvent::Parted`] follows.
+    /// Ends a room with a final record of its whole state. [`RoomEvent::Parted`] follows.
     Part(String),
-    /// Ends a room that another node plays; players get that node's address, if known.
+    /// Ends a room that another node plays; players are given that node's address, if known.
     Stop(String, Option<String>),
     /// Continues a room under another incarnation of this node.
     Resume(String),
@@ -56,105 +56,106 @@ pub enum RoomEvent {
     Opened,
     /// The room could not be opened on this node.
     OpenFailed,
-    /// The room is over, and its records have been removed.
+    /// The room is over and its records have been removed.
     Ended,
-    /// The room has ended on this node, and its last record is written.
+    /// The room has ended on this node and its final record has been written.
     Parted,
-    /// A write of the room's records was refused. Another node has begun to play it, or an earlier process of this node
-    /// did.
+    /// A write of the room's records was refused because another node, or an earlier process of this node, has begun to
+    /// play the room.
     Fenced,
 }
 
 /// The answer to a conditional write or removal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {
-    /// The operation was done; holds the entry's new revision.
+    /// The operation succeeded; holds the entry's new revision.
     Done(Revision),
-    /// The entry has another revision.
+    /// The entry has a different revision.
     Refused,
-    /// No answer came, so that the outcome is unknown.
+    /// No answer came, so the outcome is unknown.
     Unknown,
 }
 
-/// A change of the directory.
+/// A change to the directory.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Change {
     /// An entry was written.
     Written(Key, Entry, Revision),
-    /// An entry was removed, by a write of this revision.
+    /// An entry was removed by a write with this revision.
     Gone(Key, Revision),
 }
 
-/// The location of a room.
+/// A room's location.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Located {
-    /// This node plays it.
+    /// This node plays the room.
     Here,
-    /// This node will soon open the room, or know who does.
+    /// This node will soon open the room, or find out who plays it.
     Soon,
-    /// The node at this address plays it.
+    /// The node at this address plays the room.
     At(String),
-    /// The room's node is gone or silent; another will claim it.
+    /// The room's node is gone or silent; another node will claim the room.
     Lost,
     /// The room does not exist.
     Unknown,
 }
 
-/// The reason why a room cannot be placed.
+/// The reason why a room could not be placed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlaceError {
     /// No node has capacity for another room.
     Full,
     /// A room with this code exists.
     Taken,
-    /// This node does not know the others yet, or its lease has expired.
+    /// This node does not know the other nodes yet, or its lease has expired.
     NotNow,
 }
 
-/// The measured load of this node, for its entry.
+/// The measured load of this node, for the node's entry.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Load {
-    /// Processor time that the rooms took, in seconds per second.
+    /// Processor time that the rooms use, in seconds per second.
     pub used: f64,
-    /// Number of rooms that may still be opened.
+    /// Number of rooms that can still be opened.
     pub rooms_left: usize,
     /// The public rooms.
     pub rooms: Vec<RoomCounts>,
 }
 
-/// The settings of a node.
+/// A node's settings.
 #[derive(Clone, Debug, Default)]
 pub struct NodeSettings {
     /// The node's name, unique in the fleet.
     pub name: String,
     /// Address at which players reach the node.
     pub url: String,
-    /// Processor time for the node's rooms, in seconds per second.
+    /// Processor time available to the node's rooms, in seconds per second.
     pub capacity: f64,
-    /// The first incarnation, a random number.
+    /// The node's first incarnation, a random number.
     pub incarnation: u64,
-    /// The mark of the fleet's secret. See [`super::super::settings::FleetSettings::secret_mark`].
+    /// A mark derived from the fleet's secret. See [`super::super::settings::FleetSettings::secret_mark`].
     pub secret_mark: u32,
 }
 
-/// What the directory asks of its driver, in the order in which it was decided: actions that this has not taken yet, and lookups that are not answered yet.
+/// What the directory asks of its driver, in order of decision: actions that the driver has not taken yet, and lookups
+/// that have not been answered yet.
 #[derive(Debug, Default)]
 pub struct Requests {
     pub actions: Vec<Action>,
     lookups: BTreeMap<Key, Lookup>,
 }
 
-/// A lookup of an entry that is in progress.
+/// A lookup of an entry in progress.
 #[derive(Clone, Copy, Debug)]
 pub struct Lookup {
     /// The entry's known revision when the lookup was sent.
     pub known: Option<Revision>,
-    /// Revision of the newest removal reported since.
+    /// The revision of the newest removal reported since then.
     pub removed_by: Revision,
 }
 
 impl Requests {
-    /// Looks up an entry of which this revision is known. Returns false if a lookup is already in progress.
+    /// Looks up an entry whose known revision is this. Returns false if a lookup is already in progress.
     pub fn look_up(&mut self, key: Key, known: Option<Revision>) -> bool {
         let is_new = !self.is_looking_up(&key);
         if is_new {
@@ -168,7 +169,7 @@ impl Requests {
         self.lookups.contains_key(key)
     }
 
-    /// Called when an entry was removed: a lookup in progress may still find the old entry.
+    /// Called when an entry has been removed, since a lookup in progress may still find the old entry.
     pub fn removed_by(&mut self, key: &Key, revision: Revision) {
         if let Some(lookup) = self.lookups.get_mut(key) {
             lookup.removed_by = revision;

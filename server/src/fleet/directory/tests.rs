@@ -1,4 +1,4 @@
-//! Tests of each rule: a directory of node `a` among others. The test plays the store and the driver.
+//! Tests for each rule: a directory of node `a` among other nodes. The test plays the part of the store and the driver.
 
 mod reconnecting;
 
@@ -48,7 +48,7 @@ fn written(key: Key, entry: Entry, revision: Revision) -> Change {
     Change::Written(key, entry, revision)
 }
 
-/// A new node that knows of no other.
+/// A new node that knows of no other nodes.
 fn unregistered() -> Directory {
     let mut directory = Directory::new(NodeSettings {
         name: "a".into(),
@@ -64,7 +64,7 @@ fn unregistered() -> Directory {
     directory
 }
 
-/// Like [`unregistered`], but registered with revision 1, and allowed to claim rooms.
+/// Like [`unregistered`], but registered at revision 1 and allowed to claim rooms.
 fn registered() -> Directory {
     let mut directory = unregistered();
     directory.poll(s(0.0));
@@ -74,7 +74,7 @@ fn registered() -> Directory {
     directory
 }
 
-/// Like [`registered`], with a node `b` of incarnation 7 that has a room.
+/// Like [`registered`], plus a node `b` with incarnation 7 that has a room.
 fn beside_b() -> Directory {
     let mut directory = registered();
     directory.changed(written(node_key("b"), node(7, 0, 0.5), 2), s(0.0));
@@ -83,7 +83,7 @@ fn beside_b() -> Directory {
     directory
 }
 
-/// Like [`beside_b`], with a room that node `a` plays, at revision 2.
+/// Like [`beside_b`], plus a room that node `a` plays, at revision 2.
 fn playing() -> Directory {
     let mut directory = beside_b();
     directory.changed(written(room_key("y"), room(owner("a", A), 1), 2), s(0.0));
@@ -97,7 +97,7 @@ fn claim(incarnation: u64, epoch: u64, revision: Revision) -> Action {
     Action::Write(room_key("x"), room(owner("a", incarnation), epoch), revision)
 }
 
-/// The actions of a poll, without renewals of the node's own lease.
+/// The actions that a poll produces, without renewals of the node's own lease.
 fn polled(directory: &mut Directory, now: Time) -> Vec<Action> {
     directory.poll(now);
     let own = |action: &Action| match action {
@@ -376,7 +376,7 @@ fn rooms_go_where_most_is_left_and_nowhere_when_all_are_full() {
             placed.push(());
         }
     }
-    // Ten rooms on this node, two on b and one on c.
+    // There are ten rooms on this node, two on b and one on c.
     let mut owners: Vec<String> = Vec::new();
     for action in directory.take_actions() {
         let Action::Write(_, Entry::Room(entry), 0) = action else { panic!("{action:?}") };

@@ -1,4 +1,4 @@
-//! Carries out the decisions of the directory, and reports events to it.
+//! Carries out the directory's decisions and reports events to the directory.
 
 use super::link::NatsLink;
 use super::publisher::Publisher;
@@ -22,14 +22,14 @@ use tokio::task::{JoinSet, spawn_blocking};
 use tokio::time::{Instant, interval, sleep, timeout};
 use tracing::{error, info, warn};
 
-/// Time between two polls of the directory.
+/// Interval at which the directory is polled.
 const POLL_EVERY: Duration = Duration::from_millis(100);
-/// Time between two measurements of the load.
+/// Interval between load measurements.
 const MEASURE_EVERY: Duration = Duration::from_secs(1);
-/// Time between two checks whether a room's thread has ended.
+/// Interval at which to check whether a room's thread has ended.
 const THREAD_LOOK: Duration = Duration::from_millis(2);
 
-/// The driver of a node.
+/// A node's driver.
 pub struct Driver {
     settings: FleetSettings,
     fleet: Arc<Fleet>,
@@ -50,7 +50,7 @@ struct Connected {
 }
 
 impl Driver {
-    /// Creates the driver of a node's rooms.
+    /// Creates the driver for a node's rooms.
     pub fn new(
         settings: FleetSettings,
         fleet: Arc<Fleet>,
@@ -74,7 +74,7 @@ impl Driver {
             rooms: Arc::clone(&self.rooms),
             publisher: Arc::clone(&self.publisher),
         };
-        // These tasks end with this one.
+        // These tasks end when this one does.
         let mut tasks = JoinSet::new();
         let follows = connected.clone();
         tasks.spawn(async move { follows.link.follow(&follows.store).await });
@@ -148,8 +148,8 @@ impl Connected {
         }
     }
 
-    /// Writes, removes or reads an entry over the connection with this number. An answer over a later connection could
-    /// come from a store that has forgotten something this one reported.
+    /// Writes, removes or reads an entry over the connection with this number. An answer that arrives over a later
+    /// connection could come from a store that has forgotten something reported over this one.
     async fn exchange(self, action: Action, connection: u64) {
         let (store, is_current) = (&self.store, self.link.is_current(connection));
         match action {
@@ -185,10 +185,9 @@ impl Connected {
         }
     }
 
-    /// Sends a command to a room. It is delivered unless the room ends first, even if the room's queue is full for a
-    /// moment.
+    /// Sends a command to a room. It is delivered unless the room ends first, even if the room's queue is briefly full.
     fn insist(&self, code: String, command: AdminCommand) {
-        // Tried at once, so that the command precedes the directory's next actions.
+        // Tried immediately, so that the command precedes the directory's next actions.
         let Some(command) = self.rooms.try_command(&code, command) else { return };
         let rooms = Arc::clone(&self.rooms);
         tokio::spawn(async move { rooms.insist(&code, command).await });
@@ -250,8 +249,7 @@ impl Connected {
         Ok(adopted)
     }
 
-    /// Reads the records of a room, and shuts out the node that wrote them. An error means that this node is the one
-    /// that is late.
+    /// Reads a room's records, and shuts out the node that wrote them. An error means that this node is the late one.
     async fn take_over(&self, code: &str, epoch: u64) -> Result<RoomRecords, String> {
         loop {
             if let Ok(records) = self.records.read(code).await {

@@ -1,4 +1,4 @@
-//! Follows a bucket, and turns the entries reported by its watcher into changes of the directory.
+//! Follows a bucket, and turns the entries that its watcher reports into changes to the directory.
 
 use super::store::watched;
 use crate::fleet::directory::Change;
@@ -11,18 +11,18 @@ use tracing::warn;
 pub struct Follower {
     /// The entries that existed when watching began; `None` once all of them have been reported.
     initial: Option<BTreeSet<Key>>,
-    /// Unreadable entries that have been logged.
+    /// Unreadable entries that have already been logged.
     unreadable: BTreeSet<Key>,
 }
 
 impl Follower {
-    /// Called when the bucket is watched from its beginning again.
+    /// Called when watching the bucket starts over from the beginning.
     pub fn begin(&mut self) {
         self.initial = Some(BTreeSet::new());
     }
 
-    /// Handles a reported entry; `None` if it cannot be read. Such an entry counts as present, with its last known
-    /// value.
+    /// Handles a reported entry. Returns `None` if the entry cannot be read; it then counts as present, with its last
+    /// known value.
     pub fn hear(
         &mut self,
         key: Key,
@@ -49,7 +49,7 @@ impl Follower {
         Some(Change::Written(key, entry, revision))
     }
 
-    /// Takes the initial entries, once all of them have been reported.
+    /// Takes the initial entries once all of them have been reported.
     pub fn take_initial(&mut self) -> Option<BTreeSet<Key>> {
         self.initial.take()
     }

@@ -1,6 +1,6 @@
 //! The connection to NATS, which is re-established in the background. Each time, missing buckets and streams are
-//! created, and the directory starts again from all entries, because NATS may be another server, or may have forgotten
-//! acknowledged writes.
+//! created, and the directory starts over from all entries, because NATS may be a different server or may have
+//! forgotten acknowledged writes.
 
 use super::follower::Follower;
 use super::records::Records;
@@ -21,24 +21,24 @@ use tokio::sync::Notify;
 use tokio::time::sleep;
 use tracing::warn;
 
-/// Time between two checks whether the connection is still the same.
+/// Interval at which to check whether the connection is still the same.
 const LINK_LOOK: Duration = Duration::from_millis(50);
 
-/// The connection of a node.
+/// A node's connection.
 pub struct NatsLink {
     context: Context,
     client: Client,
     statistics: Arc<Statistics>,
     settings: FleetSettings,
     fleet: Arc<Fleet>,
-    /// The number of connections made when the directory last started again.
+    /// The number of connections that had been made when the directory last started over.
     begun_at: AtomicU64,
-    /// Triggers a check of the buckets, because one could not be followed.
+    /// Triggers a check of the buckets because one of them could not be followed.
     failed: Notify,
 }
 
 impl NatsLink {
-    /// The link over the connection of this context.
+    /// Creates the link that uses this context's connection.
     pub fn new(context: Context, settings: FleetSettings, fleet: Arc<Fleet>) -> NatsLink {
         let client = context.client();
         let (statistics, failed) = (client.statistics(), Notify::new());
@@ -53,7 +53,7 @@ impl NatsLink {
         }
     }
 
-    /// Opens the buckets and the stream as soon as NATS allows it. Missing ones are created.
+    /// Opens the buckets and the stream as soon as NATS allows it, creating any that are missing.
     pub async fn open(&self) -> (Store, Records) {
         let mut said = false;
         loop {
@@ -76,16 +76,16 @@ impl NatsLink {
         }
     }
 
-    /// Returns whether the connection with this number, as counted by the directory, is still open. A message sent
-    /// after it closed would wait in the client for the next one, and might arrive at a NATS server that has forgotten
-    /// the state it refers to.
+    /// Returns whether the connection with this number, as counted by the directory, is still open. After it closes, a
+    /// message would wait in the client for the next connection, and might reach a NATS server that has forgotten the
+    /// state to which the message refers.
     pub fn is_current(&self, number: u64) -> bool {
         self.fleet.ask(|directory| directory.connection()) == number
             && self.connects() == self.begun_at.load(Ordering::Relaxed)
             && self.client.connection_state() == State::Connected
     }
 
-    /// Follows the buckets of this store, over one connection after another.
+    /// Follows this store's buckets, over one connection after another.
     pub async fn follow(&self, store: &Store) {
         let (mut known_server, mut known_born) = (String::new(), store.born());
         loop {
@@ -125,7 +125,7 @@ impl NatsLink {
         }
     }
 
-    /// Creates missing buckets, now and whenever a bucket cannot be followed. Returns once the buckets have been
+    /// Creates any missing buckets, now and whenever a bucket cannot be followed. Returns once the buckets have been
     /// replaced.
     async fn other_buckets(&self, known: Born) -> Born {
         loop {
@@ -137,7 +137,7 @@ impl NatsLink {
         }
     }
 
-    /// Follows a bucket. If its watcher ends, starts again from all entries.
+    /// Follows a bucket. If the watcher ends, starts over from all entries.
     async fn follow_bucket(&self, store: &Store, kind: BucketKind) {
         let mut follower = Follower::default();
         loop {

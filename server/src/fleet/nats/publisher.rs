@@ -1,4 +1,4 @@
-//! Publishes the rooms' records: a task per room writes them to the stream, one after another.
+//! Publishes rooms' records. For each room, a task writes them to the stream, one after another.
 
 use super::records::{Records, Sequence};
 use super::room_task::{RoomOutcome, RoomTask, RoomTaskContext};
@@ -11,12 +11,12 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::runtime::Handle;
 use tokio::sync::mpsc;
 
-/// Stores the records of rooms for other nodes.
+/// Stores rooms' records for other nodes.
 pub struct Publisher {
     shared: Arc<RoomTaskContext>,
     policy: Arc<Policy>,
     handle: Handle,
-    /// Every task holds a clone of the sender. Once all are dropped, no task is left.
+    /// Every task holds a clone of the sender. Once all of them are dropped, no tasks are left.
     alive: Mutex<Option<mpsc::Sender<Infallible>>>,
     all_gone: Mutex<mpsc::Receiver<Infallible>>,
 }
@@ -54,8 +54,8 @@ impl Publisher {
         &self.policy
     }
 
-    /// Starts the task of a room whose last message is `last`. Returns the log that the task reads until the log is
-    /// sealed, or `None` if the server is ending.
+    /// Starts the task for a room whose last message is `last`. Returns the log, which the task reads until the log is
+    /// sealed, or `None` if the server is shutting down.
     pub fn open(
         &self,
         records: &Records,
@@ -74,7 +74,7 @@ impl Publisher {
         Some(shared)
     }
 
-    /// Waits until all records are written, and ends.
+    /// Waits until all records have been written, and then ends.
     pub fn close(&self) {
         lock(&self.alive).take();
         lock(&self.all_gone).blocking_recv();

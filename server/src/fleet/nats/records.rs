@@ -1,6 +1,6 @@
-//! The records of rooms in a stream, with a subject per room. A message holds records in the format of a room's file,
-//! or a part of them. Each is written on condition that the last message of the subject is still the one that the
-//! writer knows, so that a new owner's first message shuts out the previous owner.
+//! Rooms' records in a stream that has one subject per room. A message holds all or part of some records, in the format
+//! of a room's file. Each message is written only if the subject's last message is still the one that the writer knows,
+//! so a new owner's first message shuts out the previous owner.
 
 use crate::fleet::settings::FleetSettings;
 use async_nats::HeaderMap;
@@ -11,20 +11,20 @@ use async_nats::jetstream::stream::{Config, LastRawMessageErrorKind, Stream};
 use bytes::Bytes;
 use jostle_protocol::replay::header;
 
-/// Longest message of the stream, bytes; NATS allows 1 MiB by default.
+/// Maximum length of a message in the stream, bytes; NATS allows 1 MiB by default.
 const FLEET_MESSAGE_BYTES_MAX: usize = 512 << 10;
 
 const STREAM: &str = "jostle_records";
-/// Epoch of the room's entry under which a message was written.
+/// Epoch of the room entry under which a message was written.
 const EPOCH: &str = "Jostle-Epoch";
-/// The writer's number of the message, by which the writer recognises it.
+/// The number that the writer gave the message, by which it recognises the message.
 const WRITER: &str = "Jostle-Writer";
-/// Sequence of the first message of the newest complete file, as of this message; 0 means this message itself.
+/// Sequence number of the first message of the newest complete file, as of this message; 0 means this message itself.
 const FROM: &str = "Jostle-From";
-/// Number of the message among those of a file's beginning, and their count.
+/// Position of the message among those that make up a file's beginning, and their count.
 const PART: &str = "Jostle-Part";
 
-/// Sequence of a message in the stream.
+/// A message's sequence number in the stream.
 pub type Sequence = u64;
 
 #[derive(Clone)]
@@ -36,11 +36,11 @@ pub struct Records {
 /// The result of a conditional write.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Published {
-    /// The message was written with this sequence.
+    /// The message was written with this sequence number.
     Done(Sequence),
-    /// Another writer has written a message.
+    /// Another writer has written a message in the meantime.
     Refused,
-    /// The outcome is unknown: no answer came, or NATS gave a reason.
+    /// The outcome is unknown: NATS gave this reason, or did not answer.
     Unknown(String),
 }
 
@@ -49,29 +49,29 @@ pub enum Published {
 pub struct Message {
     /// Epoch of the room's entry.
     pub epoch: u64,
-    /// The writer's unique number of the message.
+    /// The unique number that the writer gave the message.
     pub writer: u64,
-    /// Sequence of the first message of the newest complete file; 0 if this message is one.
+    /// Sequence number of the first message of the newest complete file; 0 if this message is the first one.
     pub from: Sequence,
-    /// Number of the message among the parts of a file's beginning, from 1, and their count.
+    /// Position of the message among the parts of a file's beginning, counted from 1, and their count.
     pub part: Option<(usize, usize)>,
     pub payload: Bytes,
 }
 
-/// The last message of a room; all fields are 0 or `None` if it does not exist.
+/// A room's last message; all fields are 0 or `None` if there is none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tail {
     pub sequence: Sequence,
-    /// The writer's number of the message.
+    /// The number that the writer gave the message.
     pub writer: Option<u64>,
     /// The epoch under which the message was written.
     pub epoch: u64,
 }
 
-/// The messages of rooms, as written by their owners. An error of the last two functions means that no answer came, so
-/// that the outcome is unknown.
+/// Rooms' messages, as written by their owners. An error from the last two functions means that no answer came, so the
+/// outcome is unknown.
 pub trait RecordStream: Clone + Send + Sync + 'static {
-    /// Writes a message if `last` is still the room's last one.
+    /// Writes a message if `last` is still the room's last message.
     fn publish(
         &self,
         code: &str,
@@ -79,10 +79,10 @@ pub trait RecordStream: Clone + Send + Sync + 'static {
         last: Sequence,
     ) -> impl Future<Output = Published> + Send;
 
-    /// Reads the last message of a room from the leader.
+    /// Reads a room's last message from the leader.
     fn tail(&self, code: &str) -> impl Future<Output = Result<Tail, String>> + Send;
 
-    /// Removes the messages of a room before a sequence.
+    /// Removes a room's messages before a sequence number.
     fn purge(
         &self,
         code: &str,
@@ -90,21 +90,21 @@ pub trait RecordStream: Clone + Send + Sync + 'static {
     ) -> impl Future<Output = Result<(), String>> + Send;
 }
 
-/// The records of a room.
+/// A room's records.
 #[derive(Clone, Debug, Default)]
 pub struct RoomRecords {
-    /// The bytes of the room's file; `None` if nothing was ever stored.
+    /// The contents of the room's file; `None` if nothing was ever stored.
     pub file: Option<Vec<u8>>,
-    /// Sequence of the file's first message.
+    /// Sequence number of the file's first message.
     pub from: Sequence,
-    /// Sequence of the subject's last message, 0 without one.
+    /// Sequence number of the subject's last message, or 0 if there is none.
     pub last: Sequence,
-    /// Epoch of the last message, 0 without one.
+    /// Epoch of the last message, or 0 if there is none.
     pub epoch: u64,
 }
 
 impl Records {
-    /// Opens the stream, and creates it if it is missing.
+    /// Opens the stream, creating it if it is missing.
     pub async fn open(context: &Context, settings: &FleetSettings) -> Result<Records, String> {
         let config = Config {
             name: STREAM.to_owned(),
@@ -122,7 +122,7 @@ impl Records {
         Ok(Records { context: context.clone(), stream })
     }
 
-    /// Reads the newest complete file of a room, with the records appended to it.
+    /// Reads a room's newest complete file and the records appended to it.
     pub async fn read(&self, code: &str) -> Result<RoomRecords, String> {
         let Some(last) = self.last(code).await? else { return Ok(RoomRecords::default()) };
         let (end, epoch) = (last.sequence, number(&last, EPOCH).unwrap_or(0));
@@ -195,12 +195,12 @@ impl RecordStream for Records {
     }
 }
 
-/// A file that is assembled from messages.
+/// A file being assembled from messages.
 #[derive(Default)]
 struct File {
     whole: Option<Vec<u8>>,
     from: Sequence,
-    /// The parts read so far of an incomplete beginning, and its first message.
+    /// The parts of an incomplete beginning read so far, and the sequence number of the first one.
     begun: (Vec<u8>, Sequence),
 }
 
@@ -236,7 +236,7 @@ fn subject(code: &str) -> String {
     format!("jostle.records.{code}")
 }
 
-/// Splits bytes into payloads that NATS accepts.
+/// Splits bytes into payloads of a size that NATS accepts.
 pub fn payloads(bytes: Vec<u8>) -> Vec<Bytes> {
     let mut rest = Bytes::from(bytes);
     let mut payloads = Vec::new();
@@ -258,7 +258,7 @@ mod tests {
         assert_eq!(file.whole, None);
         file.add(Some((1, 1)), 2, b"a");
         file.add(None, 3, b"b");
-        // A beginning of which only a part was written, before another node took over.
+        // Only part of this beginning was written before another node took over.
         file.add(Some((1, 3)), 4, b"x");
         file.add(Some((2, 3)), 5, b"y");
         file.add(None, 6, b"c");

@@ -1,4 +1,5 @@
-//! The task for one room's records: writes them to the stream one after another, and removes them when the room ends.
+//! The task for one room's records. It writes them to the stream one after another, and removes them when the room
+//! ends.
 
 use super::records::{Message, Published, RecordStream, Sequence, Tail, payloads};
 use crate::fleet::directory::RETRY;
@@ -12,15 +13,15 @@ use std::time::Duration;
 use tokio::time::{Instant, sleep, timeout};
 use tracing::warn;
 
-/// Time after which a batch of records that cannot be written is given up.
+/// Time after which the attempt to write a batch of records is given up.
 const FLEET_PUBLISH: Duration = Duration::from_secs(15);
 
-/// The outcome of a room, for the directory.
+/// A room's outcome, for the directory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RoomOutcome {
-    /// The room's last record is written, for the node that continues it.
+    /// The room's final record has been written, for the node that continues the room.
     Parted,
-    /// The room is over, and its records have been removed.
+    /// The room is over and its records have been removed.
     Ended,
     /// Another node has begun to play the room.
     Fenced,
@@ -29,15 +30,15 @@ pub enum RoomOutcome {
 /// Receives the outcome of the room with this code.
 type Report = dyn Fn(&str, RoomOutcome) + Send + Sync;
 
-/// Shared by the tasks of all rooms.
+/// State shared by all rooms' tasks.
 pub struct RoomTaskContext {
-    /// The next message number; each process starts at a random one.
+    /// The next message number. Each process starts at a random one.
     next_writer: AtomicU64,
     report: Box<Report>,
 }
 
 impl RoomTaskContext {
-    /// Numbers messages from `first_writer` on, and reports the outcomes of rooms.
+    /// Numbers messages from `first_writer` upwards, and reports rooms' outcomes.
     pub fn new(
         first_writer: u64,
         report: impl Fn(&str, RoomOutcome) + Send + Sync + 'static,
@@ -51,29 +52,29 @@ impl RoomTaskContext {
     }
 }
 
-/// The task of one room.
+/// The task for one room.
 pub struct RoomTask<S> {
     shared: Arc<RoomTaskContext>,
     stream: S,
     code: String,
     epoch: u64,
-    /// The last message of the room.
+    /// The room's last message.
     last: Sequence,
-    /// Numbers of the messages sent since then. An abandoned one may still be written while the connection to NATS
+    /// Numbers of the messages sent since then. An abandoned message may still be written while the connection to NATS
     /// holds it.
     sent: Vec<u64>,
-    /// The first message of the newest complete file; 0 before the first file.
+    /// The first message of the newest complete file; 0 if there is no file yet.
     from: Sequence,
     /// Whether another node has begun to play the room.
     shut_out: bool,
-    /// Whether the stream has forgotten a part of the current file.
+    /// Whether the stream has forgotten part of the current file.
     forgotten: bool,
-    /// The reason why the last attempt failed.
+    /// The reason why the previous attempt failed.
     reason: String,
 }
 
 impl<S: RecordStream> RoomTask<S> {
-    /// Creates the task of a room whose last message is `last`, for a node that writes under this epoch of the room's
+    /// Creates the task for a room whose last message is `last`, on a node that writes under this epoch of the room's
     /// entry.
     pub fn new(
         shared: Arc<RoomTaskContext>,
@@ -97,7 +98,7 @@ impl<S: RecordStream> RoomTask<S> {
         }
     }
 
-    /// Writes the output of this reader until the room has ended.
+    /// Writes this reader's output until the room has ended.
     pub async fn run(mut self, mut reader: LogReader) {
         while !reader.is_finished {
             let next = reader.next(Instant::now().into_std(), false);
@@ -147,7 +148,7 @@ impl<S: RecordStream> RoomTask<S> {
         self.from = first;
         let (stream, code) = (self.stream.clone(), self.code.clone());
         tokio::spawn(async move {
-            // If the purge fails, the rest is removed after the next file.
+            // If the purge fails, the leftover messages are removed after the next file.
             let _ = stream.purge(&code, first).await;
         });
         true
@@ -177,7 +178,7 @@ impl<S: RecordStream> RoomTask<S> {
                     sleep(RETRY).await;
                 }
                 Published::Refused => match self.stream.tail(&self.code).await {
-                    // An earlier attempt was written after all.
+                    // An earlier attempt turned out to have been written after all.
                     Ok(tail) if tail.writer == Some(writer) => {
                         return Some(self.written(tail.sequence));
                     }
@@ -186,7 +187,7 @@ impl<S: RecordStream> RoomTask<S> {
                     Ok(tail) if self.is_own(tail) => self.last = tail.sequence,
                     Ok(tail) if self.is_forgotten(tail) => {
                         self.last = tail.sequence;
-                        // The first message of a file depends on no earlier one.
+                        // The first message of a file does not depend on any earlier ones.
                         if part.is_none_or(|(number, ..)| number > 1) {
                             self.forgotten = true;
                             return None;
@@ -200,7 +201,8 @@ impl<S: RecordStream> RoomTask<S> {
         None
     }
 
-    /// Called when a message is known to be written: all earlier ones are written by now, or never will be.
+    /// Called when a message is known to have been written. All earlier ones have been written by now, or never will
+    /// be.
     fn written(&mut self, sequence: Sequence) -> Sequence {
         self.sent.clear();
         self.last = sequence;
@@ -217,7 +219,7 @@ impl<S: RecordStream> RoomTask<S> {
         (self.shared.report)(&self.code, outcome);
     }
 
-    /// Removes the records, and retries until none are left. Leftover records would shut out a later room with this
+    /// Removes the records, retrying until none are left. Leftover records would shut out a later room with the same
     /// code.
     async fn remove(&mut self) {
         while !self.shut_out {
@@ -234,20 +236,20 @@ impl<S: RecordStream> RoomTask<S> {
             self.is_shut_out();
             return Ok(());
         }
-        // The request may arrive late, and must keep messages that another node has written since.
+        // The request may arrive late, so it must spare any messages that another node has written since.
         self.stream.purge(&self.code, tail.sequence + 1).await?;
         self.report(RoomOutcome::Ended);
         Ok(())
     }
 
-    /// Returns whether this is the last known message, or an abandoned one that arrived late.
+    /// Returns whether this is the last known message or an abandoned one that arrived late.
     fn is_own(&self, tail: Tail) -> bool {
         let was_sent = |writer| self.sent.contains(&writer);
         tail.sequence == self.last || tail.writer.is_some_and(was_sent)
     }
 
-    /// Returns whether the stream has forgotten messages of this task, because its disk or unsynced data was lost.
-    /// Messages written by another node since would have a later epoch, or come after the last message.
+    /// Returns whether the stream has forgotten this task's messages because its disk or unsynced data was lost.
+    /// Messages written by another node in the meantime would have a later epoch, or would come after the last message.
     fn is_forgotten(&self, tail: Tail) -> bool {
         tail.sequence < self.last && tail.epoch <= self.epoch
     }

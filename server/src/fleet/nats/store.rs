@@ -1,4 +1,4 @@
-//! The directory in two key-value buckets: the entries of nodes, which expire, and the entries of rooms.
+//! The directory, in two key-value buckets: one for node entries, which expire, and one for room entries.
 
 use crate::fleet::directory::{Answer, LEASE_TTL};
 use crate::fleet::entry::{Entry, Key, Revision};
@@ -13,30 +13,30 @@ use tracing::warn;
 
 const NODES: &str = "jostle_nodes";
 const ROOMS: &str = "jostle_rooms";
-/// A key in the rooms' bucket that is not a room. It ensures that a watcher always gets at least one entry.
+/// A key in the rooms' bucket that does not belong to a room. It ensures that a watcher always gets at least one entry.
 const FORMAT: &str = "format";
 const FORMAT_VALUE: &str = "1";
 
-/// Time after which NATS forgets the removal of a room. A follower that is cut off for longer may miss the removal, and
-/// looks up the room's entry when a player comes.
+/// Time after which NATS forgets that a room was removed. A follower that is cut off for longer may miss the removal;
+/// it looks up the room's entry when a player arrives.
 const REMOVAL_TTL: Duration = Duration::from_secs(24 * 60 * 60);
 
-/// An error of the store, as text.
+/// A store error, as text.
 pub type StoreError = String;
 
-/// Creation times of the two buckets, nanoseconds since 1970 by the clock of NATS.
+/// Creation times of the two buckets, in nanoseconds since 1970 by NATS's clock.
 pub type Born = [i128; 2];
 
 #[derive(Clone)]
 pub struct Store {
     nodes: Bucket,
     rooms: Bucket,
-    /// Whether removals of rooms expire.
+    /// Whether records of room removals expire.
     removals_expire: bool,
 }
 
 impl Store {
-    /// Opens the buckets, and creates them if they are missing.
+    /// Opens the buckets, creating them if they are missing.
     pub async fn open(context: &Context, settings: &FleetSettings) -> Result<Store, StoreError> {
         let nodes = Config { max_age: LEASE_TTL, ..config(settings, NODES) };
         let nodes = bucket(context, nodes).await?;
@@ -49,7 +49,7 @@ impl Store {
         }
     }
 
-    /// Creation times of the buckets. Replaced buckets have other revisions.
+    /// Creation times of the buckets. If the buckets are replaced, their revisions start over.
     pub fn born(&self) -> Born {
         let born = |bucket: &Bucket| bucket.stream.cached_info().created.unix_timestamp_nanos();
         [born(&self.nodes), born(&self.rooms)]
@@ -66,7 +66,7 @@ impl Store {
         }
     }
 
-    /// Writes an entry if it still has the revision `expected`.
+    /// Writes an entry if its revision is still `expected`.
     pub async fn write(&self, key: &Key, entry: &Entry, expected: Revision) -> Answer {
         let (bucket, name) = self.place(key);
         let value = match entry {
@@ -88,7 +88,7 @@ impl Store {
         }
     }
 
-    /// Removes an entry if it still has the revision `expected`. An answer other than "done" leaves the outcome open.
+    /// Removes an entry if its revision is still `expected`. Any answer other than "done" leaves the outcome unknown.
     pub async fn remove(&self, key: &Key, expected: Revision) -> Answer {
         let (bucket, name) = self.place(key);
         let removed = match key {
@@ -139,14 +139,14 @@ impl Store {
 /// One of the two buckets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BucketKind {
-    /// The bucket of the nodes.
+    /// The nodes' bucket.
     Nodes,
-    /// The bucket of the rooms.
+    /// The rooms' bucket.
     Rooms,
 }
 
 impl BucketKind {
-    /// The key of an entry in this bucket; `None` if the name is not an entry of the directory.
+    /// The key of an entry in this bucket; `None` if the name does not belong to a directory entry.
     pub fn key(self, name: &str) -> Option<Key> {
         match self {
             BucketKind::Nodes => Some(Key::Node(name.to_owned())),
@@ -155,7 +155,7 @@ impl BucketKind {
     }
 }
 
-/// Reads the value of a watched entry; `None` if it was removed.
+/// Reads the value of a watched entry; `None` if the entry was removed.
 pub fn watched(key: &Key, operation: Operation, value: &[u8]) -> Result<Option<Entry>, StoreError> {
     match operation {
         Operation::Put => parse(key, value).map(Some),
@@ -184,7 +184,7 @@ async fn bucket(context: &Context, config: Config) -> Result<Bucket, StoreError>
     context.create_key_value(config).await.map_err(|error| format!("bucket {name}: {error}"))
 }
 
-/// Allows messages of a bucket to expire, which buckets of earlier versions do not. Returns whether they may.
+/// Lets a bucket's messages expire, which buckets created by earlier versions do not allow. Returns whether they can.
 async fn let_removals_expire(context: &Context, bucket: &Bucket) -> bool {
     let before = &bucket.stream.cached_info().config;
     if before.allow_message_ttl {

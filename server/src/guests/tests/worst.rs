@@ -1,5 +1,5 @@
-//! Scenes that cost more than their plans say. Each is refused, ends in time, or stays within the budget of a step. No
-//! outcome depends on the speed of the machine.
+//! Scenes that cost more than their plans predict. Each is refused, ends in time, or stays within the budget for a
+//! step. No outcome depends on the machine's speed.
 
 use crate::guests::*;
 use crate::host::delivery::{Delivery, ParticlePermits};
@@ -13,28 +13,28 @@ use std::cell::Cell;
 use std::fmt::Write;
 use std::time::{Duration, Instant};
 
-/// The fate of a scene.
+/// A scene's fate.
 #[derive(Debug, PartialEq, Eq)]
 enum Fate {
-    /// The file is refused, because of this field.
+    /// The file is refused because of this field.
     Refused(String),
-    /// The trial exceeds the budget of a step.
+    /// The trial exceeds the budget for a step.
     FailsTrial,
-    /// The room exceeds the budget of a step later.
+    /// The room later exceeds the budget for a step.
     Ends,
-    /// Every step stays within the budget, which limits the processor time that the room takes from its share.
+    /// Every step stays within the budget, which limits how much of its share the room uses.
     Bounded,
 }
 
 const REFUSED_COUNT: &str = "layouts[0].count";
-/// Number of players in a room that a crowd attacks.
+/// Number of players in a room attacked by a crowd.
 const CROWD: u16 = 64;
-/// Ticks played in a room that passed its trial.
+/// Number of ticks played in a room that passed its trial.
 const TICKS: u32 = 700;
-/// Ticks of the longest trial.
+/// Number of ticks in the longest trial.
 const TRIAL_TICKS: u32 = limits::GUEST_TRIAL_TICKS * limits::GUEST_TRIAL_PARTS;
 
-/// A world of 60 x 60 with these lines at the top and at the end of its file.
+/// A 60 x 60 world with these lines at the top and the end of its file.
 fn scene(top: &str, rest: &str) -> String {
     format!(
         "title = \"Worst\"\nsize = [60, 60]\ngroups = [\"hero\", \"ball\", \"wall\", \"pack\"]\n\
@@ -46,12 +46,12 @@ fn layout(count: u32, shape: &str, more: &str) -> String {
     format!("[[layouts]]\nkind = \"block\"\ngroup = \"ball\"\ncount = {count}\n{shape}\n{more}\n")
 }
 
-/// All in one place.
+/// Places all bodies in one place.
 const STACKED: &str = "area = [[29, 29], [31, 31]]\nexact = true\ngrid = [40, 25]";
 const FLOOR: &str =
     "[[bodies]]\nkind = \"wall\"\ngroup = \"wall\"\nposition = [30, 1]\nsize = [60, 2]\n";
 
-/// Bodies in rows, and springs that pull them all to one point.
+/// Bodies in rows, with springs that pull them all towards one point.
 fn pulled_together(top: &str, count: u32) -> String {
     let mut rest = String::new();
     for index in 0..count {
@@ -72,7 +72,7 @@ fn packs(life_ticks: u32) -> String {
     )
 }
 
-/// Players who throw all their packs at one place.
+/// Players who throw all their packs at one spot.
 fn crowd_with_packs() -> String {
     let top = "tools = [\"launch\"]\nlimits = { players = 64, packs = 12 }";
     scene(top, &(packs(3000) + "[hero]\nspawns = [[30, 30]]\n"))
@@ -157,14 +157,14 @@ fn bounded_cases() -> [Case; 6] {
     .map(|(name, text)| (name, text, Fate::Bounded))
 }
 
-/// Reads, tries and plays a scene. Players join at tick `first`, and press keys from then on.
+/// Reads a scene, tries it and plays it. Players join at tick `first` and press keys from then on.
 fn fate(name: &str, text: &str, first: u32) -> Fate {
     let scene = match read(text.as_bytes()) {
         Ok(scene) => Arc::new(scene),
         Err(error) if error.found.contains("worst tick") => return Fate::Refused(error.field),
         Err(error) => return Fate::Refused(error.to_string()),
     };
-    // Every reading of the clock is a millisecond later, so that the trial does not depend on the machine.
+    // Each clock reading is a millisecond later than the previous one, so the trial does not depend on the machine.
     let time = Cell::new(0);
     let worked = || {
         time.set(time.get() + 1);
@@ -205,7 +205,7 @@ fn crowd(room: &mut Room, scene: &Scene) -> u16 {
     players
 }
 
-/// In every other tick, all players press the button at about the same place.
+/// In every other tick, all players press the button at roughly the same place.
 fn press(room: &mut Room, scene: &Scene, tick: u32) {
     let buttons = if tick.is_multiple_of(2) { Buttons::FIRE } else { Buttons::default() };
     for seat in 0..scene.players_max.min(CROWD) {
@@ -236,19 +236,19 @@ fn a_crowd_that_comes_after_the_longest_trial_ends_its_room() {
 /// Number of ticks to play.
 #[cfg(target_os = "linux")]
 const WORST_TICKS: u32 = 160;
-/// The tick in which the crowd joins. By then there are nearly as many particles as possible, and newcomers are sent
-/// them.
+/// The tick in which the crowd joins. By then there are nearly as many particles as possible, which newcomers must be
+/// sent.
 #[cfg(target_os = "linux")]
 const CROWD_TICK: u32 = 120;
 
-/// Memory limit of a guest's room in the worst case, bytes.
+/// Memory limit for a guest's room in the worst case, bytes.
 #[cfg(target_os = "linux")]
 const ROOM_BYTES_MAX: usize = 10_000_000;
-/// Memory of full clips, bytes, measured with [`WORST_TICKS`] set to 1500.
+/// Memory used by full clips, in bytes, measured with [`WORST_TICKS`] set to 1500.
 #[cfg(target_os = "linux")]
 const FULL_CLIPS_BYTES: usize = 1_400_000;
 
-/// Peak memory of this process so far, bytes.
+/// Peak memory used by this process so far, in bytes.
 #[cfg(target_os = "linux")]
 fn peak_bytes() -> usize {
     let status = std::fs::read_to_string("/proc/self/status").expect("Linux has it");
@@ -257,15 +257,15 @@ fn peak_bytes() -> usize {
     kib.expect("a number") << 10
 }
 
-/// Plays a heap with nearly as many pairs as a step may have, along with everything else that a room holds: a crowd
-/// that joins at once and reads nothing, particles, clips, and the record from which it is restored.
+/// Plays a heap with nearly as many pairs as a step may have, along with everything else that a room stores: a crowd
+/// that joins all at once and reads nothing, particles, clips, and the record from which the room is restored.
 #[cfg(target_os = "linux")]
 fn play_worst(solver: &str) -> (Room, Vec<Delivery>) {
     let more = "[[emitters]]\nrecipe = \"fire\"\ncount = 130\nevery = 2\nposition = [30, 30]\n";
     let top = format!(
         "{solver}\ncamera = {{ follow = 20 }}\ngravity = [0, 0]\nlimits = {{ players = 64, particles = 8192, bodies = 1000 }}\n"
     );
-    // 135 discs have 9,045 pairs; the other bodies are at rest.
+    // 135 discs form 9,045 pairs; the other bodies are at rest.
     let heap = layout(135, "radius = 12\nrestitution = 0.9", STACKED);
     let rest =
         layout(760, "radius = 0.2", "area = [[70, 2], [88, 58]]\nexact = true\ngrid = [20, 38]");

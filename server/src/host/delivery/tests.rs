@@ -4,7 +4,7 @@ use crate::limits::uplink::Uplink;
 use jostle_game::{Event, Scene};
 use jostle_protocol::{Appearance, ServerMessage, SnapshotStream};
 
-/// Takes the waiting snapshots, and adds the ticks in which a player joined or left.
+/// Takes the waiting snapshots, and records the ticks in which a player joined or left.
 fn listen(outbox: &Outbox, stream: &mut SnapshotStream, events: &mut Vec<u32>) {
     while let NextToSend::Message(bytes) = outbox.take() {
         let message = ServerMessage::decode(&bytes).expect("a message");
@@ -56,7 +56,7 @@ fn a_lower_rate_repeats_no_event() {
         let mut room = Room::new("slow", Arc::clone(&scene), 1);
         let look = || Appearance { name: "Ann".into(), color: 0 };
         let seat = room.join(look(), None).expect("a seat").claim.seat;
-        // Subscribes to the lower rates already; otherwise their channels would begin with the newest tick.
+        // Subscribes to the lower rates in advance; otherwise their channels would begin with the newest tick.
         Rate::ALL.into_iter().for_each(|rate| drop(room.subscribe(rate)));
         let outbox = Arc::new(Outbox::default());
         let now = Instant::now();
@@ -113,7 +113,7 @@ fn of_a_crowd_that_reads_nothing_few_are_sent_particles() {
     let late = [None, Some(seat)].map(|seat| bytes(&newcomer(&mut room, seat)));
     let first = bytes(&crowd[0]);
     assert!(late.iter().all(|&bytes| bytes < first / 2), "{late:?} beside {first}");
-    // The keyframe was handed to a socket, which may have sent only a part of it.
+    // The keyframe was handed to a socket, which may have sent only part of it.
     assert!(bytes(&newcomer(&mut room, None)) < first / 2);
     // When the socket asks for more, it has sent the whole keyframe.
     assert_eq!(crowd[0].take(), NextToSend::Nothing);
@@ -121,7 +121,7 @@ fn of_a_crowd_that_reads_nothing_few_are_sent_particles() {
     assert!(crowd[1..].iter().all(|outbox| bytes(outbox) == first));
 }
 
-/// Plays a client that is sent each of these ticks and acknowledges it `behind` ticks later.
+/// Simulates a client that is sent each of these ticks and acknowledges it `behind` ticks later.
 fn plays(lag: &mut AckLag, ticks: std::ops::Range<u32>, behind: impl Fn(u32) -> u32) {
     for tick in ticks {
         lag.sent(tick);
@@ -133,7 +133,7 @@ fn plays(lag: &mut AckLag, ticks: std::ops::Range<u32>, behind: impl Fn(u32) -> 
 fn a_long_round_trip_and_a_stall_are_no_lag_and_growth_is() {
     let mut lag = AckLag::new(0);
     plays(&mut lag, 1..600, |_| 24);
-    // An occasional stall of half a second.
+    // Every so often there is a stall of half a second.
     plays(&mut lag, 600..1200, |tick| 24 + (30 - tick as i32 % 150).max(0) as u32);
     assert!(!lag.lags(1200) && lag.ticks() == 24);
     plays(&mut lag, 1200..1200 + LAGGING_TICKS, |_| 25 + LAG_GROWTH_TICKS);
@@ -162,7 +162,7 @@ fn a_client_is_silent_if_it_acknowledges_nothing_that_it_is_sent() {
     assert!(!lag.is_silent(90_000, 1200), "nothing moved, nothing was sent");
     lag.sent(90_000);
     assert!(!lag.is_silent(91_199, 1200) && lag.is_silent(91_200, 1200));
-    // An outdated acknowledgement does not count; these low bits belong to a tick long ago.
+    // An outdated acknowledgement does not count; these low bits belong to a tick from long ago.
     lag.acked(70_000u32 as u16, 91_200);
     assert!(lag.is_silent(91_200, 1200));
     lag.acked(90_000u32 as u16, 91_200);

@@ -123,7 +123,7 @@ impl Wake for Count {
     }
 }
 
-/// A session whose socket takes ten bytes, with a counter of its wakeups.
+/// A session whose socket accepts ten bytes, with a counter of the session's wakeups.
 fn session(queue: &Arc<SendQueue>) -> (Arc<Outbox>, DuplexStream, Arc<Count>) {
     let (socket, peer) = duplex(10);
     let outbox = Outbox::new(Arc::clone(queue), Arc::new(SocketWriter::new(socket)));

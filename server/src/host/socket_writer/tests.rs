@@ -3,7 +3,7 @@ use std::collections::VecDeque;
 use std::iter;
 use tokio::io::{AsyncReadExt, DuplexStream, duplex};
 
-/// A writer to a socket that takes this many bytes, and the peer.
+/// A writer to a socket that accepts this many bytes, and the peer.
 fn socket(bytes: usize) -> (SocketWriter, DuplexStream) {
     let (socket, peer) = duplex(bytes);
     (SocketWriter::new(socket), peer)

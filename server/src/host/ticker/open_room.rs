@@ -1,4 +1,4 @@
-//! An open room: its game, the sessions in it, and how these come and go.
+//! An open room: its game, its sessions, and how sessions come and go.
 
 use crate::host::admission::{Admission, HeldSeats};
 use crate::host::clock::TickClock;
@@ -22,14 +22,14 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 use tracing::{debug, info};
 
-/// Time after which a room without clients and held seats pauses.
+/// Time after which a room with no clients and no held seats pauses.
 const RESTING_AFTER: Duration = Duration::from_secs(1);
 
-/// Where a room begins.
+/// How a room begins.
 pub enum RoomOrigin {
-    /// A new game with this seed.
+    /// As a new game with this seed.
     New(u64),
-    /// The room of the process before.
+    /// As a room saved by the previous process.
     Saved(Box<SavedRoom>),
 }
 
@@ -43,14 +43,14 @@ pub struct OpenRoom {
     pub clips: SeatRates,
     /// Whether the host or an operator closed the room.
     pub closed: bool,
-    /// Whether the room's creator left it, so that it need not stay open once it is empty.
+    /// Whether the room's creator has left, so that the room need not stay open once it is empty.
     pub abandoned: bool,
-    /// Since when no player has been in it.
+    /// The time since when the room has had no players.
     pub empty_since: Instant,
 }
 
 impl OpenRoom {
-    /// Opens a room; `None` if that takes too much of the server.
+    /// Opens a room; `None` if that uses too much of the server's resources.
     pub fn new(
         host: &Arc<Host>,
         info: &Arc<RoomInfo>,
@@ -61,7 +61,7 @@ impl OpenRoom {
             RoomOrigin::New(seed) => (new_room(info, seed), Admission::default()),
             RoomOrigin::Saved(saved) => {
                 let (mut room, admission) = restore(host, info, *saved, clock)?;
-                // Also for a room that starts over under the same number, since old tokens name it.
+                // Needed even for a room that starts over under the same number, since old tokens contain that number.
                 room.begin_epoch(random() as u32);
                 (room, admission)
             }
@@ -80,7 +80,7 @@ impl OpenRoom {
         })
     }
 
-    /// Seats a player, or ends the session with the reason. `held` caches the held seats once a join needed them.
+    /// Seats a player, or ends the session with a reason. `held` caches the held seats once a join has needed them.
     pub fn seat(&mut self, join: Join, held: &mut Option<HeldSeats>, now: Instant) {
         if join.role == Role::Spectator {
             return self.admit_spectator(join, now);
@@ -97,7 +97,7 @@ impl OpenRoom {
                 *held = None;
                 self.host.metrics.joined(if resumed { "resumed" } else { "new" });
                 let seat = claim.seat;
-                // The seat has a new socket; an older one is closed.
+                // The seat has a new socket, so any older one is closed.
                 self.sessions.end_seat(seat, Refusal::Replaced);
                 self.admission.seated(seat, address, &name);
                 info!(
@@ -119,7 +119,7 @@ impl OpenRoom {
         }
     }
 
-    /// Admits a session as a spectator, or ends it with the reason.
+    /// Admits a session as a spectator, or ends it with a reason.
     fn admit_spectator(&mut self, join: Join, now: Instant) {
         let (address, tick) = (join.address, self.room.game().tick_count());
         if self.admission.is_shut(address, &join.appearance.name, tick) {
@@ -138,14 +138,14 @@ impl OpenRoom {
         }
     }
 
-    /// Tells a new session which nodes to ask for the room if this node falls silent. Does nothing outside a fleet.
+    /// Tells a new session which nodes to ask about the room if this node falls silent. Does nothing outside a fleet.
     fn name_neighbours(&self, outbox: &Outbox) {
         if self.host.neighbours.revision() > 0 {
             outbox.control(self.host.neighbours.message());
         }
     }
 
-    /// Takes the claimed seat, a free one, or in a full room the seat of a player who can be displaced.
+    /// Takes the claimed seat, a free seat or, in a full room, the seat of a player who can be displaced.
     fn take_seat(
         &mut self,
         join: &Join,
@@ -169,7 +169,7 @@ impl OpenRoom {
             Err(Refusal::RoomFull) => {
                 let held = held.get_or_insert_with(|| self.admission.held(&self.room));
                 let displaced = held.displaced(join.address).or_else(|| {
-                    // A host keeps the seat, because the room is theirs.
+                    // A host keeps their seat, because the room is theirs.
                     let guests = self.sessions.members.iter().filter(|member| !member.host);
                     let seats = guests.map(|member| member.seat);
                     self.admission.displaced(&self.room, seats, join.address)
@@ -184,7 +184,7 @@ impl OpenRoom {
         }
     }
 
-    /// Kicks a player, connected or not. Returns whether this seat had one.
+    /// Kicks a player, whether or not they are connected. Returns whether this seat had one.
     pub fn kick(&mut self, seat: Seat) -> bool {
         if self.room.dismiss_bot(seat) {
             return true;
@@ -202,7 +202,7 @@ impl OpenRoom {
         true
     }
 
-    /// Removes all players of a network, connected or not, and its spectators.
+    /// Removes all of a network's players, connected or not, and its spectators.
     pub fn evict(&mut self, network: IpNet) {
         self.sessions.spectators.evict(network);
         let seats = self.room.snapshot().players.iter().map(|player| player.seat);
@@ -223,9 +223,9 @@ impl OpenRoom {
         }
     }
 
-    /// Queues the snapshot of the newest tick for all sessions.
+    /// Queues the newest tick's snapshot for all sessions.
     pub fn feed(&mut self, now: Instant) {
-        // Updated first, because no pong may name a tick before one that its client has seen.
+        // This is updated first, because no pong may name an earlier tick than its client has already seen.
         self.info.tick.store(self.room.game().tick_count(), Ordering::Relaxed);
         let Host { waits, metrics, send_queues, .. } = &*self.host;
         let silent_ticks_max = (waits.hearing.as_secs_f64() * f64::from(TICKS_PER_SECOND)) as u32;
@@ -245,14 +245,14 @@ impl OpenRoom {
         }
     }
 
-    /// Whether no client is connected and no seat is held. The game then pauses until someone joins, and the thread
+    /// Whether no client is connected and no seat is held. The game is then paused until someone joins, and the thread
     /// only checks for joins.
     pub fn rests(&self, now: Instant) -> bool {
         let is_left = self.sessions.is_empty() && self.room.players() == 0;
         is_left && now - self.empty_since >= RESTING_AFTER
     }
 
-    /// Whether nobody is there, and nobody is awaited any more.
+    /// Whether nobody is in the room and nobody is expected back.
     pub fn is_over(&self, now: Instant) -> bool {
         let players = self.room.players();
         let is_awaited = !self.abandoned || players > 0;
@@ -266,8 +266,8 @@ fn new_room(info: &RoomInfo, seed: u64) -> Room {
     Room::new(&info.code, Arc::clone(&info.scene), seed)
 }
 
-/// Restores a room of the previous process. A room that cannot be restored starts over under the same link; a room
-/// with a guest's scene that takes too much is over.
+/// Restores a room from the previous process. A room that cannot be restored starts over under the same link; a room
+/// whose guest's scene uses too many resources is over.
 fn restore(
     host: &Host,
     info: &RoomInfo,

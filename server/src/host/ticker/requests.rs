@@ -1,4 +1,5 @@
-//! What players send to their room. Inputs and views are their own; what others notice waits until all inboxes are empty.
+//! What players send to their room. Inputs and views are applied immediately; requests that others notice wait until
+//! all inboxes are empty.
 
 use super::open_room::OpenRoom;
 use crate::host::outbox::Outbox;
@@ -20,7 +21,7 @@ struct PlayerRequests {
     emotes: Vec<(Seat, u8)>,
     clips: Vec<(Seat, Arc<Outbox>)>,
     closes: bool,
-    /// Whether a host left.
+    /// Whether a host has left.
     abandons: bool,
 }
 
@@ -50,14 +51,14 @@ impl PlayerRequests {
             }
             ClientMessage::Emote { emote } => self.emotes.push((member.seat, emote)),
             ClientMessage::Clip => self.clips.push((member.seat, Arc::clone(outbox))),
-            // The session itself answers pings, and refuses a second hello.
+            // The session itself answers pings and refuses a second hello.
             ClientMessage::Ping { .. } | ClientMessage::Hello { .. } => {}
         }
     }
 }
 
 impl OpenRoom {
-    /// Moves the sessions' messages into the room. This ends, because the inboxes are bounded.
+    /// Moves the sessions' messages into the room. This terminates, because the inboxes are bounded.
     pub fn empty_inboxes(&mut self) {
         let mut requests = PlayerRequests::default();
         let OpenRoom { host, info, room, sessions, .. } = self;
@@ -107,7 +108,7 @@ impl OpenRoom {
         self.abandoned |= abandons;
     }
 
-    /// Shows an emote to all clients, unless there were too many.
+    /// Shows an emote to all clients, unless there have been too many.
     fn show(&mut self, seat: Seat, emote: u8) {
         if !self.emotes.admit(seat, self.room.game().tick_count()) {
             return self.host.metrics.ignored("emote");
@@ -118,7 +119,7 @@ impl OpenRoom {
         }
     }
 
-    /// Saves the last seconds for a player, who gets an answer when that is done.
+    /// Saves the last few seconds for a player, who gets an answer once that is done.
     fn keep_clip(&mut self, seat: Seat, outbox: Arc<Outbox>) {
         let answer = move |kept| {
             outbox.control(ServerMessage::Clip { kept }.encode());
@@ -129,7 +130,7 @@ impl OpenRoom {
         let asked_by = self.admission.address(seat);
         let admitted = |address| recording.admit_clip(address, Instant::now());
         let tick = self.room.game().tick_count();
-        // The address is checked first, so that its refusal does not count against the seat.
+        // The address is checked first, so that a refusal because of the address does not count against the seat.
         if !asked_by.is_none_or(admitted) || !self.clips.admit(seat, tick) {
             return answer(Err(ClipRefusal::TooMany));
         }

@@ -1,21 +1,22 @@
-//! The schedule of ticks: tick n is due at `start + n / 60 s`, whatever happened before; the ticks that were missed, and the
-//! time that is spent on others. Pure, so that it can be tested without waiting; the room's thread passes the time in.
+//! The tick schedule. Tick n is due at `start + n / 60 s`, whatever happened before. The schedule also keeps track of
+//! missed ticks and of the time spent on each phase. It is pure, so that it can be tested without waiting; the room's
+//! thread passes the time in.
 
 use crate::limits::CATCH_UP_TICKS_MAX;
 use jostle_sim::TICKS_PER_SECOND;
 use std::time::{Duration, Instant};
 use tracing::warn;
 
-/// Time between two log lines about missed ticks of a room.
+/// Minimum time between log lines about a room's missed ticks.
 const MISSED_LOG_EVERY: Duration = Duration::from_secs(1);
 
-/// An absolute 60 Hz schedule: errors of single sleeps do not add up.
+/// An absolute 60 Hz schedule, so that errors in individual sleeps do not add up.
 #[derive(Debug)]
 pub struct Schedule {
     start: Instant,
-    /// Slots of 1/60 s that were played or skipped.
+    /// Number of 1/60 s slots that were played or skipped.
     slots: u64,
-    /// Slots that were skipped.
+    /// Number of slots that were skipped.
     missed: u64,
 }
 
@@ -25,13 +26,13 @@ impl Schedule {
         Schedule { start, slots: 0, missed: 0 }
     }
 
-    /// The time at which the next tick is due.
+    /// The time when the next tick is due.
     pub fn next_at(&self) -> Instant {
         let nanos = (self.slots + 1) * 1_000_000_000 / u64::from(TICKS_PER_SECOND);
         self.start + Duration::from_nanos(nanos)
     }
 
-    /// Returns the number of ticks to play now, at most [`CATCH_UP_TICKS_MAX`]; further slots count as missed.
+    /// Returns the number of ticks to play now, at most [`CATCH_UP_TICKS_MAX`]; any further slots count as missed.
     pub fn due(&mut self, now: Instant) -> u32 {
         let elapsed = now.saturating_duration_since(self.start).as_nanos();
         // `next_at` rounds a slot down by at most a nanosecond.
@@ -51,16 +52,16 @@ impl Schedule {
         0
     }
 
-    /// Ticks that were due and never played.
+    /// Number of ticks that were due but never played.
     pub fn missed(&self) -> u64 {
         self.missed
     }
 }
 
-/// Time spent in each phase of a wakeup.
+/// The time spent in each phase of a wakeup.
 pub struct Stopwatch {
     since: Instant,
-    /// Time in each phase so far: inputs, play, send.
+    /// Time spent in each phase so far: inputs, play, send.
     pub laps: [Duration; 3],
 }
 
@@ -70,14 +71,14 @@ impl Stopwatch {
         Stopwatch { since: now, laps: [Duration::ZERO; 3] }
     }
 
-    /// Ends a phase, and begins the next.
+    /// Ends a phase and begins the next.
     pub fn lap(&mut self, phase: usize, now: Instant) {
         self.laps[phase] += now - self.since;
         self.since = now;
     }
 }
 
-/// The log of missed ticks, one line at most in [`MISSED_LOG_EVERY`].
+/// Logs missed ticks, with at most one line per [`MISSED_LOG_EVERY`].
 #[derive(Default)]
 pub struct Missed {
     logged: u64,

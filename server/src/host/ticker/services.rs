@@ -1,4 +1,4 @@
-//! What a room's thread does beside playing its ticks: a service each.
+//! What a room's thread does in addition to playing ticks. Each job is a service.
 
 use super::open_room::OpenRoom;
 use crate::fleet::lease::RoomLease;
@@ -13,12 +13,11 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 use tracing::{info, warn};
 
-/// Joins that a room handles per wakeup; the rest wait for the next tick.
+/// Maximum number of joins that a room handles per wakeup; the rest wait for the next tick.
 pub const JOINS_PER_WAKEUP: usize = 32;
-/// Time within which a new node must take up a room that is handed over; after that its players are sent to look for
-/// it.
+/// Time within which a new node must take over a room; after that, the room's players are told to look for it.
 const FLEET_HAND_OVER: Duration = Duration::from_secs(10);
-/// Time that a room pauses without a lease before its players are sent to look for it.
+/// How long a room pauses without a lease before its players are told to look for it.
 const FLEET_STILL: Duration = Duration::from_secs(1);
 
 /// The reason why a room's thread ended.
@@ -26,28 +25,28 @@ const FLEET_STILL: Duration = Duration::from_secs(1);
 pub enum RoomEnd {
     Empty,
     Closed,
-    /// The guest's scene takes too much of the server.
+    /// The guest's scene uses too much of the server's resources.
     TooCostly,
     Closing,
     /// The room was handed over to another node.
     Parted,
     /// Another node plays the room.
     Elsewhere,
-    /// The thread did not answer, and the room was closed without it.
+    /// The thread did not respond, and the room was closed without it.
     GivenUp,
-    /// Its thread panicked, in a tick or before.
+    /// The room's thread panicked, in a tick or earlier.
     Failed,
 }
 
-/// The moment at which a room's thread woke.
+/// The moment when a room's thread woke.
 pub struct Wakeup<'a> {
     pub now: Instant,
     pub clock: &'a dyn TickClock,
 }
 
-/// A job beside the ticks. An error ends the room.
+/// A job that accompanies the ticks. An error ends the room.
 pub trait RoomService {
-    /// Acts before the ticks of a wakeup; `false` leaves these out.
+    /// Acts before a wakeup's ticks; returning `false` skips them.
     fn before(&mut self, _wakeup: &Wakeup, _open: &mut OpenRoom) -> Result<bool, RoomEnd> {
         Ok(true)
     }
@@ -57,19 +56,19 @@ pub trait RoomService {
         Ok(())
     }
 
-    /// Acts after the last tick of a wakeup.
+    /// Acts after a wakeup's last tick.
     fn after(&mut self, _wakeup: &Wakeup, _open: &mut OpenRoom) -> Result<(), RoomEnd> {
         Ok(())
     }
 
-    /// Acts after the end of the room.
+    /// Acts after the room has ended.
     fn close(self: Box<Self>, _end: RoomEnd, _open: &mut OpenRoom) {}
 }
 
-/// Carries out the commands of operators and of the fleet.
+/// Carries out commands from operators and the fleet.
 pub struct Commands<'a> {
     commands: &'a Receiver<AdminCommand>,
-    /// Where another node plays the room.
+    /// The address of the node that now plays the room.
     moved_to: Option<Arc<str>>,
 }
 
@@ -78,7 +77,7 @@ impl<'a> Commands<'a> {
         Commands { commands, moved_to: None }
     }
 
-    /// Waits until the node that continues the room is known. Nothing is played any more.
+    /// Waits until the node that continues the room is known. Nothing more is played.
     fn await_leave(&mut self, open: &mut OpenRoom) {
         let until = Instant::now() + FLEET_HAND_OVER;
         while Instant::now() < until {
@@ -99,7 +98,7 @@ impl RoomService for Commands<'_> {
     fn before(&mut self, _wakeup: &Wakeup, open: &mut OpenRoom) -> Result<bool, RoomEnd> {
         let mut end = None;
         while let Ok(command) = self.commands.try_recv() {
-            // The receiver may be gone already.
+            // The receiver may already be gone.
             match command {
                 AdminCommand::Players(answer) => {
                     drop(answer.send(open.room.snapshot().players.clone()));
@@ -119,7 +118,7 @@ impl RoomService for Commands<'_> {
         end.map_or(Ok(true), Err)
     }
 
-    /// Tells the sessions of a room that moves where it is.
+    /// Tells the sessions of a room that is moving where it will be.
     fn close(mut self: Box<Self>, end: RoomEnd, open: &mut OpenRoom) {
         match end {
             RoomEnd::Parted => self.await_leave(open),
@@ -132,11 +131,11 @@ impl RoomService for Commands<'_> {
     }
 }
 
-/// Asks before each tick whether this node may play the room, so that no other can play it too.
+/// Checks before each tick whether this node may play the room, so that no other node can be playing it too.
 pub struct LeaseWatch {
     /// `None` outside a fleet.
     lease: Option<RoomLease>,
-    /// Time since which the lease has been over and the room paused.
+    /// The time since when the lease has been over and the room has been paused.
     still_since: Option<Instant>,
 }
 
@@ -168,17 +167,17 @@ impl RoomService for LeaseWatch {
         }
         open.host.metrics.ticks.stood_still();
         open.empty_inboxes();
-        // Another node will go on with the room, or this one: after a while the players are to look for it.
+        // Either another node or this one will continue the room; after a while the players are told to look for it.
         if self.still_since.is_some_and(|since| now - since >= FLEET_STILL) {
             open.disconnect_all(Refusal::Moving);
         }
-        // They are kept away meanwhile, and have their time to come back once it goes on.
+        // Players cannot join in the meantime, and get their usual time to come back once the room continues.
         open.empty_since = now;
         Ok(false)
     }
 }
 
-/// Lets sessions in, and ends a room in which nobody is left.
+/// Lets sessions in, and ends a room when nobody is left in it.
 pub struct Entrance<'a> {
     joins: &'a Receiver<Join>,
 }
@@ -190,7 +189,7 @@ impl<'a> Entrance<'a> {
 }
 
 impl RoomService for Entrance<'_> {
-    /// Admits waiting sessions, a limited number at a time.
+    /// Admits waiting sessions, up to a limit per wakeup.
     fn before(&mut self, wakeup: &Wakeup, open: &mut OpenRoom) -> Result<bool, RoomEnd> {
         let mut held = None;
         for join in self.joins.try_iter().take(JOINS_PER_WAKEUP) {
@@ -207,7 +206,7 @@ impl RoomService for Entrance<'_> {
             return Ok(());
         }
         let host = Arc::clone(&open.host);
-        // Sessions join under this lock, so none can arrive between the check and the removal.
+        // Sessions join under this lock, so none can join between the check and the removal.
         let mut rooms = host.lock();
         if let Ok(join) = self.joins.try_recv() {
             drop(rooms);
@@ -219,9 +218,9 @@ impl RoomService for Entrance<'_> {
     }
 }
 
-/// Ends the room of a guest whose scene takes more than its share of a processor.
+/// Ends a guest's room if the scene uses more than its share of a processor.
 pub struct GuestShare {
-    /// `None` for a scene of the server's own: asking for the processor time is a call of the system.
+    /// `None` for the server's own scenes, since reading the processor time takes a system call.
     share: Option<ProcessorShare>,
 }
 
@@ -246,10 +245,10 @@ impl RoomService for GuestShare {
     }
 }
 
-/// Tells the clients which nodes to ask for the room if this node falls silent, if those have changed.
+/// Whenever the other nodes change, tells clients which of them to ask about the room if this node falls silent.
 #[derive(Default)]
 pub struct NeighbourNews {
-    /// The revision that they were told.
+    /// The revision that the clients were last told.
     told: u64,
 }
 
@@ -275,7 +274,7 @@ impl RoomService for RoomLog {
         Ok(())
     }
 
-    /// The records of a room that was given up are removed, and those under its name may be another room's.
+    /// The records of a room that was given up have been removed, and any records under its name may be another room's.
     fn close(self: Box<Self>, end: RoomEnd, open: &mut OpenRoom) {
         let seal = match end {
             RoomEnd::Closing | RoomEnd::Parted => Seal::Keep,

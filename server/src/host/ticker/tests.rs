@@ -28,11 +28,11 @@ use std::task::{Wake, Waker};
 use std::time::Instant;
 use tokio::sync::watch;
 
-/// Incarnation of the node that holds rooms in a fleet.
+/// Incarnation of the node that holds rooms in the fleet.
 const INCARNATION: u64 = 7;
 const HOUR: Duration = Duration::from_secs(3600);
 
-/// The parts of a room around its thread.
+/// The parts of a room that surround its thread.
 struct Outside {
     rooms: Rooms,
     phase: watch::Sender<Phase>,
@@ -94,7 +94,7 @@ fn end_of(outbox: &Outbox) -> Refusal {
     outbox.end_reason().expect("the session ended")
 }
 
-/// Runs a room on a clock that sleeps instantly. Returns the seal of its log.
+/// Runs a room on a clock that sleeps instantly. Returns its log's seal.
 fn seal_of(mut ends: Ends) -> Option<Seal> {
     let shared = Arc::new(SharedLog::default());
     ends.shared = Some(Arc::clone(&shared));
@@ -106,7 +106,7 @@ fn seal_of(mut ends: Ends) -> Option<Seal> {
 fn a_room_seals_its_log_at_its_end_and_gives_a_state_up_that_makes_it_fail() {
     let (ends, _outside) = room("over", Duration::from_secs(1));
     assert_eq!(seal_of(ends), Some(Seal::Remove));
-    // This code makes the room panic before it has played, as a fault in the records would.
+    // This code makes the room panic before it has played, as faulty records would.
     let (fails, _outside) = room(&"x".repeat(ROOM_CODE_BYTES_MAX + 1), Duration::MAX);
     assert_eq!(seal_of(fails), Some(Seal::Leave));
 }
@@ -115,9 +115,9 @@ fn a_room_seals_its_log_at_its_end_and_gives_a_state_up_that_makes_it_fail() {
 struct TestClock {
     now: Instant,
     sleeps: u32,
-    /// Processor time of the whole process between two sleeps.
+    /// Processor time of the whole process between sleeps.
     cost: Duration,
-    /// Processor time between two readings, and the number of readings so far.
+    /// Processor time between readings, and the number of readings so far.
     tick_cost: Duration,
     looks: Cell<u32>,
     /// Lengthens the sleep with this number.
@@ -126,9 +126,9 @@ struct TestClock {
     closes: Option<(u32, watch::Sender<Phase>)>,
     /// Lets a session join during the sleep with this number.
     comes: Option<(u32, SyncSender<Join>, Join)>,
-    /// Panics in the sleep of this number, as a bug in a game would.
+    /// Panics during the sleep with this number, as a bug in a game would.
     fails: Option<u32>,
-    /// Renews a lease for an hour in the sleep of this number.
+    /// Renews a lease for an hour during the sleep with this number.
     renews: Option<(u32, Arc<Lease>)>,
     /// Gives up the room during the sleep with this number.
     gives_up: Option<(u32, Arc<RoomInfo>)>,
@@ -211,7 +211,7 @@ fn a_room_that_stands_still_goes_on_when_somebody_comes() {
     let comes = Some((200, outside.joins, join));
     let mut clock = TestClock { comes, closes: Some((300, outside.phase)), ..TestClock::new() };
     let (ticks, end) = play(&ends, &mut clock);
-    // At the last wakeup the server is closing.
+    // At the last wakeup, the server is closing.
     assert_eq!((ticks, end), (60 + 99, RoomEnd::Closing));
     assert_eq!(ends.host.metrics.ticks.missed.get(), 0);
     assert_eq!(outbox.end_reason(), None);
@@ -226,7 +226,7 @@ fn a_guests_room_without_a_seat_ends_after_seconds_and_keeps_the_seats_of_lost_p
         if comes {
             outside.joins.send(join).expect("a place");
         }
-        // The socket is lost after an input.
+        // The socket is lost after one input.
         let input = jostle_game::Input::default();
         inbox.try_send(Some(ClientMessage::Input { seq: 1, ack_tick: 0, input })).expect("a place");
         drop(inbox);
@@ -248,7 +248,7 @@ fn a_room_that_stood_still_waits_for_its_players_as_long_as_any_other() {
     let lease = Arc::new(Lease::new(began));
     lease.set(INCARNATION, Duration::from_secs(15));
     ends.lease = Some(RoomLease::new(Arc::clone(&lease), INCARNATION));
-    // The room is paused from the 15th second to the 300th.
+    // The room is paused from the 15th second until the 300th.
     let renews = Some((300 * 60, lease));
     let mut clock = TestClock { now: began, renews, ..TestClock::new() };
     let (_, end) = play(&ends, &mut clock);
@@ -296,9 +296,9 @@ fn a_guests_room_is_closed_after_the_first_tick_that_takes_too_long() {
         let stall = Some((1, Duration::from_secs(stall_s)));
         play(&ends, &mut TestClock { tick_cost, stall, ..TestClock::new() })
     };
-    // The stall makes five ticks due at once.
+    // The stall makes five ticks due at the same time.
     assert_eq!(play_guest(101, 1), (1, RoomEnd::TooCostly));
-    // The share is checked after each wakeup too: five seconds pay for about 25 wakeups.
+    // The share is checked after each wakeup too: five seconds are enough for about 25 wakeups.
     let (ticks, end) = play_guest(99, 1);
     assert_eq!(end, RoomEnd::TooCostly);
     assert!((20..40).contains(&ticks), "{ticks} ticks");
@@ -370,7 +370,7 @@ fn ticks_of_a_long_stall_are_missed_and_the_next_ones_are_on_time() {
     let mut clock = TestClock { stall, closes: Some((200, outside.phase)), ..TestClock::new() };
     let began = clock.now;
     let (ticks, end) = play(&ends, &mut clock);
-    // At the last wakeup the server is closing, and nothing is played.
+    // At the last wakeup the server is closing, so nothing is played.
     let due = (clock.now - began).as_secs_f64() * 60.0 - 1.0;
     assert_eq!((end, metrics.ticks.played.get()), (RoomEnd::Closing, u64::from(ticks)));
     assert_eq!(metrics.ticks.missed.get(), 120 + 1 - u64::from(limits::CATCH_UP_TICKS_MAX));
@@ -428,7 +428,7 @@ fn a_failed_room_ends_its_sessions_and_no_other_room_notices() {
     outside.rooms.wait();
 }
 
-/// Waits for the next message of a room that plays on another thread.
+/// Waits for the next message from a room that plays on another thread.
 fn message(outbox: &Outbox) -> Bytes {
     loop {
         match outbox.take() {
@@ -439,7 +439,7 @@ fn message(outbox: &Outbox) -> Bytes {
     }
 }
 
-/// The control messages in an outbox.
+/// An outbox's control messages.
 fn control_messages(outbox: &Outbox) -> Vec<ServerMessage> {
     outbox.keyframe(Bytes::new(), None);
     let all = std::iter::repeat_with(|| message(outbox));

@@ -1,4 +1,4 @@
-//! Behaviour of each reader when a disk fails, is full or stalls: the rows of the table in `docs/faults.md`.
+//! How each reader behaves when a disk fails, is full or stalls, following the table in `docs/faults.md`.
 
 use super::super::writer::{LogWriter, Readers};
 use super::super::*;
@@ -13,14 +13,14 @@ use std::io;
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::time::{Duration, Instant, SystemTime};
 
-/// The records that a sink received, file by file, and the error of its disk.
+/// The records that a sink received, file by file, and the disk's error.
 #[derive(Default)]
 struct Disk {
     files: Vec<Vec<Arc<Record>>>,
     error: Option<io::ErrorKind>,
 }
 
-/// A sink whose disk is controlled by the test.
+/// A sink whose disk the test controls.
 #[derive(Clone, Default)]
 struct FakeSink(Arc<Mutex<Disk>>);
 
@@ -29,7 +29,7 @@ impl FakeSink {
         work(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// First and last tick of each file.
+    /// The first and last tick of each file.
     fn spans(&self) -> Vec<(u32, u32)> {
         let span = |records: &Vec<Arc<Record>>| {
             let bytes = header().into_iter().chain(records.iter().flat_map(|record| record.seal()));
@@ -97,7 +97,7 @@ impl Read {
         Read { room, log, readers, policy, sink, now: Instant::now() }
     }
 
-    /// Plays further ticks.
+    /// Plays more ticks.
     fn play(&mut self, ticks: u32) {
         for _ in 0..ticks {
             self.room.tick();
@@ -105,7 +105,7 @@ impl Read {
         }
     }
 
-    /// Runs the writer after this time.
+    /// Runs the writer once this much time has passed.
     fn write(&mut self, later: Duration) {
         self.now += later;
         self.readers.step(self.now);
@@ -133,7 +133,7 @@ fn a_disk_that_fails_or_is_full_costs_a_file_and_a_new_one_begins_after_a_while(
             read.write(RETRY);
             read.play(30);
             read.write(Duration::ZERO);
-            // The newest state is at tick 480, and a block ends at 480 and at 490.
+            // The newest state is at tick 480, and blocks end at 480 and at 490.
             let spans = read.sink.spans();
             assert_eq!((spans[0], spans[1].0), ((0, 90), 460 / 60 * 60), "{spans:?}");
             assert_eq!((spans.len(), read.policy.dropped()), (2, 0));
@@ -181,7 +181,7 @@ fn a_room_that_ends_while_its_disk_fails_is_let_go() {
     }
 }
 
-/// The answer to a player who asks for a clip on this disk.
+/// The answer to a player who asks for a clip when the files are created this way.
 fn clip_on(create: Create) -> Result<String, ClipRefusal> {
     let dir = std::env::temp_dir().join(format!("jostle-clip-{:016x}", crate::host::random()));
     let store = Arc::new(ReplayStore::new(Settings { create, ..Settings::new(dir.clone()) }));

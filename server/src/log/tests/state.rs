@@ -1,4 +1,4 @@
-//! Rooms that outlive the process, in their files.
+//! Rooms that outlive the process in their files.
 
 use super::super::state_file::{StateFile, StateFiles};
 use super::super::writer::Readers;
@@ -95,12 +95,12 @@ impl Written {
         }
     }
 
-    /// Ends like a process that was asked to end. Returns tick and hash of the game.
+    /// Ends like a process that was asked to end. Returns the game's tick and hash.
     fn close(self) -> (u32, u64) {
         self.end(Seal::Keep)
     }
 
-    /// Ends like a process that was killed.
+    /// Ends like a process that was killed. Returns the game's tick and hash.
     fn kill(self) -> (u32, u64) {
         (self.room.game().tick_count(), self.room.game().hash())
     }
@@ -164,7 +164,7 @@ fn a_file_without_its_tail_is_restored_up_to_its_last_whole_record() {
     let dir = TestDir::new("tail");
     let mut written = Written::new(&dir, "oak");
     let path = file(&dir, "oak.jostle");
-    // The file is put in place as a whole, with the first notes.
+    // The file is put in place as a whole, including the first notes.
     let begun = fs::read(&path).expect("a file").len();
     written.join("Ann");
     written.play(50);
@@ -178,7 +178,7 @@ fn a_file_without_its_tail_is_restored_up_to_its_last_whole_record() {
         let mut room = restored(&dir);
         let tick = room.game().tick_count();
         assert!(tick <= last && room.players() <= 2);
-        // A player who joined in ticks with lost notes leaves.
+        // A player leaves who joined in ticks whose notes were lost.
         room.tick();
         assert_eq!(room.game().players().count(), room.players(), "at tick {tick}");
         ticks.push(tick);
@@ -242,7 +242,7 @@ fn a_room_that_was_given_up_writes_nothing_over_the_file_of_the_next() {
     let info = Arc::new(RoomInfo::new("oak", 78, false, None, first.room.scene()));
     let room = Room::new("oak", Arc::clone(first.room.scene()), 5);
     let next = Written::among(Arc::clone(&first.files), info, room, Admission::default());
-    // The thread of the room that was given up wakes while the server closes.
+    // The thread of the room that was given up wakes up while the server is closing.
     first.play(limits::STATE_FILE_TICKS);
     first.close();
     next.kill();
@@ -349,7 +349,7 @@ fn a_restored_room_is_written_and_restored_again() {
     assert_eq!(restored(&dir).players(), 1);
 }
 
-/// 200 bodies in one place, each touching every other.
+/// 200 bodies in one place, each touching all the others.
 const HEAP: &str = "title = \"Heap\"\nsize = [100, 100]\ngroups = [\"block\"]\npairs = [[\"block\", \"block\"]]\n\
                     [[layouts]]\nkind = \"block\"\ncount = 200\nradius = 10\narea = [[49, 49], [51, 51]]\n\
                     exact = true\ngrid = [20, 10]\n";
@@ -361,7 +361,7 @@ fn a_guests_room_whose_scene_takes_too_much_is_not_restored() {
         let scene = Arc::new(Scene::parse("guest.toml", HEAP).expect("a scene"));
         let info = RoomInfo::new("oak", 77, true, None, &scene);
         let info = Arc::new(RoomInfo { guest, ..info });
-        // The file of an older program that did not know the budget.
+        // This is a file from an older program that did not know about the budget.
         let mut written = Written::of(&dir, info, Room::new("oak", scene, 5), Admission::default());
         written.play(40);
         written.kill();

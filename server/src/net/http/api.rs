@@ -1,4 +1,4 @@
-//! The JSON API: lists of scenes and rooms, and the creation of rooms.
+//! The JSON API, which lists scenes and rooms and creates rooms.
 
 use super::read;
 use super::response::{Answer, failed, json};
@@ -26,7 +26,7 @@ use std::net::IpAddr;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-/// The answer of `GET /api/scenes`.
+/// The answer to `GET /api/scenes`.
 pub fn scenes(state: &ServerState) -> Scenes {
     let card = |scene: &Arc<Scene>| {
         let picture = format!("pictures/{}.webp", scene.name);
@@ -37,7 +37,7 @@ pub fn scenes(state: &ServerState) -> Scenes {
     Scenes { scenes: state.rooms.scenes().iter().map(card).collect(), guest_scenes }
 }
 
-/// The answer of `GET /api/rooms`: the public rooms, or those that match `?find=TEXT`.
+/// The answer to `GET /api/rooms`: the public rooms, or those that match `?find=TEXT`.
 pub fn rooms(query: Option<&str>, state: &ServerState) -> Rooms {
     let card = |info: &Arc<RoomInfo>| {
         let own = state.rooms.scenes().iter().map(|scene| scene.title.as_str());
@@ -66,7 +66,7 @@ pub fn rooms(query: Option<&str>, state: &ServerState) -> Rooms {
     listed(here.chain(rooms_elsewhere(state)).filter(is_found).collect())
 }
 
-/// Reduces the list to the liveliest rooms, sorted by code, since that order is more stable.
+/// Reduces a long list to the liveliest rooms, sorted by code, because that order is more stable.
 fn listed(mut rooms: Vec<RoomCard>) -> Rooms {
     let total = rooms.len() as u32;
     if rooms.len() > ROOMS_LISTED_MAX {
@@ -77,11 +77,11 @@ fn listed(mut rooms: Vec<RoomCard>) -> Rooms {
     Rooms { rooms, total }
 }
 
-/// The public rooms played by other nodes of the fleet.
+/// The public rooms that other nodes in the fleet play.
 fn rooms_elsewhere(state: &ServerState) -> Vec<RoomCard> {
     let Some(fleet) = &state.fleet else { return Vec::new() };
     let card = |(counts, facts): (&RoomCounts, &RoomFacts)| {
-        // The title of a guest's scene is known only to its node.
+        // Only its own node knows the title of a guest's scene.
         let scene = state.rooms.scene(&facts.scene).filter(|_| !facts.guest)?;
         Some(RoomCard {
             code: counts.code.clone(),
@@ -134,13 +134,13 @@ pub async fn create_room(
     }
 }
 
-/// The response for a newly opened room.
+/// The response when a new room has been opened.
 pub fn created(room: &Created) -> Answer {
     let (code, host_key) = (Some(room.code.clone()), Some(room.host_key.text()));
     json(StatusCode::CREATED, &Posted { code, host_key, ..Posted::default() })
 }
 
-/// The response if no room was opened.
+/// The response when no room could be opened.
 pub fn no_room(error: &CreateError, address: IpAddr, state: &ServerState) -> Answer {
     state.refused("no_room_created", address, Foreign(error.to_string().as_bytes()));
     failed(refused_status(error), &error.to_string())
@@ -183,7 +183,7 @@ pub async fn create_guest_in_fleet(
     created
 }
 
-/// Places a room on the node with the most spare ticks. Clients that ask for it here are sent there.
+/// Places a room on the node with the most spare processor time. Clients that ask for the room here are sent there.
 async fn create_in_fleet(
     create: &Create,
     creator: IpAddr,

@@ -1,4 +1,4 @@
-//! Bodies of responses: bytes shared by all connections, and files that are read while they are sent.
+//! Response bodies: bytes shared by all connections, and files that are read while being sent.
 
 use crate::files::open_regular;
 use crate::limits::connection_limits::Permit;
@@ -12,18 +12,18 @@ use tokio::fs::File;
 use tokio::io::{AsyncRead, ReadBuf};
 use tokio::task::spawn_blocking;
 
-/// Bytes of one frame of a body: the most that a connection holds of it beyond shared memory.
+/// Size of one frame of a body, bytes: the most that a connection holds of a body outside shared memory.
 const HTTP_FRAME_BYTES_MAX: usize = 16 << 10;
 
 /// A body of known length, sent in frames of at most [`HTTP_FRAME_BYTES_MAX`]. A connection that has to copy them, as
-/// TLS does, never copies more than a frame ahead of its peer.
+/// TLS does, is never more than one frame ahead of the peer.
 #[derive(Debug)]
 pub struct ResponseBody {
     source: BodySource,
     left: u64,
-    /// Makes the connection idle after the body was sent.
+    /// Makes the connection idle once the body has been sent.
     busy: Option<BusyGuard>,
-    /// Counts the response until the body was sent.
+    /// Counts the response until the body has been sent.
     counted: Option<Permit>,
 }
 

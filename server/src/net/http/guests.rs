@@ -1,4 +1,4 @@
-//! Rooms with guests' scenes: `POST /api/guest-rooms` with the text of a scene file.
+//! Rooms with guests' scenes, created by a `POST /api/guest-rooms` request that contains the text of a scene file.
 
 use super::api::{self, no_room};
 use super::read::{self, ReadError};
@@ -17,15 +17,15 @@ use std::net::IpAddr;
 use std::sync::Arc;
 use tracing::error;
 
-/// Error on a server without guests' scenes.
+/// Error on a server that does not allow guests' scenes.
 const OFF: &str =
     "this server plays no scenes of guests; its host can allow them with --guest-scenes private";
 /// Error on a server that does not list such rooms.
 const UNLISTED: &str = "this server does not list rooms with scenes of guests; its host can allow it with --guest-scenes all";
-/// Error for a network whose scenes are being tried, or if too many scenes are waiting.
+/// Error for a network whose scenes are already being tried, or when too many scenes are waiting.
 const BUSY: &str = "other scenes are being tried at the moment; try again in some seconds";
 
-/// Opens a room with the scene in the body, and answers like for any other new room. With `?listed=true` the room is
+/// Opens a room with the scene in the body, and answers as for any other new room. With `?listed=true` the room is
 /// public, if the server allows that.
 pub async fn create_room(
     request: Request<Incoming>,
@@ -59,13 +59,13 @@ pub async fn create_room(
     }
 }
 
-/// Waits for a turn, and tries a scene.
+/// Waits for a turn, then tries a scene.
 async fn try_out(
     text: Vec<u8>,
     address: IpAddr,
     state: &ServerState,
 ) -> Result<Arc<Scene>, Answer> {
-    // Checked before the trial, which would otherwise be wasted. It is checked again after the trial.
+    // This is checked before the trial, which would otherwise be wasted, and again afterwards.
     api::check_guest(address, state).map_err(|error| no_room(&error, address, state))?;
     match guests::try_out(text, state.config.waits, address, &state.trials).await {
         Ok(Some(Ok(scene))) => Ok(scene),
@@ -93,7 +93,7 @@ async fn open(
     }
 }
 
-/// The error of `jostle scene check` as a sentence, and its parts for an editor.
+/// The error from `jostle scene check` as a sentence, along with its parts for an editor.
 fn scene_refused(error: &SceneError, address: IpAddr, state: &ServerState) -> Answer {
     let sentence = error.to_string();
     state.refused("guest_scene", address, Foreign(sentence.as_bytes()));

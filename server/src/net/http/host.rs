@@ -1,13 +1,14 @@
-//! Headers that every request is checked for: those that it may have once, and the name by which it addresses the server. A page of another site can make a browser ask this
-//! server under that site's name (DNS rebinding); it then counts as a page of the same site. So a server that
-//! is for this machine alone answers to addresses and `localhost` only, and any other may list its names.
+//! Headers that are checked in every request: those that may appear only once, and the name by which the request
+//! addresses the server. A page on another site can make a browser address this server by that site's name (DNS
+//! rebinding); the page then counts as being on the same site. A server that serves only this machine therefore answers
+//! only to IP addresses and `localhost`, and any other server may list its names.
 
 use hyper::header::{self, HeaderMap, HeaderName};
 use hyper::{Request, Version};
 use std::net::IpAddr;
 
 /// Names by which a server may be addressed. IP addresses and `localhost` are always allowed, since no other site can
-/// have them.
+/// have those names.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Hosts {
     #[default]
@@ -16,8 +17,8 @@ pub enum Hosts {
     Listed(Vec<String>),
 }
 
-/// Checks that a request has exactly one `Host` header, as HTTP/1.1 demands (RFC 9112, section 3.2), and that it is
-/// allowed. The error is a sentence for the client.
+/// Checks that a request has exactly one `Host` header, as HTTP/1.1 requires (RFC 9112, section 3.2), and that it names
+/// an allowed host. The error is a sentence for the client.
 pub fn check<T>(request: &Request<T>, allowed: &Hosts) -> Result<(), String> {
     let headers = request.headers();
     match headers.get_all(header::HOST).iter().count() {
@@ -43,7 +44,7 @@ fn check_name(headers: &HeaderMap, allowed: &Hosts) -> Result<(), String> {
     ))
 }
 
-/// A host without its port.
+/// A host name without the port.
 fn name(host: &str) -> &str {
     match host.rsplit_once(':') {
         Some((name, port)) if port.bytes().all(|byte| byte.is_ascii_digit()) => name,
@@ -51,9 +52,10 @@ fn name(host: &str) -> &str {
     }
 }
 
-/// Headers that decide something, of which a request has one at most: of two, a proxy may have looked at one, and this server
-/// at the other. They are no lists (RFC 9110, section 5.3), but `Host`, which has rules of its own, and `Content-Length`, which
-/// hyper sees to. `X-Forwarded-For` is a list, read as one.
+/// Headers that affect decisions, each of which may appear at most once in a request: if there were two, a proxy might
+/// have looked at one, and this server at the other. None of them is a list (RFC 9110, section 5.3). `Host`, which has
+/// its own rules, and `Content-Length`, which hyper checks, are not included. `X-Forwarded-For` is a list and is read
+/// as one.
 const ONCE: [HeaderName; 5] = [
     header::ORIGIN,
     header::AUTHORIZATION,
@@ -62,7 +64,7 @@ const ONCE: [HeaderName; 5] = [
     header::SEC_WEBSOCKET_VERSION,
 ];
 
-/// Checks that none of these headers is repeated. The error is a sentence for the client.
+/// Checks that none of these headers appears more than once. The error is a sentence for the client.
 pub fn check_once(headers: &HeaderMap) -> Result<(), String> {
     for name in ONCE {
         let count = headers.get_all(&name).iter().count();
@@ -126,7 +128,7 @@ mod tests {
             let mut headers = HeaderMap::new();
             headers.append(&name, HeaderValue::from_static("http://here"));
             assert_eq!(check_once(&headers), Ok(()));
-            // An equal value counts too; this check does not compare values.
+            // Even an equal value counts, since this check does not compare values.
             headers.append(&name, HeaderValue::from_static("http://here"));
             let error = check_once(&headers).expect_err("two of them");
             assert!(error.contains(&format!("2 headers {name};")), "{error}");

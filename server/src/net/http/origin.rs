@@ -1,15 +1,15 @@
-//! The origin of a request: the site whose page sent it, and the client's address behind trusted proxies.
+//! A request's origin: the site whose page sent it, and the client's address behind trusted proxies.
 
 use hyper::header::{self, HeaderMap};
 use ipnet::IpNet;
 use std::net::{IpAddr, SocketAddr};
 
-/// Header in which a proxy lists its clients.
+/// The header in which a proxy lists its clients.
 const FORWARDED_FOR: &str = "x-forwarded-for";
 
-/// Returns whether a page of this site, or of an allowed one, sent the request. Browsers send the origin with every
-/// upgrade and every POST, so that no other site can act on behalf of its visitors. Other programs send none, and are
-/// allowed. `allowed` holds origins such as `https://play.example.org`.
+/// Returns whether a page from this site or an allowed one sent the request. Browsers send the origin with every
+/// upgrade and every POST, so that no other site can act on behalf of its visitors. Other programs send no origin, and
+/// are allowed. `allowed` contains origins such as `https://play.example.org`.
 pub fn is_allowed(headers: &HeaderMap, allowed: &[String]) -> bool {
     let Some(origin) = headers.get(header::ORIGIN) else { return true };
     let Ok(origin) = origin.to_str() else { return false };
@@ -17,7 +17,7 @@ pub fn is_allowed(headers: &HeaderMap, allowed: &[String]) -> bool {
         return true;
     }
     let Some((scheme, authority)) = origin.split_once("://") else { return false };
-    // Only with these schemes is the authority a host; a browser extension may have the same name as this server.
+    // Only in these schemes is the authority a host; a browser extension may have the same name as this server.
     let is_secure = scheme.eq_ignore_ascii_case("https");
     if !is_secure && !scheme.eq_ignore_ascii_case("http") {
         return false;
@@ -31,17 +31,17 @@ pub fn is_allowed(headers: &HeaderMap, allowed: &[String]) -> bool {
     host.is_some_and(|host| bare(host) == bare(authority))
 }
 
-/// The client of a request.
+/// The client that sent a request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ClientAddress {
-    /// Address to which the request is attributed.
+    /// Address to which the request counts.
     pub ip: IpAddr,
-    /// Text from a trusted proxy that is not an address; the request is then attributed to the proxy.
+    /// Text from a trusted proxy that is not an address; in that case the request counts towards the proxy.
     pub unreadable: Option<String>,
 }
 
-/// The address to which a request is attributed. A trusted proxy is believed about the address before it in its list.
-/// The last address that is not a trusted proxy is the client's; all addresses before it could be forged.
+/// The address to which a request counts. A trusted proxy is believed about the address that precedes it in the list.
+/// The last address that does not belong to a trusted proxy is the client's; all addresses before it could be forged.
 pub fn client_address(headers: &HeaderMap, peer: IpAddr, trusted: &[IpNet]) -> ClientAddress {
     let mut client = ClientAddress { ip: peer, unreadable: None };
     if !is_proxy(peer, trusted) {
@@ -64,13 +64,13 @@ pub fn client_address(headers: &HeaderMap, peer: IpAddr, trusted: &[IpNet]) -> C
     client
 }
 
-/// Whether an address belongs to a trusted proxy.
+/// Returns whether an address belongs to a trusted proxy.
 pub fn is_proxy(ip: IpAddr, trusted: &[IpNet]) -> bool {
     let ip = ip.to_canonical();
     trusted.iter().any(|network| network.contains(&ip))
 }
 
-/// Parses an address as proxies write it: plain, with a port, or in brackets with or without one.
+/// Parses an address in the forms that proxies write: plain, with a port, or in brackets with or without a port.
 fn forwarded_address(text: &str) -> Option<IpAddr> {
     let bracketed = || text.strip_prefix('[')?.strip_suffix(']')?.parse().ok();
     let with_port = || text.parse().ok().map(|address: SocketAddr| address.ip());

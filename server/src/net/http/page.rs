@@ -12,8 +12,8 @@ use percent_encoding::percent_decode_str;
 /// A year, the longest time that browsers cache anything.
 const FOR_GOOD: &str = "public, max-age=31536000, immutable";
 
-/// Serves the page for a room's link, or for a mistyped one. The page itself shows that a room does not exist; other
-/// clients can see it from the status.
+/// Serves the page for a room link, even a mistyped one. The page itself says if a room does not exist; other clients
+/// can tell from the status.
 pub fn room_page(headers: &HeaderMap, word: &str, state: &ServerState) -> Answer {
     match meant_code(word) {
         _ if state.knows_room(word) => page(state.config.files, headers, StatusCode::OK),
@@ -22,15 +22,15 @@ pub fn room_page(headers: &HeaderMap, word: &str, state: &ServerState) -> Answer
     }
 }
 
-/// The room code that a link means, even if it was typed by hand, capitalised by a phone, or copied with a trailing
-/// space or slash.
+/// The room code that a link refers to, even if the link was typed by hand, capitalised by a phone, or copied with a
+/// trailing space or slash.
 pub fn meant_code(word: &str) -> Option<String> {
     let text = percent_decode_str(word).decode_utf8().ok()?;
     let code = text.trim_matches(|c: char| c == '/' || c.is_whitespace()).to_ascii_lowercase();
     is_code(&code).then_some(code)
 }
 
-/// Redirects a browser to the canonical link of a room.
+/// Redirects a browser to a room's canonical link.
 fn redirect(code: &str) -> Answer {
     let mut answer = respond(StatusCode::FOUND, TEXT, "This room has another link.\n");
     let link = HeaderValue::try_from(format!("/{code}")).expect("codes are plain ASCII");
@@ -38,7 +38,7 @@ fn redirect(code: &str) -> Answer {
     answer
 }
 
-/// Serves the page with this status, or instructions to build it.
+/// Serves the page with this status, or instructions for building it.
 pub fn page(files: &'static [AssetFile], headers: &HeaderMap, status: StatusCode) -> Answer {
     match assets::find(files, "index.html") {
         Some(file) => served(files, headers, file, status),
@@ -46,8 +46,8 @@ pub fn page(files: &'static [AssetFile], headers: &HeaderMap, status: StatusCode
     }
 }
 
-/// Serves a file of the page. Under an address with this build's version, browsers may cache it permanently. A page of
-/// another build gets this build's file, as without a version.
+/// Serves one of the page's files. Under an address that contains this build's version, browsers may cache the file
+/// permanently. A page from another build gets this build's file, as if the address had no version.
 pub fn asset(files: &'static [AssetFile], headers: &HeaderMap, name: &str) -> Answer {
     let versioned = name.split_once('/').filter(|(word, _)| word.starts_with("v-"));
     let (version, name) = versioned.map_or((None, name), |(word, name)| (Some(word), name));
@@ -59,7 +59,7 @@ pub fn asset(files: &'static [AssetFile], headers: &HeaderMap, name: &str) -> An
     answer
 }
 
-/// Serves a file. Browsers must revalidate it each time, which the ETag makes cheap.
+/// Serves a file that browsers must revalidate each time. The ETag makes that cheap.
 fn served(
     files: &'static [AssetFile],
     headers: &HeaderMap,

@@ -1,4 +1,4 @@
-//! Bodies of requests, with limits on length and time.
+//! Request bodies, with limits on length and time.
 
 use super::response::{Answer, busy, failed};
 use crate::host::Phase;
@@ -10,7 +10,7 @@ use hyper::{Request, StatusCode};
 use std::net::IpAddr;
 use tokio::time::timeout;
 
-/// Error of [`body`].
+/// An error from [`body`].
 #[derive(Debug)]
 pub enum ReadError {
     /// The body is longer than allowed.
@@ -19,12 +19,12 @@ pub enum ReadError {
     Broken,
     /// The body did not arrive in time.
     Late,
-    /// Too many long bodies are being received, from this network or in total.
+    /// Too many long bodies are being received, either from this network or in total.
     Busy,
     Closing,
 }
 
-/// Reads a body of at most `bytes_max`.
+/// Reads a body of at most `bytes_max` bytes.
 pub async fn body(
     request: Request<Incoming>,
     bytes_max: usize,
@@ -44,8 +44,8 @@ pub async fn body(
     }
 }
 
-/// Reads a possibly long body from a client of this address. Only a few of them are received at a time. A slow one is
-/// dropped in favour of one from a network that sends fewer.
+/// Reads a possibly long body from a client at this address. Only a few such bodies may be received at once. A slow one
+/// is dropped in favour of one from a network that sends fewer.
 pub async fn long_body(
     request: Request<Incoming>,
     bytes_max: usize,

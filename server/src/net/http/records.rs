@@ -1,4 +1,4 @@
-//! Records over HTTP: `POST /api/records` with a replay, the lists of the best runs, and their files.
+//! Records over HTTP: `POST /api/records` with a replay, the lists of best runs, and the replay files.
 
 use super::body::ResponseBody;
 use super::read;
@@ -17,12 +17,12 @@ use std::net::IpAddr;
 use std::sync::Arc;
 use tracing::error;
 
-/// Error on a server that keeps no runs.
+/// Error on a server that does not keep runs.
 const OFF: &str = "this server keeps no records; its host can have it keep them with --state DIR or --replays DIR";
-/// Error for a network whose runs are being verified, or if too many runs are waiting.
+/// Error for a network whose runs are already being verified, or when too many runs are waiting.
 const BUSY: &str = "other runs are being checked at the moment; try again in some seconds";
 
-/// The best run of each scene, or all best runs of `?scene=NAME`.
+/// The best run for each scene, or all best runs for `?scene=NAME`.
 pub fn list(query: Option<&str>, kept: Option<&runs::Records>) -> Answer {
     let wanted = query.and_then(|query| query.strip_prefix("scene="));
     let tables = kept.map_or_else(Vec::new, runs::Records::tables);
@@ -64,7 +64,7 @@ pub async fn submit(request: Request<Incoming>, address: IpAddr, state: &ServerS
         state.refused("records_off", address, "a run");
         return failed(StatusCode::FORBIDDEN, OFF);
     };
-    // The body is read before a place is taken, so that a client that sends nothing holds none.
+    // The body is read before a place in the queue is taken, so that a client that sends nothing holds no place.
     let bytes = match read::long_body(request, limits::RUN_BYTES_MAX, address, state).await {
         Ok(bytes) => bytes.to_vec(),
         Err(error) => return error.answer(limits::RUN_BYTES_MAX),
@@ -92,7 +92,7 @@ pub async fn submit(request: Request<Incoming>, address: IpAddr, state: &ServerS
     }
 }
 
-/// The replay of a record.
+/// A record's replay.
 pub async fn file(file: &str, address: IpAddr, state: &ServerState) -> Answer {
     let name = file.strip_suffix(".jostle");
     let (Some(records), Some(name)) = (&state.records, name) else { return not_found() };

@@ -1,5 +1,5 @@
 //! Replays over HTTP: the list, the files, and the page that plays one. Names are only looked up in the list of
-//! replays, so that no path can escape their directory.
+//! replays, so that no path can escape the replay directory.
 
 use super::body::ResponseBody;
 use super::response::{Answer, failed, json, not_found};
@@ -10,7 +10,7 @@ use hyper::{Response, StatusCode};
 use jostle_protocol::web::Replays;
 use std::net::IpAddr;
 
-/// Lists the newest replays; empty if nothing is recorded.
+/// Lists the newest replays. The list is empty if nothing is recorded.
 pub fn list(store: Option<&ReplayStore>) -> Answer {
     let (mut replays, mut errors, mut dropped) = (Vec::new(), 0, 0);
     if let Some(store) = store {
@@ -20,8 +20,8 @@ pub fn list(store: Option<&ReplayStore>) -> Answer {
     json(StatusCode::OK, &Replays { replays, errors, dropped })
 }
 
-/// Status of the page that plays a replay, named with or without `.jostle`. The page itself shows if the replay does
-/// not exist.
+/// Status of the page that plays a replay, named with or without `.jostle`. The page itself says if the replay does not
+/// exist.
 pub fn page_status(name: &str, store: Option<&ReplayStore>) -> StatusCode {
     let name = name.strip_suffix(".jostle").unwrap_or(name);
     match store.is_some_and(|store| store.knows(name)) {

@@ -1,4 +1,4 @@
-//! Responses of both ports.
+//! Responses on both ports.
 
 use super::body::ResponseBody;
 use hyper::body::Bytes;
@@ -12,13 +12,13 @@ use tungstenite::handshake::server::create_response_with_body;
 /// Content type of plain text.
 pub const TEXT: &str = "text/plain; charset=utf-8";
 
-/// Compression level. Higher ones make 6 kB of scenes no smaller.
+/// Compression level. Higher levels do not make 6 kB of scenes any smaller.
 const PACKING_LEVEL: u8 = 6;
 
-/// Seconds after which a refused client may try again; most trials are over by then.
+/// Seconds after which a refused client may try again. By then, most trials are over.
 const BUSY_RETRY: HeaderValue = HeaderValue::from_static("3");
 
-/// A response of either port.
+/// A response on either port.
 pub type Answer = Response<ResponseBody>;
 
 /// The response that accepts a WebSocket upgrade.
@@ -47,11 +47,11 @@ pub fn json(status: StatusCode, value: &impl Serialize) -> Answer {
     uncached(status, "application/json", body)
 }
 
-/// Like [`json`], for lists, which every visitor polls: deflated if the browser accepts it.
+/// Like [`json`], for lists, which every visitor polls. The response is deflated if the browser accepts that.
 pub fn packed(headers: &HeaderMap, value: &impl Serialize) -> Answer {
     let plain = serde_json::to_vec(value).expect("it holds strings and numbers only");
     let packs = accepts(headers, "deflate");
-    // HTTP uses this name for the zlib format (RFC 9110, 8.4.1.2).
+    // HTTP calls the zlib format by this name (RFC 9110, 8.4.1.2).
     let body = if packs { compress_to_vec_zlib(&plain, PACKING_LEVEL) } else { plain };
     let mut answer = uncached(StatusCode::OK, "application/json", body);
     answer.headers_mut().insert(header::VARY, HeaderValue::from_static("accept-encoding"));
@@ -73,19 +73,19 @@ pub fn accepts(headers: &HeaderMap, coding: &str) -> bool {
     })
 }
 
-/// A JSON response with an error for people.
+/// A JSON response with an error message for people.
 pub fn failed(status: StatusCode, error: &str) -> Answer {
     json(status, &Posted { error: Some(error.to_owned()), ..Posted::default() })
 }
 
-/// The response to a client if the server is too busy for its request.
+/// The response to a client when the server is too busy for its request.
 pub fn busy(error: &str) -> Answer {
     let mut answer = failed(StatusCode::SERVICE_UNAVAILABLE, error);
     answer.headers_mut().insert(header::RETRY_AFTER, BUSY_RETRY);
     answer
 }
 
-/// The response for an unknown path.
+/// The response to an unknown path.
 pub fn not_found() -> Answer {
     respond(StatusCode::NOT_FOUND, TEXT, "Nothing here. The playground is at /\n")
 }

@@ -9,10 +9,10 @@ use tokio::time::Instant;
 
 static FILES: [AssetFile; 1] =
     [AssetFile { name: "big.bin", etag: "\"big\"", bytes: &[7; 1 << 20] }];
-/// Smaller than a response head, so that the rest of the response waits for its reader.
+/// Smaller than a response head, so that the rest of the response waits for the peer to read.
 const PIPE_BYTES: usize = 64;
 
-/// A server in memory, and its peer, which has requested [`FILES`].
+/// A server in memory and its peer, which has requested [`FILES`].
 async fn asked() -> (Arc<ServerState>, DuplexStream, impl Future<Output = Option<Upgrade>>) {
     let config = Config { files: &FILES, ..Config::default() };
     let (sender, phase) = watch::channel(Phase::Running);
@@ -22,7 +22,7 @@ async fn asked() -> (Arc<ServerState>, DuplexStream, impl Future<Output = Option
     peer.write_all(request).await.expect("a pipe in memory");
     let served = state.clone();
     let spoken = async move {
-        // If the sender were dropped, the phase would count as the server's end.
+        // If the sender were dropped, the server would count as having ended.
         let _phase = sender;
         let server = with_write_timeout(server, served.config.waits.http_stall);
         let peer = IpAddr::V4(Ipv4Addr::LOCALHOST);
@@ -67,7 +67,8 @@ async fn a_slow_response_that_makes_progress_is_not_closed() {
     assert!(!stalled(&state));
 }
 
-/// A connection that has sent the beginning of a request. Returns how long the draining server waits for the rest.
+/// A connection on which the beginning of a request has been sent. Returns how long the draining server waits for the
+/// rest.
 async fn waits_for_the_rest_of(sent: &[u8]) -> Duration {
     let (sender, phase) = watch::channel(Phase::Running);
     let state = Arc::new(ServerState::new(Parts::new(phase), Config::default()));
@@ -78,7 +79,7 @@ async fn waits_for_the_rest_of(sent: &[u8]) -> Duration {
         let permit = Arc::new(state.shares.connections.admit(ip).expect("the first"));
         speak_http(server, ip, &permit, &state).await.is_none()
     });
-    // The clock advances only when everything waits, so by now all bytes have been read.
+    // The clock advances only when everything is waiting, so by now all bytes have been read.
     sleep(Duration::from_millis(1)).await;
     let began = Instant::now();
     sender.send_replace(Phase::Draining);

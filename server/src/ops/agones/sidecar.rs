@@ -1,5 +1,5 @@
-//! Calls to the sidecar's REST API, each with a time limit and a new connection, since they occur only every two
-//! seconds.
+//! Calls to the sidecar's REST API. Each has a time limit and uses a new connection, since calls are made only every
+//! two seconds.
 
 use crate::ops::metrics::Metrics;
 use bytes::Bytes;
@@ -18,22 +18,23 @@ use tokio::net::TcpStream;
 use tokio::time::timeout;
 use tracing::{info, warn};
 
-/// Longest answer, bytes: that of a game server holds its labels and annotations, which Kubernetes limits to 256 KiB.
+/// Maximum length of an answer, bytes. A game server's answer contains its labels and annotations, which Kubernetes
+/// limits to 256 KiB.
 const AGONES_ANSWER_BYTES_MAX: usize = 1 << 20;
 
-/// Path of the counter of rooms. It contains the counter's name from the fleet's spec.
+/// Path of the room counter. It contains the counter's name from the fleet's spec.
 const COUNTER: &str = "/v1beta1/counters/rooms";
 
 /// The reason why a call failed.
 #[derive(Debug, thiserror::Error)]
 pub enum CallError {
-    /// No answer came in time.
+    /// No answer arrived in time.
     #[error("no answer in time")]
     Late,
     /// The connection failed, or the answer was invalid.
     #[error(transparent)]
     Broken(#[from] Box<dyn Error + Send + Sync>),
-    /// The answer has another status than 200; holds the sidecar's text.
+    /// The answer has a status other than 200; holds the sidecar's text.
     #[error("{0}: {1}")]
     Status(StatusCode, String),
 }
@@ -42,14 +43,14 @@ pub struct Sidecar {
     address: SocketAddr,
     answer: Duration,
     metrics: Arc<Metrics>,
-    /// Whether the last call was not answered.
+    /// Whether the previous call went unanswered.
     is_silent: AtomicBool,
     /// Whether a call has been refused.
     has_refused: AtomicBool,
 }
 
 impl Sidecar {
-    /// Creates a client that allows the sidecar this time to answer.
+    /// Creates a client that gives the sidecar this long to answer.
     pub fn new(address: SocketAddr, answer: Duration, metrics: Arc<Metrics>) -> Sidecar {
         let (is_silent, has_refused) = Default::default();
         Sidecar { address, answer, metrics, is_silent, has_refused }
@@ -64,7 +65,7 @@ impl Sidecar {
         self.call(Method::POST, "/health", &json!({})).await.map(drop)
     }
 
-    /// Reports that the server has ended, or is about to.
+    /// Reports that the server has ended or is about to end.
     pub async fn shutdown(&self) -> Result<(), CallError> {
         self.call(Method::POST, "/shutdown", &json!({})).await.map(drop)
     }
@@ -75,10 +76,10 @@ impl Sidecar {
         Ok(game_server["status"]["state"] == "Allocated")
     }
 
-    /// The current count of rooms.
+    /// The current number of rooms in the counter.
     pub async fn count(&self) -> Result<usize, CallError> {
         let counter = self.call(Method::GET, COUNTER, &Value::Null).await?;
-        // 64-bit numbers are strings. A field that is zero may be omitted.
+        // 64-bit numbers are sent as strings. A field that is zero may be omitted.
         match &counter["count"] {
             Value::Null => Ok(0),
             Value::String(count) => {
@@ -100,7 +101,7 @@ impl Sidecar {
         self.call(Method::PATCH, COUNTER, &change).await.map(drop)
     }
 
-    /// Makes a call, and counts and logs its failure.
+    /// Makes a call; if it fails, counts and logs the failure.
     async fn call(&self, method: Method, path: &str, body: &Value) -> Result<Value, CallError> {
         let result = self.exchange_in_time(method, path, body).await;
         if let Err(CallError::Status(status, text)) = &result
@@ -158,7 +159,7 @@ impl Sidecar {
                 }
             }
         };
-        // The connection ends after its only request; if it failed, the answer says how.
+        // The connection ends after its only request; if it failed, the answer says why.
         let (answer, _) = tokio::join!(answer, connection);
         answer
     }

@@ -1,4 +1,4 @@
-//! Watches which rooms have closed, and informs Agones.
+//! Watches for rooms that have closed, and informs Agones.
 
 use super::sidecar::{CallError, Sidecar};
 use std::collections::BTreeSet;
@@ -6,31 +6,31 @@ use std::time::Duration;
 use tokio::time::Instant;
 use tracing::info;
 
-/// Watches the rooms of a game server.
+/// Watches a game server's rooms.
 pub struct RoomWatch<'a> {
     sidecar: &'a Sidecar,
-    /// Numbers of the rooms that were open at the last check.
+    /// Numbers of the rooms that were open at the previous check.
     open: BTreeSet<u64>,
-    /// The counter of rooms, if the game server has one.
+    /// The room counter, if the game server has one.
     counter: Option<Counter>,
-    /// Set when the last room has closed, until another one opens.
+    /// Set once the last room has closed, until another one opens.
     is_done: bool,
 }
 
-/// The counter of rooms.
+/// The room counter.
 pub struct Counter {
-    /// The counter's value at the last check.
+    /// The counter's value at the previous check.
     count: usize,
     /// Time when the allocator was last seen to increase the counter.
     rose: Instant,
     /// Time within which players should arrive after the allocator has counted their room.
     patience: Duration,
-    /// Number of rooms that have closed and may still be counted.
+    /// Number of rooms that have closed but may still be counted.
     closed: usize,
 }
 
 impl<'a> RoomWatch<'a> {
-    /// Starts with these open rooms.
+    /// Starts with these rooms open.
     pub fn new(
         sidecar: &'a Sidecar,
         open: BTreeSet<u64>,
@@ -39,7 +39,7 @@ impl<'a> RoomWatch<'a> {
         RoomWatch { sidecar, open, counter, is_done: false }
     }
 
-    /// Updates the set of open rooms, given by number. If a call fails, it is repeated at the next check.
+    /// Updates the set of open rooms, which are given by number. If a call fails, it is retried at the next check.
     pub async fn look(&mut self, open: BTreeSet<u64>) -> Result<(), CallError> {
         let closed = self.open.difference(&open).count();
         self.open = open;
@@ -57,7 +57,7 @@ impl<'a> RoomWatch<'a> {
     }
 
     /// Ends a game server to which the allocator has sent players. Other servers continue, since players may still
-    /// come.
+    /// arrive.
     async fn end_if_allocated(&self) -> Result<(), CallError> {
         if self.sidecar.is_allocated().await? {
             self.sidecar.shutdown().await?;
@@ -68,18 +68,18 @@ impl<'a> RoomWatch<'a> {
 }
 
 impl Counter {
-    /// A counter that was set to this value.
+    /// A counter that has been set to this value.
     pub fn new(count: usize, patience: Duration) -> Counter {
         Counter { count, rose: Instant::now(), patience, closed: 0 }
     }
 
-    /// Reads the counter, and subtracts the rooms that have closed and those to which no players came in time. Returns
-    /// whether there were any of the latter.
+    /// Reads the counter, and subtracts the rooms that have closed and those whose players did not arrive in time.
+    /// Returns whether there were any of the latter.
     ///
     /// The allocator counts up when it sends players here, and the server only counts down. The sidecar batches
-    /// changes, so if both set the count, one would undo the other's change. If the sum of two changes leaves the range
-    /// from zero to the capacity, Agones clamps it silently. So the count is read before and after each change, and the
-    /// answer is not trusted; this also reveals the effect of a lost answer.
+    /// changes, so if both of them set the count, one would undo the other's change. If two changes together leave the
+    /// range from zero to the capacity, Agones silently clamps the result. The count is therefore read before and after
+    /// each change, and the answer is not trusted; this also reveals the effect of a call whose answer was lost.
     ///
     /// The count stays at least as high as the number of open rooms, since players may have opened some without the
     /// allocator.

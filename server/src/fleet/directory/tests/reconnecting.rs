@@ -1,8 +1,8 @@
-//! A store that comes back: complete, without its last writes, or empty.
+//! Tests with a store that comes back complete, without its last writes, or empty.
 
 use super::*;
 
-/// Reconnects at this time, with these entries of rooms and none of nodes.
+/// Reconnects at this time, with these room entries and no node entries.
 fn connect(directory: &mut Directory, forgot: bool, rooms: &[(&str, Entry, Revision)], now: Time) {
     directory.connected(forgot, now);
     for (code, entry, revision) in rooms {
@@ -13,7 +13,7 @@ fn connect(directory: &mut Directory, forgot: bool, rooms: &[(&str, Entry, Revis
     directory.synced_rooms(&present, now);
 }
 
-/// Has the node find that its entry is gone, and register again.
+/// Makes the node find that its entry is gone, and register again.
 fn register_again(directory: &mut Directory, now: Time) {
     directory.poll(now);
     directory.looked(node_key("a"), None, now);
@@ -28,7 +28,7 @@ fn a_room_that_is_played_is_written_back_into_an_empty_store() {
     connect(&mut directory, true, &[], s(5.0));
     assert_eq!(directory.locate("x"), Located::Lost, "its node may write it back");
     register_again(&mut directory, s(5.1));
-    // The room had no entry any more, so this one is new.
+    // The room no longer had an entry, so this one is new.
     let back = Action::Write(room_key("y"), room(owner("a", A + 1), 2), 0);
     assert_eq!(polled(&mut directory, s(5.6)), [back]);
     directory.answered(room_key("y"), Answer::Done(1), s(5.7));
@@ -54,7 +54,8 @@ fn a_room_whose_lease_was_over_is_written_back_after_others_had_time_to() {
     assert!(directory.take_actions().contains(&Action::Stop("y".into(), None)));
 }
 
-/// A new connection to an empty store raises doubt twice: for the different server, and for its new buckets.
+/// A new connection to an empty store raises doubt twice: because the server is different, and because its buckets are
+/// new.
 #[test]
 fn a_second_doubt_right_after_the_first_takes_no_room_away() {
     let mut directory = playing();
@@ -121,7 +122,7 @@ fn after_an_outage_rooms_stay_where_they_were() {
     assert_eq!(polled(&mut directory, s(30.7)), [again]);
     directory.looked(node_key("b"), None, s(30.8));
     assert_eq!(polled(&mut directory, s(49.0)), [], "b may be about to connect");
-    // When b connects, it claims its room itself.
+    // When b connects, it reclaims its own room.
     directory.changed(written(node_key("b"), node(8, 0, 0.5), 30), s(49.1));
     directory.changed(written(room_key("x"), room(owner("b", 8), 2), 3), s(49.2));
     assert_eq!(polled(&mut directory, s(55.0)), []);

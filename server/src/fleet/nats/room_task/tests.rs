@@ -1,4 +1,4 @@
-//! A room's task against a stream whose network is controlled by the test.
+//! Runs a room's task against a stream whose network the test controls.
 
 use super::*;
 use crate::log::{Policy, STATE, SharedLog};
@@ -7,7 +7,7 @@ use std::sync::{Mutex, PoisonError};
 use tokio::sync::mpsc;
 
 const CODE: &str = "k7f3q2";
-/// Number of the first message that the task sends.
+/// Number of the first message sent by the task.
 const FIRST_WRITER: u64 = 100;
 /// The message with which the node took over the room.
 const TAKEN_OVER: Kept = Kept { sequence: 1, writer: FIRST_WRITER - 1, epoch: 1 };
@@ -26,7 +26,7 @@ enum Request {
     Purge { before: Sequence },
 }
 
-/// A stream with the messages of one room. While it is cut off, the connection holds all requests, and no answers come.
+/// A stream with one room's messages. While it is cut off, the connection holds all requests, and no answers arrive.
 #[derive(Clone, Default)]
 struct Stream {
     state: Arc<Mutex<State>>,
@@ -96,7 +96,7 @@ impl Stream {
         self.with(|state| state.is_cut_off = true);
     }
 
-    /// Re-establishes the connection, and delivers the requests it held. `before` that, another node may write.
+    /// Re-establishes the connection and delivers the requests that it held. In `before`, another node may write first.
     fn comes_back(&self, before: impl FnOnce(&mut State)) {
         self.with(|state| {
             state.is_cut_off = false;
@@ -133,7 +133,7 @@ impl RecordStream for Stream {
     }
 }
 
-/// The task of a room, running beside the test.
+/// A room's task, running alongside the test.
 struct Room {
     work: mpsc::UnboundedSender<NextWrite>,
     /// Number of files that were given up.
@@ -169,7 +169,7 @@ impl Room {
         self.work.send(next).expect("a task");
     }
 
-    /// Waits until a file was given up.
+    /// Waits until a file has been given up.
     async fn gives_up(&self) {
         until(|| self.failed.load(Ordering::Relaxed) > 0).await;
     }
@@ -187,7 +187,7 @@ impl Room {
     }
 }
 
-/// Waits until a condition holds. The clock of these tests advances only while all tasks wait.
+/// Waits until a condition holds. In these tests, the clock advances only while all tasks are waiting.
 async fn until(is_so: impl Fn() -> bool) {
     while !is_so() {
         sleep(RETRY / 10).await;

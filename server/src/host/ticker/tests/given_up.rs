@@ -1,4 +1,4 @@
-//! Rooms whose thread wakes after the room was given up.
+//! Rooms whose thread wakes after the room has been given up.
 
 use super::*;
 

@@ -1,8 +1,8 @@
-//! Spectators: their rights, and their limits.
+//! What spectators may do, and the limits on them.
 
 use super::*;
 
-/// Plays a room with a player for some ticks, with or without spectators who send every kind of message. Returns the
+/// Plays a room with one player for some ticks, with or without spectators who send every kind of message. Returns the
 /// state hash of each tick, and the metrics.
 fn hashes(watched: bool) -> (Vec<u64>, String) {
     let (ends, _outside) = room("watched", Duration::MAX);
@@ -51,7 +51,7 @@ fn hashes(watched: bool) -> (Vec<u64>, String) {
 fn a_spectator_changes_nothing() {
     let (watched, metrics) = hashes(true);
     assert_eq!(watched, hashes(false).0);
-    // All of the six messages except the view.
+    // All six kinds of message except the view.
     let ignored = "jostle_messages_ignored_total{kind=\"spectator\"} 3000";
     assert!(metrics.contains(ignored), "{metrics}");
 }

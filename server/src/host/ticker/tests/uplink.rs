@@ -1,10 +1,10 @@
-//! Bytes sent to sessions, measured on a simulated clock.
+//! The bytes sent to sessions, measured on a simulated clock.
 
 use super::*;
 use crate::limits::{ADDRESS_UPLINK_SHARE, GUESTS_UPLINK_SHARE, UPLINK_BURST_SECONDS};
 use jostle_protocol::{ServerMessage, SnapshotStream};
 
-/// Bodies that never rest between two walls.
+/// Bodies between two walls that never come to rest.
 const RESTLESS: &str = r#"title = "Restless"
 size = [400, 200]
 gravity = [0, -40]
@@ -27,10 +27,10 @@ restitution = 1
 friction = 0
 "#;
 const SECONDS: u32 = 10;
-/// Number of sessions that decode their messages; for the others only bytes are counted.
+/// Number of sessions that decode their messages; for the other sessions, only the bytes are counted.
 const READERS: usize = 6;
 
-/// A session, and its received messages.
+/// A session and the messages that it has received.
 struct Session {
     _inbox: InboxSender<Option<ClientMessage>>,
     outbox: Arc<Outbox>,
@@ -63,8 +63,8 @@ impl Session {
     }
 }
 
-/// Plays a guest's room with this uplink, 120 spectators from two addresses and a player from a third. Returns the
-/// total bytes per second, the messages to the player, and the fewest messages to a spectator.
+/// Plays a guest's room with this uplink, 120 spectators from two addresses, and a player from a third. Returns the
+/// total bytes per second, the number of messages to the player, and the smallest number of messages to any spectator.
 fn crowd(megabits: u32) -> (usize, u32, u32) {
     let (mut ends, _outside) = room("crowd", Duration::MAX);
     let began = Instant::now();
@@ -99,7 +99,7 @@ fn crowd(megabits: u32) -> (usize, u32, u32) {
 fn a_crowd_in_a_guests_room_is_sent_what_the_uplink_allows_and_a_player_everything() {
     let ticks = SECONDS * TICKS_PER_SECOND;
     let (unlimited, of_player, least) = crowd(100_000);
-    // One more message is the welcome.
+    // The additional message is the welcome.
     assert_eq!((of_player, least), (ticks + 1, ticks + 1));
     let megabits = 20;
     let (sent, of_player, least) = crowd(megabits);
