@@ -1,13 +1,13 @@
-//! The input of bots, which use mouse and keyboard as a person does, but never pause. The same seed and index give the
+//! The input of bots, which use mouse and keyboard like a person, but never pause. The same seed and index produce the
 //! same input, bit for bit.
 
 use jostle_game::{Buttons, Input};
 use jostle_sim::Rng;
 use jostle_sim::Vec2;
 
-/// Largest tremor of the hand per tick, world units: a pixel or two on the page.
+/// Maximum tremor of the hand per tick, world units: a pixel or two on the page.
 const TREMOR: f32 = 0.06;
-/// Share of the tremor that carries over to the next tick.
+/// The fraction of the tremor that carries over to the next tick.
 const TREMOR_KEPT: f32 = 0.8;
 
 /// One bot's pointer and keys.
@@ -20,19 +20,19 @@ pub struct BotInput {
     act: HeldButtons,
 }
 
-/// Buttons that stay pressed for some more ticks.
+/// Buttons that stay pressed for a few more ticks.
 #[derive(Clone, Copy, Default)]
 struct HeldButtons {
     buttons: u16,
     ticks: u32,
 }
 
-/// One movement of the pointer. Like a hand, it speeds up and then slows down.
+/// A movement of the pointer. Like a hand, it speeds up and then slows down.
 #[derive(Clone, Copy)]
 struct Reach {
     from: Vec2,
     to: Vec2,
-    /// Ticks since the movement began, and its length in ticks.
+    /// Ticks since the movement began, and the movement's length in ticks.
     tick: u32,
     ticks: u32,
 }
@@ -56,7 +56,7 @@ impl BotInput {
         BotInput { rng, size, reach, tremor: Vec2::ZERO, steer, act }
     }
 
-    /// The buttons and the pointer of the next tick.
+    /// The buttons and pointer for the next tick.
     pub fn next_input(&mut self) -> Input {
         self.point();
         if self.steer.ticks == 0 {

@@ -1,4 +1,4 @@
-//! `jostle bots`: seeded players on real sockets that measure a server's traffic and how it copes with the load.
+//! `jostle bots`: seeded players on real sockets that measure a server's traffic and how well it copes with the load.
 //! `bench/load` uses the same bots and measures more.
 
 mod client;
@@ -15,20 +15,20 @@ use std::time::Duration;
 use target::BotTarget;
 use tokio::time::sleep;
 
-/// Maximum number of clients that one process plays.
+/// Maximum number of clients that one process runs.
 const CLIENTS_MAX: u32 = 1024;
-/// Bots that decode every snapshot. Many more would take the processors that the server needs.
+/// Number of bots that decode every snapshot. Many more would take up the processors that the server needs.
 pub const DECODERS: u32 = 32;
-/// Time from the arrival of the last bot to the start of the measurement.
+/// Time from the last bot's arrival to the start of the measurement.
 pub const SETTLE: Duration = Duration::from_secs(1);
-/// Time between two losses of a bot's socket.
+/// Interval at which a bot loses its socket.
 const LOSS_EVERY: Duration = Duration::from_secs(60);
 
 /// Play with many clients at once, and report their measurements
 ///
-/// Each client moves, launches, makes and drags at random, loses its socket once a minute, and comes back with its
-/// token. It follows its room to another server, and asks the other servers of a fleet if its own dies. Status 1 if any
-/// client met an error or came back to another seat.
+/// Each client moves, launches, makes and drags at random, loses its socket once a minute, and comes back using its
+/// token. It follows its room to another server, and asks a fleet's other servers if its own dies. The status is 1 if
+/// any client had an error or came back to a different seat.
 #[derive(clap::Args)]
 pub struct Bots {
     /// Rooms to play in; the clients are divided among them
@@ -40,19 +40,19 @@ pub struct Bots {
     /// Seconds of play once all clients have joined
     #[arg(long, value_name = "S", value_parser = clap::value_parser!(u32).range(1..=86_400))]
     seconds: u32,
-    /// Seed of the clients' input
+    /// Seed for the clients' input
     #[arg(long, value_name = "S", default_value_t = 0)]
     seed: u64,
-    /// Press nothing, and send as little as the page of an idle player
+    /// Press nothing, and send as little as an idle player's page does
     #[arg(long)]
     idle: bool,
-    /// End with one JSON object on stdout
+    /// Print one JSON object on stdout at the end
     #[arg(long)]
     json: bool,
 }
 
 impl Bots {
-    /// Plays, and prints the report.
+    /// Plays and prints the report.
     pub fn run(self) -> Result<(), Failure> {
         let length = Duration::from_secs(self.seconds.into());
         let losses = self.clients * self.seconds / LOSS_EVERY.as_secs() as u32;

@@ -1,5 +1,5 @@
-//! A TOML configuration file with the flags of a command under their own names. Nothing is declared here, so no flag
-//! can be forgotten: each flag's own definition gives the allowed values, and its own parser checks them.
+//! A TOML configuration file that contains a command's flags under their own names. Nothing is declared here, so no
+//! flag can be forgotten: each flag's own definition gives the allowed values, and its own parser checks them.
 
 use crate::output::Failure;
 use clap::builder::Resettable;
@@ -10,12 +10,12 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// A flag from the file, as it would appear on a command line.
+/// A flag from the file, in the form it would have on a command line.
 #[derive(Debug, PartialEq)]
 pub struct ConfigEntry {
-    /// Name of the flag, without its hyphens.
+    /// The flag's name, without hyphens.
     pub name: String,
-    /// One word for each value; empty if the flag is switched off.
+    /// One word per value; empty if the flag is switched off.
     pub words: Vec<String>,
 }
 
@@ -52,7 +52,7 @@ pub fn read(file: &str, source: &str, flags: &[&Arg]) -> Result<Vec<ConfigEntry>
 /// Checks a value with the flag's own parser. The error describes the allowed values.
 pub fn check(flag: &Arg, value: &str) -> Result<(), String> {
     let command = Command::new("value").no_binary_name(true);
-    // Flags that this one requires may be set elsewhere.
+    // Any flags that this one requires may be set elsewhere.
     let command = command.arg(flag.clone().requires(Resettable::Reset));
     let Err(error) = command.try_get_matches_from([word(flag, value)]) else { return Ok(()) };
     let choices = flag.get_possible_values();
@@ -64,12 +64,12 @@ pub fn check(flag: &Arg, value: &str) -> Result<(), String> {
     Err(reason.strip_prefix("allowed: ").map_or_else(|| wanted(flag).to_owned(), str::to_owned))
 }
 
-/// A value as it would appear on a command line.
+/// A value in the form it would have on a command line.
 pub fn word(flag: &Arg, value: &str) -> String {
     format!("--{}={value}", flag.get_long().unwrap_or_default())
 }
 
-/// Turns a value into words. The error is the position in the file and the allowed values.
+/// Turns a value into words. The error consists of the position in the file and the allowed values.
 fn words(flag: &Arg, value: &Spanned<DeValue>) -> Result<ConfigEntry, (Range<usize>, String)> {
     let name = flag.get_long().unwrap_or_default().to_owned();
     let words = match (flag.get_action(), value.get_ref()) {
@@ -95,7 +95,7 @@ fn one_word(flag: &Arg, value: &Spanned<DeValue>) -> Result<String, (Range<usize
         _ => None,
     };
     let text = text.filter(|_| !matches!(flag.get_action(), ArgAction::SetTrue));
-    // A value of the wrong type gets the same error as one out of range.
+    // A value of the wrong type gets the same error as a value out of range.
     let checked =
         text.ok_or_else(|| check(flag, "").err().unwrap_or_else(|| wanted(flag).to_owned()));
     let checked = checked.and_then(|text| check(flag, &text).map(|()| word(flag, &text)));
@@ -113,7 +113,7 @@ fn takes_fraction(flag: &Arg) -> bool {
     flag.get_value_parser().type_id() == TypeId::of::<f64>()
 }
 
-/// The allowed values of a flag whose parser does not describe them.
+/// The allowed values for a flag whose parser does not describe them.
 fn wanted(flag: &Arg) -> &'static str {
     match flag.get_action() {
         ArgAction::Append => "a text, or a list of texts",

@@ -1,10 +1,10 @@
-//! The limit on file descriptors; each connection takes one. The limit is raised as far as the system allows. If that
-//! is not enough for all connections, fewer are accepted, so that rooms, files and operators keep theirs.
+//! The limit on file descriptors, since each connection takes one. The limit is raised as far as the system allows. If
+//! that is not enough for all connections, fewer are accepted, so that rooms, files and operators keep theirs.
 
 use jostle_server::limits::descriptors_spare;
 use tracing::warn;
 
-/// Raises the limit, and returns how many of the `wanted` connections it allows at a time beside this many rooms.
+/// Raises the limit, and returns how many of the `wanted` connections it allows at once alongside this many rooms.
 pub fn connections_max(wanted: usize, rooms: usize) -> usize {
     let Some(descriptors) = raised() else { return wanted };
     let connections = connections_under(descriptors, rooms).min(wanted);
@@ -19,14 +19,14 @@ pub fn connections_max(wanted: usize, rooms: usize) -> usize {
     connections
 }
 
-/// Connections allowed at a time under this many descriptors: at least a quarter of them.
+/// Number of connections allowed at once with this many descriptors: at least a quarter of them.
 pub fn connections_under(descriptors: u64, rooms: usize) -> usize {
     let descriptors = usize::try_from(descriptors).unwrap_or(usize::MAX);
     let spared = descriptors.saturating_sub(descriptors_spare(rooms));
     spared.max(descriptors / 4).max(1)
 }
 
-/// The soft and the hard limit, each `None` if unlimited; `None` on systems without such limits.
+/// The soft and hard limits, each `None` if unlimited; `None` on systems without such limits.
 #[cfg(unix)]
 pub fn limits() -> Option<[Option<u64>; 2]> {
     let limit = rustix::process::getrlimit(rustix::process::Resource::Nofile);
@@ -38,7 +38,7 @@ pub fn limits() -> Option<[Option<u64>; 2]> {
     None
 }
 
-/// Raises the soft limit to the hard one, and returns the limit now in force; `None` if unlimited.
+/// Raises the soft limit to the hard one, and returns the resulting limit; `None` if unlimited.
 #[cfg(unix)]
 fn raised() -> Option<u64> {
     use rustix::process::{Resource, getrlimit, setrlimit};

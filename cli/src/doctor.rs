@@ -1,4 +1,4 @@
-//! `jostle doctor`: checks the machine on which a server is to run. Each file checks one thing.
+//! `jostle doctor` checks the machine on which a server is to run. Each file checks one thing.
 
 mod certificate;
 mod clock;
@@ -18,12 +18,12 @@ use jostle_server::log::Sync;
 use serde::Serialize;
 use std::time::SystemTime;
 
-/// Check whether this machine is fit for a server, and recommend changes
+/// Check whether this machine is fit to run a server, and recommend changes
 ///
-/// Takes the flags, the environment and the file of `serve`. Run it as the server runs, with the same user and limits,
-/// while the server is down. Prints one line each for open files, ports, directories, clock, processor, memory and
-/// certificate, with a recommendation where something should be changed. It takes a few seconds, in which it plays the
-/// largest scene. The status is 0 if all is fine, 1 if something should be changed.
+/// Takes the flags, environment and configuration file of `serve`. Run it as the server runs, with the same user and
+/// limits, while the server is down. Prints one line each for open files, ports, directories, clock, processor, memory
+/// and certificate, with a recommendation if something should be changed. It takes a few seconds, during which it plays
+/// the largest scene. The status is 0 if everything is fine and 1 if something should be changed.
 #[derive(clap::Args)]
 #[command(mut_arg("check", |flag| flag.hide(true)))]
 pub struct Doctor {
@@ -42,7 +42,7 @@ struct DoctorReport {
 }
 
 impl Doctor {
-    /// Runs all checks, and prints the findings.
+    /// Runs all checks and prints the findings.
     pub fn run(self) -> Result<(), Failure> {
         let findings = self.look()?;
         let to_change = findings.iter().filter(|finding| !finding.is_fine()).count();

@@ -1,4 +1,4 @@
-//! The input file of `jostle run`: JSON lines, each with the input of one seat from a tick on.
+//! The input file for `jostle run`: JSON lines, each containing one seat's input from a given tick on.
 
 use crate::output::{Failure, OrFail};
 use jostle_game::{Buttons, Input, Seat};
@@ -6,7 +6,7 @@ use jostle_sim::Vec2;
 use serde::Deserialize;
 use std::path::Path;
 
-/// Names of the buttons in an input file.
+/// The buttons' names in an input file.
 pub const BUTTONS: [(&str, Buttons); 12] = [
     ("up", Buttons::UP),
     ("left", Buttons::LEFT),
@@ -24,13 +24,13 @@ pub const BUTTONS: [(&str, Buttons); 12] = [
 
 const LINE_ALLOWED: &str = r#"{"tick":60,"seat":0,"buttons":["right"],"pointer":[100,50]}"#;
 
-/// The inputs of all seats, tick by tick.
+/// All seats' inputs, tick by tick.
 #[derive(Debug, Default)]
 pub struct Inputs {
     /// Sorted by tick; lines for the same tick stay in file order.
     changes: Vec<InputChange>,
     next: usize,
-    /// The current input of every seat, in seat order.
+    /// Each seat's current input, in seat order.
     held: Vec<(Seat, Input)>,
 }
 
@@ -53,12 +53,12 @@ struct Line {
 }
 
 impl Inputs {
-    /// Seat 0 without any input.
+    /// Seat 0 with no input.
     pub fn none() -> Inputs {
         Inputs { held: vec![(Seat(0), Input::default())], ..Inputs::default() }
     }
 
-    /// Reads a file. All seats from 0 up to the highest one named take part from the start.
+    /// Reads a file. All seats from 0 up to the highest one mentioned take part from the start.
     pub fn read(path: &Path, seats_max: u16) -> Result<Inputs, Failure> {
         let file = path.display().to_string();
         let text = std::fs::read_to_string(path).or_usage(&file)?;
@@ -85,7 +85,7 @@ impl Inputs {
         self.held.iter().map(|(seat, _)| *seat)
     }
 
-    /// The input of every seat in a tick. Must be called with ticks in increasing order.
+    /// Every seat's input in a tick. Must be called with ticks in increasing order.
     pub fn at(&mut self, tick: u32) -> &[(Seat, Input)] {
         while let Some(change) = self.changes.get(self.next)
             && change.tick <= tick

@@ -1,6 +1,6 @@
-//! Server settings that are missing on the command line. They come from the environment (`JOSTLE_LISTEN` for
+//! Server settings that are missing from the command line. They come from the environment (`JOSTLE_LISTEN` for
 //! `--listen`), or else from the configuration file, and are appended to the command line, so that all later code
-//! treats them alike.
+//! treats them the same way.
 
 use crate::config_file::{self, check, word};
 use crate::output::{Failure, OrFail};
@@ -17,12 +17,12 @@ const COMMAND: &str = "serve";
 /// Flags of `serve` that are not server settings.
 const OTHER_FLAGS: [&str; 4] = [FILE_FLAG, "check", "help", "version"];
 const FILE_FLAG: &str = "config";
-/// Names the configuration file if the command line does not.
+/// Names the configuration file if the command line does not do so.
 const FILE_VARIABLE: &str = "JOSTLE_CONFIG";
-/// Separates the values of a variable whose flag may be given more than once.
+/// Separates the values in a variable whose flag may be given more than once.
 const BETWEEN_VALUES: char = ',';
 
-/// Appends the words from the environment and the file to those of a command line. Commands that take no configuration
+/// Appends the words from the environment and the file to those on a command line. Commands that take no configuration
 /// file are left unchanged.
 pub fn complete(
     mut command: Command,
@@ -73,7 +73,7 @@ pub fn settings(command: &Command) -> Vec<&Arg> {
     serve.get_arguments().filter(is_setting).collect()
 }
 
-/// The environment variable of a flag.
+/// A flag's environment variable.
 fn variable_name(flag: &Arg) -> String {
     match flag.get_long().unwrap_or_default() {
         "log" => "RUST_LOG".to_owned(),
@@ -81,7 +81,7 @@ fn variable_name(flag: &Arg) -> String {
     }
 }
 
-/// The variable's value; an empty one counts as unset.
+/// The variable's value. An empty value counts as unset.
 fn value_of(flag: &Arg, variable: impl Fn(&str) -> Option<OsString>) -> Option<OsString> {
     variable(&variable_name(flag)).filter(|value| !value.is_empty())
 }

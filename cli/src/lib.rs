@@ -1,5 +1,5 @@
-//! The command line. Its exit status is 0 for success, 1 for a failed check and 2 for bad usage; errors are
-//! one line on stderr.
+//! The command line. Its exit status is 0 for success, 1 for a failed check and 2 for incorrect usage. Errors are
+//! reported as one line on stderr.
 
 mod bot_input;
 pub mod bots;
@@ -27,15 +27,16 @@ use std::process::ExitCode;
 use tracing_appender::non_blocking::{ErrorCounter, NonBlockingBuilder, WorkerGuard};
 use tracing_subscriber::EnvFilter;
 
-/// Log lines that wait to be written; more are dropped and counted, so that nothing waits for the log.
+/// Maximum number of log lines waiting to be written; more are dropped and counted, so that nothing has to wait for the
+/// log.
 const LOG_LINES_WAITING_MAX: usize = 4096;
 
 /// A multiplayer physics playground.
 #[derive(Parser)]
 #[command(name = "jostle", version, arg_required_else_help = true)]
 struct CommandLine {
-    /// Level of the log on stderr: error, warn, info, debug, trace, or a filter like `info,jostle_server=debug`.
-    /// [default: RUST_LOG, else info for `serve` and warn otherwise]
+    /// Log level for stderr: error, warn, info, debug, trace, or a filter like `info,jostle_server=debug`. [default:
+    /// RUST_LOG, or else info for `serve` and warn otherwise]
     #[arg(long, global = true, value_name = "FILTER")]
     log: Option<String>,
     #[command(subcommand)]
@@ -54,7 +55,7 @@ enum Command {
     Replay(replay::ReplayCommand),
 }
 
-/// Runs the command that the process was started with.
+/// Runs the command with which the process was started.
 pub fn main() -> ExitCode {
     let words = std::env::args_os().collect();
     let words = match layers::complete(CommandLine::command(), words, |name| std::env::var_os(name))
@@ -64,7 +65,7 @@ pub fn main() -> ExitCode {
     };
     let arguments = match CommandLine::try_parse_from(words) {
         Ok(arguments) => arguments,
-        // Help and version keep clap's own layout.
+        // Help and version texts keep clap's own layout.
         Err(error) if is_help(&error) => error.exit(),
         Err(error) => return fail(Failure::Usage(one_line(&error.to_string()))),
     };
@@ -80,7 +81,7 @@ pub fn main() -> ExitCode {
         Command::Bots(bots) => bots.run(),
         Command::Replay(replay) => replay.run(),
     };
-    // Flushes the log.
+    // This flushes the log.
     drop(log);
     done.map_or_else(fail, |()| ExitCode::SUCCESS)
 }
@@ -94,12 +95,12 @@ fn fail(failure: Failure) -> ExitCode {
     ExitCode::from(status)
 }
 
-/// Starts the log. A separate thread writes it, and lives as long as the guard. Lines beyond the limit are dropped and
+/// Starts the log. A separate thread writes it and lives as long as the guard. Lines beyond the limit are dropped and
 /// counted, so that a reader that stalls blocks nothing else.
 fn start_log(arguments: &CommandLine) -> Result<(ErrorCounter, WorkerGuard), Failure> {
     let named = arguments.log.clone().or_else(|| std::env::var("RUST_LOG").ok());
     let usual = if matches!(arguments.command, Command::Serve(_)) {
-        // The NATS client logs each attempt to connect; the server logs the same less often.
+        // The NATS client logs each connection attempt; the server logs the same information less often.
         "info,async_nats=error"
     } else {
         "warn"
@@ -121,7 +122,7 @@ fn is_help(error: &clap::Error) -> bool {
     !error.use_stderr() || error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand
 }
 
-/// A clap error without its usage and hints, which take several lines.
+/// A clap error without usage and hints, which take up several lines.
 fn one_line(complaint: &str) -> String {
     let complaint = complaint.strip_prefix("error: ").unwrap_or(complaint);
     let complaint = complaint.split("\n\n").next().unwrap_or_default();

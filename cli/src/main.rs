@@ -1,4 +1,4 @@
-//! `jostle`: the command line. Everything it does is in the library.
+//! The `jostle` command line. Everything it does is in the library.
 
 use std::process::ExitCode;
 

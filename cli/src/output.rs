@@ -1,19 +1,19 @@
-//! The results of commands: lines on stdout, or the reason for a failure.
+//! Commands' results: lines on stdout, or the reason for a failure.
 
 use serde::Serialize;
 use std::fmt::Display;
 use std::io::Write;
 
-/// The reason why a command ended without success.
+/// The reason why a command did not succeed.
 #[derive(Debug)]
 pub enum Failure {
-    /// A check failed, or an operation did not work: status 1.
+    /// A check failed, or an operation did not work. Exits with status 1.
     Check(String),
-    /// The command line names something that does not exist: status 2.
+    /// The command line names something that does not exist. Exits with status 2.
     Usage(String),
 }
 
-/// Turns an error into a failure whose text begins with the attempted action.
+/// Turns an error into a failure whose text begins with what was attempted.
 pub trait OrFail<T> {
     /// Turns the error into [`Failure::Check`].
     fn or_check(self, what: impl Display) -> Result<T, Failure>;
@@ -37,7 +37,7 @@ pub fn json(report: &impl Serialize) -> String {
 }
 
 /// Makes text safe for a terminal. Text from files or the network could contain sequences that move the cursor, change
-/// colours or worse.
+/// colours or do worse.
 pub fn plain(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     for char in text.chars() {
@@ -50,7 +50,7 @@ pub fn plain(text: &str) -> String {
     shown
 }
 
-/// Prints a line. It is not an error if the reader has closed stdout, as `head` does.
+/// Prints a line. If the reader has closed stdout, as `head` does, that is not an error.
 pub fn say(line: impl Display) -> Result<(), Failure> {
     match writeln!(std::io::stdout(), "{}", plain(&line.to_string())) {
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),

@@ -1,13 +1,13 @@
-//! `jostle scene plan`: the [`Plan`] of a scene as text and as JSON: the parts it includes, the parts it leaves out,
-//! and the fields that decide.
+//! `jostle scene plan` shows a scene's [`Plan`] as text and as JSON: the parts it includes, the parts it leaves out,
+//! and the fields that decide this.
 
 use jostle_game::scene::{Bodies, Per, Plan, WorstTick};
 use jostle_game::{Scene, Tools};
 use jostle_sim::{Motion, Solver};
 use serde_json::{Value, json};
 
-/// The plan as a JSON object, with the slowest tick of a trial. Lengths are world units. Without a solver the value is
-/// `null`.
+/// The plan as a JSON object, along with the slowest tick of a trial. Lengths are in world units. If there is no
+/// solver, the value is `null`.
 pub fn as_json(scene: &Scene, tried: &WorstTick) -> Value {
     let plan = Plan::of(scene);
     let [worst, by_limits] = [tried, &WorstTick::of(scene)]
@@ -51,7 +51,7 @@ pub fn as_json(scene: &Scene, tried: &WorstTick) -> Value {
     })
 }
 
-/// The plan as text for people.
+/// The plan as text for people to read.
 pub fn as_text(scene: &Scene, tried: &WorstTick) -> String {
     let plan = Plan::of(scene);
     let ([width, height], [x, y]) = (scene.size.to_array(), scene.world.gravity.to_array());
@@ -90,7 +90,7 @@ fn group(scene: &Scene, index: u8) -> &str {
     &scene.groups[usize::from(index)]
 }
 
-/// Names of the groups that have bodies.
+/// Names of the groups that contain bodies.
 fn groups<'a>(scene: &'a Scene, plan: &Plan) -> Vec<&'a str> {
     let mut groups: Vec<u8> = plan.bodies.iter().map(|bodies| bodies.def.group).collect();
     groups.sort_unstable();
@@ -98,7 +98,7 @@ fn groups<'a>(scene: &'a Scene, plan: &Plan) -> Vec<&'a str> {
     groups.into_iter().map(|index| group(scene, index)).collect()
 }
 
-/// Names of the pairs of groups that collide and both have bodies.
+/// Names of the pairs of groups that collide and both contain bodies.
 fn pairs<'a>(scene: &'a Scene, plan: &Plan) -> Vec<[&'a str; 2]> {
     plan.pairs.iter().map(|pair| pair.map(|index| group(scene, index))).collect()
 }
@@ -111,7 +111,7 @@ fn motion(bodies: &Bodies) -> &'static str {
     }
 }
 
-/// The shape of the bodies, or both shapes if the seed decides.
+/// The bodies' shape, or both shapes if the seed decides.
 fn shape(bodies: &Bodies) -> &'static str {
     match (bodies.circles(), bodies.boxes()) {
         (true, true) => "circle or box",
@@ -167,7 +167,7 @@ fn solver_text(solver: Option<Solver>) -> String {
     }
 }
 
-/// A number with the digits of the `f32` rather than those of its conversion to the `f64` of a JSON value.
+/// A number with the digits of the `f32` rather than those of its conversion to an `f64` for a JSON value.
 fn decimal(value: f32) -> Option<f64> {
     value.to_string().parse().ok()
 }

@@ -1,4 +1,4 @@
-//! `jostle replay`: describes, verifies and replays recordings.
+//! `jostle replay` describes, verifies and replays recordings.
 
 mod file;
 mod info;
@@ -8,7 +8,7 @@ mod verify;
 
 use crate::output::Failure;
 
-/// Look into replays, check them, and play them again
+/// Inspect replays, verify them, and play them again
 #[derive(clap::Subcommand)]
 pub enum ReplayCommand {
     Info(info::Info),

@@ -1,4 +1,4 @@
-//! `jostle run`: plays a scene without sockets, as fast as possible, and prints a summary.
+//! `jostle run` plays a scene without sockets, as fast as possible, and prints a summary.
 
 pub mod bots;
 mod record;
@@ -16,12 +16,12 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Play a scene headless: the same scene, seed and inputs give the same trace, byte for byte.
+/// Play a scene headless. The same scene, seed and inputs produce the same trace, byte for byte.
 ///
-/// Seat 0 takes part from tick 0, and so does every seat that the inputs name. With --bots, bots play instead, in seats
-/// from 0 on; the seed decides when they come and go. Ticks count from 1.
+/// Seat 0 takes part from tick 0, and so does every seat that the inputs mention. With --bots, bots play instead, in
+/// seats from 0 upwards; the seed determines when they come and go. Ticks are counted from 1.
 ///
-/// INPUTS are JSON lines. Each gives the complete input of one seat from a tick on, until that seat's next line:
+/// INPUTS are JSON lines. Each gives the complete input for one seat from a tick on, until that seat's next line:
 ///
 ///   {"tick":60,"seat":0,"buttons":["right","make"],"pointer":[100,50]}
 ///
@@ -37,28 +37,28 @@ use std::time::Instant;
 pub struct Run {
     /// A built-in scene, or the path of a TOML file
     scene: String,
-    /// Ticks to play, 60 per second
+    /// Number of ticks to play, at 60 per second
     #[arg(long, value_name = "N", default_value_t = 600)]
     ticks: u32,
-    /// Seed of everything random
+    /// Seed for everything random
     #[arg(long, value_name = "S", default_value_t = 0)]
     seed: u64,
-    /// Inputs of the seats, as JSON lines
+    /// The seats' inputs, as JSON lines
     #[arg(long, value_name = "FILE")]
     inputs: Option<PathBuf>,
-    /// Let this many bots play instead; their input follows from the seed
+    /// Let this many bots play instead; the seed determines their input
     #[arg(long, value_name = "N", conflicts_with = "inputs", value_parser = clap::value_parser!(u16).range(1..))]
     bots: Option<u16>,
     /// Where to write a replay of the run
     #[arg(long, value_name = "FILE.jostle")]
     replay: Option<PathBuf>,
-    /// File for the trace; - is stdout, which then gets no summary sentence
+    /// File for the trace; with -, the trace goes to stdout, and no summary sentence is printed there
     #[arg(long, value_name = "FILE.jsonl")]
     trace: Option<PathBuf>,
     /// Trace only every K-th tick
     #[arg(long, value_name = "K", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     every: u32,
-    /// End with one JSON object on stdout
+    /// Print one JSON object on stdout at the end
     #[arg(long)]
     json: bool,
 }
@@ -75,13 +75,13 @@ struct Summary {
     emitters: usize,
     #[serde(flatten)]
     sums: Sums,
-    /// Wall time spent in ticks alone.
+    /// Wall time spent in ticks only.
     elapsed_ms: f64,
     step_ms_mean: f64,
     step_ms_max: f64,
 }
 
-/// The players of a run.
+/// A run's players.
 enum Players {
     Scripted(Inputs),
     Bots(Bots),
@@ -108,7 +108,7 @@ fn join(seat: Seat) -> Change {
 }
 
 impl Run {
-    /// Plays the scene, and prints the summary.
+    /// Plays the scene and prints the summary.
     pub fn run(self) -> Result<(), Failure> {
         let scene = Arc::new(scene_named(&self.scene)?);
         let mut players = self.players(&scene)?;

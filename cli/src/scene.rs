@@ -1,4 +1,4 @@
-//! `jostle scene`: lists, checks and explains scenes.
+//! `jostle scene` lists, checks and explains scenes.
 
 use super::plan;
 use crate::output::{Failure, OrFail, say};
@@ -18,20 +18,20 @@ pub enum SceneCommand {
         #[arg(long)]
         json: bool,
     },
-    /// Check a scene file; if it is refused, print one line with file, line and field, and exit with status 1
+    /// Check a scene file; if it is refused, print one line with the file, line and field, and exit with status 1
     Check {
         /// The TOML file
         file: PathBuf,
     },
-    /// Make a scene file from a map of the Tiled editor; its objects are the scene's bodies, zones and launchers
+    /// Create a scene file from a Tiled map, whose objects become the scene's bodies, zones and launchers
     Import {
         /// The map in Tiled's JSON format (.tmj)
         map: PathBuf,
-        /// File to write; without it the scene goes to stdout
+        /// The file to write; without it, the scene goes to stdout
         #[arg(long, value_name = "FILE.toml")]
         out: Option<PathBuf>,
     },
-    /// Print the parts that a scene needs, those left out, and the field of the file that decides
+    /// Print the parts that a scene needs, those left out, and the field in the file that decides this
     Plan {
         /// A built-in scene, or the path of a TOML file
         #[arg(value_name = "FILE")]
@@ -64,7 +64,7 @@ impl SceneCommand {
     }
 }
 
-/// Imports a map. The scene is named after its output file, or after the map.
+/// Imports a map. The scene is named after its output file or, if there is none, after the map.
 fn import(map: &Path, out: Option<&Path>) -> Result<(), Failure> {
     let file = map.display().to_string();
     let bytes = std::fs::read(map).or_usage(&file)?;

@@ -1,4 +1,4 @@
-//! Scenes by their names on the command line.
+//! Finds scenes by their names on the command line.
 
 use crate::output::{Failure, OrFail};
 use jostle_game::Scene;
@@ -7,7 +7,7 @@ use jostle_server::files::read_regular;
 use jostle_server::limits::SETTINGS_FILE_BYTES_MAX;
 use std::path::Path;
 
-/// The scene with this name: a built-in one, or the path of a TOML file.
+/// The scene with this name, which is a built-in one or the path of a TOML file.
 pub fn scene_named(name: &str) -> Result<Scene, Failure> {
     let mut scenes = Scene::built_in();
     if let Some(index) = scenes.iter().position(|scene| scene.name == name) {
@@ -29,7 +29,7 @@ pub fn scene_file(path: &Path) -> Result<Scene, Failure> {
     parsed(&file, bytes)
 }
 
-/// Like [`scene_file`], for a file that was found in a directory and may hold anything.
+/// Like [`scene_file`], for a file that was found in a directory and may contain anything.
 pub fn found_scene_file(path: &Path) -> Result<Scene, Failure> {
     let file = path.display().to_string();
     let bytes = read_regular(path, SETTINGS_FILE_BYTES_MAX).or_usage(&file)?;

@@ -1,4 +1,4 @@
-//! `jostle serve`: configures the server from the command line, and stops it on a signal.
+//! `jostle serve` configures the server from the command line, and stops it on a signal.
 
 #[cfg(feature = "nats")]
 mod fleet;
@@ -27,23 +27,23 @@ use tokio::net::TcpListener;
 use tracing_appender::non_blocking::ErrorCounter;
 use values::{host, origin, proxies, socket_address, whole};
 
-/// Environment variable that may hold the operators' token in place of a file.
+/// Environment variable that may contain the operators' token instead of a file.
 const OPS_TOKEN_VARIABLE: &str = "JOSTLE_OPS_TOKEN";
-/// Environment variable in which Agones gives the port of its sidecar.
+/// Environment variable in which Agones passes its sidecar's port.
 const AGONES_PORT_VARIABLE: &str = "AGONES_SDK_HTTP_PORT";
 /// The sidecar's default port.
 const AGONES_PORT: u16 = 9358;
 
 /// Serve the page and the rooms until SIGTERM or ctrl-c.
 ///
-/// Prints one line with the address to open. On SIGTERM or ctrl-c players are notified, sockets close with code 1001,
-/// and the status is 0; a second signal ends the process at once.
+/// Prints one line with the address to open. On SIGTERM or ctrl-c, players are notified, sockets close with code 1001,
+/// and the status is 0; a second signal ends the process immediately.
 ///
-/// Each flag may also be set by an environment variable (JOSTLE_LISTEN for --listen; several values are separated by
-/// commas) or in the file of --config. Flags take precedence over variables, and variables over the file.
+/// Each flag can also be set by an environment variable (JOSTLE_LISTEN for --listen, with commas between multiple
+/// values) or in the --config file. Flags take precedence over variables, and variables over the file.
 #[derive(clap::Args)]
 pub struct Serve {
-    /// TOML file with flags by their names (listen = "0.0.0.0:8080"), used where neither the command line nor the
+    /// TOML file that contains flags by name (listen = "0.0.0.0:8080"), used where neither the command line nor the
     /// environment sets a flag. Can also be set with JOSTLE_CONFIG
     #[arg(long, value_name = "FILE.toml")]
     config: Option<PathBuf>,
@@ -57,56 +57,56 @@ pub struct Serve {
     /// Address and port for operators: /healthz, /readyz and /metrics (OpenMetrics); do not expose it to the internet
     #[arg(long, value_name = "ADDRESS:PORT", value_parser = socket_address)]
     pub ops: Option<SocketAddr>,
-    /// File with a token, a line of 16 or more characters, with which operators may list and kick players, close rooms
-    /// and drain the server on the port of --ops. JOSTLE_OPS_TOKEN in the environment may hold the token instead
+    /// File with a token, a line of 16 or more characters, that lets operators list and kick players, close rooms and
+    /// drain the server through the --ops port. The JOSTLE_OPS_TOKEN environment variable may contain the token instead
     #[arg(long, value_name = "FILE", requires = "ops")]
     ops_token_file: Option<PathBuf>,
-    /// PEM file with this server's certificate chain, its own certificate first; players then open https:// addresses.
-    /// Certificate and key are read again when they change, and on SIGHUP
+    /// PEM file with this server's certificate chain, starting with its own certificate; players then open https://
+    /// addresses. The certificate and key are read again when they change, and on SIGHUP
     #[arg(long, value_name = "FILE", requires = "tls_key")]
     tls_cert: Option<PathBuf>,
-    /// PEM file with the unencrypted private key of the first certificate of --tls-cert
+    /// PEM file with the unencrypted private key for the first certificate in --tls-cert
     #[arg(long, value_name = "FILE", requires = "tls_cert")]
     tls_key: Option<PathBuf>,
-    /// Directory with more scenes (*.toml); a scene with a built-in name replaces the built-in one
+    /// Directory with additional scenes (*.toml); a scene with a built-in name replaces the built-in one
     #[arg(long, value_name = "DIR")]
     scenes: Option<PathBuf>,
     /// Whether players may open rooms with their own scene files: `private` for unlisted rooms only, `all` for listed
-    /// ones too, `off` for none. Such a scene has a limited budget, and its room a limited share of a processor
+    /// ones too, `off` for none. Such a scene has a limited budget, and its room gets a limited share of a processor
     #[arg(long, value_name = "WHO", default_value = "private")]
     guest_scenes: GuestFlag,
     /// Another site whose pages may play here, as shown in its address bar: https://play.example.org. May be given more
-    /// than once; pages of this server are always allowed
+    /// than once; this server's own pages are always allowed
     #[arg(long, value_name = "ORIGIN", value_parser = origin)]
     allow_origin: Vec<String>,
-    /// Name by which browsers may address this server, such as play.example.org; requests with another name are
-    /// refused. IP addresses and localhost are always allowed. May be given more than once. If it is not given, any
-    /// name is allowed, unless --listen is a loopback address and no --trusted-proxy is given
+    /// Name by which browsers may address this server, such as play.example.org; requests that use another name are
+    /// refused. IP addresses and localhost are always allowed. May be given more than once. If not given, any name is
+    /// allowed, unless --listen is a loopback address and no --trusted-proxy is given
     #[arg(long, value_name = "NAME", value_parser = host)]
     host: Vec<String>,
     /// Address of a proxy in front of this server, or a network of proxies such as 10.0.0.0/8. Its X-Forwarded-For
-    /// header is trusted, so that limits apply to the players' addresses and not to the proxy's. May be given more than
+    /// header is trusted, so that limits apply to players' addresses rather than the proxy's. May be given more than
     /// once
     #[arg(long, value_name = "ADDRESS[/BITS]", value_parser = proxies)]
     trusted_proxy: Vec<IpNet>,
-    /// Rooms that people may open at a time, besides the standing room of each scene; 32 for each processor by default.
-    /// One address may open an eighth of them, and at least 8
+    /// Maximum number of rooms that people may have open at once, in addition to each scene's standing room; 32 per
+    /// processor by default. One address may open an eighth of them, but at least 8
     #[arg(long, value_name = "N", value_parser = whole(1, limits::ROOMS_BOUND as u32))]
     rooms_max: Option<u32>,
-    /// Simultaneous connections of players, spectators and browsers that load the page; by default 2048 for each
-    /// processor, and at least 4096. One address may hold an eighth of them, and at least 512
+    /// Maximum number of simultaneous connections from players, spectators and browsers loading the page; by default
+    /// 2048 per processor, but at least 4096. One address may hold an eighth of them, but at least 512
     #[arg(long, value_name = "N", value_parser = whole(1, limits::CONNECTIONS_BOUND as u32))]
     connections_max: Option<u32>,
-    /// Scenes that may be on offer, including the built-in ones
+    /// Maximum number of scenes on offer, including the built-in ones
     #[arg(long, value_name = "N", default_value_t = limits::SCENES_MAX as u32,
         value_parser = whole(1, limits::SCENES_BOUND as u32))]
     scenes_max: u32,
-    /// Game sockets that one address may hold at a time (IPv6: one /64); raise it for a party or a class behind one
-    /// address, or for a load test. By default a thirty-second part of the connections, and at least 128
+    /// Maximum number of game sockets that one address (for IPv6, one /64) may hold at once; raise it for a party or a
+    /// class behind one address, or for a load test. By default, 1/32 of the connections, but at least 128
     #[arg(long, value_name = "N", value_parser = whole(1, limits::CONNECTIONS_BOUND as u32))]
     address_sockets: Option<u32>,
-    /// Megabits per second that this machine may send. One address gets a quarter of them at most, and all rooms with
-    /// players' scene files together another quarter; beyond that they receive fewer snapshots per second
+    /// Megabits per second that this machine may send. Each address gets at most a quarter of this, and all rooms with
+    /// players' scene files together get another quarter; beyond that, they receive fewer snapshots per second
     #[arg(long, value_name = "N", default_value_t = limits::UPLINK_MEGABITS,
         value_parser = whole(1, limits::UPLINK_MEGABITS_MAX))]
     uplink: u32,
@@ -114,24 +114,24 @@ pub struct Serve {
     /// plays these replays
     #[arg(long, value_name = "DIR")]
     replays: Option<PathBuf>,
-    /// Megabytes of replays to keep; the oldest finished ones are deleted first
+    /// Total size of replays to keep, in megabytes; the oldest finished ones are deleted first
     #[arg(long, value_name = "N", default_value_t = limits::REPLAYS_MB, requires = "replays",
         value_parser = whole(1, 1 << 30))]
     replays_mb: u32,
-    /// Days to keep a replay
+    /// Number of days to keep a replay
     #[arg(long, value_name = "N", default_value_t = limits::REPLAYS_DAYS, requires = "replays",
         value_parser = whole(1, 36_500))]
     replays_days: u32,
-    /// Keep the open rooms in this directory, which is created if it is missing: after a restart or a crash they resume
+    /// Keep the open rooms in this directory, which is created if it is missing. After a restart or a crash they resume
     /// where they were, and players get their seats back. Each server needs its own directory
     #[arg(long, value_name = "DIR")]
     state: Option<PathBuf>,
-    /// When the state is synced to the disk: with `second` a power failure loses at most a second of play; `system`
-    /// leaves it to the system. If only the server dies, at most half a second is lost in both cases
+    /// When the state is synced to the disk: with `second`, a power failure loses at most a second of play; `system`
+    /// leaves it to the operating system. If only the server dies, at most half a second is lost either way
     #[arg(long, value_name = "WHEN", default_value = "second", requires = "state")]
     state_sync: StateSync,
     /// Report to the Agones sidecar that started this server: readiness, health, free room capacity and shutdown. The
-    /// sidecar runs on this machine at the port in AGONES_SDK_HTTP_PORT, or 9358
+    /// sidecar runs on this machine at the port given in AGONES_SDK_HTTP_PORT, or at 9358
     #[arg(long)]
     agones: bool,
     #[cfg(feature = "nats")]
@@ -155,7 +155,7 @@ enum GuestFlag {
 }
 
 impl Serve {
-    /// Serves until a signal. `log_drops` counts the lines dropped by the log.
+    /// Serves until a signal arrives. `log_drops` counts the lines that the log drops.
     pub fn run(self, log_drops: ErrorCounter) -> Result<(), Failure> {
         log_panics();
         let config = self.config()?;
@@ -241,7 +241,7 @@ async fn serve(
     let tell = Arc::clone(&config.supervisor.tell);
     config.supervisor.tell = Arc::new(move |sign| {
         if sign == Sign::Ready {
-            // The server keeps running without its stdout.
+            // The server keeps running even if its stdout is gone.
             let _ = say(&ready);
         }
         tell(sign);
@@ -251,7 +251,8 @@ async fn serve(
         .map_err(|error| Failure::Check(error.to_string()))
 }
 
-/// The operators' token, from the file or else from the environment. Neither appears in the process list.
+/// The operators' token, from the file or else from the environment. Either way, it does not appear in the process
+/// list.
 fn ops_token(file: Option<&Path>) -> Result<Option<String>, Failure> {
     let (place, text) = match file {
         Some(file) => {
@@ -309,8 +310,8 @@ fn url(scheme: &str, bound: SocketAddr) -> String {
     format!("{scheme}://{}/", SocketAddr::new(shown, bound.port()))
 }
 
-/// The names by which the server may be addressed. A server on a loopback address accepts none by default: a page
-/// opened on this machine could otherwise reach it under its site name (DNS rebinding).
+/// The names by which the server may be addressed. By default, a server on a loopback address accepts none: otherwise,
+/// a page opened on this machine could reach it under its own site's name (DNS rebinding).
 fn hosts(names: Vec<String>, listen: SocketAddr, has_proxy: bool) -> Hosts {
     match names.is_empty() && (has_proxy || !listen.ip().is_loopback()) {
         true => Hosts::Any,
@@ -318,7 +319,7 @@ fn hosts(names: Vec<String>, listen: SocketAddr, has_proxy: bool) -> Hosts {
     }
 }
 
-/// Checks that a path does not exist yet, or is a directory that this user may read and write.
+/// Checks that a path does not exist yet, or that it is a directory that this user may read and write.
 fn check_directory(flag: &str, dir: Option<&Path>) -> Result<(), Failure> {
     let Some(dir) = dir.filter(|dir| dir.exists()) else { return Ok(()) };
     let place = format!("{flag} {}", dir.display());
@@ -333,7 +334,7 @@ fn check_directory(flag: &str, dir: Option<&Path>) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Adds the scenes of a directory, sorted by file name.
+/// Adds a directory's scenes, sorted by file name.
 fn add_scenes(scenes: &mut Vec<Scene>, dir: &Path, allowed: usize) -> Result<(), Failure> {
     for path in scene_paths(dir)? {
         let scene = found_scene_file(&path)?;

@@ -1,5 +1,5 @@
-//! Signals of the process. The first termination signal drains the server. A second one ends the process at once, as
-//! does a drain that exceeds its time limit.
+//! The signals that the process receives. The first termination signal drains the server. A second one ends the process
+//! immediately, as does a drain that exceeds its time limit.
 
 use jostle_server::limits::DRAIN_MAX;
 use jostle_server::net::tls::Tls;
@@ -10,9 +10,9 @@ use tokio::sync::oneshot;
 use tokio::time::timeout;
 use tracing::warn;
 
-/// Time for the log thread to write the last line.
+/// Time allowed for the log thread to write the last line.
 const LAST_LINE: Duration = Duration::from_millis(50);
-/// Exit status of a process that ended before everything was closed.
+/// Exit status of a process that ends before everything has been closed.
 const CUT_SHORT: i32 = 1;
 
 /// Resolves at the first signal. It listens as soon as it is called, so that no signal before the first await is lost,
@@ -76,7 +76,7 @@ impl StopSignals {
     }
 
     async fn next(&mut self) {
-        // Without a handler this waits forever; the process can still be killed.
+        // Without a handler, this waits forever; the process can still be killed.
         if tokio::signal::ctrl_c().await.is_err() {
             std::future::pending::<()>().await;
         }
@@ -84,7 +84,7 @@ impl StopSignals {
 }
 
 /// Rereads the certificates on SIGHUP. A server without certificates ignores the signal, so that an operator's reload
-/// does no harm; a server that belongs to a terminal ends with it. Must be called within the runtime.
+/// does no harm; a server that belongs to a terminal ends with it. Must be called inside the runtime.
 #[cfg(unix)]
 pub fn read_again_on_hangup(tls: Option<Tls>) -> io::Result<()> {
     use std::io::IsTerminal;

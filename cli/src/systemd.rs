@@ -8,7 +8,7 @@ use std::sync::Arc;
 /// Passes the server's status on to the service manager, if there is one.
 #[cfg(unix)]
 pub fn supervisor() -> Supervisor {
-    // Two notifications may be late or lost.
+    // This way, two notifications may be late or lost.
     let alive_every = sd_notify::watchdog_enabled().map(|within| within / 3);
     let alive_every = alive_every.filter(|every| !every.is_zero());
     Supervisor { tell: Arc::new(unix::tell), alive_every }

@@ -1,8 +1,8 @@
-//! Scenes from maps of the Tiled editor, in its JSON format (`.tmj`).
+//! Creates scenes from maps made with the Tiled editor, in its JSON format (`.tmj`).
 //!
-//! [`map`] is the format, limited to the parts that a scene needs. [`objects`] turns each object of a map into a list
-//! entry of the scene file. The result is checked like any scene, and an error in one of its fields names the object it
-//! came from.
+//! [`map`] is the format, limited to the parts that a scene needs. [`objects`] turns each of a map's objects into a
+//! list entry in the scene file. The result is checked like any scene, and an error in one of its fields names the
+//! object from which the field came.
 
 mod map;
 mod objects;
@@ -13,7 +13,7 @@ use map::{Map, Origin, Wrong};
 use objects::Written;
 use std::fmt;
 
-/// Error of [`import`]: `FILE: PLACE: FIELD: found ...; allowed: ...`.
+/// An error from [`import`]: `FILE: PLACE: FIELD: found ...; allowed: ...`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ImportError {
     file: String,
@@ -58,7 +58,7 @@ fn at(file: &str, wrong: Wrong) -> ImportError {
     }
 }
 
-/// Finds the object that a field of the scene came from.
+/// Finds the object from which one of the scene's fields came.
 fn blame(error: SceneError, written: &Written) -> Wrong {
     let object = || {
         let (list, rest) = error.field.split_once('[')?;

@@ -1,5 +1,5 @@
-//! The state of a game after a tick as one JSON object. Numbers are printed with the fewest digits that read
-//! back as the same number, so equal states give equal bytes.
+//! A game's state after a tick, as one JSON object. Numbers are printed with the fewest digits that read back as the
+//! same number, so equal states produce equal bytes.
 
 use crate::output::{Failure, OrFail, json};
 use jostle_game::Game;
@@ -9,11 +9,11 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-/// One line of a trace.
+/// A line of a trace.
 #[derive(Debug, Serialize)]
 pub struct TraceLine {
     pub tick: u32,
-    /// State hash, 16 hex digits.
+    /// The state hash, as 16 hex digits.
     pub hash: String,
     /// Bodies in index order.
     pub bodies: Vec<TracedBody>,
@@ -26,7 +26,7 @@ pub struct TraceLine {
 
 #[derive(Debug, Serialize)]
 pub struct TracedBody {
-    /// The body's index, plus 2^32 times the number of earlier bodies with that index.
+    /// The body's index, plus 2^32 times the number of earlier bodies with the same index.
     pub id: u64,
     pub kind: &'static str,
     /// Centre, world units.
@@ -40,7 +40,7 @@ pub struct TracedBody {
 pub struct Sums {
     /// Number of overlapping pairs at the end of the tick.
     pub contacts: usize,
-    /// Deepest overlap, world units; 0 if nothing overlaps.
+    /// The deepest overlap, world units; 0 if nothing overlaps.
     pub deepest: f32,
     /// Sum of m v^2 / 2 over dynamic bodies.
     pub kinetic: f64,
@@ -48,7 +48,7 @@ pub struct Sums {
     pub momentum: [f64; 2],
 }
 
-/// The current state of a game.
+/// A game's current state.
 pub fn line(game: &Game) -> TraceLine {
     let world = game.world();
     let body = |info: jostle_game::SnapshotBody| TracedBody {
@@ -76,7 +76,7 @@ fn number(id: BodyId) -> u64 {
     u64::from(id.generation) << 32 | u64::from(id.index)
 }
 
-/// Sums in id order, in f64. Plain + and * give the same bits on every machine.
+/// Sums in id order, in f64. Plain + and * produce the same bits on every machine.
 pub fn sums(world: &World) -> Sums {
     let mut sums = Sums { contacts: 0, deepest: 0.0, kinetic: 0.0, momentum: [0.0, 0.0] };
     for touch in world.touches() {
@@ -95,17 +95,17 @@ pub fn sums(world: &World) -> Sums {
     sums
 }
 
-/// The destination of a trace.
+/// Where a trace goes.
 pub struct TraceSink {
-    /// The file name for errors; `None` for stdout.
+    /// The file's name for error messages; `None` for stdout.
     file: Option<String>,
     out: BufWriter<Box<dyn Write>>,
-    /// Whether the reader of stdout has closed it.
+    /// Whether whoever was reading stdout has closed it.
     is_closed: bool,
 }
 
 impl TraceSink {
-    /// Creates a trace file; `-` is stdout.
+    /// Creates a trace file; `-` stands for stdout.
     pub fn create(path: &Path) -> Result<TraceSink, Failure> {
         if path == Path::new("-") {
             return Ok(TraceSink::stdout());
@@ -138,7 +138,7 @@ impl TraceSink {
         self.check(flushed)
     }
 
-    /// Checks a write. It is not an error if the reader has closed stdout, as `head` does.
+    /// Checks a write. If the reader has closed stdout, as `head` does, that is not an error.
     fn check(&mut self, done: io::Result<()>) -> Result<(), Failure> {
         match done {
             Err(error) if self.is_stdout() && error.kind() == io::ErrorKind::BrokenPipe => {

@@ -1,5 +1,5 @@
-//! One bot: a real socket and a [`BotInput`]. It joins, plays, loses its socket now and then, and resumes its seat with
-//! its token. [`CrowdStage`] is the signal to start measuring and to leave.
+//! A bot, which consists of a real socket and a [`BotInput`]. It joins, plays, loses its socket now and then, and
+//! resumes its seat with its token. [`CrowdStage`] signals when to start measuring and when to leave.
 
 use super::report::ClientReport;
 use super::socket::{JoinedBot, SessionEnd, connect, connect_within, next, read, send};
@@ -20,25 +20,25 @@ use tokio::time::{Interval, MissedTickBehavior, interval, sleep, sleep_until};
 use tokio_tungstenite::tungstenite::protocol::CloseFrame;
 use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
 
-/// Inputs from one ping to the next.
+/// Number of inputs between pings.
 const PING_EVERY_INPUTS: u32 = 30;
-/// Ticks between two inputs of an idle bot, the same as on the page of an idle player.
+/// Number of ticks between an idle bot's inputs, the same as on an idle player's page.
 const IDLE_EVERY_TICKS: u32 = 15;
-/// Time between the connections of two bots.
+/// Time between successive bots' connections.
 pub const JOIN_EVERY: Duration = Duration::from_millis(4);
-/// Time between two attempts to come back.
+/// Time between attempts to come back.
 const RETRY_EVERY: Duration = Duration::from_millis(250);
-/// Time within which a bot must be back in its room; by then a server that died has been replaced.
+/// Time within which a bot must be back in its room. By then, a server that died has been replaced.
 const RETURN_WAIT: Duration = Duration::from_secs(60);
-/// The snapshot kind and its keyframe bit, in the first byte of a coded snapshot. The low byte of a delta's tick
+/// The snapshot kind and its keyframe bit, in the first byte of a coded snapshot. In a delta, the low byte of the tick
 /// follows.
 const SNAPSHOT: u8 = 0x80;
 const KEYFRAME: u8 = 0x40;
 
-/// How long a bot waits for a server of a fleet before it asks another.
+/// How long a bot waits for one of a fleet's servers before it asks another.
 #[derive(Clone, Copy, Debug)]
 pub struct ServerTimeouts {
-    /// Timeout of an attempt to join while other servers have not been asked yet.
+    /// Timeout for an attempt to join while other servers have not been asked yet.
     pub answer: Duration,
     pub silence: Duration,
 }
@@ -54,26 +54,26 @@ impl Default for ServerTimeouts {
 pub enum CrowdStage {
     /// Bots are joining; nothing is measured yet.
     Joining,
-    /// Bots play and measure, from this time on.
+    /// Bots are playing and measuring, starting at this time.
     Playing(Instant),
     Over,
 }
 
 /// A bot that has not joined yet.
 pub struct Bot {
-    /// The bot's number, from 0.
+    /// The bot's number, starting at 0.
     pub index: u32,
-    /// Seed shared by all bots.
+    /// A seed shared by all bots.
     pub seed: u64,
     /// The room to join.
     pub target: BotTarget,
-    /// Local address to join from, if it matters.
+    /// Local address from which to join, if it matters.
     pub from: Option<IpAddr>,
     /// Delay before the bot joins.
     pub waits: Duration,
     /// Whether the bot presses nothing.
     pub idles: bool,
-    /// Whether the bot decodes every snapshot as a page does; other bots read only the heads of deltas.
+    /// Whether the bot decodes every snapshot, as a page does; other bots read only the heads of deltas.
     pub decodes: bool,
     /// Times since the start of the measurement at which the bot drops its socket.
     pub losses: Vec<Duration>,
@@ -88,7 +88,7 @@ pub struct Bot {
 }
 
 impl Bot {
-    /// Plays to the end or to the first error, and returns the measurements.
+    /// Plays until the end or the first error, and returns the measurements.
     pub async fn play(mut self) -> ClientReport {
         let mut report = ClientReport::new(self.index);
         let mut servers = Servers::new(self.target.origin());
@@ -127,8 +127,8 @@ impl Bot {
         loop {
             let silent_at = servers.has_others().then(|| player.heard_at + self.timeouts.silence);
             let end = tokio::select! {
-                // The measurement starts and ends on time, and inputs are sent on schedule, however much there is to
-                // read.
+                // The measurement starts and ends on time, and inputs are sent on schedule, no matter how much there is
+                // to read.
                 biased;
                 changed = self.stage.changed() => {
                     match *self.stage.borrow_and_update() {
@@ -143,7 +143,7 @@ impl Bot {
                     continue;
                 }
                 _ = player.inputs.tick() => {
-                    // If the socket is closed, the next read reports the reason.
+                    // If the socket is closed, the next read will report the reason.
                     let _ = player.send_input(report).await;
                     continue;
                 }
@@ -169,7 +169,7 @@ impl Bot {
         Ok(())
     }
 
-    /// Drops the socket without a close frame, and resumes the seat on another socket with the token. `None` if all
+    /// Drops the socket without a close frame, and uses the token to resume the seat on another socket. `None` if all
     /// bots leave before that.
     async fn resume(
         &self,
@@ -195,8 +195,8 @@ impl Bot {
         Ok(Some(Player::new(arrival, input, self.decodes, snapshots)))
     }
 
-    /// Asks the servers in turn until one has a seat for the bot. `None` if all bots leave before that. A refused token
-    /// is cleared.
+    /// Asks one server after another until one has a seat for the bot. `None` if all bots leave before that. A refused
+    /// token is cleared.
     async fn enter(
         &self,
         servers: &mut Servers,
@@ -237,8 +237,8 @@ impl Bot {
     }
 }
 
-/// Prepares the next attempt after a session or attempt has ended, and waits until it is due. Returns the error if no
-/// other attempt can help.
+/// Prepares the next attempt after a session or attempt has ended, and waits until that is due. Returns the error if
+/// another attempt cannot help.
 async fn prepare(
     end: SessionEnd,
     servers: &mut Servers,
@@ -313,7 +313,7 @@ impl Player {
         self.input.as_mut().map_or_else(Input::default, BotInput::next_input)
     }
 
-    /// Sends an input, and a ping every [`PING_EVERY_INPUTS`] inputs.
+    /// Sends an input and, with every [`PING_EVERY_INPUTS`] inputs, a ping.
     async fn send_input(&mut self, report: &mut ClientReport) -> Result<(), SessionEnd> {
         self.seq += 1;
         let (ack_tick, input) = (self.tick as u16, self.next_input());
@@ -326,7 +326,7 @@ impl Player {
         Ok(())
     }
 
-    /// Takes a message; `None` is a ping or a pong.
+    /// Handles a message; `None` stands for a ping or a pong.
     fn receive(
         &mut self,
         bytes: Option<Bytes>,
@@ -368,7 +368,7 @@ impl Player {
 
     async fn leave(mut self) {
         let frame = CloseFrame { code: CloseCode::Normal, reason: "".into() };
-        // Whether the server is still there makes no difference.
+        // It makes no difference whether the server is still there.
         let _ = self.arrival.socket.close(Some(frame)).await;
     }
 }

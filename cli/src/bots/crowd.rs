@@ -11,26 +11,26 @@ use tokio::sync::mpsc::{self, UnboundedSender};
 use tokio::sync::watch;
 use tokio::task::JoinHandle;
 
-/// The settings of a crowd.
+/// Settings for a crowd.
 #[derive(Clone, Debug)]
 pub struct CrowdPlan {
     /// Rooms to join; the bots are divided among them.
     pub targets: Vec<BotTarget>,
     pub clients: u32,
-    /// Number of the first bot.
+    /// The first bot's number.
     pub first: u32,
     /// The local address from which a bot with this number joins, if it matters.
     pub address_of: fn(u32) -> Option<IpAddr>,
     /// Whether the bots press nothing.
     pub idle: bool,
-    /// Seed of the bots' input.
+    /// Seed for the bots' input.
     pub seed: u64,
-    /// Bots that decode every snapshot as a page does; the others read only the heads of deltas, which is cheap. The
-    /// first bot always decodes.
+    /// Number of bots that decode every snapshot, as a page does; the others read only the heads of deltas, which is
+    /// cheap. The first bot always decodes.
     pub decoders: u32,
-    /// Times since the start of the measurement at which a socket is dropped; the bots take turns.
+    /// Times, counted from the start of the measurement, at which a socket is dropped; the bots take turns.
     pub losses: Vec<Duration>,
-    /// Receives the snapshots of the first bot.
+    /// Receives the first bot's snapshots.
     pub snapshots: Option<UnboundedSender<Arc<Snapshot>>>,
 }
 

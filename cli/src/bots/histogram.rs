@@ -1,11 +1,11 @@
-//! Percentiles of durations. Memory use does not grow with their number.
+//! Percentiles of durations. Memory use does not depend on how many there are.
 
 use hdrhistogram::Histogram;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::time::Duration;
 
-/// Durations in microseconds, with a precision of 1 %.
+/// Durations in microseconds, to within 1 %.
 #[derive(Clone, Debug)]
 pub struct Durations(Histogram<u32>);
 
@@ -21,12 +21,12 @@ impl Durations {
         self.0.record(micros).expect("it grows with its largest value");
     }
 
-    /// Adds all durations of another histogram.
+    /// Adds all the durations from another histogram.
     pub fn merge(&mut self, other: &Durations) {
         self.0.add(&other.0).expect("it grows with its largest value");
     }
 
-    /// The percentiles, milliseconds.
+    /// The percentiles, in milliseconds.
     pub fn percentiles(&self) -> Percentiles {
         let millis = |micros: u64| micros as f64 * 1e-3;
         let [p50, p90, p99] = [0.5, 0.9, 0.99].map(|share| millis(self.0.value_at_quantile(share)));
@@ -34,7 +34,7 @@ impl Durations {
     }
 }
 
-/// Percentiles of durations, milliseconds; all zero if nothing was recorded.
+/// Percentiles of durations, in milliseconds; all zero if nothing was recorded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Percentiles {
     pub count: u64,

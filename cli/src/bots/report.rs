@@ -1,4 +1,4 @@
-//! The measurements of bots, one by one and together, also as text.
+//! Bots' measurements, individually and combined, including as text.
 
 use super::histogram::{Durations, Percentiles};
 use super::target::BotTarget;
@@ -7,16 +7,16 @@ use serde::Serialize;
 use std::fmt;
 use std::time::{Duration, Instant};
 
-/// Maximum number of clients that are shown one by one.
+/// Maximum number of clients that are shown individually.
 const SHOWN_MAX: usize = 16;
 
-/// Kinds of messages, as the report names them.
+/// Kinds of messages, as named in the report.
 const KINDS: [&str; 4] = ["deltas", "keyframes", "pongs", "others"];
 
 /// A kind of message, in the order of [`KINDS`].
 #[derive(Clone, Copy, Debug)]
 enum MessageKind {
-    /// A snapshot with the changes since the last.
+    /// A snapshot that contains the changes since the previous one.
     Delta,
     /// A snapshot that needs no baseline.
     Keyframe,
@@ -26,15 +26,15 @@ enum MessageKind {
     Other,
 }
 
-/// The measurements of one bot during the time in which all bots played.
+/// One bot's measurements from the time when all bots were playing.
 #[derive(Debug)]
 pub struct ClientReport {
     index: u32,
-    /// The bot's seat, once welcomed.
+    /// The bot's seat, once it has been welcomed.
     pub seat: Option<u16>,
     /// The error that ended the bot early.
     pub error: Option<String>,
-    /// Ping stamps count from here.
+    /// Ping stamps are counted from here.
     made_at: Instant,
     began_at: Option<Instant>,
     ended_at: Option<Instant>,
@@ -43,7 +43,7 @@ pub struct ClientReport {
 
 #[derive(Debug, Default)]
 struct MessageCounts {
-    /// Received bytes by [`MessageKind`].
+    /// Number of bytes received, by [`MessageKind`].
     bytes: [u64; KINDS.len()],
     snapshots: u64,
     gaps: u64,
@@ -57,7 +57,7 @@ struct MessageCounts {
     returns: ReturnCounts,
 }
 
-/// Returns after the loss of a socket, or to a room that moved.
+/// Returns after a lost socket, or to a room that moved.
 #[derive(Debug, Default)]
 struct ReturnCounts {
     times: Durations,
@@ -68,7 +68,7 @@ struct ReturnCounts {
 }
 
 impl ClientReport {
-    /// Creates a report without measurements.
+    /// Creates a report with no measurements.
     pub fn new(index: u32) -> ClientReport {
         let (made_at, counts) = (Instant::now(), MessageCounts::default());
         let (seat, error, began_at, ended_at) = (None, None, None, None);
@@ -79,7 +79,7 @@ impl ClientReport {
         self.began_at = Some(now);
     }
 
-    /// The start of the measurement, or now if it has not started.
+    /// The start of the measurement, or the current time if it has not started.
     pub fn began(&self) -> Instant {
         self.began_at.unwrap_or_else(Instant::now)
     }
@@ -88,7 +88,7 @@ impl ClientReport {
         self.ended_at = Some(now);
     }
 
-    /// Counts a snapshot of `tick`, which arrived `ticks` ticks after the last announced one.
+    /// Counts a snapshot for `tick`, which arrived `ticks` ticks after the previous announced one.
     pub fn saw(&mut self, keyframe: bool, bytes: usize, tick: u32, ticks: u32, now: Instant) {
         if self.began_at.is_none() {
             return;
@@ -106,14 +106,14 @@ impl ClientReport {
         self.counts.last = Some((tick, now));
     }
 
-    /// Counts a message of another kind.
+    /// Counts a message of any other kind.
     pub fn count_other(&mut self, bytes: usize) {
         if self.began_at.is_some() {
             self.counts.bytes[MessageKind::Other as usize] += bytes as u64;
         }
     }
 
-    /// The stamp of a ping: microseconds, which wrap after about an hour.
+    /// A ping's stamp: microseconds, which wrap around after about an hour.
     pub fn stamp(&self, now: Instant) -> u32 {
         (now - self.made_at).as_micros() as u32
     }
@@ -131,12 +131,12 @@ impl ClientReport {
         }
     }
 
-    /// Counts a move of the room to another server.
+    /// Counts the room's move to another server.
     pub fn moved(&mut self) {
         self.counts.returns.moves += u32::from(self.began_at.is_some());
     }
 
-    /// Counts a return at `now`, this long after a move or a lost socket, and whether seat and hero are the same as
+    /// Counts a return at `now`, this long after a move or a lost socket, and whether the seat and hero are the same as
     /// before.
     pub fn returned(
         &mut self,
@@ -149,7 +149,7 @@ impl ClientReport {
         returns.times.record(took);
         returns.seats_lost += u32::from(!same_seat);
         returns.heroes_lost += u32::from(hero != before);
-        // Time without a socket does not count as an interval between two snapshots.
+        // Time without a socket does not count as an interval between snapshots.
         if let Some((_, last)) = self.counts.last.take() {
             returns.outages.record(now - last);
         }
@@ -162,7 +162,7 @@ impl ClientReport {
         }
     }
 
-    /// Ticks of wall time that the server did not play, as this client saw it. Network jitter distorts the count.
+    /// Ticks of wall time that the server did not play, as seen by this client. Network jitter distorts the count.
     fn missed_ticks(&self) -> Option<f64> {
         let ((first, from), (last, to)) = (self.counts.first?, self.counts.last?);
         let due = (to - from).as_secs_f64() * f64::from(TICKS_PER_SECOND);
@@ -170,7 +170,7 @@ impl ClientReport {
     }
 }
 
-/// The measurements of all bots together.
+/// All bots' measurements combined.
 #[derive(Debug, Serialize)]
 pub struct Report {
     pub(super) rooms: Vec<String>,
@@ -178,7 +178,7 @@ pub struct Report {
     /// Number of bots that decoded every snapshot.
     pub(super) decoders: u32,
     pub(super) failed: usize,
-    /// Length of the measurement.
+    /// Length of the measurement, in seconds.
     pub seconds: f64,
     #[serde(flatten)]
     pub(super) rates: Rates,
@@ -187,7 +187,7 @@ pub struct Report {
     pub(super) jitter_ms: Percentiles,
     /// Time between consecutive snapshots on the same socket.
     pub interval_ms: Percentiles,
-    /// Snapshots that arrived more than one tick after the last announced one.
+    /// Number of snapshots that arrived more than one tick after the previous announced one.
     pub gaps: u64,
     pub gap_ticks_max: u32,
     #[serde(flatten)]
@@ -197,43 +197,43 @@ pub struct Report {
     pub(super) per_client: Vec<ClientEntry>,
 }
 
-/// How much the clients got a second.
+/// How much the clients received per second.
 #[derive(Debug, Serialize)]
 pub(super) struct Rates {
     pub bytes_per_second_mean: f64,
     bytes_per_second_max: f64,
-    /// The mean by message kind.
+    /// The mean for each message kind.
     pub bytes_per_second: [(&'static str, f64); 4],
     pub snapshots_per_second_mean: f64,
     snapshots_per_second_min: f64,
 }
 
-/// The server's ticks, as clients see them.
+/// The server's ticks, as seen by clients.
 #[derive(Debug, Serialize)]
 pub(super) struct ServerTicks {
-    /// Ticks that the server advanced, as the longest-playing client saw it.
+    /// Number of ticks that the server advanced, as seen by the client that played longest.
     pub server_ticks: u32,
-    /// Ticks that the server should have advanced and did not. The smallest count of all clients, because network
-    /// delays look the same.
+    /// Number of ticks that the server should have advanced but did not. The lowest count among all clients is used,
+    /// because network delays look the same.
     pub server_missed_ticks: u32,
 }
 
-/// Returns after the loss of a socket, or to a room that moved to another server.
+/// Returns after a lost socket, or to a room that moved to another server.
 #[derive(Debug, Serialize)]
 pub(super) struct Returns {
-    /// From the loss of the socket to the keyframe on the next one.
+    /// Time from the loss of a socket to the keyframe on the next one.
     pub return_ms: Percentiles,
-    /// Moves to another server that the bots followed.
+    /// Number of moves to another server that the bots followed.
     pub moves: u32,
-    /// From the last snapshot before a move or a lost socket to the first one after it.
+    /// Time from the last snapshot before a move or a lost socket to the first one after it.
     pub outage_ms: Percentiles,
-    /// Returns to a different seat, or with a token that was refused.
+    /// Number of returns to a different seat, or with a token that was refused.
     pub seats_lost: u32,
-    /// Returns to a different hero.
+    /// Number of returns to a different hero.
     pub heroes_lost: u32,
 }
 
-/// One bot of the report.
+/// A bot in the report.
 #[derive(Debug, Serialize)]
 pub(super) struct ClientEntry {
     pub client: u32,
@@ -289,7 +289,7 @@ impl Rates {
 }
 
 impl Report {
-    /// Combines the measurements of all clients.
+    /// Combines all clients' measurements.
     pub fn new(targets: &[BotTarget], decoders: u32, clients: Vec<ClientReport>) -> Report {
         let per_client: Vec<_> = clients.iter().map(ClientEntry::of).collect();
         let all = |tally: fn(&ClientReport) -> &Durations| {
@@ -338,12 +338,12 @@ impl Report {
         }
     }
 
-    /// Snapshots received by all clients.
+    /// Number of snapshots that all clients received.
     pub fn snapshots(&self) -> f64 {
         self.per_client.iter().map(|entry| entry.snapshots as f64).sum()
     }
 
-    /// The first failure of a client.
+    /// The first failure of any client.
     pub fn failure(&self) -> Option<String> {
         let error = self.per_client.iter().find_map(|entry| entry.error.as_deref());
         if let Some(error) = error {
@@ -427,7 +427,7 @@ mod tests {
         let start = Instant::now();
         let mut client = ClientReport::new(0);
         client.begin(start);
-        // One second in which the server played 50 ticks, and one snapshot covered three of them.
+        // In this second the server played 50 ticks, and one snapshot covered three of them.
         let mut before = 99;
         for tick in (100..=150).filter(|tick| ![120, 121].contains(tick)) {
             let at = start + Duration::from_millis(20) * (tick - 100);

@@ -1,4 +1,4 @@
-//! A bot's socket: connects, receives the welcome and the first keyframe, and then messages.
+//! A bot's socket. It connects, and receives the welcome, the first keyframe, and then messages.
 
 use super::target::BotTarget;
 use bytes::Bytes;
@@ -20,18 +20,18 @@ use tokio_tungstenite::{WebSocketStream, client_async_with_config};
 
 pub type Socket = WebSocketStream<TcpStream>;
 
-/// Timeout for connecting and receiving the first keyframe.
+/// Timeout for connecting and for receiving the first keyframe.
 const ARRIVAL_WAIT: Duration = Duration::from_secs(20);
-/// Bytes read at a time; small, because there may be many bots.
+/// Number of bytes read in one go. It is small, because there may be many bots.
 const READ_BUFFER_BYTES: usize = 8 << 10;
 
-/// The reason why a session, or an attempt to start one, ended.
+/// The reason why a session, or an attempt to start one, has ended.
 #[derive(Debug, thiserror::Error)]
 pub enum SessionEnd {
-    /// Another server plays the room; holds its origin.
+    /// Another server plays the room; contains that server's origin.
     #[error("the room moved to {0}")]
     Moved(String),
-    /// The server ended it.
+    /// The server ended the session.
     #[error("refused ({:?}): {}", .0, .0.message())]
     Refused(Refusal),
     /// The bot dropped the socket.
@@ -40,10 +40,10 @@ pub enum SessionEnd {
     /// The connection failed or was lost.
     #[error("{0}")]
     Lost(String),
-    /// The server breaks the protocol.
+    /// The server broke the protocol.
     #[error("the server sent what a client cannot read: {0}")]
     Unreadable(#[from] DecodeError),
-    /// A message arrived out of place, or its content is wrong.
+    /// A message arrived at the wrong point, or its contents are wrong.
     #[error("the server sent what a client does not expect")]
     Unexpected,
 }
@@ -56,13 +56,13 @@ fn socket_error(error: tungstenite::Error) -> SessionEnd {
 pub struct JoinedBot {
     pub socket: Socket,
     pub seat: u16,
-    /// Token that resumes the seat on another socket.
+    /// Token for resuming the seat on another socket.
     pub token: Token,
-    /// The snapshot stream, which holds the first keyframe.
+    /// The snapshot stream, which contains the first keyframe.
     pub stream: SnapshotStream,
     /// Time from the hello to the decoded keyframe.
     pub took: Duration,
-    /// Other servers of the fleet, if the server sent them.
+    /// The fleet's other servers, if the server sent them.
     pub nodes: Option<Vec<String>>,
     scene: [String; 2],
 }
@@ -73,12 +73,12 @@ impl JoinedBot {
         newest.players.iter().find(|player| player.seat.0 == self.seat)?.hero
     }
 
-    /// Tick of the keyframe.
+    /// The keyframe's tick.
     pub fn tick(&self) -> u32 {
         self.stream.newest().map_or(0, |newest| newest.tick)
     }
 
-    /// Size of the world.
+    /// The world's size.
     pub fn size(&self) -> Result<Vec2, SessionEnd> {
         let [name, source] = &self.scene;
         let scene = Scene::parse(&format!("{name}.toml"), source);
@@ -86,7 +86,7 @@ impl JoinedBot {
     }
 }
 
-/// Joins a room, or resumes a seat with a token, from this local address if one is given.
+/// Joins a room, or resumes a seat with a token. Connects from this local address if one is given.
 pub async fn connect(
     target: &BotTarget,
     from: Option<IpAddr>,
@@ -156,7 +156,7 @@ pub async fn watch(target: &BotTarget, appearance: Appearance) -> Result<Socket,
     }
 }
 
-/// Connects to a server, `host:port`, from this local address if one is given.
+/// Connects to a server, given as `host:port`, from this local address if one is given.
 pub async fn dial(authority: &str, from: Option<IpAddr>) -> std::io::Result<TcpStream> {
     let Some(from) = from else { return TcpStream::connect(authority).await };
     let mut addresses = lookup_host(authority).await?;
@@ -167,7 +167,7 @@ pub async fn dial(authority: &str, from: Option<IpAddr>) -> std::io::Result<TcpS
     socket.connect(address).await
 }
 
-/// Opens the WebSocket of a room.
+/// Opens a room's WebSocket.
 async fn open(target: &BotTarget, from: Option<IpAddr>) -> Result<Socket, SessionEnd> {
     let stream = dial(&target.authority, from).await;
     let unconnected = |error| SessionEnd::Lost(format!("no connection: {error}"));
@@ -191,7 +191,7 @@ async fn message(socket: &mut Socket) -> Result<ServerMessage, SessionEnd> {
     }
 }
 
-/// Decodes a message. A message that ends the session is returned as an error.
+/// Decodes a message. If the message ends the session, returns it as an error.
 pub fn read(bytes: &[u8]) -> Result<ServerMessage, SessionEnd> {
     match ServerMessage::decode(bytes)? {
         ServerMessage::Refused { refusal } => Err(SessionEnd::Refused(refusal)),
@@ -200,7 +200,7 @@ pub fn read(bytes: &[u8]) -> Result<ServerMessage, SessionEnd> {
     }
 }
 
-/// The bytes of the next message; `None` for a control frame, which the socket answers automatically.
+/// The next message's bytes; `None` for a control frame, which the socket answers automatically.
 pub async fn next(socket: &mut Socket) -> Result<Option<Bytes>, SessionEnd> {
     match socket.next().await {
         Some(Ok(Message::Binary(bytes))) => Ok(Some(bytes)),

@@ -6,7 +6,7 @@ use std::str::FromStr;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BotTarget {
     pub authority: String,
-    /// The room's word in its link.
+    /// The word in the room's link.
     pub room: String,
 }
 
@@ -26,7 +26,7 @@ impl FromStr for BotTarget {
 }
 
 impl BotTarget {
-    /// Origin of the room's server.
+    /// The origin of the room's server.
     pub fn origin(&self) -> String {
         format!("http://{}", self.authority)
     }

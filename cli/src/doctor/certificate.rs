@@ -1,13 +1,14 @@
-//! Validity of the certificate.
+//! The certificate's validity.
 
 use super::finding::Finding;
 use jostle_server::net::tls::Validity;
 use jostle_server::net::tls::date;
 use std::time::{Duration, SystemTime};
 
-/// A renewal is late if less than a quarter of a certificate's life is left; issuers recommend renewal at a third.
+/// A renewal is late if less than this fraction (a quarter) of a certificate's lifetime is left; issuers recommend
+/// renewal at a third.
 const LEFT_SHARE: u32 = 4;
-/// A renewal is also late if less than this is left, for certificates that last for years.
+/// For certificates that last for years, a renewal is also late if less than this is left.
 const LEFT_MAX: Duration = Duration::from_secs(14 * 24 * 60 * 60);
 /// A renewal is always late if less than this is left.
 const LEFT_MIN: Duration = Duration::from_secs(24 * 60 * 60);

@@ -1,13 +1,13 @@
-//! The wall clock, which dates replays, bans and certificates. Ticks follow a monotonic clock.
+//! The wall clock, which is used to date replays, bans and certificates. Ticks follow a monotonic clock.
 
 use super::finding::Finding;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant, SystemTime};
 
-/// Largest drift of the wall clock from the monotonic one within a few seconds; more counts as a step.
+/// Maximum drift between the wall clock and the monotonic clock within a few seconds; anything more counts as a step.
 const STEP_MAX: Duration = Duration::from_millis(50);
 
-/// Both clocks at the same instant.
+/// Readings of both clocks at the same instant.
 pub struct Clocks {
     steady: Instant,
     wall: SystemTime,
@@ -18,7 +18,7 @@ impl Clocks {
         Clocks { steady: Instant::now(), wall: SystemTime::now() }
     }
 
-    /// How far the wall clock has drifted from the monotonic one since then.
+    /// How far the wall clock has drifted from the monotonic clock since then.
     fn step(&self) -> Duration {
         let now = Clocks::now();
         let expected = self.wall + (now.steady - self.steady);
@@ -27,7 +27,7 @@ impl Clocks {
     }
 }
 
-/// Checks whether the clock is synchronised, and whether it was set since `before`.
+/// Checks whether the clock is synchronised, and whether it has been set since `before`.
 pub fn look(before: &Clocks) -> Finding {
     judge(is_synchronised(), before.step())
 }
@@ -56,7 +56,7 @@ fn judge(is_synchronised: Option<bool>, step: Duration) -> Finding {
     }
 }
 
-/// Asks the system's own tool, which knows every time service.
+/// Asks the system's own tool, which knows about every time service.
 fn is_synchronised() -> Option<bool> {
     let asked = Command::new("timedatectl")
         .args(["show", "--property=NTPSynchronized", "--value"])

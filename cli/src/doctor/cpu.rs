@@ -1,4 +1,4 @@
-//! The processor: how fast a core plays a scene, and how much time the host of a virtual machine takes from it.
+//! The processor: how fast a core plays a scene, and how much time a virtual machine's host takes away from it.
 
 use super::finding::Finding;
 use crate::run::bots::Bots;
@@ -12,24 +12,24 @@ use std::time::{Duration, Instant};
 
 /// How long the scene is played.
 const PLAYED: Duration = Duration::from_secs(2);
-/// Largest acceptable share of processor time taken by the host.
+/// Maximum acceptable fraction of processor time taken by the host.
 const STEAL_MAX: f64 = 0.02;
-/// One tick in this many may take longer than the tick interval.
+/// One in this many ticks may take longer than the tick interval.
 const LATE_TICKS: usize = 100;
 const SEED: u64 = 1;
 
-/// The timing of a scene that was played on one core.
+/// Timing measurements for a scene played on one core.
 #[derive(Debug)]
 pub struct PlayedScene {
     scene: String,
     bots: u16,
-    /// Mean time of a tick, milliseconds.
+    /// Mean time per tick, in milliseconds.
     mean_ms: f64,
-    /// 99th percentile of the time of a tick, milliseconds.
+    /// 99th percentile of the time per tick, in milliseconds.
     p99_ms: f64,
 }
 
-/// Time of all processors since boot, and the part of it taken by the host.
+/// The time of all processors since boot, and the part of it that the host took.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Times {
     all: u64,
@@ -42,7 +42,7 @@ impl Times {
         Times::parse(&fs::read_to_string("/proc/stat").ok()?)
     }
 
-    /// Parses the first line: user, nice, system, idle, iowait, irq, softirq and steal. The two fields after them are
+    /// Parses the first line: user, nice, system, idle, iowait, irq, softirq and steal. The two fields after these are
     /// already included in the first two.
     fn parse(stat: &str) -> Option<Times> {
         let fields = stat.lines().next()?.strip_prefix("cpu ")?.split_ascii_whitespace().take(8);
@@ -51,7 +51,7 @@ impl Times {
     }
 }
 
-/// Plays the scene with the slowest worst tick, with as many bots as it allows, for two seconds.
+/// Plays the scene with the slowest worst tick for two seconds, with as many bots as it allows.
 pub fn play_largest(scenes: &[Scene]) -> Option<PlayedScene> {
     let cost = |scene: &&Scene| WorstTick::of(scene).ms;
     let largest = scenes.iter().max_by(|a, b| cost(a).total_cmp(&cost(b)))?;
@@ -78,7 +78,7 @@ pub fn play_largest(scenes: &[Scene]) -> Option<PlayedScene> {
     Some(PlayedScene { scene: largest.name.clone(), bots, mean_ms, p99_ms })
 }
 
-/// Judges the speed of one of this many cores.
+/// Judges the speed of a core on a machine with this many cores.
 pub fn judge_speed(played: Option<PlayedScene>, cores: usize, is_release: bool) -> Finding {
     let Some(PlayedScene { scene, bots, mean_ms, p99_ms }) = played else {
         return Finding::fine("processor", format!("{cores} cores; there is no scene to play"));
@@ -101,7 +101,7 @@ pub fn judge_speed(played: Option<PlayedScene>, cores: usize, is_release: bool) 
     Finding::judged("processor", found, p99_ms < tick_ms, change)
 }
 
-/// Judges the time that the host of a virtual machine took between two readings.
+/// Judges how much time a virtual machine's host took between two readings.
 pub fn judge_steal(times: [Option<Times>; 2]) -> Finding {
     let [Some(before), Some(after)] = times else {
         return Finding::fine("steal", "unknown: this system does not tell it");

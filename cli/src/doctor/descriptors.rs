@@ -4,12 +4,12 @@ use super::finding::Finding;
 use crate::descriptors::{connections_under, limits};
 use jostle_server::limits::descriptors_spare;
 
-/// Checks the limits of this process for a server with this many connections and rooms.
+/// Checks this process's limits for a server with this many connections and rooms.
 pub fn look(connections: usize, rooms: usize) -> Finding {
     judge(limits(), connections, rooms)
 }
 
-/// Judges the soft and the hard limit; `None` means unlimited. The server raises the soft limit itself.
+/// Judges the soft and hard limits; `None` means unlimited. The server raises the soft limit itself.
 fn judge(limits: Option<[Option<u64>; 2]>, connections: usize, rooms: usize) -> Finding {
     let needed = (connections + descriptors_spare(rooms)) as u64;
     let Some([soft, hard]) = limits else {

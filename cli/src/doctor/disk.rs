@@ -1,4 +1,4 @@
-//! The disks of `--state` and `--replays`.
+//! The disks used by `--state` and `--replays`.
 
 use super::finding::{Finding, megabytes};
 use jostle_server::limits::STATE_SYNC_EVERY;
@@ -8,17 +8,17 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// Free bytes needed for the state directory: a megabyte for each of two files per room, for 64 scenes and 64 rooms. Up
-/// to 36 kB were measured for a room with one player.
+/// Free bytes needed for the state directory: a megabyte for each of two files per room, for 64 scenes and 64 rooms.
+/// Measurements showed up to 36 kB for a room with one player.
 const STATE_BYTES: u64 = 256 << 20;
-/// Longest acceptable sync: eight busy rooms can be synced one after another within the sync interval.
+/// Maximum acceptable time for a sync: eight busy rooms can be synced one after another within the sync interval.
 const SYNC_MAX: Duration = STATE_SYNC_EVERY.checked_div(8).expect("eight is not zero");
-/// Number of syncs measured. The median counts, since other programs use the disk too.
+/// Number of syncs measured. The median is used, since other programs use the disk too.
 const SYNCS: usize = 9;
-/// Bytes written before each sync: the amount that a busy room adds in half a second.
+/// Number of bytes written before each sync: as many as a busy room adds in half a second.
 const SYNC_BYTES: usize = 8 << 10;
 
-/// The state of a directory.
+/// A directory's state.
 #[derive(Debug)]
 struct Disk {
     /// The directory, or the one in which it would be created.
@@ -26,11 +26,11 @@ struct Disk {
     is_missing: bool,
     /// `None` if the system does not report it.
     free_bytes: Option<u64>,
-    /// Median time of a sync, or the error of a failed write.
+    /// Median time for a sync, or the error if a write failed.
     sync: io::Result<Duration>,
 }
 
-/// Checks a state directory; `is_synced` is whether its files are synced to the disk.
+/// Checks a state directory; `is_synced` says whether its files are synced to the disk.
 pub fn look_at_state(dir: &Path, is_synced: bool) -> Finding {
     match StateDir::is_in_use(dir) {
         Ok(false) => judge("--state", &Disk::of(dir), STATE_BYTES, is_synced),
@@ -43,7 +43,7 @@ pub fn look_at_state(dir: &Path, is_synced: bool) -> Finding {
     }
 }
 
-/// Checks a directory of replays that may take this many bytes.
+/// Checks a replay directory that may grow to this many bytes.
 pub fn look_at_replays(dir: &Path, bytes_max: u64) -> Finding {
     judge("--replays", &Disk::of(dir), bytes_max.saturating_sub(bytes_in(dir)), false)
 }
@@ -102,7 +102,7 @@ fn sync_time(place: &Path) -> io::Result<Duration> {
     Ok(times[SYNCS / 2])
 }
 
-/// Bytes of the files in a directory.
+/// Total size of the files in a directory, in bytes.
 fn bytes_in(dir: &Path) -> u64 {
     let entries = fs::read_dir(dir).into_iter().flatten().flatten();
     entries.filter_map(|entry| entry.metadata().ok()).map(|metadata| metadata.len()).sum()

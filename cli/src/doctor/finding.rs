@@ -1,15 +1,15 @@
-//! One line of the doctor's report.
+//! A line of the doctor's report.
 
 use serde::Serialize;
 use std::fmt;
 
-/// The result of one check.
+/// The result of a check.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Finding {
     pub about: String,
     /// A description of the current state.
     pub found: String,
-    /// A recommendation; `None` if all is fine.
+    /// A recommendation; `None` if everything is fine.
     pub change: Option<String>,
 }
 
@@ -28,7 +28,7 @@ impl Finding {
         Finding { change: Some(change.into()), ..Finding::fine(about, found) }
     }
 
-    /// A finding that is fine if `is_fine`; otherwise `change` is recommended.
+    /// A finding that is fine if `is_fine` is true; otherwise `change` is recommended.
     pub fn judged(
         about: impl Into<String>,
         found: impl Into<String>,
@@ -41,7 +41,7 @@ impl Finding {
         }
     }
 
-    /// Whether nothing should be changed.
+    /// Whether nothing needs to be changed.
     pub fn is_fine(&self) -> bool {
         self.change.is_none()
     }
@@ -55,7 +55,7 @@ impl fmt::Display for Finding {
     }
 }
 
-/// Formats bytes for people.
+/// Formats a number of bytes for people.
 pub fn megabytes(bytes: u64) -> String {
     match bytes >> 20 {
         mb if mb >= 10 << 10 => format!("{} GB", mb >> 10),

@@ -3,9 +3,9 @@
 use super::finding::{Finding, megabytes};
 use std::fs;
 
-/// Memory per player in a full room of 16, bytes (docs/development.md, Load).
+/// Memory per player in a full room of 16, bytes (see Load in docs/development.md).
 const PLAYER_BYTES: u64 = 73 << 10;
-/// Memory of the program with open rooms. 20 MB were measured with one room of each of 24 scenes.
+/// Memory that the program uses with rooms open. Measurements showed 20 MB with one room for each of 24 scenes.
 const PROGRAM_BYTES: u64 = 64 << 20;
 
 /// Checks the free memory, within the container's limit if there is one, for a server with this many connections.
@@ -18,7 +18,7 @@ pub fn look(connections: usize) -> Finding {
     judge(free, group, connections as u64)
 }
 
-/// Judges the machine's free bytes, and the limit and usage of its container.
+/// Judges the machine's free memory, and the container's limit and usage.
 fn judge(free: Option<u64>, [limit, used]: [Option<u64>; 2], connections: u64) -> Finding {
     let left = limit.map(|limit| limit.saturating_sub(used.unwrap_or_default()));
     let Some(free) = free.into_iter().chain(left).min() else {
@@ -33,7 +33,7 @@ fn judge(free: Option<u64>, [limit, used]: [Option<u64>; 2], connections: u64) -
     Finding::judged("memory", found, free >= needed, change)
 }
 
-/// Bytes still available to programs.
+/// Number of bytes still available to programs.
 fn available(meminfo: &str) -> Option<u64> {
     let line = meminfo.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
     let kilobytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;

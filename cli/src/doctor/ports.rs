@@ -4,7 +4,7 @@ use super::finding::Finding;
 use std::io;
 use std::net::{SocketAddr, TcpListener};
 
-/// Checks whether the address of a flag can be bound, and releases it at once.
+/// Checks whether a flag's address can be bound, and releases it immediately.
 pub fn look(flag: &str, address: SocketAddr) -> Finding {
     judge(flag, address, TcpListener::bind(address).map(drop))
 }

@@ -3,7 +3,7 @@ use crate::CommandLine;
 use clap::{CommandFactory, Parser};
 use std::fs;
 
-/// The example in the documentation.
+/// The example from the documentation.
 const EXAMPLE: &str = include_str!("../../../docs/examples/jostle.toml");
 
 /// Writes a configuration file for one test.
@@ -13,7 +13,7 @@ fn file(test: &str, text: &str) -> PathBuf {
     path
 }
 
-/// The words that these variables, and the file, add to a command line.
+/// The words that these variables and the file add to a command line.
 fn added(words: &[&str], variables: &[(&str, &str)]) -> Result<Vec<String>, Failure> {
     let variable = |name: &str| {
         let value = variables.iter().find(|(known, _)| *known == name);

@@ -5,7 +5,7 @@ use jostle_protocol::limits::REPLAY_BYTES_MAX;
 use jostle_protocol::replay::Replay;
 use std::path::Path;
 
-/// Reads a replay. A missing file is a usage error; a file that is not a replay is a failed check.
+/// Reads a replay. A missing file is a usage error; a file that is not a replay fails the check.
 pub fn read(path: &Path) -> Result<Replay, Failure> {
     let file = path.display();
     let bytes = size(path)?;
@@ -16,7 +16,7 @@ pub fn read(path: &Path) -> Result<Replay, Failure> {
     Replay::read(std::fs::read(path).or_check(&file)?).or_check(file)
 }
 
-/// Length of an existing file, bytes.
+/// Length of an existing file, in bytes.
 pub fn size(path: &Path) -> Result<u64, Failure> {
     let metadata = std::fs::metadata(path).or_usage(path.display())?;
     match metadata.is_file() {

@@ -1,4 +1,4 @@
-//! `jostle replay info`: the header of a replay, its players, and its bytes by kind.
+//! `jostle replay info` shows a replay's header, its players, and its bytes by kind.
 
 use super::file::{duration, read};
 use crate::output::{Failure, say};
@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// Print a description of a replay: scene, seed, time, players, ticks, and bytes by kind
+/// Describe a replay: scene, seed, time, players, ticks, and bytes by kind
 #[derive(clap::Args)]
 pub struct Info {
     /// The replay file
@@ -43,12 +43,12 @@ impl Info {
     }
 }
 
-/// Total ticks during which players were present.
+/// Total number of ticks during which players were present.
 fn player_ticks(stays: &[Stay]) -> u64 {
     stays.iter().map(|stay| u64::from(stay.to_tick + 1 - stay.from_tick)).sum()
 }
 
-/// `None` in a game without players.
+/// `None` for a game without players.
 fn bytes_per_player_hour(replay: &Replay, stays: &[Stay]) -> Option<f64> {
     let hours = player_ticks(stays) as f64 / f64::from(3600 * TICKS_PER_SECOND);
     (hours > 0.0).then(|| replay.byte_count() as f64 / hours)
@@ -118,7 +118,7 @@ fn as_text(file: &str, replay: &Replay, stays: &[Stay], cut: Option<ReplayError>
     text
 }
 
-/// The stays of all players, in the order in which they joined.
+/// All players' stays, in the order in which they joined.
 fn stays(replay: &Replay) -> Vec<Stay> {
     let (first, last) = (replay.first_tick() + 1, replay.last_tick());
     let mut stays: Vec<Stay> = Vec::new();

@@ -1,4 +1,4 @@
-//! `jostle replay render`: pictures of a replay, drawn by the code that draws the page.
+//! `jostle replay render` makes pictures of a replay, drawn by the same code that draws the page.
 
 #[cfg(feature = "render")]
 mod painter;
@@ -9,16 +9,16 @@ use jostle_protocol::replay::{Ending, Replay};
 use jostle_sim::TICKS_PER_SECOND;
 use std::path::PathBuf;
 
-/// Maximum number of pictures in one film: an hour at 10 a second.
+/// Maximum number of pictures in a film: an hour at 10 per second.
 const FRAMES_MAX: u64 = 36_000;
-/// Largest width or height of a picture, pixels.
+/// Maximum width or height of a picture, pixels.
 const SIZE_MAX: u32 = 8192;
 
 /// Draw a tick, or the frames of a film, as PNG pictures.
 ///
-/// One picture: --tick N --out FILE.png. A film: --from A --to B --fps F --out DIR makes frame-00000.png and so on,
-/// which any video encoder can join. Drawing needs Vulkan or OpenGL ES; Mesa's software drivers are enough (Debian's
-/// packages libegl1 libgles2 libgl1-mesa-dri).
+/// For a single picture, use --tick N --out FILE.png. For a film, --from A --to B --fps F --out DIR creates
+/// frame-00000.png and so on, which any video encoder can combine. Drawing requires Vulkan or OpenGL ES; Mesa's
+/// software drivers are enough (Debian's packages libegl1 libgles2 libgl1-mesa-dri).
 #[derive(clap::Args)]
 #[command(verbatim_doc_comment)]
 pub struct Render {
@@ -36,16 +36,16 @@ pub struct Render {
     /// Frames per second of the film
     #[arg(long, value_name = "F", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..=60))]
     fps: u32,
-    /// The picture file, or the directory of the film
+    /// The picture file, or the directory for the film
     #[arg(long, value_name = "PATH")]
     out: PathBuf,
     /// Width and height in pixels
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]
     size: [u32; 2],
-    /// Follow the player in this seat, as the page does; without it the whole world is shown
+    /// Follow the player in this seat, as the page does. Without this flag, the whole world is shown
     #[arg(long, value_name = "SEAT")]
     follow: Option<u16>,
-    /// Pixels at the bottom that will be covered: the world is fitted above them
+    /// Height in pixels of a strip at the bottom that will be covered; the world is fitted above it
     #[arg(long, value_name = "PIXELS", default_value_t = 0)]
     bottom: u32,
 }
@@ -74,7 +74,7 @@ impl Render {
         Err(Failure::Check(text.to_owned()))
     }
 
-    /// The ticks to draw; at least one.
+    /// The ticks to draw, of which there is at least one.
     fn ticks(&self, replay: &Replay) -> Result<Vec<u32>, Failure> {
         let (first, last) = (replay.first_tick(), replay.last_tick());
         let inside = |tick: u32| (first..=last).contains(&tick);

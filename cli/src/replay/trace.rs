@@ -1,5 +1,5 @@
-//! `jostle replay trace`: plays a replay again and prints its trace, so that two machines or two versions can
-//! be compared line by line.
+//! `jostle replay trace` plays a replay again and prints its trace, so that two machines or two versions can be
+//! compared line by line.
 
 use super::file::read;
 use crate::output::Failure;
@@ -12,10 +12,10 @@ use serde::Serialize;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Play a replay again and print its trace, in the lines of `jostle run --trace`
+/// Play a replay again and print its trace, in the format of `jostle run --trace`
 ///
 /// The replay is always played from its start. If it diverges from the recording, the status is 1 and the first
-/// differing tick is printed; the trace still continues to the end.
+/// differing tick is printed, but the trace continues to the end.
 #[derive(clap::Args)]
 pub struct Trace {
     /// The replay file
@@ -26,8 +26,8 @@ pub struct Trace {
     /// Print only this tick
     #[arg(long, value_name = "T", conflicts_with = "every")]
     tick: Option<u32>,
-    /// Print the phases of the tick instead: {"tick":60,"phase":"relax","hash":"16 hex digits"}, where the hash is that
-    /// of the world within the step, including the active pairs
+    /// Print the phases of the tick instead: {"tick":60,"phase":"relax","hash":"16 hex digits"}, where the hash covers
+    /// the world within the step, including the active pairs
     #[arg(long, requires = "tick")]
     phases: bool,
 }
@@ -40,7 +40,7 @@ struct PhaseLine {
 }
 
 impl Trace {
-    /// Plays the replay, and prints its trace.
+    /// Plays the replay and prints its trace.
     pub fn run(self) -> Result<(), Failure> {
         let file = self.file.display().to_string();
         let replay = Arc::new(read(&self.file)?);
@@ -92,7 +92,7 @@ impl Trace {
     }
 }
 
-/// Plays the next tick of a copy, and prints its phases.
+/// Plays the next tick of a copy and prints its phases.
 fn print_phases(
     playback: &Playback,
     replay: &Replay,

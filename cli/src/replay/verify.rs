@@ -1,4 +1,4 @@
-//! `jostle replay verify`: plays replays again, several at a time, and compares every tick.
+//! `jostle replay verify` plays replays again, several at once, and compares every tick.
 
 mod verdict;
 
@@ -15,21 +15,21 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 use verdict::{Verdict, VerifyOutcome};
 
-/// Progress bar on stderr, shown if that is a terminal. Progress is measured in bytes of the files.
+/// Progress bar on stderr, shown if stderr is a terminal. Progress is measured in bytes of the files.
 const PROGRESS: &str = "[{bar:30}] {percent} %, {msg}, {eta} left";
-/// Ticks between two updates of the progress, so that threads rarely contend for it.
+/// Number of ticks between progress updates, so that threads rarely contend for the progress bar.
 const STEP_TICKS: u32 = 600;
 
-/// Play replays again and compare every tick with what was recorded
+/// Play replays again and compare every tick with the recording
 ///
-/// Status 0 if all replays are equal; a truncated file is compared up to its end. Status 1 if one differs (tick, phase,
-/// body and field are named as far as known), is damaged or cannot be read.
+/// The status is 0 if all replays are equal; a truncated file is compared up to its end. The status is 1 if a replay
+/// differs (the tick, phase, body and field are named if known), is damaged or cannot be read.
 #[derive(clap::Args)]
 pub struct Verify {
     /// The replay files
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// Files to play at a time [default: one per processor]
+    /// Number of files to play in parallel [default: one per processor]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
     /// Print one JSON object
@@ -40,12 +40,12 @@ pub struct Verify {
 #[derive(Serialize)]
 struct VerifyReport {
     files: Vec<Verdict>,
-    /// Complete files that replay as recorded.
+    /// Number of complete files that replay as recorded.
     equal: usize,
-    /// Truncated files that replay as recorded up to their end.
+    /// Number of truncated files that replay as recorded up to their end.
     cut: usize,
     differ: usize,
-    /// Files that replay as recorded up to a damaged record.
+    /// Number of files that replay as recorded up to a damaged record.
     damaged: usize,
     unreadable: usize,
     ticks: u64,
@@ -55,7 +55,7 @@ struct VerifyReport {
 }
 
 impl Verify {
-    /// Verifies the files, and prints the report.
+    /// Verifies the files and prints the report.
     pub fn run(self) -> Result<(), Failure> {
         let sizes: Vec<u64> = self.files.iter().map(|path| size(path)).collect::<Result<_, _>>()?;
         let style = ProgressStyle::with_template(PROGRESS).expect("a template that is well formed");
@@ -74,7 +74,7 @@ impl Verify {
         self.jobs.map_or(cores, usize::from).min(self.files.len())
     }
 
-    /// Verdicts in the order of the files. Each is printed as soon as all earlier ones are.
+    /// Verdicts in the order of the files. Each is printed as soon as all the earlier ones have been.
     fn verify(&self, sizes: &[u64], progress: &ProgressBar) -> Result<Vec<Verdict>, Failure> {
         let (sender, verdicts) = channel();
         let queue = Mutex::new(self.files.iter().zip(sizes).enumerate());
@@ -120,7 +120,7 @@ fn verify(path: &Path, bytes: u64, progress: &ProgressBar) -> Verdict {
         Ok(replay) => Arc::new(replay),
         Err(Failure::Check(reason) | Failure::Usage(reason)) => {
             reach(bytes);
-            // The verdict names the file already.
+            // The verdict already names the file.
             let reason = reason.strip_prefix(&format!("{file}: ")).unwrap_or(&reason).to_owned();
             return Verdict { file, ticks: 0, outcome: VerifyOutcome::Unreadable { reason } };
         }
@@ -192,7 +192,7 @@ impl VerifyReport {
         )
     }
 
-    /// Fails with the first file that is not equal, if any.
+    /// Fails, naming the first file that is not equal, if there is one.
     fn failure(&self) -> Result<(), Failure> {
         let is_bad = |verdict: &&Verdict| {
             !matches!(verdict.outcome, VerifyOutcome::Ok | VerifyOutcome::Cut { .. })

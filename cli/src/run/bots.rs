@@ -1,4 +1,4 @@
-//! Bots that play a scene without a server, by seeded input. Occasionally one leaves and comes back.
+//! Bots that play a scene without a server, using seeded input. Occasionally, one of them leaves and comes back.
 
 use crate::bot_input::BotInput;
 use jostle_game::{Input, Scene, Seat};
@@ -8,10 +8,10 @@ use jostle_protocol::replay::Change;
 use jostle_sim::Rng;
 use jostle_sim::TICKS_PER_SECOND;
 
-/// Random stream that decides which bot leaves; streams from 0 on are for inputs.
+/// The random stream that decides which bot leaves; streams from 0 upwards are for inputs.
 const LEAVE_STREAM: u64 = 1 << 32;
 
-/// All bots of a run, in seats from 0 on.
+/// All of a run's bots, in seats from 0 upwards.
 pub struct Bots {
     bots: Vec<Bot>,
     rng: Rng,
@@ -22,7 +22,7 @@ struct Bot {
     seat: Seat,
     input: BotInput,
     is_here: bool,
-    /// Tick until which the bot stays or stays away.
+    /// Tick until which the bot stays, or stays away.
     until: u32,
 }
 
@@ -39,8 +39,8 @@ impl Bots {
         Bots { bots, rng: Rng::new(seed, LEAVE_STREAM), inputs: Vec::new() }
     }
 
-    /// The joins and leaves before a tick, and the inputs of the bots that are present. Must be called with ticks in
-    /// increasing order.
+    /// The joins and leaves before a tick, and the inputs of the bots present. Must be called with ticks in increasing
+    /// order.
     pub fn next(&mut self, tick: u32) -> (Vec<Change>, &[(Seat, Input)]) {
         let changes = self.changes(tick);
         let here = self.bots.iter_mut().filter(|bot| bot.is_here);
@@ -67,7 +67,7 @@ impl Bots {
     }
 }
 
-/// Name and colour of the bot in a seat.
+/// The name and colour of the bot in a seat.
 pub fn appearance(seat: Seat) -> Appearance {
     Appearance {
         name: format!("Bot {}", seat.0 + 1).into(),

@@ -1,4 +1,4 @@
-//! The replay of a run, written as it is played.
+//! A run's replay, written while the run is played.
 
 use super::bots::appearance;
 use crate::output::{Failure, OrFail};
@@ -9,10 +9,10 @@ use std::fs::File;
 use std::io::Write;
 use std::path::Path;
 
-/// Name of the room in such a replay.
+/// The room's name in such a replay.
 const ROOM: &str = "run";
 
-/// A replay file that is being written.
+/// A replay file being written.
 pub struct ReplayOutput {
     file: File,
     name: String,
@@ -20,8 +20,8 @@ pub struct ReplayOutput {
 }
 
 impl ReplayOutput {
-    /// Begins a replay of a game in which nothing has happened yet. It holds no date, so the same run gives the same
-    /// bytes.
+    /// Begins a replay of a game in which nothing has happened yet. It contains no date, so that the same run produces
+    /// the same bytes.
     pub fn create(path: &Path, game: &Game, seed: u64) -> Result<ReplayOutput, Failure> {
         let name = path.display().to_string();
         let file = File::create(path).or_usage(format_args!("--replay {name}"))?;
@@ -41,7 +41,7 @@ impl ReplayOutput {
         Ok(replay)
     }
 
-    /// Records a tick that was played.
+    /// Records a tick that has been played.
     pub fn tick(
         &mut self,
         changes: Vec<Change>,

@@ -1,4 +1,4 @@
-//! The flags of a server in a fleet.
+//! The flags for a server in a fleet.
 
 use super::values::{origin, whole};
 use crate::output::{Failure, OrFail};
@@ -7,15 +7,16 @@ use jostle_server::fleet::settings::{FleetSettings, SECRET_BYTES_MIN, secret};
 use jostle_server::limits::{SETTINGS_FILE_BYTES_MAX, processors};
 use std::path::PathBuf;
 
-/// Share of each processor that rooms may take, unless --capacity is given; the rest is for sockets.
+/// The fraction of each processor that rooms may use, unless --capacity is given; the rest is for sockets.
 const ROOMS_SHARE: f64 = 0.5;
 
-/// Flags of a node in a fleet.
+/// Flags for a node in a fleet.
 #[derive(clap::Args)]
 pub struct FleetFlags {
     /// Addresses of NATS servers with JetStream, such as nats://10.0.0.5:4222. The game servers that share them are the
-    /// nodes of a fleet: each lists all rooms and sends players to the node that plays theirs. Rooms move to another
-    /// node when theirs drains, and resume on another when it dies. Several addresses are separated by commas
+    /// nodes of a fleet: each lists all rooms and sends players to the node that plays their room. A room moves to
+    /// another node when its own node drains, and resumes on another node when its own dies. Multiple addresses are
+    /// separated by commas
     #[arg(
         long,
         value_name = "URL",
@@ -25,31 +26,32 @@ pub struct FleetFlags {
         requires = "secret"
     )]
     nats: Vec<String>,
-    /// Credentials file for NATS, as its tools create it
+    /// Credentials file for NATS, as created by the NATS tools
     #[arg(long, value_name = "FILE", requires = "nats")]
     nats_credentials: Option<PathBuf>,
-    /// Copies that NATS keeps of the directory and the records, if this node is the first to use them: 3 for a cluster
-    /// of three
+    /// Number of copies that NATS keeps of the directory and the records, if this node is the first to use them: 3 for
+    /// a cluster of three
     #[arg(long, value_name = "N", default_value_t = 1, requires = "nats", value_parser = whole(1, 5))]
     nats_replicas: u32,
-    /// Name of this node, unique in the fleet: lowercase letters, digits and hyphens
+    /// This node's name, unique in the fleet: lowercase letters, digits and hyphens
     #[arg(long, value_name = "NAME", requires = "nats", value_parser = node)]
     node: Option<String>,
-    /// Address under which players' browsers reach this node, such as https://b.play.example.org
+    /// Address at which players' browsers reach this node, such as https://b.play.example.org
     #[arg(long, value_name = "URL", requires = "nats", value_parser = public_url)]
     public_url: Option<String>,
-    /// File with a secret of 32 bytes or more, the same for all nodes: it makes seats and host keys valid on each of
-    /// them
+    /// File with a secret of at least 32 bytes, the same on all nodes, which makes seats and host keys valid on every
+    /// node
     #[arg(long, value_name = "FILE", requires = "nats")]
     secret: Option<PathBuf>,
-    /// Processors that the rooms of this node may keep busy, such as 1.5; half of all by default. New rooms are placed
-    /// on the node with the most capacity left
+    /// Number of processors that this node's rooms may keep busy, such as 1.5; by default half of all processors. New
+    /// rooms are placed on the node with the most spare capacity
     #[arg(long, value_name = "N", requires = "nats", value_parser = capacity)]
     capacity: Option<f64>,
 }
 
 impl FleetFlags {
-    /// The settings; `None` without --nats. Fails if `keeps_state`, because a fleet keeps no rooms in a directory.
+    /// The settings; `None` without --nats. Fails if `keeps_state` is true, because a fleet keeps no rooms in a
+    /// directory.
     pub fn settings(&self, keeps_state: bool) -> Result<Option<FleetSettings>, Failure> {
         let (Some(node), Some(url), Some(file)) = (&self.node, &self.public_url, &self.secret)
         else {
@@ -80,7 +82,7 @@ impl FleetFlags {
     }
 }
 
-/// Parses the name of a node.
+/// Parses a node's name.
 fn node(text: &str) -> Result<String, String> {
     let allowed = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'-';
     match (1..=60).contains(&text.len()) && text.bytes().all(allowed) {
@@ -91,7 +93,7 @@ fn node(text: &str) -> Result<String, String> {
     }
 }
 
-/// Parses the address of a node. Browsers send it without a trailing slash.
+/// Parses a node's address. Browsers send it without a trailing slash.
 fn public_url(text: &str) -> Result<String, String> {
     let url = origin(text.strip_suffix('/').unwrap_or(text))?;
     match jostle_protocol::is_origin(&url) {

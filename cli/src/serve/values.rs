@@ -1,4 +1,4 @@
-//! Parsers of flag values. Errors describe the allowed values.
+//! Parsers for flag values. Errors describe the allowed values.
 
 use ipnet::IpNet;
 use std::net::{IpAddr, SocketAddr};
@@ -18,7 +18,7 @@ pub fn whole(low: u32, high: u32) -> impl Fn(&str) -> Result<u32, String> + Clon
     }
 }
 
-/// Parses a host name, without scheme or port.
+/// Parses a host name without a scheme or port.
 pub fn host(text: &str) -> Result<String, String> {
     let is_name = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'-' | b'.' | b'_');
     match !text.is_empty() && text.bytes().all(is_name) {
@@ -29,11 +29,11 @@ pub fn host(text: &str) -> Result<String, String> {
     }
 }
 
-/// Shortest allowed prefixes of a network of proxies: those of the largest private networks, 10.0.0.0/8 and fc00::/7. A
+/// Minimum prefix lengths for a network of proxies: those of the largest private networks, 10.0.0.0/8 and fc00::/7. A
 /// wider network would include public addresses.
 const PROXY_BITS_MIN: [u8; 2] = [8, 7];
 
-/// Parses a proxy's address, or a network of proxies.
+/// Parses the address of a proxy or a network of proxies.
 pub fn proxies(text: &str) -> Result<IpNet, String> {
     let address = || text.parse().ok().map(|ip: IpAddr| IpNet::from(ip.to_canonical()));
     let network: IpNet = text.parse().ok().or_else(address).ok_or_else(|| {
@@ -49,7 +49,7 @@ pub fn proxies(text: &str) -> Result<IpNet, String> {
     }
 }
 
-/// Parses the origin of a site as browsers send it: a scheme and a host, and optionally a port.
+/// Parses a site's origin as browsers send it: a scheme, a host and optionally a port.
 pub fn origin(text: &str) -> Result<String, String> {
     let is_host = |host: &str| !host.is_empty() && !host.contains(['/', '?', '#', '@', ' ']);
     match text.split_once("://") {
@@ -75,7 +75,7 @@ mod tests {
         for text in ["10.0.0.0/33", "proxy", "10.0.0.9:80", "", "0.0.0.0/0", "128.0.0.0/1"] {
             assert!(proxies(text).is_err_and(|error| error.contains("10.0.0.0/8")), "{text:?}");
         }
-        // The whole internet, or a large part of it, in IPv6 too.
+        // The whole internet, or a large part of it, including in IPv6.
         for text in ["0.0.0.0/0", "0.0.0.0/7", "::/0", "2000::/3", "::ffff:0.0.0.0/0"] {
             assert!(proxies(text).is_err_and(|error| error.contains("pass for any")), "{text:?}");
         }

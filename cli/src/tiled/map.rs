@@ -1,4 +1,5 @@
-//! The JSON format of Tiled, as far as a scene needs it, and mistakes in a map. Fields that are not listed are of no concern to a scene.
+//! The parts of Tiled's JSON format that a scene needs, and mistakes in a map. Fields that are not listed do not matter
+//! to a scene.
 
 use serde::Deserialize;
 use serde_json::Value;
@@ -20,7 +21,7 @@ pub struct Map {
     pub properties: Vec<Property>,
 }
 
-/// A layer: objects, a group of layers, or a kind without meaning for a scene.
+/// A layer: objects, a group of layers, or a kind that means nothing to a scene.
 #[derive(Debug, Deserialize)]
 pub struct Layer {
     #[serde(default)]
@@ -28,7 +29,7 @@ pub struct Layer {
     /// `objectgroup`, `group`, `tilelayer` or `imagelayer`.
     #[serde(rename = "type")]
     pub kind: String,
-    /// Offset of its content, pixels.
+    /// Offset of the layer's contents, pixels.
     #[serde(default)]
     pub offsetx: f64,
     #[serde(default)]
@@ -39,14 +40,14 @@ pub struct Layer {
     pub layers: Vec<Layer>,
 }
 
-/// An object. Lengths are pixels, y goes down, and a position is the upper left corner.
+/// An object. Lengths are in pixels, y points down, and a position is the upper left corner.
 #[derive(Debug, Deserialize)]
 pub struct Object {
     #[serde(default)]
     pub id: i64,
     #[serde(default)]
     pub name: String,
-    /// The object's class; Tiled 1.9 used this field name too.
+    /// The object's class. Tiled 1.9 used this field name too.
     #[serde(default, rename = "type", alias = "class")]
     pub class: String,
     #[serde(default)]
@@ -97,17 +98,17 @@ pub struct Wrong {
     pub allowed: String,
 }
 
-/// The source of something in a scene.
+/// Where something in a scene comes from.
 #[derive(Clone, Debug)]
 pub enum Origin {
-    /// The properties of the map.
+    /// The map's properties.
     Map,
     /// An object in a layer.
     Object { layer: String, id: i64, name: String },
 }
 
 impl Origin {
-    /// The location as an error message names it.
+    /// The location, as named in an error message.
     pub fn place(&self) -> String {
         match self {
             Origin::Map => String::new(),

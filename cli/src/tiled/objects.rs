@@ -1,16 +1,16 @@
-//! Turns the objects of a map into entries of a scene file.
+//! Turns a map's objects into scene file entries.
 
 use super::map::{Corner, Layer, Map, Object, Origin, Property, Wrong};
 use jostle_game::Kind;
 use std::collections::BTreeMap;
 use toml::{Table, Value};
 
-/// Map property: pixels per world unit.
+/// Map property that gives the number of pixels per world unit.
 const SCALE: &str = "pixels_per_unit";
 const DEPTH_MAX: usize = 16;
-/// Pixels by which two lengths that are meant to be equal may differ.
+/// Number of pixels by which two lengths that are meant to be equal may differ.
 const EQUAL: f64 = 0.01;
-/// Classes whose objects become list entries, besides the kinds of bodies.
+/// Classes whose objects become list entries, in addition to the kinds of bodies.
 pub(super) const LISTS: [(&str, &str); 10] = [
     ("zone", "zones"),
     ("launcher", "launchers"),
@@ -26,10 +26,10 @@ pub(super) const LISTS: [(&str, &str); 10] = [
 /// Kinds of bodies in scene files.
 pub(super) const KINDS: [Kind; 5] =
     [Kind::Wall, Kind::Platform, Kind::Block, Kind::Minion, Kind::Marble];
-/// Lists whose entries have names. In other lists an object's name is only for its author.
+/// Lists whose entries have names. In other lists, an object's name is only for the author's own use.
 const NAMED: [&str; 4] = ["bodies", "zones", "signals", "teams"];
 
-/// A scene file, and the map objects that the entries of its lists came from.
+/// A scene file, and the map objects from which its list entries came.
 pub struct Written {
     pub scene: Table,
     pub origins: BTreeMap<&'static str, Vec<Origin>>,
@@ -38,7 +38,7 @@ pub struct Written {
 /// Converts pixels to world units.
 struct Scale {
     pixels: f64,
-    /// Height of the map, pixels.
+    /// The map's height in pixels.
     height: f64,
 }
 
@@ -52,7 +52,7 @@ impl Scale {
     }
 }
 
-/// Rounds to a ten-thousandth of a unit, far finer than anyone draws.
+/// Rounds to a ten-thousandth of a unit, which is much finer than anyone draws.
 fn rounded(number: f64) -> Value {
     Value::Float((number * 1e4).round() / 1e4)
 }
@@ -150,7 +150,7 @@ fn write_object(
         }
     }
     if matches!(list, "launchers" | "emitters") && entry.contains_key("follow") {
-        // An entry that follows a body has no position; where it was drawn does not matter.
+        // An entry that follows a body has no position, so it does not matter where it was drawn.
         entry.remove("position");
     }
     let entries = written.scene.entry(list).or_insert_with(|| Value::Array(Vec::new()));
@@ -158,14 +158,14 @@ fn write_object(
         return Err(Origin::Map.wrong(list, "a property", "none: objects are its entries"));
     };
     let origins = written.origins.entry(list).or_default();
-    // Earlier entries without an object come from a property of the map.
+    // Earlier entries without an object come from one of the map's properties.
     origins.resize(entries.len(), Origin::Map);
     origins.push(origin.clone());
     entries.push(Value::Table(entry));
     Ok(())
 }
 
-/// The scene list for objects of a class, and the kind if the class is a body's.
+/// The scene list for objects of a class, and the kind if the class belongs to a body.
 fn list_of(class: &str, origin: &Origin) -> Result<(&'static str, Option<Kind>), Box<Wrong>> {
     if let Some(kind) = KINDS.into_iter().find(|kind| kind.name() == class) {
         return Ok(("bodies", Some(kind)));
@@ -179,10 +179,10 @@ fn list_of(class: &str, origin: &Origin) -> Result<(&'static str, Option<Kind>),
     Err(origin.wrong("class", found, format!("one of {}", classes.join(", "))))
 }
 
-/// The shape of an object, in pixels of the map.
+/// An object's shape, in map pixels.
 enum DrawnShape {
     Point([f64; 2]),
-    /// Lowest and highest coordinates of the box.
+    /// The lowest and highest coordinates of the box.
     Box([f64; 2], [f64; 2]),
     Circle([f64; 2], f64),
     Line(Vec<[f64; 2]>),
@@ -230,7 +230,7 @@ fn drawing(object: &Object, moved: [f64; 2], origin: &Origin) -> Result<DrawnSha
     Ok(DrawnShape::Circle(middle(low, high), object.width / 2.0))
 }
 
-/// The box formed by a polygon of four corners, if they form one.
+/// The box that a polygon with four corners forms, if it forms one.
 fn box_of(corners: &[[f64; 2]]) -> Option<DrawnShape> {
     let of = |axis: usize, pick: fn(f64, f64) -> f64| {
         corners.iter().map(|corner| corner[axis]).reduce(pick).unwrap_or_default()
@@ -251,7 +251,7 @@ fn middle(low: [f64; 2], high: [f64; 2]) -> [f64; 2] {
     [(low[0] + high[0]) / 2.0, (low[1] + high[1]) / 2.0]
 }
 
-/// The fields of an entry that follow from its drawing.
+/// The fields of an entry that follow from how it is drawn.
 fn geometry(
     list: &str,
     drawing: &DrawnShape,
@@ -266,7 +266,7 @@ fn geometry(
         Value::Array(vec![scale.length(high[0] - low[0]), scale.length(high[1] - low[1])])
     };
     let position = |at: [f64; 2]| ("position", scale.point(at));
-    // The lower corner of the world has the larger y in the map.
+    // The lower corner in the world has the larger y in the map.
     let area = |low: [f64; 2], high: [f64; 2]| {
         let corners = [[low[0], high[1]], [high[0], low[1]]];
         ("area", Value::Array(corners.map(|corner| scale.point(corner)).to_vec()))
@@ -308,7 +308,7 @@ fn geometry(
     }
 }
 
-/// A spawn point of the heroes.
+/// One of the heroes' spawn points.
 fn write_spawn(
     drawing: &DrawnShape,
     origin: &Origin,
@@ -329,7 +329,7 @@ fn write_spawn(
     Ok(())
 }
 
-/// Converts the value of a property. A text that contains a TOML list or table is parsed.
+/// Converts a property's value. Text that contains a TOML list or table is parsed.
 fn value(property: &Property, origin: &Origin) -> Result<Value, Box<Wrong>> {
     let other = || {
         let allowed = "a number, true or false, or a text; lists as [1, 2], tables as { a = 1 }";
@@ -349,7 +349,7 @@ fn value(property: &Property, origin: &Origin) -> Result<Value, Box<Wrong>> {
     }
 }
 
-/// Sets a field by its path, such as `limits.players`.
+/// Sets the field at a path such as `limits.players`.
 fn set_at(scene: &mut Table, path: &str, value: Value) -> Result<(), Box<Wrong>> {
     let Some((name, rest)) = path.split_once('.') else {
         scene.insert(path.to_owned(), value);

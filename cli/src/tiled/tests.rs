@@ -7,7 +7,7 @@ use std::sync::Arc;
 const EXAMPLE: &str = include_str!("../../../docs/examples/tiled/court.tmj");
 const PROJECT: &str = include_str!("../../../docs/examples/tiled/jostle.tiled-project");
 
-/// A map of 10 x 5 tiles of 8 pixels, with these objects in one layer and extra properties.
+/// A map of 10 x 5 tiles, each of 8 pixels, with these objects in one layer and additional properties.
 fn map(objects: Value, properties: Value) -> Value {
     let mut all = vec![
         json!({ "name": "title", "value": "Map" }),
@@ -27,7 +27,7 @@ fn of_map(map: &Value) -> Result<Scene, String> {
     Ok(Scene::parse("map.toml", &text).expect("what was imported is accepted"))
 }
 
-/// An object of a class in a group, with extra fields.
+/// An object of a class in a group, with additional fields.
 fn object(class: &str, more: Value) -> Value {
     let mut object = json!({
         "id": 7, "type": class, "x": 8, "y": 8, "width": 16, "height": 8,

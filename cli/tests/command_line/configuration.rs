@@ -1,4 +1,4 @@
-//! `jostle serve --config`, and `jostle doctor`.
+//! Tests `jostle serve --config` and `jostle doctor`.
 
 use crate::{directory, fails, jostle, path_text, succeeds};
 use serde_json::Value;
@@ -30,7 +30,7 @@ fn a_refused_configuration_is_named_with_line_and_field() {
     refuses(b"port = 80", 1, &format!("{}port: found an unknown field; allowed: ", place(1)));
     refuses(b"listen = ", 1, &format!("{}file: found ", place(1)));
     refuses(b"# \xff", 1, "found bytes that are not UTF-8");
-    // A flag that requires another does so in the file too.
+    // A flag that requires another one does so in the file too.
     refuses(b"tls-cert = \"chain.pem\"", 2, "--tls-key");
     fails(&["serve", "--config", "/no/such/file.toml"], 2, "/no/such/file.toml");
 }
@@ -56,7 +56,7 @@ fn the_doctor_looks_at_everything() {
         "memory",
     ];
     assert_eq!(about, expected);
-    // Results depend on the machine, but the status must agree with the lines.
+    // Results depend on the machine, but the status must match the lines.
     let is_fine = findings.iter().all(|finding| finding["change"].is_null());
     assert_eq!(report["fine"], is_fine);
     assert_eq!(output.status.code(), Some(if is_fine { 0 } else { 1 }));

@@ -1,4 +1,4 @@
-//! The command line as scripts see it: exit status, one line of error, traces and reports.
+//! The command line as scripts see it: exit status, one-line errors, traces and reports.
 
 mod configuration;
 mod replays;
@@ -19,14 +19,14 @@ fn path_text(path: &Path) -> &str {
     path.to_str().expect("a path of plain characters")
 }
 
-/// A directory for the files of one test.
+/// A directory for one test's files.
 fn directory(test: &str) -> PathBuf {
     let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
     std::fs::create_dir_all(&directory).expect("a directory");
     directory
 }
 
-/// Expects this status, and a one-line error that contains `part`.
+/// Expects this status and a one-line error that contains `part`.
 fn fails(arguments: &[&str], status: i32, part: &str) {
     let output = jostle(arguments);
     let error = String::from_utf8(output.stderr).expect("text");

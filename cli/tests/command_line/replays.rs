@@ -1,11 +1,11 @@
-//! `jostle run --replay` and `jostle replay`.
+//! Tests `jostle run --replay` and `jostle replay`.
 
 use crate::{directory, fails, jostle, path_text, succeeds};
 use jostle_protocol::replay::{Block, Record, Replay, header};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
-/// Records bots in a scene.
+/// Records bots playing in a scene.
 fn record(directory: &Path, name: &str, scene: &str, ticks: u32) -> PathBuf {
     let file = directory.join(name);
     let (ticks, path) = (ticks.to_string(), path_text(&file));
@@ -13,7 +13,7 @@ fn record(directory: &Path, name: &str, scene: &str, ticks: u32) -> PathBuf {
     file
 }
 
-/// Rewrites a replay with changed ticks, and without keyframes.
+/// Rewrites a replay with changed ticks and without keyframes.
 fn rewrite(file: &Path, name: &str, change: impl Fn(&mut Block)) -> PathBuf {
     let replay = Replay::read(std::fs::read(file).expect("a file")).expect("a replay");
     let mut records = vec![Record::Start(replay.start().clone())];
@@ -155,7 +155,7 @@ fn other_files_are_status_1_and_missing_files_status_2() {
         fails(&["replay", command], 2, "<FILE>");
     }
     fails(&["replay", "verify", "--jobs", "0", file], 2, "--jobs");
-    // A scene that the current program cannot play.
+    // This is a scene that the current program cannot play.
     let good = record(&directory, "good.jostle", "pile", 100);
     let replay = Replay::read(std::fs::read(&good).expect("a file")).expect("a replay");
     let mut start = replay.start().clone();

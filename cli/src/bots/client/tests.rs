@@ -12,7 +12,7 @@ use tokio_tungstenite::tungstenite::Message;
 
 const TOKEN: Token = Token([7; jostle_protocol::limits::TOKEN_BYTES]);
 
-/// Longer than anything takes on a starved machine.
+/// Longer than anything takes even on a starved machine.
 const LONG: Duration = Duration::from_secs(120);
 
 /// A server's answer to a hello, after which it closes the socket.
@@ -21,11 +21,11 @@ enum Answer {
     Only(ServerMessage),
     /// A seat, a few snapshots, and then this message.
     Play(ServerMessage),
-    /// A seat until the bot leaves.
+    /// A seat that lasts until the bot leaves.
     PlayOn,
 }
 
-/// A server on its own port that gives these answers, one to each socket, and then disappears.
+/// A server on its own port that gives these answers, one per socket, and then disappears.
 struct Node {
     listener: TcpListener,
     answers: Vec<Answer>,
@@ -65,11 +65,11 @@ impl Node {
 }
 
 async fn say(socket: &mut Socket, message: &ServerMessage) {
-    // The bot may have left already.
+    // The bot may already have left.
     let _ = socket.send(Message::Binary(message.encode().into())).await;
 }
 
-/// Plays a room with the bot for some ticks, or until it leaves.
+/// Plays a room with the bot for some ticks, or until the bot leaves.
 async fn play(socket: &mut Socket, ticks: u32) {
     let scene = Scene::built_in().into_iter().find(|scene| scene.name == "impulse");
     let mut room = Room::new("impulse", Arc::new(scene.expect("a scene")), 1);
@@ -81,7 +81,7 @@ async fn play(socket: &mut Socket, ticks: u32) {
     let _ = socket.send(Message::Binary(welcome.into())).await;
     let _ = socket.send(Message::Binary(keyframe)).await;
     for _ in 0..ticks {
-        // The bot's inputs set the pace; when they end, the bot has left.
+        // The bot's inputs set the pace; when they stop, the bot has left.
         if next(socket).await.is_err() {
             return;
         }
@@ -92,8 +92,8 @@ async fn play(socket: &mut Socket, ticks: u32) {
     }
 }
 
-/// Runs a bot that starts at the first of these servers and follows its room to the last. Returns the report, and the
-/// tokens that each server received.
+/// Runs a bot that starts at the first of these servers and follows its room to the last one. Returns the report and
+/// the tokens that each server received.
 async fn followed(nodes: Vec<Node>, until: usize) -> (Report, Vec<Vec<Option<Token>>>) {
     let url = nodes[0].origin().replace("http", "ws") + "/impulse";
     let target: BotTarget = url.parse().expect("an address");
@@ -116,7 +116,7 @@ async fn followed(nodes: Vec<Node>, until: usize) -> (Report, Vec<Vec<Option<Tok
     };
     let servers: Vec<_> = nodes.into_iter().map(|node| tokio::spawn(node.serve())).collect();
     let bot = tokio::spawn(bot.play());
-    // The bot has seen the first value already, so this change is the one that starts the measurement.
+    // The bot has already seen the first value, so this change is the one that starts the measurement.
     stage.send_replace(CrowdStage::Playing(Instant::now()));
     for _ in 0..until {
         let snapshot = timeout(LONG, snapshots.recv()).await.expect("in time");

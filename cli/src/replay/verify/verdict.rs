@@ -1,11 +1,11 @@
-//! The verdict on one file, as a line and as JSON.
+//! The verdict on a file, as a line and as JSON.
 
 use jostle_protocol::replay::ReplayError;
 use jostle_room::divergence::{Cause, Divergence};
 use serde::Serialize;
 use std::fmt;
 
-/// The verdict on one file.
+/// The verdict on a file.
 #[derive(Debug, Serialize)]
 pub struct Verdict {
     /// The path as given on the command line.
@@ -19,20 +19,20 @@ pub struct Verdict {
 #[derive(Debug, Serialize)]
 #[serde(tag = "result", rename_all = "lowercase")]
 pub enum VerifyOutcome {
-    /// Every tick is equal.
+    /// All ticks are equal.
     Ok,
-    /// Every tick is equal, but the end is missing.
+    /// All ticks are equal, but the end is missing.
     Cut {
-        /// Where the missing part begins, bytes.
+        /// Where the missing part begins, in bytes.
         offset: usize,
-        /// The reason why the file ends there.
+        /// Why the file ends there.
         reason: String,
         /// The last tick in the file.
         last_tick: u32,
     },
-    /// Every tick is equal up to a damaged record; the records after it are not read.
+    /// All ticks up to a damaged record are equal; the records after it are not read.
     Damaged {
-        /// Where the damaged record begins, bytes.
+        /// Where the damaged record begins, in bytes.
         offset: usize,
         reason: String,
         /// The last tick before the damage.
@@ -42,16 +42,16 @@ pub enum VerifyOutcome {
     Differs {
         /// The first tick that differs.
         tick: u32,
-        /// Phases of the tick in which the divergence can have happened; empty if unknown.
+        /// Phases of the tick in which the divergence may have happened; empty if unknown.
         phases: Vec<&'static str>,
         /// The first thing that differs, such as `body 3.0`; `null` if unknown.
         subject: Option<String>,
         /// The name of the number that differs.
         field: Option<&'static str>,
-        /// All that is known about the divergence, as a sentence.
+        /// Everything known about the divergence, as a sentence.
         reason: String,
     },
-    /// The file is not a replay, or cannot be played.
+    /// The file is not a replay or cannot be played.
     Unreadable { reason: String },
 }
 
