@@ -1,5 +1,5 @@
-//! Compiles the shaders to naga's intermediate representation: the page ships without a WGSL parser, and a broken
-//! shader fails the build.
+//! Compiles the shaders to naga's intermediate representation, so that the page ships without a WGSL parser and a
+//! broken shader fails the build.
 
 use std::error::Error;
 use std::path::{Path, PathBuf};

@@ -56,7 +56,7 @@ fn pixel([column, row]: [u32; 2], side: u32, is_cut: bool) -> [u8; 4] {
     for sample in 0..SAMPLES * SAMPLES {
         let within = Vec2::new((sample % SAMPLES) as f32, (sample / SAMPLES) as f32);
         let at = Vec2::new(column as f32, row as f32) + (within + 0.5) / SAMPLES as f32;
-        // y up, the icon spans -1..1.
+        // The y axis points up, and the icon spans -1..1.
         let point = (at / side as f32 * 2.0 - 1.0) * Vec2::new(1.0, -1.0);
         let color = match is_cut {
             true => Some(paint(point / SURE).unwrap_or_else(|| ground(point / SURE))),

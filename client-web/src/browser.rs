@@ -1,4 +1,4 @@
-//! Browser APIs other than the document: window, timers, storage, console.
+//! Browser APIs other than the document: window, timers, storage and console.
 
 use litemap::LiteMap;
 use std::cell::Cell;
@@ -11,7 +11,7 @@ pub fn window() -> Window {
     web_sys::window().expect("the client runs in a page")
 }
 
-/// Milliseconds since the page was opened; never runs backwards.
+/// Milliseconds since the page was opened; the value never decreases.
 pub fn now_ms() -> f64 {
     window().performance().map_or(0.0, |performance| performance.now())
 }
@@ -41,12 +41,12 @@ pub fn after(delay_ms: i32, react: impl FnOnce() + 'static) {
         .expect("a window has timers");
 }
 
-/// The browser's storage for this site, if allowed.
+/// The browser's storage for this site; `None` if access to it is blocked.
 pub fn local_storage() -> Option<Storage> {
     window().local_storage().ok().flatten()
 }
 
-/// The storage of this tab, if allowed.
+/// The storage of this tab; `None` if access to it is blocked.
 pub fn session_storage() -> Option<Storage> {
     window().session_storage().ok().flatten()
 }
@@ -81,7 +81,7 @@ extern "C" {
 
 /// Runs work that may panic through no fault of the page; returns `None` if it does. A panic is a WebAssembly trap,
 /// which unwinds to the nearest JavaScript frame; the call through `Reflect.apply` provides one. Values owned by the
-/// work are leaked, since they may be half changed.
+/// work are leaked, since they may be in an inconsistent state.
 pub fn attempt<R>(work: impl FnOnce() -> R) -> Option<R> {
     let (mut work, mut result) = (Some(work), None);
     ends_well(&mut || result = work.take().map(|work| work())).then_some(result)?
@@ -94,7 +94,7 @@ fn ends_well(work: &mut dyn FnMut()) -> bool {
     ended.is_ok()
 }
 
-/// Whether a panic now would end only the current [`attempt`].
+/// Whether a panic at this point would end only the current [`attempt`].
 pub fn is_in_attempt() -> bool {
     IN_ATTEMPT.get()
 }

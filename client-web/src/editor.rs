@@ -1,8 +1,9 @@
-//! The scene editor: shows the pieces of a scene in the picture next to the scene's text. The text is authoritative.
+//! The scene editor, which shows the pieces of a scene in the picture next to the scene's text. The text is
+//! authoritative.
 //!
-//! All of it is plain Rust without a browser. [`text`] finds the pieces in the text of a [`document`], [`edit`] changes
-//! bytes of it, [`history`] undoes that, [`snap`] aligns, and [`update`] takes what the pointer, the keys
-//! and the page's buttons do.
+//! All of it is plain Rust that needs no browser. [`text`] finds the pieces in the text of a [`document`], [`edit`]
+//! edits the text, [`history`] undoes edits, [`snap`] aligns pieces, and [`update`] handles the pointer, the keys and
+//! the page's buttons.
 
 pub mod document;
 pub mod drag;

@@ -1,4 +1,4 @@
-//! Turns keys, pointers, gamepads and touches into inputs and sends them to the server.
+//! Turns keys, pointers, gamepads and touches into inputs, and sends these to the server.
 
 pub mod action;
 pub mod bindings;

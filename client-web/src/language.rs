@@ -1,5 +1,5 @@
-//! The languages of the page. English texts are in the code and in `index.html` and serve as keys. Every other language
-//! is a file in `web` with each sentence in both languages, fetched when first used.
+//! The languages of the page. English texts are in the code and in `index.html`, and serve as keys. Every other
+//! language has a file in `web`, which contains each sentence in both languages and is fetched when first used.
 //!
 //! Sentences in the code go through [`say`], or through [`fill`] if they have placeholders. A test finds sentences that
 //! lack a translation.
@@ -7,7 +7,7 @@
 use std::cell::RefCell;
 
 thread_local! {
-    /// The sentences of the current language. A frame looks up some tens of a few hundred.
+    /// The sentences of the current language. Each frame looks up a few dozen of several hundred.
     static TABLE: RefCell<Vec<(&'static str, &'static str)>> = const { RefCell::new(Vec::new()) };
 }
 
@@ -51,8 +51,8 @@ fn placeholder(text: &str) -> Option<(&str, &str, &str)> {
     Some((before, name, after))
 }
 
-/// The entries of a language file: a line of English, and below it the translation after a tab. Lines that begin with
-/// `#` are comments.
+/// The entries of a language file. Each is a line of English, followed by a line with a tab and the translation. Lines
+/// that begin with `#` are comments.
 fn pairs(file: &str) -> impl Iterator<Item = (&str, &str)> {
     let mut lines = file.lines().filter(|line| !line.is_empty() && !line.starts_with('#'));
     std::iter::from_fn(move || {

@@ -1,6 +1,6 @@
 //! The web client: a thin client for rooms on a server, a replay player, and rooms that run inside the page.
 //!
-//! Everything that does not need a browser (time, snapshots, camera, input, texts, and every change of the page's
+//! Everything that does not need a browser (time, snapshots, camera, input, texts, and every change to the page's
 //! state) is plain Rust with tests. Only the modules that call browser APIs are limited to wasm. Other programs use the
 //! drawing, the replays and the in-page rooms.
 

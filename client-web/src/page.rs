@@ -1,6 +1,5 @@
 //! The page: [`app::App`] is its state and [`event`] defines its events and effects, both plain Rust. `dom` renders the
-//! state into the document, and `shell` carries events and effects between the two. Only `dom` and `shell` require
-//! wasm.
+//! state into the document, and `shell` passes events and effects between the two. Only `dom` and `shell` require wasm.
 
 mod address;
 mod app;

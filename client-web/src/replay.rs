@@ -1,4 +1,4 @@
-//! Watching a replay: it is simulated again, checked against its recorded hashes, and drawn like a live game.
+//! Watching a replay, which is simulated again, checked against its recorded hashes, and drawn like a live game.
 
 pub mod chapters;
 pub mod checks;

@@ -1,4 +1,4 @@
-//! The text of a scene, which is the truth, and all that is found in it.
+//! The text of a scene, which is the source of truth, and everything found in it.
 
 use super::field::{self, Spot};
 use super::history::History;
@@ -15,33 +15,33 @@ use std::sync::Arc;
 /// The file name of a scene without a title.
 pub const FILE: &str = "my-scene.toml";
 
-/// A leg of a piece's path: the piece and the index of the leg's first point.
+/// A leg of a piece's path, given by the piece and the index of the leg's first point.
 pub type Leg = (PieceId, usize);
 
-/// The text of a scene, and its steps.
+/// The text of a scene, and its edit history.
 pub struct SceneDocument {
     text: String,
     /// The name of the file to which the text would be saved.
     pub file: String,
-    /// The pieces of the text, or of its last version that was valid TOML.
+    /// The pieces in the text, or in its last version that was valid TOML.
     pub sheet: ScenePieces,
-    /// The text is TOML.
+    /// Whether the text is valid TOML.
     pub is_toml: bool,
-    /// The last version of the text that was a valid scene.
+    /// The most recent version of the text that was a valid scene.
     pub scene: Option<Arc<Scene>>,
     /// Why the text is not a valid scene.
     pub error: Option<SceneError>,
     /// Why a server refused to open a room with this text.
     pub refusal: Option<SceneError>,
-    /// Whether the text changed since it was last checked.
+    /// Whether the text has changed since it was last checked.
     unchecked: bool,
     history: History,
-    /// Counts changes of the text.
+    /// Incremented with every change to the text.
     pub revision: u32,
 }
 
 impl SceneDocument {
-    /// A text, with the name of its file.
+    /// Opens a text from a file with this name.
     pub fn open(text: String, file: &str) -> SceneDocument {
         let mut document = SceneDocument {
             text: String::new(),
@@ -64,7 +64,7 @@ impl SceneDocument {
         &self.text
     }
 
-    /// Whether something can be undone, and done again.
+    /// Whether undo and redo are possible, in this order.
     pub fn can(&self) -> [bool; 2] {
         self.history.can()
     }
@@ -75,7 +75,7 @@ impl SceneDocument {
         error.filter(|_| !self.text.is_empty())
     }
 
-    /// Checks the text if it changed; returns whether it did.
+    /// Checks the text if it has changed; returns whether it had.
     pub fn check(&mut self) -> bool {
         if !std::mem::take(&mut self.unchecked) {
             return false;
@@ -95,7 +95,7 @@ impl SceneDocument {
         }
     }
 
-    /// The bytes that the error is about: the field's value if it is on the error's line, otherwise the rest of that
+    /// The bytes to which the error refers: the field's value if it is on the error's line, otherwise the rest of that
     /// line.
     pub fn error_bytes(&self) -> Option<Range<usize>> {
         let error = self.problem()?;
@@ -126,7 +126,7 @@ impl SceneDocument {
         Some((whole.start + blanks).min(value.start)..value.end)
     }
 
-    /// Takes a text without a step of the history.
+    /// Replaces the text without adding a history step.
     fn set(&mut self, text: String) {
         self.text = text;
         match ScenePieces::read(&self.text) {
@@ -138,7 +138,7 @@ impl SceneDocument {
         self.revision += 1;
     }
 
-    /// Takes another text, as one step.
+    /// Replaces the text as one history step.
     pub fn commit(&mut self, text: String) {
         if text != self.text {
             self.history.note(&self.text, &text);
@@ -146,13 +146,13 @@ impl SceneDocument {
         }
     }
 
-    /// Takes a text that continues the step which began with `first`.
+    /// Replaces the text as part of the history step that began with `first`.
     pub fn commit_again(&mut self, first: &str, text: String) {
         self.history.note_again(first, &text);
         self.set(text);
     }
 
-    /// Takes a text that was typed.
+    /// Replaces the text with one that was typed.
     pub fn type_text(&mut self, text: String, now_ms: f64) {
         if text != self.text {
             self.history.note_typed(&self.text, &text, now_ms);
@@ -160,19 +160,19 @@ impl SceneDocument {
         }
     }
 
-    /// Shows a text in the middle of a gesture.
+    /// Shows a text during a gesture.
     pub fn show(&mut self, text: String) {
         if text != self.text {
             self.set(text);
         }
     }
 
-    /// Records a gesture that began with the text `base` in the history.
+    /// Records in the history a gesture that began with the text `base`.
     pub fn note(&mut self, base: &str) {
         self.history.note(base, &self.text);
     }
 
-    /// Goes a step back or forth, and returns the bytes that changed.
+    /// Undoes or redoes one step and returns the bytes that changed.
     pub fn step(
         &mut self,
         step: fn(&mut History, &mut String) -> Option<Range<usize>>,
@@ -196,7 +196,7 @@ impl SceneDocument {
         format!("{name}{}{}", place.unwrap_or_default(), stuck.unwrap_or_default())
     }
 
-    /// The short name of a piece: its kind, and its name or number.
+    /// The short name of a piece, which consists of its kind and its name or number.
     pub fn short_name(&self, piece: &Piece) -> String {
         let kind = if piece.kind == "dumb" { say("marble") } else { say(&piece.kind) };
         match &piece.name {
@@ -205,7 +205,7 @@ impl SceneDocument {
         }
     }
 
-    /// The smallest step of the world.
+    /// The world's snapping unit.
     pub fn unit(&self) -> f32 {
         unit_of(self.world())
     }
@@ -243,7 +243,7 @@ impl SceneDocument {
         Some(Extents::around(piece.center()?, half))
     }
 
-    /// The smallest piece at a point.
+    /// The smallest piece at this point.
     pub fn piece_at(&self, at: Vec2, reach: f32) -> Option<PieceId> {
         let hits = self.sheet.pieces.iter().filter_map(|piece| {
             let extents = self.extents(piece)?;
@@ -255,7 +255,7 @@ impl SceneDocument {
         hits.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, id)| id)
     }
 
-    /// The path leg at a point.
+    /// The path leg at this point.
     pub fn leg_at(&self, at: Vec2, reach: f32) -> Option<Leg> {
         let legs = self.sheet.pieces.iter().flat_map(|piece| {
             let ends = path_of(piece).windows(2).enumerate();
@@ -283,7 +283,7 @@ impl SceneDocument {
     }
 }
 
-/// The offset in a line at which a field is set.
+/// The offset within a line at which a field is set.
 fn key_in(line: &str, field: &str) -> Option<usize> {
     let is_key = |(at, _): &(usize, &str)| {
         let before = line[..*at].trim_end();

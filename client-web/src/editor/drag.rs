@@ -1,4 +1,4 @@
-//! A pointer over the picture and the thing it holds.
+//! A pointer over the picture, and what it is holding.
 
 use super::palette::Make;
 use super::text::{PieceId, ScenePieces};
@@ -7,15 +7,15 @@ use jostle_sim::Vec2;
 /// A pointer in the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EditPointer {
-    /// The browser's id of the pointer.
+    /// The browser's id for the pointer.
     pub id: i32,
     /// The pointer's position, world units.
     pub at: Vec2,
     /// Whether the pointer is over the picture.
     pub inside: bool,
-    /// Distance within which a thing can be grabbed, world units.
+    /// Distance within which something can be grabbed, world units.
     pub reach: f32,
-    /// The width of a CSS pixel, the smallest step of the pointer, world units.
+    /// The width of a CSS pixel in world units, which is the pointer's smallest step.
     pub step: f32,
     /// Whether a press adds to the selection.
     pub adds: bool,
@@ -23,11 +23,11 @@ pub struct EditPointer {
     pub free: bool,
 }
 
-/// The thing that a pointer holds.
+/// What a pointer is holding.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DragTarget {
     Move,
-    /// An edge or a corner of the selected piece, as its direction from the centre.
+    /// An edge or corner of the selected piece, given by its direction from the centre.
     Size(Vec2),
     /// A point of the selected piece's path.
     Point(usize),
@@ -40,7 +40,7 @@ pub enum DragTarget {
 #[derive(Clone, Debug)]
 pub struct EditGesture {
     pub(super) id: i32,
-    /// The thing being held.
+    /// What the pointer is holding.
     pub(super) grip: DragTarget,
     pub(super) from: Vec2,
     pub at: Vec2,
@@ -50,7 +50,7 @@ pub struct EditGesture {
     /// The selection when the gesture began.
     pub(super) selection: Vec<PieceId>,
     pub moving: bool,
-    /// Snapping is off because a second finger is down.
+    /// Whether snapping is off because a second finger is down.
     pub(super) free: bool,
 }
 

@@ -14,7 +14,7 @@ pub struct Splice {
 }
 
 impl Splice {
-    /// Inserts text at a byte offset.
+    /// Inserts text at this byte offset.
     pub fn insert(at: usize, with: impl Into<String>) -> Splice {
         Splice { at: at..at, with: with.into() }
     }
@@ -43,14 +43,14 @@ pub fn apply(text: &str, mut splices: Vec<Splice>) -> String {
     new
 }
 
-/// Sets a number in the text to another value, with at most `decimals` digits after the point.
+/// Changes a number in the text to another value, with at most `decimals` digits after the point.
 pub fn set_number(text: &str, number: &Number, value: f32, decimals: u32) -> Option<Splice> {
     let before = &text[number.at.clone()];
     let with = written(value, decimals, before);
     (with != before).then(|| Splice { at: number.at.clone(), with })
 }
 
-/// Sets the two numbers of a point.
+/// Sets both numbers of a point.
 pub fn set_point(text: &str, point: &Point, value: Vec2, decimals: u32) -> Vec<Splice> {
     let pairs = point.iter().zip(value.to_array());
     pairs.filter_map(|(number, value)| set_number(text, number, value, decimals)).collect()
@@ -72,8 +72,8 @@ pub fn moved(text: &str, piece: &Piece, by: Vec2, decimals: u32) -> Vec<Splice> 
     points.iter().flat_map(shift).collect()
 }
 
-/// Removes pieces from the text: exactly their bytes, plus the empty line above a table. Comments right above a header
-/// are removed with it; other comments stay.
+/// Removes pieces from the text: exactly their bytes, plus the empty line above a table. Comments directly above a
+/// header are removed with it; other comments stay.
 pub fn removed<'a>(text: &str, pieces: impl IntoIterator<Item = &'a Piece>) -> Vec<Splice> {
     let whole = pieces.into_iter().filter(|piece| !piece.scattered);
     whole.map(|piece| Splice::remove(own_bytes(text, piece))).collect()
@@ -139,7 +139,7 @@ pub fn appended(text: &str, sheet: &ScenePieces, list: super::text::List, table:
     Splice::insert(at, format!("{ended}{gap}{table}"))
 }
 
-/// Sets the size of a piece: changes its existing numbers, or adds a field where it has none.
+/// Sets the size of a piece by changing its existing numbers, or adds a field if it has none.
 pub fn sized(text: &str, piece: &Piece, size: Vec2, decimals: u32) -> Vec<Splice> {
     match &piece.extent {
         Extent::Radius(radius) => {

@@ -1,4 +1,4 @@
-//! Finds fields by path, such as `bodies[3].mass`: where a value is, or where it would be inserted.
+//! Finds out where the value of a field such as `bodies[3].mass` is, or where it would be inserted.
 
 use super::edit::{Splice, apply};
 use super::text::{last_byte, line_end, line_start};

@@ -1,4 +1,4 @@
-//! The form of a piece or of the scene, with the fields whose values the scene parser knows.
+//! The form for a piece or the scene, with the fields whose allowed values the scene parser knows.
 
 use super::number::rounded;
 use super::state::Editor;
@@ -14,7 +14,7 @@ pub struct Row {
     /// The field's path in the file.
     pub path: String,
     pub name: String,
-    /// The values that the field may have.
+    /// The values that the field accepts.
     pub form: FieldForm,
     /// The values given in the text, one for each control; `None` if the field is not set.
     pub values: Option<Vec<String>>,
@@ -113,7 +113,7 @@ pub fn title(editor: &Editor) -> String {
     }
 }
 
-/// A remark about it.
+/// A note about the text or the selected piece; empty if there is none.
 pub fn note(editor: &Editor) -> &'static str {
     match editor.selection[..] {
         [] if editor.text().is_empty() => strings::EMPTY,

@@ -1,5 +1,5 @@
-//! Pointer gestures in the picture: selecting, moving, resizing and dropping pieces. A gesture keeps the text from its
-//! start, and every move derives the new text from that.
+//! Pointer gestures in the picture: selecting, moving, resizing and dropping pieces. A gesture remembers the text from
+//! when it began, and every move derives the new text from that.
 
 use super::document::{SceneDocument, path_of};
 use super::drag::{DragTarget, EditGesture, EditPointer};
@@ -12,13 +12,13 @@ use super::text::{Extent, List, Piece, PieceId, Place, ScenePieces, vector};
 use super::{field, number};
 use jostle_sim::{Shape, Vec2};
 
-/// Two presses within this time count as a double press, milliseconds.
+/// Maximum time between the two presses of a double press, milliseconds.
 const DOUBLE_MS: f64 = 400.0;
-/// Share of the pointer's reach within which it counts as not moved.
+/// Fraction of the pointer's reach within which the pointer counts as stationary.
 const STILL: f32 = 0.25;
-/// Distance of handles from the edge of a piece, CSS pixels.
+/// Distance between handles and the edge of a piece, CSS pixels.
 const GRIP_CSS: f32 = 8.0;
-/// Edges whose half length is below this have no handle, CSS pixels.
+/// Edges with less than this half length have no handle, CSS pixels.
 const EDGE_CSS: f32 = 24.0;
 
 impl Editor {
@@ -85,7 +85,7 @@ impl Editor {
         self.select(ids);
     }
 
-    /// The handle of the selected piece within reach.
+    /// The handle of the selected piece that is within reach.
     fn grip_at(&self, hand: &EditPointer) -> Option<DragTarget> {
         let [id] = self.selection[..] else { return None };
         let piece = self.doc.sheet.piece(id).filter(|piece| piece.place.is_some())?;
@@ -208,7 +208,7 @@ impl Editor {
         splices
     }
 
-    /// Moves an edge or a corner; the opposite one stays in place.
+    /// Moves an edge or corner, while the opposite one stays in place.
     fn size_selected(
         &mut self,
         gesture: &EditGesture,
@@ -301,7 +301,7 @@ impl Editor {
         self.tap = (!gesture.moving).then_some((now_ms, hand.at));
         match gesture.grip {
             DragTarget::Move if !gesture.moving && !hand.adds => {
-                // A press without a move on one of several selected pieces selects only that piece.
+                // Pressing one of several selected pieces without moving selects only that piece.
                 if let Some(id) = self.doc.piece_at(hand.at, hand.reach) {
                     self.select(vec![id]);
                 }
@@ -351,7 +351,7 @@ pub(super) fn grips(doc: &SceneDocument, piece: &Piece, pixel: f32) -> Vec<(Drag
     let half = (extents.high - extents.low) * 0.5;
     let away = half + Vec2::splat(GRIP_CSS * pixel);
     for (x, y) in [(-1, -1), (1, -1), (-1, 1), (1, 1), (0, -1), (0, 1), (-1, 0), (1, 0)] {
-        // A handle in the middle of a short edge would overlap those at its ends.
+        // A handle in the middle of a short edge would overlap those at the ends.
         let along = if x == 0 { half.x } else { half.y };
         if (x == 0 || y == 0) && along < EDGE_CSS * pixel {
             continue;

@@ -2,10 +2,10 @@
 
 use std::ops::Range;
 
-/// Typing after a longer pause starts a new entry, milliseconds.
+/// Maximum pause in typing before a new history entry starts, milliseconds.
 const PAUSE_MS: f64 = 1000.0;
 
-/// One step: the text before and after at a byte offset.
+/// One step: the text at a byte offset before and after the change.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct EditStep {
     at: usize,
@@ -74,7 +74,7 @@ impl History {
         }
     }
 
-    /// Replaces the last step by one from `before` to `after`.
+    /// Replaces the last step with one from `before` to `after`.
     pub fn note_again(&mut self, before: &str, after: &str) {
         self.done.pop();
         self.note(before, after);
@@ -130,7 +130,7 @@ impl History {
     }
 }
 
-/// Whether the text typed now starts a new word after the text typed before.
+/// Whether the newly typed text starts a new word after the previously typed text.
 fn begins_word(before: &str, now: &str) -> bool {
     let blank = |letter: Option<char>| letter.is_some_and(char::is_whitespace);
     blank(before.chars().next_back()) && !blank(now.chars().next())

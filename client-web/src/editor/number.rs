@@ -1,4 +1,4 @@
-//! Formats numbers as scene files write them, without needless digits.
+//! Formats numbers in the style of scene files, without unnecessary digits.
 
 /// The maximum number of digits after the point for any number.
 pub const DECIMALS_MAX: u32 = 4;
@@ -24,7 +24,7 @@ pub fn rounded(value: f32, decimals: u32) -> String {
     if text == "-0" { "0".to_owned() } else { text.to_owned() }
 }
 
-/// The digits after the point needed to distinguish steps of this size.
+/// The number of digits after the point needed to distinguish steps of this size.
 pub fn decimals_of(step: f32) -> u32 {
     (0..DECIMALS_MAX)
         .find(|digits| step >= 0.999 * 0.1_f32.powi(*digits as i32))

@@ -1,4 +1,4 @@
-//! The pieces of the palette, which can be added to a scene as text.
+//! The palette's pieces, which can be added to a scene as text.
 
 use super::edit::{Splice, appended, apply};
 use super::field;
@@ -16,12 +16,12 @@ pub enum Make {
     Block,
     Ball,
     Minion,
-    /// A spawn point of heroes.
+    /// A spawn point for heroes.
     Spawn,
     Zone,
-    /// An emitter of particles.
+    /// A particle emitter.
     Emitter,
-    /// A launcher of dye packs.
+    /// A launcher that throws dye packs.
     Launcher,
     /// A platform that moves back and forth.
     Path,
@@ -56,14 +56,14 @@ const PAIRS: [[&str; 2]; 12] = [
     ["pack", "block"],
     ["pack", "minion"],
 ];
-/// The world height that the pieces' default sizes are made for, units.
+/// The world height for which the pieces' default sizes are designed, units.
 const WORLD_HEIGHT: f32 = 180.0;
-/// Width and height of heroes in a newly added `[hero]`; [`HERO_WALK`] is how they walk.
+/// Width and height of heroes in a newly added `[hero]`; [`HERO_WALK`] says how they walk.
 const HERO: Vec2 = Vec2::new(9.0, 12.0);
 const HERO_WALK: &str = "{ speed = 40, jump = 50 }";
 
 impl Make {
-    /// Every piece in the palette's order, with the name that the page's buttons use for it.
+    /// Every piece in palette order, with the name that the page's buttons use for it.
     pub const ALL: [(Make, &str); 10] = [
         (Make::Platform, "platform"),
         (Make::Wall, "wall"),
@@ -117,7 +117,7 @@ impl Make {
     }
 }
 
-/// Adds a piece at a point; returns the new text and the piece's id. `None` if the text is not valid TOML.
+/// Adds a piece at this point; returns the new text and the piece's id. `None` if the text is not valid TOML.
 pub fn added(text: &str, make: Make, at: Vec2) -> Option<(String, PieceId)> {
     let text = match is_bare(text) {
         true => format!("{text}{BLANK}"),
@@ -163,7 +163,7 @@ impl PieceDraft<'_> {
         format!("[{}, {}]", self.number(at.x), self.number(at.y))
     }
 
-    /// Scales a size to suit the world, to at least one unit.
+    /// Scales a size to suit the world, but never below one unit.
     fn scaled(&self, size: Vec2) -> Vec2 {
         let unit = unit_of(self.world);
         let scale = self.world.y / WORLD_HEIGHT;
@@ -206,8 +206,8 @@ impl PieceDraft<'_> {
     }
 }
 
-/// Adds a spawn point to `[hero]`. If that table is missing, it is added with a size and a walk, and the `steer` tool
-/// is enabled.
+/// Adds a spawn point to `[hero]`. If that table is missing, it is added with a size and `walk` values, and the `steer`
+/// tool is enabled.
 fn spawned(draft: &PieceDraft) -> Option<String> {
     let point = draft.point(draft.at);
     if let Some(splice) = field::push(draft.text, "hero.spawns", &point) {
@@ -233,7 +233,7 @@ fn spawned(draft: &PieceDraft) -> Option<String> {
     Some(text)
 }
 
-/// Adds a collision group to the text, with the pairs in which it collides by default.
+/// Adds a collision group to the text, along with the pairs in which it collides by default.
 fn with_group(text: &str, group: &str) -> String {
     let Some(groups) = words(text, "groups") else { return text.to_owned() };
     if groups.iter().any(|known| known == group) {

@@ -11,7 +11,7 @@ use jostle_sim::{Shape, Vec2};
 
 /// Minimum distance between grid lines, CSS pixels.
 const GRID_CSS: f32 = 9.0;
-/// Half the size of a hero whose size is unknown, world units.
+/// Half the size assumed for a hero whose size is unknown, world units.
 const HERO_HALF: Vec2 = Vec2::new(8.0, 11.0);
 
 /// Draws the editor's overlay. `pixel` is the width of a CSS pixel in world units.
@@ -64,8 +64,8 @@ fn draw_piece(doc: &SceneDocument, piece: &Piece, strokes: &mut Vec<Stroke>) {
             for leg in legs.filter_map(|leg| leg.first_chunk()) {
                 strokes.push(Stroke::Line(ends(leg), Tone::Quiet));
             }
-            // The picture shows the last valid scene; an invalid text may have bodies that are missing there or are
-            // elsewhere.
+            // The picture shows the last valid scene; an invalid text may contain bodies that are missing there or
+            // positioned elsewhere.
             if let Some(shape) = doc.shape(piece).filter(|shape| !doc.is_shown(piece, *shape)) {
                 strokes.push(Stroke::Outline { shape, center, tone: Tone::Quiet });
             }
@@ -97,7 +97,7 @@ fn mark(doc: &SceneDocument, piece: &Piece, is_alone: bool, pixel: f32, strokes:
 /// Half the width of a sign plus a margin, CSS pixels.
 const SIGN_CSS: f32 = 13.0;
 
-/// The finest grid of 1, 5, 10, 50 and so on units whose lines are far enough apart.
+/// The spacing of the finest grid (1, 5, 10, 50 and so on times the unit) whose lines are far enough apart.
 fn grid(unit: f32, pixel: f32) -> f32 {
     let mut step = unit;
     for factor in [5.0, 2.0].into_iter().cycle().take(24) {

@@ -1,11 +1,11 @@
-//! Snapping to the unit of a world and to edges and centres of nearby pieces.
+//! Snapping to the world's unit and to the edges and centres of nearby pieces.
 
 use jostle_sim::Vec2;
 
-/// Worlds lower than this many units have a unit smaller than 1.
+/// Worlds whose height is below this have a snapping unit smaller than 1.
 const UNITS_MIN: f32 = 20.0;
 
-/// The unit of a world: 1, or less in a small world.
+/// The snapping unit of a world: 1, or less in a small world.
 pub fn unit_of(world: Vec2) -> f32 {
     let mut unit = 1.0;
     while world.y < UNITS_MIN * unit && unit > 0.001 {
@@ -14,7 +14,7 @@ pub fn unit_of(world: Vec2) -> f32 {
     unit
 }
 
-/// A rectangle that others align to.
+/// A rectangle to which others align.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extents {
     pub low: Vec2,
@@ -35,7 +35,7 @@ impl Extents {
     }
 }
 
-/// Lines to which something was aligned: the x of a vertical one and the y of a horizontal one.
+/// The lines to which something was aligned: the x of a vertical line and the y of a horizontal one.
 pub type Guides = [Option<f32>; 2];
 
 /// The settings and neighbours that snapping uses.
@@ -43,7 +43,7 @@ pub type Guides = [Option<f32>; 2];
 pub struct Snapping {
     /// Coordinates snap to multiples of this; 0 disables snapping.
     pub unit: f32,
-    /// Maximum distance at which edges of other pieces attract, world units.
+    /// Maximum distance at which the edges of other pieces attract, world units.
     pub reach: f32,
     pub others: Vec<Extents>,
 }
@@ -84,7 +84,7 @@ impl Snapping {
         if self.unit > 0.0 { (at / self.unit).round() * self.unit } else { at }
     }
 
-    /// The smallest shift that brings one of the marks onto a line of another piece, and that line.
+    /// The smallest shift that aligns one of the marks with a line of another piece, and that line.
     fn nearest(&self, axis: usize, marks: &[f32]) -> Option<(f32, f32)> {
         if self.unit <= 0.0 {
             return None;

@@ -1,4 +1,4 @@
-//! The state of the editor: a scene's text, what is selected in it, and what a hand does.
+//! The state of the editor: a scene's text, the selection, and the current gesture.
 
 use super::document::{FILE, SceneDocument};
 use super::drag::{DragTarget, EditGesture, EditPointer};
@@ -11,12 +11,12 @@ use crate::language::say;
 use jostle_sim::Vec2;
 use std::ops::Range;
 
-/// The editor of one text.
+/// An editor for one text.
 pub struct Editor {
     pub doc: SceneDocument,
     pub selection: Vec<PieceId>,
     pub(super) gesture: Option<EditGesture>,
-    /// Lines to which something is aligned now.
+    /// The lines to which the dragged piece is currently aligned.
     pub guides: Guides,
     /// The announcement for screen readers.
     pub said: String,
@@ -54,12 +54,12 @@ impl Editor {
         self.gesture.is_some()
     }
 
-    /// Whether a gesture is in progress that holds no piece and no handle.
+    /// Whether a gesture that holds neither a piece nor a handle is in progress.
     pub fn holds_nothing(&self) -> bool {
         self.gesture.as_ref().is_some_and(|gesture| gesture.grip == DragTarget::Box)
     }
 
-    /// Replaces the text as one step of the history.
+    /// Replaces the text as one history step.
     pub fn replace(&mut self, text: String, file: Option<&str>) {
         self.cancel();
         self.nudges = None;
@@ -68,13 +68,13 @@ impl Editor {
         self.doc.commit(text);
     }
 
-    /// Takes another text, as one step.
+    /// Replaces the text as one history step.
     pub(super) fn commit(&mut self, text: String) {
         self.doc.commit(text);
         self.prune();
     }
 
-    /// Deselects what is no longer there.
+    /// Deselects pieces that no longer exist.
     pub(super) fn prune(&mut self) {
         let sheet = &self.doc.sheet;
         self.selection.retain(|id| sheet.piece(*id).is_some());

@@ -4,22 +4,22 @@ use crate::language::{fill, say};
 
 /// Shown while the text is not valid TOML and pieces cannot be changed.
 pub const BROKEN: &str = "The text has an error: mend it first.";
-/// The browser's storage is full or not allowed.
+/// Shown when the browser's storage is full or blocked.
 pub const NOT_KEPT: &str =
     "This browser cannot keep the draft: save it as a file before you leave.";
-/// The text is empty.
+/// Shown when the text is empty.
 pub const EMPTY: &str = "Drag a piece into the picture to begin.";
-/// The piece's position is relative to a body.
+/// Shown when the piece's position is relative to a body.
 pub const FOLLOWS: &str = "It moves with the body that it follows.";
-/// The piece has no position.
+/// Shown when the piece has no position.
 pub const NO_PLACE: &str = "It has no place of its own: see its text.";
-/// One piece was deleted.
+/// Announces that one piece was deleted.
 pub const DELETED: &str = "Deleted.";
-/// Form titles without a selection, and with a spawn point selected.
+/// Form titles when nothing is selected and when a spawn point is selected.
 pub const SCENE: &str = "The scene";
 pub const HEROES: &str = "Heroes";
 
-/// Button labels for a body without a path, and with one.
+/// Button labels for a body without a path and for one that has a path.
 pub const ADD_PATH: &str = "Let it move on a path";
 pub const ADD_POINT: &str = "Add a point to its path";
 
@@ -27,7 +27,7 @@ pub fn pieces(count: usize) -> String {
     fill("{count} pieces", &[("count", &count.to_string())])
 }
 
-/// Several pieces were deleted.
+/// Announces that several pieces were deleted.
 pub fn deleted(count: usize) -> String {
     if count == 1 {
         say(DELETED).to_owned()

@@ -93,7 +93,7 @@ fn pieces_are_found_with_their_bytes() {
 #[test]
 fn a_drag_replaces_the_bytes_of_a_position() {
     let mut editor = yard();
-    // No edges of other pieces are near 40 to 61, so the piece snaps to the unit.
+    // The moved piece is not near any other piece's edges, so it snaps to the unit.
     drag(&mut editor, hand(40.0, 15.0), hand(101.3, 60.4));
     let changed = differing(YARD, editor.text());
     assert_eq!(changed, [("position = [40, 15]".into(), "position = [101, 60]".into())]);
@@ -191,7 +191,7 @@ fn an_empty_text_becomes_a_scene_with_each_piece_of_the_palette() {
         act(&mut editor, [EditorEvent::Undone]);
         assert_eq!(editor.text(), "", "{name}");
     }
-    // Add all pieces one after the other, too.
+    // Also add all pieces to the same text, one after another.
     let mut editor = Editor::open(String::new(), None);
     for (index, (make, _)) in Make::ALL.into_iter().enumerate() {
         act(&mut editor, [EditorEvent::Placed(make, Vec2::new(25.0 + 28.0 * index as f32, 90.0))]);
@@ -209,7 +209,7 @@ fn every_shipped_scene_takes_every_piece_of_the_palette() {
             let sheet = ScenePieces::read(&text).expect("it still is");
             assert!(sheet.piece(id).is_some_and(|piece| piece.place.is_some()), "{}", scene.name);
             let Err(error) = Scene::parse("scene.toml", &text) else { continue };
-            // A piece may overlap another or exceed a limit, but nothing required may be missing.
+            // A piece may overlap another one or exceed a limit, but no required field may be missing.
             let told = error.to_string();
             let known = ["inside", "entries", "round", "walk", "found 2 zones", "limits"];
             assert!(known.iter().any(|word| told.contains(word)), "{} {name}: {told}", scene.name);
@@ -244,7 +244,7 @@ fn a_text_with_an_error_keeps_the_last_pieces_and_is_not_dragged() {
     assert_eq!(editor.text(), broken);
 }
 
-/// How the scene parser's messages about allowed values begin.
+/// The beginnings of the scene parser's messages about allowed values.
 const RANGES: [&str; 6] =
     ["a number ", "a whole number ", "[x, y], each ", "true or false", "one of ", "a text of "];
 
@@ -391,7 +391,7 @@ fn a_body_gets_a_path_where_it_stands_and_the_path_more_points() {
     assert_eq!(editor.text(), wanted.replace("[10, 15], [", "[10, 15], [40, 15], ["));
     act(&mut editor, [EditorEvent::Undone, EditorEvent::Undone]);
     assert_eq!(editor.text(), YARD);
-    // A body that moved by itself now moves only on its path.
+    // A body that moved freely now moves only along its path.
     let text = YARD.replace("[40, 15]", "[40, 15]\nvelocity = [3, 0]\nmotion = \"dynamic\"");
     let mut editor = Editor::open(text, None);
     editor.select(vec![PieceId { list: List::Bodies, index: 1 }]);
@@ -409,7 +409,7 @@ fn two_presses_add_a_point_to_a_path_and_remove_one() {
     assert!(editor.path_offer().is_some(), "it is selected");
     double(&mut editor, 70.0, 15.0);
     assert_eq!(editor.text(), before);
-    // The last two points stay.
+    // The last two points cannot be removed.
     double(&mut editor, 100.0, 15.0);
     assert_eq!(editor.text(), before);
     act(&mut editor, [EditorEvent::Undone, EditorEvent::Undone]);

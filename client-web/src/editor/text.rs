@@ -7,7 +7,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// A list of a scene file whose entries have a position in the picture.
+/// A list in a scene file whose entries have a position in the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum List {
     /// `[[bodies]]`.
@@ -29,7 +29,7 @@ impl List {
     pub const ALL: [List; 6] =
         [List::Zones, List::Layouts, List::Bodies, List::Emitters, List::Launchers, List::Spawns];
 
-    /// The list's path in the file.
+    /// The list's path in the scene file.
     pub fn path(self) -> &'static str {
         match self {
             List::Bodies => "bodies",
@@ -42,7 +42,7 @@ impl List {
     }
 }
 
-/// Identifies a piece by its place in the file.
+/// Identifies a piece by its location in the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct PieceId {
     /// The list that contains the piece.
@@ -90,21 +90,21 @@ pub enum Extent {
     Radius(Number),
     /// `size`, the full width and height.
     Size(Point),
-    /// The text gives no size; it follows from the kind.
+    /// The text gives no size, so the kind determines it.
     Unsaid,
 }
 
-/// An entry of the text that has a position.
+/// An entry in the text that has a position.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Piece {
-    /// The piece's place in the file.
+    /// The piece's location in the file.
     pub id: PieceId,
-    /// The value of `kind`, or a name for the kind of list entry.
+    /// The value of `kind`. If there is none, the list's name in the singular, such as `zone`.
     pub kind: String,
-    /// The value of `name`.
+    /// The piece's `name`, if it has one.
     pub name: Option<String>,
-    /// The piece's bytes. For a table these are the comments right above the header, the header, and all fields to the
-    /// end of the last line; for an entry within a list, its brackets and everything between them.
+    /// The piece's bytes. For a table, these are the comments directly above the header, the header, and all fields up
+    /// to the end of the last line; for an entry within a list, its brackets and everything between them.
     pub bytes: Range<usize>,
     /// Whether the piece is within the brackets of a list and has no header.
     pub inline: bool,
@@ -114,7 +114,7 @@ pub struct Piece {
     pub extent: Extent,
     /// Why the piece cannot be dragged; `None` if it can.
     pub stuck: Option<&'static str>,
-    /// Whether other tables lie between this piece's tables; it is then neither removed nor copied as a whole.
+    /// Whether other tables lie between this piece's tables. If so, it is neither removed nor copied as a whole.
     pub scattered: bool,
 }
 
@@ -148,7 +148,7 @@ impl Piece {
 /// The pieces of a text.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ScenePieces {
-    /// The pieces in the order of [`List::ALL`] and, within a list, of the file.
+    /// The pieces, in the order of [`List::ALL`] and, within a list, in file order.
     pub pieces: Vec<Piece>,
     /// The value of `size`, if valid.
     pub world: Option<Vec2>,
@@ -174,7 +174,7 @@ impl ScenePieces {
         Some(ScenePieces { pieces, world })
     }
 
-    /// The piece with an id.
+    /// The piece with this id.
     pub fn piece(&self, id: PieceId) -> Option<&Piece> {
         self.pieces.iter().find(|piece| piece.id == id)
     }
@@ -270,13 +270,13 @@ pub fn number(value: &Spanned<DeValue>) -> Option<Number> {
     number.value.is_finite().then_some(number)
 }
 
-/// The bytes of a table whose header is at `header`, including the comments right above it.
+/// The bytes of a table whose header is at `header`, including the comments directly above it.
 fn table_bytes(text: &str, header: usize, table: &DeTable) -> Range<usize> {
     let start = with_comments(text, line_start(text, header));
     start..line_end(text, last_byte(table).max(header))
 }
 
-/// Whether the bytes of a table contain a header of another table.
+/// Whether a table's bytes contain the header of another table.
 fn is_scattered(
     text: &str,
     all: &[usize],
@@ -289,7 +289,7 @@ fn is_scattered(
     all.iter().filter(|at| bytes.contains(at)).any(|at| foreign(&at))
 }
 
-/// The offsets of the headers of all tables within a table.
+/// The offsets of the headers of all nested tables.
 fn headers(text: &str, table: &DeTable) -> Vec<usize> {
     let mut found = Vec::new();
     let mut look = |value: &Spanned<DeValue>| {
@@ -308,7 +308,7 @@ fn headers(text: &str, table: &DeTable) -> Vec<usize> {
     found
 }
 
-/// The last byte of anything in a table.
+/// The last byte that belongs to anything in a table.
 pub fn last_byte(table: &DeTable) -> usize {
     let ends = table.iter().map(|(key, value)| {
         let inner = value.get_ref().as_table().map_or(0, last_byte);

@@ -14,19 +14,19 @@ use super::text::{List, Piece, PieceId, Place, ScenePieces, vector};
 use jostle_sim::Vec2;
 use jostle_sim::short_sort::sort_few;
 
-/// Nudges with shorter pauses between them form one history step, milliseconds.
+/// Maximum pause between nudges that form one history step, milliseconds.
 const NUDGE_MS: f64 = 700.0;
-/// Distance of a nudge with Shift, steps.
+/// Distance of a nudge while Shift is held, steps.
 const NUDGE_FAR: f32 = 10.0;
-/// Half the length of a new path, in the world's smallest steps.
+/// Half the length of a new path, in the world's snapping units.
 const PATH_REACH: f32 = 30.0;
 /// The period of a new path, seconds.
 const PATH_PERIOD: &str = "4";
 
-/// Offset of a copy from its original on each axis, units.
+/// Offset between a copy and its original on each axis, units.
 const COPY_UNITS: f32 = 4.0;
 
-/// An action on the editor.
+/// An event that the editor handles.
 #[derive(Clone, Debug, PartialEq)]
 pub enum EditorEvent {
     /// The text was changed by typing.
@@ -39,43 +39,43 @@ pub enum EditorEvent {
     Cancelled,
     /// A pointer took a piece from the palette.
     Taken(Make, i32),
-    /// A piece is added at this point.
+    /// A piece was added at this point.
     Placed(Make, Vec2),
-    /// The selection moves by a step.
+    /// The selection was moved by a step.
     Nudged {
         way: Vec2,
-        /// By ten units instead of one.
+        /// Whether it moves by ten units instead of one.
         far: bool,
     },
-    /// The selection is duplicated.
+    /// The selection was duplicated.
     Duplicated,
-    /// The selected body gets a path, or its path gets another point.
+    /// The selected body got a path, or its path got another point.
     PathExtended,
-    /// The selection is removed.
+    /// The selection was deleted.
     Deleted,
-    /// The last step is undone.
+    /// The last step was undone.
     Undone,
-    /// The last undone step is redone.
+    /// The last undone step was redone.
     Redone,
-    /// Selects the next piece.
+    /// The next piece was selected.
     Next {
-        /// Selects the previous piece instead.
+        /// Whether the previous piece was selected instead.
         back: bool,
     },
-    /// The selection is cleared.
+    /// The selection was cleared.
     Deselected,
     SelectedAll,
-    /// A field is set to this TOML value, or removed.
+    /// A field was set to this TOML value, or removed.
     FieldSet(String, Option<String>),
 }
 
 impl Editor {
-    /// Applies an action at the given time.
+    /// Handles an event at the given time.
     pub fn update(&mut self, now_ms: f64, deed: EditorEvent) {
         if !matches!(deed, EditorEvent::Nudged { .. }) {
             self.nudges = None;
         }
-        // Any action other than the pointer's cancels the current gesture.
+        // Anything but a pointer event cancels the current gesture.
         let held = self.is_held();
         if !matches!(deed, EditorEvent::Down(_) | EditorEvent::Moved(_) | EditorEvent::Up(_)) {
             self.cancel();
@@ -142,7 +142,7 @@ impl Editor {
                 first
             }
         };
-        // Nudges that return to the start are not a step.
+        // Nudges that end where they started are not recorded as a step.
         self.nudges = (first != self.text()).then_some((first, now_ms));
         self.select(self.selection.clone());
     }
@@ -240,7 +240,7 @@ impl Editor {
         self.change(vec![Splice::insert(value.end, format!(", [{x}, {y}]"))]);
     }
 
-    /// Removes a point of the selected body's path. At least two points remain.
+    /// Removes a point from the selected body's path. At least two points remain.
     pub(super) fn remove_point(&mut self, index: usize) {
         let piece = self.path_body().filter(|piece| path_of(piece).len() > 2);
         let Some(piece) = piece else { return };

@@ -20,13 +20,13 @@ pub enum Action {
     Team,
     /// Opens the emote wheel.
     Emote,
-    /// Asks for the next round.
+    /// Requests the next round.
     Again,
     Mute,
     FullScreen,
     /// Switches between playing and editing a scene.
     Edit,
-    /// Saves the last seconds as a replay.
+    /// Saves the last few seconds as a replay.
     Clip,
 }
 
@@ -67,7 +67,7 @@ impl Action {
         Action::ALL.into_iter().find(|action| action.id() == id)
     }
 
-    /// The game buttons that the action presses; none for actions of the page.
+    /// The game buttons that the action presses; none if the action concerns only the page.
     pub fn buttons(self) -> Buttons {
         match self {
             Action::Up => Buttons::UP,
@@ -143,7 +143,7 @@ pub const PAD: [(u8, Action); 10] = [
 ];
 
 /// The default actions of a key, given its position and letter. Steering positions take precedence over letters: on a
-/// French keyboard, Z is in the position of W and steers up, while the W key makes.
+/// French keyboard, Z is in the position of W and steers up, while the key labelled W triggers `Make`.
 pub fn usual(place: &str, letter: &str) -> Vec<Action> {
     let letter = letter.to_lowercase();
     let steers = PLACES.iter().filter(|(code, _)| *code == place).map(|(_, action)| *action);

@@ -1,10 +1,10 @@
-//! The keys that the player chose, and the labels on their caps.
+//! The keys that the player chose, and the labels on the keycaps.
 
 use crate::input::action::{Action, LETTERS, PLACES, usual};
 use jostle_game::Buttons;
 use litemap::LiteMap;
 
-/// Keys chosen by the player. An action with a chosen key has no other key; the rest keep their defaults.
+/// Keys chosen by the player. An action with a chosen key has no other keys; all other actions keep their defaults.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Bindings {
     /// Actions and the codes of their keys (`KeyboardEvent.code`); an empty code means no key.
@@ -12,7 +12,7 @@ pub struct Bindings {
 }
 
 impl Bindings {
-    /// Parses the output of [`Bindings::text`] and skips invalid entries.
+    /// Parses the output of [`Bindings::text`], skipping invalid entries.
     pub fn parse(text: &str) -> Bindings {
         let entry = |entry: &str| {
             let (id, code) = entry.split_once('=')?;
@@ -27,7 +27,7 @@ impl Bindings {
         entries.collect::<Vec<_>>().join(",")
     }
 
-    /// All actions of a key.
+    /// All actions that a key triggers.
     pub fn actions(&self, place: &str, letter: &str) -> Vec<Action> {
         let own = self.own.iter().filter(|(_, code)| code == place).map(|(action, _)| *action);
         let own: Vec<Action> = own.collect();
@@ -44,7 +44,7 @@ impl Bindings {
         Buttons(actions.fold(0, |all, action| all | action.buttons().0))
     }
 
-    /// The code of the action's key, if it has one.
+    /// The code of the action's key, if any.
     pub fn place(&self, action: Action) -> Option<&str> {
         match self.own_key(action) {
             Some(own) => Some(own).filter(|own| !own.is_empty()),
@@ -56,7 +56,7 @@ impl Bindings {
         self.own.iter().find(|(owner, _)| *owner == action).map(|(_, code)| code.as_str())
     }
 
-    /// The default keys of an action that are not assigned to others.
+    /// The default keys of an action that are not assigned to other actions.
     fn usual_places(&self, action: Action) -> impl Iterator<Item = &'static str> {
         let steering =
             PLACES.iter().filter(move |(_, does)| *does == action).map(|(code, _)| *code);
@@ -65,8 +65,8 @@ impl Bindings {
         steering.chain(named).filter(|code| !self.own.iter().any(|(_, own)| own == code))
     }
 
-    /// Gives an action this key and no other. Actions that thereby lose their only key get the former key of this
-    /// action; returns the last one that changed.
+    /// Gives an action this key and no other. Actions that lose their only key as a result get this action's former
+    /// key; returns the last one that changed.
     pub fn assign(&mut self, action: Action, place: &str, letter: &str) -> Option<Action> {
         let displaced = self.actions(place, letter);
         let former = self.place(action).unwrap_or_default().to_owned();
@@ -88,7 +88,7 @@ impl Bindings {
     }
 }
 
-/// The labels on the keyboard's caps, as far as known.
+/// The known labels of the keyboard's keys.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct KeyboardLayout {
     labels: LiteMap<String, String>,
@@ -129,7 +129,8 @@ impl KeyboardLayout {
         }
     }
 
-    /// Whether the key with this letter triggers the action, or no key with the letter is known.
+    /// Whether the key with this letter triggers the action or, if no such key is known, whether the label of the
+    /// action's key is unknown.
     fn has(&self, letter: &str, bindings: &Bindings, action: Action) -> bool {
         let upper = letter.to_uppercase();
         match self.labels.iter().find(|(_, label)| **label == upper) {

@@ -1,11 +1,11 @@
-//! Combines keys, pointer and touches into [`Input`]s. Positions arrive as fractions of the canvas and leave in world
+//! Combines keys, pointer and touches into [`Input`]s. Positions come in as fractions of the canvas and go out in world
 //! units.
 
 use crate::view::frame::View;
 use jostle_game::{Buttons, Input};
 use jostle_sim::Vec2;
 
-/// Everything that is pressed now.
+/// Everything that is currently pressed.
 #[derive(Debug, Default)]
 pub struct Controls {
     /// Keys that are down, by code, with the buttons that each pressed. Two keys may press the same button, and a
@@ -15,8 +15,8 @@ pub struct Controls {
     pointed: Buttons,
     /// Buttons pressed on a gamepad, including by its sticks.
     pub pad: Buttons,
-    /// Last pointer position as fractions of the canvas's width and height. Pixels would not do: adaptive quality may
-    /// change the canvas's resolution while the pointer rests.
+    /// Last pointer position as fractions of the canvas's width and height. Pixels would not work, because adaptive
+    /// quality may change the canvas's resolution while the pointer rests.
     pointer: Option<Vec2>,
 }
 
@@ -34,13 +34,13 @@ impl Controls {
         held.map(|index| self.keys.swap_remove(index)).is_some()
     }
 
-    /// Sets or clears buttons other than keys.
+    /// Presses or releases buttons that do not come from keys.
     pub fn press(&mut self, buttons: Buttons, down: bool) {
         self.pointed.0 =
             if down { self.pointed.0 | buttons.0 } else { self.pointed.0 & !buttons.0 };
     }
 
-    /// Sets the directions of the stick, replacing the last ones.
+    /// Sets the directions of the stick, replacing the previous ones.
     pub fn steer(&mut self, directions: Buttons) {
         let all = Buttons::UP.0 | Buttons::LEFT.0 | Buttons::DOWN.0 | Buttons::RIGHT.0;
         self.pointed.0 = self.pointed.0 & !all | directions.0 & all;

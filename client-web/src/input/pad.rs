@@ -1,4 +1,4 @@
-//! Gamepads in the browser's standard mapping: turns the state of a pad into pressed buttons and an aim.
+//! Gamepads in the browser's standard mapping. The state of a pad is turned into pressed buttons and an aim.
 
 use crate::input::action::{Action, PAD};
 use crate::input::stick;
@@ -13,7 +13,7 @@ const CROSS: [(u8, Buttons); 4] =
 /// Buttons that cannot be bound: the two stick buttons, which are easily pressed by mistake while steering, and the
 /// system button.
 const DEAD: [u8; 3] = [10, 11, 16];
-/// The default dead zone, percent of a stick's range.
+/// The default dead zone as a percentage of a stick's range.
 pub const DEAD_ZONE: u8 = 25;
 /// The range of dead zones that can be chosen.
 pub const DEAD_ZONES: [u8; 2] = [5, 60];
@@ -27,7 +27,7 @@ pub struct PadState {
     pub sticks: [Vec2; 2],
 }
 
-/// The actions, buttons and aim that result from the state of a pad.
+/// The actions, buttons and aim that result from a pad's state.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PadInput {
     /// One bit per [`Action`].
@@ -43,7 +43,7 @@ pub struct PadInput {
 pub struct PadBindings {
     /// The action of each button.
     actions: [Option<Action>; BUTTONS as usize],
-    /// The dead zone, percent of a stick's range.
+    /// The dead zone as a percentage of a stick's range.
     pub dead_zone: u8,
 }
 
@@ -82,7 +82,8 @@ impl PadBindings {
         (0..BUTTONS).find(|button| self.actions[usize::from(*button)] == Some(action))
     }
 
-    /// Gives an action this button. If another action had the button, the two swap and that action is returned.
+    /// Gives an action this button. If another action had this button, the two actions swap buttons, and that action is
+    /// returned.
     pub fn assign(&mut self, action: Action, button: u8) -> Option<Action> {
         if !is_free(button) {
             return None;

@@ -1,27 +1,27 @@
-//! Sends inputs to the server. Every change of buttons is sent once, immediately. Moves and repeats wait for a tick in
-//! which no other input is played, so that no queue builds up at the server.
+//! Sends inputs to the server. Every change of buttons is sent exactly once, immediately. Moves and repeats wait for a
+//! tick in which no other input is played, so that no queue builds up at the server.
 
 use jostle_game::{Buttons, Input};
 use std::collections::VecDeque;
 
-/// Inputs per second; the server plays one per tick.
+/// Number of inputs per second; the server plays one per tick.
 const RATE_HZ: f64 = 60.0;
-/// Inputs that may be sent at once after a pause: a press, its release and a move.
+/// Number of inputs that may be sent at once after a pause: a press, its release and a move.
 const BURST: f64 = 3.0;
-/// Maximum queued inputs when changes come faster than ticks; the oldest moves are dropped first.
+/// Maximum number of queued inputs when changes come faster than ticks; the oldest moves are dropped first.
 const WAITING_MAX: usize = 8;
 /// Interval at which an unchanged input is repeated as a heartbeat.
 const REPEAT_MS: f64 = 80.0;
 
 /// After this time an input is sent regardless of booked ticks; otherwise the server would release all keys.
 const OVERDUE_MS: f64 = 160.0;
-/// If another input is played in the tick before, a move is sent only after this share of a tick. If sent sooner, it
-/// could arrive a little early and collide with that input.
+/// If another input is played in the preceding tick, a move is sent only after this fraction of a tick. If sent sooner,
+/// it could arrive a little early and collide with that input.
 const PHASE_MIN: f64 = 0.25;
-/// Maximum ticks booked ahead; more indicates an error.
+/// Maximum number of ticks booked ahead; more would indicate an error.
 const BOOKED_AHEAD_MAX: u32 = 90;
 
-/// The queue of outgoing inputs.
+/// The queue for outgoing inputs.
 #[derive(Debug)]
 pub struct InputSender {
     waiting: VecDeque<Input>,
@@ -65,7 +65,7 @@ impl InputSender {
         self.waiting.push_back(input);
     }
 
-    /// Whether an input releases a button that the newest queued input is dragging with.
+    /// Whether an input releases a button with which the newest queued input is dragging.
     fn ends_a_drag(&self, input: Input) -> bool {
         const DRAGS: u16 = Buttons::FIRE.0 | Buttons::HOLD.0;
         self.waiting
@@ -98,8 +98,8 @@ impl InputSender {
         let input = self.waiting.front().copied().or(repeat)?;
         let urgent = self.last.is_none_or(|last| last.buttons() != input.buttons());
         let overdue = now_ms - self.sent_ms >= OVERDUE_MS;
-        // Frames may stay at one phase of the tick for seconds. If the previous tick is free too, the move may arrive
-        // in it.
+        // Frames may fall at the same phase of the tick for seconds on end. If the previous tick is free too, the move
+        // may arrive in it.
         let ahead = tick.saturating_sub(self.booked);
         let fits = overdue || ahead > 1 || ahead == 1 && moment.rem_euclid(1.0) >= PHASE_MIN;
         if self.allowance < 1.0 || !(urgent || fits) {
@@ -114,7 +114,7 @@ impl InputSender {
         Some((self.seq, input))
     }
 
-    /// Sent inputs are played later than expected, up to this tick.
+    /// Notes that sent inputs are played later than expected, up to this tick.
     pub fn book_until(&mut self, tick: u32) {
         self.booked = self.booked.max(tick);
     }

@@ -1,4 +1,4 @@
-//! The thumb stick: turns the thumb's offset from where it touched down into four directions.
+//! The thumb stick, which turns the thumb's offset from where it touched down into four directions.
 
 use jostle_game::Buttons;
 use jostle_sim::Vec2;
@@ -37,7 +37,7 @@ pub fn sectors(offset: Vec2) -> Buttons {
     Buttons(bits)
 }
 
-/// The offset of the knob: that of the thumb, limited to the ring.
+/// The offset of the knob, which is that of the thumb limited to the ring.
 pub fn knob(offset: Vec2) -> Vec2 {
     let length = offset.length();
     if length > RADIUS_PX { offset * (RADIUS_PX / length) } else { offset }

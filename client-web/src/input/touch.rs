@@ -4,9 +4,9 @@
 use jostle_game::Buttons;
 use jostle_sim::Vec2;
 
-/// Fraction of the canvas's width used by the stick.
+/// Fraction of the canvas's width that the stick uses.
 const STICK_WIDTH: f32 = 0.45;
-/// Fraction of the canvas's height, from the bottom, used by the stick.
+/// Fraction of the canvas's height, measured from the bottom, that the stick uses.
 const STICK_HEIGHT: f32 = 0.6;
 
 /// The role of a finger on the canvas.
@@ -24,7 +24,7 @@ pub enum Touched {
     Lean(Vec2),
     /// The stick was released.
     Loose,
-    /// A tool is pressed or released at the finger.
+    /// A tool is pressed or released at the finger's position.
     Aim(Buttons, bool),
     /// The aiming finger moved.
     Move,
@@ -42,12 +42,13 @@ pub struct Fingers {
 }
 
 impl Fingers {
-    /// Creates a state without fingers, with or without a stick, and with the tool of the first aiming finger.
+    /// Creates a state without fingers. `steers` says whether there is a stick, and `armed` is the first aiming
+    /// finger's tool.
     pub fn new(steers: bool, armed: Buttons) -> Fingers {
         Fingers { armed, steers, down: Vec::new() }
     }
 
-    /// A finger touched down at a point on a canvas of this size (CSS pixels).
+    /// Handles a finger that touches down at this point on a canvas of this size (CSS pixels).
     pub fn down(&mut self, pointer: i32, at: Vec2, size: Vec2) -> Touched {
         let steering = self.down.iter().any(|f| matches!(f, Finger::Steers { .. }));
         let on_stick = at.x < size.x * STICK_WIDTH && at.y > size.y * (1.0 - STICK_HEIGHT);
@@ -85,7 +86,7 @@ impl Fingers {
         })
     }
 
-    /// A finger was lifted. The tool that it pressed is released, even if another tool is armed by now.
+    /// Handles a lifted finger by releasing the tool that it pressed, even if another tool has been armed since.
     pub fn up(&mut self, pointer: i32) -> Touched {
         let finger = self.finger(pointer);
         self.down.retain(|f| Some(*f) != finger);

@@ -1,4 +1,4 @@
-//! Finds every sentence of the page and checks that each language has it.
+//! Finds every sentence of the page and checks that it exists in each language.
 
 use super::*;
 use jostle_game::Scene;
@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The languages, by the names of their files in `web`.
+/// The languages, identified by the names of their files in `web`.
 const LANGUAGES: [(&str, &str); 1] = [("de", include_str!("../../web/de.txt"))];
 /// Files in which every literal is shown to the user.
 const ALL_SENTENCES: [&str; 5] = [
@@ -18,7 +18,7 @@ const ALL_SENTENCES: [&str; 5] = [
     "editor/strings.rs",
     "replay/error.rs",
 ];
-/// Attributes of the document that are read out or shown; the style sheet shows the last three.
+/// Attributes of the document that are shown or read out; the style sheet shows the last three.
 const ATTRIBUTES: [&str; 7] =
     ["aria-label", "title", "placeholder", "alt", "data-more", "data-first", "data-last"];
 
@@ -68,7 +68,7 @@ fn a_sentence_is_said_in_the_chosen_language() {
     assert_eq!(fill("{count} of {all}", &parts), "3 of {count}");
 }
 
-/// The names of the placeholders of a sentence.
+/// The names of the placeholders in a sentence.
 fn names(sentence: &str) -> BTreeSet<&str> {
     let rest = std::iter::successors(placeholder(sentence), |part| placeholder(part.2));
     rest.map(|(_, name, _)| name).collect()
@@ -93,7 +93,7 @@ fn sentences() -> BTreeSet<String> {
     found
 }
 
-/// Numbers, symbols and key names are the same in every language.
+/// Whether a text needs translating. Numbers, symbols and key names are the same in every language.
 fn is_sentence(text: &str) -> bool {
     let letters = |word: &str| word.chars().filter(|letter| letter.is_alphabetic()).count();
     let bare = std::iter::successors(Some(("", "", text)), |part| placeholder(part.2));
@@ -158,9 +158,9 @@ fn document() -> &'static str {
     include_str!("../../web/index.html")
 }
 
-/// Collects texts and attributes of the document in the way that `dom/language.rs` finds them in the browser.
+/// Collects the document's texts and attributes the way `dom/language.rs` does in the browser.
 fn in_document(document: &str, found: &mut BTreeSet<String>) {
-    // Without JavaScript the page is always in English.
+    // Without JavaScript, the page is always in English.
     let document = document.split("<noscript>").next().expect("a first part");
     for part in document.split('<').skip(1) {
         let (tag, text) = part.split_once('>').expect("a tag ends");

@@ -9,33 +9,33 @@ pub fn bots_alone(card: &SceneCard) -> u32 {
     bots_beside_one(card.heroes, [card.fill, card.players_min, card.players_max])
 }
 
-/// The number of bots for a player alone, from a scene's settings: enough to fill a room as on the server, and at least
-/// enough for a round to begin. Zero in scenes without heroes.
+/// The number of bots for a single player, given a scene's settings: enough to fill a room as on the server, and at
+/// least enough for a round to begin. Zero in scenes without heroes.
 pub fn bots_beside_one(heroes: bool, [fill, players_min, players_max]: [u32; 3]) -> u32 {
     let seats = if heroes { fill.max(players_min).min(players_max) } else { 1 };
     seats.saturating_sub(1)
 }
 
-/// Whether the best run is the fastest one.
+/// Whether the fastest run is the best one.
 pub fn is_timed(table: &RecordTable) -> bool {
     table.measure == "time"
 }
 
-/// A link that plays the replay of a run.
+/// A link for watching the replay of a run.
 pub fn watch(run: &RecordCard) -> String {
     format!("#replay=/records/{}.jostle", run.name)
 }
 
-/// A link that plays the scene of a run alone, against the run's ghost.
+/// A link for playing a run's scene alone, against the run's ghost.
 pub fn race(run: &RecordCard, scene: &str) -> String {
     let number = run.name.rsplit('-').next().unwrap_or_default();
     format!("#alone={scene}&bots=0&ghost={number}.{}.{}", run.begin, run.seat)
 }
 
-/// Path of the server's static files.
+/// Path to the server's static files.
 pub const FILES: &str = "/assets";
 
-/// The address of a scene file below the path of all files.
+/// The address of a scene file, given the path that contains all files.
 pub fn scene_file(files: &str, name: &str) -> String {
     format!("{files}/scenes/{name}.toml")
 }
@@ -45,7 +45,7 @@ pub fn replay_file(name: &str) -> String {
     format!("/replays/{name}.jostle")
 }
 
-/// The name of the replay in a path of the page.
+/// The name of the replay in the page's path.
 pub fn replay_name(path: &str) -> Option<&str> {
     let name = path.strip_prefix("/replay/")?.trim_end_matches('/');
     let name = name.strip_suffix(".jostle").unwrap_or(name);
@@ -58,7 +58,7 @@ pub fn query_value<'a>(query: &'a str, name: &str) -> Option<&'a str> {
     pairs.filter(|(key, _)| *key == name).map(|(_, value)| value).next()
 }
 
-/// The error of a rejected scene, reported for a file of this name.
+/// The error for a rejected scene, reported against the file of this name.
 pub fn scene_error(refused: Posted, file: &str) -> Option<SceneError> {
     Some(SceneError {
         file: file.to_owned(),
@@ -69,13 +69,13 @@ pub fn scene_error(refused: Posted, file: &str) -> Option<SceneError> {
     })
 }
 
-/// An error about a whole file, in the form that the scene parser reports.
+/// An error about a whole file, in the form in which the scene parser reports errors.
 pub fn file_error(file: &str, found: &str, allowed: &str) -> SceneError {
     let (file, found, allowed) = (file.to_owned(), found.to_owned(), allowed.to_owned());
     SceneError { file, line: 1, field: "file".to_owned(), found, allowed }
 }
 
-/// Parses an answer with the browser's JSON parser, since one in Rust would add to the download.
+/// Parses an answer with the browser's JSON parser, since one in Rust would increase the download size.
 #[cfg(target_arch = "wasm32")]
 pub fn parse<T: DeserializeOwned>(answer: &str) -> Option<T> {
     serde_wasm_bindgen::from_value(js_sys::JSON::parse(answer).ok()?).ok()
@@ -108,9 +108,9 @@ pub enum Request {
 
 /// Timeout of a call, milliseconds.
 const TIMEOUT_MS: u32 = 8000;
-/// Timeout of a call for which the server first tests a scene, after those in its queue.
+/// Timeout of a call that makes the server test a scene, after any that are queued before it.
 const TRIAL_TIMEOUT_MS: u32 = 40_000;
-/// Timeout of a call for which the server replays a run, after those in its queue.
+/// Timeout of a call that makes the server replay a run, after any that are queued before it.
 const RUN_TIMEOUT_MS: u32 = 90_000;
 
 impl Request {
@@ -150,7 +150,7 @@ impl Request {
     }
 }
 
-/// The scene that "Play" prefers, and opens if no room has players.
+/// The scene that "Play" prefers, and that it opens if no room has players.
 pub const FIRST_SCENE: &str = "splash";
 
 /// The room with the most connected players and a free seat in which a newcomer can play against others immediately.

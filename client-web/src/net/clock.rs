@@ -1,5 +1,5 @@
-//! Clock synchronisation: estimates the server's tick from the arrival of snapshots, and paces the displayed tick,
-//! which trails it by the interpolation delay. The current time is passed in as an argument.
+//! Clock synchronisation, which estimates the server's tick from the arrival of snapshots and paces the displayed tick,
+//! which trails the server's by the interpolation delay. The current time is passed in as an argument.
 
 use std::collections::VecDeque;
 
@@ -7,11 +7,11 @@ use std::collections::VecDeque;
 pub const TICK_MS: f64 = 1000.0 / jostle_sim::TICKS_PER_SECOND as f64;
 /// The delay on a perfect connection, ticks: the interval between two snapshots.
 pub const DELAY_TICKS_MIN: f64 = 1.0;
-/// Maximum delay, ticks. Worse connections show their stalls.
+/// Maximum delay, ticks. On worse connections stalls become visible.
 pub const DELAY_TICKS_MAX: f64 = 30.0;
-/// Maximum ticks that the display runs past the newest known tick.
+/// Maximum number of ticks by which the display runs past the newest known tick.
 pub const AHEAD_TICKS_MAX: f64 = 2.0;
-/// Arrivals older than this no longer describe the connection.
+/// Arrivals older than this no longer reflect the state of the connection.
 const WINDOW_MS: f64 = 1000.0;
 /// A late snapshot lengthens the delay immediately. Without further late ones, the excess falls to about a third (1/e)
 /// in this time, milliseconds.
@@ -25,7 +25,7 @@ const RATE_DEVIATION_MAX: f64 = 0.15;
 #[derive(Debug, Default)]
 pub struct Clock {
     arrivals: VecDeque<Transit>,
-    /// Worst lateness of recent snapshots, ticks: the jitter.
+    /// Greatest lateness of any recent snapshot, ticks: the jitter.
     pub lateness_ticks: f64,
     measured_ms: f64,
     /// The newest known tick.
@@ -41,7 +41,7 @@ pub struct Arrival {
     pub tick: u32,
     /// The first tick about which the message brings new information.
     pub first: u32,
-    /// Ticks until the next message is due, at least 1; more while nothing moves.
+    /// Ticks until the next message is due: at least 1, and more while nothing moves.
     pub ticks_until_next: u32,
 }
 
@@ -69,8 +69,8 @@ impl Clock {
         self.known = Some(arrival.tick + arrival.ticks_until_next - 1);
     }
 
-    /// From now on snapshots take another route, so earlier transit times no longer apply. The display waits at its
-    /// current position for the first one.
+    /// Starts measuring transit times anew, because snapshots now take another route. The display waits at its current
+    /// position for the first one.
     pub fn restart(&mut self, now_ms: f64) {
         self.arrivals.clear();
         self.updated_ms = now_ms;
@@ -95,7 +95,7 @@ impl Clock {
         self.arrivals.iter().map(|a| a.origin_ms).reduce(f64::min)
     }
 
-    /// The newest tick that the server can have sent by now.
+    /// The newest tick that the server can have sent so far.
     pub fn server_tick(&self, now_ms: f64) -> Option<f64> {
         self.origin_ms().map(|origin| (now_ms - origin) / TICK_MS)
     }
@@ -105,8 +105,8 @@ impl Clock {
         (self.lateness_ticks + DELAY_TICKS_MIN).clamp(DELAY_TICKS_MIN, DELAY_TICKS_MAX)
     }
 
-    /// The fractional tick to show at `now_ms`; never runs backwards except in a jump, and `None`
-    /// before the first snapshot.
+    /// The fractional tick to show at `now_ms`; it never runs backwards except in a jump, and is `None` before the
+    /// first snapshot.
     pub fn display(&mut self, now_ms: f64) -> Option<f64> {
         let wanted = self.server_tick(now_ms)? - self.delay_ticks();
         let limit = f64::from(self.known?) + AHEAD_TICKS_MAX;
@@ -124,7 +124,7 @@ impl Clock {
     }
 }
 
-/// The step that moves the displayed time towards `error` ticks ahead without a visible change of speed.
+/// The step that takes the displayed time towards a target `error` ticks ahead without a visible change of speed.
 pub(crate) fn paced(elapsed: f64, error: f64) -> f64 {
     let correction = (error - elapsed) * 0.1;
     let limit = elapsed * RATE_DEVIATION_MAX;

@@ -1,4 +1,4 @@
-//! Small HTTP calls to the page's server.
+//! Small HTTP requests to the page's server.
 
 use crate::net::api::Request;
 use crate::net::report::Fetched;
@@ -33,8 +33,8 @@ pub fn fetch(path: &str, done: impl FnOnce(Fetched) + 'static) {
     request.set_onloadend(Some(closure.unchecked_ref()));
 }
 
-/// Makes a call to an address, then calls `done` with the answer's text, or with `None` if no answer came. A refusal by
-/// the server counts as an answer.
+/// Sends a request to an address, then calls `done` with the text of the response, or with `None` if there was none. A
+/// refusal by the server counts as a response.
 pub fn call(
     call: &Request,
     (method, path): (&str, &str),

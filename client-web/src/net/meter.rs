@@ -1,8 +1,8 @@
-//! Measurements of a connection and of drawing, over the last second.
+//! Measurements of the connection and of drawing over the last second.
 
 use std::collections::VecDeque;
 
-/// Time over which rates are measured, milliseconds.
+/// The time over which rates are measured, milliseconds.
 const WINDOW_MS: f64 = 1000.0;
 /// Weight of a new round trip in the displayed average.
 const PING_SHARE: f64 = 0.3;
@@ -26,7 +26,7 @@ impl Traffic {
     pub const ALL: [Traffic; 5] =
         [Traffic::Snapshot, Traffic::Keyframe, Traffic::Answer, Traffic::Input, Traffic::Question];
 
-    /// Whether the server sends this kind.
+    /// Whether it is the server that sends this kind.
     pub fn comes_in(self) -> bool {
         !matches!(self, Traffic::Input | Traffic::Question)
     }
@@ -41,12 +41,12 @@ pub struct Meter {
     pub ping_ms: Option<f64>,
     /// Sections received so far, and in how many snapshots each occurred.
     pub sections: Vec<(&'static str, u64)>,
-    /// Events that started emitters.
+    /// Number of events that started emitters.
     pub emitters: u64,
 }
 
 impl Meter {
-    /// Counts a message sent or received.
+    /// Counts a message that was sent or received.
     pub fn carried(&mut self, now_ms: f64, traffic: Traffic, bytes: usize) {
         self.carried.push_back((now_ms, traffic, bytes));
         while self.carried.front().is_some_and(|(at, ..)| *at < now_ms - WINDOW_MS) {
@@ -54,7 +54,7 @@ impl Meter {
         }
     }
 
-    /// Counts a snapshot by its sections, and the events in it that started an emitter.
+    /// Counts a snapshot's sections, and those of its events that started an emitter.
     pub fn snapshot(&mut self, sections: &[&'static str], emitters: usize) {
         for &section in sections {
             match self.sections.iter_mut().find(|(name, _)| *name == section) {
@@ -78,25 +78,25 @@ impl Meter {
         self.ping_ms = Some(self.ping_ms.map_or(trip, |old| old + (trip - old) * PING_SHARE));
     }
 
-    /// Bytes received in the last second.
+    /// Number of bytes received in the last second.
     pub fn bytes_a_second(&self, now_ms: f64) -> usize {
         let incoming = Traffic::ALL.into_iter().filter(|traffic| traffic.comes_in());
         incoming.map(|traffic| self.rate(traffic, now_ms).1).sum()
     }
 
-    /// The count and bytes of messages of a kind in the last second.
+    /// The number of messages of this kind in the last second, and their total size in bytes.
     pub fn rate(&self, traffic: Traffic, now_ms: f64) -> (usize, usize) {
         let recent = self.carried.iter().filter(|(at, ..)| *at >= now_ms - WINDOW_MS);
         let alike = recent.filter(|(_, kind, _)| *kind == traffic);
         alike.fold((0, 0), |(count, sum), (.., bytes)| (count + 1, sum + bytes))
     }
 
-    /// Frames drawn in the last second.
+    /// Number of frames drawn in the last second.
     pub fn frames_a_second(&self, now_ms: f64) -> usize {
         self.frames.iter().filter(|at| **at >= now_ms - WINDOW_MS).count()
     }
 
-    /// Signal bars, 0..=4, for a connection whose last message came `silence_ms` ago.
+    /// Signal bars, 0..=4, for a connection whose most recent message arrived `silence_ms` ago.
     pub fn bars(&self, silence_ms: f64) -> u8 {
         match self.ping_ms {
             _ if silence_ms > 1500.0 => 0,

@@ -11,14 +11,14 @@ pub const UNTRIED_MS: f64 = 2000.0;
 /// Counts attempts and determines when the next one is due.
 #[derive(Debug, Default)]
 pub struct Backoff {
-    /// Attempts since the last good connection.
+    /// Number of attempts since the last good connection.
     pub attempts: u32,
     due_ms: Option<f64>,
 }
 
 impl Backoff {
-    /// The connection was lost, or an attempt failed, at `now_ms`. `random` is uniform in [0, 1). The next attempt is
-    /// due after at most `longest_ms`.
+    /// Records that the connection was lost, or that an attempt failed, at `now_ms`. `random` is uniform in [0, 1). The
+    /// next attempt is due after at most `longest_ms`.
     pub fn lost(&mut self, now_ms: f64, random: f64, longest_ms: f64) {
         let ceiling = (FIRST_MS * 2f64.powi(self.attempts.min(16) as i32)).min(longest_ms);
         self.attempts += 1;
@@ -30,14 +30,14 @@ impl Backoff {
         self.due_ms.take_if(|due| now_ms >= *due).is_some()
     }
 
-    /// The network is back, so the next attempt is due immediately.
+    /// Makes the next attempt due immediately, because the network is back.
     pub fn hurry(&mut self) {
         if let Some(due) = &mut self.due_ms {
             *due = 0.0;
         }
     }
 
-    /// The connection is good again.
+    /// Resets the delays, because the connection is good again.
     pub fn reset(&mut self) {
         *self = Backoff::default();
     }

@@ -1,12 +1,12 @@
 //! Results that sockets and HTTP calls report to the page.
 
-/// A change of the WebSocket's state.
+/// A change in the WebSocket's state.
 #[derive(Debug, PartialEq)]
 pub enum SocketEvent {
     /// The socket is open, so the hello can be sent.
     Opened,
     Message(Vec<u8>),
-    /// The socket closed, or never opened.
+    /// The socket closed or never opened.
     Closed {
         code: u16,
     },

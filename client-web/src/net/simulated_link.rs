@@ -1,4 +1,4 @@
-//! Simulates delay, jitter and stalls of one direction of a bad network. Messages stay in order, as on a socket. The
+//! Simulates delay, jitter and stalls in one direction of a bad network. Messages stay in order, as on a socket. The
 //! same seed produces the same network.
 
 use jostle_sim::Rng;
@@ -13,7 +13,7 @@ const STALL_MS: std::ops::Range<f64> = 200.0..600.0;
 /// The conditions of a simulated network.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct NetworkConditions {
-    /// Added to the round trip, milliseconds.
+    /// Time added to the round trip, milliseconds.
     pub trip_ms: f64,
     /// Maximum variation of the added time in either direction, milliseconds.
     pub jitter_ms: f64,
@@ -26,7 +26,7 @@ impl NetworkConditions {
     pub const OFF: NetworkConditions =
         NetworkConditions { trip_ms: 0.0, jitter_ms: 0.0, stalls: false };
 
-    /// Parses `150`, `150,30` or `300,100,stalls`; `None` if the text has another form.
+    /// Parses `150`, `150,30` or `300,100,stalls`; `None` if the text has a different format.
     pub fn parse(text: &str) -> Option<NetworkConditions> {
         let mut parts = text.split(',');
         let number = |part: Option<&str>| part.map_or(Some(0.0), |part| part.parse::<f64>().ok());
@@ -93,7 +93,7 @@ impl SimulatedLink {
         while self.stall.end <= now_ms {
             let pause = STALL_EVERY_MS * f64::from(self.rng.range(0.5, 1.5));
             let (short, long) = (STALL_MS.start as f32, STALL_MS.end as f32);
-            // After a pause in the traffic, skip stalls that lie in the past.
+            // After a pause in the traffic, skip stalls that are already over.
             let start = (self.stall.end + pause).max(now_ms - STALL_MS.end);
             self.stall = start..start + f64::from(self.rng.range(short, long));
         }

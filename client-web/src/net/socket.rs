@@ -1,7 +1,7 @@
-//! A WebSocket: opens, reports incoming messages, and closes. Reconnecting is decided elsewhere.
+//! A WebSocket that reports when it opens, receives a message or closes. Other code decides when to reconnect.
 //!
-//! Both directions may pass through a simulated network, which the player chooses (F4). Messages then wait for their
-//! delay and stay in order.
+//! Both directions may pass through a simulated network, which the player can enable (F4). Messages are then delayed,
+//! but stay in order.
 
 use crate::browser;
 use crate::net::report::SocketEvent;
@@ -13,16 +13,16 @@ use wasm_bindgen::JsCast;
 use wasm_bindgen::closure::Closure;
 use web_sys::{BinaryType, CloseEvent, Event, MessageEvent, WebSocket};
 
-/// Close code when a player leaves (RFC 6455: normal closure).
+/// Close code used when a player leaves (RFC 6455: normal closure).
 const LEAVE_CODE: u16 = 1000;
-/// Timers may fire this much early, milliseconds.
+/// Timers may fire early by this much, milliseconds.
 const TIMER_SLACK_MS: f64 = 1.0;
 
 /// The simulated network, shared by all sockets of the page.
 pub type Conditions = Rc<Cell<NetworkConditions>>;
 
-/// One direction of the socket: messages come out in the order in which they went in, immediately or when the simulated
-/// network delivers them.
+/// One direction of the socket: messages come out in the order in which they went in, either immediately or when the
+/// simulated network delivers them.
 struct OrderedChannel<T> {
     conditions: Conditions,
     link: RefCell<SimulatedLink>,
@@ -60,7 +60,7 @@ impl<T: 'static> OrderedChannel<T> {
     fn let_out(&self) {
         let now = browser::now_ms() + TIMER_SLACK_MS;
         loop {
-            // Delivering a message may add another.
+            // Delivering a message may add another one.
             let due = self.waiting.borrow_mut().pop_front_if(|(due, _)| *due <= now);
             let Some((_, what)) = due else { return };
             (self.out)(what);
@@ -137,7 +137,7 @@ impl Drop for Socket {
         self.inner.set_onopen(None);
         self.inner.set_onmessage(None);
         self.inner.set_onclose(None);
-        // Delivering a message may have caused this drop; later messages must not follow it.
+        // Delivering a message may have caused this drop, after which no more messages may be delivered.
         self.inward.waiting.borrow_mut().clear();
         self.outward.waiting.borrow_mut().clear();
         // Redundant but harmless if the socket was already closed.

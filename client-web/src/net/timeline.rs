@@ -8,15 +8,15 @@ use jostle_sim::{BodyId, Shape, TICKS_PER_SECOND, Vec2};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// Maximum stored snapshots; the oldest are dropped first. Half a minute would be 1800; this only has to cover the
-/// delay.
+/// Maximum number of stored snapshots; the oldest are dropped first. Half a minute would be 1800; this only has to
+/// cover the delay.
 pub const SNAPSHOTS_MAX: usize = 240;
-/// Maximum ticks past the newest snapshot for which a body is extrapolated with its last velocity.
+/// Maximum number of ticks past the newest snapshot for which a body is extrapolated with its last velocity.
 pub const EXTRAPOLATION_TICKS_MAX: f64 = 2.0;
-/// A body that moved further than this in one tick was teleported, world units. The threshold is higher in scenes whose
+/// A body that moved farther than this in one tick was teleported, world units. The threshold is higher in scenes whose
 /// bodies may be that fast.
 const JUMP_UNITS_A_TICK_MIN: f32 = 12.0;
-/// The jump threshold relative to the fastest body's step; contacts may push a body further than that.
+/// The jump threshold relative to the fastest body's step; contacts may push a body farther than that.
 const JUMP_FACTOR: f32 = 2.0;
 
 /// The state of a body at the sampled moment.
@@ -31,7 +31,7 @@ pub struct Sample {
     pub shape: Shape,
     /// Interpolated centre, world units.
     pub center: Vec2,
-    /// Velocity between the two snapshots, units/s; zero in a jump.
+    /// Velocity between the two snapshots, units/s; zero during a jump.
     pub velocity: Vec2,
 }
 
@@ -53,7 +53,7 @@ impl Timeline {
         Timeline { snapshots: VecDeque::new(), quantum, jump }
     }
 
-    /// Stores a snapshot. Snapshots that are not newer than the newest are dropped.
+    /// Stores a snapshot. A snapshot that is not newer than all stored ones is dropped.
     pub fn file(&mut self, snapshot: impl Into<Arc<Snapshot>>) {
         let snapshot = snapshot.into();
         if self.newest().is_some_and(|newest| newest.tick >= snapshot.tick) {
@@ -65,7 +65,7 @@ impl Timeline {
         self.snapshots.push_back(snapshot);
     }
 
-    /// Drops snapshots that are not needed for any moment from `tick` on.
+    /// Drops snapshots that are not needed to show `tick` or any later moment.
     pub fn forget_before(&mut self, tick: f64) {
         while self.snapshots.get(1).is_some_and(|second| f64::from(second.tick) <= tick) {
             self.snapshots.pop_front();

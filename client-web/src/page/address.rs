@@ -1,5 +1,5 @@
-//! The page's address, and where it leads: to a room, a replay, the editor, or a game inside the page. Nothing of the part
-//! after `#` is ever sent.
+//! The page's address, and where it leads: to a room, a replay, the editor, or a game inside the page. The part after
+//! `#` is never sent to a server.
 
 use crate::net::api::{self, query_value};
 use crate::net::scene_link;
@@ -9,17 +9,17 @@ use crate::world::room_in_page::DemoRequest;
 use jostle_game::Scene;
 use jostle_game::scene::{WorstTick, is_name};
 
-/// The fragment prefix that names a replay.
+/// The fragment prefix before a replay's name.
 const REPLAY: &str = "#replay=";
 /// Estimated cost of a scene's worst tick above which the player is asked first, milliseconds. Beyond a tenth of a
-/// second the page would appear to hang. The largest built-in scene, `hall`, stays below.
+/// second the page would appear to hang. The largest built-in scene, `hall`, stays below this.
 const HEAVY_TICK_MS: f32 = 100.0;
 
-/// The page's address, and whether a server is there.
+/// The page's address, and whether the page has a server.
 #[derive(Debug, Default)]
 pub struct Site {
     pub address: Address,
-    /// The part of the page's addresses before the path.
+    /// The part of the page's addresses that precedes the path.
     pub origin: String,
     /// Whether the page has no server.
     pub is_static: bool,
@@ -31,12 +31,12 @@ impl Site {
         if self.is_static { &self.address.path } else { "/" }
     }
 
-    /// The link of a scene's text, from the first slash on.
+    /// The link for a scene's text, starting at the first slash.
     pub fn scene_link(&self, text: &str) -> String {
         format!("{}{}{}", self.home(), scene_link::HASH, scene_link::encode(text))
     }
 
-    /// The name of the site's scene that is played alone, and the seed of its game.
+    /// The name of the site's scene that is played alone, and the seed of the game.
     pub fn alone(&self) -> (Option<&str>, u64) {
         let hash = &self.address.hash;
         (
@@ -46,22 +46,22 @@ impl Site {
     }
 }
 
-/// The place that an address leads to.
+/// The place to which an address leads.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Destination<'a> {
     Lobby,
-    /// The room of a code, to play or to watch.
+    /// The room with this code, to play or to watch.
     Room {
         code: &'a str,
         watches: bool,
     },
-    /// A replay: its name, and the address of its file.
+    /// A replay, with its name and the address of its file.
     Replay(&'a str, String),
     /// The scene in a link.
     Linked(&'a str, PlayOptions),
-    /// A game with a scene of the site.
+    /// A game with one of the site's scenes.
     Scene(PendingGame),
-    /// The editor with a shipped scene, or one of one's own.
+    /// The editor, with a built-in scene or one of the player's own.
     Editor(Option<&'a str>),
 }
 
@@ -91,7 +91,7 @@ impl<'a> Destination<'a> {
     }
 }
 
-/// Parses an `#edit` fragment: the name of a built-in scene, or none for a new scene.
+/// Parses an `#edit` fragment and returns the name of a built-in scene, or none for a new scene.
 fn edited(hash: &str) -> Option<Option<&str>> {
     match hash.strip_prefix("#edit")? {
         "" => Some(None),
@@ -99,7 +99,7 @@ fn edited(hash: &str) -> Option<Option<&str>> {
     }
 }
 
-/// An in-page game that waits for its scene.
+/// An in-page game that is waiting for its scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum PendingGame {
     Demo(DemoRequest),
@@ -122,7 +122,7 @@ impl PendingGame {
 /// Options for playing a scene alone. The same options start the same game.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PlayOptions {
-    /// The number of bots; if not given, the scene's default.
+    /// The number of bots; the scene's default if not given.
     pub bots: Option<u16>,
     /// Seed of the game; 1 if not given.
     pub seed: Option<u64>,
@@ -141,8 +141,8 @@ impl PlayOptions {
         }
     }
 
-    /// The number of bots in a game of this scene: as requested or as the scene wants, but at least as many as a round
-    /// needs.
+    /// The number of bots in a game with this scene: as requested, or as the scene specifies, but at least as many as a
+    /// round needs.
     pub fn bots_in(&self, scene: &Scene) -> u16 {
         let round = scene.rules.round.as_ref();
         let (fill, players_min) = round.map_or((0, 1), |round| (round.fill, round.players_min));
@@ -153,7 +153,7 @@ impl PlayOptions {
         self.bots.unwrap_or(wanted).max(needed)
     }
 
-    /// The worst tick of a scene that may be too heavy for the page.
+    /// The worst tick of a scene, if it may be too heavy for the page.
     pub fn heavy_tick(scene: &Scene) -> Option<WorstTick> {
         Some(WorstTick::of(scene)).filter(|worst| worst.ms > HEAVY_TICK_MS)
     }

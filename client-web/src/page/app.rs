@@ -28,11 +28,11 @@ use jostle_protocol::{Appearance, limits};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// Duration for which the copy button shows the result, milliseconds.
+/// How long the copy button shows the result, milliseconds.
 const COPIED_MS: i32 = 1500;
-/// Lines of news on display.
+/// Maximum number of news lines on display.
 const NEWS_LINES_MAX: usize = 6;
-/// Time after which a lost drawing context is reported, milliseconds.
+/// How long a drawing context may be lost before that is reported, milliseconds.
 const CONTEXT_WAIT_MS: f64 = 5000.0;
 
 /// Panels that the player opens and closes.
@@ -57,10 +57,10 @@ impl Panels {
     }
 }
 
-/// The state of the drawing context. A restored context counts as good until drawing fails.
+/// The state of the drawing context. A restored context is considered good until drawing fails.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct GraphicsStatus {
-    /// The browser has no drawing context, or none that works.
+    /// Whether the browser has no working drawing context.
     pub failed: bool,
     /// The time at which the browser took the context away; `None` while it is available.
     pub lost_ms: Option<f64>,
@@ -76,18 +76,18 @@ impl GraphicsStatus {
 /// Facts about the browser when the page opens.
 #[derive(Debug, Default)]
 pub struct Startup {
-    /// Values stored by earlier visits and by other tabs.
+    /// Values stored during earlier visits or by other tabs.
     pub storage: Storage,
     pub query: String,
-    /// Seed of all random choices.
+    /// Seed for all random choices.
     pub seed: u64,
     /// Whether the page has no server.
     pub is_static: bool,
-    /// The part of the page's addresses before the path.
+    /// The part of the page's addresses that precedes the path.
     pub origin: String,
-    /// The player prefers less motion.
+    /// Whether the player prefers less motion.
     pub calm: bool,
-    /// Whether the machine's main pointer is touch.
+    /// Whether touch is the machine's main pointing method.
     pub touched: bool,
     /// The browser's language, such as `de-AT`.
     pub language: String,
@@ -96,7 +96,7 @@ pub struct Startup {
 /// State that is reset with each screen.
 #[derive(Debug, Default)]
 pub struct Visit {
-    /// The number of the screen: counts games and replays that began or ended.
+    /// The number of the screen, which counts games and replays that began or ended.
     pub number: u32,
     /// The colour that the page uses for the player.
     pub own_color: u8,
@@ -104,12 +104,12 @@ pub struct Visit {
     pub(super) heavy: Option<(Arc<Scene>, PlayOptions)>,
     pub dialogs: Dialogs,
     pub news: NewsLog,
-    /// Whether the link was copied; set briefly after the attempt.
+    /// Whether copying the link succeeded; set only briefly after the attempt.
     pub copied: Option<bool>,
 }
 
 impl Visit {
-    /// Takes what there is to say of the room. `wished` is the colour that the player chose.
+    /// Takes over the room's news and the player's current colour. `wished` is the colour that the player chose.
     fn note_room(&mut self, replica: &mut Replica, wished: u8, is_frozen: bool) {
         while let Some(news) = replica.news.pop_front() {
             self.news.push(news);
@@ -119,7 +119,7 @@ impl Visit {
         if let Some(color) = replica.room.own_color().filter(|color| *color != worn && !is_frozen) {
             self.own_color = color;
             let look = replica.room.own_look();
-            // A team's colour is no answer to the player's wish.
+            // A team's colour says nothing about the player's own choice.
             if let Some(look) = look.filter(|look| look.color == color && color != wished) {
                 self.news.push(News::Recolored(look.clone(), wished));
             }
@@ -148,16 +148,16 @@ impl NewsLog {
 #[derive(Debug, Default)]
 pub struct CanvasPicture {
     pub graphics: GraphicsStatus,
-    /// Frames drawn since the page opened, or since a demo or replay began.
+    /// Number of frames drawn since the page opened, or since a demo or replay began.
     pub drawn_frames: u64,
-    /// Whether a frame of this screen was drawn.
+    /// Whether a frame of this screen has been drawn.
     pub world_shown: bool,
-    /// Whether a frozen demo shows the controls; `None` without one.
+    /// Whether the frozen demo shows the controls; `None` if there is no frozen demo.
     pub frozen_hud: Option<bool>,
 }
 
 impl CanvasPicture {
-    /// Takes what happened to the drawing context, and that a frame was drawn.
+    /// Records changes of the drawing context and drawn frames.
     fn update(&mut self, ctx: &mut Context, event: &Event) {
         match event {
             Event::GraphicsFailed => self.graphics.failed = true,
@@ -193,7 +193,7 @@ pub struct App {
 }
 
 impl App {
-    /// A page that shows nothing yet; the first event tells it its address.
+    /// Creates a page that shows nothing yet; the first event gives it its address.
     pub fn new(startup: Startup) -> App {
         let Startup { storage, query, seed, calm, touched, is_static, origin, language } = startup;
         let predicts = storage.predicts(query_value(&query, "predict"));
@@ -254,7 +254,7 @@ impl App {
             Event::SceneFetched(name, fetched) => self.take_scene(&name, fetched),
             Event::ReplayFetched(name, fetched) => self.take_fetched(&name, fetched),
             Event::ReplayRead(file, contents) => {
-                // A game that is on is not left for it.
+                // A game in progress does not end because a file was opened.
                 if self.screen.takes_files() {
                     self.open_replay(None, file, contents);
                 }
@@ -288,7 +288,7 @@ impl App {
         }
     }
 
-    /// Handles an event that concerns the screen above all.
+    /// Handles an event that mainly concerns the screen.
     fn update_screen(&mut self, event: Event) {
         match &event {
             Event::Pulse { hidden: false }
@@ -305,7 +305,7 @@ impl App {
         self.screen.update(&mut self.ctx, event);
     }
 
-    /// Brings everything to the present.
+    /// Advances everything to the current time.
     fn advance(&mut self, canvas: Option<Canvas>) {
         self.read_on();
         let plays = self.top() == Layer::Page;
@@ -352,7 +352,7 @@ impl App {
         self.ctx.storage.take(key, value);
         let (name, color) = self.ctx.storage.player();
         let known = Appearance::new(name, color.unwrap_or(self.appearance.color));
-        // The next game here is begun as the player with the new name, and the form says so.
+        // The next game in this tab starts with the new name and colour, which the form also shows.
         if let Ok(appearance) = known
             && self.appearance != appearance
         {
@@ -372,7 +372,7 @@ impl App {
         }
     }
 
-    /// The value of `data-state`. A frozen picture is reported only after it was drawn.
+    /// The value of `data-state`. A frozen picture is reported only once it has been drawn.
     pub fn state(&self) -> &'static str {
         match &self.screen {
             Screen::Game(_) | Screen::Replay(_) | Screen::Edit(_)
@@ -429,7 +429,7 @@ impl App {
         }
     }
 
-    /// The layer that takes keys and clicks.
+    /// The layer that receives keys and clicks.
     pub fn top(&self) -> Layer {
         self.visit.dialogs.layers(self.notice().as_ref()).top()
     }
@@ -445,7 +445,7 @@ fn game_notice(game: &GameScreen, context_lost: bool) -> Option<Card> {
     }
 }
 
-/// The stored player, or a random name and colour that are stored for the future.
+/// The stored player, or one with a random name and colour, which are then stored.
 fn recall(ctx: &mut Context) -> Appearance {
     let (name, color) = ctx.storage.player();
     let name = name.to_owned();

@@ -5,13 +5,13 @@ use crate::page::strings;
 use crate::sound::mixer::Voice;
 use std::collections::VecDeque;
 
-/// Maximum captions at a time; the oldest are removed first.
+/// Maximum number of captions shown at once; the oldest are removed first.
 const LINES_MAX: usize = 3;
-/// Duration of a caption, milliseconds.
+/// How long a caption is shown, milliseconds.
 const SHOWN_MS: f64 = 1800.0;
-/// Time within which the same words are not repeated, milliseconds.
+/// Minimum time before the same words are repeated, milliseconds.
 const REPEAT_MS: f64 = 1200.0;
-/// Minimum time between two captions, except for sounds that concern the whole room, milliseconds.
+/// Minimum time between captions, except for sounds that concern the whole room, milliseconds.
 const APART_MS: f64 = 350.0;
 /// Minimum gain of impact sounds that get a caption.
 const GAIN_MIN: f32 = 0.12;

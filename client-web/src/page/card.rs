@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CardAction {
-    /// Back to the lobby.
+    /// Returns to the lobby.
     Lobby,
     Watch,
     Again,
@@ -38,7 +38,7 @@ pub struct Card {
     pub title: &'static str,
     /// One or two sentences.
     pub text: Cow<'static, str>,
-    /// A line with the exact details, or empty.
+    /// A line with the exact details; may be empty.
     pub detail: String,
     pub button: &'static str,
     pub action: CardAction,

@@ -1,5 +1,5 @@
-//! Everything a handler of an event may use besides its own state: the time, effects to request, the
-//! address, what the browser keeps, chance, and numbers that are never used twice.
+//! Everything an event handler may use besides its own state: the time, requests for effects, the address, the
+//! browser's storage, random numbers, and unique numbers.
 
 use crate::page::address::Site;
 use crate::page::event::{Address, Effect};
@@ -47,7 +47,8 @@ impl Context {
         std::mem::take(&mut self.effects)
     }
 
-    /// Changes the address to the current content, if necessary. The back button then returns to the previous screen.
+    /// Updates the address to match the current content, if necessary. The back button then returns to the previous
+    /// screen.
     pub fn show_hash(&mut self, hash: String) {
         if self.site.address.hash != hash {
             let path = self.site.home().to_owned();

@@ -1,5 +1,5 @@
-//! The cards over the page: help, settings, a question, a notice. The one on top must be answered first: everything below
-//! it is inert, so that neither Tab nor a click nor a screen reader gets there.
+//! The cards over the page: help, settings, questions and notices. The one on top must be answered first: everything
+//! below it is inert, so that neither Tab nor a click nor a screen reader can reach it.
 
 pub use crate::page::strings::Card;
 use jostle_game::Seat;
@@ -12,7 +12,7 @@ pub enum Layer {
     Help,
     /// The settings dialog: keys, gamepad, language.
     Settings,
-    /// A question before an action.
+    /// A question to confirm an action.
     Ask,
     Notice,
 }
@@ -21,14 +21,14 @@ pub enum Layer {
 pub struct Layers {
     pub help: bool,
     pub settings: bool,
-    /// A question is open.
+    /// Whether a question is open.
     pub ask: bool,
-    /// Whether a notice is open that does not close by itself. One that does leaves the page usable.
+    /// Whether a notice that does not close by itself is open. A notice that closes by itself leaves the page usable.
     pub notice: bool,
 }
 
 impl Layers {
-    /// The layer that takes keys and clicks.
+    /// The layer that receives keys and clicks.
     pub fn top(self) -> Layer {
         match self {
             Layers { notice: true, .. } => Layer::Notice,
@@ -46,7 +46,7 @@ impl Layers {
     }
 }
 
-/// A question to the host before an action that cannot be undone.
+/// A question that the host must answer before an action that cannot be undone.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Question {
     /// Remove this player? The appearance identifies the player, since the seat may belong to someone else by the time
@@ -56,7 +56,7 @@ pub enum Question {
 }
 
 impl Question {
-    /// Asks whether the player of a seat, as a button names it, is to leave.
+    /// Asks whether to remove the player in this seat, given as text by a button.
     pub fn kick(players: &[PlayerState], seat: &str) -> Option<Question> {
         let player = players.iter().find(|player| player.seat.0.to_string() == seat);
         player.map(|player| Question::Kick(player.seat, player.appearance.clone()))

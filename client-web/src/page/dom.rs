@@ -63,7 +63,7 @@ pub fn style(element: &Element, name: &str, value: &str) {
     }
 }
 
-/// Sets an element's text if it differs. Unchanged text then needs no new layout.
+/// Sets an element's text if it differs, so that unchanged text does not cause a new layout.
 pub fn set_text(element: &Element, text: &str) {
     if element.text_content().as_deref() != Some(text) {
         element.set_text_content(Some(text));
@@ -90,7 +90,7 @@ pub fn is_static() -> bool {
     root().has_attribute("data-static")
 }
 
-/// Whether the page is too narrow for panels beside the picture.
+/// Whether the page is too narrow for panels next to the picture.
 pub fn is_narrow() -> bool {
     browser::media("(max-width: 60rem)")
 }
@@ -100,14 +100,14 @@ pub fn focus_stage() {
     let _ = html("stage").focus();
 }
 
-/// Returns the focus to the game after a mouse click, but not after a key on a focused button.
+/// Returns the focus to the game after a mouse click, but not after a key press on a focused button.
 pub fn back_to_stage(event: &MouseEvent) {
     if event.detail() > 0 {
         focus_stage();
     }
 }
 
-/// Calls `react` for every event of a kind for as long as the page is open. The callback may prevent the default
+/// Calls `react` for every event of this kind for as long as the page is open. The callback may prevent the default
 /// action.
 pub fn listen<E: JsCast>(target: &EventTarget, kind: &str, react: impl Fn(E) + 'static) {
     let closure = Closure::<dyn Fn(Event)>::new(move |event: Event| react(event.unchecked_into()));
@@ -129,12 +129,12 @@ pub fn target_within(event: &Event, selector: &str) -> Option<Element> {
     target.closest(selector).ok().flatten()
 }
 
-/// The value of the input field that an event came from.
+/// The value of the input field from which an event came.
 pub fn value_of<T: std::str::FromStr>(event: &Event) -> Option<T> {
     event.target()?.dyn_into::<HtmlInputElement>().ok()?.value().parse().ok()
 }
 
-/// Formats a time in milliseconds since 1970 in the local style.
+/// Formats a time, given in milliseconds since 1970, in the local style.
 pub fn date_and_time(unix_ms: f64) -> String {
     let date = js_sys::Date::new(&unix_ms.into());
     let options = js_sys::Object::new();
@@ -154,7 +154,7 @@ pub fn copy_address(done: impl Fn(bool) + Clone + 'static) {
 
 /// Copies a text to the clipboard and reports whether that succeeded.
 pub fn copy(text: &str, done: impl Fn(bool) + Clone + 'static) {
-    // The clipboard object exists only in secure contexts, not for example on a plain http address in a LAN.
+    // The clipboard object exists only in secure contexts, so not, for example, on a LAN over plain HTTP.
     let navigator = browser::window().navigator();
     if !js_sys::Reflect::get(&navigator, &"clipboard".into()).is_ok_and(|c| c.is_object()) {
         return done(copy_by_selection(text).unwrap_or(false));
@@ -163,7 +163,7 @@ pub fn copy(text: &str, done: impl Fn(bool) + Clone + 'static) {
     let copied = Closure::<dyn FnMut(JsValue)>::new(move |_| done(true));
     let refused = Closure::<dyn FnMut(JsValue)>::new(move |_| denied(false));
     let _ = navigator.clipboard().write_text(text).then2(&copied, &refused);
-    // The promise calls one of the two closures at some later time. Leaking them costs a few bytes per click.
+    // The promise will call one of the two closures later. Leaking them costs a few bytes per click.
     copied.forget();
     refused.forget();
 }

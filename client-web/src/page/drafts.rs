@@ -1,24 +1,24 @@
-//! Drafts of scenes in the browser's storage. A text may replace only the draft that it was derived from. If another
+//! Drafts of scenes in the browser's storage. A text may replace only the draft from which it was derived. If another
 //! tab has changed that draft in the meantime, the text is stored as an additional draft and both remain.
 
 use jostle_game::scene::SCENE_NAME_BYTES_MAX;
 
-/// The key of the draft of a new scene. For a named scene, a dot and the name follow.
+/// The key of a new scene's draft. For a named scene, it is followed by a dot and the name.
 const KEY: &str = "jostle.draft";
-/// The start of the names of additional drafts of a new scene.
+/// The prefix of the names of additional drafts of a new scene.
 const OWN: &str = "my-scene";
 /// Highest number in the name of an additional draft; no more are stored.
 const NUMBER_MAX: u32 = 99;
 
-/// A storage of the browser or of a test.
+/// Storage provided by the browser or by a test.
 pub trait DraftStore {
-    /// The value under a key.
+    /// The value stored under a key.
     fn read(&self, key: &str) -> Option<String>;
-    /// Stores or removes a value; `false` if the storage is full or not allowed.
+    /// Stores or removes a value; `false` if the storage is full or blocked.
     fn write(&mut self, key: &str, value: Option<&str>) -> bool;
 }
 
-/// A text to store for later visits.
+/// A text to be stored for later visits.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Draft {
     /// The name of the scene; `None` for a new one.
@@ -29,14 +29,14 @@ pub struct Draft {
     pub base: Option<String>,
 }
 
-/// The key of the draft of a scene.
+/// The key of a scene's draft.
 pub fn key(origin: Option<&str>) -> String {
     origin.map_or(KEY.to_owned(), |name| format!("{KEY}.{name}"))
 }
 
 impl Draft {
-    /// Stores the text. Returns the name of the scene under which it was stored, which differs if the draft there is
-    /// not the one it was derived from. `None` if the text could not be stored.
+    /// Stores the text. Returns the name of the scene under which it was stored, which differs if the existing draft is
+    /// not the one from which the text was derived. `None` if the text could not be stored.
     pub fn keep(&self, store: &mut impl DraftStore) -> Option<Option<String>> {
         let wanted = key(self.origin.as_deref());
         let there = store.read(&wanted);
@@ -50,7 +50,7 @@ impl Draft {
         store.write(&key(origin.as_deref()), self.text.as_deref()).then_some(origin)
     }
 
-    /// A name derived from the scene's under which no draft is stored.
+    /// A name, derived from the scene's, under which no draft is stored.
     fn free_name(&self, store: &impl DraftStore) -> Option<String> {
         let name = self.origin.as_deref().unwrap_or(OWN);
         let name = &name[..name.len().min(SCENE_NAME_BYTES_MAX - 3)];

@@ -31,12 +31,12 @@ use std::sync::Arc;
 pub const SEED: u64 = 1;
 /// A seat that no player has.
 const NO_PLAYER: Seat = Seat(u16::MAX);
-/// Reach of a mouse pointer and of a finger, CSS pixels.
+/// How far a mouse pointer and a finger reach, CSS pixels.
 const MOUSE_CSS: f32 = 12.0;
 const FINGER_CSS: f32 = 22.0;
 /// Maximum zoom; at 1 the whole scene is visible.
 const ZOOM_MAX: f32 = 16.0;
-/// A wheel that turns so far doubles the picture, CSS pixels.
+/// Wheel movement that doubles the size of the picture, CSS pixels.
 const WHEEL_PIXELS: f32 = 300.0;
 /// The number of the middle mouse button in pointer events.
 const MIDDLE: i16 = 1;
@@ -44,18 +44,18 @@ const MIDDLE: i16 = 1;
 /// The screen that edits one scene.
 pub struct EditScreen {
     pub editor: Editor,
-    /// The seed of games played from it.
+    /// The seed of games started from the editor.
     pub seed: u64,
     view: EditView,
     draft: DraftStatus,
-    /// The last valid scene at tick 0.
+    /// The most recent valid scene at tick 0.
     picture: Option<Replica>,
-    /// The number of the picture.
+    /// The number of the current picture, so that rendering can tell pictures apart.
     copy: u32,
     sketch: Sketch,
-    /// A picture without a scene.
+    /// An empty picture, used while there is no scene.
     empty: (FrameRoom, Particles),
-    /// Whether the player agreed to play the scene although it may be too heavy for the page.
+    /// Whether the player agreed to play the scene even though it may be too heavy for the page.
     pub may_be_heavy: bool,
     /// Whether a room with the scene is being opened.
     pub opening: bool,
@@ -63,13 +63,13 @@ pub struct EditScreen {
 
 /// The draft of the scene in the browser's storage.
 struct DraftStatus {
-    /// The name of the built-in scene that editing started from.
+    /// The name of the built-in scene from which editing started.
     origin: Option<String>,
     /// The stored draft from which the text was derived.
     base: Option<String>,
     /// Revision of the text that was last stored as a draft.
     kept: u32,
-    /// Whether the last draft could not be stored and the player was informed.
+    /// Whether the most recent draft could not be stored and the player has been told.
     is_refused: bool,
 }
 
@@ -102,7 +102,7 @@ impl EditScreen {
         self.draft.origin.as_ref().map_or("#edit".to_owned(), |origin| format!("#edit={origin}"))
     }
 
-    /// Handles an event that concerns the editor alone.
+    /// Handles an event that concerns only the editor.
     pub fn update(&mut self, ctx: &mut Context, event: Event) {
         match event {
             Event::Edited(deed) => self.editor.update(ctx.now_ms, deed),
@@ -123,7 +123,7 @@ impl EditScreen {
     fn point(&mut self, now_ms: f64, pointer: &Pointer) {
         let is_free = self.editor.holds_nothing();
         if self.view.point(pointer, self.editor.doc.world(), is_free) {
-            // The second finger: the first one is no longer for the scene.
+            // Once a second finger is down, the first one no longer edits the scene.
             if pointer.touch && pointer.change == PointerChange::Down {
                 self.editor.update(now_ms, EditorEvent::Cancelled);
             }
@@ -139,7 +139,7 @@ impl EditScreen {
         self.editor.update(now_ms, deed);
     }
 
-    /// Does what a button says.
+    /// Performs the action of a button.
     pub fn click(&mut self, ctx: &mut Context, action: PageAction, value: &str) {
         let deed = match action {
             PageAction::EditUndo => EditorEvent::Undone,
@@ -167,7 +167,7 @@ impl EditScreen {
         self.editor.update(ctx.now_ms, deed);
     }
 
-    /// The table of keys.
+    /// Handles a key and returns what the page should do about it.
     pub fn key_down(
         &mut self,
         ctx: &mut Context,
@@ -238,9 +238,9 @@ impl EditScreen {
         storage.keep_draft(origin, self.editor.text(), base);
     }
 
-    /// A draft was kept. As that of another scene if there was one already that it was not made from: both are there then, and
-    /// the editor goes on with the new one, as the card says. One that the browser did not take is offered again, and the
-    /// visitor is told once.
+    /// Handles the result of storing a draft. If it was stored under another name, because the text was not derived
+    /// from the draft already stored, both drafts remain, and the editor continues with the new one, as the returned
+    /// card explains. If the browser could not store it, the editor tries again later and tells the player once.
     pub fn note_draft(
         &mut self,
         ctx: &mut Context,
@@ -251,7 +251,7 @@ impl EditScreen {
             return None;
         }
         let Some(origin) = kept else {
-            // Nothing is lost with an empty draft.
+            // Losing an empty draft does no harm.
             draft.text.as_ref()?;
             self.draft.kept = self.editor.doc.revision.wrapping_sub(1);
             if !std::mem::replace(&mut self.draft.is_refused, true) {
@@ -271,14 +271,14 @@ impl EditScreen {
         Some(strings::second_draft(&name))
     }
 
-    /// The kept draft of the scene, if the text was not made from that.
+    /// The stored draft of the scene, if the text was not derived from it.
     pub fn other_draft<'a>(&self, storage: &'a Storage) -> Option<&'a str> {
         let kept = storage.draft(self.draft.origin.as_deref())?;
         let is_other = Some(kept) != self.draft.base.as_deref() && kept != self.editor.text();
         is_other.then_some(kept)
     }
 
-    /// Replaces the text by the other draft, in a step that can be undone.
+    /// Replaces the text with the other draft, as a step that can be undone.
     pub fn take_other_draft(&mut self, storage: &Storage) {
         let Some(text) = self.other_draft(storage).map(str::to_owned) else { return };
         self.draft.base = Some(text.clone());
@@ -300,7 +300,8 @@ impl EditScreen {
         ctx.request(Effect::Request(Request::OpenGuest(text)));
     }
 
-    /// The server refused to open a room. The card says why, unless the text, where it is wrong, does.
+    /// Handles the server's refusal to open a room. The returned card says why, unless the error can be shown in the
+    /// text.
     pub fn take_refusal(&mut self, sent: &str, refused: Posted) -> Option<Card> {
         let sentence = refused.error.clone().unwrap_or_else(|| strings::SILENCE.to_owned());
         let error = scene_error(refused, &self.editor.doc.file);
@@ -318,7 +319,7 @@ impl EditScreen {
         }
     }
 
-    /// Checks changes of the text and updates the picture.
+    /// Checks changes to the text and updates the picture.
     pub fn advance(&mut self, canvas: Option<Canvas>) {
         if self.editor.doc.check() && self.editor.doc.error.is_none() {
             self.draw_scene();
@@ -338,7 +339,7 @@ impl EditScreen {
         self.copy += 1;
     }
 
-    /// The view of the last frame.
+    /// The view of the most recent frame.
     pub fn view(&self) -> &View {
         &self.view.view
     }
@@ -348,7 +349,7 @@ impl EditScreen {
         self.picture.as_ref()
     }
 
-    /// The scene to play. Without one the error is shown.
+    /// The scene to play. If the text is not a valid scene, shows the error.
     pub fn scene_to_play(&mut self, ctx: &mut Context) -> Option<Arc<Scene>> {
         self.keep_draft(&mut ctx.storage);
         let scene = self.playable();
@@ -360,7 +361,7 @@ impl EditScreen {
         scene
     }
 
-    /// The scene of the text, if it is one.
+    /// The scene that the text describes, if it is valid.
     fn playable(&mut self) -> Option<Arc<Scene>> {
         self.editor.update(0.0, EditorEvent::Cancelled);
         self.editor.doc.check();
@@ -387,17 +388,17 @@ impl EditScreen {
     }
 }
 
-/// The view of the editor: it is zoomed and moved by wheel, middle button, or two fingers.
+/// The editor's view, which is zoomed and moved with the wheel, the middle button or two fingers.
 #[derive(Debug)]
 struct EditView {
     view: View,
-    /// The zoom, where 1 shows the whole scene, and `pan`, the offset from its centre, world units.
+    /// The zoom, where 1 shows the whole scene. `pan` is the offset from the scene's centre, world units.
     zoom: f32,
     pan: Vec2,
     /// The pointers that move the view instead of the scene, with their positions in CSS pixels: a middle button or two
     /// fingers.
     pinch: Vec<(i32, Vec2)>,
-    /// The first finger, which joins `pinch` when a second one touches.
+    /// The first finger, which joins `pinch` when a second one touches down.
     first_touch: Option<(i32, Vec2)>,
     /// CSS pixels per device pixel.
     css_per_pixel: f32,
@@ -417,14 +418,14 @@ impl Default for EditView {
 }
 
 impl EditView {
-    /// Moves the picture if a pointer is to; `false` if the pointer is for the scene, or for a piece that is held.
+    /// Moves the picture if the pointer controls the view; `false` if it acts on the scene or holds a piece.
     fn point(&mut self, pointer: &Pointer, world: Vec2, is_free: bool) -> bool {
         let here = (pointer.id, pointer.at);
         match pointer.change {
             PointerChange::Down if pointer.button == MIDDLE => self.pinch = vec![here],
             PointerChange::Down if pointer.touch => {
                 let first = self.first_touch.replace(here).filter(|first| first.0 != pointer.id);
-                // A finger that holds a piece keeps it.
+                // A finger that holds a piece keeps holding it.
                 let Some(first) = first.filter(|_| is_free) else {
                     return false;
                 };
@@ -454,7 +455,7 @@ impl EditView {
         true
     }
 
-    /// The midpoint of the pointers that move the view, and their distance, CSS pixels.
+    /// The midpoint of the pointers that move the view, and the distance between them, CSS pixels.
     fn span(&self) -> (Vec2, f32) {
         match self.pinch[..] {
             [(_, one), (_, other)] => ((one + other) * 0.5, (one - other).length().max(1.0)),
@@ -463,7 +464,7 @@ impl EditView {
         }
     }
 
-    /// Zooms around a point of the canvas, CSS pixels.
+    /// Zooms around a point on the canvas, CSS pixels.
     fn zoom(&mut self, at: Vec2, factor: f32, world: Vec2) {
         self.show_at(at, at, factor, world);
     }
@@ -498,7 +499,7 @@ impl EditView {
         }
     }
 
-    /// Brings the view to the present, and returns the size of a CSS pixel in world units.
+    /// Updates the view and returns the size of a CSS pixel in world units.
     fn advance(&mut self, canvas: Canvas, world: Vec2) -> f32 {
         let Canvas { pixels, top, bottom, css_width } = canvas;
         self.css_per_pixel = css_width as f32 / pixels[0] as f32;

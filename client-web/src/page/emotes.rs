@@ -4,7 +4,7 @@ use jostle_game::Seat;
 use jostle_protocol::limits::EMOTES;
 use jostle_sim::Vec2;
 
-/// Duration of an emote on display, milliseconds.
+/// How long an emote is shown, milliseconds.
 pub const SHOWN_MS: f64 = 2000.0;
 
 /// An emote over a hero.
@@ -27,7 +27,7 @@ impl ShownEmotes {
         self.0.push(ShownEmote { seat, emote, since_ms: now_ms });
     }
 
-    /// The emotes on display now, the newest last.
+    /// The emotes currently on display, newest last.
     pub fn at(&self, now_ms: f64) -> impl Iterator<Item = &ShownEmote> {
         self.0.iter().filter(move |shown| now_ms - shown.since_ms < SHOWN_MS)
     }
@@ -35,14 +35,14 @@ impl ShownEmotes {
 
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Wheel {
-    /// The emote that the pointer or the stick points at.
+    /// The emote at which the pointer or the stick points.
     pub picked: Option<u8>,
-    /// The code of the key held to open the wheel, if any; `pad` is set if a gamepad button is held.
+    /// The code of the key that is held to open the wheel, if any; `pad` is set if a gamepad button is held instead.
     pub key: Option<String>,
     pub pad: bool,
 }
 
-/// The emote in a direction from the centre, y down. The first is at the top and the others follow clockwise. `None`
+/// The emote in this direction from the centre, y down. The first is at the top and the others follow clockwise. `None`
 /// within the radius `middle`.
 pub fn sector(offset: Vec2, middle: f32) -> Option<u8> {
     if offset.length() <= middle {

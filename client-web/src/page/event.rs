@@ -1,5 +1,5 @@
 //! The page's events and effects. An [`Event`] is anything that the browser, the network or the player does; an
-//! [`Effect`] is anything that the page asks of the browser. `App::update` turns one into the other.
+//! [`Effect`] is anything that the page asks of the browser. `App::update` turns events into effects.
 
 use crate::editor::update::EditorEvent;
 use crate::input::pad::PadState;
@@ -17,11 +17,11 @@ use jostle_sim::Vec2;
 /// The part of the page's address that selects a screen.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Address {
-    /// The path, from the first slash on.
+    /// The path, including the leading slash.
     pub path: String,
-    /// The query, from `?` on, or empty.
+    /// The query, including the `?`, or empty.
     pub query: String,
-    /// The fragment, from `#` on, or empty.
+    /// The fragment, including the `#`, or empty.
     pub hash: String,
 }
 
@@ -37,7 +37,7 @@ pub struct Canvas {
     pub css_width: u32,
 }
 
-/// A key that went down or up.
+/// A key that was pressed or released.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Key {
     /// The key's position on the keyboard (`KeyboardEvent.code`).
@@ -63,12 +63,12 @@ pub enum Focus {
     Elsewhere,
 }
 
-/// A change of a pointer over the canvas.
+/// A change in the state of a pointer over the canvas.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pointer {
     /// The kind of change.
     pub change: PointerChange,
-    /// The browser's id of the pointer.
+    /// The browser's id for the pointer.
     pub id: i32,
     /// Whether the pointer is a finger.
     pub touch: bool,
@@ -127,44 +127,44 @@ pub enum Event {
     Closing,
     KeyDown(Key),
     KeyUp(Key),
-    /// A pointer over the canvas changed.
+    /// The state of a pointer over the canvas changed.
     Pointer(Pointer),
     /// The wheel turned at this point over the canvas, by this many CSS pixels.
     Wheel(Vec2, f32),
-    /// A tool button of the touch screen was chosen for the next touch.
+    /// An on-screen tool button was chosen for the next touch.
     ToolArmed(Buttons),
-    /// A tool button of the touch screen went down or up.
+    /// An on-screen tool button was pressed or released.
     ToolPressed(Buttons, bool),
     /// An element with an action (`data-action`) was clicked; the string is its `data-value`.
     Clicked(PageAction, String),
-    /// Name or colour changed.
+    /// The name or colour changed.
     FormChanged(Form),
     PlayClicked(Form),
     /// A scene's card was clicked.
     SceneClicked(String, Form),
     /// A scene should be played alone.
     AloneClicked(String, Form),
-    /// The socket of a session changed.
+    /// The state of a session's socket changed.
     Socket(u32, SocketEvent),
     /// A test asks to break the connection as a network failure would.
     ConnectionCut,
-    /// The server answered a request, or did not.
+    /// The server answered a request, or failed to.
     Answered(Request, Option<String>),
-    /// Fetching a scene file by the scene's name succeeded or failed.
+    /// An attempt to fetch a scene file by the scene's name succeeded or failed.
     SceneFetched(String, Fetched),
-    /// Fetching a replay by its file address succeeded or failed.
+    /// An attempt to fetch a replay by its file address succeeded or failed.
     ReplayFetched(String, Fetched),
-    /// Reading a local scene file with this name succeeded or failed.
+    /// An attempt to read a local scene file with this name succeeded or failed.
     SceneRead(String, Result<Vec<u8>, SceneError>),
-    /// Reading a local replay file succeeded or failed.
+    /// An attempt to read a local replay file succeeded or failed.
     ReplayRead(String, Result<Vec<u8>, ReplayError>),
     /// A file is dragged over the page.
     FileDragged,
-    /// Copying the link succeeded or failed.
+    /// An attempt to copy the link succeeded or failed.
     Copied(bool),
     /// The copy button should show its normal label again.
     CopyShown,
-    /// Drawing is not possible: setting it up failed, or drawing itself did.
+    /// Drawing is not possible, because setting it up or drawing itself failed.
     GraphicsFailed,
     /// The browser took the drawing context away.
     ContextLost,
@@ -182,15 +182,15 @@ pub enum Event {
     /// Another tab wrote or removed a value in the browser's storage: the key and its current value.
     StoredElsewhere(String, Option<String>),
     /// A draft was stored under this scene name, or under none for a new scene. The outer `None` means that the storage
-    /// is full or not allowed.
+    /// is full or blocked.
     DraftKept(Draft, Option<Option<String>>),
-    /// An action on the edited scene.
+    /// Something happened in the editor.
     Edited(EditorEvent),
     /// The controls of a field in the editor's form changed: the field's path and their values.
     FieldChanged(String, Vec<String>),
 }
 
-/// A change of the settings.
+/// A change to the settings.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SettingsEvent {
     Language(String),
@@ -252,11 +252,11 @@ pub enum Effect {
     /// Drops everything created with the lost drawing context.
     DropGraphics,
     Sound(SoundTask),
-    /// Fetches the file of a language.
+    /// Fetches a language file.
     FetchLanguage(String),
     /// Enters or leaves full-screen mode.
     FullScreen(bool),
-    /// Saves a text as a file of this name.
+    /// Saves a text as a file with this name.
     SaveFile(String, String),
     /// Saves a clip as a file.
     SaveClip(Vec<u8>),

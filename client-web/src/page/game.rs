@@ -1,5 +1,5 @@
-//! One game on the page: the connection to its room, the copy of the room, time, input and view. It decides
-//! nothing about the world; it turns messages into frames and input into messages.
+//! One game on the page: the connection to its room, the replica of the room, time, input and view. It makes no
+//! decisions about the world, but only turns messages into frames and input into messages.
 
 pub mod connection;
 mod controls;
@@ -33,8 +33,8 @@ use std::sync::Arc;
 /// The code of an in-page room that is played alone; any other in-page room is a demo.
 const ALONE: &str = "alone";
 
-/// If the ticks of one frame take longer than this, an in-page game pauses and asks the player, milliseconds. A tab
-/// that is blocked for much longer can hardly be closed.
+/// Time for one frame's ticks above which an in-page game pauses and asks the player, milliseconds. A tab that is
+/// blocked for much longer is hard to close.
 const STALL_MS: f64 = 1000.0;
 
 /// Maximum time per frame for playing a ghost, milliseconds.
@@ -71,7 +71,8 @@ pub struct Followed {
 }
 
 impl Followed {
-    /// Follows the best player at first where the whole would be tiny, and chooses again when the player left.
+    /// Starts with the best player if the whole scene would look tiny, and chooses again when the followed player
+    /// leaves.
     fn choose(&mut self, replica: &Replica, pixels: [u32; 2]) {
         let is_here = |seat| replica.room.players().iter().any(|player| player.seat == seat);
         if self.has_chosen && self.seat.is_none_or(is_here) {
@@ -95,12 +96,12 @@ pub struct GameScreen {
     pub showing: Option<Showing>,
     view: GameView,
     pub followed: Followed,
-    /// The editor whose scene is played.
+    /// The editor whose scene is being played.
     pub edited: Option<Box<EditScreen>>,
 }
 
 impl GameScreen {
-    /// A game in a room of the server, with a seat or without.
+    /// A game in a room on the server, with or without a seat.
     pub fn join(ctx: &mut Context, code: &str, appearance: Appearance, role: Role) -> GameScreen {
         let link = Link::Server(RoomSocket::new(ctx.now_ms));
         let mut game = GameScreen::new(ctx, code, appearance, link);
@@ -109,7 +110,7 @@ impl GameScreen {
         game
     }
 
-    /// A game that is played alone, in a room inside the page.
+    /// A game played alone, in a room inside the page.
     pub fn alone(
         ctx: &mut Context,
         scene: Arc<Scene>,
@@ -129,7 +130,7 @@ impl GameScreen {
         game
     }
 
-    /// A demo, which may stand still for a picture.
+    /// A demo, which may be frozen for a screenshot.
     pub fn demo(
         ctx: &mut Context,
         scene: Arc<Scene>,
@@ -164,7 +165,7 @@ impl GameScreen {
         }
     }
 
-    /// Handles an event that concerns the game alone.
+    /// Handles an event that concerns only the game.
     pub fn update(&mut self, ctx: &mut Context, event: Event) {
         let was_lost = self.connection.status.state == State::Reconnecting;
         match event {
@@ -178,9 +179,9 @@ impl GameScreen {
             Event::Online => self.connection.hurry(),
             Event::Socket(session, event) => self.on_socket(ctx, session, event),
             Event::ConnectionCut => self.connection.drop_socket(ctx),
-            // The seat is left to the next tab that opens the room's link, and the socket is closed: a browser may keep
-            // the page in its back/forward cache with the socket open, as an idle player in the room. When the page is
-            // shown again, it reconnects.
+            // The seat is left to the next tab that opens the room's link. The socket is closed, because a browser may
+            // keep the page in its back/forward cache with the socket open, which would leave an idle player in the
+            // room. When the page is shown again, it reconnects.
             Event::Closing => {
                 ctx.storage.leave_seat_behind(&self.connection.code);
                 self.connection.drop_socket(ctx);
@@ -200,7 +201,7 @@ impl GameScreen {
         self.connection.watches()
     }
 
-    /// Makes a spectator follow a player. The same player again, or `None`, shows the whole scene.
+    /// Makes a spectator follow a player. Choosing the same player again, or `None`, shows the whole scene.
     pub fn follow_player(&mut self, seat: Option<Seat>) {
         if self.watches() {
             self.followed.seat = seat.filter(|_| self.followed.seat != seat);
@@ -214,7 +215,7 @@ impl GameScreen {
         self.membership.as_ref().map(|membership| &membership.replica)
     }
 
-    /// Takes the sound cues since the last call.
+    /// Takes the sound cues reported since the previous call.
     pub fn take_cues(&mut self) -> Vec<Cue> {
         let take = |replica: &mut Replica| std::iter::from_fn(|| replica.next_cue()).collect();
         let live = self.membership.as_mut().map_or(Vec::new(), |live| take(&mut live.replica));
@@ -222,7 +223,7 @@ impl GameScreen {
         self.showing.as_mut().map_or(live, |showing| take(&mut showing.player.replica))
     }
 
-    /// The view of the last frame.
+    /// The view of the most recent frame.
     pub fn view(&self) -> &View {
         &self.view.view
     }
@@ -241,7 +242,7 @@ impl GameScreen {
         self.is_in_page() && self.connection.code == ALONE
     }
 
-    /// Name of the scene of the site that is played alone, if the server keeps its best runs.
+    /// The name of the site's scene that is being played alone, if the server keeps its best runs.
     pub fn ranked_scene<'a>(&self, ctx: &'a Context) -> Option<&'a str> {
         let is_ranked = self.is_alone() && self.edited.is_none() && !ctx.site.is_static;
         ctx.site.alone().0.filter(|_| is_ranked)
@@ -252,7 +253,7 @@ impl GameScreen {
         round.is_some_and(|round| round.phase == RoundPhase::Over)
     }
 
-    /// Takes a replay that was asked for; `false` if it is no ghost of this scene.
+    /// Handles a fetched replay; `false` if it was requested for the ghost but cannot be used.
     pub fn take_ghost(&mut self, file: &str, fetched: Fetched) -> bool {
         let is_awaited =
             |slot: &mut GhostSlot| matches!(slot, GhostSlot::Pending(_, own) if own == file);
@@ -267,7 +268,7 @@ impl GameScreen {
         self.ghost.is_some()
     }
 
-    /// The body of the ghost, if it is visible.
+    /// The ghost's body, if visible.
     pub fn ghost_body(&self) -> Option<&FrameBody> {
         match &self.ghost {
             Some(GhostSlot::Here(ghost)) => ghost.shown.as_ref(),
@@ -281,7 +282,7 @@ impl GameScreen {
         highlights.is_some_and(|highlights| !highlights.is_empty())
     }
 
-    /// Shows the newest highlights that fit in the time before the next round, or ends them.
+    /// Shows the newest highlights that fit into the time before the next round, or stops showing them.
     pub fn toggle_highlights(&mut self, ctx: &mut Context) {
         if self.showing.take().is_some() {
             return self.view.cut();
@@ -294,7 +295,7 @@ impl GameScreen {
         self.view.cut();
     }
 
-    /// Advances the highlights. They end after the last one, or when the next round runs.
+    /// Advances the highlights. They end after the last one, or when the next round starts.
     fn advance_highlights(&mut self, ctx: &mut Context) {
         let Some(showing) = &mut self.showing else { return };
         let live = self.membership.as_ref().map(|membership| &membership.replica);
@@ -322,7 +323,7 @@ impl GameScreen {
         self.pictured().map(|(replica, _)| replica)
     }
 
-    /// Advances the display, but only while playing.
+    /// Advances the display, but only during play.
     fn move_display(&mut self, now_ms: f64) {
         if self.connection.status.state != State::Playing {
             return;

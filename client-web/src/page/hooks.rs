@@ -207,7 +207,7 @@ pub fn particle_digests(scene: &str, recording: &[u8]) -> String {
     }
 }
 
-/// Formats a hash with 16 hexadecimal digits, since JavaScript numbers cannot hold 64 bits.
+/// Formats a hash as 16 hexadecimal digits, since JavaScript numbers cannot hold 64 bits.
 fn hex(digest: u64) -> String {
     format!("{digest:016x}")
 }

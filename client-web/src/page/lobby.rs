@@ -11,7 +11,7 @@ use serde::de::DeserializeOwned;
 
 /// Interval between requests for the rooms, milliseconds.
 const REFRESH_MS: f64 = 3000.0;
-/// Interval between requests for the replays, milliseconds. It is longer because answers may be long.
+/// Interval between requests for the replays, milliseconds. It is longer because the answers may be large.
 const REPLAYS_MS: f64 = 15_000.0;
 
 /// A line under the form.
@@ -50,7 +50,7 @@ impl Lobby {
         self.ask(ctx);
     }
 
-    /// Requests the rooms again when that is due.
+    /// Requests the rooms again if the interval has passed.
     pub fn refresh(&mut self, ctx: &mut Context) {
         if ctx.now_ms - self.asked_ms >= REFRESH_MS {
             self.ask(ctx);
@@ -74,7 +74,7 @@ impl Lobby {
         }
     }
 
-    /// Reads name and colour from the form; `None` if the name is invalid, which the note then explains.
+    /// Reads the name and colour from the form; `None` if the name is invalid, which the note then explains.
     pub fn read(&mut self, form: &Form) -> Option<Appearance> {
         match Appearance::new(name::finished(&form.name), form.color) {
             Ok(appearance) => {
@@ -91,7 +91,7 @@ impl Lobby {
     }
 
     /// Joins the room with the most players, or opens one with the first scene. A private room is always a new one.
-    /// Returns the code of a room to enter.
+    /// Returns the code of the room to enter, if any.
     pub fn play(&mut self, ctx: &mut Context, private: bool) -> Option<String> {
         let room = api::liveliest(&self.rooms, &self.scenes).filter(|_| !private);
         let room = room.map(|room| room.code.clone());
@@ -111,7 +111,7 @@ impl Lobby {
         ctx.request(Effect::Request(Request::Open { scene: scene.to_owned(), private }));
     }
 
-    /// Handles an answer from the server. Returns the code of a room to enter.
+    /// Handles an answer from the server. Returns the code of the room to enter, if any.
     pub fn take(
         &mut self,
         ctx: &mut Context,
@@ -165,7 +165,7 @@ impl Lobby {
     }
 }
 
-/// The code of a room that the server opened with the player as host, or the reason why it opened none.
+/// The code of a room that the server opened with the player as host, or the reason why it did not open one.
 pub fn take_room(ctx: &mut Context, answer: Option<&str>) -> Result<String, Box<Posted>> {
     let opened = parse(answer).unwrap_or_default();
     if let Posted { code: Some(code), host_key: Some(host_key), .. } = opened {

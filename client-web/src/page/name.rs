@@ -1,4 +1,4 @@
-//! Typed names, limited to the length that the protocol allows without splitting a user-perceived character, and random
+//! Typed names, cut to the length that the protocol allows without splitting a user-perceived character, and random
 //! names for new players. Only `Appearance::new` validates the content of a name.
 
 use jostle_protocol::limits::{NAME_BYTES_MAX, NAME_CHARS_MAX};
@@ -12,8 +12,8 @@ const ANIMALS: [&str; 16] = [
     "Mole", "Newt", "Otter", "Owl", "Panda", "Puffin",
 ];
 
-/// The prefix of `text` that fits the limits of a name, for a field that is being typed in. Text that is short enough
-/// is not changed, since a joiner at its end may be waiting for the next letter.
+/// The prefix of `text` that fits the limits of a name, for a field in which the player is typing. Text that is short
+/// enough is not changed, since a joiner at its end may be waiting for the next letter.
 pub fn fit(text: &str) -> &str {
     let fits = |(count, (at, c)): &(usize, (usize, char))| {
         *count < NAME_CHARS_MAX && at + c.len_utf8() <= NAME_BYTES_MAX
@@ -24,7 +24,7 @@ pub fn fit(text: &str) -> &str {
     if rest.is_empty() {
         return text;
     }
-    // Two regional indicators form one flag.
+    // Two regional indicators together form one flag.
     let indicators = kept.chars().rev().take_while(|&c| is_regional(c)).count();
     let half_flag = indicators % 2 == 1 && rest.starts_with(is_regional);
     let kept = kept.strip_suffix(is_regional).filter(|_| half_flag).unwrap_or(kept);
@@ -47,8 +47,8 @@ fn is_regional(character: char) -> bool {
     matches!(character, '\u{1f1e6}'..='\u{1f1ff}')
 }
 
-/// Whether a character is meaningless at the end of a name: it only modifies the next character, is a flag tag without
-/// the final tag (U+E007F), or is the replacement character left by half a character.
+/// Whether a character is meaningless at the end of a name, because it only modifies the next character, is a flag tag
+/// without the final tag (U+E007F), or is the replacement character left by half a character.
 fn is_dangling(character: char) -> bool {
     matches!(character, '\u{200c}' | '\u{200d}' | '\u{e0020}'..='\u{e007e}' | '\u{fffd}')
 }

@@ -1,8 +1,9 @@
-//! The actions of the page's buttons and links, by the names that their elements have, and of its keys.
+//! The actions of the page's buttons, links and keys, under the names that the page's elements use.
 
 macro_rules! page_actions {
     ($($name:literal $action:ident)*) => {
-        /// The action of a click on an element with `data-action`, or of a key. Some have a value, `data-value`.
+        /// The action triggered by a click on an element with `data-action` or by a key. Some actions have a value,
+        /// `data-value`.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub enum PageAction {
             $($action),*
@@ -84,20 +85,20 @@ page_actions! {
 }
 
 impl PageAction {
-    /// Whether it shows a card that takes the keys.
+    /// Whether the action shows a card that takes over the keys.
     pub fn shows_card(self) -> bool {
         use PageAction::{CloseRoom, Help, Kick, QrCode, Settings};
         matches!(self, CloseRoom | Help | Kick | QrCode | Settings)
     }
 }
 
-/// The meaning of a key to a screen.
+/// What a key means to a screen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum KeyUse {
-    /// The browser may act on it.
+    /// The key has no meaning, so the browser may handle it.
     Unused,
     Used,
-    /// The page does this.
+    /// The page performs this action.
     Action(PageAction),
 }
 
@@ -127,7 +128,8 @@ mod tests {
         }
     }
 
-    /// Those that the page does not name are made by code, of lists and of switches, or have keys alone.
+    /// Actions that the page does not name belong to elements created by code, such as list entries and switches, or
+    /// only to keys.
     #[test]
     fn the_page_names_every_action() {
         use PageAction::{

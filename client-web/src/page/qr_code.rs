@@ -1,9 +1,10 @@
-//! QR codes of links, for phone cameras to read from the screen.
+//! QR codes for links, which phone cameras can read from the screen.
 
 use qrcodegen::{QrCode, QrCodeEcc, QrSegment, Version};
 use std::fmt::Write;
 
-/// Version of the largest code. It has 137 squares per side, about a millimetre each on a laptop, and holds 1732 bytes.
+/// Version of the largest code. It has 137 squares per side, each about a millimetre wide on a laptop, and holds 1732
+/// bytes.
 const VERSION_MAX: u8 = 30;
 /// Width of the light margin that readers need to find a code, squares.
 const QUIET: i32 = 4;

@@ -1,4 +1,4 @@
-//! The best runs that the server keeps, as the page knows them, and the own run that is sent to it.
+//! The server's best runs, as known to the page, and the player's own run, which is submitted to the server.
 
 use crate::net::api::{self, Request};
 use crate::page::context::Context;
@@ -13,14 +13,14 @@ use jostle_protocol::web::{self, Posted, RecordCard, RecordTable};
 pub struct Records {
     /// The best run of each scene.
     pub list: web::Records,
-    /// The message about the player's last run.
+    /// The message about the player's most recent run.
     pub said: String,
-    /// The start tick of the last result whose run was examined.
+    /// The start tick of the most recent result whose run was examined.
     pub result_since: Option<u32>,
 }
 
 impl Records {
-    /// Forgets the own run.
+    /// Forgets the player's own run.
     pub fn begin(&mut self) {
         *self = Records { list: std::mem::take(&mut self.list), ..Records::default() };
     }
@@ -43,7 +43,7 @@ impl Records {
         true
     }
 
-    /// Submits the run of a round that the player just won alone, if the server stores runs of the scene.
+    /// Submits the run if the player has just won a round alone and the server stores runs of the scene.
     pub fn send_run(&mut self, ctx: &mut Context, game: &GameScreen) {
         let is_kept = |scene| self.table(scene).is_some();
         if !game.ranked_scene(ctx).is_some_and(is_kept) {
@@ -65,12 +65,12 @@ impl Records {
         };
     }
 
-    /// The record table of a scene, if the server stores its runs.
+    /// A scene's record table, if the server stores runs of that scene.
     pub fn table(&self, scene: &str) -> Option<&RecordTable> {
         self.list.scenes.iter().find(|table| table.scene == scene)
     }
 
-    /// The best run of a scene, with its table.
+    /// A scene's best run, with its record table.
     pub fn best(&self, scene: &str) -> Option<(&RecordTable, &RecordCard)> {
         let table = self.table(scene)?;
         Some((table, table.records.first()?))

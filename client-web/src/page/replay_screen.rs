@@ -1,5 +1,5 @@
-//! A replay on the page: fetched or dropped, then played with a separate camera. Once its bytes are loaded it needs no
-//! server.
+//! A replay on the page, which is fetched or dropped and then played with a separate camera. Once its bytes are loaded,
+//! it needs no server.
 
 use crate::net::meter::Meter;
 use crate::net::report::Fetched;
@@ -24,15 +24,15 @@ const SEEK_MS: f64 = 11.0;
 const PLAY_MS: f64 = 12.0;
 /// Maximum time per frame for comparing hashes ahead of the playhead, milliseconds.
 const AHEAD_MS: f64 = 3.0;
-/// Like [`AHEAD_MS`], while the replay is paused.
+/// Like [`AHEAD_MS`], but while the replay is paused.
 const AHEAD_STILL_MS: f64 = 8.0;
-/// Maximum time between frames that is played, seconds. A longer gap means that the page was hidden.
+/// Maximum time between frames that is played back, seconds. A longer gap means that the page was hidden.
 const FRAME_S_MAX: f64 = 0.25;
 
-/// Ticks skipped by an arrow key.
+/// Number of ticks skipped by an arrow key.
 const SKIP_TICKS: i64 = TICKS_PER_SECOND as i64;
 
-/// The bytes of a replay that was asked for, or the card that says why there are none.
+/// The bytes of a requested replay, or a card that says why there are none.
 pub fn bytes_of(file: &str, fetched: Fetched) -> Result<Vec<u8>, Card> {
     let (card, detail) = match fetched {
         Fetched::Bytes(bytes) => return Ok(bytes),
@@ -43,7 +43,7 @@ pub fn bytes_of(file: &str, fetched: Fetched) -> Result<Vec<u8>, Card> {
     Err(Card { detail, ..card })
 }
 
-/// A replay that is being read in slices, one per frame. The previous picture stays until it is ready.
+/// A replay that is being read in slices, one per frame. The previous picture stays until the replay is ready.
 pub struct Opening {
     pub reader: ReplayReader,
     /// As in [`OpenReplay`].
@@ -52,7 +52,7 @@ pub struct Opening {
 }
 
 impl Opening {
-    /// Continues reading within the time of a frame; returns whether reading is complete.
+    /// Continues reading within a frame's time budget; returns whether reading is complete.
     pub fn read_on(&mut self, clock: fn() -> f64) -> bool {
         let mut more = within(clock, READ_MS);
         while self.reader.step() {
@@ -75,10 +75,10 @@ pub struct OpenReplay {
     camera: Camera,
     /// The camera's subject and the last jump that it followed.
     aimed: (Option<Seat>, bool, u32),
-    /// The view of the last frame.
+    /// The view of the most recent frame.
     pub view: View,
     framed_ms: f64,
-    /// The duration of a frame that was too long, milliseconds. The replay is paused since then.
+    /// The duration of a frame that was too long, milliseconds. The replay has been paused since then.
     pub stalled_ms: Option<f64>,
     /// The frame on the canvas.
     pub drawn: Option<Drawn>,
@@ -88,7 +88,7 @@ pub struct OpenReplay {
     cue_jumps: u32,
 }
 
-/// Everything that a drawn frame depends on.
+/// Everything on which a drawn frame depends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drawn {
     playhead: f64,
@@ -98,7 +98,7 @@ pub struct Drawn {
     followed: Option<Seat>,
 }
 
-/// A function that returns `true` for this many milliseconds.
+/// Creates a function that returns `true` for this many milliseconds.
 fn within(clock: fn() -> f64, milliseconds: f64) -> impl FnMut() -> bool {
     let end = clock() + milliseconds;
     move || clock() < end
@@ -124,7 +124,7 @@ impl OpenReplay {
         }
     }
 
-    /// Handles an event that concerns the replay alone.
+    /// Handles an event that concerns only the replay.
     pub fn update(&mut self, now_ms: f64, event: Event) {
         match event {
             Event::Drawn(drawn) => self.note_drawn(drawn, now_ms),
@@ -135,7 +135,7 @@ impl OpenReplay {
         }
     }
 
-    /// Does what a button says.
+    /// Performs the action of a button.
     pub fn click(&mut self, action: PageAction, value: &str) {
         let player = &mut self.player;
         match action {
@@ -161,7 +161,7 @@ impl OpenReplay {
         }
     }
 
-    /// The table of keys that control the player; `false` if it has no such letter.
+    /// Performs the action of the key with this letter; `false` if it has none.
     fn control(&mut self, letter: &str) -> bool {
         let player = &mut self.player;
         match letter {
@@ -254,14 +254,14 @@ impl OpenReplay {
         }
     }
 
-    /// Whether the playhead jumped since the last call, which makes earlier news irrelevant.
+    /// Whether the playhead has jumped since the previous call, which makes earlier news irrelevant.
     pub fn has_jumped(&mut self) -> bool {
         std::mem::replace(&mut self.news_jumps, self.player.jumps) != self.player.jumps
     }
 
-    /// Takes the sound cues since the last call. Only a replay in real time has sound: when faster, a second would
-    /// contain the sounds of eight, and when slower, tones would not match the picture. Single steps and seeks show
-    /// moments, which have no sound.
+    /// Takes the sound cues reported since the previous call. Only a replay in real time has sound: when faster, a
+    /// second would contain the sounds of eight, and when slower, tones would not match the picture. Single steps and
+    /// seeks show moments, which have no sound.
     pub fn take_cues(&mut self) -> Vec<Cue> {
         let player = &mut self.player;
         let cues = std::iter::from_fn(|| player.next_cue()).collect();
@@ -279,7 +279,7 @@ impl OpenReplay {
     }
 }
 
-/// Whether the focused element uses a key itself.
+/// Whether the focused element itself uses a key.
 fn is_used_by_focus(key: &Key) -> bool {
     let letter = key.letter.as_str();
     match key.focus {

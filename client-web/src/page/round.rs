@@ -7,11 +7,11 @@ use jostle_protocol::PlayerState;
 use jostle_sim::TICKS_PER_SECOND;
 use jostle_sim::short_sort::sort_few;
 
-/// Ticks for which the page announces that a round has begun.
+/// How long the page announces that a round has begun, ticks.
 const GO_TICKS: f64 = TICKS_PER_SECOND as f64;
-/// Ticks for which the task is shown large.
+/// How long a new task is shown in large type, ticks.
 const TASK_TICKS: f64 = 8.0 * TICKS_PER_SECOND as f64;
-/// Maximum lives shown as single hearts; more are shown as a count.
+/// Maximum number of lives shown as individual hearts; more are shown as a count.
 pub const LIVES_SHOWN_MAX: i32 = 5;
 
 /// Everything that the page shows about a round.
@@ -19,7 +19,7 @@ pub const LIVES_SHOWN_MAX: i32 = 5;
 pub struct RoundView {
     /// Minutes and seconds left; empty without a time limit.
     pub clock: String,
-    /// Whether the last ten seconds are running.
+    /// Whether the round is in its last ten seconds.
     pub is_late: bool,
     /// The current task, or what the round is waiting for.
     pub task: String,
@@ -51,7 +51,7 @@ pub struct SideView {
     pub goal: Option<i32>,
     /// Lives, if the scene counts them.
     pub lives: Option<i32>,
-    /// Completed and total steps of an order, for this side or for the player on a team.
+    /// Completed and total steps of an order, for this side or, on a team, for the player.
     pub progress: Option<(usize, usize)>,
     /// Whether the player belongs to this side.
     pub is_own: bool,
@@ -73,7 +73,7 @@ pub struct ResultView {
     pub goes_on: bool,
 }
 
-/// The inputs of a [`RoundView`].
+/// The inputs to a [`RoundView`].
 #[derive(Clone, Copy)]
 pub struct RoundContext<'a> {
     pub scene: &'a Scene,

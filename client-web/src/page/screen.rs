@@ -1,4 +1,4 @@
-//! The screens of the page: each handles its events, its buttons and its keys.
+//! The screens of the page, each of which handles its own events, buttons and keys.
 
 use crate::input::bindings::Bindings;
 use crate::page::address::PendingGame;
@@ -82,7 +82,7 @@ impl Screen {
         }
     }
 
-    /// Does what a button or a key says.
+    /// Performs the action of a button or a key.
     pub fn click(&mut self, ctx: &mut Context, action: PageAction, value: &str) {
         let keeps =
             matches!(action, PageAction::EditSave | PageAction::EditCopy | PageAction::EditRoom);
@@ -97,7 +97,7 @@ impl Screen {
         }
     }
 
-    /// Does what a key means here, or says what the page is to do.
+    /// Handles a key on this screen, or returns what the page should do about it.
     pub fn key_down(
         &mut self,
         ctx: &mut Context,
@@ -113,14 +113,14 @@ impl Screen {
         }
     }
 
-    /// Releases everything: no key may stick when its release is never seen.
+    /// Releases everything, so that no key sticks if its release is never seen.
     pub fn release_input(&mut self, ctx: &mut Context) {
         if let Screen::Game(game) = self {
             game.release_input(ctx);
         }
     }
 
-    /// A draft was kept, or not; the card says what the editor makes of that.
+    /// Tells the editor whether a draft was stored; the returned card informs the player.
     pub fn note_draft(
         &mut self,
         ctx: &mut Context,
@@ -133,7 +133,7 @@ impl Screen {
         self.edited_mut()?.note_draft(ctx, draft, kept)
     }
 
-    /// Leaves for another screen.
+    /// Leaves this screen for another one.
     pub fn leave(self, ctx: &mut Context) {
         match self {
             Screen::Game(game) => game.connection.leave(ctx),
@@ -147,7 +147,7 @@ impl Screen {
         self.game().is_none_or(GameScreen::is_in_page)
     }
 
-    /// Shows the own hero ahead of the server, in this game and in the next ones, or no longer.
+    /// Switches prediction of the player's hero on or off, in this game and in later ones.
     pub fn set_prediction(&mut self, ctx: &mut Context, on: bool) {
         ctx.predicts = on;
         if let Screen::Game(game) = self {
@@ -155,7 +155,7 @@ impl Screen {
         }
     }
 
-    /// The replica of the room on display.
+    /// The replica of the displayed room.
     pub fn replica(&self) -> Option<&Replica> {
         match self {
             Screen::Game(game) => game.replica(),
@@ -165,7 +165,7 @@ impl Screen {
         }
     }
 
-    /// The replica in the picture: that of a highlight while one is shown.
+    /// The replica in the picture, which is that of the highlight while one is shown.
     pub fn pictured_replica(&self) -> Option<&Replica> {
         match self {
             Screen::Game(game) => game.pictured_replica(),
@@ -184,7 +184,7 @@ impl Screen {
         }
     }
 
-    /// The sound cues since the last frame, and the view for which they are mixed.
+    /// The sound cues reported since the previous frame, and the view for which they are mixed.
     pub fn take_cues(&mut self) -> Option<(Vec<Cue>, View)> {
         match self {
             Screen::Game(game) if !game.is_frozen() => Some((game.take_cues(), *game.view())),

@@ -11,7 +11,7 @@ use crate::page::storage::{self, Storage};
 use crate::page::strings;
 use crate::page::tools::Cap;
 
-/// Languages of the page: English, and those with a translation file.
+/// The page's languages: English, and those with a translation file.
 pub const LANGUAGES: [&str; 2] = ["en", "de"];
 
 /// A choice that waits for the player to press a key or button.
@@ -41,14 +41,14 @@ pub struct Settings {
     pub has_pad: bool,
     /// The action that waits for a key or button.
     pub choice: Option<Choice>,
-    /// The result of the last choice.
+    /// The result of the most recent choice.
     pub note: String,
     pad_state: PadState,
     pad_actions: u32,
 }
 
 impl Settings {
-    /// The settings as stored, or by default from the browser's preferred language and reduced-motion preference.
+    /// The stored settings. The defaults follow the browser's preferred language and its reduced-motion preference.
     pub fn new(storage: &Storage, preferred: &str, calm: bool) -> Settings {
         let mut settings = Settings {
             keys: Bindings::default(),
@@ -89,7 +89,7 @@ impl Settings {
         })
     }
 
-    /// The label of the key for a cap of the game.
+    /// The label of the key that a key cap in the game stands for.
     pub fn key_of(&self, cap: &Cap) -> String {
         match Action::that_presses(cap.buttons).filter(|action| *action != Action::Fire) {
             Some(action) => self.cap(action),
@@ -97,7 +97,7 @@ impl Settings {
         }
     }
 
-    /// Uses what is chosen, and remembers it. Returns the state of the gamepad if it is to be played by.
+    /// Applies and stores the player's choices. Returns the gamepad's state if it should control the game.
     pub fn update(&mut self, ctx: &mut Context, event: SettingsEvent) -> Option<PadState> {
         match event {
             SettingsEvent::Language(language) => {
@@ -130,7 +130,7 @@ impl Settings {
         None
     }
 
-    /// Does what a button of the sheet says.
+    /// Performs the action of a button in the settings dialog.
     pub fn click(&mut self, ctx: &mut Context, action: PageAction, value: &str) {
         match action {
             PageAction::ChooseKey => self.ask_choice(Action::of_id(value).map(Choice::Key)),
@@ -187,7 +187,7 @@ impl Settings {
         true
     }
 
-    /// Records the label of a key's cap.
+    /// Records the label on a key.
     pub fn note_cap(&mut self, key: &Key) {
         if !key.modified && !key.shift {
             self.layout.note(&key.code, &key.letter);
@@ -208,7 +208,7 @@ impl Settings {
         None
     }
 
-    /// Reads the state of the gamepad; also returns its actions of the last frame.
+    /// Reads the state of the gamepad; also returns its actions in the previous frame.
     pub fn read_pad(&mut self, state: &PadState) -> (PadInput, u32) {
         let input = pad::read(state, &self.pad);
         let before = std::mem::replace(&mut self.pad_actions, input.actions);
@@ -238,8 +238,8 @@ impl Settings {
             return;
         }
         match file {
-            // Sentences are borrowed for the lifetime of the page. The leak is small because languages are changed by
-            // hand.
+            // Sentences are borrowed for the lifetime of the page. The leak is small because only the player changes
+            // the language.
             Some(file) => self.speak(String::leak(file)),
             None => {
                 self.language.clone_from(&self.spoken);

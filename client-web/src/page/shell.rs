@@ -1,4 +1,5 @@
-//! The root of the page: passes queued events to the app, performs the effects, and lets the views show the result.
+//! The root of the page, which passes queued events to the app, performs the effects, and lets the views show the
+//! result.
 
 use crate::browser;
 use crate::net::api::{FILES, Request, scene_file};
@@ -39,7 +40,7 @@ pub struct Page {
     files: Files,
 }
 
-/// The folder of all files. Without a server, the document gives its location.
+/// The folder that contains all files. Without a server, the document specifies its location.
 #[derive(Clone)]
 struct Files(Option<String>);
 
@@ -68,7 +69,7 @@ thread_local! {
 #[wasm_bindgen(start)]
 fn main() {
     // A panic ends this instance, and without this hook would be reported only as "unreachable". The page may stay
-    // borrowed forever, so from here on only code that does not need it works.
+    // borrowed forever, so from here on only code that does not need the page works.
     std::panic::set_hook(Box::new(|info| {
         web_sys::console::error_1(&JsValue::from_str(&info.to_string()));
         if !browser::is_in_attempt() {
@@ -119,7 +120,7 @@ fn address() -> Address {
     }
 }
 
-/// Handles every animation frame of the browser.
+/// Handles every animation frame.
 fn run_frames() {
     thread_local! {
         static FRAME: Closure<dyn FnMut(f64)> = Closure::new(|_: f64| {
@@ -298,7 +299,7 @@ fn call(events: Events, files: &Files, request: Request) {
     });
 }
 
-/// Writes a value. If storage is full or not allowed, the value is simply missing on the next visit.
+/// Writes a value. If storage is full or blocked, the value is simply missing on the next visit.
 fn store(storage: Option<web_sys::Storage>, key: &str, value: Option<&str>) {
     storage.into_iter().for_each(|mut storage| _ = storage.write(key, value));
 }

@@ -1,5 +1,5 @@
-//! Sound: how loud it is, captions, and when there is some: from a click or key on, in games and replays, while the page is
-//! seen.
+//! Sound: its volume, its captions, and when it plays, which is after the first click or key press, in games and
+//! replays, while the page is visible.
 
 use crate::page::captions::Captions;
 use crate::page::context::Context;
@@ -24,13 +24,13 @@ pub struct SoundDesk {
     pub mixer: Mixer,
     /// Whether the page is hidden.
     pub hidden: bool,
-    /// Whether a click or key has already allowed sound in this page.
+    /// Whether a click or key press has already allowed sound on this page.
     pub allowed: bool,
     /// Whether sound should play now.
     pub awake: bool,
 }
 
-/// A click or key, after which browsers allow sound.
+/// A click or key press, after which browsers allow sound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Gesture {
     None,
@@ -59,7 +59,7 @@ impl Gesture {
 }
 
 impl SoundDesk {
-    /// The settings from the last visit.
+    /// The settings from the previous visit.
     pub fn new(storage: &Storage) -> SoundDesk {
         let mut desk = SoundDesk {
             volume: VOLUME,
@@ -83,7 +83,7 @@ impl SoundDesk {
         (self.muted, self.captioned) = (muted, captioned);
     }
 
-    /// The gain for the volume. Loudness is perceived in ratios, so a linear scale is squared.
+    /// The gain for the chosen volume. Loudness is perceived in ratios, so the linear scale is squared.
     pub fn gain(&self) -> f32 {
         let share = f32::from(self.volume) / 100.0;
         share * share
@@ -94,7 +94,7 @@ impl SoundDesk {
         !self.muted && self.volume > 0 && !self.missing
     }
 
-    /// The voices of a frame. Their captions are recorded.
+    /// The voices of a frame, for which captions are recorded.
     pub fn mix(&mut self, now_ms: f64, cues: Vec<Cue>, ear: &Ear) -> Vec<Voice> {
         cues.into_iter().for_each(|cue| self.mixer.hear(cue));
         let voices = self.mixer.frame(now_ms / 1000.0, ear);
@@ -156,7 +156,7 @@ impl SoundDesk {
         }
     }
 
-    /// Plays the sound cues since the last frame.
+    /// Plays the sound cues reported since the previous frame.
     pub fn play(&mut self, ctx: &mut Context, cues: Vec<Cue>, view: &View) {
         let voices = self.mix(ctx.now_ms, cues, &Ear::of(view));
         if self.awake && !voices.is_empty() {
@@ -164,7 +164,7 @@ impl SoundDesk {
         }
     }
 
-    /// Discards the sounds of the last screen.
+    /// Discards the sounds of the previous screen.
     pub fn end(&mut self) {
         self.mixer = Mixer::default();
         self.captions = Captions::default();

@@ -1,6 +1,6 @@
 //! The page's values in the browser's storage, shared by all tabs. A value is written only when this tab changes it, so
-//! a tab with old values overwrites nothing; values written by other tabs are adopted. A draft may replace only the
-//! text from which it was derived ([`Draft`]).
+//! a tab with old values does not overwrite newer ones; values written by other tabs are adopted. A draft may replace
+//! only the text from which it was derived ([`Draft`]).
 
 use crate::page::drafts::{self, Draft};
 use crate::page::event::Effect;
@@ -8,7 +8,7 @@ use jostle_game::scene::SCENE_BYTES_MAX;
 use jostle_protocol::Token;
 use litemap::LiteMap;
 
-/// Storage keys of settings and of the player.
+/// Storage keys for the settings and the player.
 pub const LANGUAGE: &str = "jostle.language";
 pub const CALM: &str = "jostle.calm";
 pub const KEYS: &str = "jostle.keys";
@@ -29,7 +29,7 @@ pub enum Secret {
     Host,
 }
 
-/// Stored values as this tab last read or wrote them.
+/// Stored values as most recently read or written by this tab.
 #[derive(Debug, Default)]
 pub struct Storage {
     /// Values shared by all tabs and visits.
@@ -40,7 +40,7 @@ pub struct Storage {
 }
 
 impl Storage {
-    /// The value of a key.
+    /// The value stored under a key.
     pub fn get(&self, key: &str) -> Option<&str> {
         self.local.get(key).map(String::as_str)
     }
@@ -87,7 +87,7 @@ impl Storage {
         (self.get(VOLUME).and_then(|volume| volume.parse().ok()), is_on(MUTED), is_on(CAPTIONS))
     }
 
-    /// The draft of a built-in scene, or of a new scene (`None`).
+    /// The draft of a built-in scene or, for `None`, of a new scene.
     pub fn draft(&self, origin: Option<&str>) -> Option<&str> {
         self.get(&drafts::key(origin))
     }

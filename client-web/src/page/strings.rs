@@ -1,5 +1,5 @@
 //! The page's texts in English. Every literal in this file is shown to the user and must be translated in each language
-//! file (`web/de.txt`); a test lists missing ones.
+//! file (`web/de.txt`); a test lists missing translations.
 
 mod scenes;
 
@@ -30,17 +30,17 @@ pub const STARTING: &str = "Starting a room\u{2026}";
 /// Shown if the list of scenes cannot be loaded on a page without a server.
 pub const NO_SCENES: &str = "Can't load the scenes. Check your connection; we'll keep trying.";
 
-/// The server did not answer a request for a room.
+/// Shown when the server did not answer a request for a room.
 pub const SILENCE: &str = "Can't reach the server. Check your connection.";
 
-/// The browser cannot draw the game.
+/// Shown when the browser cannot draw the game.
 pub const NO_WEBGL2: Card = card(
     "No WebGL 2",
     "This browser can't draw the game. Turn on hardware acceleration, or try another browser.",
     "Try again",
     CardAction::Reload,
 );
-/// The scene of a demo does not exist or could not be fetched.
+/// Shown when the scene of a demo does not exist or could not be fetched.
 pub const NO_SCENE: Card = card_or(
     card(
         "Couldn't load the scene",
@@ -51,58 +51,58 @@ pub const NO_SCENE: Card = card_or(
     "Browse scenes",
     CardAction::Lobby,
 );
-/// The program crashed because of a bug.
+/// Shown when the program crashed because of a bug.
 pub const CRASHED: Card = card(
     "Something broke",
     "The game hit a bug and stopped. Reload the page to continue.",
     "Reload",
     CardAction::Reload,
 );
-/// The browser took the drawing context away and has not restored it.
+/// Shown when the browser took the drawing context away and has not restored it.
 pub const GRAPHICS_LOST: Card = card(
     "Graphics lost",
     "Your browser stopped drawing the game. Reload if it doesn't come back.",
     "Reload",
     CardAction::Reload,
 );
-/// The player's room no longer exists, because the server restarted or the player was away too long.
+/// Shown when the player's room no longer exists, because the server restarted or the player was away too long.
 pub const ROOM_GONE: Card = elsewhere("Room closed", "The room closed while you were away.");
-/// The socket was lost.
+/// Shown while the page reconnects after losing the socket.
 pub const RECONNECTING: Card = passing(card(
     "Connection lost",
     "Reconnecting. We'll hold your spot for 45 seconds.",
     "Try now",
     CardAction::Again,
 ));
-/// The server shut down, most likely to be restarted.
+/// Shown when the server shut down, most likely to be restarted.
 pub const RESTARTING: Card = passing(card(
     "Server restarting",
     "It should be back soon; we'll reconnect automatically.",
     "Try now",
     CardAction::Again,
 ));
-/// The server is restarting and the room will continue.
+/// Shown when the server is restarting and the room will continue.
 pub const BACK_SOON: Card = passing(card(
     "Back in a moment",
     "The server is restarting. The game goes on where it was, and we hold your spot.",
     "Try now",
     CardAction::Again,
 ));
-/// The host closed the room.
+/// Shown after the player, as host, closed the room.
 pub const CLOSED_BY_YOU: Card = card(
     "Room closed",
     "Everyone has been sent out, and the link no longer works.",
     "See the rooms",
     CardAction::Lobby,
 );
-/// A replay is being fetched.
+/// Shown while a replay is being fetched.
 pub const FETCHING: Card = passing(card(
     "Loading the replay",
     "Fetching the file.",
     "Back to the lobby",
     CardAction::Lobby,
 ));
-/// The card while a replay is being read, with the share that has been read, 0..=1.
+/// The card shown while a replay is being read. `progress` is the fraction read so far, 0..=1.
 pub fn reading(progress: f64) -> Card {
     Card { detail: percent((progress * 100.0) as u8), ..READING }
 }
@@ -112,7 +112,7 @@ const READING: Card = passing(card(
     "Back to the lobby",
     CardAction::Lobby,
 ));
-/// The replay named in the address does not exist.
+/// Shown when the replay named in the address does not exist.
 pub const NO_SUCH_REPLAY: Card = card_or(
     card(
         "Replay not found",
@@ -123,7 +123,7 @@ pub const NO_SUCH_REPLAY: Card = card_or(
     "Open a file",
     CardAction::File,
 );
-/// The server refused to send the replay, possibly only for now.
+/// Shown when the server refused to send the replay, possibly only for now.
 pub const REPLAY_REFUSED: Card = card_or(
     card(
         "Couldn't load the replay",
@@ -155,12 +155,12 @@ pub fn bots(count: u32) -> String {
     }
 }
 
-/// The player's run has been submitted.
+/// Shown when the player's run has been submitted.
 pub const RUN_CHECKED: &str = "The server is checking your run\u{2026}";
-/// The game is too long for its run to be stored.
+/// Shown when the game is too long for its run to be stored.
 pub const RUN_TOO_LONG: &str =
     "This game is older than half an hour: load the page again to set records.";
-/// The ghost's replay could not be fetched or does not belong to the scene.
+/// Shown when the ghost's replay could not be fetched or does not belong to the scene.
 pub const NO_GHOST: Card = card(
     "No ghost",
     "The record couldn't be loaded, or it is of another version of this scene.",
@@ -239,11 +239,11 @@ fn span(ticks: u32) -> String {
     }
 }
 
-/// The file of a language could not be fetched.
+/// Shown when a language file could not be fetched.
 pub const NO_LANGUAGE: &str = "Can't load the language. Check your connection.";
-/// Keys and buttons were reset to their defaults.
+/// Shown after keys and buttons were reset to their defaults.
 pub const RESET: &str = "All keys and buttons are as they were at first.";
-/// The key cannot be assigned.
+/// Shown when the pressed key cannot be assigned.
 pub const TAKEN_KEY: &str = "{key} belongs to the page. Press another key, or Escape to cancel.";
 
 /// The name of an action in the settings.
@@ -280,7 +280,7 @@ pub fn emote(emote: u8) -> &'static str {
     say(EMOTES.get(usize::from(emote)).copied().unwrap_or_default())
 }
 
-/// The name of a gamepad button, as printed on the most common gamepads.
+/// The name of a gamepad button, as labelled on the most common gamepads.
 pub fn pad_button(button: u8) -> &'static str {
     const NAMES: [&str; 10] = ["A", "B", "X", "Y", "LB", "RB", "LT", "RT", "Back", "Start"];
     NAMES.get(usize::from(button)).copied().unwrap_or("\u{2013}")
@@ -343,7 +343,7 @@ pub fn caption(sound: Sound, pitch: f32) -> &'static str {
     })
 }
 
-/// A time span before now, in words.
+/// How long ago something happened, in words.
 pub fn ago(seconds: f64) -> String {
     let (count, one, many) = match seconds {
         s if s < 60.0 => return say("just now").to_owned(),
@@ -365,7 +365,7 @@ pub fn size(bytes: u64) -> String {
     }
 }
 
-/// The card while joining, depending on the number of attempts so far.
+/// The card shown while joining, depending on the number of attempts so far.
 pub fn connecting(attempts: u32) -> Card {
     let text = match attempts {
         0..=1 => "Joining the room\u{2026}",
@@ -374,8 +374,8 @@ pub fn connecting(attempts: u32) -> Card {
     passing(card("Joining", text, "Back to the lobby", CardAction::Lobby))
 }
 
-/// The card for a session that was refused or ended; `None` if the cause will pass and the page should retry until
-/// then.
+/// The card for a session that was refused or ended; `None` if the cause is temporary and the page should keep
+/// retrying.
 pub fn refused(refusal: Refusal) -> Option<Card> {
     use CardAction::{Again, Lobby, Reload};
     let (title, button, action) = match refusal {
@@ -417,7 +417,7 @@ pub fn no_clip(refusal: ClipRefusal) -> &'static str {
 
 pub const CLIP_OF_SPECTATOR: &str = "Only players can keep clips.";
 
-/// The number of a room's spectators, for the lobby.
+/// The number of spectators in a room, for the lobby.
 pub fn watching(spectators: u32) -> String {
     match spectators {
         0 => String::new(),
@@ -430,7 +430,7 @@ pub fn refusal_of_close(code: u16) -> Option<Refusal> {
     match code {
         // Several refusals share these codes.
         1001 | 1008 => None,
-        // These conditions pass by themselves.
+        // These conditions resolve themselves.
         4010 | 4011 => None,
         code if BAD_MESSAGE_CODES.contains(&code) => Some(Refusal::BadMessage),
         code => Refusal::ALL.into_iter().find(|refusal| refusal.close_code() == code),

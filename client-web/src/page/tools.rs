@@ -4,7 +4,7 @@ use crate::input::action::Action;
 use crate::input::touch::Fingers;
 use jostle_game::{Buttons, Kind, Scene, Tools};
 
-/// A key cap at the bottom of the game.
+/// A key cap shown at the bottom of the game.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cap {
     /// The label of the key.
@@ -47,7 +47,7 @@ pub const REPLAY_HELP: [(&str, &str); 12] = [
     ("Drop a .jostle file", "watch it"),
 ];
 
-/// The caps of the steering keys, which depend on how heroes move.
+/// The caps for the steering keys, which depend on how heroes move.
 fn steering(scene: &Scene) -> Vec<Cap> {
     let Some(hero) = scene.hero.as_ref().filter(|_| scene.tools.contains(Tools::STEER)) else {
         return Vec::new();
@@ -121,7 +121,7 @@ pub fn picks(buttons: Buttons) -> Option<Kind> {
     }
 }
 
-/// The caps of a scene that become touch buttons: all except the directions.
+/// The caps in a scene that become touch buttons: all except the directions.
 pub fn touch_tools(scene: &Scene) -> Vec<Cap> {
     let directions = [Buttons::UP, Buttons::LEFT, Buttons::DOWN, Buttons::RIGHT];
     caps(scene).into_iter().filter(|cap| !directions.contains(&cap.buttons)).collect()

@@ -3,10 +3,10 @@
 
 use std::borrow::Cow;
 
-/// A text of the page; most are constants.
+/// A text on the page; most are constants.
 pub type Text = Cow<'static, str>;
 
-/// A panel of the page, or an entry of a list.
+/// A panel of the page, or an entry in a list.
 #[derive(Clone, Debug, PartialEq)]
 pub struct View {
     /// The name of a panel, or the id of an entry's template.
@@ -15,8 +15,8 @@ pub struct View {
     pub key: Text,
     /// Changes, applied in this order. Everything else stays as it is.
     pub parts: Vec<Part>,
-    /// Selector of the element that has the focus while the view is shown. `None` returns the focus to its previous
-    /// element.
+    /// Selector of the element that has the focus while the view is shown. `None` returns the focus to the element that
+    /// had it before.
     pub focus: Option<&'static str>,
 }
 
@@ -30,7 +30,7 @@ pub enum Set {
     Text(Text),
     Attribute(&'static str, Option<Text>),
     Style(&'static str, Text),
-    /// The value of a field. The user may have changed it since it was set, as with the next two.
+    /// The value of a field. As with the next two, the user may have changed it since it was set.
     Value(Text),
     /// The value of a text field; it is not changed while the field has the focus.
     Typed(Text),
@@ -62,7 +62,7 @@ impl View {
         self.set(at, Set::Text(text.into()))
     }
 
-    /// Sets a text; `None` hides the element.
+    /// Sets the element's text; `None` hides the element.
     pub fn text_or_hide(self, at: &'static str, text: Option<impl Into<Text>>) -> View {
         let shown = text.is_some();
         self.text(at, text.map_or(Text::default(), Into::into)).show(at, shown)

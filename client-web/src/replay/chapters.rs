@@ -1,15 +1,15 @@
-//! Events of a replay by tick, for marks on its timeline.
+//! A replay's events by tick, for marks on its timeline.
 
 use jostle_game::{Event, Game, RoundInfo, RoundPhase, Side};
 use jostle_protocol::replay::{Block, Change};
 
-/// Maximum marks for game events, and separately for all other events; later ones are omitted.
+/// Maximum number of marks for game events and, separately, for all other events; later ones are omitted.
 const CHAPTERS_MAX: usize = 4096;
 
-/// Goals that follow each other within this many ticks share a mark, such as points for holding a hill.
+/// Goals within this many ticks of each other, such as points for holding a hill, share a mark.
 const GOALS_APART_TICKS: u32 = 90;
 
-/// An event at a tick.
+/// A kind of event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Chapter {
     Join,
@@ -33,9 +33,9 @@ impl Chapter {
 #[derive(Clone, Debug, Default)]
 pub struct Chapters {
     pub known: Vec<(u32, Chapter)>,
-    /// The round in the last tick that was examined.
+    /// The round in the tick that was examined last.
     round: Option<RoundInfo>,
-    /// The tick of the newest goal, marked or not.
+    /// The tick of the newest goal, whether marked or not.
     goal_tick: Option<u32>,
 }
 

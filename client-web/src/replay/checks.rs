@@ -15,7 +15,7 @@ pub struct Checks {
     pub ranges: Vec<[u32; 2]>,
     /// The first known tick whose hash differs from the recorded one.
     pub differs_at: Option<u32>,
-    /// The second game, until it reaches the end.
+    /// The second game, present until it reaches the end.
     ahead: Option<Box<Ahead>>,
 }
 
@@ -80,7 +80,7 @@ impl Checks {
         }
     }
 
-    /// The last tick up to which all hashes were compared and equal.
+    /// The last tick up to which all hashes were compared and matched.
     pub fn agrees_until(&self) -> u32 {
         let compared = self.ranges.first().filter(|range| range[0] <= self.first + 1);
         let until = compared.map_or(self.first, |range| range[1]);
@@ -92,7 +92,7 @@ impl Checks {
         self.ranges.iter().map(|[from, to]| to - from + 1).sum()
     }
 
-    /// Whether all ticks of the replay were compared and equal.
+    /// Whether all ticks of the replay were compared and matched.
     pub fn all_equal(&self) -> bool {
         self.agrees_until() == self.last && self.last > self.first
     }

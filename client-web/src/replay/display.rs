@@ -1,4 +1,4 @@
-//! The display of consecutively played ticks: bodies with their springs, flashes, news.
+//! The display of consecutively played ticks: bodies with their springs, flashes and news.
 
 use crate::view::draw::motion::SquashSpring;
 use crate::world::replica::{Eye, Replica};
@@ -8,10 +8,10 @@ use jostle_room::Playback;
 use jostle_sim::{BodyId, DT};
 use std::sync::Arc;
 
-/// Maximum age of a body, seconds; drawing does not depend on higher ages.
+/// Maximum age of a body, seconds; anything older is drawn the same way.
 const AGE_MAX_S: f32 = 1.0;
-/// Springs are rounded to multiples of one part in this many. Residues of motion before the lead are far smaller, so
-/// they are invisible.
+/// Springs are rounded to multiples of the reciprocal of this. Traces of motion from before the lead are far smaller,
+/// so they are invisible.
 const SQUASH_STEPS: f32 = 1024.0;
 /// A seat that no player has.
 const NO_PLAYER: Seat = Seat(u16::MAX);
@@ -75,7 +75,7 @@ impl ReplayDisplay {
         }
     }
 
-    /// Shows a moment at or just before the newest tick, from the view of a player.
+    /// Shows a moment at or just before the newest tick, from a player's point of view.
     pub fn show(&mut self, playhead: f64, eye_of: Option<Seat>, bounds: bool) {
         self.replica.room.seat = eye_of.unwrap_or(NO_PLAYER);
         self.replica.show(playhead, Eye { pointer: None, bounds });

@@ -1,4 +1,4 @@
-//! The reasons why a file cannot be watched, with explanations.
+//! The reasons why a file cannot be watched, and their explanations.
 
 use jostle_protocol::replay::{Problem, ReplayError};
 use jostle_room::PlaybackError;

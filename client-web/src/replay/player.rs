@@ -1,5 +1,5 @@
-//! A replay that is being watched: it is simulated again tick by tick, can be paused, sped up and sought, and is drawn
-//! like a live game.
+//! A replay that is being watched. It is simulated again tick by tick, drawn like a live game, and supports pausing,
+//! seeking and different speeds.
 //!
 //! The picture at a tick depends only on the replay and that tick, not on how it was reached. Flashes and springs are
 //! rebuilt by playing the preceding [`LEAD_TICKS`] without showing them.
@@ -19,7 +19,7 @@ use jostle_room::{Playback, PlaybackError};
 use jostle_sim::{Particles, TICKS_PER_SECOND, Vec2};
 use std::sync::Arc;
 
-/// Ticks played without showing them before the target of a jump: twice the duration for which any drawn effect lasts.
+/// Number of ticks played, but not shown, before the target of a jump: twice as long as any drawn effect lasts.
 pub const LEAD_TICKS: u32 = 120;
 /// Selectable speeds, as multiples of real time.
 pub const SPEEDS: [f64; 7] = [0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0];
@@ -38,7 +38,7 @@ pub struct ReplayPlayer {
     /// The speed as a multiple of real time, one of [`SPEEDS`].
     pub speed: f64,
     pub(super) seek: Option<Seek>,
-    /// The target of the next seek, when the current one is done.
+    /// The target of the next seek, which starts once the current one is done.
     pub(super) wish: Option<u32>,
     /// The number of times the displayed moment jumped; cameras cut on a change.
     pub jumps: u32,
@@ -62,7 +62,7 @@ pub(super) struct Seek {
 pub(super) struct Rebuilt {
     /// The tick at which the lead begins.
     pub lead: u32,
-    /// The new display, from the lead on.
+    /// The new display, starting with the lead.
     pub display: Option<ReplayDisplay>,
     /// The particles shown in the meantime.
     pub particles: Particles,
@@ -78,7 +78,7 @@ impl Seek {
 }
 
 impl ReplayPlayer {
-    /// Opens a replay at its beginning. The readable part of a truncated file can be watched, see
+    /// Opens a replay at its beginning. The readable part of a truncated file can be watched; see
     /// [`ReplayPlayer::ending`].
     pub fn open(bytes: Vec<u8>) -> Result<ReplayPlayer, ReplayLoadError> {
         ReplayPlayer::new(Replay::read(bytes)?)
@@ -115,12 +115,12 @@ impl ReplayPlayer {
         self.playback.game().scene()
     }
 
-    /// The replica of the room on display.
+    /// The replica of the displayed room.
     pub fn replica(&self) -> &Replica {
         &self.display.replica
     }
 
-    /// The next unread news.
+    /// The next unread news item.
     pub fn next_news(&mut self) -> Option<News> {
         self.display.replica.news.pop_front()
     }
@@ -150,7 +150,7 @@ impl ReplayPlayer {
         self.trouble.as_ref().map_or(self.replay().last_tick(), |&(tick, _)| tick)
     }
 
-    /// The whole tick on display, which [`ReplayPlayer::hash`] refers to.
+    /// The whole tick on display, to which [`ReplayPlayer::hash`] refers.
     pub fn tick(&self) -> u32 {
         self.playhead.ceil() as u32
     }
@@ -247,7 +247,7 @@ impl ReplayPlayer {
         self.playing = false;
     }
 
-    /// Plays this many seconds of real time, as long as `more` returns `true`.
+    /// Plays this many seconds of real time, for as long as `more` returns `true`.
     pub fn advance(&mut self, elapsed_s: f64, mut more: impl FnMut() -> bool) {
         if !self.playing || self.is_seeking() {
             return;
@@ -268,8 +268,8 @@ impl ReplayPlayer {
         self.show();
     }
 
-    /// Uses spare time to compare more hashes and to find chapters, wherever the playhead is. Seeking within the
-    /// examined part is then quick.
+    /// Uses spare time to compare more hashes and find chapters, regardless of where the playhead is. This makes
+    /// seeking within the examined part quick.
     pub fn look_ahead(&mut self, more: impl FnMut() -> bool) {
         self.checks.run(&mut self.playback, &mut self.chapters, more);
     }
@@ -277,14 +277,14 @@ impl ReplayPlayer {
     /// Updates the display to the playhead.
     pub(super) fn show(&mut self) {
         let bounds = self.bounds();
-        // The eyes of the player who is followed, or of the first one where something is selected.
+        // Sees through the eyes of the followed player or, in scenes with selection, those of the first player.
         let selecting = self.scene().tools.contains(Tools::SELECT);
         let first = || self.players().first().map(|player| player.seat).filter(|_| selecting);
         let eyes = self.followed.or_else(first);
         self.display.show(self.playhead, eyes, bounds);
     }
 
-    /// The players at the displayed moment, in seat order.
+    /// The players at the displayed moment, ordered by seat.
     pub fn players(&self) -> &[PlayerState] {
         self.replica().room.players()
     }
@@ -297,7 +297,7 @@ impl ReplayPlayer {
         Some((hero.center, hero.velocity))
     }
 
-    /// Particles on display, which are those of the game itself, and how far they are behind the playhead, seconds.
+    /// The displayed particles, which are those of the game itself, and how far they lag behind the playhead, seconds.
     pub fn particles(&self) -> (&Particles, f32) {
         match self.seek.as_ref().and_then(|seek| seek.rebuilt.as_ref()) {
             Some(rebuilt) => (&rebuilt.particles, rebuilt.particle_lead),
@@ -310,7 +310,7 @@ impl ReplayPlayer {
         ticks.clamp(-1.0, 0.0) as f32 / TICKS_PER_SECOND as f32
     }
 
-    /// A camera for the whole world, or for the followed hero if there is one now.
+    /// A camera for the whole world, or for the followed hero if it currently exists.
     pub fn camera(&self) -> Camera {
         let scene = self.scene();
         watching_camera(scene, self.followed_hero().is_some())
@@ -322,7 +322,7 @@ impl ReplayPlayer {
         self.view(&mut self.camera(), pixels, bottom, 0.0)
     }
 
-    /// The camera's view, this many seconds after its last one.
+    /// The camera's view, this many seconds after its previous one.
     pub fn view(&self, camera: &mut Camera, pixels: [u32; 2], bottom: u32, elapsed_s: f32) -> View {
         let [width, height] = pixels;
         let free = height - bottom.min(height / 2);

@@ -1,5 +1,5 @@
-//! Seeking: the ticks from the nearest known state to the goal are played in slices, first without display and then
-//! into a new display, while the current display stays visible.
+//! Seeking: the ticks from the nearest known state to the goal are played in slices, first without displaying them and
+//! then into a new display, while the current display stays visible.
 
 use super::display::ReplayDisplay;
 use super::player::{LEAD_TICKS, Rebuilt, ReplayPlayer, Seek};
@@ -10,7 +10,7 @@ use jostle_sim::TICKS_PER_SECOND;
 const FINISHED_TICKS_MAX: u32 = 1500;
 
 impl ReplayPlayer {
-    /// Seeks to a tick immediately, however long that takes, and pauses there.
+    /// Seeks to this tick immediately, no matter how long that takes, and pauses there.
     pub fn seek(&mut self, tick: u32) {
         self.playing = false;
         self.wish = None;
@@ -18,7 +18,7 @@ impl ReplayPlayer {
         self.work(|| true);
     }
 
-    /// Starts seeking to a tick; [`ReplayPlayer::work`] does the work.
+    /// Starts seeking to this tick; [`ReplayPlayer::work`] does the work.
     pub fn aim(&mut self, tick: u32) {
         match &self.seek {
             Some(seek) if seek.left(&self.playback) <= FINISHED_TICKS_MAX => self.wish = Some(tick),
@@ -42,7 +42,7 @@ impl ReplayPlayer {
         self.aim(goal.clamp(first, last) as u32);
     }
 
-    /// Seeks to shortly before the next known goal, beginning or end of a round, or the previous one.
+    /// Seeks to shortly before the next or previous known goal, or beginning or end of a round.
     pub fn skip_to_goal(&mut self, forward: bool) {
         /// Time before a goal at which its build-up is visible.
         const BEFORE: u32 = 2 * TICKS_PER_SECOND;
@@ -51,7 +51,7 @@ impl ReplayPlayer {
         let mut ticks = known.map(|&(tick, _)| tick.saturating_sub(BEFORE).max(first));
         let found = match forward {
             true => ticks.filter(|&tick| tick > here).min(),
-            // While playing, the playhead is already slightly past the last target.
+            // While playing, the playhead is already slightly past the previous target.
             false => ticks.rfind(|&tick| tick + TICKS_PER_SECOND / 2 < here),
         };
         found.into_iter().for_each(|tick| self.aim(tick));
@@ -116,7 +116,7 @@ impl ReplayPlayer {
         }
     }
 
-    /// Plays up to the goal; `false` if time ran out.
+    /// Plays up to the goal; returns `false` if time ran out.
     fn seek_on(&mut self, more: &mut impl FnMut() -> bool) -> bool {
         while let Some(seek) = &mut self.seek {
             let tick = self.playback.tick();

@@ -1,4 +1,4 @@
-//! Cues: audible moments of the world.
+//! Cues: audible events in the world.
 
 use jostle_sim::{BodyId, Vec2};
 
@@ -17,7 +17,7 @@ pub enum Sound {
     Break,
     /// A side scores points.
     Goal,
-    /// A second of the countdown.
+    /// A second of the countdown passes.
     Count,
     Go,
     /// A round was won by the player, or by any side if the page only watches.
@@ -47,7 +47,7 @@ impl Sound {
         matches!(self, Sound::Wood | Sound::Rubber | Sound::Glass)
     }
 
-    /// The importance of a sound. A sound never replaces a more important one.
+    /// The importance of a sound. A sound never replaces one that is more important.
     pub fn rank(self) -> u8 {
         match self {
             Sound::Wood | Sound::Rubber | Sound::Glass | Sound::Spawn => 0,

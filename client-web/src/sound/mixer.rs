@@ -7,29 +7,29 @@ use crate::view::frame::View;
 use jostle_sim::math::ordered_bits;
 use jostle_sim::{BodyId, Vec2};
 
-/// Maximum simultaneous voices.
+/// Maximum number of simultaneous voices.
 pub const VOICES_MAX: usize = 24;
-/// Maximum simultaneous voices of one sound.
+/// Maximum number of simultaneous voices of one sound.
 pub const VOICES_OF_SOUND_MAX: usize = 6;
-/// Maximum voices that start in one frame.
+/// Maximum number of voices that start in one frame.
 pub const STARTS_A_FRAME_MAX: usize = 4;
-/// Minimum time between two sounds of a body, seconds.
+/// Minimum time between sounds from one body, seconds.
 pub const BODY_REST_S: f64 = 0.08;
-/// Maximum cues queued for a frame; further ones are dropped.
+/// Maximum number of cues queued for a frame; further ones are dropped.
 pub const WAITING_MAX: usize = 128;
 
 /// Width of a body that sounds at the default pitch, world units.
 const SIZE_MIDDLE: f32 = 14.0;
-/// Exponent by which pitch falls with size.
+/// Exponent with which pitch falls as size grows.
 const SIZE_EXPONENT: f32 = 0.6;
 /// The lowest and highest pitch, as multiples of the default.
 const PITCHES: [f32; 2] = [0.45, 2.2];
-/// Maximum relative pitch difference between bodies of one size.
+/// Maximum relative pitch difference between bodies of the same size.
 const DETUNE: f32 = 0.05;
-/// Closing speed at which an impact has half its maximum loudness, units/s.
+/// Closing speed at which an impact reaches half its maximum loudness, units/s.
 const SPEED_KNEE: f32 = 40.0;
 /// A voice may be replaced by one of equal importance once it has faded to this share of the new one's gain. Voices
-/// that cut each other off would be a roar.
+/// that kept cutting each other off would sound like a roar.
 const GIVES_WAY: f32 = 0.5;
 /// Minimum gain of a voice.
 const GAIN_MIN: f32 = 0.01;
@@ -79,7 +79,7 @@ pub struct Voice {
 }
 
 impl Voice {
-    /// Seconds until the voice has faded.
+    /// Seconds until the voice has faded out.
     pub fn length_s(&self) -> f32 {
         patch::length_s(self.sound) * self.stretch
     }
@@ -94,7 +94,7 @@ struct Running {
 }
 
 impl Running {
-    /// The approximate current loudness.
+    /// The approximate loudness at this time.
     fn level(&self, now_s: f64) -> f32 {
         let left = (self.until_s - now_s) / (self.until_s - self.since_s);
         self.gain * left.clamp(0.0, 1.0) as f32
@@ -106,7 +106,7 @@ impl Running {
 pub struct Mixer {
     running: [Option<Running>; VOICES_MAX],
     waiting: Vec<Cue>,
-    /// Bodies that sounded within [`BODY_REST_S`], and when they may sound again.
+    /// Bodies that made a sound within the last [`BODY_REST_S`], and when they may sound again.
     resting: Vec<(BodyId, f64)>,
 }
 
@@ -118,8 +118,8 @@ impl Mixer {
         }
     }
 
-    /// The voices that start at `now_s`, chosen from the cues since the last frame by importance, then by loudness. The
-    /// rest are dropped, since playing them late would be worse.
+    /// The voices that start at `now_s`, chosen from the cues since the previous frame by importance, then by loudness.
+    /// The rest are dropped, since playing them late would be worse.
     pub fn frame(&mut self, now_s: f64, ear: &Ear) -> Vec<Voice> {
         for slot in &mut self.running {
             slot.take_if(|running| running.until_s <= now_s);
@@ -147,7 +147,7 @@ impl Mixer {
         voices
     }
 
-    /// The number of voices sounding at a time.
+    /// The number of voices sounding at this time.
     pub fn running(&self, now_s: f64) -> usize {
         self.running.iter().flatten().filter(|running| running.until_s > now_s).count()
     }
@@ -203,7 +203,7 @@ impl Mixer {
     }
 }
 
-/// The gain of a cue on its own. For impacts it rises with speed and levels off.
+/// The gain of a cue on its own. For impacts, it rises with speed and then levels off.
 fn loudness(cue: &Cue, ear: &Ear) -> f32 {
     let heard = cue.at.map_or(1.0, |at| ear.hear(at).1);
     let size = (cue.size / SIZE_MIDDLE).clamp(0.1, 10.0);

@@ -22,9 +22,9 @@ pub struct SoundLayer {
     pub to_hz: f32,
     /// Peak gain, 0..=1.
     pub gain: f32,
-    /// Start relative to the sound, seconds.
+    /// Start relative to that of the sound, seconds.
     pub start_s: f32,
-    /// Time until it has faded, seconds.
+    /// Time until the layer has faded out, seconds.
     pub length_s: f32,
 }
 

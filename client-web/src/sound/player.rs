@@ -21,16 +21,16 @@ use web_sys::{
 /// Attack time of a layer, and release time of a replaced voice, seconds. Shorter ones would click.
 const ATTACK_S: f64 = 0.003;
 const RELEASE_S: f64 = 0.012;
-/// Share of the peak gain that is left at the end of a layer.
+/// Share of the peak gain that remains at the end of a layer.
 const FADED: f32 = 0.002;
-/// Length of the repeated noise, seconds.
+/// Length of the looped noise, seconds.
 const NOISE_S: f32 = 1.0;
-/// The bandwidth of noise is about as large as its frequency.
+/// Quality factor of the noise filter, which makes the bandwidth about as large as the frequency.
 const NOISE_Q: f32 = 1.1;
-/// Time after which a context that was resumed but does not run is considered blocked until a click or key,
+/// Time after which a context that was resumed but does not run is considered blocked until a click or key press,
 /// milliseconds.
 const WAKE_MS: f64 = 1000.0;
-/// Sample rate of offline rendering.
+/// Sample rate for offline rendering.
 const RENDERED_HZ: u32 = 44_100;
 
 /// All audio nodes of a context.
@@ -49,7 +49,7 @@ struct Playing {
 }
 
 impl Graph {
-    /// Voices pass through a compressor, which limits the sum of many, and then the volume.
+    /// Voices pass through a compressor, which limits the sum of many voices, and then through the volume control.
     fn build(context: &BaseAudioContext, gain: f32) -> Result<Graph, JsValue> {
         let compressor = context.create_dynamics_compressor()?;
         compressor.threshold().set_value(-20.0);
@@ -66,7 +66,7 @@ impl Graph {
         Ok(Graph { context: context.clone(), noise, compressor, volume, slots })
     }
 
-    /// Starts a voice at a time of the context. Its nodes end by themselves.
+    /// Starts a voice at this time on the context's clock. Its nodes stop by themselves.
     fn start(&mut self, voice: &Voice, at_s: f64) -> Result<(), JsValue> {
         if let Some(replaced) = self.slots[voice.slot].take() {
             replaced.end(at_s);
@@ -177,7 +177,7 @@ impl Player {
         }
     }
 
-    /// Performs a task of the page.
+    /// Performs a task for the page.
     pub fn carry_out(&mut self, task: &SoundTask) -> Result<(), Silence> {
         match task {
             SoundTask::Wake(gain) => self.wake(*gain).map_err(|_| Silence::Missing),
@@ -227,7 +227,7 @@ impl Player {
     fn start(&mut self, voices: &[Voice]) -> Result<(), Silence> {
         debug_assert!(voices.len() <= STARTS_A_FRAME_MAX);
         let Some((context, graph)) = &mut self.heard else { return Err(Silence::Blocked) };
-        // The context's time is stopped, so all voices would sound at once later.
+        // The context's clock is stopped, so all voices would sound at once when it resumes.
         if context.state() != AudioContextState::Running {
             let waits = browser::now_ms() - self.woken_ms > WAKE_MS;
             return if waits { Err(Silence::Blocked) } else { Ok(()) };
@@ -245,7 +245,7 @@ extern "C" {
     /// An `OfflineAudioContext` with a method missing from `web-sys`.
     #[wasm_bindgen(js_name = OfflineAudioContext)]
     type Interruptible;
-    /// Suspends rendering at a time.
+    /// Suspends rendering at this time.
     #[wasm_bindgen(method, catch)]
     fn suspend(this: &Interruptible, at_s: f64) -> Result<Promise, JsValue>;
 }
@@ -272,7 +272,7 @@ pub fn rendered(voices: &[(f64, Voice)], seconds: u32, gain: f32) -> Result<Prom
         }
         let going_on = context.clone();
         let go_on = Closure::<dyn FnMut(JsValue)>::new(move |_| {
-            // A voice that fails is missing in the result, which tests detect.
+            // A voice that fails is missing from the result, which tests detect.
             let _ = start();
             let _ = going_on.resume();
         });

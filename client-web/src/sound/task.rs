@@ -5,7 +5,8 @@ use super::mixer::Voice;
 /// A task for the player.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SoundTask {
-    /// Start playing sound at this gain. The first time, this must follow a click or key, since browsers require that.
+    /// Start playing sound at this gain. The first time, this must follow a click or key press, since browsers require
+    /// that.
     Wake(f32),
     /// Stop all sound.
     Rest,

@@ -7,7 +7,7 @@ use jostle_sim::TICKS_PER_SECOND;
 /// Size of the listener's picture, pixels.
 const PIXELS: [u32; 2] = [1280, 720];
 
-/// The voices of the first seconds of a replay with their start times in seconds, at one frame per tick.
+/// The voices from the first seconds of a replay, with their start times in seconds, at one frame per tick.
 pub fn voices_of(mut player: ReplayPlayer, seconds: u32) -> Vec<(f64, Voice)> {
     let ear = Ear::of(&player.still_view(PIXELS, 0));
     let mut mixer = Mixer::default();

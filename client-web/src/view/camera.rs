@@ -1,5 +1,5 @@
-//! The camera: shows the whole world letterboxed, or smoothly follows the player's hero and stays within the world's
-//! edges where possible.
+//! The camera, which shows the whole world letterboxed, or smoothly follows the player's hero and stays within the
+//! world's edges where possible.
 
 use crate::view::frame::View;
 use jostle_game::Scene;
@@ -9,14 +9,14 @@ use jostle_sim::{TICKS_PER_SECOND, Vec2};
 
 /// Margin on each side when the whole world is shown, as a share of its size.
 const MARGIN: f32 = 0.01;
-/// Seconds of the hero's motion by which the view looks ahead.
+/// How far the view looks ahead along the hero's motion, seconds.
 const LOOK_AHEAD_S: f32 = CAMERA_AHEAD_TICKS as f32 / TICKS_PER_SECOND as f32;
 /// Minimum width of a following view, as a multiple of its nominal height.
 const FOLLOW_WIDTH_MIN: f32 = 0.9;
-/// Threshold for portrait screens: the screen is higher than wide, and the view of the whole world would be more than
-/// this many times as high as the world.
+/// Threshold for portrait screens: the screen is taller than it is wide, and the view of the whole world would be more
+/// than this many times as tall as the world.
 const UPRIGHT: f32 = 1.5;
-/// Height of a portrait view that follows a hero, as a multiple of the world's height.
+/// Height of a view that follows a hero on a portrait screen, as a multiple of the world's height.
 const UPRIGHT_HEIGHT: f32 = 1.32;
 /// Position of the world's centre on a portrait screen, as a share of the height from the top. The thumbs are below.
 const UPRIGHT_MIDDLE: f32 = 0.42;
@@ -27,11 +27,11 @@ pub struct Camera {
     rule: CameraRule,
     world: Vec2,
     center: Option<Vec2>,
-    /// The next view that follows a hero jumps there.
+    /// Whether the next view that follows a hero jumps to it.
     cut: bool,
 }
 
-/// The input of the camera for one frame.
+/// The camera's input for one frame.
 #[derive(Clone, Copy, Debug)]
 pub struct Target {
     /// Canvas size in device pixels, neither zero.
@@ -42,14 +42,14 @@ pub struct Target {
     pub top: u32,
     /// Device pixels at the bottom covered by the HUD when the whole world is shown.
     pub bottom: u32,
-    /// Seconds since the last frame.
+    /// Seconds since the previous frame.
     pub elapsed_s: f32,
 }
 
 /// Default height of the view around a followed player, as a share of the world's height.
 const FOLLOW_SHARE: f32 = 0.6;
 
-/// In a view this many times as high as the world, everything is tiny.
+/// In a view this many times as tall as the world, everything is tiny.
 const TINY: f32 = 2.5;
 
 /// A spectator's camera, for the whole world or a hero.
@@ -81,7 +81,7 @@ impl Camera {
         Camera { rule, world, center: None, cut: true }
     }
 
-    /// Makes the view jump to the hero as soon as there is one, because its path there was not shown.
+    /// Makes the view jump to the hero as soon as it appears, because its path there was not shown.
     pub fn cut(&mut self) {
         self.cut = true;
     }
@@ -106,7 +106,7 @@ impl Camera {
             return View { center, height, pixels: target.pixels };
         }
         // On a portrait phone, fitting the whole width would make everything tiny. With a hero to follow, the world is
-        // as high as possible above the thumbs.
+        // as tall as the space above the thumbs allows.
         let mut view = match target.hero {
             Some(_) => self.walk(target, aspect, height.min(needed.y * UPRIGHT_HEIGHT)),
             None => View { center: self.world * 0.5, height, pixels: target.pixels },

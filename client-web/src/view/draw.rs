@@ -1,7 +1,8 @@
-//! Converts a [`Frame`] to vertices. This is pure code without a GPU, used both by the page and for rendered pictures.
+//! Converts a [`Frame`] to vertices. This is pure code that needs no GPU, used both by the page and for rendered
+//! pictures.
 //!
 //! The list is in drawing order: zones, slabs, shadows, bodies with faces and effects; then all particles; then
-//! overlays (outlines, the veil of a lost connection).
+//! overlays (outlines, the veil shown when the connection is lost).
 
 mod bodies;
 mod effects;
@@ -25,15 +26,15 @@ use motion::{BodySprings, Pose};
 use stage::{DrawStage, Quads};
 use vertex::rgba;
 
-/// Maximum particles drawn at a time; further ones are omitted.
+/// Maximum number of particles drawn per frame; further ones are omitted.
 pub const PARTICLES_MAX: usize = 65_536;
 
 /// With reduced motion, one in this many particles is drawn, at this share of its brightness.
 const CALM_STEP: usize = 4;
 const CALM_SHARE: f32 = 0.5;
 
-/// Everything the renderer needs for one frame. It is kept between frames to reuse its memory and to remember how
-/// bodies moved, for squash and stretch.
+/// Everything the renderer needs for one frame. It is kept between frames to reuse its memory and, for squash and
+/// stretch, to remember how bodies moved.
 #[derive(Default)]
 pub struct DrawList {
     pub globals: Globals,
@@ -42,7 +43,7 @@ pub struct DrawList {
     pub overlay_start: usize,
     /// Particles, four vertices each.
     pub particles: Vec<ParticleVertex>,
-    /// The light emitted by glowing things.
+    /// The light emitted by glowing objects.
     pub light: LightField,
     motion: BodySprings,
     /// The number of the replica for which motion was tracked.
@@ -55,7 +56,7 @@ impl DrawList {
         DrawList::default()
     }
 
-    /// Replaces the contents by those of `frame`.
+    /// Replaces the contents with those of `frame`.
     pub fn fill(&mut self, frame: &Frame) {
         let half = view_half(&frame.view);
         self.quads.begin(frame.view.center, half, frame.view.unit_per_pixel());

@@ -21,7 +21,7 @@ pub struct FrameBody {
     pub gaze: Option<Vec2>,
     /// Whether it overlaps another body now; its outline is then red.
     pub touching: bool,
-    /// Whether its drawing is replaced by a filled outline: the selected body of the bounds scene.
+    /// Whether a filled outline replaces its drawing, as for the selected body in the bounds scene.
     pub hidden: bool,
     /// Whether it is held, or is under the pointer and can be dragged.
     pub hot: bool,
@@ -29,7 +29,7 @@ pub struct FrameBody {
     pub cracked: bool,
     /// Palette index of the ring around an important object of the game, such as a ball, a robot or a pot.
     pub ring: Option<u8>,
-    /// The share by which it is flattened. `None` derives this from its motion between frames.
+    /// The share by which the body is flattened. If `None`, this is derived from its motion between frames.
     pub squash: Option<f32>,
 }
 
@@ -60,7 +60,7 @@ pub struct ZoneLabel {
     pub color: Option<u8>,
 }
 
-/// A mark of dots on the wall.
+/// A mark on the wall, made of dots.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrameMark {
     /// The centre, world units.
@@ -129,7 +129,7 @@ pub struct Sketch {
     pub strokes: Vec<Stroke>,
 }
 
-/// A stroke of the editor. Points are in world units; widths follow from [`Sketch::pixel`].
+/// A stroke in the editor's overlay. Points are in world units; widths follow from [`Sketch::pixel`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Stroke {
     /// The outline of a piece.
@@ -141,11 +141,11 @@ pub enum Stroke {
     },
     /// A line between two points.
     Line([Vec2; 2], Tone),
-    /// A handle: a square one resizes, a round one is a point of a path.
+    /// A handle. A square one resizes a piece, and a round one is a point of a path.
     Handle { at: Vec2, round: bool },
-    /// The symbol of an emitter.
+    /// The symbol for an emitter.
     Flame(Vec2),
-    /// The symbol of a launcher.
+    /// The symbol for a launcher.
     Target(Vec2),
     /// A spawn point, with half the size of a hero.
     Spawn(Vec2, Vec2),
@@ -209,17 +209,17 @@ pub struct FrameRoom {
     pub lamps: Vec<FrameLamp>,
     /// The sling, if the scene has one.
     pub sling: Option<FrameSling>,
-    /// Flashes of the last second.
+    /// Flashes from the last second.
     pub effects: Vec<Effect>,
 }
 
 /// Everything that a frame shows.
 pub struct Frame<'a> {
     pub view: View,
-    /// The world spans (0, 0) to this.
+    /// The world's upper right corner; the lower left one is (0, 0).
     pub world_size: Vec2,
     pub room: &'a FrameRoom,
-    /// Particles as of the last applied tick.
+    /// Particles as of the most recently applied tick.
     pub particles: &'a Particles,
     /// Seconds since that tick, at most 1/60 in either direction, for drawing particles at their current positions.
     pub particle_lead: f32,

@@ -1,13 +1,13 @@
-//! The shared palette: ink for the stage, slate and wood for the things on it, paper for text, eight player colours and
-//! an ember ramp. The canvas reads these constants; the page uses the CSS that [`css`] generates as `web/palette.css`,
-//! and a test keeps the two in sync.
+//! The shared palette: ink for the stage, slate and wood for the objects on it, paper for text, eight player colours
+//! and an ember ramp. The canvas reads these constants; the page uses the CSS that [`css`] generates as
+//! `web/palette.css`, and a test keeps the two in sync.
 
 use std::fmt::Write;
 
-/// Red, green and blue as displayed, 0..=255.
+/// Red, green and blue values as displayed, 0..=255.
 pub type Rgb = [u8; 3];
 
-/// Background colours, from the dark outside of the world to the lit stage.
+/// Background colours, from the dark outside the world to the lit stage.
 pub const INK: [Rgb; 3] = [[0x09, 0x0c, 0x1a], [0x10, 0x16, 0x2b], [0x1c, 0x26, 0x46]];
 /// Slabs and walls, from shaded side to lit edge.
 pub const SLATE: [Rgb; 4] =
@@ -16,7 +16,7 @@ pub const SLATE: [Rgb; 4] =
 pub const WOOD: [Rgb; 3] = [[0x7a, 0x55, 0x3f], [0xa8, 0x7c, 0x58], [0xd9, 0xb1, 0x83]];
 /// Painted balls, less vivid than any player.
 pub const TOYS: [Rgb; 3] = [[0x3f, 0x7d, 0x86], [0x9c, 0x55, 0x4b], [0xa3, 0x8a, 0x4c]];
-/// Wandering minions, body and lit edge.
+/// Wandering minions: body and lit edge.
 pub const MINION: [Rgb; 2] = [[0x6f, 0x63, 0xa8], [0xa9, 0x9d, 0xe0]];
 /// Text on ink: the first for normal text, the second for secondary text. Also eyes and marbles.
 pub const PAPER: [Rgb; 2] = [[0xf4, 0xf1, 0xe8], [0xb4, 0xbb, 0xcf]];
@@ -35,7 +35,7 @@ pub const PLAYERS: [Rgb; 8] = [
 /// The names of the player colours, as in `index.html`.
 pub const NAMES: [&str; 8] =
     ["orange", "sky", "green", "sand", "blue", "vermilion", "pink", "mint"];
-/// A hero or a pack without an owner.
+/// The colour of a hero or pack without an owner.
 pub const NOBODY: Rgb = [0xd8, 0x8f, 0x6c];
 /// A cooling fire: white, yellow, orange, red, like a black body.
 pub const EMBER: [Rgb; 4] =

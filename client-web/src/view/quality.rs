@@ -1,13 +1,13 @@
-//! Adaptive resolution: draws fewer pixels if the machine cannot draw all of them in time. A reduction that did not
-//! help is reverted, because the bottleneck is then elsewhere.
+//! Adaptive resolution, which draws fewer pixels if the machine cannot draw all of them in time. A reduction that does
+//! not help is reverted, because the bottleneck must be elsewhere.
 
 /// Shares of the full resolution, from sharpest to fastest.
 const STEPS: [f64; 3] = [1.0, 0.75, 0.5];
 /// Average frame time above which drawing is too slow, milliseconds.
 const SLOW_MS: f64 = 34.0;
-/// Time over which frames are averaged, milliseconds.
+/// The time over which frames are averaged, milliseconds.
 const WINDOW_MS: f64 = 1500.0;
-/// Maximum time between frames that counts, milliseconds. Longer gaps come from a hidden page or a hiccup.
+/// Maximum time between frames that is counted, milliseconds. Longer gaps come from a hidden page or a hiccup.
 const PAUSE_MS: f64 = 250.0;
 /// A reduction is kept only if it shortens the frame time to this share.
 const GAIN: f64 = 0.85;
@@ -20,7 +20,7 @@ pub struct Quality {
     last_ms: Option<f64>,
     total_ms: f64,
     frames: u32,
-    /// Mean frame time before the last reduction.
+    /// Mean frame time before the most recent reduction.
     before_ms: Option<f64>,
 }
 

@@ -1,5 +1,5 @@
 //! Draws a [`DrawList`] with wgpu: WebGL 2 in the page, Vulkan or GL natively. Each pipeline has a struct with its
-//! buffers and is created only when a scene needs it.
+//! buffers and is created only once a scene needs it.
 //!
 //! The target should be `Rgba8Unorm`: blending then adds displayed values, so particles saturate (A3.5) both in the
 //! page and in rendered pictures. Destination alpha stays 1.
@@ -18,7 +18,7 @@ use shared::SharedBindings;
 pub struct Made {
     /// Names of the pipelines.
     pub pipelines: Vec<&'static str>,
-    /// Names of the textures, and their sizes in bytes.
+    /// Names and sizes in bytes of the textures.
     pub textures: Vec<(&'static str, u64)>,
 }
 
@@ -50,7 +50,7 @@ impl Renderer {
         }
     }
 
-    /// Creates the resources for particles ahead of time, so that the first explosion does not stutter.
+    /// Creates the particle resources ahead of time, so that the first explosion does not cause a stutter.
     pub fn prepare(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, particles: bool) {
         if particles && self.particles.is_none() {
             self.particles = Some(QuadPass::particles(device, queue, &self.shared, self.format));

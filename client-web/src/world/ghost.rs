@@ -8,7 +8,7 @@ use jostle_room::Playback;
 use jostle_sim::Vec2;
 use std::sync::Arc;
 
-/// Identifies a run, and where in its replay the round began.
+/// Identifies a run and the point in its replay at which the round began.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GhostWish {
     /// The number in the record's name.
@@ -38,16 +38,16 @@ pub struct Ghost {
     playback: Playback,
     begin: u32,
     seat: Seat,
-    /// The displayed tick at which the current or last round began.
+    /// The displayed tick at which the current or previous round began.
     origin: Option<f64>,
-    /// The hero after the last two ticks played.
+    /// The hero after each of the last two ticks played.
     trail: [Option<FrameBody>; 2],
     /// The hero to draw.
     pub shown: Option<FrameBody>,
 }
 
 impl Ghost {
-    /// Creates a ghost from a replay; `None` if the replay is not of this scene.
+    /// Creates a ghost from a replay; `None` if the replay does not show this scene.
     pub fn new(bytes: Vec<u8>, wish: GhostWish, scene: &Scene) -> Option<Ghost> {
         let replay = Arc::new(Replay::read(bytes).ok()?);
         let GhostWish { begin, seat, .. } = wish;
@@ -56,7 +56,7 @@ impl Ghost {
         Some(Ghost { playback, begin, seat, origin: None, trail: [None; 2], shown: None })
     }
 
-    /// Advances the ghost to the moment of its run that corresponds to the displayed one, as long as `may_go_on`
+    /// Advances the ghost to the moment of its run that corresponds to the displayed one, for as long as `may_go_on`
     /// returns `true`.
     pub fn advance(
         &mut self,
@@ -74,7 +74,7 @@ impl Ghost {
         let goal = (moment.ceil() as u32).min(self.playback.replay().last_tick());
         if self.playback.tick() > goal {
             self.trail = [None; 2];
-            // If the replay cannot be played further, the ghost ends there.
+            // If the replay cannot be played any further, the ghost stops there.
             let _ = self.playback.jump(goal.saturating_sub(1));
         }
         while self.playback.tick() < goal && may_go_on() {

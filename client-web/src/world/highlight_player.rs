@@ -1,4 +1,4 @@
-//! Plays highlights: a second replica receives again the snapshots that the first one received.
+//! Plays highlights by feeding a second replica the snapshots that the first one received.
 
 use crate::world::replica::highlights::{Highlight, length};
 use crate::world::replica::{Eye, Replica};
@@ -7,11 +7,11 @@ use jostle_sim::TICKS_PER_SECOND;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// Plays highlights one after the other.
+/// Plays highlights one after another.
 pub struct HighlightPlayer {
     /// The replica for the current highlight.
     pub replica: Replica,
-    /// The number of the current highlight, from 1.
+    /// The number of the current highlight, counting from 1.
     pub number: usize,
     /// The total number of highlights.
     pub count: usize,

@@ -5,7 +5,7 @@ use crate::world::replica::{Eye, Replica};
 use jostle_game::{Scene, Seat};
 use std::sync::Arc;
 
-/// Appends an encoded snapshot to a recording: its length in four bytes, little-endian, and its bytes.
+/// Appends an encoded snapshot to a recording, as its length in four little-endian bytes followed by its own bytes.
 pub fn record(message: &[u8], recording: &mut Vec<u8>) {
     let length = u32::try_from(message.len()).expect("messages are limited far below 4 GiB");
     recording.extend(length.to_le_bytes());

@@ -1,9 +1,9 @@
-//! Prediction of the player's hero: simulates a small world around the hero with the server's rules and time step, from
-//! the newest snapshot through the inputs still in flight. The server is authoritative: reconciliation moves the hero
-//! to the server's position, and the visible correction fades out.
+//! Prediction of the player's hero, which simulates a small world around the hero with the server's rules and time
+//! step, from the newest snapshot through the inputs still in flight. The server is authoritative: reconciliation moves
+//! the hero to the server's position, and the visible correction fades out.
 //!
 //! Two states are kept. [`AuthoritativeSim`] follows the snapshots: it steps from one to the next with the inputs that
-//! the server reports as played, and thereby knows velocities and positions more finely than snapshots contain.
+//! the server reports as played, which gives it more precise velocities and positions than the snapshots contain.
 //! [`PredictedSim`] continues from there.
 
 mod authoritative;
@@ -22,13 +22,14 @@ use schedule::{InputSchedule, next_tick};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// Maximum ticks that the hero is predicted past the newest snapshot; then it waits for the server.
+/// Maximum number of ticks by which the hero is predicted past the newest snapshot; beyond that it waits for the
+/// server.
 pub const LEAD_TICKS_MAX: u32 = 60;
-/// Time constant of the fading of corrections, milliseconds. After this time about a third (1/e) is left.
+/// Time constant with which corrections fade, milliseconds. After this time about a third (1/e) remains.
 const FADE_MS: f64 = 40.0;
 /// Corrections longer than this many times the hero's longer side are shown as a jump.
 const JUMP_SIDES: f32 = 3.0;
-/// If the displayed moment is off by more than this, it jumps, ticks.
+/// The displayed moment jumps if it is off by more than this, ticks.
 const JUMP_TICKS: f64 = 20.0;
 /// Time constant of the hero's transition into and out of the reference frame of a body that carries it, milliseconds.
 const RIDE_MS: f64 = 60.0;
@@ -65,7 +66,7 @@ pub struct Predictor {
 }
 
 impl Predictor {
-    /// Creates a predictor for a player of a scene; `None` if the scene has no hero to steer.
+    /// Creates a predictor for a player in a scene; `None` if the scene has no hero to steer.
     pub fn new(scene: &Arc<Scene>, seat: Seat) -> Option<Predictor> {
         let steers = scene.tools.contains(Tools::STEER) && scene.world.solver.is_some();
         (steers && scene.hero.is_some()).then(|| Predictor {
@@ -83,7 +84,8 @@ impl Predictor {
         })
     }
 
-    /// The room continues at `now_ms` on another socket, which has received none of the sent inputs.
+    /// Discards all sent inputs, because the room continues at `now_ms` on another socket, which has received none of
+    /// them.
     pub fn restart(&mut self, now_ms: f64) {
         self.schedule.restart();
         self.updated_ms = now_ms;
@@ -128,7 +130,7 @@ impl Predictor {
         self.predict_again();
     }
 
-    /// The hero is gone, so prediction for the next one starts from scratch.
+    /// Discards the prediction because the hero is gone; prediction of the next hero starts from scratch.
     fn lose(&mut self) {
         self.authoritative = None;
         self.predicted = None;
@@ -208,7 +210,7 @@ impl Predictor {
         })
     }
 
-    /// Advances the moment with time and brings it towards the wanted one.
+    /// Advances the moment with time and moves it closer to the wanted one.
     fn pace(&mut self, wanted: f64, elapsed_ms: f64) -> f64 {
         let elapsed = elapsed_ms / TICK_MS;
         let next = match self.moment {
@@ -226,7 +228,7 @@ impl Predictor {
         self.schedule.waiting()
     }
 
-    /// Ticks from sending an input until a snapshot that includes it.
+    /// Ticks between sending an input and the snapshot that includes it.
     pub fn lead_ticks(&self) -> f64 {
         self.schedule.lead
     }

@@ -26,9 +26,9 @@ use room::{KNOWN_TICKS, RoomView};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// Maximum ticks caught up at once after an absence. Older particles have expired anyway.
+/// Maximum number of ticks caught up at once after an absence. Older particles have expired anyway.
 const CATCH_UP_TICKS_MAX: u32 = 600;
-/// Maximum unread news; the oldest are dropped first.
+/// Maximum number of unread news items; the oldest are dropped first.
 const NEWS_MAX: usize = 32;
 
 /// An event worth a line of text.
@@ -42,7 +42,7 @@ pub enum News {
     Fell(Appearance),
     /// A message from a rule of the scene, between the names of two players.
     Said(Option<Appearance>, String, Option<Appearance>),
-    /// The player was given this appearance because another one already has the colour with this number.
+    /// The player was given this appearance because another player already has the colour with this number.
     Recolored(Appearance, u8),
 }
 
@@ -50,7 +50,7 @@ pub enum News {
 pub struct Replica {
     /// The room at the displayed moment.
     pub room: RoomView,
-    /// The same as a frame shows it.
+    /// The picture of the room at that moment.
     pub picture: RoomPicture,
     /// The features of the scene.
     pub features: Features,
@@ -58,14 +58,14 @@ pub struct Replica {
     particles: Particles,
     /// Particles from a keyframe whose tick has not been displayed yet.
     told: Option<(u32, Particles)>,
-    /// The last tick whose events and particles were played.
+    /// The most recent tick whose events and particles were played.
     applied: Option<u32>,
     waiting: VecDeque<TimedEvent>,
     /// Unread news, oldest first.
     pub news: VecDeque<News>,
     names: Vec<Option<Appearance>>,
     ears: Listener,
-    /// Highlights, in a game with rounds.
+    /// Highlights, if the game has rounds.
     pub highlights: Option<Highlights>,
 }
 
@@ -93,13 +93,13 @@ impl Replica {
         Replica { highlights: None, ..Replica::new(scene, seat) }
     }
 
-    /// Creates a replica without particles, for use where those of the game itself are drawn.
+    /// Creates a replica without particles, for use where the game's own particles are drawn.
     pub fn without_particles(scene: Arc<Scene>, seat: Seat) -> Replica {
         let none = Particles::new(scene.world.recipes.clone(), 0);
         Replica { particles: none, ..Replica::without_highlights(scene, seat) }
     }
 
-    /// From now on snapshots come from another socket, starting with a keyframe.
+    /// Prepares for snapshots from another socket, which start with a keyframe.
     pub fn begin_stream(&mut self) {
         self.stream = SnapshotStream::default();
     }
@@ -140,7 +140,7 @@ impl Replica {
         told.map_err(|error| DecodeError::OutOfRange { field: error.field })
     }
 
-    /// Stores a snapshot and the events since the last one.
+    /// Stores a snapshot and the events since the previous one.
     pub fn file(&mut self, snapshot: impl Into<Arc<Snapshot>>, events: Vec<TimedEvent>) {
         let snapshot = snapshot.into();
         for player in &snapshot.players {
@@ -155,8 +155,8 @@ impl Replica {
         self.room.timeline.file(snapshot);
     }
 
-    /// Moves the display to fractional `tick`: plays the events and particles of each tick passed, then samples bodies
-    /// and flashes.
+    /// Moves the display to fractional `tick`, playing the events and particles of each tick passed, then samples
+    /// bodies and flashes.
     pub fn advance(&mut self, tick: f64, eye: Eye) {
         let Some(newest) = self.room.newest().map(|s| s.tick) else { return };
         let until = (tick.max(0.0) as u32).min(newest);
@@ -291,7 +291,7 @@ impl Replica {
         self.news.push_back(news);
     }
 
-    /// The appearance of a current or former player, in the colour of the team.
+    /// The appearance of a current or former player, in the team's colour.
     fn name(&self, seat: Seat) -> Option<Appearance> {
         let name = self.names.get(usize::from(seat.0)).cloned().flatten()?;
         Some(Appearance { color: self.room.team_color(seat).unwrap_or(name.color), ..name })
@@ -313,13 +313,13 @@ impl Replica {
         ticks.clamp(0.0, 1.0) as f32 / TICKS_PER_SECOND as f32
     }
 
-    /// The player's hero on display.
+    /// The player's hero as displayed.
     pub fn own_hero(&self) -> Option<&FrameBody> {
         let hero = self.room.own()?.hero?;
         self.picture.drawn.bodies.iter().find(|b| b.id == hero)
     }
 
-    /// Shows the player's hero at its predicted position instead of the one in the snapshots.
+    /// Shows the player's hero at its predicted position instead of its position in the snapshots.
     pub fn lead(&mut self, own: Predicted) {
         let Some(place) = self.room.samples.iter().position(|sample| sample.id == own.id) else {
             return;

@@ -1,5 +1,5 @@
 //! A room inside the page, for playing alone and for demos. It exchanges the same bytes as a server, so everything
-//! above the socket is the code used online. A scripted demo always produces the same picture.
+//! above the socket is the same code as online. A scripted demo always produces the same picture.
 
 use crate::net::api::query_value;
 use jostle_game::{Buttons, Input, Scene, Seat, Tools};
@@ -12,12 +12,12 @@ use jostle_room::{Claim, Measure, Rate, Room, Subscriber, Welcome};
 use jostle_sim::{TICKS_PER_SECOND, Vec2};
 use std::sync::Arc;
 
-/// Maximum ticks caught up at once if the page is late; the rest are skipped, as on the server.
+/// Maximum number of ticks caught up at once if the page is late; the rest are skipped, as on the server.
 const CATCH_UP_TICKS_MAX: f64 = 5.0;
 /// Time limit for the ticks of a frame, milliseconds. The remaining ticks are left to the next frame, so that the page
 /// stays responsive.
 const FRAME_MS: f64 = 100.0;
-/// Milliseconds of one tick.
+/// Duration of a tick, milliseconds.
 const TICK_MS: f64 = 1000.0 / TICKS_PER_SECOND as f64;
 
 /// A demo requested by the address.
@@ -207,7 +207,7 @@ impl RoomInPage {
         &self.scene
     }
 
-    /// Ticks played so far.
+    /// Number of ticks played so far.
     pub fn tick_count(&self) -> u32 {
         self.tick
     }
@@ -221,7 +221,7 @@ impl RoomInPage {
         self.room.game().hash()
     }
 
-    /// The last seconds as a replay file.
+    /// The last few seconds as a replay file.
     pub fn clip(&self) -> Option<Vec<u8>> {
         let records = self.room.clip(0)?;
         let bytes =
@@ -229,14 +229,14 @@ impl RoomInPage {
         cut(Replay::read(bytes).ok()?, self.tick.saturating_sub(CLIP_TICKS), self.tick).ok()
     }
 
-    /// Takes the messages to the page.
+    /// Takes the messages for the page.
     pub fn take(&mut self) -> Vec<Vec<u8>> {
         std::mem::take(&mut self.outbox)
     }
 }
 
-/// The input of a scripted player at a tick: it runs back and forth, hops, and occasionally uses each tool of the scene
-/// at positions that wander across the world. Every seat acts differently.
+/// The input of a scripted player at this tick. The player runs back and forth, hops, and occasionally uses each of the
+/// scene's tools at positions that wander across the world. Every seat acts differently.
 pub fn scripted_input(scene: &Scene, seat: Seat, tick: u32) -> Input {
     let phase = tick + u32::from(seat.0) * 37;
     let mut bits = 0;

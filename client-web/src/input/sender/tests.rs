@@ -99,7 +99,7 @@ fn mouse_moves_are_sent_once_a_tick_and_keys_at_once() {
     assert!(at(moved(7.0, Buttons::RIGHT), 63.5).is_some());
 }
 
-/// The frames of one second at 60 Hz and a constant phase in which an input was sent.
+/// The frames in which an input was sent, during one second at 60 Hz and a constant phase.
 fn frames_that_sent(phase: f64, mut intent: impl FnMut(u32) -> Input) -> Vec<u32> {
     let mut sender = InputSender::default();
     let frames = (0..60).filter(|&frame| {

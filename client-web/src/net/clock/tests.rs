@@ -43,7 +43,7 @@ fn another_way_of_the_snapshots_neither_stops_nor_hurries_the_display() {
     let mut clock = Clock::default();
     let shown = play(&mut clock, 0..600, |t| f64::from(t % 7) * 4.0);
     let delay = clock.delay_ticks();
-    // The room paused for 300 ms, and everything takes 80 ms longer from now on.
+    // The room paused for 300 ms, and everything takes 80 ms longer from here on.
     let away_ms = 599.0 * TICK_MS + 300.0;
     clock.restart(away_ms);
     assert_eq!(clock.display(away_ms), None, "it waits");
@@ -148,7 +148,7 @@ fn play_over(lag: NetworkConditions, every: u32, seed: u64) -> (usize, f64) {
         if tick % every == 0 {
             waiting.push_back((lane.arrival_ms(&lag, now), tick));
         }
-        // Frames come at another phase of the tick than snapshots.
+        // Frames come at a different phase of the tick from snapshots.
         let frame_ms = now + 7.0;
         while let Some((at, tick)) = waiting.pop_front_if(|(at, _)| *at <= frame_ms) {
             clock.arrived(Arrival { tick, first: tick - every + 1, ticks_until_next: every }, at);
@@ -173,7 +173,7 @@ fn the_delay_is_as_long_as_the_network_needs() {
             let (unknown, delay) = play_over(NetworkConditions::OFF, every, seed);
             assert_eq!(unknown, 0, "quiet, {every}");
             assert!((delay - least).abs() < 0.05, "quiet, {every}: {delay} ticks");
-            // Transit times vary by 60 ms, which is 3.6 ticks.
+            // Transit times vary by 60 ms, or 3.6 ticks.
             let (unknown, delay) = play_over(jitter, every, seed);
             assert!(unknown < 40, "jitter, {every}: {unknown} of 1800 frames");
             assert!((least + 1.5..least + 3.8).contains(&delay), "jitter, {every}: {delay} ticks");

@@ -1,4 +1,4 @@
-//! The buttons and keys of the page, of its cards, and of a gamepad.
+//! Handles the buttons and keys of the page and its cards, and gamepad buttons.
 
 use super::App;
 use crate::input::action::Action;
@@ -12,9 +12,9 @@ use crate::page::page_action::{KeyUse, PageAction};
 use crate::page::screen::Screen;
 use crate::page::strings::{self, CardAction};
 
-/// The query of an address that leads into a room as a spectator.
+/// The query of an address that opens a room as a spectator.
 const WATCH: &str = "?watch=1";
-/// The table of the gamepad's buttons that mean something to the page.
+/// The gamepad actions to which the page reacts.
 const ON_PAD: [(Action, PageAction); 4] = [
     (Action::Mute, PageAction::Mute),
     (Action::FullScreen, PageAction::FullScreen),

@@ -1,5 +1,5 @@
-//! How one screen follows another: what an address asks for, what came from the server or a file, and the way from
-//! editing to playing and back.
+//! Transitions between screens: opening what an address, the server or a file provides, and switching between editing
+//! and playing.
 
 use super::{App, Visit};
 use crate::net::api::{self, Request, bots_alone, file_error};
@@ -21,7 +21,7 @@ use jostle_protocol::Role;
 use jostle_protocol::replay::{ReplayError, ReplayReader};
 use std::sync::Arc;
 
-/// File name for a scene that came as text without a name.
+/// File name for a scene that arrived as text without a name.
 const LINKED: &str = "scene.toml";
 /// The address fragment while a local file is watched.
 const FILE_HASH: &str = "#file";
@@ -57,7 +57,7 @@ impl App {
                     self.ctx.request(Effect::Request(Request::Records));
                 }
             }
-            // With the draft of it, if there is one.
+            // Use the scene's draft, if there is one.
             Destination::Editor(origin) => match (self.ctx.storage.draft(origin), origin) {
                 (None, Some(name)) => self.await_scene(PendingGame::Edit(name.to_owned())),
                 (draft, _) => self.edit(draft.unwrap_or_default().to_owned(), origin, SEED),
@@ -85,7 +85,7 @@ impl App {
         }
     }
 
-    /// Leaves game, replay or editor.
+    /// Leaves the game, replay or editor.
     fn end_screen(&mut self) {
         std::mem::replace(&mut self.screen, Screen::Lobby).leave(&mut self.ctx);
         self.opening = None;
@@ -149,7 +149,7 @@ impl App {
         self.ctx.request(Effect::FocusStage);
     }
 
-    /// Reads name and colour from the form; `false` if the name is not valid.
+    /// Reads the name and colour from the form; `false` if the name is not valid.
     pub(super) fn read_form(&mut self, form: &Form) -> bool {
         self.visit.own_color = form.color;
         let Some(appearance) = self.lobby.read(form) else { return false };
@@ -167,8 +167,8 @@ impl App {
         }
     }
 
-    /// Plays a scene of the lobby alone. The address contains the seed, so that reloading the page starts the same game
-    /// again.
+    /// Plays a scene from the lobby alone. The address contains the seed, so that reloading the page starts the same
+    /// game again.
     pub(super) fn play_scene_alone(&mut self, scene: &str, form: &Form) {
         if self.read_form(form) {
             let card = self.lobby.scenes.iter().find(|card| card.name == scene);
@@ -186,7 +186,7 @@ impl App {
             return;
         }
         let text = contents.and_then(|bytes| text_of(file, bytes));
-        // It takes the place of the text that is edited.
+        // It replaces the text being edited.
         let text = match (text, &mut self.screen) {
             (Ok(text), Screen::Edit(screen)) => return screen.editor.replace(text, Some(file)),
             (text, _) => text,
@@ -206,7 +206,7 @@ impl App {
         }
     }
 
-    /// Plays a scene that is not from the site alone. Asks first if it may be too heavy for the page.
+    /// Plays a scene that is not from the site alone. Asks the player first if it may be too heavy for the page.
     fn play_foreign(&mut self, scene: Arc<Scene>, wish: PlayOptions) {
         match PlayOptions::heavy_tick(&scene) {
             None => self.play_alone(scene, wish),
@@ -291,7 +291,7 @@ impl App {
         self.ctx.request(Effect::FocusStage);
     }
 
-    /// Opens the invalid scene of the address in the editor, at its error.
+    /// Opens the invalid scene from the address in the editor, at the error.
     pub(super) fn edit_linked(&mut self) {
         let link = scene_link::in_hash(&self.ctx.site.address.hash);
         let Some(text) = link.and_then(|(link, _)| scene_link::decode(link).ok()) else { return };
@@ -304,8 +304,8 @@ impl App {
         }
     }
 
-    /// Takes the answer to a request for a room with the text that is edited: the player goes into it, unless they went
-    /// elsewhere meanwhile. What is wrong with the text is shown there.
+    /// Handles the answer to a request for a room with the edited text. The player enters the room, unless they have
+    /// gone elsewhere in the meantime. If the text was refused, the editor shows why.
     pub(super) fn take_guest_room(&mut self, sent: &str, answer: Option<&str>) {
         let taken = lobby::take_room(&mut self.ctx, answer);
         let Some(screen) = self.screen.edited_mut().filter(|screen| screen.opening) else { return };
@@ -342,7 +342,7 @@ impl App {
         }
     }
 
-    /// Starts reading a replay; a short one opens immediately.
+    /// Starts reading a replay; short ones open immediately.
     pub(super) fn open_replay(
         &mut self,
         name: Option<String>,

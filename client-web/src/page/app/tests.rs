@@ -138,12 +138,12 @@ impl Browser {
         self.say(Event::Socket(self.session, event))
     }
 
-    /// Accepts the socket of a game in a scene.
+    /// Accepts the socket of a game that plays this scene.
     fn accept(&mut self, scene: &str) {
         self.accept_beside(0, scene);
     }
 
-    /// Accepts the socket of a game with this many other players, who have the colours from 1 on.
+    /// Accepts the socket of a game with this many other players, whose colours are numbered from 1.
     fn accept_beside(&mut self, others: u8, scene: &str) {
         let scene = Scene::built_in().into_iter().find(|known| known.name == scene);
         self.room = Some(RoomInPage::new(Arc::new(scene.expect("a scene")), 1, others, false));
@@ -163,7 +163,7 @@ impl Browser {
         self.socket(SocketEvent::Message(message.encode()))
     }
 
-    /// Opens another tab of the same browser at an address fragment.
+    /// Opens another tab of the same browser at this address fragment.
     fn beside(&self, hash: &str) -> Browser {
         let local = self.store.borrow().clone();
         let mut tab = Browser::open_with("/", "", Storage { local, ..Default::default() });
@@ -182,12 +182,12 @@ impl Browser {
         self.say(Event::StoredElsewhere(key.to_owned(), value))
     }
 
-    /// The value that is stored for all tabs under a key.
+    /// The value stored for all tabs under this key.
     fn stored(&self, key: &str) -> Option<String> {
         self.store.borrow().get(key).cloned()
     }
 
-    /// Advances time, with ticks, frames and pulses.
+    /// Advances time, generating ticks, frames and pulses.
     fn wait(&mut self, milliseconds: u32) {
         for step in 1..=milliseconds / 20 {
             self.now_ms += 20.0;
@@ -203,7 +203,7 @@ impl Browser {
         }
     }
 
-    /// A page that plays in the arena.
+    /// A page that is playing in the arena.
     fn playing() -> Browser {
         let mut browser = Browser::open("/arena", "");
         browser.accept("arena");
@@ -228,7 +228,7 @@ impl Browser {
         self.say(clicked(action, ""))
     }
 
-    /// The buttons of the last input sent.
+    /// The buttons in the last input that was sent.
     fn last_sent(&self) -> Option<Buttons> {
         self.sent.iter().rev().find_map(|message| match message {
             ClientMessage::Input { input, .. } => Some(input.buttons()),

@@ -1,4 +1,4 @@
-//! The panels around the edited picture: bar, palette, form and text.
+//! The panels around the picture being edited: bar, palette, form and text.
 
 mod text;
 
@@ -19,7 +19,7 @@ use web_sys::{
     Element, HtmlElement, HtmlInputElement, HtmlSelectElement, MouseEvent, PointerEvent,
 };
 
-/// The text and the form as last shown.
+/// The most recently shown text and form.
 #[derive(Default)]
 pub struct EditorView {
     pub text: TextView,
@@ -28,23 +28,23 @@ pub struct EditorView {
 }
 
 impl EditorView {
-    /// Forces the form to be shown again.
+    /// Marks the form as outdated, so that the next update shows it again.
     pub fn retell(&mut self) {
         self.form = None;
     }
 
-    /// Updates everything that follows from the checked text.
+    /// Updates everything that depends on the checked text.
     pub fn show_frame(&mut self, editor: &Editor, patch: &mut Patch) {
         self.text.underline(editor);
         let shown = Some((editor.doc.revision, form::title(editor)));
-        // During a drag the numbers change all the time, so the form waits for its end.
+        // During a drag the numbers change constantly, so the form is updated only when it ends.
         if self.form != shown && !editor.is_held() && !is_tab("text") {
             self.form = shown;
             patch.show(panels::editor::form(editor));
         }
     }
 
-    /// Moves the focus to a byte of the text and scrolls it into view.
+    /// Moves the focus to this byte of the text and scrolls it into view.
     pub fn focus_text(&self, at: usize) {
         choose_tab("text");
         self.text.focus(at);
@@ -76,8 +76,8 @@ fn choose_tab(name: &str) {
     }
 }
 
-/// A piece is dragged into the picture by the pointer that takes it. A click without a drag, or a key, places it in the
-/// centre.
+/// Lets the player drag pieces from the palette into the picture. A click without a drag, or a key, places a piece in
+/// the centre.
 fn palette(events: Events) {
     let palette = dom::html("palette");
     let piece = |event: &web_sys::Event| {
@@ -89,7 +89,7 @@ fn palette(events: Events) {
             return;
         }
         event.prevent_default();
-        // From here on the canvas receives this pointer's events wherever it is.
+        // From here on, the canvas receives this pointer's events, wherever the pointer is.
         let _ = dom::html("stage").set_pointer_capture(event.pointer_id());
         dom::focus_stage();
         events.push(Event::Edited(EditorEvent::Taken(make, event.pointer_id())));
@@ -101,7 +101,7 @@ fn palette(events: Events) {
     });
 }
 
-/// Listens to the controls of the form.
+/// Listens to the form's controls.
 fn form_fields(events: Events) {
     dom::listen(&dom::html("form-fields"), "change", move |event: web_sys::Event| {
         let Some(line) = dom::target_within(&event, "[data-path]") else { return };
@@ -129,7 +129,7 @@ pub fn save(name: &str, text: &str) {
     save_data(name, &format!("data:application/toml;charset=utf-8,{encoded}"));
 }
 
-/// Saves bytes as a file of this name.
+/// Saves bytes as a file with this name.
 pub fn save_bytes(name: &str, bytes: &[u8]) {
     let letters: String = bytes.iter().copied().map(char::from).collect();
     let coded = browser::window().btoa(&letters).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! Local files, replays and scenes, that are dropped onto the page or chosen.
+//! Local files (replays and scenes) that are dropped onto the page or chosen in a dialog.
 
 use crate::browser;
 use crate::net::api::file_error;
@@ -12,14 +12,14 @@ use wasm_bindgen::{JsCast, JsValue};
 use web_sys::{DragEvent, File, HtmlInputElement};
 
 pub fn listen(events: Events) {
-    // Without this the browser would leave the page to show the file.
+    // Without this, the browser would leave the page to show the file.
     dom::listen(&browser::window(), "dragover", move |event: DragEvent| {
         event.prevent_default();
         events.push_from(Event::FileDragged, &event);
     });
     dom::listen(&browser::window(), "dragleave", |event: DragEvent| {
-        // The event fires for every element that the drag leaves. Only when it leaves the window is there no related
-        // target.
+        // The event fires for every element that the drag leaves. There is no related target only when the drag leaves
+        // the window.
         if event.related_target().is_none() {
             dom::mark("data-dropping", false);
         }
@@ -68,7 +68,7 @@ impl FileKind {
         }
     }
 
-    /// The error for a file of this length, which is too long.
+    /// The error for a file that is too long.
     fn too_long(self, name: String, bytes: f64) -> Event {
         match self {
             FileKind::Replay => {
@@ -116,7 +116,7 @@ fn read(events: Events, file: &File) {
         events.push(kind.unreadable(unread.clone()));
     });
     let _ = file.array_buffer().unchecked_into::<js_sys::Promise>().then2(&taken, &failed);
-    // The promise calls one of the two closures at some later time. Leaking them costs a few bytes per file.
+    // The promise will call one of the two closures later. Leaking them costs a few bytes per file.
     taken.forget();
     failed.forget();
 }

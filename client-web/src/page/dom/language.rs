@@ -1,19 +1,19 @@
-//! Translates the document's texts. They are collected once, before the program writes any text, and the English
-//! original of each is kept with its location.
+//! Translates the document's texts. They are collected once, before the program writes any text, and each one's English
+//! original is kept with its location.
 
 use crate::language::say;
 use crate::page::dom;
 use wasm_bindgen::JsCast;
 use web_sys::{Element, HtmlTemplateElement, Node};
 
-/// Attributes that are read out or shown; the style sheet shows the last three.
+/// Attributes that are shown or read out; the style sheet shows the last three.
 const ATTRIBUTES: [&str; 7] =
     ["aria-label", "title", "placeholder", "alt", "data-more", "data-first", "data-last"];
 
 pub struct Translated {
     texts: Vec<(Node, String)>,
     attributes: Vec<(Element, &'static str, String)>,
-    /// The language on display.
+    /// The language currently shown.
     language: String,
 }
 

@@ -65,7 +65,7 @@ fn keys(events: Events) {
     });
 }
 
-/// Escape closes a panel that names an action for this (`data-escape`). After a mouse click in such a panel, keys
+/// Escape closes a panel that specifies an action for it (`data-escape`). After a mouse click in such a panel, keys
 /// control the game again; keyboard focus stays in the panel.
 fn panels(events: Events) {
     let document = dom::document();
@@ -106,8 +106,8 @@ fn key(event: &KeyboardEvent) -> Key {
     }
 }
 
-/// A click on an element with an action (`data-action`) and optionally a value. If the element has `data-stage`, keys
-/// control the game again.
+/// Handles a click on an element with an action (`data-action`) and optionally a value. If the element has
+/// `data-stage`, keys then control the game again.
 fn click(events: Events, event: &MouseEvent) {
     let Some(element) = dom::target_within(event, "[data-action]") else { return };
     if element.has_attribute("href") {
@@ -178,7 +178,7 @@ fn change(event: &PointerEvent, change: PointerChange) -> Pointer {
     }
 }
 
-/// Listens to the switches of the network panel.
+/// Listens to the switches in the network panel.
 fn network(events: Events) {
     dom::listen(&dom::html("net-predict"), "change", move |_: web_sys::Event| {
         let on = dom::by_id::<HtmlInputElement>("net-predict").checked();
@@ -192,7 +192,7 @@ fn network(events: Events) {
     });
 }
 
-/// Listens to the volume and the switches of the panel of sound.
+/// Listens to the volume control and the switches in the sound panel.
 fn sound(events: Events) {
     dom::listen(&dom::html("volume"), "input", move |event: web_sys::Event| {
         if let Some(volume) = dom::value_of(&event) {

@@ -27,8 +27,8 @@ pub fn reveal_note(lobby: &Lobby) {
     }
 }
 
-/// Loads the pictures of visible scenes. The browser's lazy loading would fetch those far below too, and few visitors
-/// scroll that far. This runs with every pulse, so it follows scrolling.
+/// Loads the pictures of visible scenes. The browser's lazy loading would also fetch pictures far below, and few
+/// visitors scroll that far. This runs with every pulse, so it follows scrolling.
 pub fn load_visible() {
     let height = f64::from(dom::root().client_height());
     let waiting = dom::document().query_selector_all("img[data-src]").expect("a valid selector");

@@ -7,7 +7,7 @@ use crate::page::view::{Set, View};
 use wasm_bindgen::JsCast;
 use web_sys::{Element, HtmlElement, HtmlInputElement, HtmlSelectElement, HtmlTemplateElement};
 
-/// The panels as last shown.
+/// The most recently shown panels.
 #[derive(Default)]
 pub struct Patch {
     shown: Vec<View>,
@@ -126,7 +126,7 @@ fn apply(element: &Element, shown: Option<&Set>, set: &Set) {
     }
 }
 
-/// Setting the value that is already there would move the cursor.
+/// Sets a field's value if it differs, since setting the same value again would move the cursor.
 fn set_value(element: &Element, value: &str) {
     if let Some(select) = element.dyn_ref::<HtmlSelectElement>() {
         select.set_value(value);

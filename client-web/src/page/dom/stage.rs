@@ -16,20 +16,20 @@ use std::task::{Context, Poll, Waker};
 use wasm_bindgen::{JsCast, JsValue};
 use web_sys::{HtmlCanvasElement, WebGl2RenderingContext};
 
-/// Blending is specified on encoded values, so the format must not convert.
+/// Blending is specified for encoded values, so the format must not convert them.
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 /// Maximum device pixels per CSS pixel; higher resolutions make no visible difference.
 const PIXEL_RATIO_MAX: f64 = 3.0;
 
-/// The canvas of the page.
+/// The page's canvas.
 pub struct Stage {
     events: Events,
-    /// Dropped when the context is lost; the next frame recreates it.
+    /// Dropped when the context is lost, and recreated with the next frame.
     pub graphics: Option<Box<Graphics>>,
     quality: Quality,
-    /// Whether to draw at full resolution however long it takes (`?sharp=1`).
+    /// Whether to draw at full resolution, no matter how long that takes (`?sharp=1`).
     sharp: bool,
-    /// Whether the drawn pixels are kept for screenshots.
+    /// Whether to keep the drawn pixels for screenshots.
     keep_pixels: bool,
 }
 
@@ -39,13 +39,13 @@ impl Stage {
         Stage { events, graphics: None, quality: Quality::default(), sharp, keep_pixels: false }
     }
 
-    /// Forgets the frame rate of the last screen.
+    /// Forgets the frame rate of the previous screen.
     pub fn reset(&mut self) {
         self.quality = Quality::default();
     }
 
-    /// The canvas of the next frame; `None` while drawing is not possible. `covered_css` gives the heights that the HUD
-    /// covers at the top and bottom, CSS pixels.
+    /// The canvas for the next frame; `None` while drawing is not possible. `covered_css` gives the heights that the
+    /// HUD covers at the top and bottom, CSS pixels.
     pub fn canvas(&mut self, app: &App, covered_css: [f32; 2]) -> Option<Canvas> {
         if app.screen.game().is_none()
             && app.screen.replay().is_none()
@@ -83,8 +83,8 @@ impl Stage {
     }
 
     /// Runs work with the graphics, which are created first if necessary; `None` if drawing is not possible. A context
-    /// can be lost at any moment, even during setup. wgpu's calls then return nothing usable, and wgpu panics. This and
-    /// other graphics failures end only the drawing.
+    /// can be lost at any moment, even during setup. In that case wgpu's calls return nothing usable, and wgpu panics.
+    /// This and other graphics failures end only the drawing.
     fn with_graphics<R>(&mut self, app: &App, work: impl FnOnce(&mut Graphics) -> R) -> Option<R> {
         if !app.picture.graphics.is_good() {
             return None;
@@ -165,8 +165,8 @@ impl Graphics {
         })
     }
 
-    /// Resizes the drawing surface to the canvas, at a share of its device pixels. Returns the size in pixels, or
-    /// `None` while the canvas has no area.
+    /// Resizes the drawing surface to the canvas, using this fraction of its device pixels. Returns the size in pixels,
+    /// or `None` while the canvas has no area.
     fn fit(&mut self, share: f64) -> Option<[u32; 2]> {
         let ratio = browser::window().device_pixel_ratio().clamp(0.5, PIXEL_RATIO_MAX) * share;
         let side_max = f64::from(self.device.limits().max_texture_dimension_2d);

@@ -22,12 +22,12 @@ struct Tag {
 }
 
 impl Tags {
-    /// Places a tag over every visible hero. If two would overlap, the player's tag or the first in seat order is
-    /// shown.
+    /// Places a tag over every visible hero. If two would overlap, only the player's own tag or the first in seat order
+    /// is shown.
     pub fn update(&mut self, replica: &Replica, view: &View, css_per_pixel: f32) {
         let mut placed: Vec<[f32; 4]> = Vec::new();
         let mut used = 0;
-        // The player's tag is placed first.
+        // The player's own tag is placed first.
         let own = |player: &&PlayerState| player.seat == replica.room.seat;
         let players = replica.room.players();
         let others = players.iter().filter(|player| !own(player));

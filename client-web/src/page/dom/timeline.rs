@@ -1,4 +1,4 @@
-//! The pointer over a replay's timeline, and the choice of speeds.
+//! Handles the pointer over a replay's timeline, and the choice of speeds.
 
 use crate::page::dom;
 use crate::page::event::Event;
@@ -7,7 +7,7 @@ use crate::page::queue::Events;
 use crate::page::strings;
 use web_sys::{Element, PointerEvent};
 
-/// Adds listeners to the speeds and the timeline.
+/// Adds listeners to the speed controls and the timeline.
 pub fn listen(events: Events) {
     dom::listen(&dom::html("speeds"), "change", move |event: web_sys::Event| {
         if let Some(speed) = dom::value_of(&event) {

@@ -1,4 +1,4 @@
-//! Touch buttons for tools. A tool that needs a position is armed by its button and used where the world is touched.
+//! Touch buttons for tools. A button arms a tool that needs a position; touching the world then uses the tool there.
 
 use crate::browser;
 use crate::page::dom;
@@ -7,8 +7,8 @@ use crate::page::queue::Events;
 use jostle_game::Buttons;
 use web_sys::{Element, MouseEvent, PointerEvent};
 
-/// Duration of a press when a button is clicked without a pointer (by a key or a screen reader), milliseconds. It spans
-/// several ticks.
+/// How long a press lasts if a button is clicked without a pointer (by a key or a screen reader), milliseconds. It
+/// spans several ticks.
 const CLICK_MS: i32 = 120;
 
 /// Adds listeners to the tool buttons. Those with `data-arms` arm a tool; the others act like keys.

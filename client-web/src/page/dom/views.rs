@@ -1,4 +1,4 @@
-//! All views of the page. They depend only on the state of the app.
+//! All views of the page. They depend only on the app's state.
 
 use crate::browser;
 use crate::net::api::query_value;
@@ -21,25 +21,25 @@ use crate::view::frame::View;
 /// Interval between updates of the numbers, milliseconds.
 const NUMBERS_MS: f64 = 200.0;
 
-/// The page as last shown.
+/// The most recently shown page.
 pub struct Views {
     pub stage: Stage,
     patch: Patch,
-    /// The lobby's note as last shown.
+    /// The most recently shown lobby note.
     note: LobbyNote,
     translated: Translated,
     tags: Tags,
     pub editor: EditorView,
-    /// The number of the screen as last shown.
+    /// The number of the most recently shown screen.
     screen: u32,
     opened: Panels,
     world_shown: bool,
     numbers_ms: f64,
-    /// The heights of the canvas that the scoreboard covers at the top and the key caps at the bottom, CSS pixels.
+    /// The heights covered by the scoreboard at the top of the canvas and by the key caps at its bottom, CSS pixels.
     covered_css: [f32; 2],
     /// Whether to focus the canvas as soon as it is visible.
     pub focus_stage: bool,
-    /// The byte of the edited text to focus, if requested.
+    /// Where to focus the edited text, as a byte offset, if requested.
     pub focus_text: Option<usize>,
 }
 
@@ -126,7 +126,7 @@ impl Views {
         lobby::fill_form(&app.appearance);
     }
 
-    /// The canvas of the next frame; `None` while drawing is not possible.
+    /// The canvas for the next frame; `None` while drawing is not possible.
     pub fn canvas(&mut self, app: &App) -> Option<Canvas> {
         let covered_css = match app.screen.replay() {
             Some(_) => {
@@ -180,7 +180,7 @@ impl Views {
     }
 }
 
-/// The view of the last frame.
+/// The view of the most recent frame.
 pub fn view(app: &App) -> Option<&View> {
     match (app.screen.game(), app.screen.replay()) {
         (Some(game), _) => Some(game.view()),

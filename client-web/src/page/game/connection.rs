@@ -1,5 +1,5 @@
-//! The connection of a game to its room: how it is opened, lost, tried again and ended, and the stage that it is at. A
-//! room in the page is always there.
+//! A game's connection to its room: how it is opened, lost, retried and ended, and the game's current stage. A room in
+//! the page is always connected.
 
 use crate::net::meter::{Meter, Traffic};
 use crate::net::reconnect::{Backoff, LONGEST_MS, UNTRIED_MS};
@@ -14,23 +14,23 @@ use jostle_protocol::{
     Appearance, ClientMessage, ClipRefusal, DecodeError, Refusal, Role, Servers, VERSION,
 };
 
-/// Duration of a move to another server after which it is shown as a lost connection, milliseconds.
+/// How long a move to another server may take before it is shown as a lost connection, milliseconds.
 const MOVE_MS: f64 = 1000.0;
-/// Time after the welcome during which snapshots must be received before the connection counts as good, milliseconds.
-/// Losing a good connection leads to an immediate retry; one that fails sooner is retried with growing delays.
+/// Time after the welcome during which snapshots must be received before the connection counts as good, milliseconds. A
+/// good connection that is lost is retried immediately; one that fails sooner is retried with growing delays.
 const PROVEN_MS: f64 = 5000.0;
-/// Silence after which a socket is given up, milliseconds.
+/// Silence after which a socket is abandoned, milliseconds.
 const SILENCE_MS: f64 = 6000.0;
 /// Interval between pings, milliseconds.
 const PING_MS: f64 = 1000.0;
-/// Close code of a broken connection (RFC 6455).
+/// Close code for a broken connection (RFC 6455).
 const BROKEN: u16 = 1006;
 /// The number of pulses in the connection plots.
 const PULSES: usize = 60;
 
-/// The connection of a game to its room.
+/// A game's connection to its room.
 pub struct Connection {
-    /// The code of the room, as in its link.
+    /// The room's code, as it appears in the link.
     pub code: String,
     /// Whether the page plays or only watches.
     pub role: Role,
@@ -39,7 +39,7 @@ pub struct Connection {
     pub status: Status,
     /// Measurements of the connection and of drawing.
     pub meter: Meter,
-    /// Round trip and interpolation delay of the last pulses, milliseconds.
+    /// Round trip and interpolation delay over the last few pulses, milliseconds.
     pub plots: [Plot; 2],
     appearance: Appearance,
     pinged_ms: f64,
@@ -113,7 +113,7 @@ impl Connection {
         }
     }
 
-    /// Whether an event of the socket of this session concerns it; older sockets are ignored.
+    /// Whether this session's socket is the current one; events from older sockets are ignored.
     pub fn is_open(&self, session: u32) -> bool {
         matches!(&self.link, Link::Server(socket) if socket.session == session && socket.open)
     }
@@ -127,7 +127,8 @@ impl Connection {
         }
     }
 
-    /// Later messages depend on the unreadable one, so a new socket starts with a keyframe.
+    /// Handles an unreadable message. Later messages depend on it, so a new socket is opened, which starts with a
+    /// keyframe.
     pub fn misunderstood(&mut self, ctx: &mut Context, why: &DecodeError) {
         ctx.request(Effect::Warn(format!("a message of the server cannot be read: {why}")));
         self.drop_socket(ctx);
@@ -143,7 +144,7 @@ impl Connection {
         }
     }
 
-    /// Ends the session as the server demands, for good or until the cause has passed.
+    /// Ends the session as the server demands, either for good or until the cause no longer applies.
     pub fn end(&mut self, ctx: &mut Context, refusal: Refusal) {
         if refusal == Refusal::BadToken {
             return self.join_again(ctx);
@@ -169,7 +170,7 @@ impl Connection {
         self.status.closing_ms = None;
     }
 
-    /// Follows the room to another server, immediately unless that failed the last time.
+    /// Follows the room to another server, immediately unless that failed the previous time.
     pub fn follow(&mut self, ctx: &mut Context, url: String) {
         self.begin_to_move(ctx.now_ms);
         let Link::Server(socket) = &mut self.link else { return };
@@ -181,7 +182,7 @@ impl Connection {
         ctx.request(Effect::Disconnect { leaving: false });
     }
 
-    /// The server no longer runs the room; another one soon will.
+    /// Notes that the server no longer runs the room and that another one soon will.
     fn begin_to_move(&mut self, now_ms: f64) {
         if self.status.state == State::Playing {
             (self.status.state, self.status.moved_ms) = (State::Moving, now_ms);
@@ -200,7 +201,7 @@ impl Connection {
         }
     }
 
-    /// This page lost its seat and immediately requests another one.
+    /// Requests another seat immediately, because the page lost its seat.
     fn join_again(&mut self, ctx: &mut Context) {
         ctx.storage.set_secret(Secret::Seat, &self.code, None);
         if let Link::Server(socket) = &mut self.link {
@@ -211,7 +212,7 @@ impl Connection {
         }
     }
 
-    /// The socket was closed, by the server or on the way.
+    /// Handles the end of the socket, whether the server closed it or the network failed.
     pub fn closed(&mut self, ctx: &mut Context, code: u16) {
         if let Link::Server(socket) = &mut self.link {
             socket.open = false;
@@ -226,7 +227,7 @@ impl Connection {
         if self.status.state == State::Playing {
             self.status.state = State::Reconnecting;
         }
-        // A server that announced its shutdown did close, even if its last message was lost.
+        // A server that announced its shutdown did shut down, even if its last message was lost.
         self.status.restarting |= self.status.closing_ms.take().is_some();
         if let Link::Server(socket) = &mut self.link {
             socket.servers.lost();
@@ -243,7 +244,7 @@ impl Connection {
         }
     }
 
-    /// Attempts since the last good connection.
+    /// Number of attempts since the last good connection.
     pub fn attempts(&self) -> u32 {
         match &self.link {
             Link::Server(socket) => socket.backoff.attempts,
@@ -251,7 +252,7 @@ impl Connection {
         }
     }
 
-    /// Gives up a silent socket and opens a new one when an attempt is due.
+    /// Abandons a silent socket, and opens a new one when an attempt is due.
     pub fn keep_connected(&mut self, ctx: &mut Context) {
         match self.status.state {
             State::Refused => return,
@@ -260,7 +261,7 @@ impl Connection {
             }
             _ => {}
         }
-        // A connection that died silently never reports its end. It is given up only at the second silent check in a
+        // A connection that died silently never reports its end. It is abandoned only at the second silent check in a
         // row, because a page that was suspended receives pending messages only after the first check.
         if let Link::Server(socket) = &mut self.link {
             let silent = socket.is_silent(ctx.now_ms);
@@ -282,7 +283,7 @@ impl Connection {
         }
     }
 
-    /// Asks for the seat.
+    /// Requests the seat.
     pub fn hello(&mut self, ctx: &mut Context) {
         let mut secrets = (None, None);
         if let Link::Server(socket) = &mut self.link {
@@ -300,7 +301,7 @@ impl Connection {
         self.send(ctx, &ClientMessage::Hello { version, appearance, token, host_key, role });
     }
 
-    /// Does what the host was asked about.
+    /// Carries out the action that the host confirmed.
     pub fn carry_out(&mut self, ctx: &mut Context, question: &Question) {
         match question {
             Question::Kick(seat, _) => self.send(ctx, &ClientMessage::Kick { seat: *seat }),
@@ -316,7 +317,7 @@ impl Connection {
         self.send(ctx, &ClientMessage::Emote { emote });
     }
 
-    /// Saves the last seconds: on the server, or as a file if the room is in the page.
+    /// Saves the last few seconds on the server, or as a file if the room is in the page.
     pub fn keep_clip(&mut self, ctx: &mut Context) {
         match &self.link {
             Link::Server(_) if self.status.state != State::Playing => {}
@@ -334,7 +335,7 @@ impl Connection {
         }
     }
 
-    /// Sends a message if the way is open.
+    /// Sends a message if the connection is open.
     pub fn send(&mut self, ctx: &mut Context, message: &ClientMessage) {
         let bytes = message.encode();
         let traffic = match message {
@@ -349,7 +350,7 @@ impl Connection {
         }
     }
 
-    /// Called for every snapshot. After enough time the connection counts as good.
+    /// Called for every snapshot. After enough time, the connection is considered good.
     pub fn prove(&mut self, now_ms: f64) {
         let Link::Server(socket) = &mut self.link else { return };
         if socket.unproven_ms.take_if(|since| now_ms - *since >= PROVEN_MS).is_some() {
@@ -373,7 +374,7 @@ pub enum Link {
     InPage(Box<RoomInPage>),
 }
 
-/// The socket to a room on the server, and the way to the next one.
+/// The socket to a room on the server, and what is needed to open the next one.
 #[derive(Debug)]
 pub struct RoomSocket {
     /// The origins of servers that may run the room; an empty origin is the page's own server.
@@ -382,13 +383,13 @@ pub struct RoomSocket {
     pub session: u32,
     pub open: bool,
     pub opened_ms: f64,
-    /// The time of the last message from the server.
+    /// The time of the most recent message from the server.
     pub heard_ms: f64,
-    /// Whether the last check found that the server had been silent for too long.
+    /// Whether the previous check found that the server had been silent for too long.
     pub silent: bool,
     /// The time of the welcome, until the connection is known to be good.
     pub unproven_ms: Option<f64>,
-    /// When to try again.
+    /// Determines when to try again.
     pub backoff: Backoff,
 }
 
@@ -407,7 +408,7 @@ impl RoomSocket {
         }
     }
 
-    /// Silence after which the socket is given up, milliseconds. The limit is shorter for a socket that does not open
+    /// Silence after which the socket is abandoned, milliseconds. The limit is shorter for a socket that does not open
     /// while another server has not been tried.
     fn silence_ms_max(&self) -> f64 {
         let opens = self.opened_ms > self.heard_ms;
@@ -419,7 +420,8 @@ impl RoomSocket {
         now_ms - self.heard_ms.max(self.opened_ms) > self.silence_ms_max()
     }
 
-    /// The socket was lost or could not be opened, so another attempt follows. `random` is uniform in [0, 1).
+    /// Records that the socket was lost or could not be opened, so that another attempt follows. `random` is uniform in
+    /// [0, 1).
     pub fn lost(&mut self, now_ms: f64, random: f64) {
         let longest_ms = if self.servers.has_untried() { UNTRIED_MS } else { LONGEST_MS };
         self.backoff.lost(now_ms, random, longest_ms);
@@ -466,7 +468,7 @@ pub struct Status {
     pub joined_ms: Option<f64>,
     /// The time at which the room started to move to another server.
     pub moved_ms: f64,
-    /// The duration of a tick that was too long, milliseconds. The game is paused since then.
+    /// The duration of a tick that was too long, milliseconds. The game has been paused since then.
     pub stalled_ms: Option<f64>,
     /// The time at which the server will shut down.
     pub closing_ms: Option<f64>,
@@ -474,7 +476,7 @@ pub struct Status {
     pub restarting: bool,
     /// Whether the room continues after the restart.
     pub is_kept: bool,
-    /// Whether the server accepted this page as the room's host.
+    /// Whether the server accepted this player as the room's host.
     pub host: bool,
     /// Whether the player closed the room.
     pub closes: bool,

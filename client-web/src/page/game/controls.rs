@@ -1,4 +1,4 @@
-//! Keys, pointer, gamepad and buttons of the page in a game.
+//! Handles keys, the pointer, gamepads and the page's buttons during a game.
 
 use super::GameScreen;
 use super::input::WheelUse;
@@ -17,10 +17,10 @@ use jostle_protocol::limits::EMOTES;
 use jostle_sim::Vec2;
 
 impl GameScreen {
-    /// Does what a button says.
+    /// Performs the action of a button.
     pub fn click(&mut self, ctx: &mut Context, action: PageAction, value: &str) {
         match action {
-            // Asks for the next round, until it begins.
+            // Requests the next round, until it begins.
             PageAction::Again => self.press(ctx, Buttons::AGAIN, true),
             PageAction::Bounds => self.view.bounds_toggled = !self.view.bounds_toggled,
             PageAction::Clip => self.connection.keep_clip(ctx),
@@ -42,7 +42,7 @@ impl GameScreen {
         top: Layer,
         key: &Key,
     ) -> KeyUse {
-        // Input fields have no use for function keys.
+        // Input fields do not use function keys.
         let is_function = matches!(key.code.as_str(), "F2" | "F3" | "F4");
         if key.focus == Focus::Field && !is_function {
             return KeyUse::Unused;
@@ -73,11 +73,11 @@ impl GameScreen {
         KeyUse::when(may_be_world && self.world_key_down(ctx, keys, key))
     }
 
-    /// The table of keys that mean something to the page.
+    /// The page action that a key triggers, if any.
     fn action_of(&self, keys: &Bindings, top: Layer, key: &Key) -> Option<PageAction> {
         let actions = keys.actions(&key.code, &key.letter);
         let is_for = |action| top == Layer::Page && actions.contains(&action);
-        // Where bodies are selected M selects a minion.
+        // In scenes in which the player selects bodies, M selects a minion.
         let selects = |replica: &Replica| replica.room.scene.tools.contains(Tools::SELECT);
         Some(match (key.code.as_str(), key.letter.as_str(), top) {
             _ if is_for(Action::Again) && key.focus != Focus::Button && self.is_round_over() => {
@@ -128,7 +128,7 @@ impl GameScreen {
         self.send_due(ctx);
     }
 
-    /// Takes a change of mouse or finger over the canvas.
+    /// Handles a change in the state of the mouse or a finger over the canvas.
     pub fn point(&mut self, ctx: &mut Context, pointer: &Pointer) {
         let used = self.input.wheel_pointer(pointer);
         if self.use_wheel(ctx, used) {
@@ -180,30 +180,30 @@ impl GameScreen {
         self.send_due(ctx);
     }
 
-    /// Steers by thumb.
+    /// Steers with the thumb stick.
     fn steer(&mut self, ctx: &mut Context, directions: Buttons) {
         self.input.controls.steer(directions);
         self.send_due(ctx);
     }
 
-    /// Presses or releases buttons other than keys, and sends the change immediately.
+    /// Presses or releases buttons that do not come from keys, and sends the change immediately.
     pub(super) fn press(&mut self, ctx: &mut Context, buttons: Buttons, down: bool) {
         self.input.controls.press(buttons, down);
         self.send_due(ctx);
     }
 
-    /// Releases everything, and sends that.
+    /// Releases everything and sends the change.
     pub fn release_input(&mut self, ctx: &mut Context) {
         self.input.release();
         self.send_due(ctx);
     }
 
-    /// Plays by gamepad: what it presses, and where its right stick points. `before` were its actions in the last frame;
-    /// it is not `free` under a card.
+    /// Applies the gamepad's buttons and the direction of its right stick. `before` holds its actions in the previous
+    /// frame; `free` is false while a card takes the input.
     pub fn play_by_pad(&mut self, ctx: &mut Context, input: &PadInput, before: u32, free: bool) {
         let controls = &mut self.input.controls;
         controls.pad = if free { input.buttons } else { Buttons::default() };
-        // The right stick picks while the wheel is open.
+        // While the wheel is open, the right stick picks an emote instead.
         if free && self.input.wheel.is_none() {
             let hero = self.replica().and_then(Replica::own_hero).map(|hero| hero.center);
             let view = *self.view();

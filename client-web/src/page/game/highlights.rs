@@ -1,11 +1,11 @@
-//! Highlights of a finished round, shown instead of the room until the next round runs.
+//! Highlights of a finished round, shown instead of the room until the next round starts.
 
 use crate::page::context::Context;
 use crate::world::highlight_player::HighlightPlayer;
 use crate::world::replica::{Eye, Replica};
 use jostle_game::RoundPhase;
 
-/// Highlights that are on display in place of the room.
+/// Highlights that are being shown instead of the room.
 pub struct Showing {
     pub player: HighlightPlayer,
     /// The number of the current highlight, and of the replica that draws it.
@@ -13,7 +13,7 @@ pub struct Showing {
 }
 
 impl Showing {
-    /// As many highlights as there is time for before the next round, the newest.
+    /// Starts the newest highlights, as many as will fit before the next round.
     pub fn begin(ctx: &mut Context, replica: &mut Replica) -> Option<Showing> {
         let ticks = ticks_left(replica).unwrap_or(0);
         let newest = replica.highlights.as_mut()?.newest_within(ticks);
@@ -22,8 +22,8 @@ impl Showing {
         Some(Showing { player, copy: (1, ctx.next_number()) })
     }
 
-    /// Moves them to the present, and returns whether another one begins. `None` when all were shown, or when the next
-    /// round runs.
+    /// Advances the highlights to the current time and returns whether another one begins. `None` once all have been
+    /// shown or the next round is running.
     pub fn advance(&mut self, ctx: &mut Context, live: Option<&Replica>, eye: Eye) -> Option<bool> {
         live.and_then(ticks_left)?;
         if !self.player.advance(ctx.now_ms, eye) {
@@ -37,7 +37,7 @@ impl Showing {
     }
 }
 
-/// Ticks until the next round runs, as far as known; `None` while a round is running.
+/// Ticks until the next round starts, if known; `None` while a round is running.
 fn ticks_left(replica: &Replica) -> Option<u32> {
     let spec = replica.room.scene.rules.round.as_ref()?;
     let round = replica.room.round()?;

@@ -1,4 +1,4 @@
-//! The player's input in a game: keys, pointer, fingers and gamepad, and the wheel of emotes under them.
+//! The player's input in a game: keys, pointer, fingers and gamepad, and the emote wheel that they control.
 
 use crate::input::keys::Controls;
 use crate::input::pad::PadInput;
@@ -31,7 +31,7 @@ pub enum WheelUse {
     Emote(u8),
 }
 
-/// Keys and buttons that are held in one game, and the place that is pointed at.
+/// Keys and buttons that are held in one game, and the pointer's position.
 #[derive(Debug, Default)]
 pub struct GameInput {
     /// Keys, pointer and touch controls.
@@ -44,7 +44,7 @@ pub struct GameInput {
 }
 
 impl GameInput {
-    /// Takes the tools of a scene, unless it is the one that is known.
+    /// Adopts the tools of a scene, unless it is the current one.
     pub fn adopt(&mut self, scene: &Scene) {
         if self.touch_scene.as_ref() != Some(&scene.source) {
             self.touch_scene = Some(scene.source.clone());
@@ -52,13 +52,13 @@ impl GameInput {
         }
     }
 
-    /// Releases everything: no key may stick when its release is never seen.
+    /// Releases everything, so that no key sticks if its release is never seen.
     pub fn release(&mut self) {
         self.fingers.release();
         self.controls.release();
     }
 
-    /// Takes a change of a finger.
+    /// Handles a change in a finger's state.
     pub fn touch(&mut self, pointer: &Pointer) -> Touched {
         match pointer.change {
             PointerChange::Down => self.fingers.down(pointer.id, pointer.at, pointer.canvas),
@@ -68,7 +68,8 @@ impl GameInput {
         }
     }
 
-    /// Moves the pointer to where the stick of the gamepad points from the hero, or by the stick where there is none.
+    /// Moves the pointer to where the gamepad's stick points from the hero. Without a hero, the stick pushes the
+    /// pointer along.
     pub fn aim(&mut self, view: &View, hero: Option<Vec2>, stick: Vec2) {
         if stick == Vec2::ZERO {
             return;
@@ -90,7 +91,7 @@ impl GameInput {
         self.wheel = opens.then(Wheel::default);
     }
 
-    /// Handles a key while the wheel is open: a digit picks an emote, Escape closes the wheel.
+    /// Handles a key while the wheel is open. A digit picks an emote, and Escape closes the wheel.
     pub fn wheel_key_down(&mut self, key: &Key) -> WheelUse {
         if self.wheel.is_none() || key.modified {
             return WheelUse::Unused;
@@ -104,15 +105,15 @@ impl GameInput {
         self.close_wheel(emote)
     }
 
-    /// Handles the release of the key that opened the wheel: returns a picked emote to show. After a mere tap the wheel
-    /// stays open.
+    /// Handles the release of the key that opened the wheel, and returns the picked emote, if any. After a mere tap the
+    /// wheel stays open.
     pub fn wheel_key_up(&mut self, code: &str) -> Option<u8> {
         let wheel = self.wheel.as_mut().filter(|wheel| wheel.key.as_deref() == Some(code))?;
         wheel.key = None;
         wheel.picked
     }
 
-    /// Handles a pointer while the wheel is open: moving picks an emote and pressing shows it.
+    /// Handles a pointer while the wheel is open. Moving it picks an emote, and pressing shows that emote.
     pub fn wheel_pointer(&mut self, pointer: &Pointer) -> WheelUse {
         let Some(wheel) = &mut self.wheel else { return WheelUse::Unused };
         let offset = pointer.at - 0.5 * pointer.canvas;

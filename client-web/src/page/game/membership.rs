@@ -11,7 +11,7 @@ use jostle_game::scene::Camera as CameraRule;
 use jostle_game::{Input, Seat, Tools};
 use jostle_sim::Vec2;
 
-/// Maximum gap in ticks between two sockets of the same seat. After a longer gap, which the display would jump across
+/// Maximum gap in ticks between two sockets for the same seat. After a longer gap, across which the display would jump
 /// anyway, the state is rebuilt.
 const GAP_TICKS_MAX: u32 = 30;
 
@@ -45,8 +45,8 @@ impl RoomMembership {
         }
     }
 
-    /// Whether a welcome continues this seat in the same scene. It does not after a long gap, or if the room there is
-    /// older than the displayed state.
+    /// Whether a welcome continues this seat in the same scene. It does not after a long gap, or if the room on the new
+    /// socket is older than the displayed state.
     pub fn continues(&self, seat: Seat, welcomed_tick: u32) -> bool {
         let newest = self.replica.room.newest().map_or(0, |newest| newest.tick);
         seat == self.replica.room.seat
@@ -54,8 +54,8 @@ impl RoomMembership {
     }
 
     /// Continues the same seat on another socket. State shared by the two ends of a socket is reset: the snapshot
-    /// stream, input sequence numbers, the view, and the measured transit times. The world is kept with its undisplayed
-    /// part, as are the measured jitter and lead.
+    /// stream, input sequence numbers, the view, and the measured transit times. The world is kept, including what has
+    /// not been displayed yet, as are the measured jitter and lead.
     pub fn go_on(&mut self, welcomed_tick: u32, now_ms: f64) {
         self.replica.begin_stream();
         self.clock.restart(now_ms);
@@ -112,7 +112,7 @@ impl RoomMembership {
 pub struct GameView {
     /// The camera, once the scene is known.
     pub camera: Option<Camera>,
-    /// The view of the last frame.
+    /// The view of the most recent frame.
     pub view: View,
     pub framed_ms: f64,
     /// Whether a spectator's camera follows a hero; `None` until that is decided.
@@ -139,7 +139,7 @@ impl GameView {
         own != self.bounds_toggled
     }
 
-    /// The parts of a frame that depend on the player.
+    /// The player-dependent inputs to a frame.
     pub fn eye(&self, controls: &Controls, replica: Option<&Replica>) -> Eye {
         Eye { pointer: controls.pointer(&self.view), bounds: self.bounds(replica) }
     }
@@ -157,7 +157,7 @@ impl GameView {
         }
     }
 
-    /// Makes the camera jump, because the next picture shows another moment.
+    /// Makes the camera jump, because the next picture shows a different moment.
     pub fn cut(&mut self) {
         if let Some(camera) = &mut self.camera {
             camera.cut();

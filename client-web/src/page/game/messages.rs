@@ -1,4 +1,5 @@
-//! Messages between a game and its room: the welcome, snapshots and a few more; inputs, the size of the view, and pings.
+//! Messages between a game and its room. The room sends the welcome, snapshots and a few others; the game sends inputs,
+//! the view size and pings.
 
 use super::GameScreen;
 use super::connection::{Link, State};
@@ -23,7 +24,7 @@ const UNSEEN_MS: f64 = 500.0;
 const NO_PLAYER: Seat = Seat(u16::MAX);
 
 impl GameScreen {
-    /// Handles an event of the socket of a session.
+    /// Handles an event from a session's socket.
     pub(super) fn on_socket(&mut self, ctx: &mut Context, session: u32, event: SocketEvent) {
         if !self.connection.is_open(session) {
             return;
@@ -38,8 +39,8 @@ impl GameScreen {
         }
     }
 
-    /// Browsers stop the frames of a hidden page but not its messages. These keep the replica up to date and the pings
-    /// going, so that returning to the page is quick.
+    /// Browsers stop the frames of a hidden page, but not its messages. The messages keep the replica up to date and
+    /// the pings going, so that returning to the page is quick.
     fn keep_up_unseen(&mut self, ctx: &mut Context) {
         if ctx.now_ms - self.view.framed_ms < UNSEEN_MS {
             return;
@@ -156,7 +157,7 @@ impl GameScreen {
         }
     }
 
-    /// Sends everything that is due: inputs, the view size, a ping.
+    /// Sends everything that is due, such as inputs, the view size or a ping.
     pub fn send_due(&mut self, ctx: &mut Context) {
         if self.connection.status.state != State::Playing {
             return;

@@ -1,5 +1,5 @@
 //! The dialogs over the page. While one must be answered, it has the focus and the rest of the page is inert;
-//! afterwards the focus returns to its previous element.
+//! afterwards the focus returns to the element that had it before.
 
 use crate::language::{around, say};
 use crate::page::app::App;
@@ -8,7 +8,7 @@ use crate::page::dialogs::Layer;
 use crate::page::dialogs::Question;
 use crate::page::view::{View, word};
 
-/// The parts of the page and their layers.
+/// The parts of the page with their layers.
 const PARTS: [(&str, Layer); 7] = [
     ("#lobby", Layer::Page),
     ("#game", Layer::Page),
@@ -43,7 +43,7 @@ pub fn view(app: &App) -> View {
     }
 }
 
-/// Adds the texts of a card to a view.
+/// Adds a card's texts to a view.
 pub fn notice(view: View, card: &Card) -> View {
     let modal = word(!card.passing);
     let detail = Some(card.detail.clone()).filter(|detail| !detail.is_empty());

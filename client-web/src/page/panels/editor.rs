@@ -1,4 +1,4 @@
-//! The panels around the edited picture: bar, form and error.
+//! The panels around the picture being edited: bar, form and error.
 
 use crate::editor::form::{self, Row, rows};
 use crate::editor::state::Editor;
@@ -8,7 +8,7 @@ use crate::page::edit_screen::EditScreen;
 use crate::page::view::{Set, Text, View};
 use jostle_game::scene::FieldForm;
 
-/// The panels that are inactive while the scene is played.
+/// The panels that are inactive while the scene is being played.
 const RESTING: [&str; 4] = ["#palette", "#edit-tabs", "#edit-form", "#edit-code"];
 
 pub fn view(app: &App) -> View {

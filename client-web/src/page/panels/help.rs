@@ -1,4 +1,4 @@
-//! The help dialog: keys and their actions.
+//! The help dialog, which lists keys and their actions.
 
 use crate::input::action::Action;
 use crate::language::{fill, say};
@@ -50,7 +50,7 @@ pub fn hint(scene: &Scene, settings: &Settings) -> Option<Text> {
 }
 
 fn of_game(scene: &Scene, settings: &Settings) -> Vec<(String, &'static str)> {
-    // On touch screens the help does not mention keys.
+    // On touch screens, the help does not mention keys.
     let told = |(key, does): (&'static str, _)| (say(key).to_owned(), does);
     if settings.touched {
         return tools::TOUCH_HELP.map(told).to_vec();

@@ -1,4 +1,4 @@
-//! The controls over the canvas: title, key caps, news, answers.
+//! The controls over the canvas: title, key caps, news and answers.
 
 use crate::language::{around, fill, say};
 use crate::page::app::App;
@@ -15,11 +15,11 @@ use crate::world::replica::News;
 use jostle_game::{Buttons, Kind, Scene, Tools};
 use jostle_protocol::replay::Ending;
 
-/// Time after joining during which key caps are large, milliseconds.
+/// How long after joining the key caps are large, milliseconds.
 const CAPS_LARGE_MS: f64 = 10_000.0;
-/// Duration for which the answer to a clip request is shown, milliseconds.
+/// How long the answer to a clip request is shown, milliseconds.
 const CLIP_MS: f64 = 8000.0;
-/// Duration for which the answer to a denied request is shown, milliseconds.
+/// How long the answer to a denied request is shown, milliseconds.
 const DENIED_MS: f64 = 5000.0;
 
 /// The title of the current game or replay, and the buttons for its link.
@@ -123,7 +123,7 @@ fn cap_of(cap: &tools::Cap, lit: (Buttons, Option<Kind>), settings: &Settings) -
         .text(".does", say(cap.does))
 }
 
-/// Answers to the player's requests.
+/// The answers to the player's requests.
 pub fn answers(app: &App) -> View {
     let (game, now_ms) = (app.screen.game(), app.ctx.now_ms);
     let denied_ms = game.and_then(|game| game.connection.status.denied_ms);
@@ -178,7 +178,7 @@ fn line(number: usize, news: &News) -> View {
     item
 }
 
-/// Things that need not change with every frame: the host's buttons and the network status.
+/// Parts that need not change with every frame: the host's buttons and the network status.
 pub fn status(app: &App) -> View {
     let game = app.screen.game();
     let closing_ms = game.and_then(|game| game.connection.status.closing_ms);

@@ -18,7 +18,7 @@ const CATEGORIES: [(&str, &str); 3] =
 /// The number of replays in a folded list; the style sheet hides the others.
 pub const FOLDED: usize = 6;
 
-/// The lobby at a time given in seconds since 1970.
+/// The lobby at this time, in seconds since 1970.
 pub fn view(app: &App, unix_s: f64) -> View {
     let (lobby, records) = (&app.lobby, &app.records);
     let view = CATEGORIES.into_iter().fold(View::panel("lobby"), |view, (category, list)| {
@@ -78,7 +78,7 @@ fn room_entry(lobby: &Lobby, room: &RoomCard) -> View {
         .style(".bar", "--share", format!("{share:.0}%"))
 }
 
-/// Adds a link to a path of this server, and the picture of a scene.
+/// Adds a link to a path on this server, and the picture of a scene.
 fn link(item: View, word: &str, scene: Option<&SceneCard>) -> View {
     let picture = scene.and_then(|scene| scene.picture.as_ref());
     let picture = picture.map_or_else(String::new, |picture| format!("url({picture:?})"));
@@ -140,7 +140,7 @@ fn scene_entry(scene: &SceneCard, records: &Records, is_static: bool) -> View {
     best(item, records, name, scene.heroes)
 }
 
-/// Adds the best run of the scene.
+/// Adds the scene's best run.
 fn best(item: View, records: &Records, scene: &str, heroes: bool) -> View {
     let best = records.best(scene);
     let raced = best.filter(|(table, _)| is_raced(table, heroes));

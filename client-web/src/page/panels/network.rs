@@ -1,5 +1,5 @@
 //! Network panels: statistics (F3), and a panel (F4) that shows the connection in numbers and as a plot, switches
-//! prediction of the player's hero, and simulates bad networks.
+//! prediction of the player's hero on and off, and simulates bad networks.
 
 use crate::language::fill;
 use crate::net::clock::{Clock, TICK_MS};
@@ -22,7 +22,7 @@ const KINDS: [[&str; 2]; Traffic::ALL.len()] = [
     ["#net-kinds > :nth-child(5) i", "#net-kinds > :nth-child(5) b"],
 ];
 
-/// The panel without its changing values.
+/// The panel, apart from its changing values.
 pub fn view(app: &App) -> View {
     let view = View::panel("network")
         .show("#network", app.panels.network)

@@ -1,4 +1,4 @@
-//! Attributes of the root element for the style sheet, and the buttons that copy the link.
+//! The root element's attributes for the style sheet, and the buttons that copy the link.
 
 use crate::language::say;
 use crate::page::app::App;

@@ -9,7 +9,7 @@ use crate::world::replica::Replica;
 use jostle_game::Seat;
 use jostle_protocol::{Appearance, PlayerState};
 
-/// Maximum players in the list; the rest are only counted. For a host the list is complete.
+/// Maximum number of players in the list; the rest are only counted. For a host the list is complete.
 const LISTED_MAX: usize = 10;
 
 /// The role of the viewer.
@@ -17,7 +17,7 @@ const LISTED_MAX: usize = 10;
 enum Viewer {
     Player,
     Host,
-    /// A spectator, with the player that they follow.
+    /// A spectator, with the player whom they follow.
     Spectator(Option<Seat>),
 }
 
@@ -98,7 +98,7 @@ pub fn color_of(appearance: &Appearance) -> String {
     color_var(appearance.color)
 }
 
-/// The CSS value of a colour of the players' palette.
+/// The CSS value of a colour from the players' palette.
 pub fn color_var(color: u8) -> String {
     format!("var(--player-{color})")
 }

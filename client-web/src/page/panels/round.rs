@@ -1,4 +1,4 @@
-//! The round over the canvas: scoreboard, clock, task, countdown and result.
+//! The round panel over the canvas: scoreboard, clock, task, countdown and result.
 
 use crate::language::{fill, say};
 use crate::net::api;
@@ -80,7 +80,7 @@ pub fn record(app: &App) -> View {
         .with_or_without("#best-race", "href", race)
 }
 
-/// Whether a scene's best run can be raced. Scenes without heroes have no ghosts.
+/// Whether players can race a scene's best run. Scenes without heroes have no ghosts.
 pub fn is_raced(table: &RecordTable, heroes: bool) -> bool {
     heroes && api::is_timed(table)
 }

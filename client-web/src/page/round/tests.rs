@@ -40,7 +40,7 @@ fn player(seat: u16, name: &str) -> PlayerState {
     }
 }
 
-/// A round with two players, each in a separate team if there are teams.
+/// A round with two players, on separate teams if there are teams.
 fn round(phase: RoundPhase, teams: usize, scores: [i32; 2]) -> RoundInfo {
     let info = |score| SideInfo { score, lives: 2, is_in: true };
     let players = [0, 1].map(|index: u16| jostle_game::RoundPlayer {

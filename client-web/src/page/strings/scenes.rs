@@ -49,7 +49,8 @@ pub fn no_room(reason: &str) -> Card {
     Card { detail: reason.to_owned(), ..card }
 }
 
-/// The stored draft differs from the edited text. Another tab changed it, or it is from an earlier visit.
+/// Shown when the stored draft differs from the edited text, because another tab changed it or it is from an earlier
+/// visit.
 pub const OTHER_DRAFT: Card = passing(card(
     "There is another draft",
     "A draft of this scene with other changes was saved in another tab or earlier.",

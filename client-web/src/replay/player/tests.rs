@@ -1,4 +1,4 @@
-//! A replay shows a tick identically no matter how it was reached.
+//! Tests that a replay shows a tick identically no matter how it was reached.
 
 use super::*;
 use crate::replay::chapters::Chapter;
@@ -42,7 +42,7 @@ fn film(scene: &str) -> ReplayPlayer {
     ReplayPlayer::open(file(&records(scene, TICKS))).expect("a replay")
 }
 
-/// Plays at a pace that does not land on whole ticks, and stops at a tick.
+/// Plays at a pace that does not land on whole ticks, and stops at this tick.
 fn play_to(film: &mut ReplayPlayer, tick: u32) {
     film.play();
     while film.tick() < tick {
@@ -76,7 +76,7 @@ fn a_tick_looks_the_same_however_it_was_reached() {
         let mut played = film();
         played.set_speed(2.0);
         let mut sought = film();
-        // Before and after players joined and left.
+        // Test before and after players join and leave.
         for tick in if index % 2 == 0 { [77, 520] } else { [301, 699] } {
             play_to(&mut played, tick);
             sought.seek(TICKS);
@@ -188,7 +188,7 @@ fn goals_and_rounds_are_chapters_and_can_be_skipped_to() {
     let known: Vec<(u32, Chapter)> = of_game.copied().collect();
     assert_eq!(known.first(), Some(&(181, Chapter::Round)), "{known:?}");
     let goals: Vec<u32> = known[1..].iter().map(|&(tick, _)| tick).collect();
-    // Three players move up and down the hill. The points that one of them gets in a row are one goal.
+    // Three players move up and down the hill. The points that one of them scores in a row count as one goal.
     let held = goals.first().copied().expect("nobody held the hill");
     for (forwards, wanted) in [(true, 61), (true, held - 120), (false, 61)] {
         film.skip_to_goal(forwards);

@@ -52,7 +52,7 @@ fn at_most_six_voices_of_a_sound_run_and_a_louder_one_replaces_the_quietest() {
     assert_eq!(frame(&mut mixer, 0.0, [strike(7, 100.0, 14.0, 15.0)]), [], "too quiet");
     let loud = frame(&mut mixer, 0.0, [strike(8, 100.0, 60.0, 400.0)]);
     assert_eq!(loud.len(), 1);
-    // Each voice started when more were already running, so the last one is the quietest.
+    // Each voice started when more voices were already running than before, so the last one is the quietest.
     assert_eq!(loud[0].slot, 5);
     assert_eq!(mixer.running(0.0), VOICES_OF_SOUND_MAX);
     let other = frame(&mut mixer, 0.0, [of(Sound::Glass, 9)]);

@@ -9,11 +9,11 @@ use crate::view::palette::{self, INK, MINION, PAPER, Rgb, SLATE, TOYS, WOOD};
 use jostle_game::Kind;
 use jostle_sim::{Shape, Vec2};
 
-/// Shadows are shifted straight down by this distance, world units.
+/// Distance by which shadows are shifted straight down, world units.
 const SHADOW_DROP: f32 = 1.1;
 /// Width of a shadow's soft edge, world units.
 const SHADOW_SOFT: f32 = 1.5;
-/// Maximum distance that a body's drawing extends past its outline, world units.
+/// Maximum distance by which a body's drawing extends past its outline, world units.
 const MARGIN: f32 = 8.0;
 /// Adds all bodies in view. `posed` is scratch memory.
 pub fn fill(stage: &mut DrawStage, motion: &mut BodySprings, posed: &mut Vec<(u32, Pose)>) {
@@ -40,7 +40,7 @@ pub fn fill(stage: &mut DrawStage, motion: &mut BodySprings, posed: &mut Vec<(u3
     if let Some(ghost) = stage.frame.ghost {
         self::ghost(stage, ghost);
     }
-    // Heroes are drawn last, so that none is lost in a heap.
+    // Heroes are drawn last, so that none of them is hidden in a heap.
     for heroes in [false, true] {
         let is_next =
             |(index, _): &&(u32, Pose)| (bodies[*index as usize].kind == Kind::Hero) == heroes;
@@ -97,7 +97,7 @@ fn slab(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
 fn shadow(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
     let kind = if is_round(body) { SolidKind::ShadowOval } else { SolidKind::ShadowBox };
     let alpha = if body.kind == Kind::Pack { 0.3 } else { 0.55 };
-    // Small things lie flat on the ground and cast short shadows.
+    // Small objects lie flat on the ground and cast short shadows.
     let scale = (pose.half.x.min(pose.half.y) / 3.0).min(1.0);
     let below = pose.center - Vec2::new(0.0, SHADOW_DROP * scale);
     let quad = SolidVertex::new(kind, below, pose.half, rgba(INK[0], alpha));

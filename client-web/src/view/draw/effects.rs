@@ -1,4 +1,4 @@
-//! Effects that flare up and fade: sparks of hard impacts, splashes of packs, puffs where bodies left the world.
+//! Effects that flare up and fade: sparks from hard impacts, splashes from packs, puffs where bodies left the world.
 
 use super::stage::DrawStage;
 use super::vertex::{SolidKind, SolidVertex, rgba};
@@ -24,7 +24,7 @@ pub fn fill(stage: &mut DrawStage) {
     }
 }
 
-/// Short bright streaks away from the contact, with a flash of light.
+/// Short bright streaks that point away from the contact, with a flash of light.
 fn spark(stage: &mut DrawStage, effect: &Effect) {
     let force = (effect.strength / SPARK_SPEED).clamp(0.15, 1.0);
     let life_s = 0.16 + 0.16 * force;

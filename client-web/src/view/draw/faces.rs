@@ -10,7 +10,7 @@ use jostle_sim::Vec2;
 
 /// Minimum half size of bodies whose faces are drawn, pixels.
 const PIXELS_MIN: f32 = 4.0;
-/// Duration for which a hit shows on a face, seconds.
+/// How long a hit shows on a face, seconds.
 const SHOCK_S: f32 = 0.9;
 
 /// Adds the face of a body, if it has one and is large enough.
@@ -107,7 +107,7 @@ fn gaze(body: &FrameBody, far: f32) -> Vec2 {
     if length < 1e-3 { Vec2::ZERO } else { toward / length * (length / far).min(1.0) }
 }
 
-/// How far the eyelids are closed, 0..=1, at a time in seconds. Every body has a different rhythm.
+/// How far the eyelids are closed, 0..=1, at this time in seconds. Every body has a different rhythm.
 fn blink(time: f32, index: u32, period_s: f32) -> f32 {
     let own = (index.wrapping_mul(2_654_435_761) >> 16) as f32 / 65_536.0;
     let period = period_s * (0.8 + 0.6 * own);

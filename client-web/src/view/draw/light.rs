@@ -3,7 +3,7 @@
 
 use jostle_sim::Vec2;
 
-/// Cells of the field along each axis.
+/// Number of cells along each axis of the field.
 pub const LIGHT_CELLS: usize = 64;
 /// Reach of light, world units.
 const REACH: f32 = 6.5;
@@ -80,7 +80,7 @@ impl LightField {
         if !self.lit {
             return;
         }
-        // The widths of successive blurs add as squares.
+        // The squares of the widths of successive blurs add up.
         let keep = (-self.cell / (REACH * (2.0 / PASSES as f32).sqrt())).exp();
         for _ in 0..PASSES {
             for row in self.cells.chunks_exact_mut(LIGHT_CELLS) {
@@ -101,7 +101,7 @@ impl LightField {
     }
 }
 
-/// A two-sided exponential blur along a row: light spreads to both sides, attenuated by the factor `keep` per cell.
+/// A two-sided exponential blur along a row. Light spreads to both sides, attenuated by the factor `keep` per cell.
 fn blur_row(row: &mut [[f32; 3]], keep: f32) {
     let mut carried = [0.0; 3];
     for cell in row.iter_mut() {
@@ -145,7 +145,7 @@ fn flow([r, g, b]: [f32; 3], carried: [f32; 3], keep: f32) -> [f32; 3] {
     [r * share + carried[0] * keep, g * share + carried[1] * keep, b * share + carried[2] * keep]
 }
 
-/// Compresses light to 0..1 by its brightest channel, which preserves the hue, and stores square roots.
+/// Compresses light to 0..1 according to its brightest channel, which preserves the hue, and stores square roots.
 fn encode(light: [f32; 3], gain: f32) -> [u8; 4] {
     let brightest = light[0].max(light[1]).max(light[2]) * gain;
     if brightest < 1e-5 {

@@ -1,4 +1,4 @@
-//! Squash and stretch: a damped spring per body, driven by sudden changes of velocity. It affects only the drawing,
+//! Squash and stretch: a damped spring per body, driven by sudden changes in velocity. It affects only the drawing,
 //! never the simulation.
 
 use crate::view::frame::FrameBody;
@@ -10,9 +10,9 @@ const SPRINGS_MAX: usize = 65_536;
 /// Stiffness in 1/s^2 (about 7 Hz) and damping in 1/s.
 const STIFFNESS: f32 = 2000.0;
 const DAMPING: f32 = 16.0;
-/// Maximum share by which a body gets flatter or taller.
+/// Maximum share by which a body becomes flatter or taller.
 const SQUASH_MAX: f32 = 0.16;
-/// Minimum change of velocity between two frames that kicks the spring, units/s; smaller changes are ordinary
+/// Minimum change in velocity between two frames that kicks the spring, units/s; smaller changes are ordinary
 /// acceleration.
 const KICK_MIN: f32 = 4.0;
 /// Duration of the pop-up animation of a new body, seconds.
@@ -54,7 +54,7 @@ pub struct BodySprings {
 }
 
 impl BodySprings {
-    /// Starts a frame at a time in seconds.
+    /// Starts a frame at this time, seconds.
     pub fn begin(&mut self, time: f32, calm: bool) {
         self.step_s = (time - self.time).clamp(0.0, 0.05);
         self.time = time;
@@ -88,7 +88,7 @@ impl BodySprings {
         Vec2::new(0.0, 0.28 * (self.time * 3.2 + phase).sin())
     }
 
-    /// Advances the spring of a body; positive values are flatter.
+    /// Advances a body's spring and returns its squash; positive values mean flatter.
     fn squash(&mut self, body: &FrameBody) -> f32 {
         let index = body.id.index as usize;
         if index >= SPRINGS_MAX {
@@ -111,12 +111,12 @@ impl BodySprings {
 }
 
 impl SquashSpring {
-    /// The spring of a body that has long moved at this velocity.
+    /// The spring of a body that has been moving at this velocity for a long time.
     pub fn at_rest(velocity: Vec2) -> SquashSpring {
         SquashSpring { velocity, squash: 0.0, rate: 0.0 }
     }
 
-    /// Advances the spring by this many seconds at a velocity.
+    /// Advances the spring by this many seconds at this velocity.
     pub fn advance(&mut self, velocity: Vec2, step_s: f32) {
         let change = (velocity - self.velocity).abs();
         self.velocity = velocity;
@@ -136,7 +136,7 @@ impl SquashSpring {
     }
 }
 
-/// The scale of a body that has just appeared: overshoots its full size, then returns to it.
+/// The scale of a body that has just appeared, which overshoots the full size and then returns to it.
 fn pop(age: f32) -> f32 {
     if age >= POP_S {
         return 1.0;

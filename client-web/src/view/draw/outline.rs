@@ -9,7 +9,7 @@ use crate::view::palette::PAPER;
 use jostle_game::Kind;
 use jostle_sim::{Shape, Vec2};
 
-/// Segments of a drawn circle.
+/// Number of segments in a drawn circle.
 pub const SEGMENTS: usize = 16;
 /// Half of the width and height of a centre mark, world units.
 const MARK_HALF: f32 = 0.25;

@@ -1,5 +1,5 @@
-//! Things of a scene that are no bodies: zones, with a tint on the stage and a bright edge; marks on the wall, with
-//! the lamps that shine on them; and the sling.
+//! Parts of a scene that are not bodies: zones, with a tint on the stage and a bright edge; marks on the wall, with the
+//! lamps that shine on them; and the sling.
 
 use super::stage::DrawStage;
 use super::vertex::{SolidKind, SolidVertex, rgba};
@@ -85,7 +85,7 @@ const FORK: Vec2 = Vec2::new(4.0, 4.0);
 /// Half the width of the wood and of the band, world units.
 const WOOD_HALF: f32 = 1.1;
 const BAND_HALF: f32 = 0.45;
-/// Radius of the first dot of the path; the last one has a third of it.
+/// Radius of the path's first dot; that of the last dot is a third of this.
 const DOT: f32 = 0.9;
 
 /// Adds the sling, if the scene has one.

@@ -6,7 +6,7 @@ use crate::view::frame::{Sketch, Stroke, Tone};
 use crate::view::palette::{self, EMBER, INK, PAPER, SLATE};
 use jostle_sim::{Shape, Vec2};
 
-/// Maximum grid lines on each axis; a finer grid is not drawn.
+/// Maximum number of grid lines on each axis; a finer grid is not drawn.
 const LINES_MAX: f32 = 400.0;
 /// Every fifth line is brighter.
 const BRIGHT_EVERY: i32 = 5;

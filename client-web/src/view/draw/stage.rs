@@ -1,5 +1,5 @@
-//! The inputs and outputs shared by the drawing functions of one frame, and the growing list of solid quads, which leaves
-//! out what the view does not show.
+//! The inputs and outputs shared by the drawing functions of one frame, and the growing list of solid quads, which
+//! omits those outside the view.
 
 use super::light::LightField;
 use super::vertex::{SolidKind, SolidVertex, rgba};
@@ -7,13 +7,13 @@ use crate::view::frame::Frame;
 use crate::view::palette::{self, INK, Rgb};
 use jostle_sim::Vec2;
 
-/// Maximum solid quads per frame; further ones are omitted.
+/// Maximum number of solid quads per frame; further ones are omitted.
 const QUADS_MAX: usize = 262_144;
 
-/// The frame being drawn, and the lists that it is drawn into.
+/// The frame being drawn, and the lists into which it is drawn.
 pub(super) struct DrawStage<'a> {
     pub quads: &'a mut Quads,
-    /// The light emitted by glowing things.
+    /// The light emitted by glowing objects.
     pub light: &'a mut LightField,
     /// The frame being drawn.
     pub frame: &'a Frame<'a>,
@@ -48,7 +48,7 @@ pub struct Quads {
     pub vertices: Vec<SolidVertex>,
     center: Vec2,
     half: Vec2,
-    /// World units a pixel.
+    /// World units per pixel.
     pub unit_per_pixel: f32,
 }
 

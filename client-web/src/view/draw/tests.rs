@@ -254,7 +254,7 @@ fn a_lost_connection_dims_everything_last() {
     assert!(list.overlay_start < list.solids().len() - 4);
 }
 
-/// The light in the cell at a world point, 0..=1.
+/// The light in the cell at this world point, 0..=1.
 fn light_at(light: &LightField, point: Vec2) -> [f32; 3] {
     let at = (point - light.low) / light.size() * LIGHT_CELLS as f32;
     let index = (at.y as usize * LIGHT_CELLS + at.x as usize) * 4;
@@ -276,7 +276,7 @@ fn explosions_light_only_nearby_bodies() {
     assert_eq!(list.globals.light_on, 0.0, "the light goes out with the fire");
 }
 
-/// Height divided by width of the first matte box drawn.
+/// The ratio of height to width of the first matte box drawn.
 fn slimness(list: &DrawList) -> f32 {
     let all = quads(list.solids());
     let matte = all.iter().find(|q| q.kind == SolidKind::MatteBox as u32).expect("a hero");

@@ -16,7 +16,7 @@ pub enum SolidKind {
     ShadowOval = 3,
     /// Additive light, strongest in the centre.
     Glow = 4,
-    /// Outline of a box; edge alpha is the fraction of the width that is fully opaque.
+    /// Outline of a box; edge alpha gives the fraction of the width that is fully opaque.
     RingBox = 5,
     /// Outline of an ellipse.
     RingOval = 6,
@@ -50,7 +50,7 @@ pub struct SolidVertex {
     pub rounding: [f32; 2],
     /// Colour, not premultiplied.
     pub fill: [u8; 4],
-    /// Colour of the lit edge.
+    /// The colour of the lit edge.
     pub edge: [u8; 4],
     /// A [`SolidKind`].
     pub kind: u32,
@@ -80,7 +80,7 @@ impl SolidVertex {
         SolidVertex { rounding: [self.rounding[0], width], ..self }
     }
 
-    /// Sets another colour for the lit edge.
+    /// Sets a different colour for the lit edge.
     pub fn edged(self, edge: [u8; 4]) -> SolidVertex {
         SolidVertex { edge, ..self }
     }
@@ -111,7 +111,7 @@ pub struct Globals {
     pub center: [f32; 2],
     /// Half the width and height that the target shows, world units.
     pub half: [f32; 2],
-    /// The world spans (0, 0) to this.
+    /// The world's upper right corner; the lower left one is (0, 0).
     pub world: [f32; 2],
     pub pixels: [f32; 2],
     /// Lower left corner of the light field, world units.

@@ -6,7 +6,7 @@ use std::borrow::Cow;
 /// Bind group 0 and its resources.
 pub struct SharedBindings {
     globals: wgpu::Buffer,
-    /// The light emitted by glowing things.
+    /// The light emitted by glowing objects.
     pub light: wgpu::Texture,
     pub layout: wgpu::BindGroupLayout,
     /// The uniform block, the light texture and its sampler.
@@ -66,7 +66,7 @@ impl SharedBindings {
     }
 }
 
-/// Creates a bind group of these resources, numbered from 0.
+/// Creates a bind group with these resources, numbered from 0.
 pub fn bind_group(
     device: &wgpu::Device,
     layout: &wgpu::BindGroupLayout,

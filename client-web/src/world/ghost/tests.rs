@@ -1,4 +1,4 @@
-//! A ghost is where its hero was at the same time after the start of the round.
+//! Tests that a ghost is where its hero was at the same time after the start of the round.
 
 use super::*;
 use jostle_game::{Buttons, Input};
@@ -57,7 +57,7 @@ fn a_ghost_keeps_step_with_the_round() {
     // When the player's round is over, the ghost continues to the end of its replay and stays there.
     assert_eq!(at(RoundPhase::Over, 1100, 1110.0), Some(places[290]));
     assert_eq!(at(RoundPhase::Over, 1100, 9999.0), Some(places[400]));
-    // In the next round the ghost starts again at the beginning.
+    // In the next round, the ghost starts over from the beginning.
     assert_eq!(at(RoundPhase::Countdown, 2000, 2001.0), Some(places[180]));
     assert_eq!(at(RoundPhase::Running, 2180, 2190.0), Some(places[190]));
 }

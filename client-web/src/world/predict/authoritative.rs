@@ -9,10 +9,10 @@ use jostle_sim::WorldSettings;
 use jostle_sim::particles::dequantise;
 use jostle_sim::{Aabb, BodyDef, BodyId, DT, Motion, Vec2, World};
 
-/// Maximum ticks between two snapshots across which the state is continued.
+/// Maximum number of ticks between two snapshots across which the state is continued.
 const GAP_TICKS_MAX: u32 = 60;
-/// Prediction error above which the difference counts as an unpredicted collision, in quanta. Smaller errors mean only
-/// that the velocity is not known well enough.
+/// Prediction error above which the difference counts as an unpredicted collision, in quanta. Smaller errors only mean
+/// that the velocity is not known accurately enough.
 const COLLISION_QUANTA: f32 = 6.0;
 /// Number of snapshots whose positions determine a velocity; older ones have no weight.
 const MEMORY: u32 = 24;
@@ -21,7 +21,7 @@ const MEMORY: u32 = 24;
 #[derive(Clone)]
 pub(super) struct AuthoritativeSim {
     world: World,
-    /// The tick at whose end this state is.
+    /// The tick at the end of which the world is in this state.
     pub tick: u32,
     /// The hero's id in the room.
     pub hero: BodyId,
@@ -31,7 +31,7 @@ pub(super) struct AuthoritativeSim {
     others: Vec<Other>,
     /// The number of snapshots on each axis since the velocity was last reset.
     known: [u32; 2],
-    /// The player's state in the round, in a game.
+    /// The player's state in the round, if there is one.
     player: Option<RoundPlayer>,
     /// Whether nothing may move yet, because the countdown is running.
     stands_still: bool,
@@ -53,7 +53,7 @@ pub(super) struct Carrier {
     pub id: BodyId,
     /// The position, world units.
     pub center: Vec2,
-    /// The displacement in the last tick, world units.
+    /// The displacement during the last tick, world units.
     pub step: Vec2,
 }
 
@@ -139,7 +139,7 @@ impl AuthoritativeSim {
         self.world.set_velocity(self.local, speed);
     }
 
-    /// Updates the bodies near the hero. Bodies that are where they were expected are not changed.
+    /// Updates the bodies near the hero. Bodies found where they were expected are left unchanged.
     fn surround(
         &mut self,
         scene: &Scene,
@@ -236,7 +236,7 @@ fn stands_still(snapshot: &Snapshot) -> bool {
     snapshot.round.as_ref().is_some_and(|round| round.phase == RoundPhase::Countdown)
 }
 
-/// Settings of the small world: the scene's, minus everything that cannot affect the hero.
+/// Settings of the small world, which are the scene's minus everything that cannot affect the hero.
 fn settings(scene: &Scene) -> WorldSettings {
     let everywhere = Aabb { low: Vec2::splat(f32::MIN), high: Vec2::splat(f32::MAX) };
     WorldSettings {

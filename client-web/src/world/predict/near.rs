@@ -11,9 +11,9 @@ use jostle_sim::{Aabb, BodyDef, BodyId, DT, Motion, Vec2};
 const ROOM_SIDES: f32 = 2.0;
 /// Margin within which a body may be pushed by the hero, in hero sizes.
 const TOUCH_SIDES: f32 = 0.25;
-/// Length of the considered path of the hero, ticks.
+/// Length of the part of the hero's path that is considered, ticks.
 const WAY_TICKS: f32 = 12.0;
-/// Maximum bodies considered; those with the lowest indices are used.
+/// Maximum number of bodies considered; those with the lowest indices are used.
 pub(super) const NEAR_MAX: usize = 96;
 
 /// A body to be added to the small world.
@@ -25,7 +25,7 @@ pub(super) struct Near {
     pub path: Option<usize>,
 }
 
-/// All bodies that the hero may collide with, in index order.
+/// All bodies with which the hero may collide, in index order.
 pub(super) fn find(
     scene: &Scene,
     hero: &SnapshotBody,
@@ -58,7 +58,7 @@ pub(super) fn find(
 }
 
 /// Converts a body. Bodies that the hero can push stay dynamic. All other dynamic bodies become kinematic and keep
-/// their velocity, because the causes of their motion are outside the small world.
+/// their velocity, because whatever makes them move is outside the small world.
 fn as_near(scene: &Scene, body: &SnapshotBody, touched: bool) -> Near {
     let mut def = traits(scene, body);
     def.velocity = Vec2::ZERO;
@@ -73,7 +73,7 @@ fn as_near(scene: &Scene, body: &SnapshotBody, touched: bool) -> Near {
     Near { id: body.id, def, path: path.then_some(body.id.index as usize) }
 }
 
-/// The definition of a body in the room, as far as it can be derived from the scene.
+/// The definition of a body in the room, to the extent that it can be derived from the scene.
 pub(super) fn traits(scene: &Scene, body: &SnapshotBody) -> BodyDef {
     let mut layouts = scene.layouts.iter();
     let layout = layouts.find(|layout| {
@@ -94,8 +94,8 @@ pub(super) fn traits(scene: &Scene, body: &SnapshotBody) -> BodyDef {
     BodyDef { shape, group, ..known.unwrap_or_default() }
 }
 
-/// The scene entry of a body. Bodies that the scene places individually have the first slots, in its order. In a game
-/// bodies come and go, so slots do not identify entries.
+/// The scene entry of a body. Bodies that the scene places individually occupy the first slots, in the scene's order.
+/// In a game bodies come and go, so slots do not identify entries.
 pub(crate) fn placed(scene: &Scene, id: BodyId) -> Option<&Placed> {
     scene.bodies.get(id.index as usize).filter(|_| id.generation == 0 && !scene.is_game())
 }

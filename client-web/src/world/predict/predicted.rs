@@ -30,12 +30,12 @@ impl PredictedSim {
         }
     }
 
-    /// The fraction of the last tick that has passed at a moment.
+    /// The fraction of the last tick that has passed at this moment.
     fn share(&self, moment: f64) -> f32 {
         (moment - f64::from(self.world.tick) + 1.0).clamp(0.0, 1.0) as f32
     }
 
-    /// The hero's centre at a moment within the last tick, world units.
+    /// The hero's centre at this moment within the last tick, world units.
     pub fn center(&self, moment: f64) -> Vec2 {
         self.before + (self.world.center() - self.before) * self.share(moment)
     }

@@ -1,19 +1,19 @@
-//! Sent inputs, and the ticks in which the server plays them: first estimated from the delays of earlier inputs, then
-//! as reported by snapshots.
+//! Sent inputs, and the ticks in which the server plays them. These ticks are first estimated from the delays of
+//! earlier inputs, then taken from snapshots.
 
 use jostle_game::Buttons;
 use jostle_room::SILENCE_TICKS;
 use std::collections::VecDeque;
 
-/// Share of the difference between a measurement and the lead that corrects the lead.
+/// Share of the difference between a measurement and the lead by which the lead is corrected.
 const LEAD_SHARE: f64 = 0.25;
-/// Like [`LEAD_SHARE`], if snapshots are more than a tick apart.
+/// Like [`LEAD_SHARE`], but for snapshots that are more than a tick apart.
 const WIDE_SHARE: f64 = 0.02;
 /// Initial estimate of the ticks until an input is played.
 const LEAD_TICKS: f64 = 1.0;
 /// Maximum plausible lead, ticks.
 const LEAD_TICKS_MAX: f64 = 60.0;
-/// Maximum inputs remembered; the oldest are dropped first.
+/// Maximum number of inputs remembered; the oldest are dropped first.
 const SENT_MAX: usize = 256;
 
 /// Inputs in the order in which they were sent.
@@ -21,8 +21,8 @@ const SENT_MAX: usize = 256;
 pub(super) struct InputSchedule {
     sent: VecDeque<Sent>,
     acknowledged: u32,
-    /// Ticks from the server's tick when an input is sent to the tick in which it is played, not counting the wait for
-    /// that tick to begin.
+    /// Number of ticks from the server's tick when an input is sent to the tick in which it is played, not counting the
+    /// wait for that tick to begin.
     pub lead: f64,
     measured: u32,
 }
@@ -50,8 +50,8 @@ impl InputSchedule {
         self.acknowledged = 0;
     }
 
-    /// Records an input sent at a moment. It will be played in the next tick, at one input per tick. Returns whether it
-    /// changes the pressed buttons.
+    /// Records an input sent at this moment. It will be played in the next tick, at one input per tick. Returns whether
+    /// it changes the pressed buttons.
     pub fn send(&mut self, seq: u32, buttons: Buttons, server_tick: f64, moment: f64) -> bool {
         let next = next_tick(moment);
         let last = self.sent.back();
@@ -65,8 +65,8 @@ impl InputSchedule {
         changes
     }
 
-    /// The snapshot of `tick` reports that inputs up to `seq` were played; the previous snapshot was that of tick
-    /// `since`.
+    /// Records that, according to the snapshot of `tick`, inputs up to `seq` were played. The previous snapshot was
+    /// from tick `since`.
     pub fn acknowledge(&mut self, seq: u32, since: u32, tick: u32) {
         let mut earliest = tick + 1;
         for sent in &mut self.sent {
@@ -118,11 +118,11 @@ pub(super) fn next_tick(moment: f64) -> u32 {
 }
 
 /// Updates the lead after an input that was played between `low` (exclusive) and `high` ticks after it was sent. A lead
-/// within these bounds is kept: inputs sent at the same phase of a tick give no more information.
+/// within these bounds is kept: inputs sent at the same phase of a tick provide no further information.
 fn measured(lead: f64, low: f64, high: f64, count: u32) -> f64 {
     let first = 1.0 / f64::from(count);
     let (wanted, share) = match high - low > 1.0 {
-        // Sparse snapshots give wide bounds and cover every phase, so the middle is right on average.
+        // Sparse snapshots result in wide bounds and cover every phase, so the middle is right on average.
         true => (0.5 * (low + high), first.max(WIDE_SHARE)),
         false => (lead.clamp(low, high), first.max(LEAD_SHARE)),
     };

@@ -9,7 +9,7 @@ use jostle_room::{Rate, Room, Subscriber};
 
 /// Time between frames, milliseconds. It is not a multiple of a tick, so that frames cover every phase.
 const FRAME_MS: f64 = 15.0;
-/// The options of the network panel.
+/// The options in the network panel.
 const PRESETS: [&str; 4] = ["0", "60,10", "150,30", "300,100,stalls"];
 
 fn conditions(preset: &str) -> NetworkConditions {
@@ -173,7 +173,7 @@ impl Net {
         self.run(ms);
     }
 
-    /// The hero's true position at a moment.
+    /// The hero's true position at this moment.
     fn truth_at(&self, moment: f64) -> Option<Vec2> {
         let tick = moment as u32;
         let at = |tick: u32| self.truth.iter().find(|known| known.0 == tick).map(|known| known.1);
@@ -247,7 +247,7 @@ fn mean(errors: &[f32]) -> f32 {
     errors.iter().sum::<f32>() / errors.len().max(1) as f32
 }
 
-/// Flies back and forth and up and down for about four seconds, among things to collide with.
+/// Flies back and forth and up and down for about four seconds, among obstacles.
 fn fly(net: &mut Net) {
     let (right, left, up, none) = (Buttons::RIGHT, Buttons::LEFT, Buttons::UP, Buttons::default());
     let keys = [(right, 500), (none, 210), (up, 333), (left, 700), (none, 95), (up, 400)];
@@ -256,7 +256,7 @@ fn fly(net: &mut Net) {
     }
 }
 
-/// The distances from the truth while the hero flies, on this network.
+/// The distances between the drawn and true positions while the hero flies, over this network.
 fn flight(scene: Scene, rate: Rate, conditions: NetworkConditions) -> Vec<f32> {
     let mut net = Net::new(scene, rate, conditions);
     net.run(3000);

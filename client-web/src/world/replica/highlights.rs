@@ -9,14 +9,14 @@ use jostle_sim::TICKS_PER_SECOND;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// Ticks of a highlight before the goal.
+/// Number of ticks in a highlight before the goal.
 pub const BEFORE_TICKS: u32 = 3 * TICKS_PER_SECOND;
-/// Ticks of a highlight after the goal.
+/// Number of ticks in a highlight after the goal.
 pub const AFTER_TICKS: u32 = TICKS_PER_SECOND / 2;
-/// Maximum highlights stored per round; the oldest are dropped first.
+/// Maximum number of highlights stored per round; the oldest are dropped first.
 const HIGHLIGHTS_MAX: usize = 6;
-/// Maximum bodies stored in all snapshots together, about 10 MB. In a scene with thousands of bodies, highlights start
-/// later.
+/// Maximum total number of bodies in all stored snapshots, about 10 MB. In a scene with thousands of bodies, highlights
+/// therefore start later.
 const BODIES_MAX: usize = 200_000;
 
 /// The content of one snapshot message.
@@ -31,22 +31,22 @@ pub struct Filed {
 /// The ticks around a goal.
 pub type Highlight = Vec<Filed>;
 
-/// Snapshots in tick order, with at most [`BODIES_MAX`] bodies in total.
+/// Snapshots in tick order, which contain at most [`BODIES_MAX`] bodies in total.
 #[derive(Debug, Default)]
 struct Recent {
     filed: VecDeque<Filed>,
     bodies: usize,
 }
 
-/// The highlights of the current or last round.
+/// The highlights of the current or previous round.
 #[derive(Debug, Default)]
 pub struct Highlights {
     recent: Recent,
     kept: VecDeque<Highlight>,
-    /// Tick of the goal whose highlight is still open.
+    /// Tick of the goal whose highlight is not complete yet.
     open: Option<u32>,
     turn: Option<Turn>,
-    /// Tick of the newest points.
+    /// Tick in which points were last scored.
     points: Option<u32>,
 }
 
@@ -75,7 +75,7 @@ impl Highlights {
         scene.rules.round.is_some().then(Highlights::default)
     }
 
-    /// Records a snapshot. One that is not newer than the last is ignored.
+    /// Records a snapshot. One that is not newer than the previous one is ignored.
     pub fn note(&mut self, snapshot: &Arc<Snapshot>, events: &[TimedEvent]) {
         if self.recent.newest().is_some_and(|newest| newest >= snapshot.tick) {
             return;

@@ -1,5 +1,6 @@
-//! The ears of a copy of a room: cues of the displayed world, which wait to be taken. They are the impacts that sparks show,
-//! bodies that come and break, and the turns of a round, and follow from snapshots and events that are received anyway.
+//! Listens to a replica of a room and queues sound cues for the displayed world. Cues come from impacts that produce
+//! sparks, bodies that appear or break, and changes in a round, all of which are known from snapshots and events that
+//! are received anyway.
 
 use super::room::RoomView;
 use crate::net::timeline::Sample;
@@ -9,25 +10,25 @@ use jostle_game::{Kind, RoundInfo, RoundPhase, Scene, Seat, Side};
 use jostle_sim::{BodyId, Shape, TICKS_PER_SECOND, Vec2};
 use std::collections::VecDeque;
 
-/// Maximum queued cues; the oldest are dropped first.
+/// Maximum number of queued cues; the oldest are dropped first.
 const CUES_MAX: usize = 128;
 /// Maximum age of cues, ticks. Older ones accumulate while the page is hidden.
 const STALE_TICKS: f64 = 15.0;
 /// Blocks with at least this restitution sound like rubber.
 const RUBBER_RESTITUTION: f32 = 0.6;
-/// A pack that appears within this distance of its player's hero has just been thrown, world units.
+/// A pack that appears within this distance of its player's hero is taken to have just been thrown, world units.
 const THROW_REACH: f32 = 40.0;
-/// Points that follow each other within this many ticks, such as those for holding a hill, count as one goal.
+/// Points scored within this many ticks of each other, such as those for holding a hill, count as one goal.
 pub const GOALS_APART_TICKS: u32 = 90;
 
-/// The state of hearing.
+/// The queued cues, and the state from which new ones are derived.
 #[derive(Default)]
 pub struct Listener {
     /// The queued cues with their ticks, oldest first.
     cues: VecDeque<(f64, Cue)>,
-    /// The last displayed state of the round.
+    /// The most recently displayed state of the round.
     round: Option<Turn>,
-    /// Tick of the newest points, heard or not.
+    /// Tick in which points were last scored, whether or not this was audible.
     goal: Option<f64>,
     /// The appearances of breakable bodies: their kinds, groups and shapes.
     fragile: Vec<(Kind, u8, Shape)>,
@@ -39,14 +40,14 @@ pub struct Listener {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Turn {
     pub phase: RoundPhase,
-    /// Seconds left of the countdown.
+    /// Seconds left in the countdown.
     countdown: u32,
     players: usize,
     points: i32,
 }
 
 impl Listener {
-    /// The hearing for a room that plays `scene`.
+    /// Creates a listener for a room that plays `scene`.
     pub fn new(scene: &Scene) -> Listener {
         let mut ears = Listener::default();
         for placed in scene.bodies.iter().filter(|placed| placed.breaks.is_some()) {
@@ -66,7 +67,7 @@ impl Listener {
         self.cues.push_back((tick, cue));
     }
 
-    /// Takes the oldest cue that is not too old at a tick.
+    /// Takes the oldest cue that is not too old for the displayed tick.
     pub fn pop(&mut self, display: f64) -> Option<Cue> {
         while let Some((tick, cue)) = self.cues.pop_front() {
             if tick >= display - STALE_TICKS {
@@ -76,7 +77,7 @@ impl Listener {
         None
     }
 
-    /// Queues the cue of an impact. The movable body determines the sound; if both are movable, the smaller one does.
+    /// Queues the cue for an impact. The movable body determines the sound; if both are movable, the smaller one does.
     pub fn hear_impact(
         &mut self,
         room: &RoomView,

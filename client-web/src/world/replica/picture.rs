@@ -1,5 +1,5 @@
-//! The picture of a room at the displayed moment: bodies with their age, the gaze of heroes and which of them are hot or
-//! marked; zones with the colour of who holds them, marks, the sling, and flashes.
+//! The picture of a room at the displayed moment: bodies with their ages, their gazes and the ways in which they are
+//! highlighted; zones in their holders' colours, marks, the sling, and flashes.
 
 use super::room::RoomView;
 use crate::net::timeline::Sample;
@@ -17,15 +17,15 @@ use std::collections::VecDeque;
 
 /// Duration of a flash, ticks.
 const EFFECT_TICKS: f64 = TICKS_PER_SECOND as f64;
-/// Maximum simultaneous flashes; the oldest are dropped first.
+/// Maximum number of simultaneous flashes; the oldest are dropped first.
 const EFFECTS_MAX: usize = 256;
 /// Palette index of rings: the palest colour.
 const PIECE: u8 = 7;
-/// Length of the shown path, and distance between its dots, ticks.
+/// Length of the displayed path, and distance between its dots, ticks.
 const PATH_TICKS: u32 = 75;
 const DOT_TICKS: usize = 3;
 
-/// The parts of a frame that depend on the player.
+/// The player-dependent inputs to a frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Eye {
     /// The player's pointer in world units.
@@ -43,7 +43,7 @@ struct Flash {
 /// The picture of a room.
 #[derive(Default)]
 pub struct RoomPicture {
-    /// The picture as a frame has it.
+    /// The picture as part of a frame.
     pub drawn: FrameRoom,
     flashes: VecDeque<Flash>,
 }
@@ -160,7 +160,7 @@ impl RoomPicture {
         }
     }
 
-    /// Begins to show a flash.
+    /// Starts showing a flash.
     pub fn flash(
         &mut self,
         tick: u32,
@@ -254,7 +254,7 @@ fn is_next(room: &RoomView, zone: u8, round: &RoundInfo) -> bool {
     )
 }
 
-/// The colour of the side that is taking a zone, and the share of the time for that which has passed.
+/// The colour of the side that is capturing a zone, and the share of the required time that has passed.
 fn taken(room: &RoomView, zone: u8, spec: &ZoneSpec, round: &RoundInfo) -> Option<(u8, f32)> {
     let taking = round.takings.iter().find(|taking| taking.zone == zone)?;
     let ticks = room.display - f64::from(taking.since);
@@ -274,7 +274,7 @@ fn outline(area: ZoneArea) -> Option<(Shape, Vec2)> {
     }
 }
 
-/// The sling, where its ball is, and where that would fly.
+/// The sling, the position of its ball, and the path along which the ball would fly.
 fn find_sling(room: &RoomView) -> Option<FrameSling> {
     let (spec, info) = (room.scene.sling?, room.round()?.sling?);
     let start = room.scene.bodies[spec.ball].def.position;
@@ -309,7 +309,7 @@ fn selectable(sample: &Sample) -> (BodyId, Kind, Shape, Vec2) {
     (sample.id, sample.kind, sample.shape, sample.center)
 }
 
-/// The gaze of a hero. That of the player's hero follows the pointer without a round trip to the server.
+/// A hero's gaze. The player's own hero follows the pointer without a round trip to the server.
 fn gaze(
     sample: &Sample,
     player: Option<&PlayerState>,
@@ -322,8 +322,8 @@ fn gaze(
     if player.seat == own_seat { own_pointer.or(sent) } else { sent }
 }
 
-/// The body that X would grab at a point: the first loose one there that is not held, by the room's rule. A player who
-/// already holds a body cannot grab another.
+/// The body that X would grab at this point. As in the room, it is the first loose one there that is not held. A player
+/// who already holds a body cannot grab another.
 fn hot_body(
     scene: &Scene,
     samples: &[Sample],
@@ -340,7 +340,7 @@ fn hot_body(
     samples.iter().find(grabbed).map(|s| s.id)
 }
 
-/// Whether a body is of a kind that can be grabbed and moves freely. Snapshots do not contain a body's type of motion,
+/// Whether a body moves freely and is of a kind that can be grabbed. Snapshots do not contain a body's type of motion,
 /// but the scene does.
 fn is_loose(scene: &Scene, sample: &Sample) -> bool {
     if !matches!(sample.kind, Kind::Marble | Kind::Block) {

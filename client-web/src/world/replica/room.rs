@@ -1,4 +1,4 @@
-//! The room as its snapshots tell it, at the displayed moment: bodies, players and the round.
+//! The room at the displayed moment, according to its snapshots: bodies, players and the round.
 
 use crate::net::timeline::{Sample, Timeline};
 use jostle_game::{Kind, RoundInfo, Scene, Seat, Side, Tools};
@@ -67,7 +67,7 @@ impl RoomView {
         order
     }
 
-    /// The round in the displayed snapshot, in a game.
+    /// The round in the displayed snapshot, if there is one.
     pub fn round(&self) -> Option<&RoundInfo> {
         self.timeline.at_or_before(self.display)?.round.as_ref()
     }
@@ -87,7 +87,7 @@ impl RoomView {
         self.players().iter().find(|p| p.seat == self.seat)
     }
 
-    /// The colour of the player or of the player's team, once there is a snapshot.
+    /// The colour of the player or the player's team, once there is a snapshot.
     pub fn own_color(&self) -> Option<u8> {
         let own = self.own_look()?;
         let team = self.round().and_then(|round| round.player(self.seat)?.team);
@@ -140,7 +140,7 @@ impl RoomView {
         self.sampled(id).map(|sample| sample.center)
     }
 
-    /// The sample of a body at the last sampled moment.
+    /// The sample of a body at the most recently sampled moment.
     pub(super) fn sampled(&self, id: BodyId) -> Option<&Sample> {
         let place = self.samples.binary_search_by_key(&id.index, |s| s.id.index).ok()?;
         Some(&self.samples[place]).filter(|s| s.id == id)
@@ -154,8 +154,8 @@ impl RoomView {
         self.sampled(id).and_then(|s| s.owner)
     }
 
-    /// The position of a body of the scene. Snapshots do not identify the scene's bodies, so this is the first body
-    /// that looks like it.
+    /// The position of one of the scene's bodies. Snapshots do not identify these, so this is the first body that looks
+    /// like it.
     pub(super) fn find_placed(&self, body: usize) -> Option<Vec2> {
         let placed = &self.scene.bodies[body];
         let is_it = |sample: &&Sample| {
@@ -165,12 +165,13 @@ impl RoomView {
         self.samples.iter().find(is_it).map(|sample| sample.center)
     }
 
-    /// Whether a body was not there at the last noted moment.
+    /// Whether a body did not exist when births were last recorded.
     pub(super) fn is_new(&self, id: BodyId) -> bool {
         self.births.get(id.index as usize).is_none_or(|birth| birth.0 != id.generation)
     }
 
-    /// Notes that the bodies of the samples were born at a tick unless that is known; a new generation in a slot starts over.
+    /// Records this tick as the birth of every sampled body whose birth is not known yet; a new generation in a slot
+    /// starts over.
     pub(super) fn note_births(&mut self, tick: f64) {
         for sample in &self.samples {
             let (slot, generation) = (sample.id.index as usize, sample.id.generation);
@@ -183,7 +184,7 @@ impl RoomView {
         }
     }
 
-    /// Seconds from a body's birth to the displayed tick, as far as known.
+    /// Seconds from a body's birth to the displayed tick, or an assumed age if its birth is unknown.
     pub(super) fn age(&self, id: BodyId) -> f32 {
         let birth = self.births.get(id.index as usize).filter(|birth| birth.0 == id.generation);
         let born = birth.map_or(self.display - KNOWN_TICKS, |birth| birth.1);

@@ -1,4 +1,4 @@
-//! Tests of playing alone: scenes from the lobby, from links and from files, with and without a server.
+//! Tests of games played alone, with scenes from the lobby, from links and from files, and with and without a server.
 
 use super::*;
 use crate::net::scene_link;
@@ -310,7 +310,7 @@ proptest! {
     }
 }
 
-/// An idle player's page sends no changes of input, but sends often enough not to count as away.
+/// An idle player's page sends no input changes, but sends often enough for the player not to count as away.
 #[test]
 fn a_game_alone_is_that_of_a_room_elsewhere() {
     for (name, bots) in [("arena", 2), ("splash", 3), ("flags", 5)] {

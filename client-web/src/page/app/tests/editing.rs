@@ -289,7 +289,7 @@ fn the_link_of_what_is_on_is_shown_as_a_code_until_escape() {
     assert_eq!(card.code, code_of("/fox"));
     browser.press("Escape", "Escape");
     assert_eq!(browser.app.notice(), None);
-    // In the editor the code holds the link of the scene, unless that is too long.
+    // In the editor the QR code contains the scene's link, unless that is too long.
     let mut browser = browser_at("#edit", &[("jostle.draft", SCENE)]);
     browser.click("qr-code");
     let screen = browser.app.screen.edited().expect("the editor");
@@ -305,7 +305,7 @@ fn the_link_of_what_is_on_is_shown_as_a_code_until_escape() {
     assert!(card.text.contains("too long"), "{}", card.text);
 }
 
-/// A pointer event by a finger or a mouse's middle button.
+/// A pointer event from a finger or a mouse's middle button.
 fn pointed(browser: &mut Browser, change: PointerChange, id: i32, touch: bool, at: [f32; 2]) {
     let pointer = Pointer {
         change,
@@ -366,7 +366,7 @@ fn two_fingers_zoom_and_one_on_a_piece_drags_it() {
     browser.say(Event::Wheel(Vec2::ZERO, 9000.0));
     let whole = world_at(&mut browser, [401.0, 300.0]) - world_at(&mut browser, [400.0, 300.0]);
     assert!((whole.x / unit - 2.0).abs() < 0.01, "twice as large");
-    // A finger that holds a piece keeps it even if a second one comes down.
+    // A finger that holds a piece keeps it, even if a second finger touches down.
     browser.say(clicked("edit-place", "block"));
     let place = world_at(&mut browser, [400.0, 300.0]);
     for (change, id, at) in [

@@ -1,4 +1,4 @@
-//! Tests of games: joining, input, lost connections, refusals, hosts, dialogs, addresses.
+//! Tests of games: joining, input, lost connections, refusals, hosts, dialogs and addresses.
 
 use super::*;
 use crate::page::address::PendingGame;
@@ -225,7 +225,7 @@ fn a_silent_server_is_disconnected() {
     let mut browser = Browser::playing();
     browser.room = None;
     browser.now_ms += 6001.0;
-    // Current inputs would go to a socket that no one reads.
+    // Inputs sent now would go to a socket from which no one reads.
     let pulse =
         |browser: &mut Browser| browser.app.update(browser.now_ms, Event::Pulse { hidden: false });
     assert_eq!(pulse(&mut browser), []);
@@ -444,7 +444,7 @@ fn a_lost_drawing_context_is_reported_unless_it_returns_soon() {
     assert_eq!(browser.title(), strings::GRAPHICS_LOST.title);
     browser.say(Event::ContextRestored);
     assert_eq!(browser.title(), "");
-    // Failed drawing does not end the game and can still be recovered.
+    // A drawing failure does not end the game, and drawing can still recover.
     let done = browser.say(Event::GraphicsFailed);
     assert_eq!((browser.app.state(), browser.title()), ("unsupported", strings::NO_WEBGL2.title));
     assert!(!has(&done, "Disconnect"), "{done:?}");

@@ -1,4 +1,4 @@
-//! Tests of the lobby: lists, the name form, rooms that open or are refused.
+//! Tests of the lobby: lists, the name form, and rooms that open or are refused.
 
 use super::*;
 
@@ -105,7 +105,7 @@ fn settings_of_one_tab_reach_the_others_and_are_not_undone_by_them() {
     b.say(Event::Settings(SettingsEvent::Calm(true)));
     b.say(Event::PredictionChosen(false));
     b.say(Event::FormChanged(form("Bea")));
-    // A tab that has not been notified writes only the values changed in it.
+    // A tab that has not been notified writes only the values that it changed itself.
     a.say(Event::Sound(SoundEvent::CaptionsChosen(true)));
     a.say(Event::Settings(SettingsEvent::DeadZone(30)));
     for (key, value) in [("volume", "90"), ("captions", "1"), ("calm", "1"), ("name", "Bea")] {

@@ -30,7 +30,7 @@ impl Browser {
         views
     }
 
-    /// Finds a panel by name.
+    /// The panel with this name.
     fn panel(&self, name: &str) -> View {
         let panel = self.panels().into_iter().find(|view| view.name == name);
         panel.unwrap_or_else(|| panic!("a panel {name}"))
@@ -56,7 +56,7 @@ fn frame_of(app: &App) -> frame::View {
     app.screen.game().map_or(frame::View::UNSEEN, |game| *game.view())
 }
 
-/// The document ids that a panel refers to.
+/// The document ids to which a panel refers.
 fn ids(view: &View) -> BTreeSet<String> {
     let at = view.parts.iter().map(|(at, _)| *at).chain(view.focus);
     let ids = at.filter_map(|at| at.strip_prefix('#'));

@@ -1,4 +1,4 @@
-//! Tests of replays: files, fetching, controls, news.
+//! Tests of replays: files, fetching, controls and news.
 
 use super::*;
 use crate::net::report::Fetched;
@@ -52,7 +52,7 @@ fn a_replay_plays_pauses_and_seeks() {
     assert!(!player(&browser).playing);
     for (letter, tick) in [("Home", 0), (".", 1), (",", 0), ("ArrowRight", 60), ("End", 300)] {
         browser.press(letter, letter);
-        // The clock of the tests is frozen, so a single frame has all the time it needs.
+        // The tests' clock is frozen, so a single frame has all the time it needs.
         browser.wait(40);
         assert_eq!(player(&browser).tick(), tick, "{letter}");
     }

@@ -11,7 +11,7 @@ use jostle_room::Room;
 use jostle_sim::Vec2;
 
 impl Browser {
-    /// The sound player's tasks since the last call.
+    /// The sound player's tasks since the previous call.
     fn sound_tasks(&mut self) -> Vec<SoundTask> {
         let tasks = self.effects.iter().filter_map(|effect| match effect {
             Effect::Sound(task) => Some(task.clone()),
@@ -190,7 +190,7 @@ fn the_panels_of_sound_and_network_take_turns() {
     assert!(!browser.app.panels.sound);
 }
 
-/// A replay of half a minute in the arena with busy players.
+/// A half-minute replay from the arena with busy players.
 fn replay() -> Vec<u8> {
     let scene = Scene::built_in().into_iter().find(|scene| scene.name == "arena");
     let scene = Arc::new(scene.expect("the arena"));

@@ -11,14 +11,14 @@ use jostle_sim::short_sort::sort_few;
 use std::ops::Range;
 use web_sys::{Element, HtmlElement, HtmlTextAreaElement};
 
-/// The text as last shown.
+/// The most recently shown text.
 #[derive(Default)]
 pub struct TextView {
     revision: Option<u32>,
     marked: Option<(u32, Marks)>,
 }
 
-/// Byte ranges of the text that are marked.
+/// The byte ranges of the text that are marked.
 #[derive(Clone, PartialEq, Eq)]
 struct Marks {
     error: Option<Range<usize>>,
@@ -26,7 +26,7 @@ struct Marks {
 }
 
 impl TextView {
-    /// Shows a text that was changed by other means than typing.
+    /// Shows a text that was changed by means other than typing.
     pub fn show(&mut self, editor: &Editor) {
         if self.revision == Some(editor.doc.revision) {
             return;
@@ -62,7 +62,7 @@ impl TextView {
         follow();
     }
 
-    /// Focuses the text field with the cursor at a byte.
+    /// Focuses the text field and places the cursor at this byte.
     pub fn focus(&self, at: usize) {
         let area = area();
         let text = area.value();
@@ -122,7 +122,7 @@ fn fill(text: &str, marks: &Marks) {
         }
         let _ = below.append_child(&element);
     }
-    // A final newline in the field also shows an empty line.
+    // In the field, a final newline is also followed by an empty line.
     let _ = below.append_child(&span("span", "\n\n"));
 }
 

@@ -39,7 +39,7 @@ fn a_goal_is_shown_from_three_seconds_before_it_and_the_end_as_far_as_it_came() 
     let goals = |tick| match tick {
         ..500 => (Running, 0),
         500..540 => (Running, 1),
-        // Too soon after the first goal.
+        // This goal follows too soon after the first one.
         540..900 => (Running, 2),
         900.. => (Over, 3),
     };
@@ -77,7 +77,7 @@ fn only_so_much_is_kept_and_shown() {
     assert_eq!(shown.iter().map(length).sum::<u32>(), 180 + 210);
     assert_eq!(highlights.newest_within(0).len(), 1, "one at least");
     assert!(Highlights::default().newest_within(500).is_empty());
-    // In a scene with thousands of bodies there is room for 50 snapshots, whatever their ticks.
+    // In a scene with thousands of bodies, there is room for 50 snapshots, no matter what their ticks are.
     let mut crowd = Highlights::default();
     for tick in 1..=400 {
         let round = (Running, i32::from(tick >= 300));
