@@ -1,11 +1,11 @@
-// Globals shared by all pipelines: the camera, and the light that glowing things cast on matte ones. This file is
+// Globals shared by all pipelines: the camera, and the light that glowing objects cast on matte ones. This file is
 // prepended to every other shader.
 
 struct Globals {
     // The world point at the centre of the target, and half the width and height that it shows, world units.
     center: vec2f,
     half: vec2f,
-    // The world spans (0, 0) to this.
+    // The world's upper right corner; the lower left one is (0, 0).
     world: vec2f,
     // Target size in pixels.
     pixels: vec2f,
@@ -42,7 +42,7 @@ fn brightness(color: vec3f) -> f32 {
     return dot(color, vec3f(0.3, 0.5, 0.2));
 }
 
-// A fixed pattern of half a display step that prevents banding in slow gradients on dark backgrounds (interleaved
+// A fixed pattern of half a display step, which prevents banding in slow gradients on dark backgrounds (interleaved
 // gradient noise, Jimenez 2014).
 fn dither(pixel: vec2f) -> f32 {
     return (fract(52.9829189 * fract(dot(pixel, vec2f(0.06711056, 0.00583715)))) - 0.5) / 255.0;

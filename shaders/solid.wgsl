@@ -25,7 +25,7 @@ struct Varying {
     @location(5) @interpolate(flat, either) edge: vec4f,
     @location(6) @interpolate(flat, either) kind: u32,
     @location(7) world: vec2f,
-    // Direction towards the light of glowing things; shorter if the light is diffuse.
+    // Direction towards the light from glowing objects; shorter if the light is diffuse.
     @location(8) toward: vec2f,
 }
 
@@ -100,7 +100,7 @@ fn drop_distance(p: vec2f, radius: f32, tip: f32) -> f32 {
     let q = vec2f(p.x, abs(p.y));
     let slope = radius / tip;
     let along = sqrt(max(1.0 - slope * slope, 0.0));
-    // Beyond the tangent point the disc is nearest; before it, the straight side is.
+    // Beyond the tangent point, the disc is nearest; before it, the straight side.
     if q.x * along + q.y * slope > 0.0 {
         return length(q) - radius;
     }

@@ -85,7 +85,7 @@ class Bits:
         if high == 4: high += self.golomb()
         return high << width | self.take(width)
 
-# Moves. A history holds the four newest positions of a point, the newest first.
+# Moves. A history holds a point's four newest positions, starting with the newest.
 
 def displacements(history, axis): return [history[age][axis] - history[age + 1][axis] for age in range(3)]
 

@@ -1,5 +1,5 @@
-//! Rendering without a window, for pictures and tests: a software or hardware adapter, an offscreen target, and its
-//! pixels. It requests the limits of WebGL 2, so whatever works here works in the page.
+//! Rendering without a window, for pictures and tests: a software or hardware adapter, an offscreen target, and access
+//! to its pixels. It requests the limits of WebGL 2, so whatever works here works in the page.
 //!
 //! ```no_run
 //! # use jostle_client_web::{replay::player::ReplayPlayer, view::draw::DrawList};

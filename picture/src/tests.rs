@@ -46,7 +46,7 @@ fn draw(headless: &mut Headless, frame: &Frame) -> Picture {
     headless.picture(SIZE, &list).expect("the picture can be read back")
 }
 
-/// Motionless particles with one tint at a single point.
+/// Motionless particles of one tint at a single point.
 fn heap(count: u16, tint: [f32; 3], at: Vec2) -> Particles {
     let [r, g, b] = tint;
     let recipe = Recipe {
@@ -156,7 +156,7 @@ fn body(kind: Kind, shape: Shape) -> FrameBody {
     }
 }
 
-/// The browser tests compare the page's drawing of the same tick in the same view with the same file.
+/// The browser tests compare the page's drawing of the same tick and view with the same file.
 #[test]
 fn a_tick_of_a_golden_replay_looks_as_it_does_in_the_page() {
     let goldens = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/goldens");

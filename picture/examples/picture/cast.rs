@@ -1,9 +1,9 @@
-//! The scripted players of a picture, who use the tools of the scene.
+//! The scripted players in a picture, who use the scene's tools.
 
 use jostle_game::{Buttons, Game, Input, Scene, Seat, Tools};
 use jostle_sim::Vec2;
 
-/// Ticks between two shots by a player.
+/// Number of ticks between two shots by a player.
 const SHOT_TICKS: u32 = 75;
 
 /// The number of players in a scene.
@@ -11,7 +11,7 @@ pub fn players(scene: &Scene) -> u16 {
     let wanted = match scene.name.as_str() {
         "arena" => 6,
         "tower" | "bridge" => 4,
-        // The room adds bots to a single player.
+        // The room adds bots if there is a single player.
         "hockey" | "race" => 1,
         "pong" | "lock" | "lamp" => 4,
         "hill" | "splash" | "flags" | "herd" | "roundup" => 6,
@@ -21,7 +21,7 @@ pub fn players(scene: &Scene) -> u16 {
     scene.players_max.min(wanted)
 }
 
-/// The inputs of all players in a tick, in seat order.
+/// The inputs of all players in this tick, in seat order.
 pub fn inputs(game: &Game, tick: u32) -> Vec<(Seat, Input)> {
     let heroes: Vec<(Seat, Option<Vec2>)> = game
         .players()
@@ -72,7 +72,7 @@ fn input(
     Input::new(buttons, Some(pointer))
 }
 
-/// Shoots once, and pulls the ball back again after that shot.
+/// Shoots once, then pulls the ball back for the next shot.
 fn shoot(ball: Vec2, tick: u32) -> (Buttons, Vec2) {
     let pull = if tick < 400 { Vec2::new(-18.0, -8.0) } else { Vec2::new(-15.0, -11.0) };
     let share = (tick % 400 / 4).saturating_sub(48) as f32 / 4.0;
@@ -95,7 +95,7 @@ fn steer(game: &Game, tick: u32, seat: Seat, at: Vec2) -> Buttons {
     buttons
 }
 
-/// A point inside the world at which a seat aims for a while.
+/// A point inside the world at which a player aims for a while.
 fn wander(scene: &Scene, tick: u32, seat: Seat, ticks: u32) -> Vec2 {
     let mut bits =
         (tick / ticks).wrapping_mul(0x9e37_79b9) ^ u32::from(seat.0).wrapping_mul(0x85eb_ca6b);
@@ -110,7 +110,8 @@ fn spray_point(scene: &Scene, tick: u32) -> Vec2 {
     scene.size * Vec2::new(0.5 + 0.22 * turn.sin(), 0.62 + 0.12 * (turn * 1.7).cos())
 }
 
-/// Duration for which marbles are dropped, ticks: long to build a pile, short in scenes that should show players.
+/// How long marbles are dropped, ticks: long enough to build a pile, but only briefly in scenes that should show
+/// players.
 fn drop_ticks(scene: &Scene) -> u32 {
     if scene.hero.is_none() { 3000 } else { 200 }
 }

@@ -78,10 +78,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Maximum bytes of a picture, since a first visit downloads several.
+/// Maximum size of a picture in bytes. It is small because a first visit downloads several pictures.
 const PICTURE_BYTES_MAX: u64 = 12_000;
 
-/// Compresses a PNG with Google's encoder, with the best quality within [`PICTURE_BYTES_MAX`]; returns the size.
+/// Compresses a PNG with Google's encoder, at the best quality that stays within [`PICTURE_BYTES_MAX`]; returns the
+/// size.
 fn webp(png: &[u8], path: &Path) -> Result<u64, Box<dyn Error>> {
     let bytes = webp_of(&["-q", "70"], png, path)?;
     if bytes <= PICTURE_BYTES_MAX {
