@@ -29,7 +29,6 @@ pub struct ServerState {
     pub config: Config,
     /// State shared by the server's rooms.
     pub host: Arc<Host>,
-    /// The open rooms.
     pub rooms: Arc<Rooms>,
     /// This server's role in a fleet.
     pub fleet: Option<Arc<Fleet>>,
@@ -58,7 +57,6 @@ pub struct AddressShares {
     pub long_bodies: Arc<ConnectionLimits>,
     /// How fast requests arrive.
     requests: Mutex<AddressRateLimiter>,
-    /// Responses being sent.
     responses: Arc<ConnectionLimits>,
 }
 

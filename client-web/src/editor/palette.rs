@@ -19,7 +19,6 @@ pub enum Make {
     /// A spawn point for heroes.
     Spawn,
     Zone,
-    /// A particle emitter.
     Emitter,
     /// A launcher that throws dye packs.
     Launcher,

@@ -89,7 +89,6 @@ pub fn parse<T: DeserializeOwned>(answer: &str) -> Option<T> {
 /// A call to the server's API.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Request {
-    /// The open rooms.
     Rooms,
     Scenes,
     Replays,

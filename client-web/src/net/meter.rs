@@ -9,7 +9,6 @@ const PING_SHARE: f64 = 0.3;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Traffic {
-    /// A delta snapshot.
     Snapshot,
     /// A snapshot without a baseline.
     Keyframe,

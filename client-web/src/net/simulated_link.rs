@@ -22,7 +22,6 @@ pub struct NetworkConditions {
 }
 
 impl NetworkConditions {
-    /// No simulation.
     pub const OFF: NetworkConditions =
         NetworkConditions { trip_ms: 0.0, jitter_ms: 0.0, stalls: false };
 

@@ -72,7 +72,6 @@ impl Timeline {
         }
     }
 
-    /// The newest snapshot.
     pub fn newest(&self) -> Option<&Snapshot> {
         self.snapshots.back().map(|snapshot| &**snapshot)
     }

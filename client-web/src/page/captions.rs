@@ -18,7 +18,6 @@ const GAIN_MIN: f32 = 0.12;
 /// Minimum pan of sounds whose caption names a side.
 const SIDE_PAN: f32 = 0.3;
 
-/// The newest captions.
 #[derive(Debug, Default)]
 pub struct Captions {
     /// The captions on display, oldest first, numbered from 1.

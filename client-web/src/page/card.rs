@@ -10,10 +10,8 @@ pub enum CardAction {
     Lobby,
     Watch,
     Again,
-    /// Reloads the page.
     Reload,
     Play,
-    /// Closes the card.
     Stay,
     /// Opens a file chooser for a replay.
     File,

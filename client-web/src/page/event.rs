@@ -217,7 +217,6 @@ pub enum Effect {
     OfferDrop(bool),
     /// Adds this path to the browser's history.
     PushAddress(String),
-    /// Reloads the page.
     Reload,
     /// Opens a file chooser for a replay or a scene.
     ChooseFile,

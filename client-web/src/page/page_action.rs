@@ -10,7 +10,6 @@ macro_rules! page_actions {
         }
 
         impl PageAction {
-            /// All actions.
             #[cfg(test)]
             pub const ALL: &[PageAction] = &[$(PageAction::$action),*];
 

@@ -23,7 +23,6 @@ const COLOR: &str = "jostle.color";
 /// The kinds of secrets that a tab stores for a room.
 #[derive(Clone, Copy, Debug)]
 pub enum Secret {
-    /// Reclaims a seat.
     Seat,
     /// Proves that the holder is the host.
     Host,
@@ -35,7 +34,6 @@ pub struct Storage {
     /// Values shared by all tabs and visits.
     pub local: LiteMap<String, String>,
     pub session: LiteMap<String, String>,
-    /// Pending writes.
     pub writes: Vec<Effect>,
 }
 
@@ -53,7 +51,6 @@ impl Storage {
         }
     }
 
-    /// Stores a flag.
     pub fn keep_flag(&mut self, key: &str, on: bool) {
         self.keep(key, if on { "1" } else { "0" });
     }

@@ -43,7 +43,6 @@ pub enum Set {
 }
 
 impl View {
-    /// An empty panel.
     pub fn panel(name: &'static str) -> View {
         View { name, key: Text::default(), parts: Vec::new(), focus: None }
     }

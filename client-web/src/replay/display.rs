@@ -20,7 +20,6 @@ const NO_PLAYER: Seat = Seat(u16::MAX);
 pub struct ReplayDisplay {
     pub replica: Replica,
     springs: Vec<Option<Sprung>>,
-    /// The newest tick.
     tick: u32,
 }
 

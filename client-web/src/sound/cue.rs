@@ -57,7 +57,6 @@ impl Sound {
     }
 }
 
-/// An audible event.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cue {
     pub sound: Sound,

@@ -36,7 +36,6 @@ const GAIN_MIN: f32 = 0.01;
 /// Share of the stereo width that is used, so that no sound comes from one side only.
 const PAN_MAX: f32 = 0.75;
 
-/// The listener's position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ear {
     /// Centre of the view, world units.

@@ -150,7 +150,6 @@ fn noise(context: &BaseAudioContext) -> Result<AudioBuffer, JsValue> {
     Ok(buffer)
 }
 
-/// The audible output.
 #[derive(Default)]
 pub struct Player {
     heard: Option<(AudioContext, Graph)>,

@@ -8,9 +8,7 @@ pub enum SoundTask {
     /// Start playing sound at this gain. The first time, this must follow a click or key press, since browsers require
     /// that.
     Wake(f32),
-    /// Stop all sound.
     Rest,
-    /// Change the gain.
     Gain(f32),
     Start(Vec<Voice>),
 }

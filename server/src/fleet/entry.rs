@@ -32,7 +32,6 @@ pub struct NodeEntry {
     pub rooms: Vec<RoomCounts>,
 }
 
-/// A room's occupancy.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RoomCounts {
     /// The code in the room's link.
@@ -88,18 +87,14 @@ pub struct RoomFacts {
     pub guest: bool,
 }
 
-/// An entry's name.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Key {
     Node(String),
     Room(String),
 }
 
-/// An entry's value.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Entry {
-    /// A node's entry.
     Node(NodeEntry),
-    /// A room's entry.
     Room(RoomEntry),
 }

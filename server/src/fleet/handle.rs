@@ -83,7 +83,6 @@ impl Fleet {
         }
     }
 
-    /// This node's lease.
     pub fn lease(&self) -> &Arc<Lease> {
         &self.lease
     }
@@ -111,7 +110,6 @@ impl Fleet {
         });
     }
 
-    /// Queries the directory.
     pub fn ask<R>(&self, question: impl FnOnce(&Directory) -> R) -> R {
         question(&self.lock().directory)
     }

@@ -36,7 +36,6 @@ pub struct RoomInfo {
     pub scene: Arc<Scene>,
     /// Whether a guest provided the scene, in which case the room has only a share of a processor.
     pub guest: bool,
-    /// The newest tick.
     pub tick: AtomicU32,
     /// Time when the room's thread last woke to play.
     pub last_tick: LastTick,

@@ -98,7 +98,6 @@ struct Spectator {
     _permit: Permit,
 }
 
-/// A room's spectators.
 pub struct Spectators {
     present: Vec<Spectator>,
     limits: Arc<ConnectionLimits>,

@@ -23,7 +23,6 @@ const UPLINK_ROOMY: f64 = 0.75;
 /// Bytes that a message takes in addition to its content: the IP, TCP and frame headers.
 const ENVELOPE_BYTES: usize = 56;
 
-/// A server's budgets.
 #[derive(Debug)]
 pub struct Uplink {
     /// Bytes per second for each address, and for all guests' rooms together.
@@ -33,7 +32,6 @@ pub struct Uplink {
     guests: Mutex<Guests>,
 }
 
-/// An address's budgets.
 #[derive(Debug)]
 struct AddressBuckets {
     all: TokenBucket,

@@ -7,7 +7,6 @@ use time::OffsetDateTime;
 /// Maximum number of files whose names differ only by a number.
 const REPLAY_NAMESAKES_MAX: u32 = 1000;
 
-/// The files' extension.
 pub const ENDING: &str = ".jostle";
 /// Ending of clips' names, before any number.
 pub const CLIP_ENDING: &str = "-clip";

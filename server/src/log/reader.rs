@@ -107,7 +107,6 @@ pub enum NextWrite {
     Seal(Seal),
 }
 
-/// A reader's purpose.
 #[derive(Clone, Copy, Debug)]
 pub struct Wants {
     /// Ticks after which the reader begins a new file at the next keyframe.

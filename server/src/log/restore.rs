@@ -73,7 +73,6 @@ impl SavedRoom {
         Ok(SavedRoom { code, scene: Arc::new(scene), notes, replay: Arc::new(replay) })
     }
 
-    /// The game's seed.
     pub fn seed(&self) -> u64 {
         self.replay.start().seed
     }

@@ -62,7 +62,6 @@ impl StateFiles {
     }
 }
 
-/// A room's file.
 pub struct StateFile {
     files: Arc<StateFiles>,
     code: String,

@@ -26,7 +26,6 @@ const REPLAY_UNDELETABLE_MAX: usize = 16;
 /// play, and a thousand files add up to 64 MiB.
 const REPLAY_BEGINNING_BYTES: usize = 64 << 10;
 
-/// A server's replays.
 pub struct ReplayStore {
     settings: Settings,
     files: AtomicU64,
@@ -99,7 +98,6 @@ impl ReplayStore {
         }
     }
 
-    /// The recording settings.
     pub fn settings(&self) -> &Settings {
         &self.settings
     }

@@ -33,7 +33,6 @@ pub struct Seated {
     pub waits: limits::Timeouts,
 }
 
-/// A session's traffic.
 pub struct Pump<'a> {
     seated: &'a Seated,
     socket: &'a mut GameSocket,

@@ -27,7 +27,6 @@ use tracing::debug;
 
 /// A peer that has asked for a session.
 pub struct Caller {
-    /// The room's code.
     pub code: String,
     /// Address to which the session counts.
     pub address: IpAddr,

@@ -81,13 +81,7 @@ pub enum TlsError {
         "--tls-cert {} with --tls-key {}: found {found}; allowed: the key of the first certificate, \
          Ed25519, ECDSA or RSA", certificates.display(), key.display()
     )]
-    Pair {
-        /// The certificate file.
-        certificates: PathBuf,
-        /// The key file.
-        key: PathBuf,
-        found: rustls::Error,
-    },
+    Pair { certificates: PathBuf, key: PathBuf, found: rustls::Error },
 }
 
 impl Tls {

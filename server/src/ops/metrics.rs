@@ -60,7 +60,6 @@ pub struct Ticks {
     stood_still: Arc<AtomicU64>,
 }
 
-/// A wakeup's lateness.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Late {
     /// Time between when a tick was due and when it started.

@@ -8,7 +8,6 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio::time::interval;
 
-/// A status notification.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sign {
     /// The server is listening, and has opened the previous process's rooms.
@@ -37,7 +36,6 @@ impl fmt::Debug for Supervisor {
 }
 
 impl Default for Supervisor {
-    /// Discards all notifications.
     fn default() -> Supervisor {
         Supervisor { tell: Arc::new(|_| {}), alive_every: None }
     }

@@ -7,7 +7,6 @@ use std::cmp::Reverse;
 /// Seconds for which displaced runs are kept: thirty days, since operators may be away.
 const DISPLACED_KEPT_S: u64 = 30 * 24 * 60 * 60;
 
-/// A stored run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Record {
     /// Name of the run's file, without its extension.

@@ -48,7 +48,6 @@ pub struct Records {
     readers: Arc<ConnectionLimits>,
 }
 
-/// A proven run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Entered {
     pub run: Run,

@@ -16,7 +16,6 @@ pub struct Patch {
 }
 
 impl Patch {
-    /// Shows a panel.
     pub fn show(&mut self, view: View) {
         let known = self.shown.iter().position(|shown| shown.name == view.name);
         let index = known.unwrap_or_else(|| {

@@ -21,7 +21,6 @@ const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 /// Maximum device pixels per CSS pixel; higher resolutions make no visible difference.
 const PIXEL_RATIO_MAX: f64 = 3.0;
 
-/// The page's canvas.
 pub struct Stage {
     events: Events,
     /// Dropped when the context is lost, and recreated with the next frame.

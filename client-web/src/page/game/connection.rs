@@ -283,7 +283,6 @@ impl Connection {
         }
     }
 
-    /// Requests the seat.
     pub fn hello(&mut self, ctx: &mut Context) {
         let mut secrets = (None, None);
         if let Link::Server(socket) = &mut self.link {

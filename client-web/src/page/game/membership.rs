@@ -23,7 +23,6 @@ pub struct RoomMembership {
     pub copy: u32,
     /// The clock derived from snapshots.
     pub clock: Clock,
-    /// Outgoing inputs.
     pub sender: InputSender,
     /// Predicts the player's hero ahead of the server, if the player steers one and prediction is on.
     pub predictor: Option<Predictor>,

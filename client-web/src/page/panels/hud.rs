@@ -144,7 +144,6 @@ pub fn answers(app: &App) -> View {
     )
 }
 
-/// The latest news.
 pub fn news(app: &App) -> View {
     let lines = app.visit.news.lines.iter().map(|(number, news)| line(*number, news));
     View::panel("news").list("#feed", lines)

@@ -59,7 +59,6 @@ impl Listener {
         ears
     }
 
-    /// Queues a cue.
     pub fn push(&mut self, tick: f64, cue: Cue) {
         if self.cues.len() == CUES_MAX {
             self.cues.pop_front();

@@ -45,7 +45,6 @@ impl RoomView {
         self.timeline.sample(tick, &mut self.samples);
     }
 
-    /// The newest snapshot.
     pub fn newest(&self) -> Option<&Snapshot> {
         self.timeline.newest()
     }

@@ -85,7 +85,6 @@ pub enum Change {
     Gone(Key, Revision),
 }
 
-/// A room's location.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Located {
     /// This node plays the room.
@@ -118,11 +117,9 @@ pub struct Load {
     pub used: f64,
     /// Number of rooms that can still be opened.
     pub rooms_left: usize,
-    /// The public rooms.
     pub rooms: Vec<RoomCounts>,
 }
 
-/// A node's settings.
 #[derive(Clone, Debug, Default)]
 pub struct NodeSettings {
     /// The node's name, unique in the fleet.

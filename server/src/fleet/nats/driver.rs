@@ -29,7 +29,6 @@ const MEASURE_EVERY: Duration = Duration::from_secs(1);
 /// Interval at which to check whether a room's thread has ended.
 const THREAD_LOOK: Duration = Duration::from_millis(2);
 
-/// A node's driver.
 pub struct Driver {
     settings: FleetSettings,
     fleet: Arc<Fleet>,

@@ -24,7 +24,6 @@ use tracing::warn;
 /// Interval at which to check whether the connection is still the same.
 const LINK_LOOK: Duration = Duration::from_millis(50);
 
-/// A node's connection.
 pub struct NatsLink {
     context: Context,
     client: Client,

@@ -90,7 +90,6 @@ pub trait RecordStream: Clone + Send + Sync + 'static {
     ) -> impl Future<Output = Result<(), String>> + Send;
 }
 
-/// A room's records.
 #[derive(Clone, Debug, Default)]
 pub struct RoomRecords {
     /// The contents of the room's file; `None` if nothing was ever stored.

@@ -139,9 +139,7 @@ impl Store {
 /// One of the two buckets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BucketKind {
-    /// The nodes' bucket.
     Nodes,
-    /// The rooms' bucket.
     Rooms,
 }
 

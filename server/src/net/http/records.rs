@@ -92,7 +92,6 @@ pub async fn submit(request: Request<Incoming>, address: IpAddr, state: &ServerS
     }
 }
 
-/// A record's replay.
 pub async fn file(file: &str, address: IpAddr, state: &ServerState) -> Answer {
     let name = file.strip_suffix(".jostle");
     let (Some(records), Some(name)) = (&state.records, name) else { return not_found() };

@@ -17,7 +17,6 @@ pub struct RoomWatch<'a> {
     is_done: bool,
 }
 
-/// The room counter.
 pub struct Counter {
     /// The counter's value at the previous check.
     count: usize,
