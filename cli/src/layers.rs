@@ -12,7 +12,7 @@ use jostle_server::limits::SETTINGS_FILE_BYTES_MAX;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-/// The command whose flags are settings.
+/// The command that takes the settings as flags.
 const COMMAND: &str = "serve";
 /// Flags of `serve` that are not server settings.
 const OTHER_FLAGS: [&str; 4] = [FILE_FLAG, "check", "help", "version"];

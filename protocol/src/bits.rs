@@ -97,7 +97,7 @@ pub struct Rice {
 }
 
 impl Rice {
-    /// Creates a code that has learned nothing yet.
+    /// Creates an untrained code.
     pub fn new() -> Rice {
         Rice { mean: MEAN_START }
     }

@@ -264,8 +264,8 @@ impl World {
         }
     }
 
-    /// Wakes bodies, along with those that rest on them. Waking all at once takes far less time than waking one after
-    /// another, as changing them would. Bodies that do not exist are skipped.
+    /// Wakes bodies, along with those that rest on them. Call this before changing many bodies: each
+    /// change wakes a body by itself, which takes far longer. Bodies that do not exist are skipped.
     pub fn wake(&mut self, ids: &[BodyId]) {
         self.steady.readmit_around(&mut self.bodies, ids);
         let mut awake = awake(&mut self.bodies, &mut self.pairs, &mut self.touches);

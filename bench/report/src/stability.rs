@@ -27,7 +27,7 @@ pub struct Case {
     pub run: fn(&Subject) -> Outcome,
 }
 
-/// A solver to which a case is applied.
+/// A solver that a case is run with.
 #[derive(Clone, Copy)]
 pub struct Subject {
     /// The method at its default setting.

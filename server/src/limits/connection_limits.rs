@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::Notify;
 
-/// Number of sockets that a network may hold and still use the reserve: the connections of one browser.
+/// A network with at most this many sockets may use the reserve. One browser opens this many connections.
 const FEW: usize = 8;
 /// The `grace` that a server uses.
 const IDLE_GRACE: Duration = Duration::from_secs(3);

@@ -122,7 +122,7 @@ impl EnergyGuard {
         sum
     }
 
-    /// Resets the velocities of all members, and the impulses of all constraints to 0.
+    /// Resets the velocities of all members and zeroes the impulses of all constraints.
     fn reset(
         &self,
         constraints: &mut [ContactConstraint],

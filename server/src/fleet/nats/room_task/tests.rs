@@ -169,7 +169,7 @@ impl Room {
         self.work.send(next).expect("a task");
     }
 
-    /// Waits until a file has been given up.
+    /// Waits until the task has given up on a file.
     async fn gives_up(&self) {
         until(|| self.failed.load(Ordering::Relaxed) > 0).await;
     }
