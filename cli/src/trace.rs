@@ -100,7 +100,7 @@ pub struct TraceSink {
     /// The file's name for error messages; `None` for stdout.
     file: Option<String>,
     out: BufWriter<Box<dyn Write>>,
-    /// Whether whoever was reading stdout has closed it.
+    /// Whether the reader of stdout has closed it.
     is_closed: bool,
 }
 

@@ -64,7 +64,7 @@ pub struct Content<'a> {
     pub particles: &'a [u8],
 }
 
-/// Encodes a message against a baseline, or a keyframe if there is none. See [`crate::SnapshotStream::encode`].
+/// Encodes a message against a baseline, or, without one, as a keyframe. See [`crate::SnapshotStream::encode`].
 pub fn encode<'a>(
     scratch: &'a mut EncodeScratch,
     content: Content,

@@ -214,10 +214,10 @@ pub struct Posted {
     /// Path of the faulty field.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub field: Option<String>,
-    /// What was found there.
+    /// The value found there.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub found: Option<String>,
-    /// What is allowed there.
+    /// The values allowed there.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub allowed: Option<String>,
 }

@@ -1,6 +1,6 @@
 //! Scripts that tests run in the page.
 
-/// Returns the page's state as JSON text, or null while there is none.
+/// Returns the page's state as JSON text, or null before it has one.
 pub const STATE: &str = "(() => { const state = window.jostle?.state?.(); \
     return !state ? null : typeof state === 'string' ? state : JSON.stringify(state); })()";
 

@@ -117,7 +117,7 @@ pub enum Drag {
     Quadratic(f64),
 }
 
-/// What the other end of a spring is attached to.
+/// The other end of a spring.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Hook {
     Point(DVec2),

@@ -23,7 +23,7 @@ pub struct EditPointer {
     pub free: bool,
 }
 
-/// What a pointer is holding.
+/// Everything that a pointer can hold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DragTarget {
     Move,
@@ -40,7 +40,7 @@ pub enum DragTarget {
 #[derive(Clone, Debug)]
 pub struct EditGesture {
     pub(super) id: i32,
-    /// What the pointer is holding.
+    /// The held thing.
     pub(super) grip: DragTarget,
     pub(super) from: Vec2,
     pub at: Vec2,

@@ -113,7 +113,7 @@ pub fn title(editor: &Editor) -> String {
     }
 }
 
-/// A note about the text or the selected piece; empty if there is none.
+/// A note about the text or the selected piece, or empty.
 pub fn note(editor: &Editor) -> &'static str {
     match editor.selection[..] {
         [] if editor.text().is_empty() => strings::EMPTY,

@@ -91,7 +91,7 @@ impl PageAction {
     }
 }
 
-/// What a key means to a screen.
+/// The use that a screen makes of a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum KeyUse {
     /// The key has no meaning, so the browser may handle it.

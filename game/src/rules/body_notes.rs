@@ -9,7 +9,7 @@ use crate::scene::{Kind, Levels, Scene};
 use glam::Vec2;
 use jostle_sim::{BodyId, Motion, World};
 
-/// What rules remember about a body.
+/// Facts about a body for the rules.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct BodyNote {
     pub id: BodyId,
@@ -44,7 +44,7 @@ pub(crate) struct BodyRest {
     pub gravity_scale: f32,
 }
 
-/// What rules remember about all bodies.
+/// The notes on all bodies.
 #[derive(Clone, Debug)]
 pub(crate) struct BodyNotes {
     /// Notes by body slot.

@@ -68,7 +68,7 @@ impl Breakage {
     }
 }
 
-/// Who made `other` hit `it`: the owner of `other`, or whoever touched it last.
+/// The player who made `other` hit `it`: the owner of `other`, or the last one to touch either.
 fn who_hit(it: BodyId, other: BodyId, notes: &BodyNotes, table: &RuleContext) -> Option<Seat> {
     let touched = |id| notes.get(id).and_then(|note| note.touched_by);
     table.roster.owner_of(other).or_else(|| touched(other)).or_else(|| touched(it))

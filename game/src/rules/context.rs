@@ -1,4 +1,4 @@
-//! What rules act on.
+//! The data that rules act on.
 
 use crate::emitters;
 use crate::event::Event;
@@ -10,7 +10,7 @@ use jostle_sim::{BodyId, EmitterDef, Source, World};
 /// Number of particles in a splash.
 const SPLASH_PARTICLES: u16 = 40;
 
-/// What rules act on.
+/// The data that rules act on.
 pub(crate) struct RuleContext<'a> {
     pub scene: &'a Scene,
     pub world: &'a mut World,

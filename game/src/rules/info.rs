@@ -1,4 +1,4 @@
-//! What snapshots say about the rules.
+//! The part of a snapshot that describes the rules.
 
 use super::clock::RoundPhase;
 use super::core::Rules;

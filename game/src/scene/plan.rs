@@ -43,7 +43,7 @@ pub struct Bodies {
     pub field: String,
 }
 
-/// What the bodies of an entry come from.
+/// The origin of the bodies of an entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Per {
     /// Present from the start, permanently or until something removes them.

@@ -209,13 +209,13 @@ impl Replay {
         }
     }
 
-    /// The last keyframe at or before a tick; `None` if there is none or it cannot be decoded.
+    /// The last keyframe at or before a tick; `None` if it is missing or cannot be decoded.
     pub fn keyframe_before(&self, tick: u32) -> Option<Keyframe> {
         let after = self.keyframes.partition_point(|payload| payload.tick <= tick);
         self.keyframe(after.checked_sub(1)?)
     }
 
-    /// The first keyframe at or after a tick; `None` if there is none or it cannot be decoded.
+    /// The first keyframe at or after a tick; `None` if it is missing or cannot be decoded.
     pub fn keyframe_after(&self, tick: u32) -> Option<Keyframe> {
         self.keyframe(self.keyframes.partition_point(|payload| payload.tick < tick))
     }

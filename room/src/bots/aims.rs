@@ -4,7 +4,7 @@ use jostle_game::scene::{Each, RuleSpec, SignalKind, Step, To, Trigger, ZoneArea
 use jostle_game::{Scene, Tools};
 use jostle_sim::Vec2;
 
-/// What a bot can do in a scene.
+/// The things that a bot can do in a scene.
 #[derive(Clone, Debug, Default)]
 pub struct Aims {
     /// Zones to pass through in this order, over and over.

@@ -6,8 +6,8 @@ use jostle_protocol::{EncodeScratch, Snapshot, SnapshotStream, TimedEvent};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// Maximum number of messages whose memory is kept for reuse. Beyond this, the oldest leaves the pool, and whoever
-/// holds it last frees it.
+/// Maximum number of messages whose memory is kept for reuse. Beyond this, the oldest leaves the pool, and its last
+/// holder frees it.
 const MESSAGES_MAX: usize = 1024;
 /// Limit on the total length of pooled messages, bytes. A megabyte is enough for 64 players in a large world who
 /// receive 500 bytes per tick and lag by half a second. Buffers grow by doubling, so the pool holds at most twice as
@@ -15,7 +15,7 @@ const MESSAGES_MAX: usize = 1024;
 const BYTES_MAX: usize = 1 << 20;
 /// Number of messages to try to reuse before allocating new memory.
 const TRIES: usize = 4;
-/// Maximum length of a message to pool, bytes. Larger ones are rare, and whoever holds them last frees them.
+/// Maximum length of a message to pool, bytes. Larger ones are rare, and their last holder frees them.
 const KEPT_BYTES_MAX: usize = 16 << 10;
 /// Capacity of a new buffer, bytes. Most messages fit.
 const USUAL_BYTES: usize = 512;

@@ -70,7 +70,7 @@ pub enum Adopted {
 pub struct Created {
     /// The code in the room's link.
     pub code: String,
-    /// Key that makes whoever holds it the host.
+    /// Key that makes its holder the host.
     pub host_key: Token,
 }
 

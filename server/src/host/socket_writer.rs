@@ -80,7 +80,7 @@ impl SocketWriter {
         }
     }
 
-    /// Takes the writer permanently. From then on, only whoever holds it can send.
+    /// Takes the writer permanently. From then on, only its holder can send.
     pub fn take(&self) -> Option<FrameWriter> {
         self.lock().take()
     }

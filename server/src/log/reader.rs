@@ -288,7 +288,7 @@ fn keyframe(block: &Record) -> Option<(u32, u64)> {
     }
 }
 
-/// What happens to the state of a room that has ended.
+/// The fate of a room's state once the room has ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Seal {
     /// The state is kept, from its newest keyframe on, because the room resumes later or elsewhere.

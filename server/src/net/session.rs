@@ -145,7 +145,7 @@ fn seat(
         Role::Player => hello.token.map(verified).transpose()?,
         Role::Spectator => None,
     };
-    // A wrong key does not make whoever sent it the host, but it is no reason to refuse the session.
+    // A wrong key does not make its sender the host, but it is no reason to refuse the session.
     let hosted = hello.host_key.and_then(|key| state.host.signer.hosted(&key));
     let (sender, receiver) = inbox(limits::INBOX_MAX);
     let outbox = Outbox::new(Arc::clone(&caller.send_queue), Arc::clone(&socket.writer));

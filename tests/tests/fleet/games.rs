@@ -145,7 +145,7 @@ impl Games {
     }
 }
 
-/// What players observed during the games.
+/// Observations of the players during the games.
 pub struct Seen {
     pub players: Vec<Player>,
     pub nodes: Vec<Node>,

@@ -53,7 +53,7 @@ fn seed(process: &Process) -> u64 {
     seed
 }
 
-/// What a player knows after losing its socket.
+/// The knowledge of a player that has lost its socket.
 #[derive(Clone)]
 struct Player {
     room: String,

@@ -56,7 +56,7 @@ fn document(page: &str, folder: &str) -> Result<String> {
     Ok(relative)
 }
 
-/// What a server would return for `/api/scenes`, to be stored in a file.
+/// The answer of a server to `/api/scenes`, to be stored in a file.
 fn scenes(folder: &str, files: &BTreeMap<PathBuf, Vec<u8>>) -> Scenes {
     let card = |scene: &Scene| {
         let picture = format!("pictures/{}.webp", scene.name);

@@ -50,9 +50,9 @@ pub enum Trigger {
     /// A dye pack bursts on a hero, unless the connection of the hero's player is closed or silent. About: the hero.
     /// By: the pack's owner.
     Burst,
-    /// A body of the group [breaks](#bodies) and disappears. About: the body. By: whoever broke it.
+    /// A body of the group [breaks](#bodies) and disappears. About: the body. By: the player who broke it.
     Breaks(u8),
-    /// A body of the group leaves the kill zone. About: the body. By: whoever touched it last.
+    /// A body of the group leaves the kill zone. About: the body. By: the player who touched it last.
     Lost(u8),
 }
 

@@ -27,7 +27,7 @@ impl SignalSpec {
     }
 }
 
-/// What a signal's level depends on.
+/// The inputs of a signal.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SignalKind {
     /// Other levels.

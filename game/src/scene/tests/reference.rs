@@ -51,7 +51,7 @@ rules = [{}]
 sling.ball = "ball"
 "#;
 
-/// What the reader's calls say about a field.
+/// A field, as described by the reader's calls.
 #[derive(Clone, Debug, Default)]
 pub struct FieldNote {
     /// Its path in a scene, like `bodies[3].radius`.

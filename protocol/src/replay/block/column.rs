@@ -12,7 +12,7 @@ use jostle_sim::Vec2;
 /// A pointer position in quanta; `None` outside the view.
 type Pointer = Option<Position>;
 
-/// What a pointer does over consecutive ticks.
+/// The movement of a pointer over consecutive ticks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum PointerRun {
     Still = 0,
