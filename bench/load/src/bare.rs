@@ -14,8 +14,6 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::task::JoinHandle;
 use tokio::time::interval;
 
-/// Size of a message including its frame, in bytes; about that of a snapshot.
-const MESSAGE_BYTES: usize = 102;
 /// Size of an input including its frame, in bytes.
 const INPUT_BYTES: usize = 24;
 /// Duration of each measurement.
@@ -24,6 +22,8 @@ const LENGTH: Duration = Duration::from_secs(5);
 /// Processor time that a bare loop takes per message, in microseconds.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Bare {
+    /// Length of a message including its frame.
+    message_bytes: usize,
     /// Time for a loop that only writes.
     pub write_us: f64,
     /// Time for a loop that also reads an input from every socket once per tick.
@@ -31,24 +31,26 @@ pub struct Bare {
 }
 
 impl Bare {
-    /// Measures both loops with this many sockets, which takes ten seconds.
-    pub async fn measure(clients: u32) -> Result<Bare> {
-        let write_us = measure(clients, false).await?;
-        Ok(Bare { write_us, read_and_write_us: measure(clients, true).await? })
+    /// Measures both loops with this many sockets and messages of this length, which takes ten seconds.
+    pub async fn measure(clients: u32, message_bytes: usize) -> Result<Bare> {
+        let write_us = measure(clients, message_bytes, false).await?;
+        let read_and_write_us = measure(clients, message_bytes, true).await?;
+        Ok(Bare { message_bytes, write_us, read_and_write_us })
     }
 }
 
 impl fmt::Display for Bare {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let Bare { write_us, read_and_write_us } = self;
+        let Bare { message_bytes, write_us, read_and_write_us } = self;
         write!(
             f,
-            "bare loop: {write_us:.1} us of processor time a message, {read_and_write_us:.1} with an input read"
+            "bare loop: {write_us:.1} us of processor time a message of {message_bytes} bytes, \
+             {read_and_write_us:.1} with an input read"
         )
     }
 }
 
-async fn measure(clients: u32, reads: bool) -> Result<f64> {
+async fn measure(clients: u32, message_bytes: usize, reads: bool) -> Result<f64> {
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).context("a bare listener")?;
     let address = listener.local_addr()?;
     let (mut sockets, mut peers) = (Vec::new(), Vec::new());
@@ -62,7 +64,7 @@ async fn measure(clients: u32, reads: bool) -> Result<f64> {
         sockets.push(socket);
         peers.push(tokio::spawn(play(tokio::net::TcpStream::from_std(peer)?, reads)));
     }
-    let serving = tokio::task::spawn_blocking(move || serve(&mut sockets, reads));
+    let serving = tokio::task::spawn_blocking(move || serve(&mut sockets, message_bytes, reads));
     let cost = serving.await.context("the bare loop")?;
     peers.iter().for_each(JoinHandle::abort);
     cost
@@ -81,8 +83,9 @@ async fn play(mut stream: tokio::net::TcpStream, sends: bool) -> std::io::Result
 }
 
 /// Serves all sockets from this thread; returns its processor time per message in microseconds.
-fn serve(sockets: &mut [TcpStream], reads: bool) -> Result<f64> {
+fn serve(sockets: &mut [TcpStream], message_bytes: usize, reads: bool) -> Result<f64> {
     let (mut messages, mut bytes) = (0_u64, [0; 4096]);
+    let message = vec![0; message_bytes];
     let (began, before) = (Instant::now(), processor_time());
     let mut schedule = Schedule::new(began);
     while began.elapsed() < LENGTH {
@@ -94,7 +97,7 @@ fn serve(sockets: &mut [TcpStream], reads: bool) -> Result<f64> {
             if reads {
                 would_block_or(socket.read(&mut bytes))?;
             }
-            would_block_or(socket.write(&[0; MESSAGE_BYTES]))?;
+            would_block_or(socket.write(&message))?;
             messages += 1;
         }
     }

@@ -171,15 +171,15 @@ impl Load {
         let clients = part.clients + part.spectators;
         let server = Server::start(self.program()?, scenes, part.rooms, clients)?;
         let runtime = tokio::runtime::Runtime::new().context("a runtime for the bots")?;
-        if self.processes == 1 {
-            println!("{}", runtime.block_on(Bare::measure(part.clients))?);
-        }
         let played = runtime.block_on(self.play(part, &server, before));
         if let Some(count) = server.stop()? {
             println!("load: allocations: {count} a second, {:.1} a tick", count as f64 / 60.0);
         }
         let report = played?;
         println!("{report}");
+        if self.processes == 1 && part.clients > 0 {
+            println!("{}", runtime.block_on(Bare::measure(part.clients, report.play.message_bytes()))?);
+        }
         report.failure().map_or(Ok(()), |failure| bail!(failure))
     }
 

@@ -289,6 +289,12 @@ impl Rates {
 }
 
 impl Report {
+    /// Mean number of bytes received per snapshot, with the few other messages included.
+    pub fn message_bytes(&self) -> usize {
+        let Rates { bytes_per_second_mean, snapshots_per_second_mean, .. } = self.rates;
+        (bytes_per_second_mean / snapshots_per_second_mean.max(1.0)) as usize
+    }
+
     /// Combines all clients' measurements.
     pub fn new(targets: &[BotTarget], decoders: u32, clients: Vec<ClientReport>) -> Report {
         let per_client: Vec<_> = clients.iter().map(ClientEntry::of).collect();
