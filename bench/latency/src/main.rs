@@ -21,9 +21,15 @@ const PAUSE_MS: u64 = 700;
 const PHASES_MS: u64 = 97;
 
 /// A script for the page that records each press and the frames after it until one draws the hero in a different
-/// position.
+/// position, and the time that the page's script takes for each frame.
 const WATCH: &str = r#"(() => {
     const watch = window.watch = {armed: null, done: [], frames: [], costs: []};
+    const next = window.requestAnimationFrame.bind(window);
+    window.requestAnimationFrame = callback => next(time => {
+        const began = performance.now();
+        callback(time);
+        watch.costs.push(performance.now() - began);
+    });
     let last = performance.now();
     const frame = () => {
         const now = performance.now();
@@ -40,9 +46,9 @@ const WATCH: &str = r#"(() => {
         } else if (press && place) {
             press.place = [place[0], place[1]];
         }
-        requestAnimationFrame(frame);
+        next(frame);
     };
-    requestAnimationFrame(frame);
+    next(frame);
     window.addEventListener('keydown', event => {
         if (watch.armed && watch.armed.at === null && watch.armed.place)
             watch.armed.at = event.timeStamp;
@@ -85,6 +91,9 @@ struct Figures {
     /// Time from one frame to the next.
     frame_p50_ms: f64,
     frame_p99_ms: f64,
+    /// Time that the page's script takes for a frame: the mean and the 99th percentile.
+    script_mean_ms: f64,
+    script_p99_ms: f64,
     /// The prediction error at the end as reported by the page, in world units.
     prediction_error: Option<f64>,
 }
@@ -152,6 +161,7 @@ async fn measure(
     }
     let done: Vec<Press> = tab.eval("watch.done").await?;
     let frames: Vec<f64> = tab.eval("watch.frames").await?;
+    let costs: Vec<f64> = tab.eval("watch.costs").await?;
     ensure!(done.len() == presses, "{} of {presses} presses were seen", done.len());
     let error: Option<f64> =
         tab.eval("JSON.parse(window.jostle.state()).prediction?.error ?? null").await?;
@@ -159,6 +169,7 @@ async fn measure(
     let times = sorted(done.iter().map(|press| press.ms));
     let counts = sorted(done.iter().map(|press| f64::from(press.frames)));
     let frames = sorted(frames.into_iter().skip(1));
+    let costs = sorted(costs.into_iter());
     Ok(Figures {
         case: case.name,
         presses,
@@ -169,6 +180,8 @@ async fn measure(
         p99_frames: at(&counts, 0.99),
         frame_p50_ms: at(&frames, 0.5),
         frame_p99_ms: at(&frames, 0.99),
+        script_mean_ms: costs.iter().sum::<f64>() / costs.len().max(1) as f64,
+        script_p99_ms: at(&costs, 0.99),
         prediction_error: error,
     })
 }
@@ -187,13 +200,14 @@ fn at(sorted: &[f64], share: f64) -> f64 {
 
 fn print_table(rows: &[Figures]) {
     println!(
-        "| | p50 ms | p99 ms | most ms | p50 frames | p99 frames | frame p50 ms | frame p99 ms | error |"
+        "| | p50 ms | p99 ms | most ms | p50 frames | p99 frames | frame p50 ms | frame p99 ms | \
+         script mean ms | script p99 ms | error |"
     );
-    println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- |");
+    println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
     for row in rows {
         let error = row.prediction_error.map_or("-".to_owned(), |error| format!("{error:.3}"));
         println!(
-            "| {} | {:.1} | {:.1} | {:.1} | {} | {} | {:.1} | {:.1} | {error} |",
+            "| {} | {:.1} | {:.1} | {:.1} | {} | {} | {:.1} | {:.1} | {:.2} | {:.1} | {error} |",
             row.case,
             row.p50_ms,
             row.p99_ms,
@@ -202,6 +216,8 @@ fn print_table(rows: &[Figures]) {
             row.p99_frames,
             row.frame_p50_ms,
             row.frame_p99_ms,
+            row.script_mean_ms,
+            row.script_p99_ms,
         );
     }
 }
