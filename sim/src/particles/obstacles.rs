@@ -185,11 +185,12 @@ impl ObstacleGrid {
     #[inline]
     pub fn candidates(&self, point: Vec2) -> &[u32] {
         let at = (point - self.low) / self.cell;
-        let outside = at.x < 0.0 || at.y < 0.0;
-        let (column, row) = (at.x as usize, at.y as usize);
-        if outside || column >= self.columns || row >= self.rows {
+        // Comparing before converting, and converting to 32 bits, costs a fraction of a saturating conversion to 64.
+        let is_inside = at.x >= 0.0 && at.y >= 0.0;
+        if !is_inside || at.x >= self.columns as f32 || at.y >= self.rows as f32 {
             return &[];
         }
+        let (column, row) = (at.x as i32 as usize, at.y as i32 as usize);
         let cell = row * self.columns + column;
         &self.entries[self.starts[cell] as usize..self.starts[cell + 1] as usize]
     }
