@@ -22,12 +22,22 @@ pub fn room_page(headers: &HeaderMap, word: &str, state: &ServerState) -> Answer
     }
 }
 
-/// The room code that a link refers to, even if the link was typed by hand, capitalised by a phone, or copied with a
-/// trailing space or slash.
+/// The room code that a link refers to, even if the link was typed by hand, capitalised by a phone, or copied along with
+/// the punctuation around it in a sentence.
 pub fn meant_code(word: &str) -> Option<String> {
     let text = percent_decode_str(word).decode_utf8().ok()?;
-    let code = text.trim_matches(|c: char| c == '/' || c.is_whitespace()).to_ascii_lowercase();
+    let code = text.trim_matches(is_around_link).to_ascii_lowercase();
     is_code(&code).then_some(code)
+}
+
+/// Whether a character next to a link belongs to the sentence: a space, a slash, or punctuation of any script. A
+/// percent sign would be half of an encoded character.
+fn is_around_link(c: char) -> bool {
+    match c {
+        '%' | '+' | '-' => false,
+        _ if c.is_ascii() => c.is_ascii_punctuation() || c.is_whitespace(),
+        _ => !c.is_alphanumeric(),
+    }
 }
 
 /// Redirects a browser to a room's canonical link.
@@ -150,7 +160,15 @@ mod tests {
         for word in ["ABC", "abc/", "/abc", "%20abc", "Abc%20/", "abc%C2%A0", "%41bc"] {
             assert_eq!(meant_code(word).as_deref(), Some("abc"), "{word}");
         }
-        for word in ["", "/", "r/abc", "a%20c", "abc%00", "abc%2", "%zz", "%+1", "%ff", "\u{e4}bc"]
+        for around in "./,;:!?)]}>\"'*_|~`\u{201d}\u{2026}\u{3002}\u{200b}".chars() {
+            let word = format!("abc{around}");
+            assert_eq!(meant_code(&word).as_deref(), Some("abc"), "{word}");
+        }
+        for word in ["(ABC).", "%3Cabc%3E", "abc%22,", "abc%E2%80%9D"] {
+            assert_eq!(meant_code(word).as_deref(), Some("abc"), "{word}");
+        }
+        for word in
+            ["", "/", "...", "r/abc", "a%20c", "abc%00", "abc%2", "%zz", "%+1", "%ff", "\u{e4}bc"]
         {
             assert_eq!(meant_code(word), None, "{word}");
         }
