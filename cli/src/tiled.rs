@@ -36,6 +36,11 @@ impl fmt::Display for ImportError {
 /// becomes the scene's name.
 pub fn import(file: &str, name: &str, bytes: &[u8]) -> Result<String, ImportError> {
     let wrong = |found: String, allowed: &str| at(file, *Origin::Map.wrong("file", found, allowed));
+    // Some programs put a byte order mark at the start of a text.
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    if let Some(found) = other_format(bytes) {
+        return Err(wrong(found.to_owned(), "a map saved as JSON (File > Save As > *.tmj)"));
+    }
     let map: Map = serde_json::from_slice(bytes)
         .map_err(|error| wrong(error.to_string(), "a map of Tiled in its JSON format"))?;
     let written = objects::write(&map).map_err(|wrong| at(file, *wrong))?;
@@ -45,6 +50,18 @@ pub fn import(file: &str, name: &str, bytes: &[u8]) -> Result<String, ImportErro
     match Scene::parse(&format!("{name}.toml"), &text) {
         Ok(_) => Ok(text),
         Err(error) => Err(at(file, blame(error, &written))),
+    }
+}
+
+/// The format in which Tiled saved or exported a file, if it is not plain JSON.
+fn other_format(bytes: &[u8]) -> Option<&'static str> {
+    match bytes.trim_ascii_start() {
+        [b'<', ..] => Some("XML, as in .tmx files"),
+        [b'(', ..] => Some("a script, as in .js files"),
+        [b'r', b'e', ..] => Some("a script, as in .lua files"),
+        [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => Some("text in UTF-16"),
+        [0x1f, 0x8b, ..] => Some("a compressed file"),
+        _ => None,
     }
 }
 

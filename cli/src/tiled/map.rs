@@ -29,6 +29,9 @@ pub struct Layer {
     /// `objectgroup`, `group`, `tilelayer` or `imagelayer`.
     #[serde(rename = "type")]
     pub kind: String,
+    /// Whether the layer is shown. Hidden layers hold guides and notes, which are no part of the scene.
+    #[serde(default = "yes")]
+    pub visible: bool,
     /// Offset of the layer's contents, pixels.
     #[serde(default)]
     pub offsetx: f64,
@@ -40,11 +43,14 @@ pub struct Layer {
     pub layers: Vec<Layer>,
 }
 
-/// An object. Lengths are in pixels, y points down, and a position is the upper left corner.
+/// An object. Lengths are in pixels, y points down, and a position is the upper left corner. Hidden objects are left
+/// out, like hidden layers.
 #[derive(Debug, Deserialize)]
 pub struct Object {
     #[serde(default)]
     pub id: i64,
+    #[serde(default = "yes")]
+    pub visible: bool,
     #[serde(default)]
     pub name: String,
     /// The object's class. Tiled 1.9 used this field name too.
@@ -75,6 +81,10 @@ pub struct Object {
     pub template: Option<String>,
     #[serde(default)]
     pub properties: Vec<Property>,
+}
+
+fn yes() -> bool {
+    true
 }
 
 /// A point relative to the object.

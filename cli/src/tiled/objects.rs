@@ -104,14 +104,14 @@ fn write_layers(
     scale: &Scale,
     written: &mut Written,
 ) -> Result<(), Box<Wrong>> {
-    for layer in layers {
+    for layer in layers.iter().filter(|layer| layer.visible) {
         let moved = [moved[0] + layer.offsetx, moved[1] + layer.offsety];
         if layer.kind == "group" && depth == DEPTH_MAX {
             let allowed = format!("at most {DEPTH_MAX} within each other");
             return Err(Origin::Map.wrong("layers", "more groups of layers", allowed));
         }
         write_layers(&layer.layers, moved, depth + 1, scale, written)?;
-        for object in &layer.objects {
+        for object in layer.objects.iter().filter(|object| object.visible) {
             let (id, name) = (object.id, object.name.clone());
             let origin = Origin::Object { layer: layer.name.clone(), id, name };
             write_object(object, moved, &origin, scale, written)?;
@@ -127,6 +127,10 @@ fn write_object(
     scale: &Scale,
     written: &mut Written,
 ) -> Result<(), Box<Wrong>> {
+    if object.template.is_some() {
+        let allowed = "objects of the map (right click > Detach Selected Template Instances)";
+        return Err(origin.wrong("template", "an instance of a template", allowed));
+    }
     let (list, kind) = list_of(&object.class, origin)?;
     let drawing = drawing(object, moved, origin)?;
     if list == "spawns" {
@@ -195,14 +199,15 @@ fn drawing(object: &Object, moved: [f64; 2], origin: &Origin) -> Result<DrawnSha
     let other = match object {
         Object { gid: Some(_), .. } => Some("a tile"),
         Object { text: Some(_), .. } => Some("a text"),
-        Object { template: Some(_), .. } => Some("an instance of a template"),
         Object { capsule: true, .. } => Some("a capsule"),
         _ => None,
     };
     if let Some(found) = other {
         return Err(origin.wrong("shape", found, shapes));
     }
-    if object.rotation != 0.0 && !object.point {
+    let turns = object.rotation / 360.0;
+    // A circle is rotated about its corner too, so only whole turns leave it where it is.
+    if (turns - turns.round()).abs() * 360.0 > EQUAL && !object.point {
         let found = format!("{} degrees", object.rotation);
         return Err(origin.wrong("rotation", found, "0: bodies and zones do not rotate"));
     }

@@ -118,6 +118,11 @@ fn an_error_names_the_layer_the_object_and_the_field() {
             "polygon: found a polygon of 3 corners; allowed: ",
         ),
         ("wall", json!({ "polygon": bow_tie }), "polygon: found a polygon of 4 corners; allowed: "),
+        (
+            "",
+            json!({ "template": "ball.tj" }),
+            "template: found an instance of a template; allowed: objects of the map ",
+        ),
         ("wall", json!({ "gid": 3 }), "shape: found a tile; allowed: a rectangle, "),
         (
             "block",
@@ -148,6 +153,45 @@ fn an_error_names_the_layer_the_object_and_the_field() {
     }
     let named = one("wall", json!({ "name": "left", "rotation": 1 })).expect_err("an error");
     assert!(named.starts_with(&format!("{place} (\"left\"): rotation")), "{named}");
+}
+
+#[test]
+fn whole_turns_are_no_rotation() {
+    for rotation in [360.0, -360.0, 720.0, 1e-6, 359.999_999] {
+        let body = one("wall", json!({ "rotation": rotation })).expect("a scene").bodies[0].def;
+        assert_eq!((body.position.x, body.position.y), (2.0, 3.5), "{rotation}");
+    }
+}
+
+#[test]
+fn what_is_hidden_is_left_out() {
+    let hidden = json!({ "visible": false, "type": "a guide" });
+    let objects = json!([object("wall", json!({})), object("wall", hidden)]);
+    let mut map = map(objects, json!([]));
+    let guides = json!({ "type": "objectgroup", "objects": [object("guide", json!({}))] });
+    let layers = map["layers"].as_array_mut().expect("a list");
+    let mut layer = guides.clone();
+    layer["visible"] = json!(false);
+    layers.push(layer);
+    layers.push(json!({ "type": "group", "visible": false, "layers": [guides] }));
+    assert_eq!(of_map(&map).expect("a scene").bodies.len(), 1);
+}
+
+#[test]
+fn a_byte_order_mark_is_skipped_and_other_formats_are_named() {
+    let marked = [b"\xef\xbb\xbf", EXAMPLE.as_bytes()].concat();
+    import("court.tmj", "court", &marked).expect("a scene");
+    for (bytes, found) in [
+        (&b"\xef\xbb\xbf<?xml version=\"1.0\"?>"[..], "XML, as in .tmx files"),
+        (b"(function(name,data){ })", "a script, as in .js files"),
+        (b"return {", "a script, as in .lua files"),
+        (b"\xff\xfe{\0", "text in UTF-16"),
+        (b"\x1f\x8b\x08", "a compressed file"),
+    ] {
+        let error = import("a.tmj", "a", bytes).expect_err("an error").to_string();
+        let expected = format!("a.tmj: file: found {found}; allowed: a map saved as JSON ");
+        assert!(error.starts_with(&expected), "{error}");
+    }
 }
 
 #[test]
