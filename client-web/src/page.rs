@@ -13,6 +13,8 @@ mod drafts;
 mod edit_screen;
 mod emotes;
 mod event;
+#[cfg(any(test, target_arch = "wasm32"))]
+mod file_kind;
 mod game;
 #[cfg(target_arch = "wasm32")]
 mod hooks;

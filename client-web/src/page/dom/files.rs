@@ -4,6 +4,7 @@ use crate::browser;
 use crate::net::api::file_error;
 use crate::page::dom;
 use crate::page::event::Event;
+use crate::page::file_kind::{FileKind, is_scene_name};
 use crate::page::queue::Events;
 use jostle_protocol::limits::{REPLAY_BYTES_MAX, SCENE_BYTES_MAX};
 use jostle_protocol::replay::{Problem, ReplayError};
@@ -42,78 +43,49 @@ pub fn listen(events: Events) {
     });
 }
 
-/// The two kinds of files, distinguished by file name extension.
-#[derive(Clone, Copy)]
-enum FileKind {
-    Replay,
-    Scene,
+/// The event for a file that was read.
+fn read_event(name: String, bytes: Vec<u8>) -> Event {
+    match FileKind::of(&name, &bytes) {
+        FileKind::Replay => Event::ReplayRead(name, Ok(bytes)),
+        FileKind::Scene if bytes.len() > SCENE_BYTES_MAX => too_long(name, bytes.len()),
+        FileKind::Scene => Event::SceneRead(name, Ok(bytes)),
+    }
 }
 
-impl FileKind {
-    fn of(name: &str) -> FileKind {
-        if name.ends_with(".toml") { FileKind::Scene } else { FileKind::Replay }
+/// The event for a file that is too long to be read.
+fn too_long(name: String, bytes: usize) -> Event {
+    if bytes > REPLAY_BYTES_MAX && !is_scene_name(&name) {
+        let error = ReplayError { offset: REPLAY_BYTES_MAX, problem: Problem::TooLong { bytes } };
+        return Event::ReplayRead(name, Err(error));
     }
+    let allowed = format!("at most {SCENE_BYTES_MAX}");
+    let error = file_error(&name, &format!("{bytes} bytes"), &allowed);
+    Event::SceneRead(name, Err(error))
+}
 
-    fn bytes_max(self) -> usize {
-        match self {
-            FileKind::Replay => REPLAY_BYTES_MAX,
-            FileKind::Scene => SCENE_BYTES_MAX,
-        }
+fn unreadable(name: String) -> Event {
+    if is_scene_name(&name) {
+        let error = file_error(&name, "a file that cannot be read", "a TOML file");
+        return Event::SceneRead(name, Err(error));
     }
-
-    fn read(self, name: String, bytes: Vec<u8>) -> Event {
-        match self {
-            FileKind::Replay => Event::ReplayRead(name, Ok(bytes)),
-            FileKind::Scene => Event::SceneRead(name, Ok(bytes)),
-        }
-    }
-
-    /// The error for a file that is too long.
-    fn too_long(self, name: String, bytes: f64) -> Event {
-        match self {
-            FileKind::Replay => {
-                let problem = Problem::TooLong { bytes: bytes as usize };
-                let error = ReplayError { offset: REPLAY_BYTES_MAX, problem };
-                Event::ReplayRead(name, Err(error))
-            }
-            FileKind::Scene => {
-                let error = file_error(
-                    &name,
-                    &format!("{bytes} bytes"),
-                    &format!("at most {SCENE_BYTES_MAX}"),
-                );
-                Event::SceneRead(name, Err(error))
-            }
-        }
-    }
-
-    fn unreadable(self, name: String) -> Event {
-        match self {
-            FileKind::Replay => {
-                let error = ReplayError { offset: 0, problem: Problem::CutOff };
-                Event::ReplayRead(name, Err(error))
-            }
-            FileKind::Scene => {
-                let error = file_error(&name, "a file that cannot be read", "a TOML file");
-                Event::SceneRead(name, Err(error))
-            }
-        }
-    }
+    let error = ReplayError { offset: 0, problem: Problem::CutOff };
+    Event::ReplayRead(name, Err(error))
 }
 
 /// Reads a file and reports its contents.
 fn read(events: Events, file: &File) {
-    let (name, kind) = (file.name(), FileKind::of(&file.name()));
-    if file.size() > kind.bytes_max() as f64 {
-        return events.push(kind.too_long(name, file.size()));
+    let name = file.name();
+    let bytes_max = if is_scene_name(&name) { SCENE_BYTES_MAX } else { REPLAY_BYTES_MAX };
+    if file.size() > bytes_max as f64 {
+        return events.push(too_long(name, file.size() as usize));
     }
     let unread = name.clone();
     let taken = Closure::<dyn FnMut(JsValue)>::new(move |buffer: JsValue| {
         let bytes = js_sys::Uint8Array::new(&buffer).to_vec();
-        events.push(kind.read(name.clone(), bytes));
+        events.push(read_event(name.clone(), bytes));
     });
     let failed = Closure::<dyn FnMut(JsValue)>::new(move |_| {
-        events.push(kind.unreadable(unread.clone()));
+        events.push(unreadable(unread.clone()));
     });
     let _ = file.array_buffer().unchecked_into::<js_sys::Promise>().then2(&taken, &failed);
     // The promise will call one of the two closures later. Leaking them costs a few bytes per file.
