@@ -145,6 +145,8 @@ pub const PAD: [(u8, Action); 10] = [
 /// The default actions of a key, given its position and letter. Steering positions take precedence over letters: on a
 /// French keyboard, Z is in the position of W and steers up, while the key labelled W triggers `Make`.
 pub fn usual(place: &str, letter: &str) -> Vec<Action> {
+    // Without NumLock, the number pad has arrows.
+    let place = if place.starts_with("Numpad") && letter.len() > 1 { letter } else { place };
     let letter = letter.to_lowercase();
     let steers = PLACES.iter().filter(|(code, _)| *code == place).map(|(_, action)| *action);
     let named = LETTERS.iter().filter(|(key, ..)| *key == letter).map(|(.., action)| *action);

@@ -5,6 +5,9 @@ use crate::view::frame::View;
 use jostle_game::{Buttons, Input};
 use jostle_sim::Vec2;
 
+/// The bits of the buttons that steer.
+pub const DIRECTIONS: u16 = Buttons::UP.0 | Buttons::LEFT.0 | Buttons::DOWN.0 | Buttons::RIGHT.0;
+
 /// Everything that is currently pressed.
 #[derive(Debug, Default)]
 pub struct Controls {
@@ -20,12 +23,35 @@ pub struct Controls {
     pointer: Option<Vec2>,
 }
 
+/// The position of a key (`KeyboardEvent.code`). Screen keyboards and remote desktops send none; then it is the position
+/// that the key has on the US layout, according to its letter (`KeyboardEvent.key`).
+pub fn place_of(code: String, letter: &str) -> String {
+    if !code.is_empty() && code != "Unidentified" {
+        return code;
+    }
+    let prefix = match letter.as_bytes() {
+        b" " => return "Space".to_owned(),
+        [b'a'..=b'z' | b'A'..=b'Z'] => "Key",
+        [b'0'..=b'9'] => "Digit",
+        _ => "",
+    };
+    match prefix {
+        "" => letter.to_owned(),
+        _ => prefix.to_owned() + &letter.to_ascii_uppercase(),
+    }
+}
+
 impl Controls {
     /// Records that a key went down and presses these buttons.
     pub fn key_down(&mut self, place: &str, buttons: Buttons) {
-        if !self.keys.iter().any(|(code, _)| code == place) {
+        if !self.holds(place) {
             self.keys.push((place.to_owned(), buttons));
         }
+    }
+
+    /// Whether a key is down.
+    pub fn holds(&self, place: &str) -> bool {
+        self.keys.iter().any(|(code, _)| code == place)
     }
 
     /// Records that a key went up; `false` if it was not down.
@@ -42,8 +68,7 @@ impl Controls {
 
     /// Sets the directions of the stick, replacing the previous ones.
     pub fn steer(&mut self, directions: Buttons) {
-        let all = Buttons::UP.0 | Buttons::LEFT.0 | Buttons::DOWN.0 | Buttons::RIGHT.0;
-        self.pointed.0 = self.pointed.0 & !all | directions.0 & all;
+        self.pointed.0 = self.pointed.0 & !DIRECTIONS | directions.0 & DIRECTIONS;
     }
 
     /// Moves the pointer (fractions of the canvas, (0, 0) top left), or removes it from the view.

@@ -53,6 +53,16 @@ pub struct Key {
     pub focus: Focus,
 }
 
+impl Key {
+    /// Whether the key only changes the meaning of others.
+    pub fn is_modifier(&self) -> bool {
+        matches!(
+            self.letter.as_str(),
+            "Shift" | "Control" | "Alt" | "Meta" | "AltGraph" | "CapsLock" | "Dead"
+        )
+    }
+}
+
 /// The kind of element that has the focus when a key goes down.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Focus {

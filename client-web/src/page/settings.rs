@@ -171,7 +171,7 @@ impl Settings {
             Some(_) if key.code == "Escape" => self.ask_choice(None),
             Some(Choice::Key(action)) => {
                 // Tab moves the focus, and modified keys have other uses.
-                if key.code == "Tab" || key.modified || is_modifier(&key.letter) {
+                if key.code == "Tab" || key.modified || key.is_modifier() {
                     return false;
                 }
                 if is_function(&key.code) {
@@ -266,10 +266,6 @@ impl Settings {
             self.note += &strings::swapped(other, button);
         }
     }
-}
-
-fn is_modifier(letter: &str) -> bool {
-    matches!(letter, "Shift" | "Control" | "Alt" | "Meta" | "AltGraph" | "CapsLock" | "Dead")
 }
 
 /// Whether a key is a function key, which the page or the browser needs.

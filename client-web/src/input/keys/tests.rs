@@ -28,6 +28,31 @@ fn letters_on_the_caps_match_other_keyboard_layouts() {
 }
 
 #[test]
+fn keys_without_a_position_and_the_number_pad_steer_by_their_letter() {
+    let meaning = |code: &str, letter| {
+        Bindings::default().buttons(&place_of(code.to_owned(), letter), letter)
+    };
+    for code in ["", "Unidentified"] {
+        for (letter, expected) in [
+            ("w", Buttons::UP),
+            ("A", Buttons::LEFT),
+            ("ArrowRight", Buttons::RIGHT),
+            (" ", Buttons::UP),
+            ("z", Buttons::MAKE),
+            ("Unidentified", Buttons::default()),
+        ] {
+            assert_eq!(meaning(code, letter), expected, "{code} {letter}");
+        }
+        let place = |letter| place_of(code.to_owned(), letter);
+        assert_eq!([place("Escape"), place("F3"), place("7")], ["Escape", "F3", "Digit7"]);
+        assert_eq!(place("d"), place("D"), "a key goes up with or without Shift");
+    }
+    assert_eq!(meaning("Numpad4", "ArrowLeft"), Buttons::LEFT, "without NumLock");
+    assert_eq!(meaning("Numpad4", "4"), Buttons::default());
+    assert_eq!(Bindings::default().actions("NumpadEnter", "Enter"), [Action::Again]);
+}
+
+#[test]
 fn a_key_releases_what_it_pressed_though_its_meaning_changed() {
     let mut controls = Controls::default();
     controls.key_down("KeyY", Buttons::MAKE);

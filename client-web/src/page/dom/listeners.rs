@@ -1,6 +1,7 @@
 //! Listeners for keys, pointers and the page's buttons. Each only reports an event.
 
 use crate::browser;
+use crate::input::keys::place_of;
 use crate::net::simulated_link::NetworkConditions;
 use crate::page::dom;
 use crate::page::dom::{editor, files, lobby, settings, timeline, touchpad};
@@ -96,7 +97,7 @@ fn key(event: &KeyboardEvent) -> Key {
         () => Focus::Elsewhere,
     };
     Key {
-        code: event.code(),
+        code: place_of(event.code(), &event.key()),
         letter: event.key(),
         repeat: event.repeat(),
         modified: event.ctrl_key() || event.meta_key() || event.alt_key(),

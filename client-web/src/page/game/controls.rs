@@ -4,6 +4,7 @@ use super::GameScreen;
 use super::input::WheelUse;
 use crate::input::action::Action;
 use crate::input::bindings::Bindings;
+use crate::input::keys::DIRECTIONS;
 use crate::input::pad::PadInput;
 use crate::input::stick;
 use crate::input::touch::Touched;
@@ -47,9 +48,15 @@ impl GameScreen {
         if key.focus == Focus::Field && !is_function {
             return KeyUse::Unused;
         }
-        // While these are held, the system may swallow the release of other keys.
+        // While Ctrl, Alt or Meta is held, the system may swallow the release of other keys. A tap on Ctrl or Alt alone
+        // swallows nothing, and neither does a key that only repeats what it already does.
         if key.modified {
-            self.release_input(ctx);
+            if key.repeat && self.input.controls.holds(&key.code) {
+                return KeyUse::Used;
+            }
+            if key.letter == "Meta" || !key.is_modifier() {
+                self.release_input(ctx);
+            }
             return KeyUse::Unused;
         }
         let used = self.input.wheel_key_down(key);
@@ -113,7 +120,8 @@ impl GameScreen {
         }
         let buttons = keys.buttons(&key.code, &key.letter);
         let known = buttons.0 != 0;
-        if known && !key.repeat {
+        // A key that is still held when the page gets it back steers again.
+        if known && (!key.repeat || buttons.0 & !DIRECTIONS == 0) {
             self.input.controls.key_down(&key.code, buttons);
             self.send_due(ctx);
         }

@@ -118,6 +118,25 @@ fn keys_of_fields_buttons_and_the_system_are_left_alone() {
 }
 
 #[test]
+fn a_tap_on_a_modifier_leaves_the_other_keys_held() {
+    let mut browser = Browser::playing();
+    browser.press("KeyD", "d");
+    for name in ["Control", "Alt", "AltGraph"] {
+        browser.say(Event::KeyDown(Key { modified: true, ..key(name, name) }));
+        let repeated = Key { modified: true, repeat: true, ..key("KeyD", "d") };
+        assert!(has(&browser.say(Event::KeyDown(repeated)), "PreventDefault"), "no bookmark");
+        browser.say(Event::KeyUp(key(name, name)));
+        assert_eq!(browser.held(), Buttons::RIGHT, "{name}");
+    }
+    browser.say(Event::KeyDown(Key { modified: true, ..key("MetaLeft", "Meta") }));
+    assert_eq!(browser.held(), Buttons(0), "macOS swallows the release");
+    browser.say(Event::KeyDown(Key { repeat: true, ..key("KeyD", "d") }));
+    assert_eq!(browser.held(), Buttons::RIGHT, "the key is still down");
+    browser.say(Event::KeyDown(Key { repeat: true, ..key("KeyZ", "z") }));
+    assert_eq!(browser.held(), Buttons::RIGHT, "only steering resumes");
+}
+
+#[test]
 fn a_page_that_loses_the_focus_releases_everything() {
     let mut browser = Browser::playing();
     browser.press("KeyD", "d");
