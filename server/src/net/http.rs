@@ -67,8 +67,12 @@ const PERMISSIONS_POLICY: &str = "camera=(), display-capture=(), geolocation=(),
 const BANNED: &str = "the operators of this server have banned your network for a while";
 
 /// Error for a request from another site's page.
-const FOREIGN: &str =
-    "this page belongs to another site; its host can be allowed with --allow-origin";
+const FOREIGN: &str = "this page belongs to another site, or a proxy changed the header Host; \
+    another site can be allowed with --allow-origin";
+
+/// Advice for the operator of a proxy that breaks upgrades.
+const PROXY_HEADERS: &str =
+    "a proxy must speak HTTP/1.1 and pass on the headers Upgrade and Connection";
 
 /// Creates an HTTP/1 builder with the limits that apply to both ports.
 pub fn builder(waits: &Timeouts) -> http1::Builder {
@@ -153,12 +157,16 @@ async fn route(
     let upgrades = request.headers().contains_key(header::UPGRADE);
     let reads = matches!(*request.method(), Method::GET | Method::HEAD);
     if (upgrades || !reads) && !is_allowed_page(request.headers(), state) {
-        let origin = request.headers().get(header::ORIGIN);
-        state.refused("foreign_page", address, Foreign(origin.map_or(&[], HeaderValue::as_bytes)));
+        let [origin, host] = [header::ORIGIN, header::HOST].map(|name| {
+            Foreign(request.headers().get(name).map_or(&[][..], HeaderValue::as_bytes))
+        });
+        // A proxy that replaces the host makes the site's own pages look foreign.
+        state.refused("foreign_page", address, format_args!("{origin} at the host {host}"));
         return (failed(StatusCode::FORBIDDEN, FOREIGN), None);
     }
-    if upgrades {
-        return upgrade(request, word, address);
+    // A proxy that does not pass on upgrades removes two headers, but none of these.
+    if upgrades || request.headers().contains_key(header::SEC_WEBSOCKET_KEY) {
+        return upgrade(request, word, address, state);
     }
     let answer = match path.as_str() {
         "/api/rooms" if *request.method() == Method::POST => {
@@ -227,6 +235,7 @@ fn upgrade(
     mut request: Request<Incoming>,
     word: &str,
     address: IpAddr,
+    state: &ServerState,
 ) -> (Answer, Option<Upgrade>) {
     let code = if is_code(word) { word } else { "" };
     match upgrading(&request) {
@@ -235,8 +244,9 @@ fn upgrade(
             (answer, Some(Upgrade { code: code.to_owned(), address, connection }))
         }
         Err(error) => {
-            let answer = failed(StatusCode::BAD_REQUEST, &format!("no WebSocket upgrade: {error}"));
-            (answer, None)
+            state.refused("no_upgrade", address, format_args!("{error}; {PROXY_HEADERS}"));
+            let error = format!("no WebSocket upgrade: {error}; {PROXY_HEADERS}");
+            (failed(StatusCode::BAD_REQUEST, &error), None)
         }
     }
 }

@@ -4,7 +4,7 @@
 use jostle_protocol::Refusal;
 
 /// Reasons other than those for refusing sessions, which [`of`] names.
-const OF_REQUESTS: [&str; 28] = [
+const OF_REQUESTS: [&str; 29] = [
     "bad_host",
     "bad_request",
     "bad_tls",
@@ -19,6 +19,7 @@ const OF_REQUESTS: [&str; 28] = [
     "guest_trials_busy",
     "idle_connection",
     "no_room_created",
+    "no_upgrade",
     "ops_busy",
     "ops_unauthorized",
     "records_off",

@@ -169,6 +169,27 @@ async fn pages_of_other_sites_neither_play_nor_create_rooms() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_proxy_that_breaks_upgrades_is_named() {
+    let server = Server::start().await;
+    let key = "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
+    for (version, headers) in [
+        ("1.1", "Connection: close\r\n"),
+        ("1.1", "Connection: close\r\nUpgrade: websocket\r\n"),
+        ("1.0", "Connection: upgrade\r\nUpgrade: websocket\r\n"),
+    ] {
+        let request = format!("GET /arena HTTP/{version}\r\nHost: localhost\r\n{headers}{key}\r\n");
+        let answer = raw(server.address, &request).await;
+        let error = answer.json()["error"].as_str().expect("a reason").to_owned();
+        assert_eq!(
+            (answer.status, error.contains("Upgrade and Connection")),
+            (400, true),
+            "{error}"
+        );
+    }
+    server.counts("jostle_refusals_total{reason=\"no_upgrade\"}", 3).await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn doubled_headers_that_decide_something_are_refused() {
     let server = Server::start().await;
     let head = "POST /api/rooms HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\nContent-Length: 17\r\n";
@@ -198,7 +219,16 @@ async fn status_line(address: SocketAddr, request: &str) -> String {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn odd_links_lead_to_their_room_or_to_the_page_that_explains() {
     let server = Server::start().await;
-    for path in ["/ARENA", "/arena/", "/%20arena", "/Arena%20/", "//arena"] {
+    for path in [
+        "/ARENA",
+        "/arena/",
+        "/%20arena",
+        "/Arena%20/",
+        "//arena",
+        "/arena.",
+        "/(Arena),",
+        "/arena%22%3E",
+    ] {
         let answer = get(server.address, path).await;
         assert_eq!((answer.status, answer.header("location")), (302, Some("/arena")), "{path}");
     }

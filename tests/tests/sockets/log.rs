@@ -127,7 +127,8 @@ async fn refusals_are_logged_once_a_second_with_a_count_and_little_of_their_text
     let log = fs::read_to_string(&path).expect("a log");
     let lines: Vec<_> = log.lines().filter(|line| line.contains("foreign_page")).collect();
     assert!((3..=seconds as usize + 1).contains(&lines.len()), "{log}");
-    assert!(lines.iter().all(|line| line.len() < 300), "{log}");
+    assert!(lines.iter().all(|line| line.len() < 340), "{log}");
+    assert!(lines.iter().all(|line| line.contains(" at the host \"")), "{log}");
     let left_out = |line: &&str| {
         let (_, text) = line.rsplit_once("left_out=").expect("a tally");
         text.trim().parse::<u64>().expect("a number")
