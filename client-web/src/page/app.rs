@@ -179,6 +179,9 @@ pub struct App {
     /// The context passed to every handler.
     pub(super) ctx: Context,
     pub screen: Screen,
+    /// The last game inside the page that the player left through the browser's history, and its address. Coming back
+    /// the same way continues it.
+    set_aside: Option<(Address, Box<GameScreen>)>,
     /// A replay that replaces the screen once it has been read.
     pub opening: Option<Opening>,
     pub visit: Visit,
@@ -211,6 +214,7 @@ impl App {
         App {
             ctx,
             screen: Screen::Lobby,
+            set_aside: None,
             opening: None,
             visit: Visit { own_color: appearance.color, ..Visit::default() },
             lobby: Lobby::default(),
@@ -238,7 +242,7 @@ impl App {
 
     fn handle(&mut self, event: Event) {
         match event {
-            Event::Navigated(address) => self.route(address),
+            Event::Navigated(address) => self.navigate(address),
             Event::Frame(canvas) => self.advance(canvas),
             Event::KeyDown(key) => self.key_down(&key),
             Event::Clicked(action, value) => self.click(action, &value),
@@ -339,6 +343,9 @@ impl App {
     }
 
     fn take_answer(&mut self, request: &Request, answer: Option<&str>) {
+        if let (Request::Rooms, Some(_), Screen::Game(game)) = (request, answer, &mut self.screen) {
+            game.connection.answered();
+        }
         if let Request::OpenGuest(text) = request {
             self.take_guest_room(text, answer);
         } else if !self.records.take(&mut self.ctx, request, answer) {
@@ -439,6 +446,7 @@ fn game_notice(game: &GameScreen, context_lost: bool) -> Option<Card> {
     match (game.connection.status.state, &game.connection.status.notice) {
         (State::Refused, Some(notice)) => Some(notice.clone()),
         _ if context_lost => Some(strings::GRAPHICS_LOST),
+        (State::Connecting, _) if game.connection.status.blocked => Some(strings::NO_SOCKET),
         (State::Connecting, _) => Some(strings::connecting(game.connection.attempts())),
         (State::Reconnecting, _) => Some(game.connection.loss()),
         _ => None,

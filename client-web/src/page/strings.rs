@@ -365,6 +365,15 @@ pub fn size(bytes: u64) -> String {
     }
 }
 
+/// Shown while the server answers requests, but no socket opens.
+pub const NO_SOCKET: Card = passing(card(
+    "Joining",
+    "The server answers, but no game connection opens. A proxy has to pass on WebSocket upgrades and \
+     the headers Upgrade, Connection and Host; its operator can fix that. Still trying.",
+    "Back to the lobby",
+    CardAction::Lobby,
+));
+
 /// The card shown while joining, depending on the number of attempts so far.
 pub fn connecting(attempts: u32) -> Card {
     let text = match attempts {

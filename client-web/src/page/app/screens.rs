@@ -68,6 +68,28 @@ impl App {
         }
     }
 
+    /// Follows the browser's history. Back is easily pressed by mistake, so unlike "Leave" it gives nothing up: the
+    /// server holds the seat as after a lost connection, and a game inside the page waits for Forward.
+    pub(super) fn navigate(&mut self, address: Address) {
+        let here = self.ctx.site.address.clone();
+        let returns = self.set_aside.take_if(|(left, _)| *left == address && here != address);
+        match std::mem::replace(&mut self.screen, Screen::Lobby) {
+            Screen::Game(mut game) if game.is_in_page() && game.edited.is_none() => {
+                game.release_input(&mut self.ctx);
+                self.set_aside = Some((here, game));
+            }
+            Screen::Game(mut game) if game.connection.keeps_seat() => {
+                game.connection.drop_socket(&mut self.ctx);
+            }
+            screen => self.screen = screen,
+        }
+        let Some((_, game)) = returns else { return self.route(address) };
+        self.end_screen();
+        self.ctx.site.address = address;
+        self.screen = Screen::Game(game);
+        self.ctx.request(Effect::FocusStage);
+    }
+
     /// Navigates to a path on this server.
     pub(super) fn go(&mut self, path: String, query: &str) {
         self.ctx.request(Effect::PushAddress(format!("{path}{query}")));

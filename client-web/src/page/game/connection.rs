@@ -1,6 +1,7 @@
 //! A game's connection to its room: how it is opened, lost, retried and ended, and the game's current stage. A room in
 //! the page is always connected.
 
+use crate::net::api::Request;
 use crate::net::meter::{Meter, Traffic};
 use crate::net::reconnect::{Backoff, LONGEST_MS, UNTRIED_MS};
 use crate::page::context::Context;
@@ -21,6 +22,8 @@ const MOVE_MS: f64 = 1000.0;
 const PROVEN_MS: f64 = 5000.0;
 /// Silence after which a socket is abandoned, milliseconds.
 const SILENCE_MS: f64 = 6000.0;
+/// The number of attempts without an open socket after which the page asks whether the server answers at all.
+const ATTEMPTS_BLOCKED: u32 = 3;
 /// Interval between pings, milliseconds.
 const PING_MS: f64 = 1000.0;
 /// Close code for a broken connection (RFC 6455).
@@ -134,6 +137,11 @@ impl Connection {
         self.drop_socket(ctx);
     }
 
+    /// Whether the server holds the seat while the player is away.
+    pub fn keeps_seat(&self) -> bool {
+        matches!(self.link, Link::Server(_)) && self.status.state != State::Refused
+    }
+
     /// Gives up the seat because the player left on purpose.
     pub fn leave(self, ctx: &mut Context) {
         if let Link::Server(_) = self.link {
@@ -232,7 +240,17 @@ impl Connection {
         if let Link::Server(socket) = &mut self.link {
             socket.servers.lost();
             socket.lost(ctx.now_ms, ctx.random());
+            // If the server answers this, something on the way blocks sockets only.
+            if self.status.state == State::Connecting && socket.backoff.attempts >= ATTEMPTS_BLOCKED
+            {
+                ctx.request(Effect::Request(Request::Rooms));
+            }
         }
+    }
+
+    /// Notes that the server has answered a request other than the socket's.
+    pub fn answered(&mut self) {
+        self.status.blocked = self.attempts() >= ATTEMPTS_BLOCKED;
     }
 
     /// The notice to show while the page reconnects.
@@ -285,6 +303,7 @@ impl Connection {
 
     pub fn hello(&mut self, ctx: &mut Context) {
         let mut secrets = (None, None);
+        self.status.blocked = false;
         if let Link::Server(socket) = &mut self.link {
             socket.heard_ms = ctx.now_ms;
         }
@@ -463,6 +482,8 @@ pub struct Status {
     pub state: State,
     /// Why the session ended, if it did.
     pub notice: Option<Card>,
+    /// Whether the server answers requests while the first socket does not open.
+    pub blocked: bool,
     /// The time at which the first seat was taken.
     pub joined_ms: Option<f64>,
     /// The time at which the room started to move to another server.

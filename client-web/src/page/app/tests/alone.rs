@@ -69,6 +69,25 @@ fn a_scene_of_the_lobby_is_played_alone_with_bots_and_again_after_a_reload() {
 }
 
 #[test]
+fn back_and_forward_continue_a_game_alone() {
+    let mut browser = Browser::open("/", "");
+    browser.say(scene_file(YARD));
+    let address = browser.app.ctx.site.address.clone();
+    browser.wait(1000);
+    let left = hash(&browser);
+    browser.say(Event::Navigated(at("")));
+    assert_eq!(browser.app.state(), "lobby");
+    browser.wait(1000);
+    browser.say(Event::Navigated(address.clone()));
+    assert_eq!((browser.app.state(), hash(&browser)), ("playing", left));
+    browser.wait(1000);
+    assert!(hash(&browser) > left, "it goes on");
+    browser.click("leave");
+    browser.say(Event::Navigated(address));
+    assert!(hash(&browser) < left, "a game that was left starts again");
+}
+
+#[test]
 fn the_end_of_a_round_is_shown_once_more_and_the_game_goes_on_meanwhile() {
     let mut browser = Browser::open("/", "");
     let race = format!(

@@ -91,6 +91,46 @@ fn a_seat_of_a_closed_tab_is_taken_by_the_next_one_and_by_no_third() {
 }
 
 #[test]
+fn back_and_forward_keep_the_seat() {
+    let mut browser = Browser::playing();
+    let key = "jostle.seat.arena".to_owned();
+    let token = Token([7; limits::TOKEN_BYTES]);
+    browser.app.ctx.storage.set_secret(Secret::Seat, "arena", Some(token.clone()));
+    let at = |path: &str| Address { path: path.into(), ..Address::default() };
+    let done = browser.say(Event::Navigated(at("/")));
+    assert!(has(&done, "Disconnect { leaving: false }"), "{done:?}");
+    assert_eq!(browser.app.state(), "lobby");
+    assert!(!browser.effects.contains(&Effect::StoreSession(key, None)));
+    browser.say(Event::Navigated(at("/arena")));
+    browser.accept("arena");
+    let claim = browser.sent.iter().rev().find_map(|message| match message {
+        ClientMessage::Hello { token, .. } => Some(token.clone()),
+        _ => None,
+    });
+    assert_eq!(claim, Some(Some(token)));
+    let done = browser.say(clicked("leave", ""));
+    assert!(has(&done, "Disconnect { leaving: true }"), "{done:?}");
+}
+
+#[test]
+fn a_socket_that_never_opens_though_the_server_answers_is_explained() {
+    let mut browser = Browser::open("/arena", "");
+    for _ in 0..4 {
+        browser.socket(SocketEvent::Closed { code: 1006 });
+        browser.wait(9000);
+    }
+    let asked = |browser: &Browser| browser.effects.contains(&Effect::Request(Request::Rooms));
+    assert!(asked(&browser));
+    assert_eq!(browser.app.notice(), Some(strings::connecting(4)));
+    browser.say(Event::Answered(Request::Rooms, None));
+    assert_eq!(browser.app.notice(), Some(strings::connecting(4)), "no answer to that either");
+    browser.say(Event::Answered(Request::Rooms, Some("{\"rooms\":[]}".into())));
+    assert_eq!(browser.app.notice(), Some(strings::NO_SOCKET));
+    browser.accept("arena");
+    assert_eq!(browser.app.state(), "playing");
+}
+
+#[test]
 fn keys_are_held_until_they_go_up_and_leave_at_once() {
     let mut browser = Browser::playing();
     let done = browser.press("KeyD", "d");
