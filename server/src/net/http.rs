@@ -27,7 +27,7 @@ use hyper::server::conn::http1;
 use hyper::upgrade::OnUpgrade;
 use hyper::{Method, Request, StatusCode};
 use hyper_util::rt::TokioTimer;
-use page::{asset, page, room_page};
+use page::{asset, page, redirect, room_page};
 use response::{Answer, TEXT, failed, packed, respond, upgrading};
 use std::net::IpAddr;
 use std::sync::Arc;
@@ -212,9 +212,10 @@ async fn other_path(
         }
         Some(("records", file)) => records::file(file, address, state).await,
         Some(("replays", file)) => replays::file(file, address, state).await,
-        Some(("replay", name)) => {
-            page(state.config.files, headers, replays::page_status(name, state.replays()))
-        }
+        Some(("replay", name)) => match replays::meant(name, state.replays()) {
+            Some(known) => redirect(&format!("replay/{known}")),
+            None => page(state.config.files, headers, replays::page_status(name, state.replays())),
+        },
         Some(("api", _)) => failed(StatusCode::NOT_FOUND, "there is nothing at this address"),
         _ => room_page(headers, word, state),
     }

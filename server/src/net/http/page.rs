@@ -32,7 +32,7 @@ pub fn meant_code(word: &str) -> Option<String> {
 
 /// Whether a character next to a link belongs to the sentence: a space, a slash, or punctuation of any script. A
 /// percent sign would be half of an encoded character.
-fn is_around_link(c: char) -> bool {
+pub fn is_around_link(c: char) -> bool {
     match c {
         '%' | '+' | '-' => false,
         _ if c.is_ascii() => c.is_ascii_punctuation() || c.is_whitespace(),
@@ -40,10 +40,10 @@ fn is_around_link(c: char) -> bool {
     }
 }
 
-/// Redirects a browser to a room's canonical link.
-fn redirect(code: &str) -> Answer {
-    let mut answer = respond(StatusCode::FOUND, TEXT, "This room has another link.\n");
-    let link = HeaderValue::try_from(format!("/{code}")).expect("codes are plain ASCII");
+/// Redirects a browser to the canonical link of a room or a replay. The path has no leading slash.
+pub fn redirect(path: &str) -> Answer {
+    let mut answer = respond(StatusCode::FOUND, TEXT, "This has another link.\n");
+    let link = HeaderValue::try_from(format!("/{path}")).expect("codes and names are plain ASCII");
     answer.headers_mut().insert(header::LOCATION, link);
     answer
 }

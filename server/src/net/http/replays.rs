@@ -2,12 +2,14 @@
 //! replays, so that no path can escape the replay directory.
 
 use super::body::ResponseBody;
+use super::page::is_around_link;
 use super::response::{Answer, failed, json, not_found};
 use crate::log::{Refused, ReplayStore};
 use crate::state::ServerState;
 use hyper::header::{self, HeaderValue};
 use hyper::{Response, StatusCode};
 use jostle_protocol::web::Replays;
+use percent_encoding::percent_decode_str;
 use std::net::IpAddr;
 
 /// Lists the newest replays. The list is empty if nothing is recorded.
@@ -28,6 +30,14 @@ pub fn page_status(name: &str, store: Option<&ReplayStore>) -> StatusCode {
         true => StatusCode::OK,
         false => StatusCode::NOT_FOUND,
     }
+}
+
+/// The known replay that a link with more around its name refers to; `None` if the link is right or hopeless.
+pub fn meant(name: &str, store: Option<&ReplayStore>) -> Option<String> {
+    let text = percent_decode_str(name).decode_utf8().ok()?;
+    let known = text.trim_matches(is_around_link);
+    let is_other = known != name.trim_end_matches('/');
+    (is_other && page_status(known, store) == StatusCode::OK).then(|| known.to_owned())
 }
 
 /// Serves a replay, or the part of it written so far.
