@@ -24,6 +24,7 @@ mod sources;
 mod spec;
 mod springs;
 mod table;
+mod theme;
 mod tools;
 mod traits;
 
@@ -52,6 +53,7 @@ pub use spec::{Camera, Category, Scene};
 pub use springs::PlacedSpring;
 use table::Document;
 pub use table::{FieldForm, FieldInfo};
+pub use theme::Theme;
 pub use tools::Tools;
 
 /// Name and text of every built-in scene file.

@@ -16,6 +16,7 @@ use super::solver;
 use super::sources::{self, LAUNCHERS_MAX, Launcher, Location, ScheduledEmitter};
 use super::springs::{self, PlacedSpring};
 use super::table::{Field, POSITION, Range, Table, read_list};
+use super::theme::Theme;
 use super::tools::Tools;
 use glam::Vec2;
 use jostle_sim::{
@@ -86,6 +87,9 @@ pub struct Scene {
     pub about: String,
     /// Section of the lobby that shows it; `book` is collapsed. Default: `games` with a `[round]`, else `playgrounds`.
     pub category: Category,
+    /// How it looks: a workshop at night, dunes, a rink, hills of grass, bright lines in the dark, or squared paper.
+    /// Default: `"ink"`.
+    pub theme: Theme,
     /// The TOML source text.
     pub source: String,
     /// Width and height of the world.
@@ -281,6 +285,7 @@ pub(super) fn read(name: String, source: &str, root: &Table) -> Scene {
         rules: RuleSet::read(root, &known, &mut recipes),
         camera: camera(root),
         category: category(root),
+        theme: Theme::read(root),
         impact_speed: root.get("impact_speed").number(12.0, Range::from(0.0, 1.0e6)),
         spray: spray(root, tools, &mut recipes),
         listed: root.get("listed").given(|listed| names.any_condition(listed)),
