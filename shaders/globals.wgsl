@@ -15,11 +15,17 @@ struct Globals {
     unit_per_pixel: f32,
     // 1 if the light field contains light, else 0; it is then not sampled.
     light_on: f32,
-    // Opacity of the grid, 0 to 1.
-    grid: f32,
-    unused: f32,
-    // The palette's ink: outside the world, shaded stage, lit stage.
-    ink: array<vec4f, 3>,
+    // The share of light that is left at the edges of the stage, and how far light covers instead of adding, 0 to 1.
+    dusk: f32,
+    cover: f32,
+    // Outside the world, shaded stage, lit stage, and the hills in front of it.
+    ground: array<vec4f, 4>,
+    // Light that the lines of the grid add; w is the outline of toys, dark up to 1, bright down to -1.
+    lines: vec4f,
+    // Height of the hills and of their crests, shares of the world's height; crests per unit; opacity.
+    hills: vec4f,
+    // Stripes per unit along x and y, their bend in stripes, and their strength.
+    stripes: vec4f,
 }
 
 @group(0) @binding(0) var<uniform> globals: Globals;

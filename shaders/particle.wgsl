@@ -1,5 +1,5 @@
 // Particles: textured quads, blended additively. rgb = texel rgb * texel alpha * tint (A3.4),
-// blended ONE, ONE (A3.5). The tint may exceed 1, so many particles saturate.
+// blended ONE, ONE (A3.5) where alpha is 0, as it is on dark ground. The tint may exceed 1, so many particles saturate.
 
 @group(1) @binding(0) var sprite: texture_2d<f32>;
 @group(1) @binding(1) var sprite_sampler: sampler;
@@ -30,6 +30,8 @@ fn vertex(in: Vertex) -> Varying {
 @fragment
 fn fragment(in: Varying) -> @location(0) vec4f {
     let texel = textureSampleLevel(sprite, sprite_sampler, in.uv, 0.0);
-    // The blend state leaves the target's alpha unchanged, so the canvas stays opaque.
-    return vec4f(texel.rgb * texel.a * in.tint, 0.0);
+    let light = texel.rgb * texel.a * in.tint;
+    // On light ground, where added light is invisible, the brightest channel covers.
+    let brightest = min(max(light.r, max(light.g, light.b)), 1.0);
+    return vec4f(light, brightest * globals.cover);
 }

@@ -150,6 +150,7 @@ fn crate_shade(local: vec2f, half: vec2f) -> f32 {
 
 // Matte clay under a lamp. Software GL runs every branch for every fragment, so shared code appears only once.
 fn matte(in: Varying, d: f32) -> vec3f {
+    let unit = globals.unit_per_pixel;
     let least = min(in.half.x, in.half.y);
     var bevel = clamp(0.35 * least, 0.5, 2.6);
     var radius = max(in.rounding.x, bevel);
@@ -181,9 +182,13 @@ fn matte(in: Varying, d: f32) -> vec3f {
     if in.kind == CRATE {
         color *= crate_shade(in.local, in.half);
     }
+    if !wall {
+        let line = clamp((d + max(0.45, unit)) / unit + 0.5, 0.0, 1.0) * globals.lines.w;
+        color = mix(color, 0.15 * in.fill.rgb, max(line, 0.0));
+        color = mix(color, in.edge.rgb, max(-line, 0.0));
+    }
     if in.kind == SLAB {
         // One lighter edge on top. Walls continue into the dark outside the world.
-        let unit = globals.unit_per_pixel;
         let top = clamp((in.local.y - in.half.y + 0.55) / max(unit, 0.1) + 0.5, 0.0, 1.0);
         color = mix(color, in.edge.rgb * (0.55 + color), 0.85 * top * in.edge.a);
         let beyond = max(max(-in.world, in.world - globals.world), vec2f(0.0));
@@ -229,6 +234,7 @@ fn fragment(in: Varying) -> @location(0) vec4f {
         }
         default: {}
     }
+    additive *= 1.0 - globals.cover;
     let cover = alpha * (1.0 - smoothstep(low, high, d));
     var color = in.fill.rgb;
     if in.kind >= MATTE_BOX {

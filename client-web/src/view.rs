@@ -3,6 +3,7 @@
 pub mod camera;
 pub mod draw;
 pub mod frame;
+pub mod look;
 pub mod palette;
 pub mod quality;
 #[cfg(any(target_arch = "wasm32", feature = "native"))]

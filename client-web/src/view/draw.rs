@@ -130,6 +130,8 @@ fn view_half(view: &View) -> Vec2 {
 }
 
 fn globals(frame: &Frame, half: Vec2, light: &LightField) -> Globals {
+    let look = frame.look();
+    let [red, green, blue] = look.lines;
     Globals {
         center: frame.view.center.into(),
         half: half.into(),
@@ -139,9 +141,12 @@ fn globals(frame: &Frame, half: Vec2, light: &LightField) -> Globals {
         light_size: [light.size(); 2],
         unit_per_pixel: frame.view.unit_per_pixel(),
         light_on: f32::from(u8::from(light.lit)),
-        grid: 1.0,
-        unused: 0.0,
-        ink: INK.map(|ink| rgba(ink, 1.0).map(|part| f32::from(part) / 255.0)),
+        dusk: look.dusk,
+        cover: look.cover,
+        ground: look.ground.map(|color| rgba(color, 1.0).map(|part| f32::from(part) / 255.0)),
+        lines: [red, green, blue, look.rim],
+        hills: look.hills,
+        stripes: look.stripes,
     }
 }
 

@@ -1,6 +1,8 @@
 //! The contents of a drawn frame: plain data that the app fills from snapshots and the renderer reads.
 
+use super::look::Look;
 use jostle_game::Kind;
+use jostle_game::scene::Theme;
 use jostle_sim::{BodyId, Particles, Shape, Vec2};
 
 /// The state of a body at the sampled moment.
@@ -199,6 +201,8 @@ impl View {
 /// The part of a frame that shows a room.
 #[derive(Debug, Default)]
 pub struct FrameRoom {
+    /// The theme of the scene.
+    pub theme: Theme,
     /// Bodies in index order.
     pub bodies: Vec<FrameBody>,
     /// Zones, drawn below everything else.
@@ -236,4 +240,11 @@ pub struct Frame<'a> {
     pub sketch: Option<&'a Sketch>,
     /// The ghost of a recorded run, drawn translucent.
     pub ghost: Option<&'a FrameBody>,
+}
+
+impl Frame<'_> {
+    /// How the frame is drawn. The outlines of the bounds view need a dark ground.
+    pub fn look(&self) -> &'static Look {
+        Look::of(if self.bounds { Theme::Ink } else { self.room.theme })
+    }
 }

@@ -81,4 +81,4 @@ pub fn css() -> String {
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

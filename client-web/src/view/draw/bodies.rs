@@ -5,7 +5,8 @@ use super::motion::{BodySprings, Pose};
 use super::stage::DrawStage;
 use super::vertex::{SolidKind, SolidVertex, rgba};
 use crate::view::frame::FrameBody;
-use crate::view::palette::{self, INK, MINION, PAPER, Rgb, SLATE, TOYS, WOOD};
+use crate::view::look::Look;
+use crate::view::palette::{self, INK, MINION, PAPER, Rgb};
 use jostle_game::Kind;
 use jostle_sim::{Shape, Vec2};
 
@@ -84,9 +85,10 @@ fn slab(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
     }
     // Floor, ceiling and walls form a unit; only the floor has a lit edge.
     let floor = pose.half.x > pose.half.y && pose.center.y < 0.5 * stage.frame.world_size.y;
+    let slate = stage.frame.look().slate;
     let (fill, edge, lit) = match body.kind {
-        Kind::Wall => (SLATE[0], SLATE[2], if floor { 1.0 } else { 0.0 }),
-        _ => (SLATE[1], SLATE[3], 1.0),
+        Kind::Wall => (slate[0], slate[2], if floor { 1.0 } else { 0.0 }),
+        _ => (slate[1], slate[3], 1.0),
     };
     let fill = stage.shade(fill, 1.0);
     let edge = stage.shade(edge, lit);
@@ -97,6 +99,7 @@ fn slab(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
 fn shadow(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
     let kind = if is_round(body) { SolidKind::ShadowOval } else { SolidKind::ShadowBox };
     let alpha = if body.kind == Kind::Pack { 0.3 } else { 0.55 };
+    let alpha = alpha * (1.0 - 0.5 * stage.frame.look().cover);
     // Small objects lie flat on the ground and cast short shadows.
     let scale = (pose.half.x.min(pose.half.y) / 3.0).min(1.0);
     let below = pose.center - Vec2::new(0.0, SHADOW_DROP * scale);
@@ -147,9 +150,10 @@ fn matte(stage: &mut DrawStage, body: &FrameBody, pose: &Pose, fill: Rgb, edge: 
 }
 
 fn block(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
-    let fill = palette::mix(WOOD[0], WOOD[1], 0.35 + 0.5 * tone(body));
+    let Look { wood, toys, .. } = stage.frame.look();
+    let fill = palette::mix(wood[0], wood[1], 0.35 + 0.5 * tone(body));
     if is_round(body) {
-        let paint = TOYS[body.id.index as usize % TOYS.len()];
+        let paint = toys[body.id.index as usize % toys.len()];
         matte(stage, body, pose, paint, palette::mix(paint, PAPER[0], 0.6));
         let at = pose.center + pose.half * Vec2::new(-0.28, 0.34);
         let shine = stage.shade(PAPER[0], 0.22);
@@ -157,7 +161,7 @@ fn block(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
         return;
     }
     let quad = SolidVertex::new(SolidKind::Crate, pose.center, pose.half, stage.shade(fill, 1.0));
-    stage.quads.push(quad.rounded(corner(body, pose.half)).edged(stage.shade(WOOD[2], 1.0)));
+    stage.quads.push(quad.rounded(corner(body, pose.half)).edged(stage.shade(wood[2], 1.0)));
 }
 
 /// Lines across a body that was cracked by a hit.
@@ -223,7 +227,7 @@ fn pack(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
 
 /// A soft outline around bodies that can be dragged.
 fn ring(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
-    colored_ring(stage, body, pose, PAPER[0]);
+    colored_ring(stage, body, pose, stage.frame.look().pen);
 }
 
 fn colored_ring(stage: &mut DrawStage, body: &FrameBody, pose: &Pose, color: Rgb) {

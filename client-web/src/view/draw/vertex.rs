@@ -122,11 +122,18 @@ pub struct Globals {
     pub unit_per_pixel: f32,
     /// 1 if the light field contains light, else 0.
     pub light_on: f32,
-    /// Opacity of the grid, 0..=1.
-    pub grid: f32,
-    pub unused: f32,
-    /// The palette's ink, 0..=1, alpha 1.
-    pub ink: [[f32; 4]; 3],
+    /// The share of light that is left at the edges of the stage, 0..=1.
+    pub dusk: f32,
+    /// How far light covers instead of adding, 0..=1.
+    pub cover: f32,
+    /// The colours of `Look::ground`, 0..=1, alpha 1.
+    pub ground: [[f32; 4]; 4],
+    /// `Look::lines` and `Look::rim`.
+    pub lines: [f32; 4],
+    /// `Look::hills`.
+    pub hills: [f32; 4],
+    /// `Look::stripes`.
+    pub stripes: [f32; 4],
 }
 
 const _: () = assert!(size_of::<Globals>().is_multiple_of(16));

@@ -3,9 +3,10 @@
 
 use super::*;
 
-type Matrix = [[f32; 3]; 3];
+pub type Matrix = [[f32; 3]; 3];
 
-const VISIONS: [(&str, Matrix); 4] = [
+/// Each kind of colour vision with its matrix, on linear colours.
+pub const VISIONS: [(&str, Matrix); 4] = [
     ("full", [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]),
     (
         "protanopia",
@@ -58,7 +59,22 @@ fn oklab(color: [f32; 3]) -> [f32; 3] {
     ]
 }
 
-fn contrast(a: Rgb, b: Rgb) -> f32 {
+/// A colour as displayed, as someone with this vision sees it.
+pub fn seen_as(matrix: &Matrix, color: Rgb) -> Rgb {
+    let encode = |c: f32| {
+        if c <= 0.003_130_8 { c * 12.92 } else { 1.055 * c.powf(1.0 / 2.4) - 0.055 }
+    };
+    apply(matrix, linear(color)).map(|c| (encode(c) * 255.0).round() as u8)
+}
+
+/// How far two colours are apart in OKLab.
+pub fn distance(matrix: &Matrix, a: Rgb, b: Rgb) -> f32 {
+    let [a, b] = [a, b].map(|color| oklab(apply(matrix, linear(color))));
+    (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f32>().sqrt()
+}
+
+/// Contrast as defined by WCAG 2, 1 to 21.
+pub fn contrast(a: Rgb, b: Rgb) -> f32 {
     let luminance = |color| {
         let [r, g, b] = linear(color);
         0.2126 * r + 0.7152 * g + 0.0722 * b + 0.05

@@ -1,25 +1,11 @@
-//! The quad pipelines: solid quads use premultiplied alpha, where alpha 0 adds light; particles use one sprite with
-//! additive blending (A3.4, A3.5, A3.6).
+//! The quad pipelines: solid quads use premultiplied alpha, where alpha 0 adds light; particles use one sprite
+//! and the same blending, with alpha 0 on dark ground (A3.4, A3.5, A3.6).
 
 use super::buffers::VertexStore;
 use super::shared::{self, PipelineParts, SharedBindings};
 use crate::view::draw::{ParticleVertex, SolidVertex, sprite};
 use bytemuck::Pod;
 use std::ops::Range;
-
-/// ONE, ONE for colour; the target's alpha is unchanged.
-const ADDITIVE: wgpu::BlendState = wgpu::BlendState {
-    color: wgpu::BlendComponent {
-        src_factor: wgpu::BlendFactor::One,
-        dst_factor: wgpu::BlendFactor::One,
-        operation: wgpu::BlendOperation::Add,
-    },
-    alpha: wgpu::BlendComponent {
-        src_factor: wgpu::BlendFactor::Zero,
-        dst_factor: wgpu::BlendFactor::One,
-        operation: wgpu::BlendOperation::Add,
-    },
-};
 
 /// Pipeline and vertices for one kind of quad.
 pub struct QuadPass {
@@ -72,7 +58,7 @@ impl QuadPass {
             groups: &[Some(&shared.layout), Some(&layout)],
             vertices: &[Some(vertex_layout::<ParticleVertex>(&attributes))],
             format,
-            blend: Some(ADDITIVE),
+            blend: Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING),
         };
         let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
         let sampler = shared::sampler(device);

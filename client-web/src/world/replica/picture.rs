@@ -51,6 +51,7 @@ pub struct RoomPicture {
 impl RoomPicture {
     /// Draws the displayed moment.
     pub fn lay_out(&mut self, room: &RoomView, eye: Eye) {
+        self.drawn.theme = room.scene.theme;
         self.dress(room, eye);
         self.lay_out_zones(room);
         self.lay_out_marks(room);
