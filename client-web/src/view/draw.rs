@@ -11,6 +11,7 @@ mod light;
 pub(crate) mod motion;
 mod outline;
 mod scenery;
+mod signs;
 mod sketch;
 pub mod sprite;
 mod stage;

@@ -35,6 +35,19 @@ pub struct FrameBody {
     pub squash: Option<f32>,
 }
 
+/// What a zone is drawn as.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ZoneSign {
+    #[default]
+    Area,
+    /// It reaches beyond the edge of the world.
+    Goal,
+    /// It is so thin that it can only be crossed.
+    Gate,
+    /// It follows a body.
+    Flag,
+}
+
 /// A zone of a game.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrameZone {
@@ -43,6 +56,7 @@ pub struct FrameZone {
     pub shape: Shape,
     /// Centre, world units.
     pub center: Vec2,
+    pub sign: ZoneSign,
     /// Palette index of the holder, or of the zone itself.
     pub color: Option<u8>,
     /// Whether the zone is active.

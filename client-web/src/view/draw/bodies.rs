@@ -154,14 +154,27 @@ fn block(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
     let fill = palette::mix(wood[0], wood[1], 0.35 + 0.5 * tone(body));
     if is_round(body) {
         let paint = toys[body.id.index as usize % toys.len()];
-        matte(stage, body, pose, paint, palette::mix(paint, PAPER[0], 0.6));
+        let edge = palette::mix(paint, PAPER[0], 0.6);
+        matte(stage, body, pose, paint, edge);
         let at = pose.center + pose.half * Vec2::new(-0.28, 0.34);
         let shine = stage.shade(PAPER[0], 0.22);
         stage.quads.push(SolidVertex::new(SolidKind::Oval, at, pose.half * 0.17, shine));
+        if body.ring.is_some() && stage.frame.room.sling.is_some() {
+            pot(stage, pose, edge);
+        }
         return;
     }
     let quad = SolidVertex::new(SolidKind::Crate, pose.center, pose.half, stage.shade(fill, 1.0));
     stage.quads.push(quad.rounded(corner(body, pose.half)).edged(stage.shade(wood[2], 1.0)));
+}
+
+/// The dark mouth and the rim that make a target of the sling a pot.
+fn pot(stage: &mut DrawStage, pose: &Pose, edge: Rgb) {
+    for (at, size, color) in [(0.82, (0.62, 0.2), edge), (0.88, (0.44, 0.1), INK[0])] {
+        let center = pose.center + pose.half * Vec2::new(0.0, at);
+        let half = pose.half * Vec2::new(size.0, size.1);
+        stage.quads.push(SolidVertex::new(SolidKind::Oval, center, half, stage.shade(color, 1.0)));
+    }
 }
 
 /// Lines across a body that was cracked by a hit.

@@ -1,14 +1,16 @@
 //! Parts of a scene that are not bodies: zones, with a tint on the stage and a bright edge; marks on the wall, with the
 //! lamps that shine on them; and the sling.
 
+use super::signs;
 use super::stage::DrawStage;
 use super::vertex::{SolidKind, SolidVertex, rgba};
 use crate::view::frame::FrameZone;
 use crate::view::palette::{self, EMBER, PAPER, Rgb, WOOD};
 use jostle_sim::{Shape, Vec2};
 
-/// Width of the edge, pixels.
+/// Least width of the edge, pixels and world units.
 const EDGE_PIXELS: f32 = 2.0;
+const EDGE: f32 = 0.7;
 
 /// Shows the progress of capturing a zone: a box fills from the floor up, a circle from its centre.
 fn fill_up(stage: &mut DrawStage, zone: &FrameZone, color: Rgb, share: f32) {
@@ -25,24 +27,30 @@ fn fill_up(stage: &mut DrawStage, zone: &FrameZone, color: Rgb, share: f32) {
 
 /// Adds all visible zones.
 pub fn zones(stage: &mut DrawStage) {
+    let look = stage.frame.look();
     for zone in &stage.frame.room.zones {
         let half = zone.shape.half_extent();
-        if !stage.quads.sees(zone.center, half) {
+        if !stage.quads.sees(zone.center, half + Vec2::splat(signs::REACH)) {
             continue;
         }
         let color = zone.color.map_or(PAPER[1], palette::player);
-        let (inside, edge) = if zone.on { (0.2, 0.8) } else { (0.09, 0.4) };
+        let (inside, edge) = if zone.on { (0.34, 1.0) } else { (0.2, 0.8) };
+        // Pale colours would be lost on light ground.
+        let rim = palette::mix(color, look.pen, 0.4 * look.cover);
         let (fill, ring) = match zone.shape {
             Shape::Box { .. } => (SolidKind::Box, SolidKind::RingBox),
             Shape::Circle { .. } => (SolidKind::Oval, SolidKind::RingOval),
         };
-        let width = EDGE_PIXELS * stage.quads.unit_per_pixel;
-        stage.quads.push(SolidVertex::new(fill, zone.center, half, rgba(color, inside)));
+        let width = (EDGE_PIXELS * stage.quads.unit_per_pixel).max(EDGE);
+        stage
+            .quads
+            .push(SolidVertex::new(fill, zone.center, half, rgba(rim, inside)).rounded(EDGE));
         if let Some((taker, share)) = zone.taken {
             fill_up(stage, zone, palette::player(taker), share);
         }
-        let ring = SolidVertex::new(ring, zone.center, half, rgba(color, edge));
-        stage.quads.push(ring.soft(width).edged([255; 4]));
+        let ring = SolidVertex::new(ring, zone.center, half, rgba(rim, edge));
+        stage.quads.push(ring.rounded(EDGE).soft(width).edged([255; 4]));
+        signs::fill(stage, zone, color);
         if zone.on {
             stage.shine(zone.center, color, 0.2 * half.min_element());
         }
@@ -102,14 +110,14 @@ pub fn sling(stage: &mut DrawStage) {
     }
     for number in 0..sling.shots {
         let at = start + Vec2::new(3.5 * f32::from(number) - 7.0, -POST - 4.0);
-        let fill = rgba(PAPER[0], 0.85);
+        let fill = rgba(stage.frame.look().pen, 0.85);
         stage.quads.push(SolidVertex::new(SolidKind::Oval, at, Vec2::splat(1.2), fill));
     }
     let count = sling.path.len().max(1) as f32;
     for (number, &at) in sling.path.iter().enumerate() {
         let faded = 1.0 - number as f32 / count;
         let radius = Vec2::splat(DOT * (0.33 + 0.67 * faded));
-        let fill = rgba(PAPER[0], 0.25 + 0.6 * faded);
+        let fill = rgba(stage.frame.look().pen, 0.25 + 0.6 * faded);
         stage.quads.push(SolidVertex::new(SolidKind::Oval, at, radius, fill));
     }
 }

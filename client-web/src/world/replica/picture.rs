@@ -5,7 +5,7 @@ use super::room::RoomView;
 use crate::net::timeline::Sample;
 use crate::view::frame::{
     Effect, EffectKind, FrameBody, FrameLamp, FrameMark, FrameRoom, FrameSling, FrameZone,
-    ZoneLabel,
+    ZoneLabel, ZoneSign,
 };
 use crate::world::overlap;
 use crate::world::predict::placed;
@@ -21,6 +21,8 @@ const EFFECT_TICKS: f64 = TICKS_PER_SECOND as f64;
 const EFFECTS_MAX: usize = 256;
 /// Palette index of rings: the palest colour.
 const PIECE: u8 = 7;
+/// A zone whose length is more than this times its width is a gate.
+const GATE_LENGTH: f32 = 8.0;
 /// Length of the displayed path, and distance between its dots, ticks.
 const PATH_TICKS: u32 = 75;
 const DOT_TICKS: usize = 3;
@@ -224,7 +226,23 @@ fn zone(room: &RoomView, index: usize, spec: &ZoneSpec, round: &RoundInfo) -> Op
         (color, on) = (room.own_color().or(color), true);
     }
     let taken = taken(room, index as u8, spec, round);
-    Some(FrameZone { index: index as u8, shape, center: center + offset, color, on, taken })
+    let (index, center, sign) = (index as u8, center + offset, sign(room, spec));
+    Some(FrameZone { index, shape, center, sign, color, on, taken })
+}
+
+/// What a zone is, as far as its area shows it.
+fn sign(room: &RoomView, spec: &ZoneSpec) -> ZoneSign {
+    let (is_flag, size) = (spec.follow.is_some(), room.scene.size);
+    match spec.area {
+        _ if is_flag => ZoneSign::Flag,
+        ZoneArea::Box(area) if area.low.min(size - area.high).min_element() < 0.0 => ZoneSign::Goal,
+        ZoneArea::Box(area) if !spec.touch => {
+            let extent = area.high - area.low;
+            let is_thin = extent.max_element() > GATE_LENGTH * extent.min_element();
+            if is_thin { ZoneSign::Gate } else { ZoneSign::Area }
+        }
+        _ => ZoneSign::Area,
+    }
 }
 
 /// The current and required number of bodies in a zone, if it needs more than one.
