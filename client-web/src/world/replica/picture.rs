@@ -226,16 +226,17 @@ fn zone(room: &RoomView, index: usize, spec: &ZoneSpec, round: &RoundInfo) -> Op
         (color, on) = (room.own_color().or(color), true);
     }
     let taken = taken(room, index as u8, spec, round);
-    let (index, center, sign) = (index as u8, center + offset, sign(room, spec));
+    let (index, center, sign) = (index as u8, center + offset, sign(room.scene.size, spec));
     Some(FrameZone { index, shape, center, sign, color, on, taken })
 }
 
 /// What a zone is, as far as its area shows it.
-fn sign(room: &RoomView, spec: &ZoneSpec) -> ZoneSign {
-    let (is_flag, size) = (spec.follow.is_some(), room.scene.size);
+pub(super) fn sign(world: Vec2, spec: &ZoneSpec) -> ZoneSign {
     match spec.area {
-        _ if is_flag => ZoneSign::Flag,
-        ZoneArea::Box(area) if area.low.min(size - area.high).min_element() < 0.0 => ZoneSign::Goal,
+        _ if spec.follow.is_some() => ZoneSign::Flag,
+        ZoneArea::Box(area) if area.low.min(world - area.high).min_element() < 0.0 => {
+            ZoneSign::Goal
+        }
         ZoneArea::Box(area) if !spec.touch => {
             let extent = area.high - area.low;
             let is_thin = extent.max_element() > GATE_LENGTH * extent.min_element();

@@ -1,4 +1,5 @@
 use super::*;
+use crate::view::frame::ZoneSign;
 use jostle_game::RoundInfo;
 use jostle_protocol::SnapshotBody;
 use jostle_sim::particles::{EmitterDef, Source};
@@ -45,6 +46,21 @@ fn snapshot(tick: u32, bodies: Vec<SnapshotBody>, players: Vec<PlayerState>) -> 
 
 fn at(tick: u32, event: Event) -> TimedEvent {
     TimedEvent { tick, event }
+}
+
+#[test]
+fn zones_are_drawn_as_what_they_are() {
+    let signs = |name: &str| -> Vec<ZoneSign> {
+        let scene = scene(name);
+        let drawn = scene.rules.zones.iter().filter(|zone| zone.is_drawn());
+        drawn.map(|zone| picture::sign(scene.size, zone)).collect()
+    };
+    let [area, goal, gate] = [ZoneSign::Area, ZoneSign::Goal, ZoneSign::Gate];
+    assert_eq!(signs("hockey"), [goal; 2]);
+    assert_eq!(signs("pong"), [goal; 4]);
+    assert_eq!(signs("race"), [gate, gate, gate, gate, area, area], "lava is no gate");
+    assert_eq!(signs("flags"), [ZoneSign::Flag, ZoneSign::Flag, area, area]);
+    assert_eq!(signs("lock"), [area; 6]);
 }
 
 #[test]
