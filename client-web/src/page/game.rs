@@ -391,14 +391,23 @@ impl GameScreen {
         self.connection.status.state = State::Frozen;
     }
 
-    /// The frame to draw now; `None` before the first snapshot. `time` is the time since the page opened, seconds.
+    /// The frame to draw now; `None` before the first snapshot, and while a moment holds the picture. `time` is the time since the page opened, seconds.
     pub fn frame(&self, time: f32, calm: bool) -> Option<Frame<'_>> {
         let (replica, copy) = self.pictured()?;
         replica.room.newest()?;
         let frozen = self.is_frozen();
+        // A calm picture neither stops nor shakes.
+        let jolts = !calm && self.connection.status.state == State::Playing;
+        if jolts && replica.moments.holds(replica.room.display) {
+            return None;
+        }
+        let mut view = self.view.view;
+        if jolts {
+            view.center += replica.moments.shake(replica.room.display) * view.height;
+        }
         let tick_s = (replica.room.display / f64::from(TICKS_PER_SECOND)) as f32;
         Some(Frame {
-            view: self.view.view,
+            view,
             world_size: replica.room.scene.size,
             room: &replica.picture.drawn,
             particles: replica.particles(),

@@ -32,12 +32,13 @@ pub const ALL: [fn(&App) -> View; 8] = [
 ];
 
 /// Panels that may change with every frame of a game, a replay or the editor.
-pub const OF_FRAMES: [fn(&App) -> View; 10] = [
+pub const OF_FRAMES: [fn(&App) -> View; 11] = [
     hud::title,
     hud::caps,
     hud::answers,
     hud::news,
     round::view,
+    round::banner,
     round::highlights,
     round::record,
     sound::captions,

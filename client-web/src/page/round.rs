@@ -1,6 +1,7 @@
 //! The page's view of a round, derived from a snapshot.
 
 use crate::language::{fill, say};
+use crate::world::replica::listener::LATE_S;
 use jostle_game::scene::{AtTime, Each, RoundSpec};
 use jostle_game::{RoundInfo, RoundPhase, Scene, Seat, Side, SideInfo};
 use jostle_protocol::PlayerState;
@@ -31,7 +32,7 @@ pub struct RoundView {
     pub sides: Vec<SideView>,
     /// Whether the player can change teams.
     pub switches: bool,
-    /// The countdown in the middle of the picture.
+    /// The countdown in the middle of the picture, or the last seconds.
     pub large: String,
     /// The result, once the round is over.
     pub result: Option<ResultView>,
@@ -116,7 +117,7 @@ impl RoundContext<'_> {
             RoundPhase::Waiting | RoundPhase::Countdown => f64::from(time),
         };
         let seconds = seconds_of(left);
-        (format!("{}:{:02}", seconds / 60, seconds % 60), seconds <= 10)
+        (format!("{}:{:02}", seconds / 60, seconds % 60), seconds <= LATE_S)
     }
 
     fn task(&self, spec: &RoundSpec) -> String {
@@ -136,6 +137,11 @@ impl RoundContext<'_> {
                 seconds_of(f64::from(spec.countdown) - ticks).max(1).to_string()
             }
             RoundPhase::Running if ticks < GO_TICKS && spec.countdown > 0 => say("Go!").to_owned(),
+            RoundPhase::Running => {
+                let left = spec.time.map(|time| seconds_of(f64::from(time) - ticks));
+                let late = left.filter(|left| (1..=LATE_S).contains(left));
+                late.map_or_else(String::new, |left| left.to_string())
+            }
             _ => String::new(),
         }
     }
@@ -154,6 +160,11 @@ impl RoundContext<'_> {
             sides.push(self.side(Side::Player(self.own), player.side));
         }
         sides
+    }
+
+    /// A side of the round; `None` for one that is not in it.
+    pub fn side_view(&self, side: Side) -> Option<SideView> {
+        Some(self.side(side, self.round.side(side)?))
     }
 
     fn side(&self, side: Side, info: SideInfo) -> SideView {

@@ -17,6 +17,12 @@ pub enum Sound {
     Break,
     /// A side scores points.
     Goal,
+    /// A side lost a life, or can no longer win.
+    Out,
+    /// Another side takes the lead.
+    Lead,
+    /// One of the last seconds of a round passes.
+    Late,
     /// A second of the countdown passes.
     Count,
     Go,
@@ -27,7 +33,7 @@ pub enum Sound {
 }
 
 impl Sound {
-    pub const ALL: [Sound; 12] = [
+    pub const ALL: [Sound; 15] = [
         Sound::Wood,
         Sound::Rubber,
         Sound::Glass,
@@ -36,6 +42,9 @@ impl Sound {
         Sound::Spawn,
         Sound::Break,
         Sound::Goal,
+        Sound::Out,
+        Sound::Lead,
+        Sound::Late,
         Sound::Count,
         Sound::Go,
         Sound::Won,
@@ -52,7 +61,8 @@ impl Sound {
         match self {
             Sound::Wood | Sound::Rubber | Sound::Glass | Sound::Spawn => 0,
             Sound::Throw | Sound::Break | Sound::Burst => 1,
-            Sound::Goal | Sound::Count | Sound::Go | Sound::Won | Sound::Lost => 2,
+            Sound::Goal | Sound::Out | Sound::Lead | Sound::Late => 2,
+            Sound::Count | Sound::Go | Sound::Won | Sound::Lost => 2,
         }
     }
 }

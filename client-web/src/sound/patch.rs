@@ -85,6 +85,12 @@ const GOAL: [SoundLayer; 4] = [
     bar(0.18, 783.99, 0.3, 0.4),
     bar(0.27, 1046.5, 0.32, 0.7),
 ];
+/// Two notes that slide down.
+const OUT: [SoundLayer; 2] =
+    [sine(392.0, 330.0, 0.34, 0.2), later(0.16, sine(294.0, 196.0, 0.34, 0.4))];
+/// A quick step up.
+const LEAD: [SoundLayer; 2] = [bar(0.0, 587.33, 0.24, 0.2), bar(0.08, 880.0, 0.26, 0.4)];
+const LATE: [SoundLayer; 1] = [bar(0.0, 493.88, 0.24, 0.12)];
 const COUNT: [SoundLayer; 2] = [bar(0.0, 392.0, 0.36, 0.22), noise(1200.0, 900.0, 0.2, 0.02)];
 const GO: [SoundLayer; 2] = [bar(0.0, 784.0, 0.34, 0.5), bar(0.0, 587.33, 0.2, 0.5)];
 /// The same chord from the fifth below to the fifth above, which rings on.
@@ -108,6 +114,9 @@ pub fn layers(sound: Sound) -> &'static [SoundLayer] {
         Sound::Spawn => &SPAWN,
         Sound::Break => &BREAK,
         Sound::Goal => &GOAL,
+        Sound::Out => &OUT,
+        Sound::Lead => &LEAD,
+        Sound::Late => &LATE,
         Sound::Count => &COUNT,
         Sound::Go => &GO,
         Sound::Won => &WON,

@@ -8,6 +8,7 @@ mod bodies;
 mod effects;
 mod faces;
 mod light;
+mod moments;
 pub(crate) mod motion;
 mod outline;
 mod scenery;
@@ -78,6 +79,7 @@ impl DrawList {
         self.fill_particles(frame.particles, frame.particle_lead, frame.calm);
 
         self.overlay_start = self.quads.vertices.len();
+        moments::fill(&mut DrawStage { quads: &mut self.quads, light: &mut self.light, frame });
         if frame.bounds {
             outline::fill(&mut DrawStage { quads: &mut self.quads, light: &mut self.light, frame });
         }

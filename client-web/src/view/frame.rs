@@ -134,6 +134,27 @@ pub enum EffectKind {
     Gone,
 }
 
+/// Points that fly up from where they were won.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FramePoints {
+    /// Where they were won, world units.
+    pub at: Vec2,
+    pub points: i32,
+    /// Palette index of the side that won them.
+    pub color: u8,
+    /// Seconds since they were won.
+    pub age: f32,
+}
+
+/// Confetti that falls through the picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrameConfetti {
+    /// Palette index of the winner.
+    pub color: u8,
+    /// Seconds since it was thrown.
+    pub age: f32,
+}
+
 /// The editor's overlay above and below a scene.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sketch {
@@ -229,6 +250,12 @@ pub struct FrameRoom {
     pub sling: Option<FrameSling>,
     /// Flashes from the last second.
     pub effects: Vec<Effect>,
+    /// Points that were just scored.
+    pub points: Vec<FramePoints>,
+    /// The leader's hero, which wears a crown.
+    pub crown: Option<BodyId>,
+    /// The confetti after a round.
+    pub confetti: Option<FrameConfetti>,
 }
 
 /// Everything that a frame shows.

@@ -2,7 +2,8 @@
 //! news, and the frame contents derived from them.
 
 pub mod highlights;
-mod listener;
+pub mod listener;
+pub mod moments;
 pub mod picture;
 pub mod room;
 
@@ -12,14 +13,15 @@ use crate::sound::cue::{Cue, Sound};
 use crate::view::frame::{EffectKind, FrameBody};
 use crate::world::predict::Predicted;
 use highlights::Highlights;
-use jostle_game::scene::Whose;
-use jostle_game::{Event, Kind, SEATS_MAX, Scene, Seat};
+use jostle_game::scene::{To, Whose};
+use jostle_game::{Event, Kind, SEATS_MAX, Scene, Seat, Side};
 use jostle_protocol::{
     Appearance, DecodeError, Decoded, PlayerState, Snapshot, SnapshotStream, TimedEvent,
 };
 use jostle_sim::particles::{Obstacle, dequantise, quantise};
 use jostle_sim::{EmitterDef, Features, Particles, TICKS_PER_SECOND, Vec2};
 use listener::Listener;
+use moments::Moments;
 pub use picture::Eye;
 use picture::RoomPicture;
 use room::{KNOWN_TICKS, RoomView};
@@ -40,6 +42,8 @@ pub enum News {
     Hit(Appearance, Option<Appearance>),
     /// A player's hero left the world.
     Fell(Appearance),
+    /// A player scored for another team.
+    OwnGoal(Appearance),
     /// A message from a rule of the scene, between the names of two players.
     Said(Option<Appearance>, String, Option<Appearance>),
     /// The player was given this appearance because another player already has the colour with this number.
@@ -65,6 +69,8 @@ pub struct Replica {
     pub news: VecDeque<News>,
     names: Vec<Option<Appearance>>,
     ears: Listener,
+    /// What just happened.
+    pub moments: Moments,
     /// Highlights, if the game has rounds.
     pub highlights: Option<Highlights>,
 }
@@ -75,6 +81,7 @@ impl Replica {
         Replica {
             features: scene.features(),
             ears: Listener::new(&scene),
+            moments: Moments::default(),
             highlights: Highlights::of(&scene),
             stream: SnapshotStream::default(),
             particles: Particles::new(scene.world.recipes.clone(), scene.world.particles_max),
@@ -171,6 +178,9 @@ impl Replica {
         self.applied = Some(from.max(until));
         self.room.sample(tick);
         self.ears.hear_samples(&self.room, tick, is_first);
+        if let Some(sound) = self.moments.observe(&self.room, tick) {
+            self.ears.push(tick, Cue::of_room(sound));
+        }
         self.room.note_births(tick - known_ticks);
         self.present(tick, eye);
         self.room.timeline.forget_before(tick - 1.0);
@@ -186,6 +196,7 @@ impl Replica {
         self.room.display = tick;
         self.room.led_from = None;
         self.picture.lay_out(&self.room, eye);
+        self.moments.lay_out(&self.room, &mut self.picture.drawn);
     }
 
     /// Plays events first, then particles, in the order of the server's tick. At a whole tick the samples are
@@ -233,6 +244,7 @@ impl Replica {
                 self.picture.flash(timed.tick, EffectKind::Splash, point, color, 0.0, Some(hero));
                 let burst = Cue { at: Some(point), ..Cue::of_room(Sound::Burst) };
                 self.ears.push(f64::from(timed.tick), burst);
+                self.moments.note_burst(&self.room, f64::from(timed.tick), owner, victim, point);
                 // Hits between other players are visible, but too frequent to report as text.
                 let is_own = owner == Some(self.room.seat) || victim == Some(self.room.seat);
                 if let Some(by) = by.filter(|_| is_own || self.room.scene.rules.round.is_none()) {
@@ -248,7 +260,7 @@ impl Replica {
                     self.tell(News::Fell(name));
                 }
             }
-            Event::Said { rule, it, by } => self.say(rule, it, by),
+            Event::Said { rule, it, by } => self.say(timed.tick, rule, it, by),
             Event::Joined(seat) => {
                 if let Some(name) = self.name(seat).filter(|_| seat != self.room.seat) {
                     self.tell(News::Joined(name));
@@ -263,9 +275,20 @@ impl Replica {
     }
 
     /// Reports a rule's message, unless it names an unknown player.
-    fn say(&mut self, rule: u8, it: Option<Seat>, by: Option<Seat>) {
-        let rule = self.room.scene.rules.rules.get(usize::from(rule));
-        let Some(line) = rule.and_then(|rule| rule.effects.say.clone()) else { return };
+    fn say(&mut self, tick: u32, rule: u8, it: Option<Seat>, by: Option<Seat>) {
+        let Some(rule) = self.room.scene.rules.rules.get(usize::from(rule)) else { return };
+        let Some(line) = rule.effects.say.clone() else { return };
+        if let Some(seat) = it.filter(|_| rule.effects.score > 0) {
+            let own = self.room.round().map(|round| round.side_of(seat));
+            let is_own_goal = match (rule.to, own) {
+                (To::Team(team), Some(Side::Team(own))) => team != own,
+                _ => false,
+            };
+            self.moments.note_line(f64::from(tick), seat, is_own_goal);
+            if let Some(name) = self.name(seat).filter(|_| is_own_goal) {
+                return self.tell(News::OwnGoal(name));
+            }
+        }
         let name = |whose| match whose {
             None => Some(None),
             Some(Whose::It) => self.name(it?).map(Some),

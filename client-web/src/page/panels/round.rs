@@ -9,6 +9,7 @@ use crate::page::round::{LIVES_SHOWN_MAX, ResultView, RoundContext, RoundView, S
 use crate::page::strings;
 use crate::page::view::View;
 use crate::world::replica::Replica;
+use crate::world::replica::moments::{Moment, MomentKind};
 use jostle_game::Side;
 use jostle_protocol::web::RecordTable;
 
@@ -29,6 +30,7 @@ pub fn view(app: &App) -> View {
         .show("#switch-team", round.switches)
         .with_or_without("#round", "data-task", round.is_task_new.then_some("new"))
         .text("#round-said", round.spoken)
+        .yes("#round-large", "data-late", round.is_late)
         .text_or_hide("#round-large", Some(round.large).filter(|large| !large.is_empty()));
     result(view, round.result.as_ref())
 }
@@ -86,14 +88,50 @@ pub fn is_raced(table: &RecordTable, heroes: bool) -> bool {
 }
 
 fn round_of(replica: &Replica) -> Option<RoundView> {
-    let looked = RoundContext {
+    context(replica)?.view()
+}
+
+fn context(replica: &Replica) -> Option<RoundContext<'_>> {
+    Some(RoundContext {
         scene: &replica.room.scene,
         round: replica.room.round()?,
         players: replica.room.players(),
         own: replica.room.seat,
         tick: replica.room.display,
+    })
+}
+
+/// The banner of what just happened: a word or two, and whom it concerns.
+pub fn banner(app: &App) -> View {
+    let replica = app.screen.pictured_replica();
+    let moment = replica.and_then(|it| Some((it, it.moments.banner(it.room.display)?)));
+    let shown = moment.and_then(|(replica, moment)| banner_of(replica, moment));
+    let view = View::panel("moment").show("#moment", shown.is_some());
+    let Some((words, name, color)) = shown else { return view };
+    view.text("#moment b", words)
+        .text("#moment bdi", name)
+        .style("#moment", "--color", color_var(color))
+        // Another banner starts its animation again.
+        .with("#moment", "data-turn", (moment.map_or(0, |it| it.1.tick as u32) % 2).to_string())
+}
+
+/// The words of a banner, the name below them and its colour.
+fn banner_of(replica: &Replica, moment: &Moment) -> Option<(&'static str, String, u8)> {
+    let words = match moment.kind {
+        MomentKind::Leader => say("In the lead"),
+        MomentKind::Lap => say("Lap!"),
+        MomentKind::LifeLost => say("A life less"),
+        MomentKind::Out => say("Out!"),
+        MomentKind::Captured => say("Captured!"),
+        MomentKind::Goal => say("Goal!"),
+        MomentKind::OwnGoal => say("Own goal!"),
+        // The panel with the result has the words for the end.
+        MomentKind::Hit | MomentKind::Points | MomentKind::Over => return None,
     };
-    looked.view()
+    let context = context(replica)?;
+    let doer = moment.by.filter(|_| moment.kind == MomentKind::OwnGoal).map(Side::Player);
+    let side = context.side_view(doer.or(moment.side)?)?;
+    Some((words, side.name, side.color))
 }
 
 fn entry(template: &'static str, side: &SideView) -> View {

@@ -1,6 +1,7 @@
 //! Bodies: slabs first, then the shadows of all moving bodies, then those bodies with their faces.
 
 use super::faces;
+use super::moments;
 use super::motion::{BodySprings, Pose};
 use super::stage::DrawStage;
 use super::vertex::{SolidKind, SolidVertex, rgba};
@@ -124,6 +125,9 @@ fn toy(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
             matte(stage, body, pose, fill, edge);
             faces::fill(stage, body, pose);
         }
+    }
+    if stage.frame.room.crown == Some(body.id) {
+        moments::crown(stage, pose.center, pose.half);
     }
 }
 

@@ -123,10 +123,10 @@ fn glow(stage: &mut DrawStage, center: Vec2, radius: f32, color: Rgb, strength: 
 }
 
 /// Pseudo-random numbers seeded by a position, so that an effect looks the same in every frame.
-struct Dice(u32);
+pub(super) struct Dice(u32);
 
 impl Dice {
-    fn of(point: Vec2) -> Dice {
+    pub fn of(point: Vec2) -> Dice {
         // The finaliser of MurmurHash3 (Appleby 2011) gives nearby positions very different seeds.
         let mut bits = point.x.to_bits().rotate_left(9) ^ point.y.to_bits();
         bits = (bits ^ bits >> 16).wrapping_mul(0x85eb_ca6b);
@@ -135,7 +135,7 @@ impl Dice {
     }
 
     /// The next number in 0..1 (xorshift, Marsaglia 2003).
-    fn unit(&mut self) -> f32 {
+    pub fn unit(&mut self) -> f32 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 17;
         self.0 ^= self.0 << 5;

@@ -18,6 +18,8 @@ const STALE_TICKS: f64 = 15.0;
 const RUBBER_RESTITUTION: f32 = 0.6;
 /// A pack that appears within this distance of its player's hero is taken to have just been thrown, world units.
 const THROW_REACH: f32 = 40.0;
+/// Number of seconds at the end of a round that are counted.
+pub const LATE_S: u32 = 10;
 /// Points scored within this many ticks of each other, such as those for holding a hill, count as one goal.
 pub const GOALS_APART_TICKS: u32 = 90;
 
@@ -40,8 +42,8 @@ pub struct Listener {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Turn {
     pub phase: RoundPhase,
-    /// Seconds left in the countdown.
-    countdown: u32,
+    /// Seconds left in the countdown or, if they are the last ones, in the round; otherwise this is one more.
+    seconds: u32,
     players: usize,
     points: i32,
 }
@@ -149,7 +151,11 @@ impl Listener {
         let Some(round) = room.timeline.at_or_before(tick).and_then(|s| s.round.as_ref()) else {
             return;
         };
-        let left = f64::from(spec.countdown) - (tick - f64::from(round.since));
+        let length = match round.phase {
+            RoundPhase::Running => spec.time.map_or(f64::INFINITY, f64::from),
+            _ => f64::from(spec.countdown),
+        };
+        let left = length - (tick - f64::from(round.since));
         let now = Turn::of(round, left);
         let is_won = is_won(round, room.seat);
         let Some(before) = self.round.replace(now).filter(|before| *before != now) else {
@@ -166,6 +172,7 @@ impl Listener {
                 last.is_none_or(|last| tick - last > f64::from(GOALS_APART_TICKS))
                     .then_some(Sound::Goal)
             }
+            RoundPhase::Running if now.seconds < before.seconds => Some(Sound::Late),
             _ => None,
         };
         if let Some(sound) = sound {
@@ -175,15 +182,19 @@ impl Listener {
 }
 
 impl Turn {
-    /// The state of a round with this many ticks left in its countdown.
+    /// The state of a round with this many ticks left in its countdown or in itself.
     pub fn of(round: &RoundInfo, left: f64) -> Turn {
-        let is_counting = round.phase == RoundPhase::Countdown;
         let seconds = (left / f64::from(TICKS_PER_SECOND)).ceil().max(1.0) as u32;
+        let seconds = match round.phase {
+            RoundPhase::Countdown => seconds,
+            RoundPhase::Running => seconds.min(LATE_S + 1),
+            RoundPhase::Waiting | RoundPhase::Over => 0,
+        };
         let teams = round.teams.iter().map(|info| info.score);
         let players = round.players.iter().map(|player| player.side.score);
         Turn {
             phase: round.phase,
-            countdown: if is_counting { seconds } else { 0 },
+            seconds,
             players: round.players.len(),
             points: teams.chain(players).fold(0, i32::saturating_add),
         }

@@ -1,0 +1,156 @@
+use super::*;
+use crate::view::frame::FrameRoom;
+use jostle_game::RoundPlayer;
+use jostle_protocol::Snapshot;
+use std::sync::Arc;
+
+/// A room and its moments, fed with rounds.
+struct Watched {
+    room: RoomView,
+    moments: Moments,
+    round: RoundInfo,
+    tick: u32,
+}
+
+fn info(score: i32) -> SideInfo {
+    SideInfo { score, lives: 3, is_in: true }
+}
+
+impl Watched {
+    fn new(scene: &str, teams: usize) -> Watched {
+        let scene = Scene::built_in().into_iter().find(|known| known.name == scene);
+        let players = [0, 1].map(|seat: u16| RoundPlayer {
+            seat: Seat(seat),
+            team: (teams > 0).then_some(seat as u8),
+            side: info(0),
+            is_stunned: false,
+            goes_on: false,
+        });
+        let round = RoundInfo {
+            phase: RoundPhase::Running,
+            teams: vec![info(0); teams],
+            players: players.to_vec(),
+            ..RoundInfo::default()
+        };
+        let room = RoomView::new(Arc::new(scene.expect("a shipped scene")), Seat(0));
+        let mut watched = Watched { room, moments: Moments::default(), round, tick: 100 };
+        watched.step(0);
+        watched
+    }
+
+    /// Shows the current round this many ticks later.
+    fn step(&mut self, ticks: u32) -> Option<Sound> {
+        self.tick += ticks;
+        let round = Some(self.round.clone());
+        self.room.timeline.file(Arc::new(Snapshot {
+            tick: self.tick,
+            round,
+            ..Default::default()
+        }));
+        self.room.display = f64::from(self.tick);
+        self.moments.observe(&self.room, self.room.display)
+    }
+
+    fn banner(&self) -> Option<MomentKind> {
+        self.moments.banner(self.room.display).map(|moment| moment.kind)
+    }
+}
+
+#[test]
+fn a_goal_holds_and_shakes_the_picture_and_its_point_flies_from_the_goal() {
+    let mut watched = Watched::new("hockey", 2);
+    watched.round.teams[1].score = 1;
+    watched.step(1);
+    let tick = watched.room.display;
+    assert_eq!(watched.banner(), Some(MomentKind::Goal));
+    assert!(watched.moments.holds(tick + 7.0) && !watched.moments.holds(tick + 12.0));
+    assert_ne!(watched.moments.shake(tick + 9.0), Vec2::ZERO);
+    assert_eq!(watched.moments.shake(tick + 60.0), Vec2::ZERO);
+    assert_eq!(watched.moments.banner(tick + BANNER_TICKS), None);
+    let mut drawn = FrameRoom::default();
+    watched.moments.lay_out(&watched.room, &mut drawn);
+    let [points] = drawn.points[..] else { panic!("{:?}", drawn.points) };
+    assert_eq!((points.points, points.color, points.at.y), (1, 1, 60.0));
+    assert!(points.at.x < 20.0, "blue scores on the left, not at {}", points.at);
+}
+
+#[test]
+fn a_goal_for_the_others_is_an_own_goal() {
+    let mut watched = Watched::new("hockey", 2);
+    watched.moments.note_line(101.0, Seat(0), true);
+    watched.round.teams[1].score = 1;
+    watched.step(1);
+    let moment = watched.moments.banner(watched.room.display).expect("a banner");
+    assert_eq!((moment.kind, moment.by), (MomentKind::OwnGoal, Some(Seat(0))));
+    assert!(watched.moments.tally.best().next().is_none(), "nobody is praised for it");
+}
+
+#[test]
+fn laps_knock_outs_and_the_end_have_their_moments() {
+    let mut race = Watched::new("race", 0);
+    race.round.players[1].side.score = 1;
+    race.step(1);
+    assert_eq!(race.banner(), None, "only the own laps have a banner");
+    race.round.players[0].side.score = 1;
+    race.step(200);
+    assert_eq!(race.banner(), Some(MomentKind::Lap));
+    race.round.phase = RoundPhase::Over;
+    race.round.winners = vec![Side::Player(Seat(0))];
+    race.step(50);
+    assert_eq!(race.banner(), Some(MomentKind::Over));
+    let best: Vec<_> = race.moments.tally.best().collect();
+    assert!(matches!(best[..], [(Seat(1), Best::Lap(_))]), "{best:?}");
+
+    let mut pong = Watched::new("pong", 2);
+    pong.round.teams[0].lives = 2;
+    assert_eq!(pong.step(1), Some(Sound::Out));
+    assert_eq!(pong.banner(), Some(MomentKind::LifeLost));
+    pong.round.teams[0] = SideInfo { score: 0, lives: 0, is_in: false };
+    pong.step(100);
+    assert_eq!(pong.banner(), Some(MomentKind::Out));
+}
+
+#[test]
+fn only_a_new_leader_is_announced_and_not_too_often() {
+    let mut watched = Watched::new("splash", 0);
+    let mut sounds = 0;
+    for turn in 0..40 {
+        // The two overtake each other all the time.
+        watched.round.players[turn % 2].side.score = turn as i32 + 1;
+        sounds += i32::from(watched.step(60) == Some(Sound::Lead));
+    }
+    assert!((3..=5).contains(&sounds), "{sounds} in 40 seconds");
+    assert_eq!(watched.moments.leader, Some(Side::Player(Seat(1))));
+    watched.round.players[0].side.score = watched.round.players[1].side.score;
+    watched.step(60);
+    assert_eq!(watched.moments.leader, Some(Side::Player(Seat(1))), "a tie changes nothing");
+}
+
+#[test]
+fn the_picture_jolts_at_most_three_times_a_second_and_memory_is_bounded() {
+    let mut watched = Watched::new("hockey", 2);
+    for turn in 0..600 {
+        watched.round.teams[turn % 2].score += 1;
+        watched.step(1);
+        let hit = Some(Seat(0));
+        watched.moments.note_burst(&watched.room, watched.room.display, None, hit, Vec2::ZERO);
+        assert!(watched.moments.recent.len() <= MOMENTS_MAX);
+        let second = watched.room.display - 60.0;
+        let jolts = watched.moments.recent.iter().filter(|it| it.jolts && it.tick > second);
+        assert!(jolts.count() <= 3);
+    }
+}
+
+#[test]
+fn confetti_falls_for_the_winner_and_ends() {
+    let mut watched = Watched::new("hockey", 2);
+    watched.round.phase = RoundPhase::Over;
+    watched.round.winners = vec![Side::Team(1)];
+    watched.step(1);
+    let mut drawn = FrameRoom::default();
+    watched.moments.lay_out(&watched.room, &mut drawn);
+    assert_eq!(drawn.confetti.map(|confetti| confetti.color), Some(1));
+    watched.step(600);
+    watched.moments.lay_out(&watched.room, &mut drawn);
+    assert_eq!(drawn.confetti, None);
+}
