@@ -64,6 +64,12 @@ pub struct SideView {
 #[derive(Clone, Debug, PartialEq)]
 pub struct ResultView {
     pub title: String,
+    /// Who won, if the title only says whether the player did.
+    pub detail: String,
+    /// Whether the player won or lost; `None` for a draw and for a spectator.
+    pub own_won: Option<bool>,
+    /// Number of sides that won.
+    pub winners: usize,
     /// Stars out of three, if the scene awards them.
     pub stars: Option<usize>,
     /// All sides, best first.
@@ -86,6 +92,12 @@ pub struct RoundContext<'a> {
 }
 
 impl RoundContext<'_> {
+    /// The result of a round that is over.
+    pub fn result_view(&self) -> Option<ResultView> {
+        let ticks = (self.tick - f64::from(self.round.since)).max(0.0);
+        Some(self.result(self.scene.rules.round.as_ref()?, ticks))
+    }
+
     /// Derives the view; `None` in a scene without rounds.
     pub fn view(&self) -> Option<RoundView> {
         let spec = self.scene.rules.round.as_ref()?;
@@ -229,13 +241,30 @@ impl RoundContext<'_> {
         });
         let next_s = seconds_of(f64::from(spec.pause) - ticks);
         let goes_on = self.round.player(self.own).is_some_and(|player| player.goes_on);
-        ResultView { title: self.title(spec, &sides), stars, sides, next_s, goes_on }
+        let winners = sides.iter().filter(|side| won(side)).count();
+        let own = sides.iter().find(|side| side.is_own);
+        let own_won = own.filter(|_| winners == 1).map(won);
+        let (title, detail) = self.title(spec, &sides);
+        ResultView { title, detail, own_won, winners, stars, sides, next_s, goes_on }
     }
 
-    fn title(&self, spec: &RoundSpec, sides: &[SideView]) -> String {
+    /// The title of the result, and a line below it that names the winner.
+    fn title(&self, spec: &RoundSpec, sides: &[SideView]) -> (String, String) {
+        let winner = |side: &SideView| fill("{side} won", &[("side", &side.name)]);
+        let mut winners = sides.iter().filter(|side| self.round.winners.contains(&side.side));
+        match (winners.next(), winners.next()) {
+            (Some(side), None) if sides.len() > 1 && sides.iter().any(|side| side.is_own) => {
+                let title = if side.is_own { say("You won!") } else { say("You lost") };
+                let is_named = !(side.is_own && matches!(side.side, Side::Player(_)));
+                (title.to_owned(), if is_named { winner(side) } else { String::new() })
+            }
+            _ => (self.plain_title(spec, sides), String::new()),
+        }
+    }
+
+    fn plain_title(&self, spec: &RoundSpec, sides: &[SideView]) -> String {
         let winners: Vec<&SideView> =
             sides.iter().filter(|side| self.round.winners.contains(&side.side)).collect();
-        let own_won = winners.iter().any(|side| side.is_own);
         let is_time = spec.at_time == AtTime::Lose;
         match (&winners[..], sides.len()) {
             ([], 1) if sides[0].lives == Some(0) => say("Out of lives").to_owned(),
@@ -246,13 +275,7 @@ impl RoundContext<'_> {
             ([], 1) => say("Lost").to_owned(),
             ([], _) => say("Nobody won").to_owned(),
             ([_], 1) => say("Done!").to_owned(),
-            ([side], _) if own_won && matches!(side.side, Side::Player(_)) => {
-                say("You won!").to_owned()
-            }
-            ([side], _) => match own_won {
-                true => fill("{side} won!", &[("side", &side.name)]),
-                false => fill("{side} won", &[("side", &side.name)]),
-            },
+            ([side], _) => fill("{side} won", &[("side", &side.name)]),
             (several, all) if several.len() == all => say("A draw").to_owned(),
             (several, _) => {
                 let names = several.iter().map(|side| side.name.clone());
@@ -268,7 +291,10 @@ impl RoundContext<'_> {
         match self.round.phase {
             RoundPhase::Waiting => self.task(spec),
             RoundPhase::Countdown => fill("A round begins. {task}", &[("task", say(&spec.task))]),
-            RoundPhase::Over => self.result(spec, 0.0).title,
+            RoundPhase::Over => {
+                let ResultView { title, detail, .. } = self.result(spec, 0.0);
+                if detail.is_empty() { title } else { title + " \u{2013} " + &detail }
+            }
             RoundPhase::Running => {
                 let sides = self.board().into_iter().map(|side| {
                     let score = side.score.map_or_else(String::new, |score| match score {

@@ -55,10 +55,11 @@ pub async fn a_round_is_counted_down_played_and_won(stage: Arc<Stage>) -> Result
         assert_eq!(tab.eval::<String>(emblems).await?, "0,1");
     }
     ada.until_true(&format!("{LIVES} === '2,1'")).await?;
-    for (tab, title) in [(&ada, "Left won!"), (&bob, "Left won")] {
+    for (tab, title) in [(&ada, "You won!"), (&bob, "You lost")] {
         tab.until_true("!document.getElementById('result').hidden").await?;
         assert_eq!(text(tab, "result-title").await?, title);
-        assert_eq!(text(tab, "round-said").await?, title, "for screen readers");
+        let said = format!("{title} \u{2013} Left won");
+        assert_eq!(text(tab, "round-said").await?, said, "for screen readers");
         let inside = "(() => { const r = document.getElementById('result').getBoundingClientRect(); \
                       return r.left >= 0 && r.right <= innerWidth && r.top >= 0 && r.bottom <= innerHeight; })()";
         assert!(tab.eval::<bool>(inside).await?, "the result is on the screen");

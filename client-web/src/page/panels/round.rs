@@ -9,15 +9,23 @@ use crate::page::round::{LIVES_SHOWN_MAX, ResultView, RoundContext, RoundView, S
 use crate::page::strings;
 use crate::page::view::View;
 use crate::world::replica::Replica;
-use crate::world::replica::moments::{Moment, MomentKind};
+use crate::world::replica::moments::{Best, Moment, MomentKind};
 use jostle_game::Side;
 use jostle_protocol::web::RecordTable;
 
+/// Number of sides on the podium; further ones are listed below it.
+const PODIUM_MAX: usize = 3;
+
 /// The round at the displayed moment; empty in a scene without rounds.
 pub fn view(app: &App) -> View {
-    let round = app.screen.replica().and_then(round_of);
+    let replica = app.screen.replica();
+    let round = replica.and_then(round_of);
     let is_on = round.is_some();
-    let round = round.unwrap_or_default();
+    let mut round = round.unwrap_or_default();
+    // The result stays while the next round is counted down.
+    let past = replica.filter(|_| round.result.is_none()).and_then(past_result);
+    let is_past = past.is_some();
+    round.result = round.result.or(past);
     let goal = |side: &SideView| side.goal.map_or_else(String::new, |goal| format!(" / {goal}"));
     let sides = round.sides.iter().map(|side| entry("side-item", side).text(".goal", goal(side)));
     let view = View::panel("round")
@@ -32,18 +40,67 @@ pub fn view(app: &App) -> View {
         .text("#round-said", round.spoken)
         .yes("#round-large", "data-late", round.is_late)
         .text_or_hide("#round-large", Some(round.large).filter(|large| !large.is_empty()));
-    result(view, round.result.as_ref())
+    let bests = replica.filter(|_| round.result.is_some()).map_or_else(Vec::new, bests);
+    result(view, round.result.as_ref()).list("#result-bests", bests).yes(
+        "#result",
+        "data-past",
+        is_past,
+    )
+}
+
+fn past_result(replica: &Replica) -> Option<ResultView> {
+    let round = replica.moments.end.as_ref()?;
+    RoundContext { round, ..context(replica)? }.result_view()
+}
+
+/// What players did best in the round.
+fn bests(replica: &Replica) -> Vec<View> {
+    let players = replica.room.players();
+    let bests = replica.moments.tally.best().filter_map(|(seat, best)| {
+        let player = players.iter().find(|player| player.seat == seat)?;
+        let (label, figure) = match best {
+            Best::Lap(ticks) => (say("Fastest lap"), strings::clock(f64::from(ticks), true)),
+            Best::Goals(count) => (say("Most goals"), count.to_string()),
+            Best::Hits(count) => (say("Most hits"), count.to_string()),
+            Best::Splashed(count) => (say("Most splashed"), count.to_string()),
+        };
+        let item = View::item("best-item", label)
+            .text("span", label)
+            .text("bdi", player.appearance.name.to_string())
+            .style("bdi", "--color", color_var(replica.room.color_of(player)));
+        Some(item.text("b", figure))
+    });
+    bests.collect()
+}
+
+/// The podium of the best three sides.
+fn podium(result: &ResultView) -> impl Iterator<Item = View> {
+    let count = if result.sides.len() > 1 { PODIUM_MAX } else { 0 };
+    result.sides.iter().take(count).enumerate().map(|(index, side)| {
+        let place = if index < result.winners { 1 } else { index + 1 };
+        entry("podium-item", side).with("", "data-place", place.to_string())
+    })
 }
 
 fn result(view: View, result: Option<&ResultView>) -> View {
     let view = view.show("#result", result.is_some());
-    let Some(result) = result else { return view.list("#result-sides", []) };
+    let Some(result) = result else {
+        return view.list("#result-sides", []).list("#podium", []);
+    };
     let stars = result.stars.map(|stars| "\u{2605}".repeat(stars) + &"\u{2606}".repeat(3 - stars));
     let sentence = match result.goes_on {
         true => say("Waiting for the others: {count} s"),
         false => say("Next round: {count} s"),
     };
-    view.list("#result-sides", result.sides.iter().map(|side| entry("result-item", side)))
+    let is_podium = result.sides.len() > 1;
+    let listed = result.sides.iter().skip(if is_podium { PODIUM_MAX } else { 0 });
+    let mood = result.own_won.map(|won| if won { "won" } else { "lost" });
+    let winner = result.sides.first().filter(|_| result.winners > 0);
+    view.list("#result-sides", listed.map(|side| entry("result-item", side)))
+        .list("#podium", podium(result))
+        .with_or_without("#result", "data-mood", mood)
+        .style("#result", "--color", winner.map_or_else(String::new, |it| color_var(it.color)))
+        .text("#result-detail", result.detail.clone())
         .text("#result-title", result.title.clone())
         .text_or_hide("#result-stars", stars)
         .text("#result-next", fill(sentence, &[("count", &result.next_s.to_string())]))

@@ -121,15 +121,17 @@ fn the_result_says_who_won_to_whom() {
     let title = |scene: &Scene, count: usize, winners: &[Side], own: u16| {
         let mut over = round(RoundPhase::Over, count, [2, 3]);
         over.winners = winners.to_vec();
-        view(scene, &over, own, 160.0).result.expect("a result").title
+        let result = view(scene, &over, own, 160.0).result.expect("a result");
+        [result.title, result.detail].join("|")
     };
     let players = [Side::Player(Seat(0)), Side::Player(Seat(1))];
-    assert_eq!(title(&plain, 0, &players[1..], 1), "You won!");
-    assert_eq!(title(&plain, 0, &players[1..], 0), "Bob won");
-    assert_eq!(title(&plain, 0, &players, 0), "A draw");
-    assert_eq!(title(&plain, 0, &[], 0), "Nobody won");
-    assert_eq!(title(&teams, 2, &[Side::Team(0)], 0), "Red won!");
-    assert_eq!(title(&teams, 2, &[Side::Team(0)], 1), "Red won");
+    assert_eq!(title(&plain, 0, &players[1..], 1), "You won!|");
+    assert_eq!(title(&plain, 0, &players[1..], 0), "You lost|Bob won");
+    assert_eq!(title(&plain, 0, &players, 0), "A draw|");
+    assert_eq!(title(&plain, 0, &[], 0), "Nobody won|");
+    assert_eq!(title(&teams, 2, &[Side::Team(0)], 0), "You won!|Red won");
+    assert_eq!(title(&teams, 2, &[Side::Team(0)], 1), "You lost|Red won");
+    assert_eq!(title(&plain, 0, &players[1..], 7), "Bob won|", "to a spectator");
 }
 
 #[test]

@@ -87,6 +87,8 @@ pub struct Moments {
     pub leader: Option<Side>,
     /// The deeds of the current or previous round.
     pub tally: Tally,
+    /// The latest round that is over, until the next one runs.
+    pub end: Option<RoundInfo>,
     before: Option<RoundInfo>,
     /// The newest burst: its tick, its thrower and its position.
     burst: Option<(f64, Seat, Vec2)>,
@@ -126,6 +128,11 @@ impl Moments {
         let round = room.timeline.at_or_before(tick).and_then(|s| s.round.as_ref())?;
         if self.before.as_ref() == Some(round) {
             return None;
+        }
+        match round.phase {
+            RoundPhase::Over => self.end = Some(round.clone()),
+            RoundPhase::Running => self.end = None,
+            RoundPhase::Waiting | RoundPhase::Countdown => {}
         }
         let before = self.before.replace(round.clone())?;
         let began = before.phase != RoundPhase::Running && round.phase == RoundPhase::Running;
