@@ -316,6 +316,9 @@ impl App {
         match &mut self.screen {
             Screen::Game(game) => {
                 game.advance(&mut self.ctx, canvas);
+                if !self.settings.calm {
+                    game.offer_highlights(&mut self.ctx);
+                }
                 let is_frozen = game.is_frozen();
                 if let Some(membership) = &mut game.membership {
                     game.input.adopt(&membership.replica.room.scene);

@@ -94,6 +94,8 @@ pub struct GameScreen {
     ghost: Option<GhostSlot>,
     /// The highlights, while they are shown instead of the room.
     pub showing: Option<Showing>,
+    /// The end of the last round whose highlights began by themselves or were asked for.
+    shown_end: Option<u32>,
     view: GameView,
     pub followed: Followed,
     /// The editor whose scene is being played.
@@ -159,6 +161,7 @@ impl GameScreen {
             membership: None,
             ghost: None,
             showing: None,
+            shown_end: None,
             view: GameView::new(ctx.now_ms),
             followed: Followed::default(),
             edited: None,
@@ -284,14 +287,34 @@ impl GameScreen {
 
     /// Shows the newest highlights that fit into the time before the next round, or stops showing them.
     pub fn toggle_highlights(&mut self, ctx: &mut Context) {
-        if self.showing.take().is_some() {
+        if self.showing.take().is_some_and(|showing| !showing.is_auto) {
             return self.view.cut();
         }
+        self.begin_highlights(ctx, false);
+    }
+
+    /// Whether highlights are shown that the player asked for.
+    pub fn shows_asked(&self) -> bool {
+        self.showing.as_ref().is_some_and(|showing| !showing.is_auto)
+    }
+
+    /// Shows highlights behind the result of a round that ended a moment ago, once.
+    pub fn offer_highlights(&mut self, ctx: &mut Context) {
+        let due = self.replica().and_then(highlights::due);
+        if due.is_some() && due != self.shown_end && self.has_highlights() && self.showing.is_none()
+        {
+            self.begin_highlights(ctx, true);
+        }
+    }
+
+    fn begin_highlights(&mut self, ctx: &mut Context, is_auto: bool) {
         if self.is_frozen() {
             return;
         }
         let Some(membership) = &mut self.membership else { return };
-        self.showing = Showing::begin(ctx, &mut membership.replica);
+        self.shown_end = membership.replica.room.round().map(|round| round.since);
+        let showing = Showing::begin(ctx, &mut membership.replica);
+        self.showing = showing.map(|showing| Showing { is_auto, ..showing });
         self.view.cut();
     }
 

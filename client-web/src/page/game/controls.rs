@@ -93,7 +93,7 @@ impl GameScreen {
             _ if is_for(Action::Edit) && self.is_in_page() => PageAction::EditToggle,
             _ if is_for(Action::Clip) => PageAction::Clip,
             (_, "h" | "H", Layer::Page) if self.watches() => PageAction::Clean,
-            ("Escape", _, Layer::Page) if self.showing.is_some() => PageAction::Highlights,
+            ("Escape", _, Layer::Page) if self.shows_asked() => PageAction::Highlights,
             _ if is_for(Action::FullScreen) => PageAction::FullScreen,
             _ if is_for(Action::Mute) && !self.replica().is_some_and(selects) => PageAction::Mute,
             ("F2", ..) => PageAction::Bounds,

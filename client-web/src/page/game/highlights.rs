@@ -4,12 +4,18 @@ use crate::page::context::Context;
 use crate::world::highlight_player::HighlightPlayer;
 use crate::world::replica::{Eye, Replica};
 use jostle_game::RoundPhase;
+use jostle_sim::TICKS_PER_SECOND;
+
+/// How long the result is shown before highlights begin by themselves, ticks.
+const UNASKED_TICKS: f64 = 2.5 * TICKS_PER_SECOND as f64;
 
 /// Highlights that are being shown instead of the room.
 pub struct Showing {
     pub player: HighlightPlayer,
     /// The number of the current highlight, and of the replica that draws it.
     pub copy: (usize, u32),
+    /// Whether they began by themselves, so that the result stays in view.
+    pub is_auto: bool,
 }
 
 impl Showing {
@@ -19,7 +25,7 @@ impl Showing {
         let newest = replica.highlights.as_mut()?.newest_within(ticks);
         let player =
             HighlightPlayer::new(&replica.room.scene, replica.room.seat, newest, ctx.now_ms)?;
-        Some(Showing { player, copy: (1, ctx.next_number()) })
+        Some(Showing { player, copy: (1, ctx.next_number()), is_auto: false })
     }
 
     /// Advances the highlights to the current time and returns whether another one begins. `None` once all have been
@@ -35,6 +41,13 @@ impl Showing {
         }
         Some(begins)
     }
+}
+
+/// The end of the round that is over, if it is time to show its highlights unasked: the tick since which it is over.
+pub fn due(replica: &Replica) -> Option<u32> {
+    let round = replica.room.round().filter(|round| round.phase == RoundPhase::Over)?;
+    let ticks = replica.room.display - f64::from(round.since);
+    (ticks >= UNASKED_TICKS).then_some(round.since)
 }
 
 /// Ticks until the next round starts, if known; `None` while a round is running.

@@ -115,9 +115,10 @@ pub fn highlights(app: &App) -> View {
         let [number, count] = [showing.player.number, showing.player.count].map(|n| n.to_string());
         fill("Highlight {number} of {count}", &[("number", &number), ("count", &count)])
     });
+    let how = showing.map(|showing| if showing.is_auto { "auto" } else { "yes" });
     View::panel("highlights")
         .show("#highlights", game.is_some_and(GameScreen::has_highlights))
-        .yes("", "data-highlights", text.is_some())
+        .with_or_without("", "data-highlights", how)
         .show("#highlight-bar", text.is_some())
         .text("#highlight", text.unwrap_or_default())
 }

@@ -126,6 +126,31 @@ fn the_end_of_a_round_is_shown_once_more_and_the_game_goes_on_meanwhile() {
 }
 
 #[test]
+fn highlights_begin_by_themselves_once_and_the_result_stays() {
+    for calm in [false, true] {
+        let mut browser = Browser::open("/", "");
+        browser.app.settings.calm = calm;
+        let yard = format!(
+            "{YARD}\n[round]\ntask = \"Wait\"\ntime = 5\ncountdown = 0\npause = 60\nat_time = \"win\"\n"
+        );
+        browser.say(scene_file(&yard));
+        let how = |browser: &Browser| {
+            let view = crate::page::panels::round::highlights(&browser.app);
+            view.attribute_of("", "data-highlights").flatten().map(str::to_owned)
+        };
+        browser.wait(7000);
+        assert_eq!(how(&browser), None, "the result comes first");
+        browser.wait(2000);
+        let auto = (!calm).then(|| "auto".to_owned());
+        assert_eq!(how(&browser), auto, "calm: {calm}");
+        browser.say(clicked("highlights", ""));
+        assert_eq!(how(&browser), Some("yes".to_owned()), "asked for");
+        browser.wait(10_000);
+        assert_eq!(how(&browser), None, "once is enough");
+    }
+}
+
+#[test]
 fn the_address_says_how_many_bots_play() {
     for (hash, expected) in [
         ("#alone=splash", 3),
