@@ -267,6 +267,11 @@ impl Particles {
         &self.velocity
     }
 
+    /// The seeds of all live particles.
+    pub fn seeds(&self) -> &[u32] {
+        &self.seed
+    }
+
     /// The age of particle `index` and its lifetime, in ticks.
     pub fn age(&self, index: usize) -> (u16, u16) {
         (self.age[index], self.life[index])

@@ -22,7 +22,7 @@ pub use light::{LIGHT_CELLS, LightField};
 pub use vertex::{Globals, ParticleVertex, SolidKind, SolidVertex};
 
 use crate::view::frame::{Frame, View};
-use crate::view::palette::INK;
+use crate::view::palette::{self, INK};
 use jostle_sim::{Particles, Vec2};
 use motion::{BodySprings, Pose};
 use stage::{DrawStage, Quads};
@@ -76,7 +76,7 @@ impl DrawList {
         scenery::sling(&mut stage);
         bodies::fill(&mut stage, &mut self.motion, &mut self.posed);
         effects::fill(&mut stage);
-        self.fill_particles(frame.particles, frame.particle_lead, frame.calm);
+        self.fill_particles(frame);
 
         self.overlay_start = self.quads.vertices.len();
         moments::fill(&mut DrawStage { quads: &mut self.quads, light: &mut self.light, frame });
@@ -92,7 +92,9 @@ impl DrawList {
         self.globals = globals(frame, half, &self.light);
     }
 
-    fn fill_particles(&mut self, particles: &Particles, lead_s: f32, calm: bool) {
+    fn fill_particles(&mut self, frame: &Frame) {
+        let Frame { particles, particle_lead: lead_s, calm, .. } = *frame;
+        let dyes = &frame.room.dyes;
         self.particles.clear();
         if particles.is_empty() {
             return;
@@ -102,7 +104,9 @@ impl DrawList {
         for (index, &position) in particles.positions().iter().enumerate().step_by(step) {
             let look = particles.appearance(index);
             let [r, g, b, _] = look.color.map(|part| part * share);
-            self.push_particle(position + velocities[index] * lead_s, look.size, [r, g, b]);
+            let dye = dyes.binary_search_by_key(&particles.seeds()[index], |dye| dye.0).ok();
+            let tint = dye.map_or([r, g, b], |dye| dyed(r.max(g).max(b), dyes[dye].1));
+            self.push_particle(position + velocities[index] * lead_s, look.size, tint);
         }
     }
 
@@ -124,6 +128,11 @@ impl DrawList {
     pub fn solids(&self) -> &[SolidVertex] {
         &self.quads.vertices
     }
+}
+
+/// The tint of a particle of dye that is as bright as this.
+fn dyed(bright: f32, color: u8) -> [f32; 3] {
+    palette::player(color).map(|part| f32::from(part) / 255.0 * bright)
 }
 
 /// Half the width and height of a view, world units.

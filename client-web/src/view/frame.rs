@@ -119,7 +119,7 @@ pub struct Effect {
     pub age: f32,
     /// Palette index of the player who caused it.
     pub color: Option<u8>,
-    /// Strength: closing speed in units/s for sparks.
+    /// Strength: closing speed in units/s for sparks, and 1 or 0 for splashes with or without a flash.
     pub strength: f32,
     pub body: Option<BodyId>,
 }
@@ -132,6 +132,20 @@ pub enum EffectKind {
     Splash,
     /// A body left the world.
     Gone,
+}
+
+/// A stain of dye on a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrameStain {
+    pub body: BodyId,
+    /// The position on the body, as a share of its half extent, -1..=1.
+    pub at: Vec2,
+    /// Half extent, world units.
+    pub half: Vec2,
+    /// Palette index of the thrower.
+    pub color: u8,
+    /// How much of the stain has not faded yet, 0..=1.
+    pub left: f32,
 }
 
 /// Points that fly up from where they were won.
@@ -250,6 +264,10 @@ pub struct FrameRoom {
     pub sling: Option<FrameSling>,
     /// Flashes from the last second.
     pub effects: Vec<Effect>,
+    /// Stains of dye on bodies.
+    pub stains: Vec<FrameStain>,
+    /// The seeds of particles of dye with their throwers' palette indices, in order of the seeds.
+    pub dyes: Vec<(u32, u8)>,
     /// Points that were just scored.
     pub points: Vec<FramePoints>,
     /// The leader's hero, which wears a crown.

@@ -1,6 +1,7 @@
 //! The client's replica of a room: snapshots by tick, particles simulated locally from emitter events, flashes and
 //! news, and the frame contents derived from them.
 
+pub mod dye;
 pub mod highlights;
 pub mod listener;
 pub mod moments;
@@ -12,6 +13,7 @@ use crate::net::timeline::Sample;
 use crate::sound::cue::{Cue, Sound};
 use crate::view::frame::{EffectKind, FrameBody};
 use crate::world::predict::Predicted;
+use dye::Dye;
 use highlights::Highlights;
 use jostle_game::scene::{To, Whose};
 use jostle_game::{Event, Kind, SEATS_MAX, Scene, Seat, Side};
@@ -69,6 +71,7 @@ pub struct Replica {
     pub news: VecDeque<News>,
     names: Vec<Option<Appearance>>,
     ears: Listener,
+    dye: Dye,
     /// What just happened.
     pub moments: Moments,
     /// Highlights, if the game has rounds.
@@ -81,6 +84,7 @@ impl Replica {
         Replica {
             features: scene.features(),
             ears: Listener::new(&scene),
+            dye: Dye::default(),
             moments: Moments::default(),
             highlights: Highlights::of(&scene),
             stream: SnapshotStream::default(),
@@ -196,6 +200,7 @@ impl Replica {
         self.room.display = tick;
         self.room.led_from = None;
         self.picture.lay_out(&self.room, eye);
+        self.dye.lay_out(&self.room, &mut self.picture.drawn);
         self.moments.lay_out(&self.room, &mut self.picture.drawn);
     }
 
@@ -227,7 +232,10 @@ impl Replica {
 
     fn play_event(&mut self, timed: TimedEvent) {
         match timed.event {
-            Event::EmitterStarted(emitter) => self.start(emitter),
+            Event::EmitterStarted(emitter) => {
+                self.dye.emit(timed.tick, emitter);
+                self.start(emitter);
+            }
             Event::ScheduledEmitterStarted { index, seed } => {
                 if let Some(emitter) = self.room.scene.emitter(index, seed) {
                     self.start(emitter);
@@ -241,7 +249,11 @@ impl Replica {
             Event::PackHit { owner, victim, hero, point } => {
                 let by = owner.and_then(|seat| self.name(seat));
                 let color = by.as_ref().map(|n| n.color);
-                self.picture.flash(timed.tick, EffectKind::Splash, point, color, 0.0, Some(hero));
+                let flash = f32::from(u8::from(self.dye.flashes(timed.tick)));
+                self.picture.flash(timed.tick, EffectKind::Splash, point, color, flash, Some(hero));
+                if let Some(color) = color {
+                    self.dye.burst(&self.room, timed.tick, hero, point, color);
+                }
                 let burst = Cue { at: Some(point), ..Cue::of_room(Sound::Burst) };
                 self.ears.push(f64::from(timed.tick), burst);
                 self.moments.note_burst(&self.room, f64::from(timed.tick), owner, victim, point);

@@ -28,6 +28,18 @@ pub struct EmitterDef {
     pub source: Source,
 }
 
+impl EmitterDef {
+    /// The seeds of all particles that the emitter will make, in order.
+    pub fn seeds(self) -> Vec<u32> {
+        let (mut emitter, mut seeds) = (Emitter::new(self), Vec::new());
+        while !emitter.is_expired() {
+            let amount = emitter.next_amount();
+            seeds.extend((0..amount).map(|_| emitter.next_seed()));
+        }
+        seeds
+    }
+}
+
 /// Minimum number of particles per tick while more than this many remain (A4.4, C24f).
 const AMOUNT_MIN: u32 = 5;
 /// Largest share of the remaining particles made in one update.

@@ -143,6 +143,18 @@ fn an_emitter_makes_exactly_its_count_and_at_least_five_a_tick() {
 }
 
 #[test]
+fn the_seeds_of_an_emitter_are_those_of_its_particles() {
+    let mut particles = Particles::new(vec![still(1000)], 10_000);
+    let source = Source::Point(Vec2::ZERO);
+    let emitter = EmitterDef { recipe: 0, count: 150, seed: 9, source };
+    particles.start(emitter);
+    for _ in 0..200 {
+        step(&mut particles);
+    }
+    assert_eq!(particles.seeds(), emitter.seeds());
+}
+
+#[test]
 fn an_explosion_takes_about_half_a_second() {
     let mut total = 0;
     for seed in 0..50 {

@@ -34,6 +34,7 @@ pub fn fill(stage: &mut DrawStage, motion: &mut BodySprings, posed: &mut Vec<(u3
     }
     for (index, pose) in posed.iter().filter(slabs) {
         slab(stage, &bodies[*index as usize], pose);
+        stains(stage, &bodies[*index as usize], pose);
     }
     posed.retain(|(index, _)| !is_slab(&bodies[*index as usize]));
     for (index, pose) in posed.iter() {
@@ -123,11 +124,30 @@ fn toy(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
         _ => {
             let (fill, edge) = skin(body);
             matte(stage, body, pose, fill, edge);
+            stains(stage, body, pose);
             faces::fill(stage, body, pose);
         }
     }
     if stage.frame.room.crown == Some(body.id) {
         moments::crown(stage, pose.center, pose.half);
+    }
+}
+
+/// The stains on a body, each a blot with two drops beside it.
+fn stains(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
+    let extent = body.shape.half_extent();
+    let own = stage.frame.room.stains.iter().filter(|stain| stain.body == body.id);
+    for stain in own {
+        let fill = stage.shade(palette::player(stain.color), 0.9 * stain.left);
+        let scale = pose.half / extent;
+        let blots = [(0.0, 0.0, 1.0), (-0.7, 0.5, 0.42), (0.75, -0.35, 0.34)];
+        for (x, y, size) in blots {
+            let half = stain.half * size;
+            let at = stain.at * extent + Vec2::new(x, y) * stain.half;
+            let at = at.clamp(half - extent, extent - half) * scale;
+            let quad = SolidVertex::new(SolidKind::Oval, pose.center + at, half * scale, fill);
+            stage.quads.push(quad);
+        }
     }
 }
 

@@ -52,7 +52,7 @@ fn spark(stage: &mut DrawStage, effect: &Effect) {
     stage.shine(effect.point, EMBER[1], 9.0 * force * left * left);
 }
 
-/// Droplets in the pack's colour, a widening ring, and a flash that cools to ember.
+/// Droplets in the pack's colour, a widening ring, and a flash of light in that colour.
 fn splash(stage: &mut DrawStage, effect: &Effect) {
     let life_s = 0.7;
     let done = effect.age / life_s;
@@ -81,11 +81,11 @@ fn splash(stage: &mut DrawStage, effect: &Effect) {
     );
     let wave = SolidVertex { edge: [0, 0, 0, 40], ..wave };
     stage.quads.push(wave.soft(0.3 + 1.3 * left));
-    if stage.frame.calm {
+    if stage.frame.calm || effect.strength <= 0.0 {
         return;
     }
     let flash = (1.0 - effect.age / 0.35).max(0.0);
-    let heat = palette::mix(EMBER[2], color, flash);
+    let heat = palette::mix(color, PAPER[0], 0.3 * flash);
     glow(stage, effect.point, 26.0, heat, 0.55 * flash * flash);
     stage.shine(effect.point, heat, 60.0 * left * left);
 }
