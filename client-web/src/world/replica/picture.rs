@@ -2,6 +2,7 @@
 //! highlighted; zones in their holders' colours, marks, the sling, and flashes.
 
 use super::room::RoomView;
+use crate::language::say;
 use crate::net::timeline::Sample;
 use crate::view::frame::{
     Effect, EffectKind, FrameBody, FrameLamp, FrameMark, FrameRoom, FrameSling, FrameZone,
@@ -10,7 +11,9 @@ use crate::view::frame::{
 use crate::world::overlap;
 use crate::world::predict::placed;
 use jostle_game::scene::{Each, Need, Step, ZoneArea, ZoneSpec};
-use jostle_game::{Kind, RoundInfo, Scene, Seat, Side, Tools, selectable_at, sling_path};
+use jostle_game::{
+    Kind, RoundInfo, RoundPhase, Scene, Seat, Side, Tools, selectable_at, sling_path,
+};
 use jostle_protocol::PlayerState;
 use jostle_sim::{BodyId, Motion, Shape, TICKS_PER_SECOND, Vec2};
 use std::collections::VecDeque;
@@ -196,9 +199,9 @@ impl RoomPicture {
     }
 
     /// The labels of the zones at the displayed moment: their text, and the current and required number of bodies if a
-    /// zone needs several.
+    /// zone needs several. A sling that reloads has one too.
     pub fn zone_labels(&self, room: &RoomView) -> impl Iterator<Item = ZoneLabel> {
-        self.drawn.zones.iter().filter_map(|zone| {
+        let zones = self.drawn.zones.iter().filter_map(|zone| {
             let spec = &room.scene.rules.zones[usize::from(zone.index)];
             let (mut text, count) = (spec.label.clone(), count_in(room, spec));
             if let Some((inside, needed)) = count {
@@ -207,8 +210,22 @@ impl RoomPicture {
             let half = zone.shape.half_extent();
             let color = zone.color;
             (!text.is_empty()).then_some(ZoneLabel { text, center: zone.center, half, color })
-        })
+        });
+        zones.chain(reloading(room))
     }
+}
+
+/// The label at a sling whose ball is on its way, so that pulling does nothing.
+fn reloading(room: &RoomView) -> Option<ZoneLabel> {
+    let round = room.round().filter(|round| round.phase == RoundPhase::Running)?;
+    let (spec, info) = (room.scene.sling?, round.sling?);
+    let center = room.scene.bodies[spec.ball].def.position;
+    (info.is_flying && info.shots > 0).then(|| ZoneLabel {
+        text: say("Reloading…").to_owned(),
+        center,
+        half: Vec2::ZERO,
+        color: None,
+    })
 }
 
 /// A zone as it is drawn.

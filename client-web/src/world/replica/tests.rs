@@ -355,6 +355,23 @@ fn a_pot_that_is_gone_has_broken() {
 }
 
 #[test]
+fn a_sling_says_that_it_reloads() {
+    let mut replica = replica("slingshot");
+    for (tick, is_flying, shots) in [(4, false, 3), (5, true, 2), (6, true, 0), (7, false, 2)] {
+        let round = Some(RoundInfo {
+            phase: jostle_game::RoundPhase::Running,
+            sling: Some(jostle_game::SlingInfo { shots, is_flying }),
+            ..RoundInfo::default()
+        });
+        replica.file(Snapshot { round, ..snapshot(tick, vec![], vec![]) }, vec![]);
+        replica.advance(f64::from(tick), Eye::default());
+        let mut labels = replica.picture.zone_labels(&replica.room);
+        let says = labels.any(|label| label.text == "Reloading…");
+        assert_eq!(says, is_flying && shots > 0, "tick {tick}");
+    }
+}
+
+#[test]
 fn the_losers_hear_another_end_than_winners_and_spectators() {
     use jostle_game::{RoundPhase::*, RoundPlayer, Side, SideInfo};
     let player = |team| RoundPlayer {
