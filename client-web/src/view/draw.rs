@@ -23,7 +23,7 @@ pub use vertex::{Globals, ParticleVertex, SolidKind, SolidVertex};
 
 use crate::view::frame::{Frame, View};
 use crate::view::palette::{self, INK};
-use jostle_sim::{Particles, Vec2};
+use jostle_sim::Vec2;
 use motion::{BodySprings, Pose};
 use stage::{DrawStage, Quads};
 use vertex::rgba;

@@ -4,7 +4,7 @@ use super::*;
 use crate::view::frame::{Effect, EffectKind, FrameBody, FrameRoom};
 use jostle_game::scene::Plan;
 use jostle_game::{Kind, Scene};
-use jostle_sim::{BodyId, EmitterDef, Recipe, Shape, Source};
+use jostle_sim::{BodyId, EmitterDef, Particles, Recipe, Shape, Source};
 
 const VIEW: View = View { center: Vec2::new(100.0, 56.25), height: 112.5, pixels: [1280, 720] };
 
