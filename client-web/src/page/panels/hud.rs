@@ -193,7 +193,10 @@ pub fn status(app: &App) -> View {
     // A simulated network must never be mistaken for the real one.
     let simulated = app.conditions.is_on() && game.is_some_and(|game| !game.is_in_page());
     let badge = simulated.then(|| {
-        fill("Simulated bad connection: {conditions}", &[("conditions", &app.conditions.words())])
+        fill(
+            "Simulated bad connection: {conditions}",
+            &[("conditions", say(&app.conditions.words()))],
+        )
     });
     let view = View::panel("status")
         .show("#close-room", game.is_some_and(|game| game.connection.status.host))
