@@ -48,6 +48,8 @@ pub struct PlayerInfo {
     pub selected: Option<BodyId>,
     /// The body that the player holds.
     pub held: Option<BodyId>,
+    /// The body that the hero carries.
+    pub carried: Option<BodyId>,
     /// Number of hits scored with packs.
     pub score: u16,
     /// Pointer in quanta, which the hero's eyes follow.
@@ -336,6 +338,7 @@ impl Game {
             hero: player.hero,
             selected: player.selected,
             held: player.held.map(|held| held.body),
+            carried: player.carried.map(|carried| carried.body),
             score: self.score_of(player),
             pointer: player
                 .controls

@@ -15,6 +15,11 @@ use terrain::Terrain;
 
 /// Number of ticks between surveys of the obstacles.
 const SURVEY_TICKS: u32 = 30;
+/// Lead over the best person, as a share of the points or lives of a round, that a bot has to have to play at its
+/// slowest.
+const EASE_LEAD: f32 = 0.4;
+/// Points of a round without a number of its own.
+const EASE_POINTS: i32 = 20;
 /// The random stream, derived from the seed, that the bots use.
 const STREAM: u64 = 0x626f_7473;
 const NAMES: [&str; 8] = [
@@ -42,8 +47,10 @@ pub(crate) struct Bots {
 impl Bots {
     /// Creates the bots for a game; `None` if the scene uses no bots.
     pub fn of(game: &Game, seed: u64) -> Option<Bots> {
-        let fill = game.scene().rules.round.as_ref()?.fill;
-        Bots::filling(game, seed, usize::from(fill))
+        let round = game.scene().rules.round.as_ref()?;
+        // Where a round needs several players, nobody waits for the others.
+        let needed = if round.players_min > 1 { round.players_min } else { 0 };
+        Bots::filling(game, seed, usize::from(round.fill.max(needed)))
     }
 
     /// Creates bots that fill the room until this many seats are taken; `None` if `fill` is 0 or the scene has no hero.
@@ -129,10 +136,30 @@ impl Bots {
         of_largest.next().filter(|_| size(largest) >= smallest + 2)
     }
 
+    /// Lets bots that are ahead of the best person play more slowly, the more the further they are ahead.
+    fn ease(&mut self, game: &Game) {
+        let Some(round) = game.round() else { return };
+        let rules = game.scene().rules.round.as_ref();
+        let goal = rules.and_then(|round| round.goal.or(round.lives)).unwrap_or(EASE_POINTS);
+        let standing = |seat: Seat| {
+            let side = round.side(round.side_of(seat));
+            side.map_or(0, |side| side.score + side.lives)
+        };
+        let people = round.players.iter().map(|player| player.seat).filter(|&seat| !self.has(seat));
+        let best = people.map(standing).max();
+        for bot in &mut self.bots {
+            let lead = best.map_or(0, |best| standing(bot.seat) - best);
+            bot.ease = (lead as f32 / (goal as f32 * EASE_LEAD)).clamp(0.0, 1.0);
+        }
+    }
+
     /// All bots' inputs for the next tick, in seat order.
     pub fn play(&mut self, game: &Game) -> impl Iterator<Item = (Seat, Input)> {
         let surveys = !self.bots.is_empty() && game.tick_count().is_multiple_of(SURVEY_TICKS);
         let changes_over = if surveys { self.out_of_balance(game) } else { None };
+        if surveys {
+            self.ease(game);
+        }
         let Bots { aims, terrain, bots, .. } = self;
         if surveys {
             terrain.survey(game);

@@ -1,6 +1,8 @@
 //! The goals that a scene's rules give to bots.
 
-use jostle_game::scene::{Each, RuleSpec, SignalKind, Step, To, Trigger, ZoneArea, ZoneSpec};
+use jostle_game::scene::{
+    Condition, Each, RuleSpec, SignalKind, Step, To, Trigger, ZoneArea, ZoneSpec,
+};
 use jostle_game::{Scene, Tools};
 use jostle_sim::Vec2;
 
@@ -13,6 +15,10 @@ pub struct Aims {
     pub hill: Option<u8>,
     /// Zones that a ball should enter, or should not.
     pub goals: Vec<Goal>,
+    /// Things to carry to a zone.
+    pub fetches: Vec<Errand>,
+    /// Things that belong in a zone, and that a touch sends back there.
+    pub guards: Vec<Errand>,
     /// Whether dye packs can be fired.
     pub shoots: bool,
 }
@@ -24,9 +30,27 @@ pub struct Goal {
     pub zone: u8,
     /// The balls' groups, as a bit set.
     pub balls: u32,
-    /// The team for which having a ball in the zone is good or bad.
-    pub team: u8,
+    /// The team for which having a ball in the zone is good or bad; `None` for all players.
+    pub team: Option<u8>,
     pub is_good: bool,
+    /// Whether balls must stay in the zone, instead of entering it once.
+    pub keeps: bool,
+}
+
+/// Things that a team moves to a zone by touching them.
+#[derive(Clone, Copy, Debug)]
+pub struct Errand {
+    pub team: Option<u8>,
+    /// The things' groups, as a bit set.
+    pub things: u32,
+    pub zone: u8,
+}
+
+impl Goal {
+    /// Returns whether a ball in the zone is good for a team.
+    pub fn is_good_for(&self, team: Option<u8>) -> bool {
+        (self.team.is_none() || self.team == team) == self.is_good
+    }
 }
 
 impl Aims {
@@ -48,24 +72,77 @@ impl Aims {
             To::Holder(zone) if rule.effects.score > 0 => Some(zone),
             _ => None,
         };
-        let heroes = scene.hero.as_ref().map_or(0, |hero| 1 << hero.body.group);
-        let balls = |zone: u8| rules.zones[usize::from(zone)].who & !heroes;
-        let goals = rules.rules.iter().flat_map(|rule| {
-            let (zones, team) = match (rule.occasion, rule.to) {
-                (Trigger::Enter(zones), To::Team(team)) => (zones, team),
-                _ => (0, 0),
-            };
-            let worth = rule.effects.score.signum() + rule.effects.life.signum();
-            let zones = (0..64u8).filter(move |zone| zones >> zone & 1 == 1 && worth != 0);
-            zones.map(move |zone| Goal { zone, balls: balls(zone), team, is_good: worth > 0 })
-        });
-        Aims {
+        let mut aims = Aims {
             gates: gates.into_iter().next().unwrap_or_default(),
             hill: rules.rules.iter().find_map(held),
-            goals: goals.filter(|goal| goal.balls != 0).collect(),
             shoots: scene.tools.contains(Tools::LAUNCH),
+            ..Aims::default()
+        };
+        let heroes = scene.hero.as_ref().map_or(0, |hero| 1 << hero.body.group);
+        for goal in rules.rules.iter().flat_map(|rule| goals(scene, heroes, rule)) {
+            let touched = |is_meant: fn(&RuleSpec) -> bool| {
+                let touches = |rule: &&RuleSpec| {
+                    let is_own = rule.team.is_none() || rule.team == goal.team;
+                    is_meant(rule) && is_own && touches(rule, heroes, goal.balls)
+                };
+                goal.keeps && goal.is_good && rules.rules.iter().any(|rule| touches(&rule))
+            };
+            let errand = Errand { team: goal.team, things: goal.balls, zone: goal.zone };
+            if touched(|rule| rule.effects.carry) {
+                aims.fetches.push(errand);
+            } else if touched(|rule| !rule.effects.reset.is_empty() || rule.effects.back.is_some())
+            {
+                aims.guards.push(errand);
+            } else {
+                aims.goals.push(goal);
+            }
+        }
+        aims
+    }
+}
+
+/// Returns whether a rule is about a hero that touches one of these groups.
+fn touches(rule: &RuleSpec, heroes: u32, groups: u32) -> bool {
+    let Trigger::Touch(a, b) = rule.occasion else { return false };
+    let is = |group: u8, groups: u32| groups >> group & 1 == 1;
+    (is(a, heroes) && is(b, groups)) || (is(b, heroes) && is(a, groups))
+}
+
+/// The zones that a rule rewards or punishes balls for being in.
+fn goals(scene: &Scene, heroes: u32, rule: &RuleSpec) -> Vec<Goal> {
+    let effects = &rule.effects;
+    let end = effects.end.map_or(0, |wins| if wins { 1 } else { -1 });
+    let worth = effects.score.signum() + effects.life.signum() + end;
+    let (zones, keeps) = match rule.occasion {
+        Trigger::Enter(zones) => (zones, false),
+        Trigger::On(condition) => (zones_of(scene, &condition, scene.rules.signals.len()), true),
+        _ => (0, false),
+    };
+    let team = match rule.to {
+        To::Team(team) => Some(team),
+        To::It | To::All if keeps => None,
+        _ => return Vec::new(),
+    };
+    let zones = (0..64u8).filter(|zone| zones >> zone & 1 == 1 && worth != 0);
+    let goals = zones.filter_map(|zone| {
+        let spec = &scene.rules.zones[usize::from(zone)];
+        let balls = spec.who & !heroes;
+        let is_place = spec.follow.is_none() && spec.area != ZoneArea::Everywhere;
+        let goal = Goal { zone, balls, team, is_good: worth > 0, keeps };
+        (balls != 0 && is_place).then_some(goal)
+    });
+    goals.collect()
+}
+
+/// The zones that must be on for a condition to hold, also through signals with an index below `above`.
+fn zones_of(scene: &Scene, condition: &Condition, above: usize) -> u64 {
+    let mut zones = condition.on.zones;
+    for index in (0..above).filter(|index| condition.on.signals >> index & 1 == 1) {
+        if let SignalKind::Relay(relay) = &scene.rules.signals[index].kind {
+            zones |= zones_of(scene, &relay.when, index);
         }
     }
+    zones
 }
 
 /// The middle of a stationary zone.
@@ -74,5 +151,17 @@ pub fn middle(zone: &ZoneSpec, size: Vec2) -> Vec2 {
         ZoneArea::Everywhere => size * 0.5,
         ZoneArea::Box(area) => (area.low + area.high) * 0.5,
         ZoneArea::Circle { center, .. } => center,
+    }
+}
+
+/// The point nearest to `from` that is well inside a zone.
+pub fn nearest_inside(zone: &ZoneSpec, size: Vec2, from: Vec2) -> Vec2 {
+    const MARGIN: f32 = 12.0;
+    match zone.area {
+        ZoneArea::Box(area) => {
+            let margin = ((area.high - area.low) * 0.5).min(Vec2::splat(MARGIN));
+            from.clamp(area.low + margin, area.high - margin)
+        }
+        _ => middle(zone, size),
     }
 }

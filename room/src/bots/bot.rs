@@ -1,7 +1,7 @@
 //! A bot. It looks at the game from time to time, decides where to be and where to shoot, and holds its keys until it
 //! looks again. It is slow and inexact, like a person.
 
-use super::aims::{Aims, Goal, middle};
+use super::aims::{Aims, Errand, Goal, middle, nearest_inside};
 use super::terrain::Terrain;
 use jostle_game::scene::LaneAxis;
 use jostle_game::{Buttons, Game, Input, RoundInfo, RoundPhase, Seat};
@@ -17,6 +17,8 @@ const MISS: f32 = 6.0;
 const RANGE: f32 = 130.0;
 /// A bot shoots on one in this many looks.
 const SHOT_CHANCE: u32 = 4;
+/// Share of the looks at which a bot idles that is as far ahead as it counts.
+const EASE_SHARE: f32 = 0.7;
 /// Desired speed below which no key is pressed, units/s.
 const IDLE_SPEED: f32 = 5.0;
 
@@ -27,8 +29,12 @@ pub struct Bot {
     /// Ticks until the bot looks again.
     wait: u32,
     held: Input,
+    /// How far the bot lets people catch up, 0..1.
+    pub ease: f32,
     /// Index of the next gate.
     gate: usize,
+    /// The ball that the bot herds.
+    herds: Option<BodyId>,
     /// The bot's destination while it has no other aim.
     roams_to: Option<Vec2>,
 }
@@ -44,7 +50,8 @@ struct Own {
 impl Bot {
     /// Creates a bot that has not looked yet.
     pub fn new(seat: Seat, rng: Rng) -> Bot {
-        Bot { seat, rng, wait: 0, held: Input::default(), gate: 0, roams_to: None }
+        let held = Input::default();
+        Bot { seat, rng, wait: 0, held, ease: 0.0, gate: 0, herds: None, roams_to: None }
     }
 
     /// The bot's input for the next tick.
@@ -52,7 +59,7 @@ impl Bot {
         let round = game.round();
         let plays = round.as_ref().is_none_or(|round| round.phase == RoundPhase::Running);
         if !plays {
-            (self.gate, self.roams_to) = (0, None);
+            (self.gate, self.herds, self.roams_to) = (0, None, None);
         }
         let Some(own) = self.own(game, round.as_ref()).filter(|_| plays) else {
             self.wait = 0;
@@ -70,6 +77,11 @@ impl Bot {
             return self.held;
         }
         self.wait = LOOK_TICKS + self.rng.below(LOOK_MORE);
+        // A bot far ahead of the people idles at some of its looks.
+        if self.rng.range(0.0, 1.0) < self.ease * EASE_SHARE {
+            self.held = Input::default();
+            return self.held;
+        }
         self.held = match game.scene().lane(own.team) {
             Some(lane) => self.keep_lane(game, aims, &own, lane),
             None => self.fly(game, aims, terrain, &own),
@@ -116,7 +128,7 @@ impl Bot {
 
     /// Flies to the place that the rules reward most, and shoots at a nearby hero.
     fn fly(&mut self, game: &Game, aims: &Aims, terrain: &mut Terrain, own: &Own) -> Input {
-        let place = self.place(game, aims, own);
+        let place = self.place(game, aims, terrain, own);
         let next =
             if terrain_is_open(game, own.at, place) { place } else { terrain.next(own.at, place) };
         let fall = -game.scene().world.gravity.y * game.world().gravity_scale(own.hero);
@@ -128,7 +140,7 @@ impl Bot {
         Input::new(Buttons(buttons.0 | fire), target)
     }
 
-    fn place(&mut self, game: &Game, aims: &Aims, own: &Own) -> Vec2 {
+    fn place(&mut self, game: &Game, aims: &Aims, terrain: &Terrain, own: &Own) -> Vec2 {
         let (scene, zones) = (game.scene(), &game.scene().rules.zones);
         if let Some(&zone) = aims.gates.get(self.gate) {
             return middle(&zones[usize::from(zone)], scene.size);
@@ -137,7 +149,9 @@ impl Bot {
             let spread = Vec2::new(self.rng.range(-4.0, 4.0) * MISS, 0.0);
             return middle(&zones[usize::from(zone)], scene.size) + spread;
         }
-        if let Some(place) = self.place_at_ball(game, aims, own) {
+        let place = self.place_of_errand(game, aims, own);
+        let place = place.or_else(|| self.place_of_herder(game, aims, own));
+        if let Some(place) = place.or_else(|| self.place_at_ball(game, aims, terrain, own)) {
             return place;
         }
         let is_bored = self.rng.below(40) == 0;
@@ -148,37 +162,108 @@ impl Bot {
         self.roams_to.unwrap_or(own.at)
     }
 
-    /// A place behind the ball, or beyond it so that the bot hits it. Every second bot on a team stays between the ball
-    /// and its own goal.
-    fn place_at_ball(&mut self, game: &Game, aims: &Aims, own: &Own) -> Option<Vec2> {
-        let scene = game.scene();
-        let team = own.team?;
-        let good = |goal: &&Goal| (goal.team == team) == goal.is_good;
-        let attacked = aims.goals.iter().find(good)?;
+    /// Where to carry a thing that belongs elsewhere, where to get it, or where a thing is that must be sent back.
+    fn place_of_errand(&mut self, game: &Game, aims: &Aims, own: &Own) -> Option<Vec2> {
+        let (scene, world) = (game.scene(), game.world());
+        let is_own = |errand: &&Errand| errand.team.is_none() || errand.team == own.team;
+        let fetch = aims.fetches.iter().find(is_own)?;
+        let zone = |errand: &Errand| &scene.rules.zones[usize::from(errand.zone)];
+        let home = middle(zone(fetch), scene.size);
+        let (thing, _) = nearest_ball(game, fetch.things, own.at)?;
+        let lost = aims.guards.iter().filter(is_own).find_map(|guard| {
+            let (at, velocity) = nearest_ball(game, guard.things, own.at)?;
+            (!zone(guard).holds(at)).then_some(at + velocity * 0.2)
+        });
+        let is_thing = |id: BodyId| fetch.things >> world.group(id) & 1 == 1;
+        let carriers = game.players().filter(|player| player.carried.is_some_and(is_thing));
+        let carrier = carriers.map(|player| player.seat).next();
+        Some(match (carrier, lost) {
+            (Some(seat), None) if seat == self.seat => home,
+            (Some(_), Some(lost)) => lost,
+            (Some(_), None) => home,
+            (None, Some(lost)) if self.guards(game, own) => lost,
+            (None, Some(lost)) if lost.distance(own.at) < thing.distance(own.at) => lost,
+            (None, _) => thing,
+        })
+    }
+
+    /// Returns whether the bot is one of the defenders, which every second player of a team is.
+    fn guards(&self, game: &Game, own: &Own) -> bool {
+        let mates = game.round().into_iter().flat_map(|round| round.players);
+        mates.filter(|mate| mate.team == own.team && mate.seat < self.seat).count() % 2 == 1
+    }
+
+    /// A place from which to shove a ball into a zone that keeps it.
+    fn place_of_herder(&mut self, game: &Game, aims: &Aims, own: &Own) -> Option<Vec2> {
+        let (scene, world) = (game.scene(), game.world());
+        let goal = aims.goals.iter().find(|goal| goal.keeps && goal.is_good_for(own.team))?;
+        let zone = &scene.rules.zones[usize::from(goal.zone)];
+        let is_out = |id: BodyId| {
+            let at = world.position(id);
+            !zone.holds(at) || nearest_inside(zone, scene.size, at).distance(at) > 6.0
+        };
+        if self.rng.below(60) == 0 {
+            self.herds = None;
+        }
+        self.herds.take_if(|&mut id| !world.contains(id) || !is_out(id));
+        if self.herds.is_none() {
+            let balls = game.bodies().filter(|body| goal.balls >> body.group & 1 == 1);
+            let outside = balls.map(|body| body.id).filter(|&id| is_out(id));
+            let cost = |id: BodyId| {
+                let at = world.position(id);
+                let miss = own.at.distance(at);
+                miss + nearest_inside(zone, scene.size, at).distance(at)
+            };
+            self.herds = outside.min_by(|&a, &b| cost(a).total_cmp(&cost(b)));
+        }
+        let ball = self.herds?;
+        let at = world.position(ball) + world.velocity(ball) * 0.1;
+        let aim = (nearest_inside(zone, scene.size, at) - at).normalize_or_zero();
+        let half = |id: BodyId| world.shape(id).half_extent();
+        let reach = max(half(own.hero).x, half(own.hero).y) + half(ball).x + 3.0;
+        Some(self.place_behind(own, at, aim, reach))
+    }
+
+    /// A place behind the ball, or beyond it so that the bot hits it. The team's player nearest to the ball attacks;
+    /// the others stay between the ball and their own goal.
+    fn place_at_ball(
+        &mut self,
+        game: &Game,
+        aims: &Aims,
+        terrain: &Terrain,
+        own: &Own,
+    ) -> Option<Vec2> {
+        let (scene, team) = (game.scene(), own.team);
+        let attacked = aims.goals.iter().find(|goal| goal.is_good_for(team))?;
         let goal = |goal: &Goal| middle(&scene.rules.zones[usize::from(goal.zone)], scene.size);
         let (ball, velocity) = nearest_ball(game, attacked.balls, own.at)?;
-        let ball = ball + velocity * 0.1;
-        let mates = game.round().into_iter().flat_map(|round| round.players);
-        let before = mates.filter(|mate| mate.team == Some(team) && mate.seat < self.seat).count();
-        if before % 2 == 1
-            && let Some(defended) = aims.goals.iter().find(|goal| !good(goal))
-        {
-            let home = goal(defended);
-            return Some(home + (ball - home).clamp_length_max(40.0));
+        let defended = aims.goals.iter().find(|goal| !goal.is_good_for(team));
+        let late = (own.at.distance(ball) / 110.0).min(0.5);
+        let ball = ball + velocity * late;
+        if let Some(home) = defended.map(goal) {
+            let is_far = !terrain.is_open(own.at, ball);
+            if is_far || (self.guards(game, own) && own.at.distance(ball) > 45.0) {
+                let share = if self.guards(game, own) { 0.25 } else { 0.4 };
+                return Some(home.lerp(ball, share));
+            }
         }
         let miss = Vec2::new(self.rng.range(-MISS, MISS), self.rng.range(-MISS, MISS));
         let aim = (goal(attacked) + miss * 2.0 - ball).normalize_or_zero();
-        let reach = 16.0;
+        Some(self.place_behind(own, ball, aim, 16.0) + miss * 0.3)
+    }
+
+    /// A place behind a ball that is to move along `aim`, or beyond the ball once the bot is behind it.
+    fn place_behind(&self, own: &Own, ball: Vec2, aim: Vec2, reach: f32) -> Vec2 {
         let off = own.at - ball;
-        Some(if off.normalize_or_zero().dot(aim) < -0.85 {
+        if off.normalize_or_zero().dot(aim) < -0.85 {
             ball + aim * 50.0
         } else if off.dot(aim) > 0.0 {
             // The bot flies around the ball.
             let side = aim.perp() * if aim.perp_dot(off) < 0.0 { -reach } else { reach };
             ball + side - aim * reach
         } else {
-            ball - aim * reach + miss * 0.3
-        })
+            ball - aim * reach
+        }
     }
 
     /// Where to aim a throw: slightly ahead of the nearest hero on another side.

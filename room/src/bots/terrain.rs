@@ -65,6 +65,15 @@ impl Terrain {
         }
     }
 
+    /// Returns whether no obstacle lies between two points.
+    pub fn is_open(&self, from: Vec2, to: Vec2) -> bool {
+        let steps = (from.distance(to) / self.cell.x) as u32 + 1;
+        (1..steps).all(|step| {
+            let at = from.lerp(to, step as f32 / steps as f32);
+            !self.blocked[self.index(at)]
+        })
+    }
+
     /// The next waypoint on the way to a destination.
     pub fn next(&mut self, from: Vec2, to: Vec2) -> Vec2 {
         let (start, goal) = (self.index(from), self.index(to));
