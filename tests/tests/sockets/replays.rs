@@ -184,6 +184,11 @@ async fn a_replay_is_listed_and_read_while_it_is_recorded() {
 
     let page = get(server.address, &format!("/replay/{name}")).await;
     assert_eq!((page.status, page.header("content-type")), (200, Some("text/html; charset=utf-8")));
+    for around in [".", ").", "%22"] {
+        let answer = get(server.address, &format!("/replay/{name}{around}")).await;
+        let link = format!("/replay/{name}");
+        assert_eq!((answer.status, answer.header("location")), (302, Some(&*link)), "{around}");
+    }
     assert_eq!(get(server.address, "/replay/another").await.status, 404);
     for path in [
         "/replays/".to_owned(),
