@@ -15,6 +15,7 @@ mod emotes;
 mod event;
 #[cfg(any(test, target_arch = "wasm32"))]
 mod file_kind;
+mod frame_clock;
 mod game;
 #[cfg(target_arch = "wasm32")]
 mod hooks;

@@ -10,6 +10,7 @@ use crate::page::address::{PlayOptions, Site};
 use crate::page::context::Context;
 use crate::page::dialogs::{Card, Dialogs, Layer};
 use crate::page::event::{Address, Canvas, Effect, Event, PointerChange};
+use crate::page::frame_clock::FrameClock;
 use crate::page::game::GameScreen;
 use crate::page::game::connection::State;
 use crate::page::lobby::Lobby;
@@ -178,6 +179,7 @@ impl CanvasPicture {
 pub struct App {
     /// The context passed to every handler.
     pub(super) ctx: Context,
+    clock: FrameClock,
     pub screen: Screen,
     /// The last game inside the page that the player left through the browser's history, and its address. Coming back
     /// the same way continues it.
@@ -213,6 +215,7 @@ impl App {
         ctx.request(Effect::SetConditions(conditions));
         App {
             ctx,
+            clock: FrameClock::default(),
             screen: Screen::Lobby,
             set_aside: None,
             opening: None,
@@ -230,7 +233,7 @@ impl App {
 
     /// Handles an event at `now_ms` and returns the effects for the browser to perform.
     pub fn update(&mut self, now_ms: f64, event: Event) -> Vec<Effect> {
-        self.ctx.now_ms = now_ms;
+        self.ctx.now_ms = self.clock.read(now_ms, matches!(event, Event::Frame(_)));
         let gesture = Gesture::of(&event);
         if let Event::FocusLost | Event::Closing | Event::Sound(SoundEvent::Hidden(_)) = event {
             self.screen.release_input(&mut self.ctx);
