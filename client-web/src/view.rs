@@ -3,8 +3,8 @@
 pub mod camera;
 pub mod draw;
 pub mod frame;
-pub mod look;
 pub mod palette;
 pub mod quality;
 #[cfg(any(target_arch = "wasm32", feature = "native"))]
 pub mod render;
+pub mod style;

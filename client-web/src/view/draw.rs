@@ -142,7 +142,7 @@ fn view_half(view: &View) -> Vec2 {
 }
 
 fn globals(frame: &Frame, half: Vec2, light: &LightField) -> Globals {
-    let look = frame.look();
+    let look = frame.style();
     let [red, green, blue] = look.lines;
     Globals {
         center: frame.view.center.into(),

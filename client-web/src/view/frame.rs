@@ -1,6 +1,6 @@
 //! The contents of a drawn frame: plain data that the app fills from snapshots and the renderer reads.
 
-use super::look::Look;
+use super::style::Style;
 use jostle_game::Kind;
 use jostle_game::scene::Theme;
 use jostle_sim::{BodyId, Particles, Shape, Vec2};
@@ -303,7 +303,7 @@ pub struct Frame<'a> {
 
 impl Frame<'_> {
     /// How the frame is drawn. The outlines of the bounds view need a dark ground.
-    pub fn look(&self) -> &'static Look {
-        Look::of(if self.bounds { Theme::Ink } else { self.room.theme })
+    pub fn style(&self) -> &'static Style {
+        Style::of(if self.bounds { Theme::Ink } else { self.room.theme })
     }
 }

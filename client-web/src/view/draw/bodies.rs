@@ -6,8 +6,8 @@ use super::motion::{BodySprings, Pose};
 use super::stage::DrawStage;
 use super::vertex::{SolidKind, SolidVertex, rgba};
 use crate::view::frame::FrameBody;
-use crate::view::look::Look;
 use crate::view::palette::{self, INK, MINION, PAPER, Rgb};
+use crate::view::style::Style;
 use jostle_game::Kind;
 use jostle_sim::{Shape, Vec2};
 
@@ -87,7 +87,7 @@ fn slab(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
     }
     // Floor, ceiling and walls form a unit; only the floor has a lit edge.
     let floor = pose.half.x > pose.half.y && pose.center.y < 0.5 * stage.frame.world_size.y;
-    let slate = stage.frame.look().slate;
+    let slate = stage.frame.style().slate;
     let (fill, edge, lit) = match body.kind {
         Kind::Wall => (slate[0], slate[2], if floor { 1.0 } else { 0.0 }),
         _ => (slate[1], slate[3], 1.0),
@@ -101,7 +101,7 @@ fn slab(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
 fn shadow(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
     let kind = if is_round(body) { SolidKind::ShadowOval } else { SolidKind::ShadowBox };
     let alpha = if body.kind == Kind::Pack { 0.3 } else { 0.55 };
-    let alpha = alpha * (1.0 - 0.5 * stage.frame.look().cover);
+    let alpha = alpha * (1.0 - 0.5 * stage.frame.style().cover);
     // Small objects lie flat on the ground and cast short shadows.
     let scale = (pose.half.x.min(pose.half.y) / 3.0).min(1.0);
     let below = pose.center - Vec2::new(0.0, SHADOW_DROP * scale);
@@ -174,7 +174,7 @@ fn matte(stage: &mut DrawStage, body: &FrameBody, pose: &Pose, fill: Rgb, edge: 
 }
 
 fn block(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
-    let Look { wood, toys, .. } = stage.frame.look();
+    let Style { wood, toys, .. } = stage.frame.style();
     let fill = palette::mix(wood[0], wood[1], 0.35 + 0.5 * tone(body));
     if is_round(body) {
         let paint = toys[body.id.index as usize % toys.len()];
@@ -264,7 +264,7 @@ fn pack(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
 
 /// A soft outline around bodies that can be dragged.
 fn ring(stage: &mut DrawStage, body: &FrameBody, pose: &Pose) {
-    colored_ring(stage, body, pose, stage.frame.look().pen);
+    colored_ring(stage, body, pose, stage.frame.style().pen);
 }
 
 fn colored_ring(stage: &mut DrawStage, body: &FrameBody, pose: &Pose, color: Rgb) {

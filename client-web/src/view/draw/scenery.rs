@@ -27,7 +27,7 @@ fn fill_up(stage: &mut DrawStage, zone: &FrameZone, color: Rgb, share: f32) {
 
 /// Adds all visible zones.
 pub fn zones(stage: &mut DrawStage) {
-    let look = stage.frame.look();
+    let look = stage.frame.style();
     for zone in &stage.frame.room.zones {
         let half = zone.shape.half_extent();
         if !stage.quads.sees(zone.center, half + Vec2::splat(signs::REACH)) {
@@ -110,14 +110,14 @@ pub fn sling(stage: &mut DrawStage) {
     }
     for number in 0..sling.shots {
         let at = start + Vec2::new(3.5 * f32::from(number) - 7.0, -POST - 4.0);
-        let fill = rgba(stage.frame.look().pen, 0.85);
+        let fill = rgba(stage.frame.style().pen, 0.85);
         stage.quads.push(SolidVertex::new(SolidKind::Oval, at, Vec2::splat(1.2), fill));
     }
     let count = sling.path.len().max(1) as f32;
     for (number, &at) in sling.path.iter().enumerate() {
         let faded = 1.0 - number as f32 / count;
         let radius = Vec2::splat(DOT * (0.33 + 0.67 * faded));
-        let fill = rgba(stage.frame.look().pen, 0.25 + 0.6 * faded);
+        let fill = rgba(stage.frame.style().pen, 0.25 + 0.6 * faded);
         stage.quads.push(SolidVertex::new(SolidKind::Oval, at, radius, fill));
     }
 }

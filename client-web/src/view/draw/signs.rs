@@ -36,7 +36,7 @@ fn axis(zone: &FrameZone) -> (usize, Vec2) {
 /// A net, and a bar along its mouth, which is the side towards the middle of the world.
 fn goal(stage: &mut DrawStage, zone: &FrameZone, color: Rgb) {
     let (long, half) = axis(zone);
-    let cord = rgba(stage.frame.look().pen, 0.4);
+    let cord = rgba(stage.frame.style().pen, 0.4);
     for along in 0..2 {
         for number in 1..(2.0 * half[along] / MESH) as i32 {
             let mut ends = [zone.center - half, zone.center + half];
@@ -75,7 +75,7 @@ fn gate(stage: &mut DrawStage, zone: &FrameZone, color: Rgb) {
 
 fn flag(stage: &mut DrawStage, foot: Vec2, color: Rgb) {
     let top = foot + Vec2::new(0.0, FLAGPOLE);
-    stage.line(foot, top, 0.6 * POST, rgba(stage.frame.look().pen, 1.0));
+    stage.line(foot, top, 0.6 * POST, rgba(stage.frame.style().pen, 1.0));
     let center = top + CLOTH * Vec2::new(1.0, -1.0);
     let cloth = SolidVertex::new(SolidKind::MatteBox, center, CLOTH, rgba(color, 1.0));
     stage.quads.push(cloth.rounded(0.6).edged(rgba(PAPER[0], 1.0)));

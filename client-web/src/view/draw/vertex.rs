@@ -126,13 +126,13 @@ pub struct Globals {
     pub dusk: f32,
     /// How far light covers instead of adding, 0..=1.
     pub cover: f32,
-    /// The colours of `Look::ground`, 0..=1, alpha 1.
+    /// The colours of `Style::ground`, 0..=1, alpha 1.
     pub ground: [[f32; 4]; 4],
-    /// `Look::lines` and `Look::rim`.
+    /// `Style::lines` and `Style::rim`.
     pub lines: [f32; 4],
-    /// `Look::hills`.
+    /// `Style::hills`.
     pub hills: [f32; 4],
-    /// `Look::stripes`.
+    /// `Style::stripes`.
     pub stripes: [f32; 4],
 }
 

@@ -13,7 +13,7 @@ const BLACK: Rgb = [0; 3];
 
 /// The colours of the stage that `shaders/ground.wgsl` makes of a look: shaded and lit, with and without stripes, in
 /// the middle and at the edges.
-fn stages(look: &Look) -> Vec<Rgb> {
+fn stages(look: &Style) -> Vec<Rgb> {
     let scaled = |color: Rgb, by: f32| color.map(|c| (f32::from(c) * by).clamp(0.0, 255.0) as u8);
     let mut stages = vec![scaled(look.ground[1], 0.8), scaled(look.ground[2], 1.12)];
     if look.hills[3] > 0.0 {
@@ -25,14 +25,14 @@ fn stages(look: &Look) -> Vec<Rgb> {
 }
 
 /// The outline that `shaders/solid.wgsl` gives to a body.
-fn outline(look: &Look, fill: Rgb, edge: Rgb) -> Rgb {
+fn outline(look: &Style, fill: Rgb, edge: Rgb) -> Rgb {
     mix(fill, if look.rim < 0.0 { edge } else { mix(BLACK, fill, 0.15) }, look.rim.abs())
 }
 
 #[test]
 fn bodies_are_apart_from_every_stage_for_every_kind_of_colour_vision() {
     for (name, theme) in Theme::NAMES {
-        let look = Look::of(theme);
+        let look = Style::of(theme);
         let players = PLAYERS.map(|color| (color, mix(color, [255; 3], 0.55)));
         let others = [(NOBODY, PAPER[0]), (PAPER[1], [255; 3]), (EMBER[2], EMBER[0])];
         let minion = (MINION[0], MINION[1]);
@@ -64,7 +64,7 @@ fn contrast_as(matrix: &Matrix, a: Rgb, b: Rgb) -> f32 {
 #[test]
 fn the_pen_is_readable_on_every_stage() {
     for (name, theme) in Theme::NAMES {
-        let look = Look::of(theme);
+        let look = Style::of(theme);
         for stage in stages(look) {
             let found = contrast(look.pen, stage);
             assert!(found >= TEXT_MIN, "{name}: {found} on {stage:?}");
@@ -78,7 +78,7 @@ fn labels_are_readable_on_their_plates_above_every_stage() {
     let css = include_str!("../../../web/style.css");
     assert!(css.contains("background: rgb(9 12 26 / 0.92);"), "the plate of labels");
     for (name, theme) in Theme::NAMES {
-        for stage in stages(Look::of(theme)) {
+        for stage in stages(Style::of(theme)) {
             let plate = mix(stage, INK[0], 0.92);
             for color in PLAYERS.iter().chain(&PAPER) {
                 let found = contrast(*color, plate);
@@ -91,7 +91,7 @@ fn labels_are_readable_on_their_plates_above_every_stage() {
 #[test]
 fn slabs_are_apart_from_every_stage() {
     for (name, theme) in Theme::NAMES {
-        let look = Look::of(theme);
+        let look = Style::of(theme);
         for stage in stages(look) {
             let [fill, edge] = [look.slate[1], look.slate[3]];
             let drawn = [fill, edge, outline(look, fill, edge)];
@@ -104,7 +104,7 @@ fn slabs_are_apart_from_every_stage() {
 #[test]
 fn themes_differ_for_every_kind_of_colour_vision() {
     for (vision, matrix) in &VISIONS {
-        let lit = Theme::NAMES.map(|(name, theme)| (name, Look::of(theme)));
+        let lit = Theme::NAMES.map(|(name, theme)| (name, Style::of(theme)));
         for (at, (a, one)) in lit.iter().enumerate() {
             for (b, other) in &lit[..at] {
                 let differ =
